@@ -1,0 +1,633 @@
+"""The vocabulary: frozen, validated dataclasses that describe a problem and say nothing about how it is solved.
+
+A class is its YAML ``type`` and a field is its YAML key, so a file and a script describe the same thing and
+``prensa.load(path).problem == problem``. Nothing here imports the numerics.
+
+Numbers are in one consistent system of units (``Problem.units`` names it); in a file, strings such as
+``8 cm`` or ``10 GPa`` are converted to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import field
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
+from pydantic.dataclasses import dataclass
+
+from prensa.model.units import (
+    Angle,
+    Displacement,
+    Force,
+    Length,
+    Pressure,
+    Stiffness,
+    Strain,
+)
+
+_FROZEN = ConfigDict(extra="forbid", arbitrary_types_allowed=False)
+
+
+def described(cls: type) -> Any:
+    """Make *cls* a frozen, strictly checked dataclass (unknown keys are errors)."""
+    return dataclass(frozen=True, config=_FROZEN)(cls)
+
+
+# --------------------------------------------------------------------------------------------- time-dependent values
+def _as_table(value: Any) -> Any:
+    """Accept lists of pairs as tables (YAML has no tuples)."""
+    if isinstance(value, list | tuple) and value and all(isinstance(p, list | tuple) for p in value):
+        return tuple(tuple(p) for p in value)
+    return value
+
+
+def _value_kind(value: Any) -> str:
+    return "table" if isinstance(value, list | tuple) else "number"
+
+
+def value_of(number: Any) -> Any:
+    """Type of a quantity that may be a number (ramped over the step) or a table ((time, value), …) in global time."""
+    return Annotated[
+        Annotated[number, Tag("number")]
+        | Annotated[tuple[tuple[float, number], ...], Field(min_length=2), Tag("table")],
+        Discriminator(_value_kind),
+        BeforeValidator(_as_table),
+    ]
+
+
+DisplacementValue = value_of(Displacement)
+AngleValue = value_of(Angle)
+PressureValue = value_of(Pressure)
+ForceValue = value_of(Force)
+FloatValue = value_of(float)
+
+
+# ------------------------------------------------------------------------------------------------------------ meshes
+@described
+class Grade:
+    """Where the elements of a rectangle are small.
+
+    ``x`` and ``y`` list the coordinates towards which elements shrink (each becomes a mesh line);
+    ``ratio`` is the size of the largest element over that of the smallest, per direction.
+    """
+
+    x: tuple[Length, ...] = ()
+    y: tuple[Length, ...] = ()
+    ratio: Annotated[float, Field(ge=1)] = 8.0
+
+
+GradeName = Literal[
+    "left", "right", "top", "bottom", "top-left", "top-right", "bottom-left", "bottom-right"
+]
+
+
+@described
+class Rectangle:
+    """Structured rectangle of 4-node quadrilaterals.
+
+    ``size`` (width, height) and ``origin`` (lower left corner) are lengths, ``n`` the number of elements along x and y.
+    ``grade`` names an edge or a corner to refine towards, or is a `Grade`.
+    Boundaries: ``bottom``, ``right``, ``top``, ``left``; points: ``bottom-left`` and the other three corners.
+    """
+
+    size: tuple[Annotated[Length, Field(gt=0)], Annotated[Length, Field(gt=0)]]
+    n: tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]]
+    origin: tuple[Length, Length] = (0.0, 0.0)
+    grade: GradeName | Grade | None = None
+    type: Literal["rectangle"] = "rectangle"
+
+
+@described
+class Points:
+    """Mesh given by its arrays: ``points`` (n, 2), ``cells`` (m, 4) counter-clockwise, ``boundaries`` name → node list.
+
+    A boundary is the set of element edges both ends of which are in the list.
+    """
+
+    points: tuple[tuple[Length, Length], ...]
+    cells: tuple[tuple[int, int, int, int], ...]
+    boundaries: Mapping[str, tuple[int, ...]]
+    type: Literal["points"] = "points"
+
+
+Mesh = Annotated[Rectangle | Points, Field(discriminator="type")]
+
+
+# --------------------------------------------------------------------------------------------------------- materials
+@described
+class Perfect:
+    """Perfect plasticity, σ_y = s0."""
+
+    s0: Annotated[Pressure, Field(gt=0)]
+    type: Literal["perfect"] = "perfect"
+
+
+@described
+class Linear:
+    """Linear hardening, σ_y = s0 + H ε̄."""
+
+    s0: Annotated[Pressure, Field(gt=0)]
+    H: Pressure
+    type: Literal["linear"] = "linear"
+
+
+@described
+class Ludwik:
+    """Ludwik (1909), σ_y = s0 + K ε̄ⁿ."""
+
+    s0: Annotated[Pressure, Field(gt=0)]
+    K: Annotated[Pressure, Field(ge=0)]
+    n: Annotated[float, Field(gt=0)]
+    type: Literal["ludwik"] = "ludwik"
+
+
+@described
+class Swift:
+    """Swift (1952), σ_y = K (e0 + ε̄)ⁿ."""
+
+    K: Annotated[Pressure, Field(gt=0)]
+    e0: Annotated[Strain, Field(gt=0)]
+    n: Annotated[float, Field(ge=0)]
+    type: Literal["swift"] = "swift"
+
+
+@described
+class Voce:
+    """Voce (1948), σ_y = s0 + Q (1 − e^(−b ε̄)) + H ε̄ (H = 0: saturating)."""
+
+    s0: Annotated[Pressure, Field(gt=0)]
+    Q: Pressure
+    b: Annotated[float, Field(ge=0)]
+    H: Pressure = 0.0
+    type: Literal["voce"] = "voce"
+
+
+@described
+class HockettSherby:
+    """Hockett & Sherby (1975), σ_y = s_inf − (s_inf − s0) exp(−b ε̄ⁿ)."""
+
+    s0: Annotated[Pressure, Field(gt=0)]
+    s_inf: Annotated[Pressure, Field(gt=0)]
+    b: Annotated[float, Field(ge=0)]
+    n: Annotated[float, Field(gt=0)]
+    type: Literal["hockett_sherby"] = "hockett_sherby"
+
+
+@described
+class JohnsonCook:
+    """Johnson & Cook (1983) at constant temperature, σ_y = (A + B ε̄ⁿ)(1 + C ln⟨ε̄̇/rate0⟩₊₁) (no effect below rate0)."""
+
+    A: Annotated[Pressure, Field(gt=0)]
+    B: Annotated[Pressure, Field(ge=0)]
+    n: Annotated[float, Field(gt=0)]
+    C: Annotated[float, Field(ge=0)] = 0.0
+    rate0: Annotated[float, Field(gt=0)] = 1.0
+    type: Literal["johnson_cook"] = "johnson_cook"
+
+
+@described
+class FlowTable:
+    """Flow stress from pairs (ε̄, σ_y), interpolated by a monotone C¹ cubic, constant slope zero beyond the last."""
+
+    points: tuple[tuple[Strain, Pressure], ...]
+    type: Literal["table"] = "table"
+
+    @model_validator(mode="after")
+    def _check(self) -> FlowTable:
+        e = [p[0] for p in self.points]
+        if len(e) < 2 or e[0] != 0.0 or any(b <= a for a, b in zip(e, e[1:])):
+            raise ValueError("points must start at plastic strain 0 and increase strictly (at least two pairs)")
+        if any(p[1] <= 0 for p in self.points):
+            raise ValueError("flow stresses must be positive")
+        return self
+
+
+Flow = Annotated[
+    Perfect | Linear | Ludwik | Swift | Voce | HockettSherby | JohnsonCook | FlowTable, Field(discriminator="type")
+]
+
+PoissonRatio = Annotated[float, Field(gt=-1.0, lt=0.5)]
+
+
+@described
+class Elastic:
+    """Isotropic elasticity: Hooke in small strain, Hencky (quadratic in logarithmic strain) in finite strain."""
+
+    E: Annotated[Pressure, Field(gt=0)]
+    nu: PoissonRatio
+    type: Literal["elastic"] = "elastic"
+
+
+@described
+class NeoHooke:
+    """Compressible neo-Hooke, ψ = μ/2 (I₁ − 3) − μ ln J + λ/2 (ln J)² (finite strain only)."""
+
+    E: Annotated[Pressure, Field(gt=0)]
+    nu: PoissonRatio
+    type: Literal["neo_hooke"] = "neo_hooke"
+
+
+@described
+class J2:
+    """Elastic-plastic, von Mises yield, isotropic hardening; logarithmic strain in finite kinematics.
+
+    ``yield_on``: the stress that the flow curve limits, ``cauchy`` (the true stress of a tensile test) or ``kirchhoff``.
+    """
+
+    E: Annotated[Pressure, Field(gt=0)]
+    nu: PoissonRatio
+    flow: Flow
+    yield_on: Literal["cauchy", "kirchhoff"] = "cauchy"
+    type: Literal["j2"] = "j2"
+
+
+Material = Annotated[Elastic | NeoHooke | J2, Field(discriminator="type")]
+
+
+@described
+class Body:
+    """Deformable body: a mesh of one material and element (``q4_fbar`` does not lock, ``q4`` is the textbook one)."""
+
+    mesh: Mesh
+    material: Material
+    element: Literal["q4_fbar", "q4"] = "q4_fbar"
+
+
+# ---------------------------------------------------------------------------------------------------------- friction
+@described
+class MuLinear:
+    """Linear slip hardening, μ(κ) = mu0 + slope κ, held at ``limit`` when given."""
+
+    mu0: Annotated[float, Field(ge=0)]
+    slope: float
+    limit: Annotated[float, Field(ge=0)] | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> MuLinear:
+        if self.slope < 0 and self.limit is None:
+            raise ValueError("a softening law (slope < 0) needs a 'limit', the residual friction coefficient")
+        if self.limit is not None and (self.limit - self.mu0) * self.slope < 0:
+            raise ValueError("'limit' lies on the wrong side of mu0 for this slope")
+        return self
+
+
+@described
+class MuExponential:
+    """Exponential slip hardening or softening, μ(κ) = mu_inf − (mu_inf − mu0) e^(−κ/u0)."""
+
+    mu0: Annotated[float, Field(ge=0)]
+    mu_inf: Annotated[float, Field(ge=0)]
+    u0: Annotated[Length, Field(gt=0)]
+
+
+@described
+class MuTable:
+    """Measured μ(κ) at increasing slip ``kappa``; linear between the points, constant beyond the last (paper, ref. 11)."""
+
+    kappa: tuple[Length, ...]
+    mu: tuple[Annotated[float, Field(ge=0)], ...]
+
+    @model_validator(mode="after")
+    def _check(self) -> MuTable:
+        if len(self.kappa) != len(self.mu) or len(self.mu) < 2:
+            raise ValueError("kappa and mu must have the same number of values, at least two")
+        if self.kappa[0] != 0.0 or any(b <= a for a, b in zip(self.kappa, self.kappa[1:])):
+            raise ValueError("kappa must start at 0 and increase strictly")
+        return self
+
+
+def _mu_kind(value: Any) -> str:
+    if isinstance(value, dict):
+        if "slope" in value:
+            return "linear"
+        return "table" if "kappa" in value else "exponential"
+    if isinstance(value, MuLinear):
+        return "linear"
+    if isinstance(value, MuExponential):
+        return "exponential"
+    return "table" if isinstance(value, MuTable) else "number"
+
+
+def _read_mu(value: Any, info: Any) -> Any:
+    from prensa.model.tables import read_mu_table
+
+    return read_mu_table(value, info.context) if isinstance(value, str) else value
+
+
+MuLaw = Annotated[
+    Annotated[Annotated[float, Field(ge=0)], Tag("number")]
+    | Annotated[MuLinear, Tag("linear")]
+    | Annotated[MuExponential, Tag("exponential")]
+    | Annotated[MuTable, Tag("table")],
+    Discriminator(_mu_kind),
+    BeforeValidator(_read_mu),
+]
+
+
+@described
+class Coulomb:
+    """Coulomb friction, |t_T| ≤ μ(κ) p with κ the accumulated slip: a number, a hardening law, or a CSV file κ, μ."""
+
+    mu: MuLaw
+    type: Literal["coulomb"] = "coulomb"
+
+
+Friction = Annotated[Coulomb, Field()]
+
+
+# -------------------------------------------------------------------------------------------------------------- tools
+@described
+class Plane:
+    """Rigid half-space. ``normal``: outward normal (towards the bodies)."""
+
+    normal: tuple[float, float] | None = None
+    at: tuple[Length, Length] | None = None
+    touching: str | None = None
+    above: str | None = None
+    below: str | None = None
+    type: Literal["plane"] = "plane"
+
+
+@described
+class Circle:
+    """Rigid cylinder (plane problems) or sphere (axisymmetric); the reference point is its centre."""
+
+    radius: Annotated[Length, Field(gt=0)]
+    at: tuple[Length, Length] | None = None
+    touching: str | None = None
+    above: str | None = None
+    below: str | None = None
+    type: Literal["circle"] = "circle"
+
+
+@described
+class Stamp:
+    """Flat stamp of total ``width`` (a strip, or a disc of that diameter), edges rounded with ``fillet``.
+
+    ``facing``: direction in which its face looks (default: at the boundary it touches, else down).
+    """
+
+    width: Annotated[Length, Field(gt=0)]
+    fillet: Annotated[Length, Field(ge=0)] = 0.0
+    facing: tuple[float, float] | None = None
+    at: tuple[Length, Length] | None = None
+    touching: str | None = None
+    above: str | None = None
+    below: str | None = None
+    type: Literal["stamp"] = "stamp"
+
+    @model_validator(mode="after")
+    def _check(self) -> Stamp:
+        if 2 * self.fillet > self.width:
+            raise ValueError(f"fillet {self.fillet:g} is larger than half the width {self.width:g}")
+        return self
+
+
+@described
+class Ring:
+    """Flat ring stamp between radii ``inner`` and ``outer`` (axisymmetric), edges rounded with ``fillet``."""
+
+    inner: Annotated[Length, Field(gt=0)]
+    outer: Annotated[Length, Field(gt=0)]
+    fillet: Annotated[Length, Field(ge=0)] = 0.0
+    facing: tuple[float, float] | None = None
+    at: tuple[Length, Length] | None = None
+    touching: str | None = None
+    above: str | None = None
+    below: str | None = None
+    type: Literal["ring"] = "ring"
+
+    @model_validator(mode="after")
+    def _check(self) -> Ring:
+        if self.outer <= self.inner:
+            raise ValueError(f"outer radius {self.outer:g} must exceed inner radius {self.inner:g}")
+        if 2 * self.fillet > self.outer - self.inner:
+            raise ValueError(f"fillet {self.fillet:g} is larger than half the face {self.outer - self.inner:g}")
+        return self
+
+
+Tool = Annotated[Plane | Circle | Stamp | Ring, Field(discriminator="type")]
+
+
+# ------------------------------------------------------------------------------------------------------------ contact
+@described
+class Penalty:
+    """Penalty enforcement; k_n = beta E_n/h and k_T = beta_T E*/h, dimensionless (THEORY 3, 4).
+
+    ``k_n`` and ``k_T`` set absolute stiffnesses (pressure per length) instead, to reproduce published work.
+    """
+
+    beta: Annotated[float, Field(gt=0)] = 100.0
+    beta_T: Annotated[float, Field(gt=0)] = 3.0
+    k_n: Annotated[Stiffness, Field(gt=0)] | None = None
+    k_T: Annotated[Stiffness, Field(gt=0)] | None = None
+    type: Literal["penalty"] = "penalty"
+
+
+@described
+class Augmented:
+    """Augmented Lagrangian (Uzawa): the penalty form repeated with updated multipliers.
+
+    Until penetration ≤ ``tolerance`` h and elastic slip ≤ the larger of ``tolerance`` h and 1e-3 of the slip of the
+    increment. ``beta``, ``beta_T``, ``k_n``, ``k_T`` as in `Penalty`.
+    """
+
+    beta: Annotated[float, Field(gt=0)] = 100.0
+    beta_T: Annotated[float, Field(gt=0)] = 10.0
+    k_n: Annotated[Stiffness, Field(gt=0)] | None = None
+    k_T: Annotated[Stiffness, Field(gt=0)] | None = None
+    tolerance: Annotated[float, Field(gt=0, le=0.1)] = 1e-5
+    max_updates: Annotated[int, Field(ge=1)] = 40
+    type: Literal["augmented"] = "augmented"
+
+
+Enforcement = Annotated[Penalty | Augmented, Field(discriminator="type")]
+
+
+def _as_names(value: Any) -> Any:
+    return (value,) if isinstance(value, str) else tuple(value) if isinstance(value, list) else value
+
+
+@described
+class Contact:
+    """Contact of ``surface`` (a boundary ``body.name`` or a list of them) against a tool.
+
+    ``friction`` overrides the problem's; ``points`` is the integration rule of the contact terms.
+    """
+
+    surface: Annotated[tuple[str, ...], BeforeValidator(_as_names), Field(min_length=1)]
+    against: str
+    friction: Friction | None = None
+    enforcement: Enforcement = field(default_factory=lambda: Penalty())
+    points: Literal["nodal"] = "nodal"
+
+    @property
+    def name(self) -> str:
+        """``<surface>-<tool>``, the name used in files and by steps."""
+        return "+".join(self.surface) + "-" + self.against
+
+
+# -------------------------------------------------------------------------------------------------- motion and loads
+@described
+class Fixed:
+    """Displacement of a boundary: None leaves a component free, a number or table prescribes it."""
+
+    x: DisplacementValue | None = None
+    y: DisplacementValue | None = None
+
+
+def _as_fixed(value: Any) -> Any:
+    """'x', 'y' and 'xy' are short for zero displacement."""
+    if isinstance(value, str):
+        if value not in ("x", "y", "xy"):
+            raise ValueError(f"{value!r} is not 'x', 'y', 'xy' or a mapping of x and y to values")
+        return {c: 0.0 for c in value}
+    return value
+
+
+FixedValue = Annotated[Fixed, BeforeValidator(_as_fixed)]
+
+
+@described
+class Motion:
+    """Displacement (or velocity) of a tool's reference point and its rotation ``rz``, counter-clockwise."""
+
+    x: DisplacementValue | None = None
+    y: DisplacementValue | None = None
+    rz: AngleValue | None = None
+
+
+@described
+class Push:
+    """Force on a tool at its reference point and moment ``m``: per unit thickness (plane), whole 2π (axisymmetric)."""
+
+    x: ForceValue | None = None
+    y: ForceValue | None = None
+    m: FloatValue | None = None
+
+
+@described
+class Load:
+    """Load on a boundary: either ``traction`` (dead: fixed direction, per undeformed area) or ``pressure`` and ``shear``.
+
+    ``pressure`` pushes into the body, ``shear`` acts along the boundary (body on the left when walking along +).
+    With ``follower`` (default) both turn with the surface and act on its current area; without, on the undeformed one.
+    """
+
+    pressure: PressureValue | None = None
+    shear: PressureValue | None = None
+    traction: tuple[PressureValue, PressureValue] | None = None
+    follower: bool = True
+
+    @model_validator(mode="after")
+    def _check(self) -> Load:
+        if (self.traction is None) == (self.pressure is None and self.shear is None):
+            raise ValueError("give either 'traction' or 'pressure' and/or 'shear'")
+        return self
+
+
+@described
+class Step:
+    """One stage of the history; step k spans time k − 1 … k.
+
+    ``move``: tool displacement from the initial position reached at the end of the step (or a table);
+    ``velocity``: tool velocity during the step (length per unit time); ``push``: tool force.
+    Numbers ramp linearly from the value at the start of the step. What is not mentioned is held.
+    ``increments``: the number of equal increments asked for (each is cut further when it does not converge);
+    without it the step size is chosen automatically.
+    """
+
+    name: str
+    move: Mapping[str, Motion] = field(default_factory=dict)
+    velocity: Mapping[str, Motion] = field(default_factory=dict)
+    push: Mapping[str, Push] = field(default_factory=dict)
+    fixed: Mapping[str, FixedValue] = field(default_factory=dict)
+    loads: Mapping[str, Load] = field(default_factory=dict)
+    body_force: Mapping[str, tuple[FloatValue, FloatValue]] = field(default_factory=dict)
+    friction: Mapping[str, Friction | None] = field(default_factory=dict)
+    increments: Annotated[int, Field(ge=1)] | None = None
+
+
+@described
+class Units:
+    """The consistent system of the case's numbers; time is in seconds, temperature in kelvin."""
+
+    length: str = "mm"
+    force: str = "N"
+
+
+@described
+class Problem:
+    """All the physics of a case.
+
+    ``space``: ``plane strain`` or ``axisymmetric`` (x is the radius, y the axis); plane problems have ``thickness``.
+    ``kinematics``: ``finite`` (updated Lagrangian) or ``small``. ``contact_geometry``: ``current`` (moved surface, true
+    tool normal) or ``reference`` (gap on the undeformed surface along its own normal: linear Signorini).
+    ``body_force``: force per volume ρb on each body.
+    """
+
+    name: str
+    bodies: Mapping[str, Body]
+    steps: tuple[Step, ...]
+    tools: Mapping[str, Tool] = field(default_factory=dict)
+    contacts: tuple[Contact, ...] = ()
+    fixed: Mapping[str, FixedValue] = field(default_factory=dict)
+    loads: Mapping[str, Load] = field(default_factory=dict)
+    body_force: Mapping[str, tuple[FloatValue, FloatValue]] = field(default_factory=dict)
+    friction: Friction | None = None
+    space: Literal["plane strain", "axisymmetric"] = "plane strain"
+    kinematics: Literal["finite", "small"] = "finite"
+    contact_geometry: Literal["current", "reference"] = "current"
+    thickness: Annotated[Length, Field(gt=0)] = 1.0
+    units: Units = field(default_factory=Units)
+
+    @model_validator(mode="after")
+    def _check(self) -> Problem:
+        from prensa.model.checks import check_names
+
+        check_names(self)
+        return self
+
+
+@described
+class Numerics:
+    """How the problem is solved. The defaults are meant to stay; every threshold is dimensionless.
+
+    ``tolerance``: residual over the sum of absolute element forces; ``max_cutbacks``: how often an increment may be
+    quartered; ``solver``: ``auto`` takes PARDISO when installed, else rslab, else SuperLU.
+    """
+
+    tolerance: Annotated[float, Field(gt=0, le=1e-4)] = 1e-9
+    max_iterations: Annotated[int, Field(ge=2)] = 25
+    max_cutbacks: Annotated[int, Field(ge=0)] = 7
+    line_search: bool = True
+    predictor: bool = True
+    solver: Literal["auto", "pardiso", "rslab", "superlu"] = "auto"
+    threads: Annotated[int, Field(ge=1)] = 1
+
+
+@described
+class Output:
+    """What a run writes: fields every ``fields`` increments (0: only the last of each step), pictures, report."""
+
+    fields: Annotated[int, Field(ge=0)] = 1
+    pictures: bool = True
+    report: bool = True
+
+
+@described
+class Case:
+    """A file: the problem and, apart, its numerics and output."""
+
+    problem: Problem
+    numerics: Numerics = field(default_factory=Numerics)
+    output: Output = field(default_factory=Output)
+
+
+__all__ = [
+    "J2", "Augmented", "Body", "Case", "Circle", "Contact", "Coulomb", "Elastic", "Fixed", "FlowTable", "Grade",
+    "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik", "Motion", "MuExponential", "MuLinear", "MuTable",
+    "NeoHooke", "Numerics", "Output", "Penalty", "Perfect", "Plane", "Points", "Problem", "Push", "Rectangle", "Ring",
+    "Stamp", "Step", "Swift", "Units", "Voce",
+]  # fmt: skip

@@ -1,0 +1,159 @@
+"""What a converged increment is to the rest of the world: plain frozen arrays. Output, reports and users read only this."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from prensa.solve.state import State
+
+Array = NDArray[np.float64]
+STATUS = ("open", "stick", "slip")
+
+
+class Force(NamedTuple):
+    """Force (x, y) and moment m about the tool's reference point: per unit thickness (plane) or whole 2π (axisymmetric)."""
+
+    x: float
+    y: float
+    m: float
+
+
+class Place(NamedTuple):
+    """Displacement (x, y) of a tool's reference point from its initial position and rotation rz (rad)."""
+
+    x: float
+    y: float
+    rz: float
+
+
+@dataclass(frozen=True)
+class ToolState:
+    """A tool: ``at`` (2,) initial reference point, ``place`` displacement, ``force`` of the bodies on it."""
+
+    at: Array
+    place: Place
+    force: Force
+
+
+@dataclass(frozen=True)
+class ContactState:
+    """One contact along its surface; k points ordered along the surface (all are candidates, open ones included).
+
+    ``node`` (k,) node numbers of the body, ``X``/``x`` (k, 2) initial and current positions, ``gap``, ``pressure`` ≥ 0,
+    ``shear`` (traction along the tool's tangent), ``slip`` (accumulated path length), ``status`` (k,) index into `STATUS`,
+    ``weight`` (k,) tributary area (2πr inside in axisymmetry), ``force`` (k, 2) nodal contact force on the body,
+    ``pressure_from_stress`` (k,) −n·σ*n of the recovered stress, ``area``: tributary area of the closed points.
+    Pressures are per current area.
+    """
+
+    surface: str
+    tool: str
+    body: str
+    node: NDArray[np.int64]
+    X: Array
+    x: Array
+    gap: Array
+    pressure: Array
+    shear: Array
+    slip: Array
+    status: NDArray[np.int8]
+    weight: Array
+    force: Array
+    pressure_from_stress: Array
+    area: float
+
+
+@dataclass(frozen=True)
+class BodyState:
+    """One body: n nodes, m cells (quadrilaterals, counter-clockwise).
+
+    ``X``, ``x`` (n, 2); ``cells`` (m, 4); ``reaction`` (n, 2) force of the supports on the node (0 where free);
+    ``stress`` (n, 4) recovered Cauchy stress xx, yy, zz, xy; ``mises`` (n,); ``plastic_strain`` (n,) equivalent.
+    """
+
+    X: Array
+    x: Array
+    cells: NDArray[np.int64]
+    reaction: Array
+    stress: Array
+    mises: Array
+    plastic_strain: Array
+
+    @property
+    def displacement(self) -> Array:
+        """(n, 2) displacement from the initial position."""
+        return self.x - self.X
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """Cost of an increment: Newton iterations (rejected attempts included), cut-backs, final relative residual."""
+
+    iterations: int
+    cutbacks: int
+    residual: float
+    augmentations: int = 0
+    residuals: tuple[float, ...] = ()
+    """Relative residual at each iteration of the accepted attempt."""
+    changes: tuple[int, ...] = ()
+    """Contact points whose status changed, at each of those iterations."""
+
+
+@dataclass(frozen=True)
+class Increment:
+    """A converged, committed increment. ``number`` counts from 1 over the whole run (0 is the initial state)."""
+
+    step: str
+    step_number: int
+    number: int
+    time: float
+    tools: Mapping[str, ToolState]
+    energy: Mapping[str, float]
+    """external, elastic, plastic, friction, contact, imbalance."""
+    statistics: Statistics
+    state: State
+    end_of_step: bool
+    _contacts: Callable[[], Mapping[str, ContactState]] = field(repr=False, compare=False)
+    _bodies: Callable[[], Mapping[str, BodyState]] = field(repr=False, compare=False)
+
+    def force(self, tool: str) -> Force:
+        """Force of the bodies on *tool*, positive along +axis (a punch pressing down feels a positive y)."""
+        return self.tools[tool].force
+
+    @cached_property
+    def contacts(self) -> Mapping[str, ContactState]:
+        """Contact states by name ``<surface>-<tool>``, computed when first asked for."""
+        return self._contacts()
+
+    @cached_property
+    def bodies(self) -> Mapping[str, BodyState]:
+        """Body states by name, stresses recovered when first asked for."""
+        return self._bodies()
+
+
+@dataclass(frozen=True)
+class Progress:
+    """A sign of life, sent to the monitor at every Newton iteration and every accepted or rejected increment."""
+
+    step: str
+    step_number: int
+    number: int
+    time: float
+    end: float
+    """Time at the end of the last step."""
+    iteration: int
+    residual: float
+    forces: Mapping[str, Force]
+    event: str = "iteration"
+    """'iteration', 'accepted', 'rejected' or 'note' (first touch, approach of a force-driven tool …)."""
+    message: str = ""
+
+
+Monitor = Callable[[Progress], None]
