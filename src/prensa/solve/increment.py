@@ -35,11 +35,15 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True)
 class ToolState:
-    """A tool: ``at`` (2,) initial reference point, ``place`` displacement, ``force`` of the bodies on it."""
+    """A tool: ``at`` (2,) initial reference point, ``place`` displacement, ``force`` of the bodies on it.
+
+    ``direction`` (2,) outward normal of the face of a plane, stamp or ring before any rotation (``place.rz`` turns it).
+    """
 
     at: Array
     place: Place
     force: Force
+    direction: tuple[float, float] = (0.0, -1.0)
 
 
 @dataclass(frozen=True)
