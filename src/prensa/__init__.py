@@ -16,7 +16,7 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "load": "prensa.model.schema",
     "dump": "prensa.model.schema",
     "CaseError": "prensa.model.schema",
-    "solve": "prensa.solve.march",
+    "solve": "prensa.solver.march",
     "discretise": "prensa.fem.system",
     "run": "prensa.output.run",
 }

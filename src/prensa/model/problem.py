@@ -469,20 +469,39 @@ class Contact:
 
 
 # -------------------------------------------------------------------------------------------------- motion and loads
+def _support_kind(value: Any) -> str:
+    return "held" if value == "held" else _value_kind(value)
+
+
+SupportValue = Annotated[
+    Annotated[Literal["held"], Tag("held")]
+    | Annotated[Displacement, Tag("number")]
+    | Annotated[tuple[tuple[float, Displacement], ...], Field(min_length=2), Tag("table")],
+    Discriminator(_support_kind),
+    BeforeValidator(_as_table),
+]
+
+
 @described
 class Fixed:
-    """Displacement of a boundary: None leaves a component free, a number or table prescribes it."""
+    """Support of a boundary, per component: ``held`` where it is, a number or a table of total displacement, or none.
 
-    x: DisplacementValue | None = None
-    y: DisplacementValue | None = None
+    ``free`` releases what earlier entries prescribed there.
+    """
+
+    x: SupportValue | None = None
+    y: SupportValue | None = None
+    free: bool = False
 
 
 def _as_fixed(value: Any) -> Any:
-    """'x', 'y' and 'xy' are short for zero displacement."""
+    """'x', 'y' and 'xy' are short for held components, 'free' for a release."""
     if isinstance(value, str):
+        if value == "free":
+            return {"free": True}
         if value not in ("x", "y", "xy"):
-            raise ValueError(f"{value!r} is not 'x', 'y', 'xy' or a mapping of x and y to values")
-        return {c: 0.0 for c in value}
+            raise ValueError(f"{value!r} is not 'x', 'y', 'xy', 'free' or a mapping of x and y to values")
+        return dict.fromkeys(value, "held")
     return value
 
 

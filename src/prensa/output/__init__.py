@@ -1,0 +1,1 @@
+"""What a run leaves behind: tables, fields, checkpoints, pictures and the report. Reads `Increment` and nothing deeper."""

@@ -1,0 +1,123 @@
+"""Closed forms and semi-analytical solutions of contact and metal forming, independent of the finite-element code.
+
+| module | solves |
+|---|---|
+| `hertz` | rigid cylinder or sphere on a half-space |
+| `layer` | rigid cylinder on an elastic layer, smooth or bonded base: exact kernel |
+| `ring_stamp` | flat ring or disc on a half-space, ring on a layer |
+| `friction` | partial slip, slip hardening of one point, wedge, circular path, capstan, Wang & Osakada |
+| `upsetting` | frictionless upsetting with elasticity: cylinder, ring, plane strain; Considere |
+| `forming` | limit loads, tubes, rough plates, slab method |
+| `bending` | moment, curvature and springback of a strip |
+| `tables` | tabulated results of other programs and papers |
+
+Any consistent units. Functions take and return plain numbers and numpy arrays; scipy is loaded on first use.
+"""
+
+from .bending import Bending, bend_strip, bend_strip_perfect, bend_strip_power
+from .forming import (
+    Slab,
+    prandtl_punch,
+    rough_plates_cycloid,
+    rough_plates_slab,
+    slab_cylinder,
+    slab_strip,
+    tube_expansion,
+    tube_pressure,
+)
+from .friction import (
+    CattaneoMindlin,
+    MuConstant,
+    MuExponential,
+    MuLinear,
+    SlipLaw,
+    capstan,
+    cattaneo_mindlin,
+    circular_path_lag,
+    sliding_wedge,
+    slip_hardening,
+    wang_osakada,
+)
+from .hertz import (
+    HertzLine,
+    HertzSphere,
+    hertz_line,
+    hertz_line_from_a,
+    hertz_sphere,
+    hertz_sphere_from_a,
+    hertz_sphere_from_delta,
+)
+from .layer import LayerLine, layer_kernel, layer_kernel_defect, layer_line
+from .ring_stamp import RingStamp, flat_punch_stiffness, ring_stamp
+from .tables import (
+    RingCalibration,
+    cylinder_on_layer_pressure,
+    cylinder_on_layer_table,
+    plate_on_rigid_plane,
+    ring_compression_calibration,
+    ring_stamp_pressure,
+)
+from .upsetting import (
+    Necking,
+    Upsetting,
+    considere,
+    ring_bore_change,
+    uniaxial_compression,
+    upset_cylinder,
+    upset_plane_strain,
+    upset_plane_stress,
+)
+
+__all__ = [
+    "Bending",
+    "CattaneoMindlin",
+    "HertzLine",
+    "HertzSphere",
+    "LayerLine",
+    "MuConstant",
+    "MuExponential",
+    "MuLinear",
+    "Necking",
+    "RingCalibration",
+    "RingStamp",
+    "Slab",
+    "SlipLaw",
+    "Upsetting",
+    "bend_strip",
+    "bend_strip_perfect",
+    "bend_strip_power",
+    "capstan",
+    "cattaneo_mindlin",
+    "circular_path_lag",
+    "considere",
+    "cylinder_on_layer_pressure",
+    "cylinder_on_layer_table",
+    "flat_punch_stiffness",
+    "hertz_line",
+    "hertz_line_from_a",
+    "hertz_sphere",
+    "hertz_sphere_from_a",
+    "hertz_sphere_from_delta",
+    "layer_kernel",
+    "layer_kernel_defect",
+    "layer_line",
+    "plate_on_rigid_plane",
+    "prandtl_punch",
+    "ring_bore_change",
+    "ring_compression_calibration",
+    "ring_stamp",
+    "ring_stamp_pressure",
+    "rough_plates_cycloid",
+    "rough_plates_slab",
+    "slab_cylinder",
+    "slab_strip",
+    "sliding_wedge",
+    "slip_hardening",
+    "tube_expansion",
+    "tube_pressure",
+    "uniaxial_compression",
+    "upset_cylinder",
+    "upset_plane_strain",
+    "upset_plane_stress",
+    "wang_osakada",
+]

@@ -18,7 +18,8 @@ class State:
     last increment's change and ``dt_last`` its duration (for the predictor); ``history`` one (elements, points, h) array
     per block, flattened together; ``contact`` one (points, 4) row per contact point: traction along the tangent,
     accumulated slip, surface coordinate, closed or not; ``lam`` (points, 2) multipliers; ``energy`` (6,) ledger;
-    ``clock`` (step, number, time, dt, streak) of the marching.
+    ``clock`` (step, number, time, dt, streak) of the marching; ``work`` (ndof,) forces of the last committed increment;
+    ``anchor`` (ndof,) the unknowns at the start of the present step.
     """
 
     u: Array
@@ -30,6 +31,7 @@ class State:
     energy: Array
     work: Array
     clock: Array
+    anchor: Array
 
     def arrays(self) -> dict[str, Array]:
         """Flat mapping of names to arrays, for checkpoints."""

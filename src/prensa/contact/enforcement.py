@@ -1,0 +1,85 @@
+"""From gaps and slips to contact forces: penalty and augmented Lagrangian forms of the normal and tangential conditions.
+
+p = ⟨λ_n − k_n g⟩ with the total gap (paper eqs. 4-8, corrected) and t_T by the return map. The augmented form is the
+penalty form with multipliers that an outer loop updates; for plain penalty λ_n = 0 and λ_T is the committed traction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.contact.pairing import Pairs
+from prensa.friction.return_map import Friction, return_map
+
+Array = NDArray[np.float64]
+
+
+class ContactForces(NamedTuple):
+    """k points: p, t (tangential traction along e), kappa, s, g (k,); slip flags; F (k, 5) forces on q; K (k, 5, 5) = −∂F/∂q.
+
+    n, e (k, 2) are the frame in space; weight (k,).
+    """
+
+    p: Array
+    t: Array
+    kappa: Array
+    s: Array
+    g: Array
+    slip: NDArray[np.bool_]
+    F: Array
+    K: Array
+    n: Array
+    e: Array
+    weight: Array
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Stiffnesses per area k_n, k_t (k,) of the points and lengths h (k,) against which penetration is small."""
+
+    k_n: Array
+    k_t: Array
+    h: Array
+
+
+def forces(
+    pairs: Pairs, weight: Array, scale: Scale, lam: Array, committed: Array, law: Friction | None, period: float
+) -> ContactForces:
+    """Contact forces on the pair coordinates and their exact, unsymmetric stiffness.
+
+    weight (k,); lam (k, 2) multipliers normal, tangential; committed (k, 4): traction, accumulated slip, surface
+    coordinate, closed. ``period``: length of a closed tool's surface, across which the coordinate jumps.
+    """
+    k = len(weight)
+    p_trial = np.where(np.isfinite(pairs.g), lam[:, 0] - scale.k_n * np.where(np.isfinite(pairs.g), pairs.g, 0.0), 0.0)
+    closed = p_trial > 0
+    p = np.where(closed, p_trial, 0.0)
+    dp = np.where(closed, -scale.k_n, 0.0)[:, None] * pairs.dg
+    t, kappa, slip = np.zeros(k), committed[:, 1].copy(), np.zeros(k, dtype=bool)
+    dt = np.zeros((k, 5))
+    if law is not None:
+        ds = pairs.s - committed[:, 2]
+        if np.isfinite(period):
+            ds = ds - period * np.round(ds / period)
+        out = return_map(law, lam[:, 1:2], ds[:, None], p, committed[:, 1], scale.k_t)
+        t, kappa, slip = out.t[:, 0], out.kappa, out.slip
+        dt = out.dt_dg[:, 0, 0][:, None] * pairs.ds + out.dt_dp[:, 0][:, None] * dp
+    F = weight[:, None] * (p[:, None] * pairs.Fn + t[:, None] * pairs.Ft)
+    dF = pairs.Fn[:, :, None] * dp[:, None, :] + pairs.Ft[:, :, None] * dt[:, None, :]
+    if pairs.moving:
+        v = p[:, None] * pairs.e - t[:, None] * pairs.n
+        arm = pairs.arm
+        turned = np.concatenate([v, -v, -(arm[:, :1] * v[:, 1:] - arm[:, 1:] * v[:, :1])], axis=1)
+        dF += turned[:, :, None] * pairs.turn[:, None, :]
+        traction = p[:, None] * pairs.n + t[:, None] * pairs.e
+        # the arm moves with the body point and against the tool
+        dF[:, 4, 0] -= traction[:, 1]
+        dF[:, 4, 1] += traction[:, 0]
+        dF[:, 4, 2] += traction[:, 1]
+        dF[:, 4, 3] -= traction[:, 0]
+    K = -weight[:, None, None] * dF
+    return ContactForces(p, t, kappa, pairs.s, pairs.g, slip, F, K, pairs.n, pairs.e, weight)

@@ -1,0 +1,91 @@
+"""Gap and slip of contact points against a tool, with everything their tangent needs.
+
+Generalised coordinates of a pair are q = (body x, body y, tool x, tool y, tool rz). Both geometries give the gap g, the
+surface coordinate s, their derivatives with respect to q, and the directions F_n, F_t in which a unit pressure and a
+unit tangential traction act on q.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.tools.analytic import Tool, turned
+from prensa.tools.place import gap_along
+
+Array = NDArray[np.float64]
+
+
+class Pairs(NamedTuple):
+    """k pairs: gap g, surface coordinate s (k,); normal n, tangent e (k, 2) in space; dg, ds, Fn, Ft (k, 5).
+
+    turn (k, 5) = ∂(angle of the frame n, e)/∂q (zero in the reference geometry), arm (k, 2) from the tool's reference
+    point, moving: whether the arm moves with the body point.
+    """
+
+    g: Array
+    s: Array
+    n: Array
+    e: Array
+    dg: Array
+    ds: Array
+    Fn: Array
+    Ft: Array
+    turn: Array
+    arm: Array
+    moving: bool
+
+
+def _generalised(v: Array, arm: Array) -> Array:
+    """Action (k, 5) of unit forces v (k, 2) on the body points and their opposites on the tool."""
+    moment = arm[:, 0] * v[:, 1] - arm[:, 1] * v[:, 0]
+    return np.concatenate([v, -v, -moment[:, None]], axis=1)
+
+
+def current_pairs(shape: Tool, x: Array, at: Array, place: Array) -> Pairs:
+    """Moved surface, true tool normal: x (k, 2) current positions, at (2,), place (3,) displacement and rotation."""
+    c, s = np.cos(place[2]), np.sin(place[2])
+    R = np.array([[c, -s], [s, c]])
+    arm = x - (at + place[:2])
+    close = shape.closest(arm @ R)
+    n = close.n @ R.T
+    e = turned(n)
+    Fn, Ft = _generalised(n, arm), _generalised(e, arm)
+    turn = close.c[:, None] * Ft
+    turn[:, 4] += 1.0
+    return Pairs(close.g, close.s, n, e, Fn, (1.0 - close.g * close.c)[:, None] * Ft, Fn, Ft, turn, arm, True)
+
+
+def reference_pairs(shape: Tool, X: Array, normal: Array, u: Array, at: Array, place: Array, limit: float) -> Pairs:
+    """Linear Signorini: gap on the undeformed surface along its own normal, X, normal, u (k, 2).
+
+    g = h − ν·u with h the distance along ν from X to the tool where it is now; forces act along −ν at X.
+    """
+    c, s = np.cos(place[2]), np.sin(place[2])
+    R = np.array([[c, -s], [s, c]])
+    centre = at + place[:2]
+    h = np.empty(len(X))
+    N = np.empty_like(X)
+    for nu in np.unique(normal, axis=0):
+        rows = (normal == nu).all(axis=1)
+        local = (X[rows] - centre) @ R
+        h[rows] = gap_along(shape, np.zeros(2), local, nu @ R, limit)
+        hit = np.where(np.isfinite(h[rows]), h[rows], 0.0)
+        N[rows] = shape.closest(local + hit[:, None] * (nu @ R)).n @ R.T
+    n = -normal
+    e = turned(n)
+    miss = ~np.isfinite(h)
+    g = h - (normal * u).sum(axis=1)
+    slope = (N * normal).sum(axis=1)
+    slope = np.where(miss, -1.0, slope)
+    to_hit = X + np.where(miss, 0.0, h)[:, None] * normal - centre
+    dg = np.zeros((len(X), 5))
+    dg[:, :2] = n
+    dg[:, 2:4] = N / slope[:, None]
+    dg[:, 4] = (to_hit[:, 0] * N[:, 1] - to_hit[:, 1] * N[:, 0]) / slope
+    arm = X - at
+    Fn, Ft = _generalised(n, arm), _generalised(e, arm)
+    slip = (e * (u - place[:2])).sum(axis=1) + Ft[:, 4] * place[2]
+    return Pairs(g, slip, n, e, dg, Ft, Fn, Ft, np.zeros((len(X), 5)), arm, False)

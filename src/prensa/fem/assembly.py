@@ -1,0 +1,162 @@
+"""Sparsity pattern, slots, and the sweep kinematics → material → integrate → scatter over chunks of elements."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from prensa.elements import q4
+from prensa.materials.laws import At, Material, Out
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+CHUNK = 512
+
+
+class Pattern(NamedTuple):
+    """Compressed sparse columns of the whole system, prescribed unknowns included; structurally symmetric, sorted."""
+
+    n: int
+    indptr: NDArray[np.int32]
+    indices: NDArray[np.int32]
+
+
+@njit(cache=True)
+def _find(indptr, indices, row, col):  # type: ignore[no-untyped-def]
+    lo, hi = indptr[col], indptr[col + 1]
+    while lo < hi:
+        mid = (lo + hi) // 2
+        if indices[mid] < row:
+            lo = mid + 1
+        else:
+            hi = mid
+    return lo
+
+
+@njit(cache=True)
+def slots(indptr, indices, dofs, out):  # type: ignore[no-untyped-def]
+    """dofs (e, m) → out (e, m, m): position of entry (row i, column j) in the matrix values."""
+    for e in range(dofs.shape[0]):
+        for j in range(dofs.shape[1]):
+            for i in range(dofs.shape[1]):
+                out[e, i, j] = _find(indptr, indices, dofs[e, i], dofs[e, j])
+
+
+@njit(cache=True)
+def scatter_matrix(K, slot, data):  # type: ignore[no-untyped-def]
+    """data[slot] += K for K, slot (e, m, m)."""
+    for e in range(K.shape[0]):
+        for i in range(K.shape[1]):
+            for j in range(K.shape[2]):
+                data[slot[e, i, j]] += K[e, i, j]
+
+
+@njit(cache=True)
+def scatter_vector(r, dofs, out):  # type: ignore[no-untyped-def]
+    """out[dofs] += r for r, dofs (e, m)."""
+    for e in range(r.shape[0]):
+        for i in range(r.shape[1]):
+            out[dofs[e, i]] += r[e, i]
+
+
+def make_pattern(cells: list[Index], nodes: int, tools: int, tool_nodes: list[Index]) -> Pattern:
+    """Pattern of element couplings of all cells, each tool's 3 unknowns with all its candidate nodes, and with itself."""
+    from scipy.sparse import coo_matrix, csr_matrix
+
+    rows, cols = [np.arange(nodes)], [np.arange(nodes)]
+    for c in cells:
+        m = len(c)
+        incidence = csr_matrix((np.ones(c.size, dtype=np.int8), c.ravel(), np.arange(0, c.size + 1, c.shape[1])), (m, nodes))
+        graph = (incidence.T.astype(np.int32) @ incidence.astype(np.int32)).tocoo()
+        rows.append(graph.row)
+        cols.append(graph.col)
+    i, j = np.concatenate(rows).astype(np.int64), np.concatenate(cols).astype(np.int64)
+    I = (2 * i[:, None, None] + np.arange(2)[:, None] + np.zeros(2, dtype=np.int64)).ravel()
+    J = (2 * j[:, None, None] + np.arange(2) + np.zeros((2, 1), dtype=np.int64)).ravel()
+    more_i, more_j = [I], [J]
+    for t, near in enumerate(tool_nodes):
+        own = 2 * nodes + 3 * t + np.arange(3)
+        dofs = np.concatenate([2 * near, 2 * near + 1])
+        a, b = np.meshgrid(own, dofs, indexing="ij")
+        s, q = np.meshgrid(own, own, indexing="ij")
+        more_i += [a.ravel(), b.ravel(), s.ravel()]
+        more_j += [b.ravel(), a.ravel(), q.ravel()]
+    n = 2 * nodes + 3 * tools
+    i, j = np.concatenate(more_i), np.concatenate(more_j)
+    matrix = coo_matrix((np.ones(len(i), dtype=np.int8), (i, j)), (n, n)).tocsc()
+    matrix.sort_indices()
+    return Pattern(n, matrix.indptr.astype(np.int32), matrix.indices.astype(np.int32))
+
+
+@dataclass(frozen=True)
+class Block:
+    """Elements of one body: global ``cells`` (m, 4), ``X`` (m, 4, 2), law, formulation, slots (m, 8, 8), dofs (m, 8).
+
+    ``volume`` (m, 4): initial volumes of the points, thickness or 2πr inside.
+    """
+
+    body: str
+    cells: Index
+    X: Array
+    law: Material
+    bar: bool
+    finite: bool
+    axisymmetric: bool
+    scale: float
+    dofs: NDArray[np.int64]
+    slots: NDArray[np.int32]
+    volume: Array
+
+    def __len__(self) -> int:
+        return len(self.cells)
+
+
+class Sweep(NamedTuple):
+    """Result of a sweep: total Σ |element forces| and new history (m, 4, h); bad element or −1."""
+
+    force_scale: float
+    history: Array
+    failed: int
+
+
+def sweep(
+    block: Block, x_n: Array, du: Array, old: Array, at: At, r: Array, data: Array | None
+) -> Sweep:
+    """Add internal forces to r (ndof,) and, unless data is None, the stiffness to data (nnz,).
+
+    x_n (n, 2): configuration that increments refer to; du (n, 2): increments of the nodes; old (m, 4, h) history.
+    """
+    m = len(block)
+    new = np.empty_like(old)
+    total = 0.0
+    c = min(CHUNK, m)
+    h, w, alpha = np.empty((c, 4, 5)), np.empty((c, 4)), np.empty((c, 4))
+    P, A = np.empty((c, 4, 5)), np.empty((c, 4, 5, 5))
+    r_e, K_e, size = np.empty((c, 8)), np.empty((c, 8, 8)), np.empty(c)
+    flags, points = np.empty(c, dtype=np.bool_), np.empty(4 * c, dtype=np.bool_)
+    for first in range(0, m, c):
+        last = min(first + c, m)
+        k = last - first
+        x, d = x_n[block.cells[first:last]], du[block.cells[first:last]]
+        flags[:] = False
+        points[:] = False
+        q4.kinematics(x, d, block.axisymmetric, block.finite, block.bar, block.scale, h[:k], w[:k], alpha[:k], flags[:k])
+        if flags[:k].any():
+            return Sweep(np.nan, new, first + int(np.argmax(flags[:k])))
+        out = Out(P[:k].reshape(-1, 5), A[:k].reshape(-1, 5, 5), new[first:last].reshape(4 * k, -1), points[: 4 * k])
+        block.law.update(h[:k].reshape(-1, 5), old[first:last].reshape(4 * k, -1), at, out)
+        if points[: 4 * k].any():
+            return Sweep(np.nan, new, first + int(np.argmax(points[: 4 * k])) // 4)
+        q4.integrate(
+            x, d, block.axisymmetric, block.finite, block.bar, w[:k], alpha[:k], P[:k], A[:k], size[:k],
+            data is not None, r_e[:k], K_e[:k],
+        )  # fmt: skip
+        total += float(size[:k].sum())
+        scatter_vector(r_e[:k], block.dofs[first:last], r)
+        if data is not None:
+            scatter_matrix(K_e[:k], block.slots[first:last], data)
+    return Sweep(total, new, -1)

@@ -1,0 +1,394 @@
+"""From the description to arrays, and the residual: a pure function of its arguments."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.contact.enforcement import ContactForces, Scale, forces
+from prensa.contact.integration import NodalPoints, depth_of
+from prensa.contact.pairing import Pairs, current_pairs, reference_pairs
+from prensa.elements import q4
+from prensa.errors import PrensaError
+from prensa.fem import loads as fem_loads
+from prensa.fem.assembly import Block, Pattern, make_pattern, scatter_matrix, slots, sweep
+from prensa.fem.schedule import StepPlan
+from prensa.friction.coulomb import Coulomb
+from prensa.friction.return_map import Friction
+from prensa.materials.laws import At, material_of
+from prensa.mesh.generate import mesh_of
+from prensa.mesh.mesh import Mesh, MeshError, ordered_nodes
+from prensa.model import problem as model
+from prensa.solver.state import State
+from prensa.tools.analytic import Circle
+from prensa.tools.place import PlacedTool, place
+
+log = logging.getLogger("prensa")
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Surface:
+    """One contact: candidate points against a tool. ``first`` is the row of its first point in the state's arrays."""
+
+    name: str
+    description: model.Contact
+    body: str
+    tool: int
+    points: NodalPoints
+    first: int
+    normal: Array
+    modulus: float
+
+    @property
+    def rows(self) -> slice:
+        """Rows of this contact in `State.contact` and `State.lam`."""
+        return slice(self.first, self.first + len(self.points.nodes))
+
+    def scale(self, k_t_least: float = 0.0) -> Scale:
+        """Penalty stiffnesses of the points: k_n = β E*/h, k_T = β_T E*/h, not below ``k_t_least``."""
+        e, h = self.description.enforcement, self.points.depth
+        k_n = np.full_like(h, e.k_n) if e.k_n is not None else e.beta * self.modulus / h
+        k_t = np.full_like(h, e.k_T) if e.k_T is not None else e.beta_T * self.modulus / h
+        return Scale(k_n, np.maximum(k_t, k_t_least), h)
+
+
+class Evaluation(NamedTuple):
+    """r (ndof,) residual; data (nnz,) its derivative or None; ``scale``: Σ |element forces| + |contact| + |external|.
+
+    history, contacts: trial values to commit; f_ext (ndof,); ``failed``: why it could not be evaluated, or ''.
+    """
+
+    r: Array
+    data: Array | None
+    scale: float
+    history: tuple[Array, ...]
+    contacts: tuple[ContactForces, ...]
+    f_ext: Array
+    failed: str
+
+
+@dataclass
+class Circumstances:
+    """What an evaluation depends on besides the unknowns: committed state, plan of the step, time, and derived arrays.
+
+    Fixed during an increment: ``weights`` and ``scales`` of the contacts on the committed configuration, laws.
+    """
+
+    state: State
+    plan: StepPlan
+    time: float
+    dt: float
+    weights: list[Array]
+    scales: list[Scale]
+    laws: list[Friction | None]
+    x_n: Array
+
+
+@dataclass
+class System:
+    """The discretised problem."""
+
+    problem: model.Problem
+    meshes: dict[str, Mesh]
+    offsets: dict[str, int]
+    X: Array
+    blocks: list[Block]
+    tools: list[PlacedTool]
+    surfaces: list[Surface]
+    pattern: Pattern
+    nodes: int
+    _edge_slots: dict[str, Any] = field(default_factory=dict)
+
+    # ------------------------------------------------------------------------------------------------------ indices
+    @property
+    def ndof(self) -> int:
+        """Unknowns: two per node, three per tool."""
+        return 2 * self.nodes + 3 * len(self.tools)
+
+    def tool_dof(self, t: int) -> int:
+        """First unknown of tool number t."""
+        return 2 * self.nodes + 3 * t
+
+    @property
+    def axisymmetric(self) -> bool:
+        """Whether x is a radius."""
+        return self.problem.space == "axisymmetric"
+
+    @property
+    def length(self) -> float:
+        """Size of the bodies, the length by which moments are divided."""
+        return float(np.ptp(self.X, axis=0).max())
+
+    def boundary_nodes(self, name: str) -> Index:
+        """Global nodes of 'body.boundary' (or 'body.point')."""
+        body, _, edge = name.partition(".")
+        return self.meshes[body].nodes(edge) + self.offsets[body]
+
+    def boundary_edges(self, name: str) -> Index:
+        """Global edges (k, 2) of 'body.boundary'."""
+        body, _, edge = name.partition(".")
+        mesh = self.meshes[body]
+        mesh.nodes(edge)
+        if edge not in mesh.edges:
+            raise MeshError(f"{name!r} is a point; a load or a contact needs a boundary")
+        return mesh.edges[edge] + self.offsets[body]
+
+    @cached_property
+    def axis_nodes(self) -> Index:
+        """Nodes on the axis of revolution, whose radial displacement is zero."""
+        if not self.axisymmetric:
+            return np.zeros(0, dtype=np.int64)
+        return np.flatnonzero(self.X[:, 0] <= 1e-12 * self.length)
+
+    def positions(self, u: Array) -> Array:
+        """Node positions (n, 2) for unknowns u (ndof,)."""
+        return self.X + u[: 2 * self.nodes].reshape(-1, 2)
+
+    # -------------------------------------------------------------------------------------------------------- state
+    def initial(self) -> State:
+        """The undeformed state at time 0."""
+        n_points = sum(len(s.points.nodes) for s in self.surfaces)
+        u = np.zeros(self.ndof)
+        contact = np.zeros((n_points, 4))
+        for s in self.surfaces:
+            pairs = self.pairs(s, u)
+            contact[s.rows, 2] = pairs.s
+        return State(
+            u=u, du=np.zeros(self.ndof), dt_last=0.0,
+            history=tuple(np.zeros((len(b), 4, b.law.size)) for b in self.blocks),
+            contact=contact, lam=np.zeros((n_points, 2)), energy=np.zeros(6), work=np.zeros(self.ndof),
+            clock=np.zeros(5), anchor=u.copy(),
+        )  # fmt: skip
+
+    def circumstances(self, state: State, plan: StepPlan, time: float) -> Circumstances:
+        """Everything an increment from *state* to *time* needs; evaluated once an increment."""
+        finite = self.problem.kinematics == "finite"
+        x_n = self.positions(state.u) if finite else self.X
+        weights = [s.points.weights(x_n) for s in self.surfaces]
+        laws = [_friction(d) for d in plan.friction]
+        scales = []
+        for s, law in zip(self.surfaces, laws):
+            least = 0.0
+            if law is not None and law.hardens:
+                # a softening law needs k_T > |μ′| p for a unique root: twice the committed maximum
+                kappa = state.contact[s.rows, 1]
+                slope = getattr(law, "steepest", lambda k: 0.0)(kappa)
+                least = 2.0 * slope * float(np.abs(state.lam[s.rows, 0]).max(initial=0.0))
+            scales.append(s.scale(least))
+        return Circumstances(state, plan, time, time - float(state.clock[2]), weights, scales, laws, x_n)
+
+    # ----------------------------------------------------------------------------------------------------- residual
+    def pairs(self, s: Surface, u: Array) -> Pairs:
+        """Gap and slip data of a contact at unknowns u."""
+        tool = self.tools[s.tool]
+        place_ = u[self.tool_dof(s.tool) :][:3]
+        nodes = s.points.nodes
+        if self.problem.contact_geometry == "current":
+            return current_pairs(tool.shape, self.positions(u)[nodes], tool.at, place_)
+        displacement = u[: 2 * self.nodes].reshape(-1, 2)[nodes]
+        return reference_pairs(tool.shape, self.X[nodes], s.normal, displacement, tool.at, place_, 100.0 * self.length)
+
+    def evaluate(self, c: Circumstances, u: Array, lam: Array, stiffness: bool = True) -> Evaluation:
+        """Residual r = f_int − f_contact − f_ext of unknowns u (ndof,) and multipliers lam (points, 2), and its derivative.
+
+        Pure: it answers the same for the same arguments whatever came before.
+        """
+        r = np.zeros(self.ndof)
+        data = np.zeros(len(self.pattern.indices)) if stiffness else None
+        # linear elastic bodies in small strain answer to the total displacement: nothing accumulates
+        total = self.problem.kinematics == "small" and not self.has_memory
+        du = (u if total else u - c.state.u)[: 2 * self.nodes].reshape(-1, 2)
+        base = self.initial_history if total else c.state.history
+        history, scale = [], 0.0
+        at = At(c.dt, c.time)
+        for block, old in zip(self.blocks, base):
+            out = sweep(block, c.x_n, du, old, at, r, data)
+            if out.failed >= 0:
+                x = self.X[block.cells[out.failed]].mean(axis=0)
+                why = f"element {out.failed} of {block.body} (initially near {x[0]:.4g}, {x[1]:.4g}) turned inside out or its material law failed"
+                return Evaluation(r, data, np.inf, (), (), r, why)
+            history.append(out.history)
+            scale += out.force_scale
+        results = []
+        for s, w, sc, law in zip(self.surfaces, c.weights, c.scales, c.laws):
+            shape = self.tools[s.tool].shape
+            period = 2 * np.pi * shape.radius if isinstance(shape, Circle) else np.inf
+            f = forces(self.pairs(s, u), w, sc, lam[s.rows], c.state.contact[s.rows], law, period)
+            if not np.isfinite(f.K).all():
+                return Evaluation(r, data, np.inf, (), (), r, f"friction of {s.name} softens too fast for its stiffness k_T")
+            dofs = self._pair_dofs(s)
+            np.subtract.at(r, dofs, f.F)
+            if data is not None:
+                scatter_matrix(f.K, self._pair_slots(s), data)
+            scale += float(np.abs(f.F[:, :2]).sum())
+            results.append(f)
+        f_ext = self._external(c, u, data)
+        scale += float(np.abs(f_ext[: 2 * self.nodes]).sum())
+        return Evaluation(r - f_ext, data, scale, tuple(history), tuple(results), f_ext, "")
+
+    @cached_property
+    def has_memory(self) -> bool:
+        """Whether some material remembers more than its present strain."""
+        return any(b.law.size > 4 for b in self.blocks)
+
+    @cached_property
+    def initial_history(self) -> tuple[Array, ...]:
+        """Histories of the virgin material."""
+        return tuple(np.zeros((len(b), 4, b.law.size)) for b in self.blocks)
+
+    def _external(self, c: Circumstances, u: Array, data: Array | None) -> Array:
+        f = np.zeros(self.ndof)
+        nodal = f[: 2 * self.nodes].reshape(-1, 2)
+        thickness = self.problem.thickness
+        x = self.positions(u) if self.problem.kinematics == "finite" else self.X
+        for name, load in c.plan.loads.items():
+            p, q = load.pressure(c.time), load.shear(c.time)
+            t = np.array([load.tx(c.time), load.ty(c.time)])
+            if t.any():
+                nodal += fem_loads.dead_force(self.X, load.edges, t, self.axisymmetric, thickness, self.nodes)
+            if p or q:
+                if not load.follower:
+                    _, tangent = fem_loads.edge_weights(self.X, load.edges, self.axisymmetric, thickness)
+                    traction = q * tangent - p * np.stack([tangent[:, 1], -tangent[:, 0]], axis=1)
+                    nodal += fem_loads.dead_force(self.X, load.edges, traction, self.axisymmetric, thickness, self.nodes)
+                    continue
+                fe, Ke = fem_loads.follower(x, load.edges, p, q, self.axisymmetric, thickness)
+                dofs = (2 * load.edges[:, :, None] + np.arange(2)).reshape(-1, 4)
+                np.add.at(f, dofs, fe)
+                if data is not None:
+                    if name not in self._edge_slots:
+                        out = np.empty((len(dofs), 4, 4), dtype=np.int32)
+                        slots(self.pattern.indptr, self.pattern.indices, dofs, out)
+                        self._edge_slots[name] = out
+                    scatter_matrix(Ke, self._edge_slots[name], data)
+        for body, (bx, by) in c.plan.body_force.items():
+            b = np.array([bx(c.time), by(c.time)])
+            first = self.offsets[body]
+            nodal[first : first + len(self.meshes[body].points)] += self._node_volumes(body)[:, None] * b
+        for dof, course in c.plan.push.items():
+            f[dof] += course(c.time)
+        return f
+
+    def _node_volumes(self, body: str) -> Array:
+        key = f"volume {body}"
+        if key not in self._edge_slots:
+            block = next(b for b in self.blocks if b.body == body)
+            xi = np.array([-1.0, 1.0, 1.0, -1.0]) / np.sqrt(3.0)
+            eta = np.array([-1.0, -1.0, 1.0, 1.0]) / np.sqrt(3.0)
+            s, t = np.sqrt(3.0) * xi, np.sqrt(3.0) * eta
+            N = 0.25 * (1 + xi[:, None] * s) * (1 + eta[:, None] * t)
+            out = np.zeros(len(self.meshes[body].points))
+            np.add.at(out, block.cells - self.offsets[body], block.volume @ N)
+            self._edge_slots[key] = out
+        return self._edge_slots[key]  # type: ignore[no-any-return]
+
+    def _pair_dofs(self, s: Surface) -> Index:
+        n = s.points.nodes
+        tool = self.tool_dof(s.tool) + np.arange(3)
+        return np.concatenate([2 * n[:, None], 2 * n[:, None] + 1, np.broadcast_to(tool, (len(n), 3))], axis=1)
+
+    def _pair_slots(self, s: Surface) -> NDArray[np.int32]:
+        if s.name not in self._edge_slots:
+            dofs = self._pair_dofs(s)
+            out = np.empty((len(dofs), 5, 5), dtype=np.int32)
+            slots(self.pattern.indptr, self.pattern.indices, np.ascontiguousarray(dofs), out)
+            self._edge_slots[s.name] = out
+        return self._edge_slots[s.name]  # type: ignore[no-any-return]
+
+    def elastic_energy(self, history: tuple[Array, ...]) -> float:
+        """∫ψ dV of a committed history, from the laws' energy functions."""
+        return float(sum((b.volume * b.law.energy(h)).sum() for b, h in zip(self.blocks, history)))
+
+    def plastic_work(self, history: tuple[Array, ...]) -> float:
+        """Accumulated plastic dissipation of a committed history."""
+        return float(sum((b.volume * h[..., 5]).sum() for b, h in zip(self.blocks, history) if b.law.size > 5))
+
+
+def _friction(description: Any) -> Friction | None:
+    if description is None or (description.type == "coulomb" and description.mu == 0):
+        return None
+    return Coulomb(description.mu)
+
+
+def discretise(problem: model.Problem) -> System:
+    """Arrays of a problem: meshes, placed tools, contact candidates, sparsity pattern.
+
+    Raises
+    ------
+    PrensaError
+        For a boundary that does not exist, a mesh that cannot be computed on, a tool that cannot be placed.
+    """
+    axisymmetric = problem.space == "axisymmetric"
+    meshes: dict[str, Mesh] = {}
+    offsets, total = {}, 0
+    for name, body in problem.bodies.items():
+        try:
+            meshes[name] = mesh_of(body.mesh)
+        except PrensaError as error:
+            raise MeshError(f"bodies.{name}.mesh: {error}") from None
+        if axisymmetric and meshes[name].points[:, 0].min() < -1e-12 * np.ptp(meshes[name].points[:, 0]):
+            raise MeshError(f"bodies.{name}.mesh: an axisymmetric mesh lies at x ≥ 0; this one reaches x = {meshes[name].points[:, 0].min():g}")
+        offsets[name], total = total, total + len(meshes[name].points)
+    X = np.concatenate([m.points for m in meshes.values()])
+    tools = [place(name, d, meshes) for name, d in problem.tools.items()]
+    surfaces: list[Surface] = []
+    first = 0
+    for c in problem.contacts:
+        body = c.surface[0].partition(".")[0]
+        mesh = meshes[body]
+        parts = []
+        for s in c.surface:
+            edge = s.partition(".")[2]
+            mesh.nodes(edge)
+            if edge not in mesh.edges:
+                raise MeshError(f"contact surface {s!r} is a point; it must be a boundary")
+            parts.append(mesh.edges[edge])
+        edges = np.unique(np.concatenate(parts), axis=0)
+        nodes = ordered_nodes(edges)
+        depth = depth_of(nodes, edges, mesh.cells, mesh.points)
+        points = NodalPoints(nodes + offsets[body], edges + offsets[body], depth, axisymmetric, problem.thickness)
+        law = material_of(problem.bodies[body].material, problem.kinematics)
+        surfaces.append(
+            Surface(c.name, c, body, list(problem.tools).index(c.against), points, first, points.normals(X), law.modulus())
+        )
+        first += len(nodes)
+    cells = [m.cells + offsets[name] for name, m in meshes.items()]
+    near = [
+        np.unique(np.concatenate([s.points.nodes for s in surfaces if s.tool == t] or [np.zeros(0, dtype=np.int64)]))
+        for t in range(len(tools))
+    ]
+    pattern = make_pattern(cells, total, len(tools), near)
+    blocks = []
+    for (name, body), c in zip(problem.bodies.items(), cells):
+        dofs = (2 * c[:, :, None] + np.arange(2)).reshape(-1, 8)
+        slot = np.empty((len(c), 8, 8), dtype=np.int32)
+        slots(pattern.indptr, pattern.indices, dofs, slot)
+        scale = 2 * np.pi if axisymmetric else problem.thickness
+        h, w, alpha = np.empty((len(c), 4, 5)), np.empty((len(c), 4)), np.empty((len(c), 4))
+        bad = np.zeros(len(c), dtype=bool)
+        q4.kinematics(X[c], np.zeros((len(c), 4, 2)), axisymmetric, False, False, scale, h, w, alpha, bad)
+        if bad.any():
+            e = int(np.argmax(bad))
+            raise MeshError(
+                f"bodies.{name}.mesh: element {e} near ({X[c[e], 0].mean():g}, {X[c[e], 1].mean():g}) is folded "
+                "(negative Jacobian at an integration point)"
+            )
+        blocks.append(
+            Block(
+                name, c, X[c], material_of(body.material, problem.kinematics), body.element == "q4_fbar",
+                problem.kinematics == "finite", axisymmetric, scale, dofs, slot, w,
+            )
+        )  # fmt: skip
+    system = System(problem, meshes, offsets, X, blocks, tools, surfaces, pattern, total)
+    for name in [*problem.fixed, *(k for s in problem.steps for k in s.fixed)]:
+        system.boundary_nodes(name)
+    for name in [*problem.loads, *(k for s in problem.steps for k in s.loads)]:
+        system.boundary_edges(name)
+    return system

@@ -1,0 +1,90 @@
+"""One return map for every friction law: stick or slip, the slip increment, the traction and its exact tangent.
+
+Elastic-plastic analogy (paper eqs. 9-23), integrated by backward Euler in the tool frame; THEORY section 4.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class Friction(Protocol):
+    """A law states its bound; it is pure."""
+
+    hardens: bool
+
+    def bound(self, p: Array, kappa: Array) -> tuple[Array, Array, Array]:
+        """Pressures (k,), accumulated slips (k,) → bound τ_y ≥ 0, ∂τ_y/∂p, ∂τ_y/∂κ."""
+
+
+class Tangential(NamedTuple):
+    """t (k, d) traction, dt_dg (k, d, d), dt_dp (k, d), kappa (k,) new accumulated slip, slip (k,) flags."""
+
+    t: Array
+    dt_dg: Array
+    dt_dp: Array
+    kappa: Array
+    slip: NDArray[np.bool_]
+
+
+def return_map(law: Friction, lam: Array, dg: Array, p: Array, kappa: Array, k_t: Array) -> Tangential:
+    """Traction t_T(Δg_T, p) from the committed traction (or multiplier).
+
+    lam (k, d): traction at the start of the increment or multiplier, in d tangential axes of the tool; dg (k, d):
+    tangential displacement relative to the tool during the increment; p (k,) pressure; kappa (k,) committed slip;
+    k_t (k,) tangential stiffness. Where p = 0 everything is zero and the slip is kept.
+
+    The trial is t_tr = λ − k_T Δg; slip iff |t_tr| > τ_y(p, κ_n); then |t_tr| − k_T Δλ = τ_y(p, κ_n + Δλ).
+    A softening law must keep k_T > |∂τ_y/∂κ| for the root to be unique; where it does not, NaN is returned, which the
+    solver takes as a failed evaluation.
+    """
+    k, d = dg.shape
+    closed = p > 0
+    trial = lam - k_t[:, None] * dg
+    size = np.sqrt((trial**2).sum(axis=1))
+    tau, dtau_p, dtau_k = law.bound(p, kappa)
+    slip = closed & (size > tau)
+    T = np.divide(trial, size[:, None], out=np.zeros_like(trial), where=(size > 0)[:, None])
+    delta = np.where(slip, (size - tau) / k_t, 0.0)
+    if law.hardens and slip.any():
+        delta, tau, dtau_p, dtau_k = _hardening_root(law, size, tau, p, kappa, k_t, slip)
+    D = k_t + dtau_k
+    with np.errstate(divide="ignore", invalid="ignore"):
+        D = np.where(slip & ~(D > 0), np.nan, D)
+    safe = np.where(size > 0, size, 1.0)
+    theta = np.where(slip, tau / safe, 1.0)
+    t = np.where(closed[:, None], trial * theta[:, None], 0.0)
+    eye = np.eye(d)
+    TT = T[:, :, None] * T[:, None, :]
+    stick_block = -k_t[:, None, None] * eye
+    slip_block = -(
+        (k_t * theta)[:, None, None] * (eye - TT) + (k_t * (1.0 - k_t / D))[:, None, None] * TT
+    )
+    dt_dg = np.where(slip[:, None, None], slip_block, np.where(closed[:, None, None], stick_block, 0.0))
+    dt_dp = np.where(slip[:, None], (k_t * dtau_p / D)[:, None] * T, 0.0)
+    return Tangential(t, dt_dg, dt_dp, kappa + delta, slip)
+
+
+def _hardening_root(
+    law: Friction, size: Array, tau0: Array, p: Array, kappa: Array, k_t: Array, slip: NDArray[np.bool_]
+) -> tuple[Array, Array, Array, Array]:
+    """Safeguarded Newton for Δλ of all points at once; the bracket is (0, |t_tr|/k_T)."""
+    lo, hi = np.zeros_like(size), size / k_t
+    x = np.where(slip, np.clip((size - tau0) / k_t, 0.0, hi), 0.0)
+    for _ in range(100):
+        tau, dtau_p, dtau_k = law.bound(p, kappa + x)
+        f = size - k_t * x - tau
+        lo, hi = np.where(f > 0, x, lo), np.where(f > 0, hi, x)
+        if (~slip | (np.abs(f) <= 2e-16 * size) | (hi - lo <= 2e-16 * hi)).all():
+            break
+        D = k_t + dtau_k
+        newton = x + f / np.where(D > 0, D, np.inf)
+        inside = (newton > lo) & (newton < hi)
+        x = np.where(slip & (np.abs(f) > 0), np.where(inside, newton, 0.5 * (lo + hi)), x)
+    tau, dtau_p, dtau_k = law.bound(p, kappa + x)
+    return x, tau, dtau_p, dtau_k

@@ -1,0 +1,194 @@
+"""Second-order tensors of plane and axisymmetric problems, five components in the order 11, 12, 21, 22, 33.
+
+Deformation gradients travel as h = f − I, and left Cauchy-Green tensors as B = b − I: strains of 1e-12 keep all their
+digits that way, so residuals converge to round-off at any load.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+COMPONENTS = 5
+"""Components of a (generally unsymmetric) 2-D tensor with the out-of-plane normal one."""
+
+
+@njit(cache=True)
+def det_minus_one(h11: float, h12: float, h21: float, h22: float, h33: float) -> float:
+    """det(I + h) − 1 without cancellation."""
+    d = h11 + h22 + h11 * h22 - h12 * h21
+    return d + h33 + d * h33
+
+
+@njit(cache=True)
+def principal(b11: float, b22: float, b12: float) -> tuple[float, float, float, float]:
+    """Eigenvalues λ₁ ≥ λ₂ of a symmetric 2 × 2 tensor and the direction (cos, sin) of the first."""
+    mean = 0.5 * (b11 + b22)
+    d = 0.5 * (b11 - b22)
+    r = math.hypot(d, b12)
+    if r == 0.0:
+        return mean, mean, 1.0, 0.0
+    # each branch divides by the larger of cos and sin
+    if d >= 0.0:
+        c = math.sqrt(0.5 * (1.0 + d / r))
+        s = b12 / (2.0 * r * c)
+    else:
+        s = math.copysign(math.sqrt(0.5 * (1.0 - d / r)), b12)
+        c = b12 / (2.0 * r * s)
+    return mean + r, mean - r, c, s
+
+
+@njit(cache=True)
+def trial_finite(h, old, eps, frame, failed):  # type: ignore[no-untyped-def]
+    """Trial left Cauchy-Green tensor b = f b_n fᵀ and its logarithmic principal strains (Simo 1992, Box 1).
+
+    h (n, 5) = f − I; old (n, ≥4): b_n − I as 11, 22, 33, 12 → eps (n, 3) = ½ ln b; frame (n, 6): cos, sin of the first
+    principal direction, b − I principal (3), J_n = √det b_n; failed (n,) is set where f or b has no positive determinant.
+    """
+    for i in range(h.shape[0]):
+        h11, h12, h21, h22, h33 = h[i, 0], h[i, 1], h[i, 2], h[i, 3], h[i, 4]
+        o11, o22, o33, o12 = old[i, 0], old[i, 1], old[i, 2], old[i, 3]
+        # B = f B_n fᵀ + h + hᵀ + h hᵀ
+        f11, f22, f33 = 1.0 + h11, 1.0 + h22, 1.0 + h33
+        a11 = f11 * o11 + h12 * o12
+        a12 = f11 * o12 + h12 * o22
+        a21 = h21 * o11 + f22 * o12
+        a22 = h21 * o12 + f22 * o22
+        b11 = a11 * f11 + a12 * h12 + 2.0 * h11 + h11 * h11 + h12 * h12
+        b12 = a11 * h21 + a12 * f22 + h12 + h21 + h11 * h21 + h12 * h22
+        b22 = a21 * h21 + a22 * f22 + 2.0 * h22 + h21 * h21 + h22 * h22
+        b33 = f33 * f33 * o33 + 2.0 * h33 + h33 * h33
+        l1, l2, c, s = principal(b11, b22, b12)
+        jac = det_minus_one(h11, h12, h21, h22, h33)
+        d = (1.0 + o11) * (1.0 + o22) - o12 * o12
+        if not (jac > -1.0 and f33 > 0.0 and l2 > -1.0 and b33 > -1.0):
+            failed[i] = True
+            l1 = l2 = b33 = 0.0
+        eps[i, 0] = 0.5 * math.log1p(l1)
+        eps[i, 1] = 0.5 * math.log1p(l2)
+        eps[i, 2] = 0.5 * math.log1p(b33)
+        frame[i, 0] = c
+        frame[i, 1] = s
+        frame[i, 2] = l1
+        frame[i, 3] = l2
+        frame[i, 4] = b33
+        frame[i, 5] = math.sqrt(d * (1.0 + o33))
+
+
+@njit(cache=True)
+def trial_small(h, old, eps, frame, failed):  # type: ignore[no-untyped-def]
+    """Trial elastic strain ε_n + sym h of small strain and its principal values; arrays as in `trial_finite`.
+
+    failed is never set: an infinitesimal strain of any size is admissible.
+    """
+    for i in range(h.shape[0]):
+        l1, l2, c, s = principal(old[i, 0] + h[i, 0], old[i, 1] + h[i, 3], old[i, 3] + 0.5 * (h[i, 1] + h[i, 2]))
+        eps[i, 0] = l1
+        eps[i, 1] = l2
+        eps[i, 2] = old[i, 2] + h[i, 4]
+        frame[i, 0] = c
+        frame[i, 1] = s
+        frame[i, 2] = l1
+        frame[i, 3] = l2
+        frame[i, 4] = eps[i, 2]
+        frame[i, 5] = 1.0
+
+
+@njit(cache=True)
+def _shear_slope(t1: float, t2: float, b1: float, b2: float, limit: float) -> float:
+    """(τ₁ − τ₂)/(b₁ − b₂), by its limit where the eigenvalues coincide."""
+    if abs(b1 - b2) <= 1e-7 * (abs(b1) + abs(b2)) + 1e-14:
+        return limit
+    return (t1 - t2) / (b1 - b2)
+
+
+@njit(cache=True)
+def stress_finite(h, frame, tau, dtau, eps_e, P, A, new):  # type: ignore[no-untyped-def]
+    """First Piola-Kirchhoff stress per committed volume and its exact derivative from principal Kirchhoff stresses.
+
+    h (n, 5); frame (n, 6) of `trial_finite`; tau (n, 3), dtau (n, 3, 3) = ∂τ/∂ε_trial, eps_e (n, 3) the elastic
+    logarithmic strains after the return → P (n, 5) = τ f⁻ᵀ/J_n, A (n, 5, 5) = ∂P/∂f, new (n, ≥4): b_e − I.
+
+    In principal axes dτ_ii = Σ_j D_ij l_jj, dτ_12 = s (b₂ l_12 + b₁ l_21) with l = df f⁻¹ and
+    s = (τ₁ − τ₂)/(b₁ − b₂), and dP = (dτ − τ lᵀ) f⁻ᵀ/J_n (Miehe 1998; de Souza Neto, Perić & Owen 2008, ch. 14).
+    """
+    R = np.empty((4, 4))
+    M = np.empty((4, 4))
+    W = np.empty((4, 4))
+    for i in range(h.shape[0]):
+        h11, h12, h21, h22, h33 = h[i, 0], h[i, 1], h[i, 2], h[i, 3], h[i, 4]
+        c, s = frame[i, 0], frame[i, 1]
+        l1, l2 = frame[i, 2], frame[i, 3]
+        b1, b2 = 1.0 + l1, 1.0 + l2
+        t1, t2, t3 = tau[i, 0], tau[i, 1], tau[i, 2]
+        jn = 1.0 / frame[i, 5]
+        det2 = (1.0 + h11) * (1.0 + h22) - h12 * h21
+        g11, g12, g21, g22 = (1.0 + h22) / det2, -h12 / det2, -h21 / det2, (1.0 + h11) / det2
+        g33 = 1.0 / (1.0 + h33)
+        # T = f⁻¹ Q with Q = [n₁ n₂]
+        T11, T12 = g11 * c + g12 * s, -g11 * s + g12 * c
+        T21, T22 = g21 * c + g22 * s, -g21 * s + g22 * c
+        # R[(iJ), (ab)] = Q_ia T_Jb, rows and columns 11, 12, 21, 22
+        R[0, 0], R[0, 1], R[0, 2], R[0, 3] = c * T11, c * T12, -s * T11, -s * T12
+        R[1, 0], R[1, 1], R[1, 2], R[1, 3] = c * T21, c * T22, -s * T21, -s * T22
+        R[2, 0], R[2, 1], R[2, 2], R[2, 3] = s * T11, s * T12, c * T11, c * T12
+        R[3, 0], R[3, 1], R[3, 2], R[3, 3] = s * T21, s * T22, c * T21, c * T22
+        for k in range(4):
+            P[i, k] = jn * (R[k, 0] * t1 + R[k, 3] * t2)
+        P[i, 4] = jn * t3 * g33
+        sh = _shear_slope(t1, t2, l1, l2, (dtau[i, 0, 0] - dtau[i, 0, 1]) / (2.0 * b1))
+        m00, m03 = dtau[i, 0, 0] - t1, dtau[i, 0, 1]
+        m30, m33 = dtau[i, 1, 0], dtau[i, 1, 1] - t2
+        m11, m12 = sh * b2, sh * b1 - t1
+        m21, m22 = sh * b2 - t2, sh * b1
+        for k in range(4):
+            W[k, 0] = R[k, 0] * m00 + R[k, 3] * m30
+            W[k, 3] = R[k, 0] * m03 + R[k, 3] * m33
+            W[k, 1] = R[k, 1] * m11 + R[k, 2] * m21
+            W[k, 2] = R[k, 1] * m12 + R[k, 2] * m22
+        for k in range(4):
+            for m in range(4):
+                A[i, k, m] = jn * (W[k, 0] * R[m, 0] + W[k, 1] * R[m, 1] + W[k, 2] * R[m, 2] + W[k, 3] * R[m, 3])
+            A[i, k, 4] = jn * g33 * (R[k, 0] * dtau[i, 0, 2] + R[k, 3] * dtau[i, 1, 2])
+            A[i, 4, k] = jn * g33 * (R[k, 0] * dtau[i, 2, 0] + R[k, 3] * dtau[i, 2, 1])
+        A[i, 4, 4] = jn * g33 * g33 * (dtau[i, 2, 2] - t3)
+        e1, e2 = math.expm1(2.0 * eps_e[i, 0]), math.expm1(2.0 * eps_e[i, 1])
+        new[i, 0] = c * c * e1 + s * s * e2
+        new[i, 1] = s * s * e1 + c * c * e2
+        new[i, 2] = math.expm1(2.0 * eps_e[i, 2])
+        new[i, 3] = c * s * (e1 - e2)
+
+
+@njit(cache=True)
+def stress_small(h, frame, sigma, dsigma, eps_e, P, A, new):  # type: ignore[no-untyped-def]
+    """Stress and tangent of small strain from principal values; arrays as in `stress_finite` (P = σ)."""
+    R = np.empty((4, 4))
+    for i in range(h.shape[0]):
+        c, s = frame[i, 0], frame[i, 1]
+        t1, t2, t3 = sigma[i, 0], sigma[i, 1], sigma[i, 2]
+        R[0, 0], R[0, 1], R[0, 2], R[0, 3] = c * c, -c * s, -s * c, s * s
+        R[1, 0], R[1, 1], R[1, 2], R[1, 3] = c * s, c * c, -s * s, -s * c
+        R[2, 0], R[2, 1], R[2, 2], R[2, 3] = s * c, -s * s, c * c, -c * s
+        R[3, 0], R[3, 1], R[3, 2], R[3, 3] = s * s, s * c, c * s, c * c
+        P[i, 0] = c * c * t1 + s * s * t2
+        P[i, 1] = P[i, 2] = c * s * (t1 - t2)
+        P[i, 3] = s * s * t1 + c * c * t2
+        P[i, 4] = t3
+        sh = 0.5 * _shear_slope(t1, t2, frame[i, 2], frame[i, 3], dsigma[i, 0, 0] - dsigma[i, 0, 1])
+        for k in range(4):
+            for m in range(4):
+                A[i, k, m] = (
+                    R[k, 0] * (dsigma[i, 0, 0] * R[m, 0] + dsigma[i, 0, 1] * R[m, 3])
+                    + R[k, 3] * (dsigma[i, 1, 0] * R[m, 0] + dsigma[i, 1, 1] * R[m, 3])
+                    + sh * (R[k, 1] + R[k, 2]) * (R[m, 1] + R[m, 2])
+                )
+            A[i, k, 4] = R[k, 0] * dsigma[i, 0, 2] + R[k, 3] * dsigma[i, 1, 2]
+            A[i, 4, k] = R[k, 0] * dsigma[i, 2, 0] + R[k, 3] * dsigma[i, 2, 1]
+        A[i, 4, 4] = dsigma[i, 2, 2]
+        e1, e2 = eps_e[i, 0], eps_e[i, 1]
+        new[i, 0] = c * c * e1 + s * s * e2
+        new[i, 1] = s * s * e1 + c * c * e2
+        new[i, 2] = eps_e[i, 2]
+        new[i, 3] = c * s * (e1 - e2)

@@ -1,0 +1,124 @@
+"""Flow curves σ_y(ε̄, ε̄̇) and their slopes: one function a law, one line in `flow_stress`, one in `flow_parameters`."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from prensa.model.problem import Flow
+
+PERFECT, LINEAR, LUDWIK, SWIFT, VOCE, HOCKETT_SHERBY, JOHNSON_COOK, TABLE = range(8)
+_TINY = 1e-14  # plastic strain below which power laws with infinite initial slope are evaluated here instead
+
+
+class FlowParameters(NamedTuple):
+    """What a kernel needs: ``kind``, scalars ``p`` (5,), and for tables ``knots`` (k,) with cubic ``coefficients`` (k−1, 4)."""
+
+    kind: int
+    p: NDArray[np.float64]
+    knots: NDArray[np.float64]
+    coefficients: NDArray[np.float64]
+
+
+@njit(cache=True)
+def _ludwik(a: float, s0: float, K: float, n: float) -> tuple[float, float]:
+    a = max(a, _TINY)
+    power = K * a**n
+    return s0 + power, n * power / a
+
+
+@njit(cache=True)
+def _swift(a: float, K: float, e0: float, n: float) -> tuple[float, float]:
+    power = K * (e0 + a) ** n
+    return power, n * power / (e0 + a)
+
+
+@njit(cache=True)
+def _voce(a: float, s0: float, Q: float, b: float, H: float) -> tuple[float, float]:
+    decay = math.exp(-b * a)
+    return s0 + Q * (1.0 - decay) + H * a, Q * b * decay + H
+
+
+@njit(cache=True)
+def _hockett_sherby(a: float, s0: float, s_inf: float, b: float, n: float) -> tuple[float, float]:
+    a = max(a, _TINY)
+    x = b * a**n
+    decay = (s_inf - s0) * math.exp(-x)
+    return s_inf - decay, decay * n * x / a
+
+
+@njit(cache=True)
+def _table(a, knots, coefficients):  # type: ignore[no-untyped-def]
+    last = knots.shape[0] - 1
+    if a >= knots[last]:
+        c = coefficients[last - 1]
+        d = knots[last] - knots[last - 1]
+        return ((c[0] * d + c[1]) * d + c[2]) * d + c[3], 0.0
+    k = max(0, np.searchsorted(knots, a, side="right") - 1)
+    c = coefficients[k]
+    d = a - knots[k]
+    return ((c[0] * d + c[1]) * d + c[2]) * d + c[3], (3.0 * c[0] * d + 2.0 * c[1]) * d + c[2]
+
+
+@njit(cache=True)
+def flow_stress(kind, p, knots, coefficients, a, da, dt):  # type: ignore[no-untyped-def]
+    """Flow stress and its total derivative with respect to a at plastic strain a reached by da in the time dt."""
+    if kind == PERFECT:
+        return p[0], 0.0
+    if kind == LINEAR:
+        return p[0] + p[1] * a, p[1]
+    if kind == LUDWIK:
+        return _ludwik(a, p[0], p[1], p[2])
+    if kind == SWIFT:
+        return _swift(a, p[0], p[1], p[2])
+    if kind == VOCE:
+        return _voce(a, p[0], p[1], p[2], p[3])
+    if kind == HOCKETT_SHERBY:
+        return _hockett_sherby(a, p[0], p[1], p[2], p[3])
+    if kind == JOHNSON_COOK:
+        s, ds = _ludwik(a, p[0], p[1], p[2])
+        rate = da / dt / p[4] if dt > 0.0 else 0.0
+        if rate <= 1.0:
+            return s, ds
+        f = 1.0 + p[3] * math.log(rate)
+        return s * f, ds * f + s * p[3] / da
+    return _table(a, knots, coefficients)
+
+
+def flow_parameters(flow: Flow) -> FlowParameters:
+    """Kernel parameters of a flow description."""
+    knots, coefficients = np.zeros(2), np.zeros((1, 4))
+    match flow.type:
+        case "perfect":
+            kind, p = PERFECT, [flow.s0]
+        case "linear":
+            kind, p = LINEAR, [flow.s0, flow.H]
+        case "ludwik":
+            kind, p = LUDWIK, [flow.s0, flow.K, flow.n]
+        case "swift":
+            kind, p = SWIFT, [flow.K, flow.e0, flow.n]
+        case "voce":
+            kind, p = VOCE, [flow.s0, flow.Q, flow.b, flow.H]
+        case "hockett_sherby":
+            kind, p = HOCKETT_SHERBY, [flow.s0, flow.s_inf, flow.b, flow.n]
+        case "johnson_cook":
+            kind, p = JOHNSON_COOK, [flow.A, flow.B, flow.n, flow.C, flow.rate0]
+        case "table":
+            from scipy.interpolate import PchipInterpolator
+
+            kind, p = TABLE, []
+            knots = np.array([e for e, _ in flow.points])
+            coefficients = np.ascontiguousarray(PchipInterpolator(knots, [s for _, s in flow.points]).c.T)
+    return FlowParameters(kind, np.array([*p, *[0.0] * (5 - len(p))], dtype=np.float64), knots, coefficients)
+
+
+def flow_curve(flow: Flow, plastic_strain: NDArray[np.float64], rate: float = 0.0) -> NDArray[np.float64]:
+    """Flow stress at each plastic strain (n,) → (n,), for plots and closed forms; ``rate`` in 1/time."""
+    f = flow_parameters(flow)
+    a = np.atleast_1d(np.asarray(plastic_strain, dtype=np.float64))
+    return np.array([flow_stress(f.kind, f.p, f.knots, f.coefficients, x, rate, 1.0)[0] for x in a])

@@ -1,0 +1,172 @@
+"""Materials as the solver sees them: batch laws of h = f − I and their own history, pure, with exact tangents.
+
+An isotropic law is written in principal strains only; the spectral kernels of `prensa.kernels.tensor` wrap it for
+small and finite strain. Adding one: a kernel, a class here, a line in `material_of`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.kernels import tensor
+from prensa.materials import elastic
+from prensa.materials.hardening import FlowParameters, flow_parameters
+from prensa.materials.j2 import j2
+from prensa.model import problem as model
+
+Array = NDArray[np.float64]
+
+
+class At(NamedTuple):
+    """Circumstances of an update: duration ``dt`` of the increment and ``time`` at its end."""
+
+    dt: float
+    time: float
+
+
+class Out(NamedTuple):
+    """Receives P (n, 5) per committed volume, A (n, 5, 5) = ∂P/∂f, the new history (n, h), failed (n,) flags."""
+
+    P: Array
+    A: Array
+    new: Array
+    failed: NDArray[np.bool_]
+
+
+class Material(Protocol):
+    """A pure law. Laws of isotropic elasticity use history 0-3 for b_e − I (finite) or the elastic strain (small)."""
+
+    size: int
+    """Length h of the history; it starts as zeros."""
+
+    def update(self, h: Array, old: Array, at: At, out: Out) -> None:
+        """h (n, 5) = f − I, old (n, h) committed history → out."""
+
+    def energy(self, history: Array) -> Array:
+        """Elastic energy per initial volume, (..., h) → (...)."""
+
+    def cauchy(self, history: Array) -> Array:
+        """Cauchy stress xx, yy, zz, xy from a committed history, (n, h) → (n, 4)."""
+
+    def modulus(self) -> float:
+        """Elastic modulus E* = E/(1 − ν²), the stiffness scale of contact."""
+
+
+@dataclass(frozen=True)
+class _Isotropic:
+    """Spectral wrapping of a law in principal strains."""
+
+    E: float
+    nu: float
+    finite: bool
+    size: int = field(default=4, init=False)
+
+    @property
+    def lam(self) -> float:
+        return self.E * self.nu / ((1 + self.nu) * (1 - 2 * self.nu))
+
+    @property
+    def mu(self) -> float:
+        return self.E / (2 * (1 + self.nu))
+
+    def modulus(self) -> float:
+        """Plane-strain modulus E/(1 − ν²)."""
+        return self.E / (1 - self.nu**2)
+
+    def principal(self, eps: Array, frame: Array, old: Array, at: At, tau: Array, dtau: Array, eps_e: Array, out: Out) -> None:
+        """The law itself: trial principal strains (n, 3) → stresses, slopes, elastic strains."""
+        elastic.hencky(eps, self.lam, self.mu, tau, dtau, eps_e)
+
+    def update(self, h: Array, old: Array, at: At, out: Out) -> None:
+        """h (n, 5) = f − I, old (n, h) → out; see `Material`."""
+        n = len(h)
+        eps, tau, eps_e = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
+        frame, dtau = np.empty((n, 6)), np.empty((n, 3, 3))
+        trial = tensor.trial_finite if self.finite else tensor.trial_small
+        trial(h, old, eps, frame, out.failed)
+        self.principal(eps, frame, old, at, tau, dtau, eps_e, out)
+        stress = tensor.stress_finite if self.finite else tensor.stress_small
+        stress(h, frame, tau, dtau, eps_e, out.P, out.A, out.new)
+
+    def elastic_strains(self, history: Array) -> Array:
+        """Principal elastic strains (..., 3) of a committed history."""
+        b11, b22, b33, b12 = (history[..., k] for k in range(4))
+        mean, r = 0.5 * (b11 + b22), np.hypot(0.5 * (b11 - b22), b12)
+        principal = np.stack([mean + r, mean - r, b33], axis=-1)
+        return 0.5 * np.log1p(principal) if self.finite else principal
+
+    def energy(self, history: Array) -> Array:
+        """Elastic energy per initial volume, (..., h) → (...)."""
+        return elastic.quadratic_energy(self.elastic_strains(history), self.lam, self.mu)
+
+    def cauchy(self, history: Array) -> Array:
+        """Cauchy stress (n, 4) xx, yy, zz, xy: the law at rest (h = 0) on the committed history."""
+        n = len(history)
+        out = Out(np.empty((n, 5)), np.empty((n, 5, 5)), np.empty_like(history), np.zeros(n, dtype=np.bool_))
+        self.update(np.zeros((n, 5)), history, At(1.0, 0.0), out)
+        return out.P[:, [0, 3, 4, 1]]
+
+
+@dataclass(frozen=True)
+class Hencky(_Isotropic):
+    """Linear elasticity: Hooke's law in small strain, Hencky's in finite strain."""
+
+    def update(self, h: Array, old: Array, at: At, out: Out) -> None:
+        """h (n, 5) = f − I, old (n, 4) → out; see `Material`."""
+        if self.finite:
+            super().update(h, old, at, out)
+        else:
+            elastic.hooke(h, old, self.lam, self.mu, out.P, out.A, out.new)
+
+
+@dataclass(frozen=True)
+class NeoHooke(_Isotropic):
+    """Compressible neo-Hooke."""
+
+    def principal(self, eps: Array, frame: Array, old: Array, at: At, tau: Array, dtau: Array, eps_e: Array, out: Out) -> None:
+        """Trial principal strains (n, 3) → stresses, slopes, elastic strains."""
+        elastic.neo_hooke(eps, self.lam, self.mu, tau, dtau, eps_e)
+
+    def energy(self, history: Array) -> Array:
+        """Elastic energy per initial volume, (..., h) → (...)."""
+        return elastic.neo_hooke_energy(self.elastic_strains(history), self.lam, self.mu)
+
+
+@dataclass(frozen=True)
+class J2(_Isotropic):
+    """Von Mises plasticity; history columns 4, 5: equivalent plastic strain, plastic work per initial volume."""
+
+    flow: FlowParameters = field(default=None, repr=False)  # type: ignore[assignment]
+    yield_on_cauchy: bool = True
+    size: int = field(default=6, init=False)
+
+    def principal(self, eps: Array, frame: Array, old: Array, at: At, tau: Array, dtau: Array, eps_e: Array, out: Out) -> None:
+        """Trial principal strains (n, 3) → stresses, slopes, elastic strains, plastic strain and work."""
+        f = self.flow
+        bulk = self.E / (3 * (1 - 2 * self.nu))
+        j2(
+            eps, frame[:, 5], old, bulk, self.mu, self.finite and self.yield_on_cauchy,
+            f.kind, f.p, f.knots, f.coefficients, at.dt, tau, dtau, eps_e, out.new, out.failed,
+        )  # fmt: skip
+
+    def cauchy(self, history: Array) -> Array:
+        """Cauchy stress (n, 4) from the elastic strains alone (a rate-dependent law at rest would flow)."""
+        return Hencky(self.E, self.nu, self.finite).cauchy(np.ascontiguousarray(history[:, :4]))
+
+
+def material_of(description: Any, kinematics: str) -> Material:
+    """The law of a material description in ``small`` or ``finite`` kinematics."""
+    finite = kinematics == "finite"
+    match description:
+        case model.Elastic():
+            return Hencky(description.E, description.nu, finite)
+        case model.NeoHooke():
+            return NeoHooke(description.E, description.nu, finite)
+        case model.J2():
+            flow = flow_parameters(description.flow)
+            return J2(description.E, description.nu, finite, flow, description.yield_on == "cauchy")
+    raise TypeError(f"unknown material {description!r}")

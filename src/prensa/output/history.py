@@ -1,0 +1,182 @@
+"""Tables of a run: ``history.csv``, ``convergence.csv`` and ``contact/<surface>-<tool>/NNNN.csv``.
+
+Numbers are written with the fewest digits that read back to the same bits. Every row is flushed when it is complete, so
+that a run that stops at any moment leaves tables that open.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any, TextIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.errors import PrensaError
+from prensa.model.problem import Problem
+from prensa.output.files import file_name, numbered, replacing
+from prensa.solver.increment import STATUS, ContactState, Increment
+
+HISTORY = "history.csv"
+CONVERGENCE = "convergence.csv"
+CONTACT = "contact"
+ENERGIES = ("external", "elastic", "plastic", "friction", "contact", "imbalance")
+CONTACT_COLUMNS = ("node", "x", "y", "gap", "pressure", "shear", "slip", "status", "pressure_from_stress")
+CONVERGENCE_COLUMNS = ("increment", "iteration", "residual", "changes")
+
+_WORDS = {"step", "status"}
+_INTEGERS = {"increment", "iterations", "cutbacks", "iteration", "changes", "node"}
+
+
+# ---------------------------------------------------------------------------------------------------- history of a run
+def history_columns(problem: Problem) -> list[str]:
+    """Names of the columns of ``history.csv``, in order: they follow from the description alone."""
+    tools = [f"{tool}.{c}" for tool in problem.tools for c in ("ux", "uy", "rz", "fx", "fy", "mz")]
+    areas = [f"{contact.name}.area" for contact in problem.contacts]
+    energies = [f"energy.{name}" for name in ENERGIES]
+    return ["step", "increment", "time", *tools, *areas, *energies, "iterations", "cutbacks"]
+
+
+def history_row(problem: Problem, increment: Increment) -> list[Any]:
+    """Values of one row of ``history.csv``, in the order of `history_columns`."""
+    tools = [v for tool in problem.tools for v in (*increment.tools[tool].place, *increment.tools[tool].force)]
+    areas = [increment.contacts[contact.name].area for contact in problem.contacts]
+    energies = [increment.energy.get(name, 0.0) for name in ENERGIES]
+    cost = increment.statistics
+    head = [increment.step, increment.number, increment.time]
+    return [*head, *tools, *areas, *energies, cost.iterations, cost.cutbacks]
+
+
+class History:
+    """Writer of ``history.csv`` and ``convergence.csv`` in *directory*.
+
+    Parameters
+    ----------
+    directory, problem
+        Where to write, and what the columns follow from.
+    keep
+        None starts new tables; a number continues the tables found, without the rows of later increments.
+
+    Raises
+    ------
+    PrensaError
+        If the table to be continued has other columns.
+    """
+
+    def __init__(self, directory: Path, problem: Problem, keep: int | None = None) -> None:
+        self._problem = problem
+        self._history = Table(directory / HISTORY, history_columns(problem), keep)
+        self._convergence = Table(directory / CONVERGENCE, CONVERGENCE_COLUMNS, keep)
+
+    def append(self, increment: Increment) -> None:
+        """Write the row of *increment* and push it to the operating system."""
+        cost = increment.statistics
+        for i, residual in enumerate(cost.residuals):
+            changes = cost.changes[i] if i < len(cost.changes) else 0
+            self._convergence.append((increment.number, i + 1, residual, changes))
+        self._history.append(history_row(self._problem, increment))
+
+    def close(self) -> None:
+        """Close the files; nothing is lost without it."""
+        self._history.close()
+        self._convergence.close()
+
+
+class Table:
+    """CSV file that grows by complete rows; *keep* as in `History` (the table must have a column ``increment``)."""
+
+    def __init__(self, path: Path, columns: Sequence[str], keep: int | None = None) -> None:
+        kept = [] if keep is None else _rows_until(path, list(columns), keep)
+        with replacing(path) as temporary, open(temporary, "w", encoding="utf-8", newline="") as file:
+            csv.writer(file, lineterminator="\n").writerows([list(columns), *kept])
+        self._file: TextIO = open(path, "a", encoding="utf-8", newline="")  # noqa: SIM115  (open as long as the run)
+
+    def append(self, values: Iterable[Any]) -> None:
+        """Write one row and flush it."""
+        csv.writer(self._file, lineterminator="\n").writerow([_text(v) for v in values])
+        self._file.flush()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+def read_history(directory: str | Path) -> dict[str, NDArray[Any]]:
+    """Columns of ``history.csv`` by name: ``step`` as text, counters as integers, everything else as floats.
+
+    Raises
+    ------
+    PrensaError
+        If there is no such file in *directory*.
+    """
+    return _read(Path(directory) / HISTORY)
+
+
+def read_convergence(directory: str | Path) -> dict[str, NDArray[Any]]:
+    """Columns of ``convergence.csv``: relative residual and status changes of each iteration of each increment."""
+    return _read(Path(directory) / CONVERGENCE)
+
+
+# ------------------------------------------------------------------------------------------------------------ contacts
+def write_contact(directory: Path, name: str, number: int, contact: ContactState) -> Path:
+    """Write ``contact/<name>/NNNN.csv``: one row per contact point, in order along the surface, at current positions."""
+    path = directory / CONTACT / file_name(name) / f"{number:04d}.csv"
+    status = [STATUS[s] for s in contact.status]
+    columns = (contact.node, contact.x[:, 0], contact.x[:, 1], contact.gap, contact.pressure, contact.shear,
+               contact.slip, status, contact.pressure_from_stress)  # fmt: skip
+    with replacing(path) as temporary, open(temporary, "w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(CONTACT_COLUMNS)
+        writer.writerows([_text(v) for v in row] for row in zip(*columns))
+    return path
+
+
+def read_contact(path: str | Path) -> dict[str, NDArray[Any]]:
+    """Columns of a contact table by name; ``status`` holds the words open, stick and slip."""
+    return _read(Path(path))
+
+
+def forget_contacts_after(directory: Path, number: int) -> None:
+    """Remove the contact tables of increments later than *number*."""
+    for folder in sorted((directory / CONTACT).glob("*/")):
+        for n, path in numbered(folder, ".csv"):
+            if n > number:
+                path.unlink()
+
+
+# ------------------------------------------------------------------------------------------------------------- details
+def _text(value: Any) -> str:
+    if isinstance(value, str):
+        return value
+    return str(int(value)) if isinstance(value, int | np.integer) else repr(float(value))
+
+
+def _complete_rows(path: Path) -> tuple[list[str], list[list[str]]]:
+    """Header and rows, without a last row that was cut off in the middle."""
+    if not path.is_file():
+        raise PrensaError(f"{path}: there is no such table; was the folder written by 'prensa run'?")
+    text = path.read_text(encoding="utf-8")
+    rows = list(csv.reader(text[: text.rfind("\n") + 1].splitlines()))
+    if not rows:
+        raise PrensaError(f"{path}: the table is empty, even of column names; run the case again")
+    return rows[0], [r for r in rows[1:] if len(r) == len(rows[0])]
+
+
+def _read(path: Path) -> dict[str, NDArray[Any]]:
+    header, rows = _complete_rows(path)
+    columns = list(zip(*rows)) if rows else [()] * len(header)
+    return {name: np.array(values, dtype=_kind(name)) for name, values in zip(header, columns)}
+
+
+def _kind(name: str) -> type:
+    return str if name in _WORDS else np.int64 if name in _INTEGERS else np.float64
+
+
+def _rows_until(path: Path, columns: list[str], last: int) -> list[list[str]]:
+    header, rows = _complete_rows(path)
+    if header != columns:
+        raise PrensaError(f"{path}: the columns are not those of this case; the folder was changed, run the case again")
+    where = columns.index("increment")
+    return [r for r in rows if int(r[where]) <= last]

@@ -1,0 +1,97 @@
+"""One look for all pictures: fonts, colours that colour-blind readers can tell apart, and labels with units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from prensa.model.problem import Problem
+
+BLUE, ORANGE, GREEN, RED, PURPLE, SKY, YELLOW, BLACK = (
+    "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#F0E442", "#1A1A1A",
+)  # fmt: skip
+"""Okabe & Ito (2008)."""
+CYCLE = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY)
+TOOL = {"facecolor": "#D9DCE1", "edgecolor": "#4A5058", "hatch": "////", "linewidth": 1.0}
+SEQUENTIAL, DIVERGING = "viridis", "RdBu_r"
+
+RC: dict[str, Any] = {
+    "figure.dpi": 100,
+    "savefig.dpi": 200,
+    "figure.constrained_layout.use": True,
+    "font.family": "DejaVu Sans",
+    "mathtext.fontset": "dejavusans",
+    "font.size": 9,
+    "axes.titlesize": 9.5,
+    "axes.titleweight": "normal",
+    "axes.titlelocation": "left",
+    "axes.labelsize": 9,
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.formatter.limits": (-3, 4),
+    "axes.formatter.use_mathtext": True,
+    "axes.grid": True,
+    "grid.color": "#E3E5E8",
+    "grid.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+    "legend.fontsize": 8,
+    "legend.frameon": False,
+    "lines.linewidth": 1.5,
+    "lines.markersize": 3.5,
+    "hatch.color": "#9AA1AB",
+    "hatch.linewidth": 0.5,
+}
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """Draw in the look of the package; matplotlib's own settings are back afterwards."""
+    import cycler
+    import matplotlib
+
+    with matplotlib.rc_context(RC | {"axes.prop_cycle": cycler.cycler(color=CYCLE)}):
+        yield
+
+
+# --------------------------------------------------------------------------------------------------------------- units
+def length_unit(problem: Problem) -> str:
+    """Unit of lengths, as printed on axes."""
+    return problem.units.length
+
+
+def pressure_unit(problem: Problem) -> str:
+    """Unit of stresses: MPa for N and mm, Pa for N and m, else force/length²."""
+    known = {("N", "mm"): "MPa", ("N", "m"): "Pa", ("kN", "mm"): "GPa", ("kN", "m"): "kPa", ("MN", "m"): "MPa"}
+    units = problem.units
+    return known.get((units.force, units.length), f"{units.force}/{units.length}²")
+
+
+def force_unit(problem: Problem) -> str:
+    """Unit of tool forces: per thickness in plane problems, whole in axisymmetric ones."""
+    units = problem.units
+    return units.force if problem.space == "axisymmetric" else f"{units.force}/{units.length}"
+
+
+def moment_unit(problem: Problem) -> str:
+    """Unit of tool moments: per thickness in plane problems."""
+    units = problem.units
+    return f"{units.force} {units.length}" + ("" if problem.space == "axisymmetric" else f"/{units.length}")
+
+
+def energy_unit(problem: Problem) -> str:
+    """Unit of energies: the same as that of moments."""
+    return moment_unit(problem)
+
+
+def area_unit(problem: Problem) -> str:
+    """Unit of contact areas: a width in plane problems (per thickness)."""
+    return f"{problem.units.length}²" if problem.space == "axisymmetric" else f"{problem.units.length}²/{problem.units.length}"
+
+
+def axes_names(problem: Problem) -> tuple[str, str]:
+    """Names of the two coordinates: x, y or, in axisymmetry, r, z."""
+    return ("r", "z") if problem.space == "axisymmetric" else ("x", "y")

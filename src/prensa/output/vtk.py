@@ -1,0 +1,105 @@
+"""Fields for ParaView: ``fields/NNNN.vtu`` (binary, compressed) and ``fields.pvd``, the list of them in time.
+
+Points are at their **current** positions, so that a file opens as the deformed shape next to the tools; the array
+``displacement`` leads back to the initial shape (filter *Warp By Vector*, scale factor −1). All bodies are in one file:
+the cell array ``body`` counts them from 0 in the order of the description. Vectors have three components and stresses
+six (xx, yy, zz, xy, yz, xz: the order of VTK), also in two dimensions. In axisymmetric problems x is the radius, y the
+axis and zz the hoop stress.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import meshio
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.output.files import numbered, replacing, write_text
+from prensa.solver.increment import BodyState, Increment
+
+FIELDS = "fields"
+COLLECTION = "fields.pvd"
+
+Array = NDArray[np.float64]
+
+
+class Fields:
+    """Writer of ``fields/NNNN.vtu`` and ``fields.pvd`` in *directory*; *keep* continues, without later increments."""
+
+    def __init__(self, directory: Path, keep: int | None = None) -> None:
+        self._directory = directory
+        self._times = {} if keep is None else _times_until(directory, keep)
+        self._write_collection()
+
+    def append(self, increment: Increment) -> Path:
+        """Write the fields of *increment*, then the collection that names them; returns the path of the former."""
+        path = write_fields(self._directory / FIELDS / f"{increment.number:04d}.vtu", increment)
+        self._times[f"{FIELDS}/{path.name}"] = increment.time
+        self._write_collection()
+        return path
+
+    def _write_collection(self) -> None:
+        root = ET.Element("VTKFile", type="Collection", version="0.1", byte_order="LittleEndian")
+        collection = ET.SubElement(root, "Collection")
+        for name, time in self._times.items():
+            ET.SubElement(collection, "DataSet", timestep=repr(float(time)), group="", part="0", file=name)
+        ET.indent(root)
+        write_text(self._directory / COLLECTION, '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n")
+
+
+def write_fields(path: Path, increment: Increment) -> Path:
+    """Write one increment as a ``.vtu`` file, atomically; returns *path*."""
+    bodies = list(increment.bodies.values())
+    offset = np.cumsum([0, *(len(b.X) for b in bodies)])
+    cells = np.vstack([b.cells + o for b, o in zip(bodies, offset)])
+    mesh = meshio.Mesh(
+        points=_stack(bodies, lambda b: _vector(b.x)),
+        cells=[("quad", cells)],
+        point_data={
+            "displacement": _stack(bodies, lambda b: _vector(b.displacement)),
+            "reaction": _stack(bodies, lambda b: _vector(b.reaction)),
+            "stress": _stack(bodies, lambda b: np.pad(b.stress, ((0, 0), (0, 2)))),
+            "mises": _stack(bodies, lambda b: b.mises),
+            "plastic_strain": _stack(bodies, lambda b: b.plastic_strain),
+            "contact_pressure": np.concatenate([_contact_pressure(increment, name) for name in increment.bodies]),
+        },
+        cell_data={"body": [np.repeat(np.arange(len(bodies), dtype=np.int32), [len(b.cells) for b in bodies])]},
+    )
+    with replacing(path) as temporary:
+        mesh.write(temporary, file_format="vtu", binary=True, compression="zlib")
+    return path
+
+
+def read_collection(path: str | Path) -> list[tuple[float, str]]:
+    """Pairs (time, file relative to the collection) of a ``.pvd`` file."""
+    return [(float(d.get("timestep", "nan")), d.get("file", "")) for d in ET.parse(path).getroot().iter("DataSet")]
+
+
+# ------------------------------------------------------------------------------------------------------------- details
+def _vector(v: Array) -> Array:
+    return np.pad(v, ((0, 0), (0, 1)))
+
+
+def _stack(bodies: list[BodyState], values: object) -> Array:
+    return np.concatenate([values(b) for b in bodies])  # type: ignore[operator]
+
+
+def _contact_pressure(increment: Increment, body: str) -> Array:
+    """(n,) pressure at the nodes of a body, the larger where a node touches two tools."""
+    out = np.zeros(len(increment.bodies[body].X))
+    for contact in increment.contacts.values():
+        if contact.body == body:
+            np.maximum.at(out, contact.node, contact.pressure)
+    return out
+
+
+def _times_until(directory: Path, last: int) -> dict[str, float]:
+    """Entries of the collection up to increment *last*; the field files of later ones are removed."""
+    for number, path in numbered(directory / FIELDS, ".vtu"):
+        if number > last:
+            path.unlink()
+    collection = directory / COLLECTION
+    entries = read_collection(collection) if collection.is_file() else []
+    return {name: time for time, name in entries if (directory / name).is_file()}

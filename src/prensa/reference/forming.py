@@ -1,0 +1,164 @@
+"""Closed forms of metal forming: limit loads, tubes, rough plates and the slab method.
+
+Homogeneous upsetting, ring and necking: `upsetting.py`. Strip bending and springback: `bending.py`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ._check import Array, not_negative, positive
+
+# --- limit loads and tubes ----------------------------------------------------------------------------------------
+
+
+def prandtl_punch(k: float) -> float:
+    """`k` (stress, shear yield) -> mean pressure (stress) = (2 + pi) k of a flat punch on a half-plane, plane strain.
+
+    Raises ValueError for k <= 0.
+    Source: Prandtl (1920); Hill (1950), The Mathematical Theory of Plasticity, ch. 9.
+    """
+    positive(k=k)
+    return (2.0 + math.pi) * k
+
+
+def tube_pressure(k: float, a: float, b: float, c: float | None = None) -> float:
+    """`k` (stress), a, b, c (length) -> internal pressure (stress) with the tube yielded from a out to c (None: b).
+
+    Plane strain, p = k [1 - c^2/b^2 + 2 ln(c/a)]; first yield at c = a, full yield 2 k ln(b/a) at c = b. Exact for
+    Tresca, and for von Mises with nu = 1/2 (k = sigma_Y/sqrt 3); at full yield exact for von Mises with any nu.
+    Raises ValueError for k or a <= 0, b <= a, or c outside [a, b].
+    Source: Hill (1950), ch. 5.
+    """
+    positive(k=k, a=a, b=b)
+    if b <= a:
+        raise ValueError(f"b = {b!r}: outer radius not above the inner a = {a!r}; give b > a")
+    edge = b if c is None else c
+    if not a <= edge <= b:
+        raise ValueError(f"c = {c!r}: the elastic-plastic radius lies in [a, b] = [{a!r}, {b!r}]; give one there")
+    return k * (1.0 - (edge / b) ** 2 + 2.0 * math.log(edge / a))
+
+
+def tube_expansion(sigma_y: float, a0: float, b0: float, a: ArrayLike) -> Array:
+    """sigma_y (stress), a0, b0 (length, initial radii), a: any shape (length, inner radius) -> pressure, that shape.
+
+    Rigid-perfectly plastic, plane strain, finite: b^2 = b0^2 - a0^2 + a^2 and p = (sigma_y/sqrt 3) ln(b^2/a^2).
+    Raises ValueError for sigma_y or a0 <= 0, b0 <= a0, or any a < a0.
+    Source: Hill (1950), ch. 5; volume constancy.
+    """
+    positive(sigma_y=sigma_y, a0=a0, b0=b0)
+    inner = np.asarray(a, dtype=float)
+    if b0 <= a0:
+        raise ValueError(f"b0 = {b0!r}: outer radius not above the inner a0 = {a0!r}; give b0 > a0")
+    if bool(np.any(inner < a0)):
+        raise ValueError(f"a = {a!r}: the tube expands; give inner radii from a0 = {a0!r} up")
+    return np.asarray(sigma_y / math.sqrt(3.0) * np.log((b0 * b0 - a0 * a0 + inner * inner) / (inner * inner)))
+
+
+# --- compression with friction ------------------------------------------------------------------------------------
+
+
+def rough_plates_cycloid(b: float, h: float) -> float:
+    """`b` (length, half width), h (length, height) -> mean p/(2k) (-) = 3/4 + b/(2h) between perfectly rough plates.
+
+    Plane strain, rigid-perfectly plastic, from the cycloid slip lines; meant for 2b/h well above 1.
+    Raises ValueError for b or h <= 0.
+    Source: Prandtl (1923); Hill (1950), ch. 8.
+    """
+    positive(b=b, h=h)
+    return 0.75 + b / (2.0 * h)
+
+
+def rough_plates_slab(b: float, h: float, m: float = 1.0) -> float:
+    """`b` (length, half width), h (length, height), m (-, shear factor) -> mean p/(2k) (-) = 1 + m b/(2h), slab method.
+
+    Raises ValueError for b or h <= 0 or m outside [0, 1].
+    Source: Siebel (1923), von Karman (1925); Hosford & Caddell (1993), Metal Forming.
+    """
+    positive(b=b, h=h)
+    _check_m(m)
+    return 1.0 + m * b / (2.0 * h)
+
+
+def _check_m(m: float) -> None:
+    if not 0.0 <= m <= 1.0:
+        raise ValueError(f"m = {m!r}: the shear factor lies in [0, 1]; give a value there")
+
+
+@dataclass(frozen=True)
+class Slab:
+    """Slab solution: size (half width or radius), h, sticking (length), sigma, shear_limit, mean (stress), pressure(x).
+
+    Shear limit and mu bound the shear stress; inside |x| < sticking it sits at the limit. sigma is the pressure at
+    the free edge, mean the mean pressure.
+    """
+
+    size: float
+    h: float
+    mu: float
+    sigma: float
+    shear_limit: float
+    sticking: float
+    axisymmetric: bool
+
+    def pressure(self, x: ArrayLike) -> Array:
+        """x: any shape (length, from the centre or axis) -> same shape (stress), zero beyond |x| = size."""
+        r = np.abs(np.asarray(x, dtype=float))
+        slipping = np.clip(self.size - np.maximum(r, self.sticking), 0.0, None)
+        slip = self.sigma * np.exp(2.0 * self.mu * slipping / self.h)
+        if self.sticking > 0.0:
+            slip = slip + 2.0 * self.shear_limit * np.clip(self.sticking - r, 0.0, None) / self.h
+        return np.asarray(np.where(r <= self.size, slip, 0.0))
+
+    @property
+    def mean(self) -> float:
+        """Mean pressure (stress), by Gauss-Legendre on the sticking and the slipping part."""
+        z, w = np.polynomial.legendre.leggauss(64)
+        total = 0.0
+        for low, high in ((0.0, self.sticking), (self.sticking, self.size)):
+            x = low + 0.5 * (high - low) * (z + 1.0)
+            area = 2.0 * x / self.size**2 if self.axisymmetric else np.full_like(x, 1.0 / self.size)
+            total += 0.5 * (high - low) * float(np.sum(w * area * self.pressure(x)))
+        return total
+
+
+def slab_strip(*, b: float, h: float, mu: float, k: float, m: float | None = None) -> Slab:
+    """b, h (length), mu (-), k (stress), m (-) -> Slab: strip of half width b between plates, plane strain, Coulomb.
+
+    p = 2k exp(2 mu (b - x)/h), mean 2k (h/(2 mu b)) (exp(2 mu b/h) - 1). With m the shear stress is capped at m k:
+    inside the sticking width p grows linearly, by 2 m k/h.
+    Raises ValueError for b, h or k <= 0, mu < 0, m outside [0, 1].
+    Source: von Karman (1925), Orowan (1943); Hosford & Caddell (1993).
+    """
+    positive(b=b, h=h, k=k)
+    return _slab(b, h, mu, 2.0 * k, k, m, axisymmetric=False)
+
+
+def slab_cylinder(*, R: float, h: float, mu: float, Y: float, m: float | None = None) -> Slab:
+    """R, h (length), mu (-), Y (stress), m (-) -> Slab: cylinder of radius R and height h upset with Coulomb friction.
+
+    p = Y exp(2 mu (R - r)/h), mean Y (h^2/(2 mu^2 R^2)) (exp(2 mu R/h) - 1 - 2 mu R/h). With m the shear stress is
+    capped at m Y/sqrt 3: inside the sticking radius p grows linearly, by 2 m Y/(sqrt 3 h).
+    Raises ValueError for R, h or Y <= 0, mu < 0, m outside [0, 1].
+    Source: Siebel (1923); Hosford & Caddell (1993).
+    """
+    positive(R=R, h=h, Y=Y)
+    return _slab(R, h, mu, Y, Y / math.sqrt(3.0), m, axisymmetric=True)
+
+
+def _slab(size: float, h: float, mu: float, sigma: float, k: float, m: float | None, axisymmetric: bool) -> Slab:
+    """Find where mu p reaches m k: sigma exp(2 mu (size - x)/h) mu = m k."""
+    not_negative(mu=mu)
+    limit, sticking = math.inf, 0.0
+    if m is not None:
+        _check_m(m)
+        limit = m * k
+        if limit <= mu * sigma:
+            sticking = size
+        elif mu > 0.0:
+            sticking = max(0.0, size - h / (2.0 * mu) * math.log(limit / (mu * sigma)))
+    return Slab(size, h, mu, sigma, limit, sticking, axisymmetric)

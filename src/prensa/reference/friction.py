@@ -1,0 +1,260 @@
+"""Friction in closed form: partial slip of a cylinder, slip hardening of one point, wedge, circular path, capstan, die.
+
+Sign convention of this module: a traction is positive along the drag, that is, along positive displacement of the body.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ._check import Array, not_negative, positive
+
+# --- partial slip -----------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class CattaneoMindlin:
+    """Line contact under P, loaded tangentially to Q_max and now at Q: half-widths (length), p0 (stress), traction(x).
+
+    a: contact; c: stick at Q_max; c_reversed: inner edge of the reversed slip (equal to a while loading). P, Q, Q_max
+    are forces/length.
+    """
+
+    a: float
+    c: float
+    c_reversed: float
+    P: float
+    Q: float
+    Q_max: float
+    mu: float
+    p0: float
+
+    def traction(self, x: ArrayLike) -> Array:
+        """x: any shape (length, from the centre) -> same shape (stress): tangential traction, of the sign of Q_max."""
+        x = np.asarray(x, dtype=float)
+        q = self._elliptic(x, self.a) - self._elliptic(x, self.c)
+        return np.asarray(q - 2.0 * (self._elliptic(x, self.a) - self._elliptic(x, self.c_reversed)))
+
+    def _elliptic(self, x: Array, half_width: float) -> Array:
+        """`mu` p0 (half_width/a) sqrt(1 - x^2/half_width^2), written so that half_width may be 0."""
+        root = np.sqrt(np.clip(half_width * half_width - x * x, 0.0, None))
+        return np.asarray(self.mu * self.p0 / self.a * root)
+
+
+def cattaneo_mindlin(*, P: float, a: float, mu: float, Q: float, Q_max: float | None = None) -> CattaneoMindlin:
+    """P, Q, Q_max (force/length), a (length), mu (-) -> CattaneoMindlin: a cylinder pressed, then pushed sideways.
+
+    P is constant; Q grows from zero to Q_max (None: Q is the largest so far) and comes back to Q. Loading: stick
+    within c = a sqrt(1 - Q_max/(mu P)), q = mu p - mu p0 (c/a) sqrt(1 - x^2/c^2) there, mu p outside. Unloading:
+    reversed slip outside c' = a sqrt(1 - (Q_max - Q)/(2 mu P)), q reduced by twice the loading form with c'. The
+    pressure is Hertz's, p0 = 2 P/(pi a): exact when normal and tangential problems decouple (equal bodies, nu = 1/2
+    on a rigid one), close when friction acts only after pressing.
+
+    Raises ValueError for P, a or mu not above 0, a Q_max outside [0, mu P) or a Q outside [-Q_max, Q_max].
+    Source: Cattaneo (1938), Mindlin (1949), Mindlin & Deresiewicz (1953); Johnson (1985), Contact Mechanics, ch. 7.
+    """
+    positive(P=P, a=a, mu=mu)
+    largest = Q if Q_max is None else Q_max
+    if not 0.0 <= largest < mu * P:
+        name = "Q" if Q_max is None else "Q_max"
+        raise ValueError(f"{name} = {largest!r}: partial slip needs 0 <= {name} < mu P = {mu * P!r}; lower {name}")
+    if abs(Q) > largest:
+        raise ValueError(f"Q = {Q!r}: beyond Q_max = {largest!r}; give -Q_max <= Q <= Q_max")
+    return CattaneoMindlin(
+        a=a,
+        c=a * math.sqrt(1.0 - largest / (mu * P)),
+        c_reversed=a * math.sqrt(1.0 - (largest - Q) / (2.0 * mu * P)),
+        P=P,
+        Q=Q,
+        Q_max=largest,
+        mu=mu,
+        p0=2.0 * P / (math.pi * a),
+    )
+
+
+# --- slip hardening of one point --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class MuConstant:
+    """mu(kappa) = mu0 (-)."""
+
+    mu0: float
+
+    def __call__(self, kappa: float) -> float:
+        """`kappa` (length) -> mu (-)."""
+        return self.mu0
+
+    def solve(self, drive: float, p: float, k_T: float) -> float:
+        """`drive` (length), p (stress), k_T (stress/length) -> kappa (length): root of k_T kappa + mu p = k_T drive."""
+        return drive - self.mu0 * p / k_T
+
+
+@dataclass(frozen=True)
+class MuLinear:
+    """mu(kappa) = mu0 + slope kappa: mu0 (-), slope (1/length; negative softens)."""
+
+    mu0: float
+    slope: float
+
+    def __call__(self, kappa: float) -> float:
+        """`kappa` (length) -> mu (-)."""
+        return self.mu0 + self.slope * kappa
+
+    def solve(self, drive: float, p: float, k_T: float) -> float:
+        """`drive` (length), p (stress), k_T (stress/length) -> kappa (length): root of k_T kappa + mu p = k_T drive."""
+        return (k_T * drive - self.mu0 * p) / (k_T + self.slope * p)
+
+
+@dataclass(frozen=True)
+class MuExponential:
+    """mu(kappa) = mu_inf - (mu_inf - mu0) exp(-kappa/u0): mu0, mu_inf (-), u0 (length)."""
+
+    mu0: float
+    mu_inf: float
+    u0: float
+
+    def __call__(self, kappa: float) -> float:
+        """`kappa` (length) -> mu (-)."""
+        return self.mu_inf - (self.mu_inf - self.mu0) * math.exp(-kappa / self.u0)
+
+    def solve(self, drive: float, p: float, k_T: float) -> float:
+        """`drive` (length), p (stress), k_T (stress/length) -> kappa (length): root of k_T kappa + mu p = k_T drive.
+
+        kappa = A + u0 W((B/u0) exp(-A/u0)), A = drive - mu_inf p/k_T, B = (mu_inf - mu0) p/k_T. For hardening the
+        same number is written with Wright's omega, which does not overflow.
+        """
+        from scipy.special import lambertw, wrightomega
+
+        A = drive - self.mu_inf * p / k_T
+        B = (self.mu_inf - self.mu0) * p / k_T
+        if B == 0.0:
+            return A
+        if B > 0.0:
+            return A + self.u0 * float(wrightomega(math.log(B / self.u0) - A / self.u0).real)
+        return A + self.u0 * float(lambertw(B / self.u0 * math.exp(-A / self.u0)).real)
+
+
+SlipLaw = MuConstant | MuLinear | MuExponential
+
+
+def slip_hardening(u: ArrayLike, *, p: float, k_T: float, law: SlipLaw) -> tuple[Array, Array]:
+    """`u` (n,) (length), p (stress), k_T (stress/length) -> t_T (n,) (stress), kappa (n,) (length): one sliding point.
+
+    The displacement runs from zero through the values of u in a straight line from one to the next (repeat or
+    reverse at will); pressure and stiffness are constant. Between two turns the direction is fixed and the state is
+    exact: stick while |t_T| < mu(kappa) p, then, with s the direction and (t0, kappa0) the state before,
+    k_T (kappa - kappa0) + mu(kappa) p = k_T |du| + s t0. kappa is the length of the slip path and never decreases, so
+    mu does not recover on reversal. (Monotone: t_T + k_T kappa = k_T u.) Splitting a stroke does not change the
+    answer.
+
+    Raises ValueError for p < 0, k_T <= 0, coefficients of friction below 0, u0 <= 0, or a softening law with
+    k_T <= |mu'| p (no unique answer) or one that falls below zero on this path.
+    Source: the elastic-plastic analogy of the founding paper (its eqs. 9-23), with path length for net slip; Corless
+    et al. (1996) for the Lambert W function.
+    """
+    not_negative(p=p)
+    positive(k_T=k_T)
+    _check_law(law, p, k_T)
+    path = np.atleast_1d(np.asarray(u, dtype=float))
+    t_T, kappa = np.zeros_like(path), np.zeros_like(path)
+    t, slip, at = 0.0, 0.0, 0.0
+    for i, target in enumerate(path):
+        move = float(target) - at
+        sign = math.copysign(1.0, move)
+        trial = t + k_T * move
+        if sign * trial > law(slip) * p:
+            slip += max(0.0, law.solve(abs(move) + sign * t / k_T + slip, p, k_T) - slip)
+            if law(slip) < 0.0:
+                raise ValueError(f"law = {law!r}: mu falls below 0 at kappa = {slip!r}; shorten u or flatten the law")
+            t = sign * law(slip) * p
+        else:
+            t = trial
+        at = float(target)
+        t_T[i], kappa[i] = t, slip
+    return t_T, kappa
+
+
+def _check_law(law: SlipLaw, p: float, k_T: float) -> None:
+    """Raise ValueError for a law without meaning or without a unique answer at this pressure and stiffness."""
+    not_negative(mu0=law.mu0)
+    steepest = 0.0
+    if isinstance(law, MuLinear):
+        steepest = law.slope
+    elif isinstance(law, MuExponential):
+        not_negative(mu_inf=law.mu_inf)
+        positive(u0=law.u0)
+        steepest = (law.mu_inf - law.mu0) / law.u0
+    if k_T + min(steepest, 0.0) * p <= 0.0:
+        raise ValueError(f"k_T = {k_T!r}: softening needs k_T > |mu'| p = {-steepest * p!r}; raise k_T")
+
+
+# --- elementary ---------------------------------------------------------------------------------------------------
+
+
+def sliding_wedge(alpha: float, mu: float) -> float:
+    """`alpha` (rad), mu (-) -> F/G (-): horizontal force per weight that pushes a body up an incline.
+
+    (tan alpha + mu)/(1 - mu tan alpha) = tan(alpha + atan mu); 0.412371 for atan 0.1 and mu = 0.3.
+    Raises ValueError for mu < 0, alpha outside (-pi/2, pi/2), or where the body jams (mu tan alpha >= 1).
+    Source: NAFEMS benchmark CGS-4; statics.
+    """
+    not_negative(mu=mu)
+    if not abs(alpha) < 0.5 * math.pi:
+        raise ValueError(f"alpha = {alpha!r}: angle in radians between -pi/2 and pi/2; convert degrees with radians()")
+    slope = math.tan(alpha)
+    if mu * slope >= 1.0:
+        raise ValueError(f"mu = {mu!r}: the body jams for mu tan(alpha) >= 1; lower mu or alpha = {alpha!r}")
+    return (slope + mu) / (1.0 - mu * slope)
+
+
+def circular_path_lag(*, mu: float, p: float, k_T: float, rho: float) -> float:
+    """`mu` (-), p (stress), k_T (stress/length), rho (length) -> phi (rad): steady lag of friction on a circular path.
+
+    A point driven round a circle of radius rho drags its slider on a string of elastic length mu p/k_T; in the steady
+    state the string is tangent to the slider's own circle, hence sin phi = mu p/(k_T rho), phi the angle between the
+    traction and the direction of motion.
+    Raises ValueError for mu or p < 0, k_T or rho <= 0, or mu p/k_T >= rho (the slider stops: the point only sticks).
+    Source: the circular tractrix (pursuit curve), with the slider of the elastic-plastic analogy.
+    """
+    not_negative(mu=mu, p=p)
+    positive(k_T=k_T, rho=rho)
+    sine = mu * p / (k_T * rho)
+    if sine >= 1.0:
+        raise ValueError(f"rho = {rho!r}: not above mu p/k_T = {mu * p / k_T!r}, nothing slides; give a larger rho")
+    return math.asin(sine)
+
+
+def capstan(T1: float, mu: float, angle: float) -> float:
+    """T1 (force), mu (-), angle (rad, wrapped) -> T2 (force): rope or strip drawn over a drum, T2 = T1 e^(mu angle).
+
+    Raises ValueError for a negative T1, mu or angle.
+    Source: Euler (1769), Eytelwein (1808).
+    """
+    not_negative(T1=T1, mu=mu, angle=angle)
+    return T1 * math.exp(mu * angle)
+
+
+def wang_osakada(mu: float, theta: float = 0.0) -> tuple[float, float]:
+    """`mu` (-), theta (rad, inclination of the tool) -> m (-), p_cr/Y (-): shear factor, pressure where it begins.
+
+    Coulomb below p_cr, then the constant shear m Y/sqrt(3) with m = sqrt(3) mu (a mu + b),
+    a = -0.48 theta^2 + 2.48 theta - 3.82, b = -1.19 theta + 3.0, and
+    p_cr/Y = (2/sqrt 3) [(1 + sin 2 phi)/2 + pi/4 + phi - theta], phi = acos(m)/2.
+    For theta = 0 and mu = 0.1: 0.4534 and 2.634.
+    Raises ValueError for mu < 0 or a mu for which the fit leaves 0 <= m <= 1.
+    Source: Wang & Osakada, friction law for metal forming (dry contact, slip-line fields).
+    """
+    not_negative(mu=mu)
+    a = -0.48 * theta * theta + 2.48 * theta - 3.82
+    b = -1.19 * theta + 3.0
+    m = math.sqrt(3.0) * mu * (a * mu + b)
+    if not 0.0 <= m <= 1.0:
+        raise ValueError(f"mu = {mu!r}: gives a shear factor m = {m:.4g} outside [0, 1] at theta = {theta!r}; lower mu")
+    phi = 0.5 * math.acos(m)
+    p_cr = 2.0 / math.sqrt(3.0) * (0.5 * (1.0 + math.sin(2.0 * phi)) + 0.25 * math.pi + phi - theta)
+    return m, p_cr

@@ -1,0 +1,253 @@
+"""One increment: Newton on r(u) = 0 with the exact tangent, a start by extrapolation, a line search; failure is a value."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.fem.system import Circumstances, Evaluation, System
+from prensa.model import problem as model
+from prensa.solver.linear import Factorisation, SingularError
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+STEPS = (0.5, 0.25, 0.1, 0.03)  # line search, after the full step
+GROWTH = 1e8  # residual over its smallest value beyond which the iteration has left
+
+
+@dataclass
+class Trial:
+    """Outcome of an attempt: converged or ``reason``; unknowns, evaluation there, multipliers, cost."""
+
+    converged: bool
+    reason: str
+    u: Array
+    evaluation: Evaluation | None
+    lam: Array
+    iterations: int
+    residuals: list[float] = field(default_factory=list)
+    changes: list[int] = field(default_factory=list)
+    augmentations: int = 0
+
+
+class Reduced:
+    """The free part of the system: indices of free unknowns, their sub-matrix, its factorisation analysed once."""
+
+    def __init__(self, system: System, fixed: Index, numerics: model.Numerics):
+        n = system.ndof
+        self.fixed = fixed
+        mask = np.ones(n, dtype=bool)
+        mask[fixed] = False
+        self.free = np.flatnonzero(mask)
+        number = np.full(n, -1, dtype=np.int64)
+        number[self.free] = np.arange(len(self.free))
+        indptr, indices = system.pattern.indptr, system.pattern.indices
+        cols = np.repeat(np.arange(n), np.diff(indptr))
+        self.entries = np.flatnonzero(mask[indices] & mask[cols])
+        count = np.bincount(number[cols[self.entries]], minlength=len(self.free))
+        self.factorisation = Factorisation(
+            len(self.free),
+            np.concatenate([[0], np.cumsum(count)]).astype(np.int32),
+            number[indices[self.entries]].astype(np.int32),
+            numerics.solver,
+            numerics.threads,
+        )
+        # rows of rotations are moments: divided by a length they are forces
+        weight = np.ones(n)
+        for t in range(len(system.tools)):
+            weight[system.tool_dof(t) + 2] = 1.0 / system.length
+        self.weight = weight[self.free]
+        self.shape = (n, n)
+        self.indptr, self.indices = indptr, indices
+
+    def norm(self, r: Array) -> float:
+        """Sum of the absolute free residuals, moments divided by a length."""
+        return float(np.abs(self.weight * r[self.free]).sum())
+
+    def apply(self, data: Array, delta: Array) -> Array:
+        """K δ with the whole matrix."""
+        from scipy.sparse import csc_matrix
+
+        return np.asarray(csc_matrix((data, self.indices, self.indptr), self.shape) @ delta)
+
+    def solve(self, data: Array, b: Array) -> Array:
+        """Free unknowns (n,) with K_ff x_f = b_f, zero where prescribed."""
+        x = np.zeros(len(b))
+        x[self.free] = self.factorisation.solve(data[self.entries], b[self.free])
+        return x
+
+
+class Reporter(NamedTuple):
+    """Callbacks of an attempt: ``iteration(trial, evaluation)``; ``timed(section)`` context manager."""
+
+    iteration: Callable[[Trial, Evaluation], None]
+    timed: Callable[[str], Any]
+
+
+def first_multipliers(system: System, c: Circumstances) -> Array:
+    """Multipliers at the start of an increment: committed tractions; λ_n = 0 for plain penalty."""
+    lam = c.state.lam.copy()
+    for s in system.surfaces:
+        if s.description.enforcement.type == "penalty":
+            lam[s.rows, 0] = 0.0
+    return lam
+
+
+def signature(e: Evaluation) -> NDArray[np.int8]:
+    """Status of all contact points: 0 open, 1 stick, 2 slip."""
+    if not e.contacts:
+        return np.zeros(0, dtype=np.int8)
+    return np.concatenate([np.where(f.p > 0, np.where(f.slip, 2, 1), 0) for f in e.contacts]).astype(np.int8)
+
+
+def _start(
+    system: System, c: Circumstances, reduced: Reduced, start: Array, lam: Array, numerics: model.Numerics, report: Reporter
+) -> tuple[Array, Evaluation | None, bool]:
+    """First iterate: the last increment extrapolated, or the committed state moved by the linearised system.
+
+    Returns the iterate, its evaluation if it was made, and whether a linear solve was spent.
+    """
+    values = c.plan.values(c.time)
+    delta = np.zeros(system.ndof)
+    delta[reduced.fixed] = values - start[reduced.fixed]
+    with report.timed("assembly"):
+        base = system.evaluate(c, start, lam)
+    if base.failed or base.data is None:
+        return start + delta, None, False
+    r = base.r + reduced.apply(base.data, delta)
+    if numerics.predictor and c.state.dt_last > 0:
+        u = start + (c.dt / c.state.dt_last) * c.state.du
+        u[reduced.fixed] = values
+        with report.timed("assembly"):
+            e = system.evaluate(c, u, lam)
+        if not e.failed and reduced.norm(e.r) < reduced.norm(r):
+            return u, e, False
+    with report.timed("factorisation and solve"):
+        step = reduced.solve(base.data, -r)
+    return start + delta + step, None, True
+
+
+def attempt(
+    system: System, c: Circumstances, reduced: Reduced, start: Array, numerics: model.Numerics, report: Reporter
+) -> Trial:
+    """Try to solve the increment; the committed state is not touched."""
+    lam = first_multipliers(system, c)
+    trial = Trial(False, "", start, None, lam, 0)
+    try:
+        u, e, solved = _start(system, c, reduced, start, lam, numerics, report)
+        trial.iterations += int(solved)
+        while True:
+            e = _newton(system, c, reduced, u, e, lam, numerics, report, trial)
+            if e is None:
+                return trial
+            u = trial.u
+            update, change = _augment(system, c, e, lam)
+            if change <= 1.0:
+                trial.converged, trial.evaluation, trial.lam = True, e, lam
+                return trial
+            trial.augmentations += 1
+            limit = max(s.description.enforcement.max_updates for s in system.surfaces if s.description.enforcement.type == "augmented")
+            if trial.augmentations > limit:
+                trial.reason = f"the multipliers did not settle in {limit} updates; a larger beta converges faster"
+                return trial
+            lam, e = update, None
+    except SingularError as error:
+        trial.reason = (
+            f"the stiffness matrix is singular ({error}): some body or tool is free to move without resistance; "
+            "support it, or hold it until contact does"
+        )
+        return trial
+
+
+def _newton(
+    system: System,
+    c: Circumstances,
+    reduced: Reduced,
+    u: Array,
+    e: Evaluation | None,
+    lam: Array,
+    numerics: model.Numerics,
+    report: Reporter,
+    trial: Trial,
+) -> Evaluation | None:
+    """Iterate to convergence (returns the evaluation, trial.u set) or fail (returns None, trial.reason set)."""
+    status = None
+    first = True
+    best = np.inf
+    for _ in range(numerics.max_iterations):
+        if e is None:
+            with report.timed("assembly"):
+                e = system.evaluate(c, u, lam)
+        if e.failed:
+            trial.reason = e.failed
+            return None
+        assert e.data is not None
+        norm = reduced.norm(e.r)
+        relative = norm / e.scale if e.scale > 0 else 0.0
+        now = signature(e)
+        trial.residuals.append(relative)
+        trial.changes.append(int((now != status).sum()) if status is not None else len(now))
+        status = now
+        trial.u = u
+        report.iteration(trial, e)
+        if relative <= numerics.tolerance:
+            return e
+        if not np.isfinite(norm) or norm > GROWTH * best:
+            trial.reason = "the iteration diverged"
+            return None
+        best = min(best, norm)
+        with report.timed("factorisation and solve"):
+            step = reduced.solve(e.data, -e.r)
+        trial.iterations += 1
+        if np.abs(step[: 2 * system.nodes]).max(initial=0.0) > 1e3 * system.length:
+            trial.reason = (
+                "a displacement a thousand times the size of the bodies: some body or tool is free to move without "
+                "resistance; support it, or hold it until contact does"
+            )
+            return None
+        u, e = _line_search(system, c, reduced, u, step, lam, norm, numerics.line_search and not first, report)
+        first = False
+    trial.reason = f"no convergence in {numerics.max_iterations} iterations (relative residual {trial.residuals[-1]:.1e})"
+    return None
+
+
+def _line_search(
+    system: System, c: Circumstances, reduced: Reduced, u: Array, step: Array, lam: Array, norm: float, search: bool, report: Reporter
+) -> tuple[Array, Evaluation]:
+    """The full step if the residual falls, else the best of a few shorter ones (a failed evaluation is no candidate)."""
+    with report.timed("assembly"):
+        full = system.evaluate(c, u + step, lam)
+    size = reduced.norm(full.r) if not full.failed else np.inf
+    if size < norm or not (search or full.failed):
+        return u + step, full
+    best, factor = size, 1.0
+    for f in STEPS:
+        with report.timed("line search"):
+            e = system.evaluate(c, u + f * step, lam, stiffness=False)
+        size = reduced.norm(e.r) if not e.failed else np.inf
+        if size < best:
+            best, factor = size, f
+    if factor == 1.0:
+        return u + step, full
+    with report.timed("assembly"):
+        return u + factor * step, system.evaluate(c, u + factor * step, lam)
+
+
+def _augment(system: System, c: Circumstances, e: Evaluation, lam: Array) -> tuple[Array, float]:
+    """Updated multipliers and the largest change over its tolerance (≤ 1: settled; 0 without augmented contacts)."""
+    update, worst = lam.copy(), 0.0
+    for s, f, sc in zip(system.surfaces, e.contacts, c.scales):
+        if s.description.enforcement.type != "augmented":
+            continue
+        tol = s.description.enforcement.tolerance * sc.h
+        slip = np.abs(f.kappa - c.state.contact[s.rows, 1]).max(initial=0.0)
+        normal = np.abs(f.p - lam[s.rows, 0]) / sc.k_n / tol
+        tangential = np.abs(f.t - lam[s.rows, 1]) / sc.k_t / np.maximum(tol, 1e-3 * slip)
+        worst = max(worst, float(normal.max(initial=0.0)), float(tangential.max(initial=0.0)))
+        update[s.rows, 0], update[s.rows, 1] = f.p, f.t
+    return update, worst

@@ -1,0 +1,120 @@
+"""Rigid tools in their own frame: signed distance, normal, curvature and surface coordinate of the closest point.
+
+For points ξ (k, 2) in the tool frame (origin at the reference point, axes turned with the tool):
+
+* g (k,): signed distance, negative inside the tool;
+* n (k, 2): outward unit normal at the closest point, ∇g;
+* c (k,): curvature of the distance, ∂n/∂ξ = c e⊗e with the tangent e = n turned by +90°; 1/(R + g) on an arc;
+* s (k,): surface coordinate along e; ds = (1 − g c) e·dξ.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_EDGE = 1e-9  # a point this close to the edge of a flat, relative to its width, counts as under it
+
+
+class Closest(NamedTuple):
+    """Closest-point data of k points: g (k,), n (k, 2), c (k,), s (k,)."""
+
+    g: Array
+    n: Array
+    c: Array
+    s: Array
+
+
+class Tool(Protocol):
+    """A rigid tool's shape."""
+
+    radius: float
+    """Smallest radius of curvature of a convex part (inf for flats, 0 for sharp edges)."""
+
+    def closest(self, xi: Array) -> Closest:
+        """Points (k, 2) in the tool frame → closest-point data."""
+
+
+def turned(n: Array) -> Array:
+    """Vectors (k, 2) turned by +90°."""
+    return np.stack([-n[:, 1], n[:, 0]], axis=1)
+
+
+@dataclass(frozen=True)
+class Plane:
+    """Half-space below the line through the reference point with outward normal (nx, ny), unit length."""
+
+    nx: float
+    ny: float
+    radius: float = np.inf
+
+    def closest(self, xi: Array) -> Closest:
+        """Points (k, 2) → `Closest`."""
+        n = np.tile([self.nx, self.ny], (len(xi), 1))
+        return Closest(xi @ n[0] if len(xi) else np.zeros(0), n, np.zeros(len(xi)), xi @ np.array([-self.ny, self.nx]))
+
+
+@dataclass(frozen=True)
+class Circle:
+    """Disc of radius R about the reference point; s = R φ, measured from the lowest point of the circle."""
+
+    radius: float
+
+    def closest(self, xi: Array) -> Closest:
+        """Points (k, 2) → `Closest`; the centre itself counts as below it."""
+        r = np.hypot(xi[:, 0], xi[:, 1])
+        safe = np.where(r > 0, r, 1.0)
+        n = np.where((r > 0)[:, None], xi / safe[:, None], np.array([0.0, -1.0]))
+        phi = np.arctan2(n[:, 0], -n[:, 1])  # 0 at the bottom, growing along +90° of the normal
+        return Closest(r - self.radius, n, 1.0 / np.maximum(r, 1e-3 * self.radius), self.radius * phi)
+
+
+@dataclass(frozen=True)
+class Flat:
+    """Flat face between ``a`` and ``b`` along e, looking along n (unit), edges rounded with ``fillet``; endless behind.
+
+    The reference point lies on the face line; ``a`` and ``b`` are coordinates along e = n turned by +90°.
+    Points under the face see the face, never the sides: penetration there is always along n.
+    """
+
+    nx: float
+    ny: float
+    a: float
+    b: float
+    fillet: float
+
+    @property
+    def radius(self) -> float:
+        """Fillet radius."""
+        return self.fillet
+
+    def closest(self, xi: Array) -> Closest:
+        """Points (k, 2) → `Closest`."""
+        n0, e0 = np.array([self.nx, self.ny]), np.array([-self.ny, self.nx])
+        y, x = xi @ n0, xi @ e0
+        r = self.fillet
+        lo, hi = self.a + r, self.b - r
+        tol = _EDGE * (self.b - self.a)
+        side = np.where(x > hi + tol, 1.0, np.where(x < lo - tol, -1.0, 0.0))
+        dx = np.where(side > 0, x - hi, np.where(side < 0, x - lo, 0.0))
+        behind = (side != 0) & (y < -r)  # beside the flank
+        dy = np.where(behind, 0.0, y + r)
+        length = np.hypot(dx, dy)
+        arc = side != 0
+        safe = np.where(length > 0, length, 1.0)
+        g = np.where(arc, length - r, y)
+        nt, nn = np.where(arc, dx / safe, 0.0), np.where(arc, dy / safe, 1.0)
+        zero = arc & (length == 0)
+        nn = np.where(zero, 1.0, nn)
+        n = nn[:, None] * n0 + nt[:, None] * e0
+        c = np.where(arc & ~behind, 1.0 / np.maximum(length, 1e-12 * (self.b - self.a)), 0.0)
+        # along e the angle of the arc runs from 0 (face) outwards; e·n turned: s grows with x on the face
+        angle = np.arctan2(np.abs(dx), np.where(behind, 1e-300, dy))
+        s = np.where(arc, np.where(side > 0, hi, lo) + side * r * angle, x)
+        s = np.where(behind, np.where(side > 0, hi, lo) + side * (0.5 * np.pi * r - (y + r)), s)
+        return Closest(g, n, c, s)
