@@ -29,7 +29,7 @@ def layer_kernel(w: ArrayLike, base: str = "smooth", nu: float = 0.3) -> Array:
     `base` "smooth" (no shear, no lift-off) or "bonded"; nu matters only for "bonded". Written in exp(-2w), so large
     w do not overflow.
     Raises ValueError for an unknown base, nu outside (-1, 0.5], or a negative w.
-    Source: Johnson (1985), section 5.8; Bentall & Johnson (1968), Int. J. Mech. Sci. 10; derived numerically in the tests.
+    Source: Johnson (1985), section 5.8; Bentall & Johnson (1968), Int. J. Mech. Sci. 10; rederived in the tests.
     """
     w, d, q, den = _kernel_parts(w, base, nu)
     num = d * d if base == "smooth" else (3.0 - 4.0 * nu) * d * (1.0 + q) / 2.0 - 2.0 * w * q

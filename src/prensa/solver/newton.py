@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 STEPS = (0.5, 0.25, 0.1, 0.03)  # line search, after the full step
-GROWTH = 1e8  # residual over its smallest value beyond which the iteration has left
+WATCH = 2  # full steps taken on trust although the residual grows
 
 
 @dataclass
@@ -175,11 +175,15 @@ def _newton(
     report: Reporter,
     trial: Trial,
 ) -> Evaluation | None:
-    """Iterate to convergence (returns the evaluation, trial.u set) or fail (returns None, trial.reason set)."""
+    """Iterate to convergence (returns the evaluation, trial.u set) or fail (returns None, trial.reason set).
+
+    A full step that changes the contact set may raise the residual and still be right (it is then a step of the
+    active-set method), so up to `WATCH` of them are taken on trust before the search goes back to the best iterate and
+    shortens its step (watchdog of Chamberlain et al. 1982).
+    """
     status = None
-    first = True
-    best = np.inf
-    for _ in range(numerics.max_iterations):
+    best, anchor, watched = np.inf, None, 0
+    for iteration in range(numerics.max_iterations):
         if e is None:
             with report.timed("assembly"):
                 e = system.evaluate(c, u, lam)
@@ -197,10 +201,9 @@ def _newton(
         report.iteration(trial, e)
         if relative <= numerics.tolerance:
             return e
-        if not np.isfinite(norm) or norm > GROWTH * best:
+        if not np.isfinite(norm):
             trial.reason = "the iteration diverged"
             return None
-        best = min(best, norm)
         with report.timed("factorisation and solve"):
             step = reduced.solve(e.data, -e.r)
         trial.iterations += 1
@@ -210,32 +213,36 @@ def _newton(
                 "resistance; support it, or hold it until contact does"
             )
             return None
-        u, e = _line_search(system, c, reduced, u, step, lam, norm, numerics.line_search and not first, report)
-        first = False
+        if norm < best:
+            best, anchor, watched = norm, (u, step), 0
+        with report.timed("assembly"):
+            full = system.evaluate(c, u + step, lam)
+        size = reduced.norm(full.r) if not full.failed else np.inf
+        trust = iteration == 0 or size < best or not numerics.line_search or watched < WATCH
+        if trust and not full.failed:
+            watched += size >= best
+            u, e = u + step, full
+            continue
+        if full.failed or anchor is None:
+            anchor = (u, step)
+        u = _shortened(system, c, reduced, *anchor, lam, report)
+        e, best, watched, anchor = None, np.inf, 0, None
     trial.reason = f"no convergence in {numerics.max_iterations} iterations (relative residual {trial.residuals[-1]:.1e})"
     return None
 
 
-def _line_search(
-    system: System, c: Circumstances, reduced: Reduced, u: Array, step: Array, lam: Array, norm: float, search: bool, report: Reporter
-) -> tuple[Array, Evaluation]:
-    """The full step if the residual falls, else the best of a few shorter ones (a failed evaluation is no candidate)."""
-    with report.timed("assembly"):
-        full = system.evaluate(c, u + step, lam)
-    size = reduced.norm(full.r) if not full.failed else np.inf
-    if size < norm or not (search or full.failed):
-        return u + step, full
-    best, factor = size, 1.0
+def _shortened(
+    system: System, c: Circumstances, reduced: Reduced, u: Array, step: Array, lam: Array, report: Reporter
+) -> Array:
+    """The best of a few fractions of a step, by the residual; a failed evaluation is no candidate."""
+    best, factor = np.inf, STEPS[-1]
     for f in STEPS:
         with report.timed("line search"):
             e = system.evaluate(c, u + f * step, lam, stiffness=False)
         size = reduced.norm(e.r) if not e.failed else np.inf
         if size < best:
             best, factor = size, f
-    if factor == 1.0:
-        return u + step, full
-    with report.timed("assembly"):
-        return u + factor * step, system.evaluate(c, u + factor * step, lam)
+    return u + factor * step
 
 
 def _augment(system: System, c: Circumstances, e: Evaluation, lam: Array) -> tuple[Array, float]:
