@@ -17,6 +17,8 @@ from prensa.friction.return_map import Friction, return_map
 
 Array = NDArray[np.float64]
 
+TOUCH = 1e-10  # gap over element depth below which a point touches
+
 
 class ContactForces(NamedTuple):
     """k points: p, t (tangential traction along e), kappa, s, g (k,); slip flags; F (k, 5) forces on q; K (k, 5, 5) = −∂F/∂q.
@@ -55,17 +57,18 @@ def forces(
     coordinate, closed. ``period``: length of a closed tool's surface, across which the coordinate jumps.
     """
     k = len(weight)
-    p_trial = np.where(np.isfinite(pairs.g), lam[:, 0] - scale.k_n * np.where(np.isfinite(pairs.g), pairs.g, 0.0), 0.0)
-    closed = p_trial > 0
-    p = np.where(closed, p_trial, 0.0)
-    dp = np.where(closed, -scale.k_n, 0.0)[:, None] * pairs.dg
+    p_trial = lam[:, 0] - scale.k_n * pairs.g  # −inf where a ray misses the tool
+    # a point that just touches resists like a closed one: the kink's other slope would leave a resting body free
+    touching = p_trial >= -TOUCH * scale.k_n * scale.h
+    p = np.maximum(p_trial, 0.0)
+    dp = np.where(touching, -scale.k_n, 0.0)[:, None] * pairs.dg
     t, kappa, slip = np.zeros(k), committed[:, 1].copy(), np.zeros(k, dtype=bool)
     dt = np.zeros((k, 5))
     if law is not None:
         ds = pairs.s - committed[:, 2]
         if np.isfinite(period):
             ds = ds - period * np.round(ds / period)
-        out = return_map(law, lam[:, 1:2], ds[:, None], p, committed[:, 1], scale.k_t)
+        out = return_map(law, lam[:, 1:2], ds[:, None], p, touching, committed[:, 1], scale.k_t)
         t, kappa, slip = out.t[:, 0], out.kappa, out.slip
         dt = out.dt_dg[:, 0, 0][:, None] * pairs.ds + out.dt_dp[:, 0][:, None] * dp
     F = weight[:, None] * (p[:, None] * pairs.Fn + t[:, None] * pairs.Ft)

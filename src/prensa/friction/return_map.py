@@ -32,33 +32,36 @@ class Tangential(NamedTuple):
     slip: NDArray[np.bool_]
 
 
-def return_map(law: Friction, lam: Array, dg: Array, p: Array, kappa: Array, k_t: Array) -> Tangential:
+def return_map(
+    law: Friction, lam: Array, dg: Array, p: Array, touching: NDArray[np.bool_], kappa: Array, k_t: Array
+) -> Tangential:
     """Traction t_T(Δg_T, p) from the committed traction (or multiplier).
 
     lam (k, d): traction at the start of the increment or multiplier, in d tangential axes of the tool; dg (k, d):
-    tangential displacement relative to the tool during the increment; p (k,) pressure; kappa (k,) committed slip;
-    k_t (k,) tangential stiffness. Where p = 0 everything is zero and the slip is kept.
+    tangential displacement relative to the tool during the increment; p (k,) pressure; touching (k,) flags, which
+    include the points of p = 0 that are just in touch; kappa (k,) committed slip; k_t (k,) tangential stiffness.
+    Where a point does not touch everything is zero, and the slip is kept.
 
     The trial is t_tr = λ − k_T Δg; slip iff |t_tr| > τ_y(p, κ_n); then |t_tr| − k_T Δλ = τ_y(p, κ_n + Δλ).
     A softening law must keep k_T > |∂τ_y/∂κ| for the root to be unique; where it does not, NaN is returned, which the
     solver takes as a failed evaluation.
     """
     k, d = dg.shape
-    closed = p > 0
-    trial = lam - k_t[:, None] * dg
+    closed = touching
+    trial = np.where(closed[:, None], lam - k_t[:, None] * dg, 0.0)
     size = np.sqrt((trial**2).sum(axis=1))
     tau, dtau_p, dtau_k = law.bound(p, kappa)
     slip = closed & (size > tau)
     T = np.divide(trial, size[:, None], out=np.zeros_like(trial), where=(size > 0)[:, None])
-    delta = np.where(slip, (size - tau) / k_t, 0.0)
-    if law.hardens and slip.any():
-        delta, tau, dtau_p, dtau_k = _hardening_root(law, size, tau, p, kappa, k_t, slip)
+    delta = np.where(slip & (p > 0), (size - tau) / k_t, 0.0)
+    if law.hardens and (slip & (p > 0)).any():
+        delta, tau, dtau_p, dtau_k = _hardening_root(law, size, tau, p, kappa, k_t, slip & (p > 0))
     D = k_t + dtau_k
     with np.errstate(divide="ignore", invalid="ignore"):
         D = np.where(slip & ~(D > 0), np.nan, D)
     safe = np.where(size > 0, size, 1.0)
     theta = np.where(slip, tau / safe, 1.0)
-    t = np.where(closed[:, None], trial * theta[:, None], 0.0)
+    t = trial * theta[:, None]
     eye = np.eye(d)
     TT = T[:, :, None] * T[:, None, :]
     stick_block = -k_t[:, None, None] * eye

@@ -246,15 +246,15 @@ def wang_osakada(mu: float, theta: float = 0.0) -> tuple[float, float]:
     a = -0.48 theta^2 + 2.48 theta - 3.82, b = -1.19 theta + 3.0, and
     p_cr/Y = (2/sqrt 3) [(1 + sin 2 phi)/2 + pi/4 + phi - theta], phi = acos(m)/2.
     For theta = 0 and mu = 0.1: 0.4534 and 2.634.
-    Raises ValueError for mu < 0 or a mu for which the fit leaves 0 <= m <= 1.
+    Raises ValueError for mu < 0 or a mu beyond the fit (m above 1, or falling as mu grows).
     Source: Wang & Osakada, friction law for metal forming (dry contact, slip-line fields).
     """
     not_negative(mu=mu)
     a = -0.48 * theta * theta + 2.48 * theta - 3.82
     b = -1.19 * theta + 3.0
     m = math.sqrt(3.0) * mu * (a * mu + b)
-    if not 0.0 <= m <= 1.0:
-        raise ValueError(f"mu = {mu!r}: gives a shear factor m = {m:.4g} outside [0, 1] at theta = {theta!r}; lower mu")
+    if not 0.0 <= m <= 1.0 or mu > -0.5 * b / a:
+        raise ValueError(f"mu = {mu!r}: the fit of m = {m:.4g} ends before it at theta = {theta!r}; lower mu")
     phi = 0.5 * math.acos(m)
     p_cr = 2.0 / math.sqrt(3.0) * (0.5 * (1.0 + math.sin(2.0 * phi)) + 0.25 * math.pi + phi - theta)
     return m, p_cr

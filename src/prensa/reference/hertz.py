@@ -32,7 +32,7 @@ class HertzLine:
 
 @dataclass(frozen=True)
 class HertzSphere:
-    """Point contact: radius a, indentation delta, tool radius R (length), force P, peak pressure p0, E_star (stress)."""
+    """Point contact: radius a, indentation delta, tool radius R (length), force P, pressure p0, E_star (stress)."""
 
     a: float
     delta: float

@@ -114,9 +114,10 @@ def ring_stamp_pressure(support: str) -> dict[str, Array]:
 
 
 def plate_on_rigid_plane() -> dict[str, Array]:
-    """-> x (mm), p, tau (MPa), ux, uy (mm), each (n,): plate pushed on a rigid plane with mu = 1, Q4 128 x 128.
+    """-> x (mm), p, tau (MPa), ux, uy (mm), each (128,): plate pushed on a rigid plane with mu = 1, Q4 128 x 128.
 
-    tau acts on the body; p is lumped (the node x = 0 has half a tributary length).
+    tau acts on the body; p is lumped (the node x = 0 has half a tributary length); the held node
+    x = 40 is not listed.
     Source: Feijoo, Barbosa & Zouain (code_aster SSNV128), solved by an independent program.
     """
     return _columns([row for row in _rows("plate_on_rigid_plane_friction")[1:] if row], ("x", "p", "tau", "ux", "uy"))
