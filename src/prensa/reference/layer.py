@@ -116,7 +116,8 @@ def layer_line(
 
     Plane strain, infinite width, thickness H, linear elasticity, contact measured on the undeformed surface along its
     own normal (the linear Signorini problem). Give exactly one of delta (indentation of the layer at x = 0), a or P.
-    `profile` "circle" is the exact arc R - sqrt(R^2 - x^2), "parabola" x^2/2R; `n` terms of the pressure series.
+    `profile` "circle" is the exact arc R - sqrt(R^2 - x^2), "parabola" x^2/2R; `n` terms of the pressure series: 24
+    give round-off for a < H and a < R/2; take more on thin layers or where a nears R.
 
     With p = sum c_j sqrt(1 - s^2) U_2j(s) the logarithm of the kernel integrates in closed form, the smooth rest by
     Gauss-Chebyshev (in s) and Gauss-Legendre (in k); collocation at n + 1 points gives c and delta for a given a, and
@@ -131,7 +132,7 @@ def layer_line(
     one_of("base", base, BASES)
     one_of("profile", profile, ("circle", "parabola"))
     if n < 2:
-        raise ValueError(f"n = {n!r}: number of terms of the pressure series; give n >= 2 (24 suffices for a < 2 H)")
+        raise ValueError(f"n = {n!r}: number of terms of the pressure series; give n >= 2")
     given = {k: v for k, v in {"delta": delta, "a": a, "P": P}.items() if v is not None}
     if len(given) != 1:
         raise ValueError(f"delta, a, P = {delta!r}, {a!r}, {P!r}: give exactly one of the three")
