@@ -1,7 +1,41 @@
-"""Errors that a person can act on: each says what, where and what to try."""
+"""Errors that a user can act on: each says where, what and the remedy; the command line prints them without a traceback."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import dataclass
+
 
 class PrensaError(Exception):
-    """Base of every error that prensa raises on purpose; its text is meant for the user."""
+    """Base of the errors that prensa raises on purpose (a bad case, a run that cannot go on)."""
+
+
+@dataclass(frozen=True, order=True)
+class Mark:
+    """A place in a case: ``source`` (file name or override), ``line`` and ``column`` from 1 (0: the source as a whole)."""
+
+    source: str
+    line: int = 0
+    column: int = 0
+
+    def __str__(self) -> str:
+        return f"{self.source}:{self.line}:{self.column}" if self.line else self.source
+
+
+@dataclass(frozen=True, order=True)
+class Mistake:
+    """One mistake of a case file: its place and one line of text, ``message; remedy``."""
+
+    mark: Mark
+    message: str
+
+    def __str__(self) -> str:
+        return f"{self.mark}: {self.message}"
+
+
+class CaseError(PrensaError, ValueError):
+    """All the mistakes of a case, in the order of the file; ``str`` is one line for each, ``file.yaml:12:5: message; remedy``."""
+
+    def __init__(self, mistakes: Iterable[Mistake]) -> None:
+        self.mistakes: tuple[Mistake, ...] = tuple(mistakes)
+        super().__init__("\n".join(map(str, self.mistakes)))

@@ -51,8 +51,8 @@ class Surface:
         """Rows of this contact in `State.contact` and `State.lam`."""
         return slice(self.first, self.first + len(self.points.nodes))
 
-    def scale(self, k_t_least: float = 0.0) -> Scale:
-        """Penalty stiffnesses of the points: k_n = β E*/h, k_T = β_T E*/h, not below ``k_t_least``."""
+    def scale(self, k_t_least: Array) -> Scale:
+        """Penalty stiffnesses of the points: k_n = β E*/h, k_T = β_T E*/h, not below ``k_t_least`` (k,)."""
         e, h = self.description.enforcement, self.points.depth
         k_n = np.full_like(h, e.k_n) if e.k_n is not None else e.beta * self.modulus / h
         k_t = np.full_like(h, e.k_T) if e.k_T is not None else e.beta_T * self.modulus / h
@@ -175,12 +175,10 @@ class System:
         laws = [_friction(d) for d in plan.friction]
         scales = []
         for s, law in zip(self.surfaces, laws):
-            least = 0.0
+            least = np.zeros(len(s.points.nodes))
             if law is not None and law.hardens:
-                # a softening law needs k_T > |μ′| p for a unique root: twice the committed maximum
-                kappa = state.contact[s.rows, 1]
-                slope = getattr(law, "steepest", lambda k: 0.0)(kappa)
-                least = 2.0 * slope * float(np.abs(state.lam[s.rows, 0]).max(initial=0.0))
+                # a softening law needs k_T > |μ′| p for a unique root: take twice that at the committed pressures
+                least = 2.0 * law.steepest(state.contact[s.rows, 1]) * state.lam[s.rows, 0]
             scales.append(s.scale(least))
         return Circumstances(state, plan, time, time - float(state.clock[2]), weights, scales, laws, x_n)
 

@@ -24,17 +24,21 @@ class Coulomb:
         """Whether μ depends on the slip."""
         return not isinstance(self.mu, float | int)
 
-    def steepest(self, kappa: Array) -> float:
-        """Largest rate of softening −dμ/dκ (≥ 0, per length) that lies ahead of any of the slips (k,)."""
+    def steepest(self, kappa: Array) -> Array:
+        """Largest rate of softening −dμ/dκ (k,) (≥ 0, per length) that lies at or ahead of each slip (k,)."""
         m = self.mu
         match m:
             case model.MuLinear():
-                return max(0.0, -m.slope)
+                ahead = np.ones_like(kappa) if m.limit is None else (m.mu0 + m.slope * kappa > m.limit).astype(float)
+                return ahead * max(0.0, -m.slope)
             case model.MuExponential():
-                return max(0.0, (m.mu0 - m.mu_inf) / m.u0)
+                return np.maximum(0.0, (m.mu0 - m.mu_inf) / m.u0 * np.exp(-kappa / m.u0))
             case model.MuTable():
-                return max(0.0, float((-np.diff(m.mu) / np.diff(m.kappa)).max()))
-        return 0.0
+                x = np.asarray(m.kappa)
+                fall = np.append(np.maximum(0.0, -np.diff(m.mu) / np.diff(x)), 0.0)
+                worst = np.maximum.accumulate(fall[::-1])[::-1]
+                return worst[np.clip(np.searchsorted(x, kappa, side="right") - 1, 0, len(x) - 1)]
+        return np.zeros_like(kappa)
 
     def coefficient(self, kappa: Array) -> tuple[Array, Array]:
         """μ and dμ/dκ at accumulated slips (k,)."""

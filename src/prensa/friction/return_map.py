@@ -21,6 +21,9 @@ class Friction(Protocol):
     def bound(self, p: Array, kappa: Array) -> tuple[Array, Array, Array]:
         """Pressures (k,), accumulated slips (k,) → bound τ_y ≥ 0, ∂τ_y/∂p, ∂τ_y/∂κ."""
 
+    def steepest(self, kappa: Array) -> Array:
+        """Largest softening −∂²τ_y/∂κ∂p (k,) at or ahead of each slip."""
+
 
 class Tangential(NamedTuple):
     """t (k, d) traction, dt_dg (k, d, d), dt_dp (k, d), kappa (k,) new accumulated slip, slip (k,) flags."""
@@ -43,7 +46,7 @@ def return_map(
     Where a point does not touch everything is zero, and the slip is kept.
 
     The trial is t_tr = λ − k_T Δg; slip iff |t_tr| > τ_y(p, κ_n); then |t_tr| − k_T Δλ = τ_y(p, κ_n + Δλ).
-    A softening law must keep k_T > |∂τ_y/∂κ| for the root to be unique; where it does not, NaN is returned, which the
+    A softening law needs k_T > |∂τ_y/∂κ| for the root to be unique; where it may not be, the tangent is NaN, which the
     solver takes as a failed evaluation.
     """
     k, d = dg.shape
@@ -57,8 +60,8 @@ def return_map(
     if law.hardens and (slip & (p > 0)).any():
         delta, tau, dtau_p, dtau_k = _hardening_root(law, size, tau, p, kappa, k_t, slip & (p > 0))
     D = k_t + dtau_k
-    with np.errstate(divide="ignore", invalid="ignore"):
-        D = np.where(slip & ~(D > 0), np.nan, D)
+    if law.hardens:
+        D = np.where(slip & (law.steepest(kappa) * p >= k_t), np.nan, D)
     safe = np.where(size > 0, size, 1.0)
     theta = np.where(slip, tau / safe, 1.0)
     t = trial * theta[:, None]

@@ -11,25 +11,30 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, TypeVar, dataclass_transform
 
 from pydantic import BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 from pydantic.dataclasses import dataclass
 
 from prensa.model.units import (
     Angle,
+    BodyForce,
     Displacement,
     Force,
     Length,
+    Number,
     Pressure,
     Stiffness,
     Strain,
+    Whole,
 )
 
-_FROZEN = ConfigDict(extra="forbid", arbitrary_types_allowed=False)
+_FROZEN = ConfigDict(extra="forbid", arbitrary_types_allowed=False, allow_inf_nan=False)
+_T = TypeVar("_T")
 
 
-def described(cls: type) -> Any:
+@dataclass_transform(frozen_default=True, field_specifiers=(field,))
+def described(cls: type[_T]) -> type[_T]:
     """Make *cls* a frozen, strictly checked dataclass (unknown keys are errors)."""
     return dataclass(frozen=True, config=_FROZEN)(cls)
 
@@ -50,17 +55,27 @@ def value_of(number: Any) -> Any:
     """Type of a quantity that may be a number (ramped over the step) or a table ((time, value), …) in global time."""
     return Annotated[
         Annotated[number, Tag("number")]
-        | Annotated[tuple[tuple[float, number], ...], Field(min_length=2), Tag("table")],
+        | Annotated[tuple[tuple[Number, number], ...], Field(min_length=2), Tag("table")],
         Discriminator(_value_kind),
         BeforeValidator(_as_table),
     ]
 
 
-DisplacementValue = value_of(Displacement)
-AngleValue = value_of(Angle)
-PressureValue = value_of(Pressure)
-ForceValue = value_of(Force)
-FloatValue = value_of(float)
+if TYPE_CHECKING:  # a type checker cannot follow the function
+    _Value: TypeAlias = float | tuple[tuple[float, float], ...]
+    DisplacementValue: TypeAlias = _Value
+    AngleValue: TypeAlias = _Value
+    PressureValue: TypeAlias = _Value
+    ForceValue: TypeAlias = _Value
+    BodyForceValue: TypeAlias = _Value
+    FloatValue: TypeAlias = _Value
+else:
+    DisplacementValue = value_of(Displacement)
+    AngleValue = value_of(Angle)
+    PressureValue = value_of(Pressure)
+    ForceValue = value_of(Force)
+    BodyForceValue = value_of(BodyForce)
+    FloatValue = value_of(Number)
 
 
 # ------------------------------------------------------------------------------------------------------------ meshes
@@ -74,11 +89,19 @@ class Grade:
 
     x: tuple[Length, ...] = ()
     y: tuple[Length, ...] = ()
-    ratio: Annotated[float, Field(ge=1)] = 8.0
+    ratio: Annotated[Number, Field(ge=1)] = 8.0
 
 
-GradeName = Literal[
-    "left", "right", "top", "bottom", "top-left", "top-right", "bottom-left", "bottom-right"
+GradeName = Literal["left", "right", "top", "bottom", "top-left", "top-right", "bottom-left", "bottom-right"]
+
+
+def _grade_kind(value: Any) -> str:
+    return "name" if isinstance(value, str) else "grade"
+
+
+GradeValue = Annotated[
+    Annotated[GradeName, Tag("name")] | Annotated[Grade, Tag("grade")],
+    Discriminator(_grade_kind),
 ]
 
 
@@ -92,9 +115,9 @@ class Rectangle:
     """
 
     size: tuple[Annotated[Length, Field(gt=0)], Annotated[Length, Field(gt=0)]]
-    n: tuple[Annotated[int, Field(ge=1)], Annotated[int, Field(ge=1)]]
+    n: tuple[Annotated[Whole, Field(ge=1)], Annotated[Whole, Field(ge=1)]]
     origin: tuple[Length, Length] = (0.0, 0.0)
-    grade: GradeName | Grade | None = None
+    grade: GradeValue | None = None
     type: Literal["rectangle"] = "rectangle"
 
 
@@ -138,7 +161,7 @@ class Ludwik:
 
     s0: Annotated[Pressure, Field(gt=0)]
     K: Annotated[Pressure, Field(ge=0)]
-    n: Annotated[float, Field(gt=0)]
+    n: Annotated[Number, Field(gt=0)]
     type: Literal["ludwik"] = "ludwik"
 
 
@@ -148,7 +171,7 @@ class Swift:
 
     K: Annotated[Pressure, Field(gt=0)]
     e0: Annotated[Strain, Field(gt=0)]
-    n: Annotated[float, Field(ge=0)]
+    n: Annotated[Number, Field(ge=0)]
     type: Literal["swift"] = "swift"
 
 
@@ -158,7 +181,7 @@ class Voce:
 
     s0: Annotated[Pressure, Field(gt=0)]
     Q: Pressure
-    b: Annotated[float, Field(ge=0)]
+    b: Annotated[Number, Field(ge=0)]
     H: Pressure = 0.0
     type: Literal["voce"] = "voce"
 
@@ -169,8 +192,8 @@ class HockettSherby:
 
     s0: Annotated[Pressure, Field(gt=0)]
     s_inf: Annotated[Pressure, Field(gt=0)]
-    b: Annotated[float, Field(ge=0)]
-    n: Annotated[float, Field(gt=0)]
+    b: Annotated[Number, Field(ge=0)]
+    n: Annotated[Number, Field(gt=0)]
     type: Literal["hockett_sherby"] = "hockett_sherby"
 
 
@@ -180,9 +203,9 @@ class JohnsonCook:
 
     A: Annotated[Pressure, Field(gt=0)]
     B: Annotated[Pressure, Field(ge=0)]
-    n: Annotated[float, Field(gt=0)]
-    C: Annotated[float, Field(ge=0)] = 0.0
-    rate0: Annotated[float, Field(gt=0)] = 1.0
+    n: Annotated[Number, Field(gt=0)]
+    C: Annotated[Number, Field(ge=0)] = 0.0
+    rate0: Annotated[Number, Field(gt=0)] = 1.0
     type: Literal["johnson_cook"] = "johnson_cook"
 
 
@@ -207,7 +230,7 @@ Flow = Annotated[
     Perfect | Linear | Ludwik | Swift | Voce | HockettSherby | JohnsonCook | FlowTable, Field(discriminator="type")
 ]
 
-PoissonRatio = Annotated[float, Field(gt=-1.0, lt=0.5)]
+PoissonRatio = Annotated[Number, Field(gt=-1.0, lt=0.5)]
 
 
 @described
@@ -259,9 +282,9 @@ class Body:
 class MuLinear:
     """Linear slip hardening, μ(κ) = mu0 + slope κ, held at ``limit`` when given."""
 
-    mu0: Annotated[float, Field(ge=0)]
-    slope: float
-    limit: Annotated[float, Field(ge=0)] | None = None
+    mu0: Annotated[Number, Field(ge=0)]
+    slope: Number
+    limit: Annotated[Number, Field(ge=0)] | None = None
 
     @model_validator(mode="after")
     def _check(self) -> MuLinear:
@@ -276,8 +299,8 @@ class MuLinear:
 class MuExponential:
     """Exponential slip hardening or softening, μ(κ) = mu_inf − (mu_inf − mu0) e^(−κ/u0)."""
 
-    mu0: Annotated[float, Field(ge=0)]
-    mu_inf: Annotated[float, Field(ge=0)]
+    mu0: Annotated[Number, Field(ge=0)]
+    mu_inf: Annotated[Number, Field(ge=0)]
     u0: Annotated[Length, Field(gt=0)]
 
 
@@ -286,7 +309,7 @@ class MuTable:
     """Measured μ(κ) at increasing slip ``kappa``; linear between the points, constant beyond the last (paper, ref. 11)."""
 
     kappa: tuple[Length, ...]
-    mu: tuple[Annotated[float, Field(ge=0)], ...]
+    mu: tuple[Annotated[Number, Field(ge=0)], ...]
 
     @model_validator(mode="after")
     def _check(self) -> MuTable:
@@ -316,7 +339,7 @@ def _read_mu(value: Any, info: Any) -> Any:
 
 
 MuLaw = Annotated[
-    Annotated[Annotated[float, Field(ge=0)], Tag("number")]
+    Annotated[Annotated[Number, Field(ge=0)], Tag("number")]
     | Annotated[MuLinear, Tag("linear")]
     | Annotated[MuExponential, Tag("exponential")]
     | Annotated[MuTable, Tag("table")],
@@ -341,7 +364,7 @@ Friction = Annotated[Coulomb, Field()]
 class Plane:
     """Rigid half-space. ``normal``: outward normal (towards the bodies)."""
 
-    normal: tuple[float, float] | None = None
+    normal: tuple[Number, Number] | None = None
     at: tuple[Length, Length] | None = None
     touching: str | None = None
     above: str | None = None
@@ -370,7 +393,7 @@ class Stamp:
 
     width: Annotated[Length, Field(gt=0)]
     fillet: Annotated[Length, Field(ge=0)] = 0.0
-    facing: tuple[float, float] | None = None
+    facing: tuple[Number, Number] | None = None
     at: tuple[Length, Length] | None = None
     touching: str | None = None
     above: str | None = None
@@ -391,7 +414,7 @@ class Ring:
     inner: Annotated[Length, Field(gt=0)]
     outer: Annotated[Length, Field(gt=0)]
     fillet: Annotated[Length, Field(ge=0)] = 0.0
-    facing: tuple[float, float] | None = None
+    facing: tuple[Number, Number] | None = None
     at: tuple[Length, Length] | None = None
     touching: str | None = None
     above: str | None = None
@@ -418,8 +441,8 @@ class Penalty:
     ``k_n`` and ``k_T`` set absolute stiffnesses (pressure per length) instead, to reproduce published work.
     """
 
-    beta: Annotated[float, Field(gt=0)] = 100.0
-    beta_T: Annotated[float, Field(gt=0)] = 3.0
+    beta: Annotated[Number, Field(gt=0)] = 100.0
+    beta_T: Annotated[Number, Field(gt=0)] = 3.0
     k_n: Annotated[Stiffness, Field(gt=0)] | None = None
     k_T: Annotated[Stiffness, Field(gt=0)] | None = None
     type: Literal["penalty"] = "penalty"
@@ -433,12 +456,12 @@ class Augmented:
     increment. ``beta``, ``beta_T``, ``k_n``, ``k_T`` as in `Penalty`.
     """
 
-    beta: Annotated[float, Field(gt=0)] = 100.0
-    beta_T: Annotated[float, Field(gt=0)] = 10.0
+    beta: Annotated[Number, Field(gt=0)] = 100.0
+    beta_T: Annotated[Number, Field(gt=0)] = 10.0
     k_n: Annotated[Stiffness, Field(gt=0)] | None = None
     k_T: Annotated[Stiffness, Field(gt=0)] | None = None
-    tolerance: Annotated[float, Field(gt=0, le=0.1)] = 1e-5
-    max_updates: Annotated[int, Field(ge=1)] = 40
+    tolerance: Annotated[Number, Field(gt=0, le=0.1)] = 1e-5
+    max_updates: Annotated[Whole, Field(ge=1)] = 40
     type: Literal["augmented"] = "augmented"
 
 
@@ -476,7 +499,7 @@ def _support_kind(value: Any) -> str:
 SupportValue = Annotated[
     Annotated[Literal["held"], Tag("held")]
     | Annotated[Displacement, Tag("number")]
-    | Annotated[tuple[tuple[float, Displacement], ...], Field(min_length=2), Tag("table")],
+    | Annotated[tuple[tuple[Number, Displacement], ...], Field(min_length=2), Tag("table")],
     Discriminator(_support_kind),
     BeforeValidator(_as_table),
 ]
@@ -515,6 +538,23 @@ class Motion:
     x: DisplacementValue | None = None
     y: DisplacementValue | None = None
     rz: AngleValue | None = None
+
+
+def _per_second(value: Any) -> Any:
+    """Unit strings of a velocity, such as ``100 mm/s`` (also in its tables), as the displacement of one second."""
+    if isinstance(value, dict):
+        return {k: _per_second(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [[p[0], _per_second(p[1])] if isinstance(p, list | tuple) and len(p) == 2 else p for p in value]
+    if isinstance(value, str):
+        quantity, per, second = value.rpartition("/")
+        if not per or second.strip() != "s":
+            raise ValueError(f"{value!r} is not a velocity; write it per second, as a plain number or like '100 mm/s'")
+        return quantity
+    return value
+
+
+Velocity = Annotated[Motion, BeforeValidator(_per_second)]
 
 
 @described
@@ -559,13 +599,13 @@ class Step:
 
     name: str
     move: Mapping[str, Motion] = field(default_factory=dict)
-    velocity: Mapping[str, Motion] = field(default_factory=dict)
+    velocity: Mapping[str, Velocity] = field(default_factory=dict)
     push: Mapping[str, Push] = field(default_factory=dict)
     fixed: Mapping[str, FixedValue] = field(default_factory=dict)
     loads: Mapping[str, Load] = field(default_factory=dict)
-    body_force: Mapping[str, tuple[FloatValue, FloatValue]] = field(default_factory=dict)
+    body_force: Mapping[str, tuple[BodyForceValue, BodyForceValue]] = field(default_factory=dict)
     friction: Mapping[str, Friction | None] = field(default_factory=dict)
-    increments: Annotated[int, Field(ge=1)] | None = None
+    increments: Annotated[Whole, Field(ge=1)] | None = None
 
 
 @described
@@ -593,7 +633,7 @@ class Problem:
     contacts: tuple[Contact, ...] = ()
     fixed: Mapping[str, FixedValue] = field(default_factory=dict)
     loads: Mapping[str, Load] = field(default_factory=dict)
-    body_force: Mapping[str, tuple[FloatValue, FloatValue]] = field(default_factory=dict)
+    body_force: Mapping[str, tuple[BodyForceValue, BodyForceValue]] = field(default_factory=dict)
     friction: Friction | None = None
     space: Literal["plane strain", "axisymmetric"] = "plane strain"
     kinematics: Literal["finite", "small"] = "finite"
@@ -617,20 +657,20 @@ class Numerics:
     quartered; ``solver``: ``auto`` takes PARDISO when installed, else rslab, else SuperLU.
     """
 
-    tolerance: Annotated[float, Field(gt=0, le=1e-4)] = 1e-9
-    max_iterations: Annotated[int, Field(ge=2)] = 25
-    max_cutbacks: Annotated[int, Field(ge=0)] = 7
+    tolerance: Annotated[Number, Field(gt=0, le=1e-4)] = 1e-9
+    max_iterations: Annotated[Whole, Field(ge=2)] = 25
+    max_cutbacks: Annotated[Whole, Field(ge=0)] = 7
     line_search: bool = True
     predictor: bool = True
     solver: Literal["auto", "pardiso", "rslab", "superlu"] = "auto"
-    threads: Annotated[int, Field(ge=1)] = 1
+    threads: Annotated[Whole, Field(ge=1)] = 1
 
 
 @described
 class Output:
     """What a run writes: fields every ``fields`` increments (0: only the last of each step), pictures, report."""
 
-    fields: Annotated[int, Field(ge=0)] = 1
+    fields: Annotated[Whole, Field(ge=0)] = 1
     pictures: bool = True
     report: bool = True
 

@@ -2,14 +2,69 @@
 
 A field typed ``Length`` accepts a number in the case's own system, or, in a file, a string such as ``8 cm``. The system
 travels as the validation context, so that a description built in Python (no context) takes plain numbers only.
+
+The units of forming are in a table here, in exact fractions: ``70 GPa`` is 70e3 N/mm² to the last bit. Other names are
+looked up in pint, which takes a second to start and is therefore asked last.
 """
 
 from __future__ import annotations
 
+import difflib
+import math
+import re
+from dataclasses import dataclass
+from fractions import Fraction
 from functools import lru_cache
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, ValidationInfo
+from pydantic_core import PydanticKnownError
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """What a number is: its ``name`` with article, exponents of ``force`` and ``length``, an ``example`` to show."""
+
+    name: str
+    force: int
+    length: int
+    example: str
+
+
+LENGTH = Dimension("a length", 0, 1, "8 cm")
+PRESSURE = Dimension("a stress", 1, -2, "10 GPa")
+STIFFNESS = Dimension("a pressure per length", 1, -3, "1e3 MPa/mm")
+BODY_FORCE = Dimension("a force per volume", 1, -3, "77 kN/m^3")
+FORCE = Dimension("a force", 1, 0, "2 kN")
+STRAIN = Dimension("a strain", 0, 0, "0.2 %")
+ANGLE = Dimension("an angle", 0, 0, "10 deg")
+
+_LBF, _INCH = Fraction("4.4482216152605"), Fraction("0.0254")
+_SI: dict[str, tuple[Fraction, int, int]] = {
+    "m": (Fraction(1), 0, 1),
+    "in": (_INCH, 0, 1),
+    "inch": (_INCH, 0, 1),
+    "inches": (_INCH, 0, 1),
+    "ft": (12 * _INCH, 0, 1),
+    "N": (Fraction(1), 1, 0),
+    "lbf": (_LBF, 1, 0),
+    "kip": (1000 * _LBF, 1, 0),
+    "kgf": (Fraction("9.80665"), 1, 0),
+    "Pa": (Fraction(1), 1, -2),
+    "bar": (Fraction(10**5), 1, -2),
+    "psi": (_LBF / _INCH**2, 1, -2),
+    "ksi": (1000 * _LBF / _INCH**2, 1, -2),
+    "rad": (Fraction(1), 0, 0),
+    "deg": (Fraction(math.pi) / 180, 0, 0),
+    "°": (Fraction(math.pi) / 180, 0, 0),
+    "%": (Fraction(1, 100), 0, 0),
+}
+_PREFIX = {"n": -9, "µ": -6, "μ": -6, "u": -6, "m": -3, "c": -2, "d": -1, "k": 3, "M": 6, "G": 9}
+_SI |= {p + u: (_SI[u][0] * Fraction(10) ** e, *_SI[u][1:]) for p, e in _PREFIX.items() for u in ("m", "N", "Pa", "rad")}
+
+# Few digits on purpose: an exact power of 10 with a nine-digit exponent would fill the memory.
+_NUMBER = re.compile(r"\s*([-+]?(?:\d{1,40}(?:\.\d{0,40})?|\.\d{1,40})(?:[eE][-+]?\d{1,3})?)\s*(.*?)\s*$", re.ASCII)
+_FACTOR = re.compile(r"\s*([*/·]?)\s*([^\W\d_]{1,30}|°|%)(?:(?:\*\*|\^)?(-?\d)|([²³]))?(?![\w.])")
 
 
 @lru_cache(maxsize=1)
@@ -17,6 +72,46 @@ def _registry() -> Any:
     import pint
 
     return pint.UnitRegistry(cache_folder=None)
+
+
+@lru_cache(maxsize=256)
+def _unit(name: str) -> tuple[Fraction, int, int]:
+    """SI value and the exponents of force and length of one unit name."""
+    if name in _SI:
+        return _SI[name]
+    ureg = _registry()
+    try:
+        base = ureg.Quantity(1.0, ureg.parse_units(name)).to_base_units()
+    except Exception:  # pint raises errors of many classes for names that it does not know
+        near = difflib.get_close_matches(name.lower(), {u.lower(): u for u in _SI}, n=1)
+        meant = next((f"; did you mean {u!r}?" for u in _SI if near and u.lower() == near[0]), "")
+        raise ValueError(f"unknown unit {name!r}{meant}") from None
+    powers = dict(base.dimensionality)
+    mass = powers.pop("[mass]", 0)
+    length, time = powers.pop("[length]", 0), powers.pop("[time]", 0)
+    if powers or time != -2 * mass or mass != int(mass) or length != int(length):
+        raise ValueError(f"{name!r} is no unit of length, force, stress or angle")
+    return Fraction(base.magnitude), int(mass), int(length - mass)
+
+
+def _product(text: str) -> tuple[Fraction, int, int]:
+    """SI value and exponents of a product of units such as ``N/mm^2``."""
+    value, force, length, at = Fraction(1), 0, 0, 0
+    while at < len(text):
+        match = _FACTOR.match(text, at)
+        if match is None or (at == 0 and match[1]):
+            raise ValueError(f"cannot read the unit {text!r}")
+        v, f, ell = _unit(match[2])
+        power = int(match[3] or {"²": 2, "³": 3}.get(match[4], 1)) * (-1 if match[1] == "/" else 1)
+        value, force, length, at = value * v**power, force + f * power, length + ell * power, match.end()
+    return value, force, length
+
+
+def check_system(length: str, force: str) -> None:
+    """Raise ValueError unless *length* names a unit of length and *force* one of force."""
+    for text, dimension in ((length, LENGTH), (force, FORCE)):
+        if _product(text)[1:] != (dimension.force, dimension.length):
+            raise ValueError(f"{text!r} is not a unit of {dimension.name.split()[-1]}")
 
 
 @lru_cache(maxsize=256)
@@ -28,34 +123,57 @@ def factor(text: str, length: str, force: str, dimension: tuple[int, int]) -> fl
     ValueError
         If the text is no quantity or has another dimension.
     """
-    ureg = _registry()
-    f, ell = dimension
-    unit = ureg.parse_units(force) ** f * ureg.parse_units(length) ** ell if dimension != (0, 0) else ureg.radian
+    match = _NUMBER.match(text)
+    if match is None:
+        raise ValueError(f"{text!r} is not a quantity")
+    number, unit = match.groups()
+    if not unit:
+        return float(number)
+    value, *powers = _product(unit)
+    if tuple(powers) != dimension:
+        raise ValueError(f"{text!r} has the wrong unit")
+    system = _product(force)[0] ** dimension[0] * _product(length)[0] ** dimension[1]
     try:
-        quantity = ureg.parse_expression(text)
-        if not hasattr(quantity, "to"):
-            return float(quantity)
-        return float(quantity.to(unit).magnitude)
-    except Exception as error:
-        raise ValueError(f"{text!r} is not a quantity in {unit:~}: {error}") from None
+        return float(Fraction(number) * value / system)
+    except OverflowError:
+        raise ValueError(f"{text!r} is too large a number") from None
 
 
-def _convert(dimension: tuple[int, int]) -> Any:
+def _convert(dimension: Dimension) -> Any:
     def convert(value: Any, info: ValidationInfo) -> Any:
+        if isinstance(value, bool):
+            raise PydanticKnownError("float_type")
         if not isinstance(value, str):
             return value
         if not info.context or "units" not in info.context:
             raise ValueError(f"{value!r}: unit strings belong in case files; in Python give a number in the case's units")
         units = info.context["units"]
-        return factor(value, units["length"], units["force"], dimension)
+        remedy = f"write {dimension.name} as a plain number or like '{dimension.example}'"
+        try:
+            return factor(value, units["length"], units["force"], (dimension.force, dimension.length))
+        except ValueError as error:
+            reason = str(error)
+            if "did you mean" in reason:
+                raise ValueError(f"{value!r}: {reason}") from None
+            raise ValueError(f"{value!r} is not {dimension.name} ({reason}); {remedy}") from None
 
     return BeforeValidator(convert)
 
 
-Length = Annotated[float, _convert((0, 1))]
-Displacement = Annotated[float, _convert((0, 1))]
-Pressure = Annotated[float, _convert((1, -2))]
-Stiffness = Annotated[float, _convert((1, -3))]
-Force = Annotated[float, _convert((1, 0))]
-Strain = Annotated[float, _convert((0, 0))]
-Angle = Annotated[float, _convert((0, 0))]
+def _refuse_bool(value: Any) -> Any:
+    """Python counts True as 1; a number that is ``true`` in a file is a slip."""
+    if isinstance(value, bool):
+        raise PydanticKnownError("float_type")
+    return value
+
+
+Number = Annotated[float, BeforeValidator(_refuse_bool)]
+Whole = Annotated[int, BeforeValidator(_refuse_bool)]
+Length = Annotated[float, LENGTH, _convert(LENGTH)]
+Displacement = Annotated[float, LENGTH, _convert(LENGTH)]
+Pressure = Annotated[float, PRESSURE, _convert(PRESSURE)]
+Stiffness = Annotated[float, STIFFNESS, _convert(STIFFNESS)]
+BodyForce = Annotated[float, BODY_FORCE, _convert(BODY_FORCE)]
+Force = Annotated[float, FORCE, _convert(FORCE)]
+Strain = Annotated[float, STRAIN, _convert(STRAIN)]
+Angle = Annotated[float, ANGLE, _convert(ANGLE)]
