@@ -1,4 +1,4 @@
-"""Errors that a user can act on: each says where, what and the remedy; the command line prints them without a traceback."""
+"""Errors that a person can act on: each says what, where and what to try."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 
 class PrensaError(Exception):
-    """Base of the errors that prensa raises on purpose (a bad case, a run that cannot go on)."""
+    """Base of every error that prensa raises on purpose; its text is meant for the user."""
 
 
 @dataclass(frozen=True, order=True)
 class Mark:
-    """A place in a case: ``source`` (file name or override), ``line`` and ``column`` from 1 (0: the source as a whole)."""
+    """A place in a case: ``source`` (file or override), ``line`` and ``column`` from 1 (0: the source as a whole)."""
 
     source: str
     line: int = 0
@@ -34,8 +34,16 @@ class Mistake:
 
 
 class CaseError(PrensaError, ValueError):
-    """All the mistakes of a case, in the order of the file; ``str`` is one line for each, ``file.yaml:12:5: message; remedy``."""
+    """All the mistakes of a case; ``str`` is one line for each, ``file.yaml:12:5: message; remedy``."""
 
     def __init__(self, mistakes: Iterable[Mistake]) -> None:
         self.mistakes: tuple[Mistake, ...] = tuple(mistakes)
         super().__init__("\n".join(map(str, self.mistakes)))
+
+
+class SolveError(PrensaError):
+    """The history could not be completed: says what, where, why and what to try; ``last`` is the last good increment."""
+
+    def __init__(self, message: str, last: object = None):
+        super().__init__(message)
+        self.last = last

@@ -45,7 +45,10 @@ def test_tangent_in_slip_and_stick(law, d):
         minus = return_map(law, lam, dg - step, p, touching, kappa, k_t).t
         fd = (plus - minus) / (2 * e)
         assert np.abs(fd - out.dt_dg[:, :, j])[smooth].max() <= 1e-6 * 80.0
-    fd = (return_map(law, lam, dg, p + e, touching, kappa, k_t).t - return_map(law, lam, dg, p - e, touching, kappa, k_t).t) / (2 * e)
+    fd = (
+        return_map(law, lam, dg, p + e, touching, kappa, k_t).t
+        - return_map(law, lam, dg, p - e, touching, kappa, k_t).t
+    ) / (2 * e)
     assert np.abs(fd - out.dt_dp)[smooth].max() <= 1e-6
 
 

@@ -20,7 +20,9 @@ FLOWS = [
 ]
 ELASTIC = [(pr.Elastic(200e3, 0.3), k) for k in ("small", "finite")] + [(pr.NeoHooke(200e3, 0.3), "finite")]
 PLASTIC = [
-    (pr.J2(200e3, 0.3, flow, y), k) for flow in FLOWS for y, k in (("cauchy", "finite"), ("kirchhoff", "finite"), ("cauchy", "small"))
+    (pr.J2(200e3, 0.3, flow, y), k)
+    for flow in FLOWS
+    for y, k in (("cauchy", "finite"), ("kirchhoff", "finite"), ("cauchy", "small"))
 ]
 LAWS = ELASTIC + PLASTIC
 
@@ -95,7 +97,7 @@ def rotation(angle):
 
 @pytest.mark.parametrize("case", [c for c in LAWS if c[1] == "finite"], ids=name)
 def test_a_rotation_turns_the_stress_and_changes_nothing_else(case):
-    """f → Q f turns P into Q P and leaves the plastic strain alone, to 1e-10 (objectivity)."""
+    """F → Q f turns P into Q P and leaves the plastic strain alone, to 1e-10 (objectivity)."""
     law = material_of(*case)
     h, old = states(law, np.random.default_rng(3))
     base = update(law, h, old)
@@ -141,7 +143,10 @@ def test_plastic_flow_is_isochoric_dissipative_and_on_the_yield_surface(case):
 
     f = law.flow
     y = np.array(
-        [flow_stress(f.kind, f.p, f.knots, f.coefficients, a, a - a0, 0.1)[0] for a, a0 in zip(out.new[:, 4], old[:, 4])]
+        [
+            flow_stress(f.kind, f.p, f.knots, f.coefficients, a, a - a0, 0.1)[0]
+            for a, a0 in zip(out.new[:, 4], old[:, 4])
+        ]
     )
     jac = np.exp(final) if kinematics == "finite" and material.yield_on == "cauchy" else 1.0
     assert np.abs(q - jac * y)[flowed].max() <= 1e-9 * y.max()
@@ -189,11 +194,8 @@ def test_neo_hooke_against_its_closed_form():
 @pytest.mark.parametrize("case", PLASTIC[::3], ids=name)
 def test_a_second_half_step_is_close_to_a_whole_one(case):
     """Radial loading is integrated exactly: two half steps equal one (rate-independent laws), to 1e-9."""
-    material, kinematics = case
-    if material.flow.type == "johnson_cook":
-        dt = 1e9  # slower than the reference rate: rate-independent
-    else:
-        dt = 0.1
+    material, _ = case
+    dt = 1e9 if material.flow.type == "johnson_cook" else 0.1  # slower than the reference rate: rate-independent
     law = material_of(material, "small")
     h = np.array([[0.01, 0.004, 0.004, -0.005, -0.005]])
     zero = np.zeros((1, law.size))

@@ -43,7 +43,7 @@ def _patches(first, members, interior, cells, x, X, values, out, count):  # type
     coefs = np.zeros((4, values.shape[2]))
     for stage in range(2):
         for v in range(n):
-            if stage == 0 and not interior[v] or stage == 1 and count[v] > 0:
+            if (stage == 0 and not interior[v]) or (stage == 1 and count[v] > 0):
                 continue
             patch = members[first[v] : first[v + 1]]
             size = 0.0
@@ -55,13 +55,9 @@ def _patches(first, members, interior, cells, x, X, values, out, count):  # type
             for e in patch:
                 for a in range(cells.shape[1]):
                     w = cells[e, a]
-                    # a node of its own patch trusts that patch alone; others collect what reaches them
-                    if w == v:
-                        own = True
-                    else:
-                        own = False
-                        if interior[w] or (stage == 1):
-                            continue
+                    # an interior node trusts its own patch alone; a boundary node collects what reaches it
+                    if w != v and (interior[w] or stage == 1):
+                        continue
                     seen = False
                     for f in patch:  # count each outside node once
                         if f == e:

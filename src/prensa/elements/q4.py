@@ -64,7 +64,7 @@ def _gradient_of(e, du, N, dN, r, axisymmetric):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def kinematics(x, du, axisymmetric, finite, bar, scale, h, w, alpha, failed):  # type: ignore[no-untyped-def]
-    """x (e, 4, 2) committed positions, du (e, 4, 2) increments → h (e, 4, 5), w (e, 4) volumes, alpha (e, 4), failed (e,).
+    """X (e, 4, 2) committed positions, du (e, 4, 2) increments → h (e, 4, 5), w (e, 4) volumes, alpha (e, 4), failed (e,).
 
     ``scale`` multiplies the volumes (thickness, or 2π in axisymmetry). With ``bar``, h is that of f̄ and alpha − 1 is
     what F-bar added. failed marks elements with det f ≤ 0 (or an inverted committed shape) at a point.
@@ -99,7 +99,12 @@ def kinematics(x, du, axisymmetric, finite, bar, scale, h, w, alpha, failed):  #
                     jm = 0.0
                 if bar:
                     a1 = math.expm1((ln0 - math.log1p(jm)) / m)
-                    h11, h12, h21, h22 = h11 + a1 * (1.0 + h11), h12 * (1.0 + a1), h21 * (1.0 + a1), h22 + a1 * (1.0 + h22)
+                    h11, h12, h21, h22 = (
+                        h11 + a1 * (1.0 + h11),
+                        h12 * (1.0 + a1),
+                        h21 * (1.0 + a1),
+                        h22 + a1 * (1.0 + h22),
+                    )
                     if axisymmetric:
                         h33 += a1 * (1.0 + h33)
             elif bar:
@@ -114,7 +119,7 @@ def kinematics(x, du, axisymmetric, finite, bar, scale, h, w, alpha, failed):  #
 
 @njit(cache=True)
 def _divergence(h11, h12, h21, h22, h33, N, dN, r, axisymmetric, finite, g):  # type: ignore[no-untyped-def]
-    """g (8,) = f⁻ᵀ : ∂f/∂u, the derivative of ln det f with respect to the nodal increments (its trace in small strain)."""
+    """G (8,) = f⁻ᵀ : ∂f/∂u, the derivative of ln det f with respect to the nodal increments (its trace in small strain)."""
     if finite:
         det = (1.0 + h11) * (1.0 + h22) - h12 * h21
         i11, i12, i21, i22 = (1.0 + h22) / det, -h12 / det, -h21 / det, (1.0 + h11) / det
@@ -149,12 +154,12 @@ def integrate(x, du, axisymmetric, finite, bar, w, alpha, P, A, forces, stiffnes
                 for j in range(8):
                     K_out[e, i, j] = 0.0
         if bar:
-            det, r = _gradients(x, e, 0.0, 0.0, axisymmetric, N, dN)
+            _, r = _gradients(x, e, 0.0, 0.0, axisymmetric, N, dN)
             h11, h12, h21, h22, h33 = _gradient_of(e, du, N, dN, r, axisymmetric)
             _divergence(h11, h12, h21, h22, h33, N, dN, r, axisymmetric, finite, g0)
         total = 0.0
         for q in range(4):
-            det, r = _gradients(x, e, _XI[q] * _G, _ETA[q] * _G, axisymmetric, N, dN)
+            _, r = _gradients(x, e, _XI[q] * _G, _ETA[q] * _G, axisymmetric, N, dN)
             for a in range(4):
                 G[0, 2 * a] = dN[a, 0]
                 G[1, 2 * a] = dN[a, 1]
@@ -215,7 +220,7 @@ def integrate(x, du, axisymmetric, finite, bar, w, alpha, P, A, forces, stiffnes
 
 @njit(cache=True)
 def point_positions(x, out):  # type: ignore[no-untyped-def]
-    """x (e, 4, 2) → out (e, 4, 2), positions of the integration points."""
+    """X (e, 4, 2) → out (e, 4, 2), positions of the integration points."""
     for e in range(x.shape[0]):
         for q in range(4):
             sx = sy = 0.0

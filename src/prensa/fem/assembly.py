@@ -39,7 +39,7 @@ def _find(indptr, indices, row, col):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def slots(indptr, indices, dofs, out):  # type: ignore[no-untyped-def]
-    """dofs (e, m) → out (e, m, m): position of entry (row i, column j) in the matrix values."""
+    """Dofs (e, m) → out (e, m, m): position of entry (row i, column j) in the matrix values."""
     for e in range(dofs.shape[0]):
         for j in range(dofs.shape[1]):
             for i in range(dofs.shape[1]):
@@ -70,7 +70,9 @@ def make_pattern(cells: list[Index], nodes: int, tools: int, tool_nodes: list[In
     rows, cols = [np.arange(nodes)], [np.arange(nodes)]
     for c in cells:
         m = len(c)
-        incidence = csr_matrix((np.ones(c.size, dtype=np.int8), c.ravel(), np.arange(0, c.size + 1, c.shape[1])), (m, nodes))
+        incidence = csr_matrix(
+            (np.ones(c.size, dtype=np.int8), c.ravel(), np.arange(0, c.size + 1, c.shape[1])), (m, nodes)
+        )
         graph = (incidence.T.astype(np.int32) @ incidence.astype(np.int32)).tocoo()
         rows.append(graph.row)
         cols.append(graph.col)
@@ -123,9 +125,7 @@ class Sweep(NamedTuple):
     failed: int
 
 
-def sweep(
-    block: Block, x_n: Array, du: Array, old: Array, at: At, r: Array, data: Array | None
-) -> Sweep:
+def sweep(block: Block, x_n: Array, du: Array, old: Array, at: At, r: Array, data: Array | None) -> Sweep:
     """Add internal forces to r (ndof,) and, unless data is None, the stiffness to data (nnz,).
 
     x_n (n, 2): configuration that increments refer to; du (n, 2): increments of the nodes; old (m, 4, h) history.
@@ -144,7 +144,9 @@ def sweep(
         x, d = x_n[block.cells[first:last]], du[block.cells[first:last]]
         flags[:] = False
         points[:] = False
-        q4.kinematics(x, d, block.axisymmetric, block.finite, block.bar, block.scale, h[:k], w[:k], alpha[:k], flags[:k])
+        q4.kinematics(
+            x, d, block.axisymmetric, block.finite, block.bar, block.scale, h[:k], w[:k], alpha[:k], flags[:k]
+        )
         if flags[:k].any():
             return Sweep(np.nan, new, first + int(np.argmax(flags[:k])))
         out = Out(P[:k].reshape(-1, 5), A[:k].reshape(-1, 5, 5), new[first:last].reshape(4 * k, -1), points[: 4 * k])

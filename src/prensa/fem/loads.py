@@ -34,7 +34,9 @@ def dead_force(x: Array, edges: Index, traction: Array, axisymmetric: bool, thic
     return out
 
 
-def follower(x: Array, edges: Index, pressure: float, shear: float, axisymmetric: bool, thickness: float) -> tuple[Array, Array]:
+def follower(
+    x: Array, edges: Index, pressure: float, shear: float, axisymmetric: bool, thickness: float
+) -> tuple[Array, Array]:
     """Forces f (k, 4) on the two nodes of each edge of the current configuration x and K = −∂f/∂x (k, 4, 4).
 
     Traction t = −p n + q τ with τ along the edge and n outward: t ds = (−p n̂ + q τ̂) with n̂ = (d_y, −d_x), τ̂ = d = b − a,

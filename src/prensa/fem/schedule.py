@@ -22,6 +22,7 @@ class Course:
     values: Array
 
     def __call__(self, t: float) -> float:
+        """Value at time t."""
         return float(np.interp(t, self.times, self.values))
 
 
@@ -126,6 +127,7 @@ def plan_step(system: Any, number: int, anchor: Array) -> StepPlan:
     ------
     ValueError
         If an unknown is prescribed twice with different values.
+
     """
     p: model.Problem = system.problem
     t0, t1 = float(number), float(number + 1)
@@ -168,7 +170,11 @@ def plan_step(system: Any, number: int, anchor: Array) -> StepPlan:
                 groups.append(Prescribed(np.array([dof]), anchor[[dof]].copy(), integrated(speed, anchor[dof], t0, t1)))
             else:
                 groups.append(
-                    Prescribed(np.array([dof]), anchor[[dof]].copy(), None if move is None else course(move, anchor[dof], t0, t1))
+                    Prescribed(
+                        np.array([dof]),
+                        anchor[[dof]].copy(),
+                        None if move is None else course(move, anchor[dof], t0, t1),
+                    )
                 )
     return StepPlan(
         step.name, number, t0, t1, groups, push, _loads(system, number), _body_forces(p, number), _friction(p, number),

@@ -210,7 +210,10 @@ class System:
             out = sweep(block, c.x_n, du, old, at, r, data)
             if out.failed >= 0:
                 x = self.X[block.cells[out.failed]].mean(axis=0)
-                why = f"element {out.failed} of {block.body} (initially near {x[0]:.4g}, {x[1]:.4g}) turned inside out or its material law failed"
+                why = (
+                    f"element {out.failed} of {block.body} (initially near {x[0]:.4g}, {x[1]:.4g}) turned inside out "
+                    "or its material law failed"
+                )
                 return Evaluation(r, data, np.inf, (), (), r, why)
             history.append(out.history)
             scale += out.force_scale
@@ -220,7 +223,9 @@ class System:
             period = 2 * np.pi * shape.radius if isinstance(shape, Circle) else np.inf
             f = forces(self.pairs(s, u), w, sc, lam[s.rows], c.state.contact[s.rows], law, period)
             if not np.isfinite(f.K).all():
-                return Evaluation(r, data, np.inf, (), (), r, f"friction of {s.name} softens too fast for its stiffness k_T")
+                return Evaluation(
+                    r, data, np.inf, (), (), r, f"friction of {s.name} softens too fast for its stiffness k_T"
+                )
             dofs = self._pair_dofs(s)
             np.subtract.at(r, dofs, f.F)
             if data is not None:
@@ -255,7 +260,9 @@ class System:
                 if not load.follower:
                     _, tangent = fem_loads.edge_weights(self.X, load.edges, self.axisymmetric, thickness)
                     traction = q * tangent - p * np.stack([tangent[:, 1], -tangent[:, 0]], axis=1)
-                    nodal += fem_loads.dead_force(self.X, load.edges, traction, self.axisymmetric, thickness, self.nodes)
+                    nodal += fem_loads.dead_force(
+                        self.X, load.edges, traction, self.axisymmetric, thickness, self.nodes
+                    )
                     continue
                 fe, Ke = fem_loads.follower(x, load.edges, p, q, self.axisymmetric, thickness)
                 dofs = (2 * load.edges[:, :, None] + np.arange(2)).reshape(-1, 4)
@@ -285,7 +292,7 @@ class System:
             out = np.zeros(len(self.meshes[body].points))
             np.add.at(out, block.cells - self.offsets[body], block.volume @ N)
             self._edge_slots[key] = out
-        return self._edge_slots[key]  # type: ignore[no-any-return]
+        return self._edge_slots[key]
 
     def _pair_dofs(self, s: Surface) -> Index:
         n = s.points.nodes
@@ -298,7 +305,7 @@ class System:
             out = np.empty((len(dofs), 5, 5), dtype=np.int32)
             slots(self.pattern.indptr, self.pattern.indices, np.ascontiguousarray(dofs), out)
             self._edge_slots[s.name] = out
-        return self._edge_slots[s.name]  # type: ignore[no-any-return]
+        return self._edge_slots[s.name]
 
     def elastic_energy(self, history: tuple[Array, ...]) -> float:
         """∫ψ dV of a committed history, from the laws' energy functions."""
@@ -322,6 +329,7 @@ def discretise(problem: model.Problem) -> System:
     ------
     PrensaError
         For a boundary that does not exist, a mesh that cannot be computed on, a tool that cannot be placed.
+
     """
     axisymmetric = problem.space == "axisymmetric"
     meshes: dict[str, Mesh] = {}
@@ -332,17 +340,20 @@ def discretise(problem: model.Problem) -> System:
         except PrensaError as error:
             raise MeshError(f"bodies.{name}.mesh: {error}") from None
         if axisymmetric and meshes[name].points[:, 0].min() < -1e-12 * np.ptp(meshes[name].points[:, 0]):
-            raise MeshError(f"bodies.{name}.mesh: an axisymmetric mesh lies at x ≥ 0; this one reaches x = {meshes[name].points[:, 0].min():g}")
+            raise MeshError(
+                f"bodies.{name}.mesh: an axisymmetric mesh lies at x ≥ 0; this one reaches "
+                f"x = {meshes[name].points[:, 0].min():g}"
+            )
         offsets[name], total = total, total + len(meshes[name].points)
     X = np.concatenate([m.points for m in meshes.values()])
     tools = [place(name, d, meshes) for name, d in problem.tools.items()]
     surfaces: list[Surface] = []
     first = 0
-    for c in problem.contacts:
-        body = c.surface[0].partition(".")[0]
-        mesh = meshes[body]
+    for contact in problem.contacts:
+        owner = contact.surface[0].partition(".")[0]
+        mesh = meshes[owner]
         parts = []
-        for s in c.surface:
+        for s in contact.surface:
             edge = s.partition(".")[2]
             mesh.nodes(edge)
             if edge not in mesh.edges:
@@ -351,10 +362,12 @@ def discretise(problem: model.Problem) -> System:
         edges = np.unique(np.concatenate(parts), axis=0)
         nodes = ordered_nodes(edges)
         depth = depth_of(nodes, edges, mesh.cells, mesh.points)
-        points = NodalPoints(nodes + offsets[body], edges + offsets[body], depth, axisymmetric, problem.thickness)
-        law = material_of(problem.bodies[body].material, problem.kinematics)
+        points = NodalPoints(nodes + offsets[owner], edges + offsets[owner], depth, axisymmetric, problem.thickness)
+        law = material_of(problem.bodies[owner].material, problem.kinematics)
         surfaces.append(
-            Surface(c.name, c, body, list(problem.tools).index(c.against), points, first, points.normals(X), law.modulus())
+            Surface(
+                contact.name, contact, owner, list(problem.tools).index(contact.against), points, first, points.normals(X), law.modulus()
+            )
         )
         first += len(nodes)
     cells = [m.cells + offsets[name] for name, m in meshes.items()]

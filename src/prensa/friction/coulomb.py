@@ -56,7 +56,9 @@ class Coulomb:
             case model.MuTable():
                 x, y = np.asarray(m.kappa), np.asarray(m.mu)
                 slopes = np.append(np.diff(y) / np.diff(x), 0.0)
-                return np.interp(kappa, x, y), slopes[np.clip(np.searchsorted(x, kappa, side="right") - 1, 0, len(x) - 1)]
+                return np.interp(kappa, x, y), slopes[
+                    np.clip(np.searchsorted(x, kappa, side="right") - 1, 0, len(x) - 1)
+                ]
         return np.full_like(kappa, float(m)), np.zeros_like(kappa)
 
     def bound(self, p: Array, kappa: Array) -> tuple[Array, Array, Array]:

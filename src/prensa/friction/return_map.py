@@ -16,7 +16,9 @@ Array = NDArray[np.float64]
 class Friction(Protocol):
     """A law states its bound; it is pure."""
 
-    hardens: bool
+    @property
+    def hardens(self) -> bool:
+        """Whether the bound depends on the slip."""
 
     def bound(self, p: Array, kappa: Array) -> tuple[Array, Array, Array]:
         """Pressures (k,), accumulated slips (k,) → bound τ_y ≥ 0, ∂τ_y/∂p, ∂τ_y/∂κ."""
@@ -49,12 +51,11 @@ def return_map(
     A softening law needs k_T > |∂τ_y/∂κ| for the root to be unique; where it may not be, the tangent is NaN, which the
     solver takes as a failed evaluation.
     """
-    k, d = dg.shape
-    closed = touching
-    trial = np.where(closed[:, None], lam - k_t[:, None] * dg, 0.0)
+    d = dg.shape[1]
+    trial = np.where(touching[:, None], lam - k_t[:, None] * dg, 0.0)
     size = np.sqrt((trial**2).sum(axis=1))
     tau, dtau_p, dtau_k = law.bound(p, kappa)
-    slip = closed & (size > tau)
+    slip = touching & (size > tau)
     T = np.divide(trial, size[:, None], out=np.zeros_like(trial), where=(size > 0)[:, None])
     delta = np.where(slip & (p > 0), (size - tau) / k_t, 0.0)
     if law.hardens and (slip & (p > 0)).any():
@@ -68,10 +69,8 @@ def return_map(
     eye = np.eye(d)
     TT = T[:, :, None] * T[:, None, :]
     stick_block = -k_t[:, None, None] * eye
-    slip_block = -(
-        (k_t * theta)[:, None, None] * (eye - TT) + (k_t * (1.0 - k_t / D))[:, None, None] * TT
-    )
-    dt_dg = np.where(slip[:, None, None], slip_block, np.where(closed[:, None, None], stick_block, 0.0))
+    slip_block = -((k_t * theta)[:, None, None] * (eye - TT) + (k_t * (1.0 - k_t / D))[:, None, None] * TT)
+    dt_dg = np.where(slip[:, None, None], slip_block, np.where(touching[:, None, None], stick_block, 0.0))
     dt_dp = np.where(slip[:, None], (k_t * dtau_p / D)[:, None] * T, 0.0)
     return Tangential(t, dt_dg, dt_dp, kappa + delta, slip)
 

@@ -115,7 +115,6 @@ def stress_finite(h, frame, tau, dtau, eps_e, P, A, new):  # type: ignore[no-unt
     s = (τ₁ − τ₂)/(b₁ − b₂), and dP = (dτ − τ lᵀ) f⁻ᵀ/J_n (Miehe 1998; de Souza Neto, Perić & Owen 2008, ch. 14).
     """
     R = np.empty((4, 4))
-    M = np.empty((4, 4))
     W = np.empty((4, 4))
     for i in range(h.shape[0]):
         h11, h12, h21, h22, h33 = h[i, 0], h[i, 1], h[i, 2], h[i, 3], h[i, 4]

@@ -10,7 +10,7 @@ from numba import njit
 
 @njit(cache=True)
 def hooke(h, old, lam, mu, P, A, new):  # type: ignore[no-untyped-def]
-    """h (n, 5), old (n, 4) strain 11, 22, 33, 12 → P = σ (n, 5), A (n, 5, 5) constant, new (n, 4) strain."""
+    """H (n, 5), old (n, 4) strain 11, 22, 33, 12 → P = σ (n, 5), A (n, 5, 5) constant, new (n, 4) strain."""
     for i in range(h.shape[0]):
         e11, e22, e33 = old[i, 0] + h[i, 0], old[i, 1] + h[i, 3], old[i, 2] + h[i, 4]
         e12 = old[i, 3] + 0.5 * (h[i, 1] + h[i, 2])
@@ -32,7 +32,7 @@ def hooke(h, old, lam, mu, P, A, new):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def hencky(eps, lam, mu, tau, dtau, eps_e):  # type: ignore[no-untyped-def]
-    """eps (n, 3) principal logarithmic strains → τ_i = λ tr ε + 2μ ε_i (Hencky 1928), dtau (n, 3, 3), eps_e = eps."""
+    """Eps (n, 3) principal logarithmic strains → τ_i = λ tr ε + 2μ ε_i (Hencky 1928), dtau (n, 3, 3), eps_e = eps."""
     for i in range(eps.shape[0]):
         p = lam * (eps[i, 0] + eps[i, 1] + eps[i, 2])
         for k in range(3):

@@ -36,7 +36,7 @@ def _plastic_increment(q, G, jac, kind, p, knots, coefs, a0, dt):  # type: ignor
 
 @njit(cache=True)
 def j2(eps, jn, old, K, G, cauchy, kind, p, knots, coefs, dt, tau, dtau, eps_e, new, failed):  # type: ignore[no-untyped-def]
-    """eps (n, 3) trial elastic strains → tau (n, 3), dtau (n, 3, 3) = ∂τ/∂ε, eps_e (n, 3); new and old (n, 6).
+    """Eps (n, 3) trial elastic strains → tau (n, 3), dtau (n, 3, 3) = ∂τ/∂ε, eps_e (n, 3); new and old (n, 6).
 
     History columns 4 and 5: equivalent plastic strain, plastic work per initial volume (trapezoid in time).
     ``cauchy``: the flow curve limits the Cauchy stress, q(τ) = J σ_y with J = exp(tr ε) (plastic flow is isochoric); else

@@ -40,11 +40,12 @@ class Out(NamedTuple):
 class Material(Protocol):
     """A pure law. Laws of isotropic elasticity use history 0-3 for b_e − I (finite) or the elastic strain (small)."""
 
-    size: int
-    """Length h of the history; it starts as zeros."""
+    @property
+    def size(self) -> int:
+        """Length h of the history; it starts as zeros."""
 
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:
-        """h (n, 5) = f − I, old (n, h) committed history → out."""
+        """H (n, 5) = f − I, old (n, h) committed history → out."""
 
     def energy(self, history: Array) -> Array:
         """Elastic energy per initial volume, (..., h) → (...)."""
@@ -77,12 +78,14 @@ class _Isotropic:
         """Plane-strain modulus E/(1 − ν²)."""
         return self.E / (1 - self.nu**2)
 
-    def principal(self, eps: Array, frame: Array, old: Array, at: At, tau: Array, dtau: Array, eps_e: Array, out: Out) -> None:
+    def principal(
+        self, eps: Array, frame: Array, old: Array, at: At, tau: Array, dtau: Array, eps_e: Array, out: Out
+    ) -> None:
         """The law itself: trial principal strains (n, 3) → stresses, slopes, elastic strains."""
         elastic.hencky(eps, self.lam, self.mu, tau, dtau, eps_e)
 
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:
-        """h (n, 5) = f − I, old (n, h) → out; see `Material`."""
+        """H (n, 5) = f − I, old (n, h) → out; see `Material`."""
         n = len(h)
         eps, tau, eps_e = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
         frame, dtau = np.empty((n, 6)), np.empty((n, 3, 3))
@@ -116,7 +119,7 @@ class Hencky(_Isotropic):
     """Linear elasticity: Hooke's law in small strain, Hencky's in finite strain."""
 
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:
-        """h (n, 5) = f − I, old (n, 4) → out; see `Material`."""
+        """H (n, 5) = f − I, old (n, 4) → out; see `Material`."""
         if self.finite:
             super().update(h, old, at, out)
         else:
@@ -127,7 +130,9 @@ class Hencky(_Isotropic):
 class NeoHooke(_Isotropic):
     """Compressible neo-Hooke."""
 
-    def principal(self, eps: Array, frame: Array, old: Array, at: At, tau: Array, dtau: Array, eps_e: Array, out: Out) -> None:
+    def principal(
+        self, eps: Array, frame: Array, old: Array, at: At, tau: Array, dtau: Array, eps_e: Array, out: Out
+    ) -> None:
         """Trial principal strains (n, 3) → stresses, slopes, elastic strains."""
         elastic.neo_hooke(eps, self.lam, self.mu, tau, dtau, eps_e)
 
@@ -144,7 +149,9 @@ class J2(_Isotropic):
     yield_on_cauchy: bool = True
     size: int = field(default=6, init=False)
 
-    def principal(self, eps: Array, frame: Array, old: Array, at: At, tau: Array, dtau: Array, eps_e: Array, out: Out) -> None:
+    def principal(
+        self, eps: Array, frame: Array, old: Array, at: At, tau: Array, dtau: Array, eps_e: Array, out: Out
+    ) -> None:
         """Trial principal strains (n, 3) → stresses, slopes, elastic strains, plastic strain and work."""
         f = self.flow
         bulk = self.E / (3 * (1 - 2 * self.nu))

@@ -22,6 +22,7 @@ def graded(start: float, end: float, n: int, towards: tuple[float, ...], ratio: 
     ------
     MeshError
         If a target lies outside, or n is too small to keep every target.
+
     """
     if not towards or ratio == 1.0:
         targets = np.array(sorted(towards)) if towards else np.array([])
@@ -51,7 +52,7 @@ def graded(start: float, end: float, n: int, towards: tuple[float, ...], ratio: 
         parts[np.argmax(parts - exact + (parts > 1) * 1e3)] -= 1
     out = [np.array([knots[0]])]
     for a, b, m in zip(knots[:-1], knots[1:], parts):
-        levels = np.linspace(*np.interp([a, b], fine, count), m + 1)
+        levels = np.linspace(float(np.interp(a, fine, count)), float(np.interp(b, fine, count)), int(m) + 1)
         x = np.interp(levels[1:], count, fine)
         x[-1] = b
         out.append(x)

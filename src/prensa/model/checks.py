@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from prensa.model.problem import Problem
@@ -14,99 +15,192 @@ def suggest(name: str, known: Iterable[str]) -> str:
     """'; did you mean …?' for the nearest known name, or the list of the known ones."""
     known = list(known)
     close = difflib.get_close_matches(name, known, n=1)
+    if not close:
+        close = [k for k in known if k.casefold() == name.casefold()]
     if close:
         return f"; did you mean {close[0]!r}?"
     return f"; known: {', '.join(map(repr, known))}" if known else "; none is defined"
 
 
-def _unknown(what: str, name: str, known: Iterable[str], where: str) -> ValueError:
-    return ValueError(f"{where}: unknown {what} {name!r}{suggest(name, known)}")
+@dataclass(frozen=True)
+class Finding:
+    """A mistake among the cross-references: ``path`` into the description (keys and indices), and the message.
+
+    ``at_key``: the key at the end of the path is wrong, not what stands behind it.
+    """
+
+    path: tuple[str | int, ...]
+    message: str
+    at_key: bool = False
+
+    def __str__(self) -> str:
+        return f"{'.'.join(map(str, self.path))}: {self.message}"
+
+
+class FindingsError(ValueError):
+    """All the `Finding`s of a description; ``str`` is one line for each."""
+
+    def __init__(self, findings: Iterable[Finding]) -> None:
+        self.findings = tuple(findings)
+        super().__init__("\n".join(map(str, self.findings)))
 
 
 def check_names(p: Problem) -> None:
-    """Raise ValueError for an unknown body, tool or contact name, or a motion that the space does not have."""
-    bodies, tools = list(p.bodies), list(p.tools)
-    if not bodies:
-        raise ValueError("bodies: at least one body is needed")
+    """Raise `FindingsError` for unknown names and for combinations that make no sense; all of them at once."""
+    findings = tuple(find(p))
+    if findings:
+        raise FindingsError(findings)
+
+
+def find(p: Any) -> Iterator[Finding]:
+    """Yield what is wrong with a problem, or with one whose unreadable parts are None (they are passed over)."""
+    if not p.bodies:
+        yield Finding(("bodies",), "at least one body is needed")
     if not p.steps:
-        raise ValueError("steps: at least one step is needed")
-
-    def boundary(name: str, where: str) -> None:
-        body, dot, edge = name.partition(".")
-        if not dot or not edge:
-            raise ValueError(f"{where}: {name!r} is not of the form 'body.boundary'")
-        if body not in bodies:
-            raise _unknown("body", body, bodies, where)
-
+        yield Finding(("steps",), "at least one step is needed")
+    yield from _whole(p)
     for key, tool in p.tools.items():
-        where = f"tools.{key}"
-        placed = [w for w in ("touching", "above", "below") if getattr(tool, w) is not None]
-        if len(placed) > 1:
-            raise ValueError(f"{where}: give only one of {', '.join(placed)}")
-        if not placed and tool.at is None:
-            raise ValueError(f"{where}: the tool has no place; give 'at', 'touching', 'above' or 'below'")
-        for w in placed:
-            boundary(getattr(tool, w), f"{where}.{w}")
-        if tool.type == "ring" and p.space != "axisymmetric":
-            raise ValueError(f"{where}: a ring stamp needs 'space: axisymmetric' (use stamps in plane problems)")
-        direction = getattr(tool, "facing", getattr(tool, "normal", None))
-        if direction is not None and direction[0] == 0 and direction[1] == 0:
-            raise ValueError(f"{where}: the direction (0, 0) has no length")
-        if p.space == "axisymmetric":
-            if direction is not None and tool.type == "stamp" and direction[0] != 0:
-                raise ValueError(f"{where}.facing: in axisymmetry a stamp faces along the axis, (0, 1) or (0, -1)")
-            if tool.type in ("circle", "stamp", "ring") and tool.at is not None and tool.at[0] != 0 and tool.type != "circle":
-                raise ValueError(f"{where}.at: in axisymmetry a {tool.type} is centred on the axis, x = 0")
-    names = [c.name for c in p.contacts]
-    if len(set(names)) < len(names):
-        raise ValueError("contacts: the same surface and tool appear twice")
-    for i, c in enumerate(p.contacts):
-        for s in c.surface:
-            boundary(s, f"contacts.{i}.surface")
-        if len({s.partition(".")[0] for s in c.surface}) > 1:
-            raise ValueError(f"contacts.{i}.surface: one contact surface belongs to one body; write two contacts")
-        if c.against not in tools:
-            raise _unknown("tool", c.against, tools, f"contacts.{i}.against")
-    for key in p.fixed:
-        boundary(key, "fixed")
-    for key in p.loads:
-        boundary(key, "loads")
-    for key in p.body_force:
-        if key not in bodies:
-            raise _unknown("body", key, bodies, "body_force")
-    seen = set()
-    for i, s in enumerate(p.steps):
-        where = f"steps.{i}"
-        if s.name in seen:
-            raise ValueError(f"{where}.name: two steps are called {s.name!r}")
-        seen.add(s.name)
-        for kind in ("move", "velocity", "push"):
-            for key, m in getattr(s, kind).items():
-                if key not in tools:
-                    raise _unknown("tool", key, tools, f"{where}.{kind}")
-                turn = "m" if kind == "push" else "rz"
-                if p.space == "axisymmetric" and (m.x is not None or getattr(m, turn) is not None):
-                    raise ValueError(f"{where}.{kind}.{key}: in axisymmetry a tool moves along y only")
-        for key in tools:
-            for c in ("x", "y", "rz"):
-                given = [
-                    k for k in ("move", "velocity", "push")
-                    if key in getattr(s, k) and getattr(getattr(s, k)[key], "m" if k == "push" and c == "rz" else c) is not None
-                ]
-                if len(given) > 1:
-                    raise ValueError(f"{where}: {c} of tool {key!r} is given by {' and '.join(given)}; keep one")
-        for key in s.fixed:
-            boundary(key, f"{where}.fixed")
-        for key in s.loads:
-            boundary(key, f"{where}.loads")
-        for key in s.body_force:
-            if key not in bodies:
-                raise _unknown("body", key, bodies, f"{where}.body_force")
-        for key in s.friction:
-            if key not in names:
-                raise _unknown("contact", key, names, f"{where}.friction")
-    for key, b in p.bodies.items():
-        if b.material.type == "neo_hooke" and p.kinematics == "small":
-            raise ValueError(f"bodies.{key}.material: neo_hooke is a finite-strain law; use 'elastic' or 'kinematics: finite'")
+        if tool is not None:
+            yield from _tool(p, ("tools", key), tool)
+    yield from _contacts(p)
+    yield from _supports(p, p, ())
+    seen: set[str] = set()
+    for i, step in enumerate(p.steps):
+        if step is None:
+            continue
+        if step.name in seen:
+            yield Finding(("steps", i, "name"), f"two steps are called {step.name!r}; give each its own name")
+        seen.add(step.name)
+        yield from _step(p, ("steps", i), step)
+
+
+def _whole(p: Any) -> Iterator[Finding]:
+    for key, body in p.bodies.items():
+        if body is not None and body.material.type == "neo_hooke" and p.kinematics == "small":
+            yield Finding(
+                ("bodies", key, "material", "type"),
+                "neo_hooke is a finite-strain law; use 'elastic' or 'kinematics: finite'",
+            )
     if p.kinematics == "finite" and p.contact_geometry == "reference":
-        raise ValueError("contact_geometry: 'reference' is the linear Signorini problem and needs 'kinematics: small'")
+        yield Finding(
+            ("contact_geometry",), "'reference' is the linear Signorini problem and needs 'kinematics: small'"
+        )
+
+
+def _boundary(p: Any, name: str, path: tuple[str | int, ...], at_key: bool = False) -> Iterator[Finding]:
+    body, _, edge = name.partition(".")
+    if not body or not edge:
+        yield Finding(path, f"{name!r} is no boundary; write it as 'body.boundary'", at_key)
+    elif body not in p.bodies:
+        yield Finding(path, f"unknown body {body!r} in {name!r}{suggest(body, p.bodies)}", at_key)
+
+
+def _tool(p: Any, path: tuple[str | int, ...], tool: Any) -> Iterator[Finding]:
+    placed = [w for w in ("touching", "above", "below") if getattr(tool, w) is not None]
+    if len(placed) > 1:
+        yield Finding(path, f"tool {path[-1]!r} is placed twice; give only one of {', '.join(placed)}")
+    if not placed and tool.at is None:
+        yield Finding(path, f"tool {path[-1]!r} has no place; give 'at', 'touching', 'above' or 'below'")
+    for w in placed:
+        yield from _boundary(p, getattr(tool, w), (*path, w))
+    if tool.type == "ring" and p.space != "axisymmetric":
+        yield Finding((*path, "type"), "a ring stamp needs 'space: axisymmetric'; use stamps in plane problems")
+    key = "facing" if hasattr(tool, "facing") else "normal"
+    direction = getattr(tool, key, None)
+    if direction is not None and direction[0] == 0 and direction[1] == 0:
+        yield Finding((*path, key), f"the direction (0, 0) of '{key}' has no length; give a vector such as [0, 1]")
+    elif p.space == "axisymmetric" and tool.type in ("stamp", "ring") and direction is not None and direction[0] != 0:
+        yield Finding((*path, key), f"in axisymmetry a {tool.type} faces along the axis; write [0, 1] or [0, -1]")
+    if p.space == "axisymmetric" and tool.type in ("stamp", "ring") and tool.at is not None and tool.at[0] != 0:
+        yield Finding((*path, "at"), f"in axisymmetry a {tool.type} is centred on the axis; its x is 0")
+
+
+def _contacts(p: Any) -> Iterator[Finding]:
+    seen: set[str] = set()
+    for i, c in enumerate(p.contacts):
+        if c is None:
+            continue
+        path = ("contacts", i)
+        if c.name in seen:
+            yield Finding(path, f"contact {c.name!r} appears twice; keep one")
+        seen.add(c.name)
+        for k, s in enumerate(c.surface):
+            yield from _boundary(p, s, (*path, "surface", k))
+        if len({s.partition(".")[0] for s in c.surface}) > 1:
+            yield Finding((*path, "surface"), "one contact surface belongs to one body; write two contacts")
+        if c.against not in p.tools:
+            yield Finding((*path, "against"), f"unknown tool {c.against!r}{suggest(c.against, p.tools)}")
+
+
+def _supports(p: Any, owner: Any, path: tuple[str | int, ...]) -> Iterator[Finding]:
+    """Boundaries and bodies named by ``fixed``, ``loads`` and ``body_force`` of the problem or of a step."""
+    for kind in ("fixed", "loads"):
+        for key in getattr(owner, kind):
+            yield from _boundary(p, key, (*path, kind, key), at_key=True)
+    for key in owner.body_force:
+        if key not in p.bodies:
+            yield Finding((*path, "body_force", key), f"unknown body {key!r}{suggest(key, p.bodies)}", at_key=True)
+
+
+def _step(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding]:
+    given: dict[tuple[str, str], str] = {}
+    for kind in ("move", "velocity", "push"):
+        for key, motion in getattr(step, kind).items():
+            here = (*path, kind, key)
+            if key not in p.tools:
+                yield Finding(here, f"unknown tool {key!r}{suggest(key, p.tools)}", at_key=True)
+                continue
+            for name in ("x", "y", "m" if kind == "push" else "rz"):
+                if getattr(motion, name) is None:
+                    continue
+                if p.space == "axisymmetric" and name != "y":
+                    yield Finding((*here, name), "in axisymmetry a tool moves along y only", at_key=True)
+                freedom = "rz" if name == "m" else name
+                if (other := given.setdefault((key, freedom), kind)) != kind:
+                    message = f"{freedom} of tool {key!r} is given by '{other}' and by '{kind}'; keep one"
+                    yield Finding((*here, name), message, at_key=True)
+    yield from _supports(p, step, path)
+    contacts = [c.name for c in p.contacts if c is not None]
+    for key in step.friction:
+        if key not in contacts and None not in p.contacts:
+            message = f"unknown contact {key!r}{suggest(key, contacts)}"
+            yield Finding((*path, "friction", key), message, at_key=True)
+
+
+# ------------------------------------------------------------------------------------------------------------ warnings
+def _first_flow_stress(flow: Any) -> float:
+    """Flow stress of the virgin material."""
+    match flow.type:
+        case "swift":
+            return float(flow.K * flow.e0**flow.n)
+        case "johnson_cook":
+            return float(flow.A)
+        case "table":
+            return float(flow.points[0][1])
+        case _:
+            return float(flow.s0)
+
+
+def warnings_of(problem: Problem) -> list[str]:
+    """Sentences about what is allowed but likely a slip: units of stiffness, friction in percent, idle tools."""
+    said = []
+    stress = f"{problem.units.force}/{problem.units.length}²"
+    in_mpa = (problem.units.force, problem.units.length) == ("N", "mm")
+    for name, body in problem.bodies.items():
+        E, flow = body.material.E, getattr(body.material, "flow", None)
+        first = _first_flow_stress(flow) if flow is not None else 0.0
+        if first > E / 20:
+            meant = f"; did you mean {E:g}e3 or '{E:g} GPa'?" if in_mpa and E < 1000 else "; check the units of both"
+            said.append(f"bodies.{name}.material: E = {E:g} in {stress}, flow stress {first:g}{meant}")
+    laws = [("friction", problem.friction)]
+    laws += [(f"contacts.{i}.friction", c.friction) for i, c in enumerate(problem.contacts)]
+    for where, law in laws:
+        mu = getattr(law, "mu", None)
+        if isinstance(mu, float) and mu > 2:
+            percent = f"; did you mean {mu / 100:g}?" if mu <= 100 else ""
+            said.append(f"{where}: mu = {mu:g} is a friction coefficient above 2{percent}")
+    used = {c.against for c in problem.contacts}
+    said += [
+        f"tools.{t}: no contact is against this tool; it will meet nothing" for t in problem.tools if t not in used
+    ]
+    return said

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field
+from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, TypeVar, dataclass_transform
 
 from pydantic import BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
@@ -36,7 +37,7 @@ _T = TypeVar("_T")
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))
 def described(cls: type[_T]) -> type[_T]:
     """Make *cls* a frozen, strictly checked dataclass (unknown keys are errors)."""
-    return dataclass(frozen=True, config=_FROZEN)(cls)
+    return dataclass(frozen=True, config=_FROZEN)(cls)  # type: ignore[return-value]
 
 
 # --------------------------------------------------------------------------------------------- time-dependent values
@@ -219,7 +220,7 @@ class FlowTable:
     @model_validator(mode="after")
     def _check(self) -> FlowTable:
         e = [p[0] for p in self.points]
-        if len(e) < 2 or e[0] != 0.0 or any(b <= a for a, b in zip(e, e[1:])):
+        if len(e) < 2 or e[0] != 0.0 or any(b <= a for a, b in pairwise(e)):
             raise ValueError("points must start at plastic strain 0 and increase strictly (at least two pairs)")
         if any(p[1] <= 0 for p in self.points):
             raise ValueError("flow stresses must be positive")
@@ -255,7 +256,7 @@ class NeoHooke:
 class J2:
     """Elastic-plastic, von Mises yield, isotropic hardening; logarithmic strain in finite kinematics.
 
-    ``yield_on``: the stress that the flow curve limits, ``cauchy`` (the true stress of a tensile test) or ``kirchhoff``.
+    ``yield_on``: the stress that the flow curve limits, ``cauchy`` (true stress of a tensile test) or ``kirchhoff``.
     """
 
     E: Annotated[Pressure, Field(gt=0)]
@@ -306,7 +307,7 @@ class MuExponential:
 
 @described
 class MuTable:
-    """Measured μ(κ) at increasing slip ``kappa``; linear between the points, constant beyond the last (paper, ref. 11)."""
+    """Measured μ(κ) at increasing slip ``kappa``; linear between, constant beyond the last (paper, ref. 11)."""
 
     kappa: tuple[Length, ...]
     mu: tuple[Annotated[Number, Field(ge=0)], ...]
@@ -315,7 +316,7 @@ class MuTable:
     def _check(self) -> MuTable:
         if len(self.kappa) != len(self.mu) or len(self.mu) < 2:
             raise ValueError("kappa and mu must have the same number of values, at least two")
-        if self.kappa[0] != 0.0 or any(b <= a for a, b in zip(self.kappa, self.kappa[1:])):
+        if self.kappa[0] != 0.0 or any(b <= a for a, b in pairwise(self.kappa)):
             raise ValueError("kappa must start at 0 and increase strictly")
         return self
 
@@ -568,7 +569,7 @@ class Push:
 
 @described
 class Load:
-    """Load on a boundary: either ``traction`` (dead: fixed direction, per undeformed area) or ``pressure`` and ``shear``.
+    """Load on a boundary: ``traction`` (dead: fixed direction, per undeformed area) or ``pressure`` and ``shear``.
 
     ``pressure`` pushes into the body, ``shear`` acts along the boundary (body on the left when walking along +).
     With ``follower`` (default) both turn with the surface and act on its current area; without, on the undeformed one.

@@ -5,34 +5,51 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+LIMIT = 1 << 20
+
 
 def read_mu_table(path: str, context: Any) -> Any:
-    """Read a friction curve from a CSV of two columns, slip κ (length) and μ; relative paths are the case file's.
+    """Read a friction curve from a CSV of two columns, slip κ (length) and μ, as the fields of a `MuTable`.
+
+    Relative paths are the case file's; a first line of names and lines that start with ``#`` are skipped.
 
     Raises
     ------
     ValueError
         If the file is missing or is not two columns of numbers.
+
     """
-    import numpy as np
-
-    from prensa.model.problem import MuTable
-
-    base = Path(context["folder"]) if context and "folder" in context else Path()
+    base = Path(context["folder"]) if context and context.get("folder") is not None else Path()
     file = base / path
     try:
-        lines = file.read_text().splitlines()
+        if not file.is_file():
+            raise ValueError(f"friction table {path!r}: there is no such file{_instead(file)}")
+        if file.stat().st_size > LIMIT:
+            raise ValueError(f"friction table {path!r} is larger than 1 MiB; is it the right file?")
+        lines = file.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise ValueError(f"friction table {path!r} cannot be read: {error}") from None
     rows = [line.replace(";", ",").split(",") for line in lines if line.strip() and not line.lstrip().startswith("#")]
-    try:
-        float(rows[0][0])
-    except (ValueError, IndexError):
+    if rows and not _is_number(rows[0][0]):
         rows = rows[1:]
     try:
-        data = np.array([[float(a), float(b)] for a, b in rows])
+        points = [(float(kappa), float(mu)) for kappa, mu in rows]
     except ValueError:
         raise ValueError(f"friction table {path!r}: expected two columns of numbers, slip and mu") from None
-    if len(data) < 2 or not np.isfinite(data).all():
-        raise ValueError(f"friction table {path!r}: at least two finite rows are needed")
-    return MuTable(kappa=tuple(data[:, 0].tolist()), mu=tuple(data[:, 1].tolist()))
+    return {"kappa": [p[0] for p in points], "mu": [p[1] for p in points]}
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _instead(file: Path) -> str:
+    """What the folder holds instead; a relative path is looked for beside the case file."""
+    if not file.parent.is_dir():
+        return f" ({file.parent} is no folder)"
+    names = sorted(f.name for f in file.parent.glob("*.csv"))[:5]
+    return f"; the folder has {', '.join(names)}" if names else "; paths are relative to the case file"

@@ -60,7 +60,9 @@ _SI: dict[str, tuple[Fraction, int, int]] = {
     "%": (Fraction(1, 100), 0, 0),
 }
 _PREFIX = {"n": -9, "µ": -6, "μ": -6, "u": -6, "m": -3, "c": -2, "d": -1, "k": 3, "M": 6, "G": 9}
-_SI |= {p + u: (_SI[u][0] * Fraction(10) ** e, *_SI[u][1:]) for p, e in _PREFIX.items() for u in ("m", "N", "Pa", "rad")}
+_SI |= {
+    p + u: (_SI[u][0] * Fraction(10) ** e, *_SI[u][1:]) for p, e in _PREFIX.items() for u in ("m", "N", "Pa", "rad")
+}
 
 # Few digits on purpose: an exact power of 10 with a nine-digit exponent would fill the memory.
 _NUMBER = re.compile(r"\s*([-+]?(?:\d{1,40}(?:\.\d{0,40})?|\.\d{1,40})(?:[eE][-+]?\d{1,3})?)\s*(.*?)\s*$", re.ASCII)
@@ -122,6 +124,7 @@ def factor(text: str, length: str, force: str, dimension: tuple[int, int]) -> fl
     ------
     ValueError
         If the text is no quantity or has another dimension.
+
     """
     match = _NUMBER.match(text)
     if match is None:
@@ -146,7 +149,7 @@ def _convert(dimension: Dimension) -> Any:
         if not isinstance(value, str):
             return value
         if not info.context or "units" not in info.context:
-            raise ValueError(f"{value!r}: unit strings belong in case files; in Python give a number in the case's units")
+            raise ValueError(f"{value!r}: unit strings belong in case files; in Python give a number")
         units = info.context["units"]
         remedy = f"write {dimension.name} as a plain number or like '{dimension.example}'"
         try:

@@ -28,7 +28,7 @@ def _superlu(n: int, indptr: Any, indices: Any) -> Callable[[Array], Callable[[A
     from scipy.sparse.linalg import splu
 
     def factor(values: Array) -> Callable[[Array], Array]:
-        return splu(csc_matrix((values, indices, indptr), (n, n)), permc_spec="COLAMD").solve  # type: ignore[no-any-return]
+        return splu(csc_matrix((values, indices, indptr), (n, n)), permc_spec="COLAMD").solve
 
     return factor
 
@@ -41,7 +41,7 @@ def _rslab(n: int, indptr: Any, indices: Any, threads: int = 1) -> Callable[[Arr
     symbolic = rslab.analyze(pattern, path="lu", threads=threads, matching=False)
 
     def factor(values: Array) -> Callable[[Array], Array]:
-        return symbolic.factor(values).solve  # type: ignore[no-any-return]
+        return symbolic.factor(values).solve
 
     return factor
 
@@ -88,7 +88,9 @@ def available(choice: str) -> list[str]:
 class Factorisation:
     """Solver for matrices of one sparsity pattern (CSC ``indptr``, ``indices``, n × n)."""
 
-    def __init__(self, n: int, indptr: NDArray[np.int32], indices: NDArray[np.int32], solver: str = "auto", threads: int = 1):
+    def __init__(
+        self, n: int, indptr: NDArray[np.int32], indices: NDArray[np.int32], solver: str = "auto", threads: int = 1
+    ):
         self.n, self.indptr, self.indices = n, indptr, indices
         self.order = available(solver)
         self.threads = threads

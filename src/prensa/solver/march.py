@@ -11,24 +11,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.recovery import recover
-from prensa.elements import q4
-from prensa.errors import PrensaError
+from prensa.errors import SolveError
 from prensa.fem.schedule import StepPlan, plan_step
 from prensa.fem.system import Circumstances, Evaluation, System, discretise
 from prensa.model import problem as model
-from prensa.solver.increment import (
-    BodyState,
-    ContactState,
-    Force,
-    Increment,
-    Monitor,
-    Place,
-    Progress,
-    Statistics,
-    ToolState,
-)
+from prensa.solver.approach import approach, first_touch
+from prensa.solver.increment import BodyState, Increment, Monitor, Progress, Statistics
 from prensa.solver.newton import Reduced, Reporter, Trial, attempt
+from prensa.solver.results import body_states, contact_states, tool_forces, tool_states
 from prensa.solver.state import State
 
 log = logging.getLogger("prensa")
@@ -40,14 +30,6 @@ PLASTIC = 0.05  # equivalent plastic strain per automatic increment
 EASY, TARGET = 5, 7  # Newton iterations below which the step grows, above which it shrinks
 
 
-class SolveError(PrensaError):
-    """The history could not be completed: says what, where, why and what to try; ``last`` is the last good increment."""
-
-    def __init__(self, message: str, last: Increment | None = None):
-        super().__init__(message)
-        self.last = last
-
-
 class Timer:
     """Wall seconds by section."""
 
@@ -56,6 +38,7 @@ class Timer:
 
     @contextmanager
     def __call__(self, section: str) -> Iterator[None]:
+        """Add the seconds of the block to a section."""
         start = clocks.perf_counter()
         try:
             yield
@@ -80,6 +63,7 @@ def solve(
     PrensaError
         For a description that cannot be discretised; `SolveError` when an increment does not converge after all
         cut-backs.
+
     """
     system = problem if isinstance(problem, System) else discretise(problem)
     return _March(system, numerics or model.Numerics(), monitor, timer or Timer()).run(start or system.initial())
@@ -110,9 +94,11 @@ class _March:
         dt = dt if dt > 0 else self.first_dt(plan)
         spent, cutbacks = 0, 0
         while True:
-            end = self.touch_time(state, plan, self.target(plan, now, dt))
+            end, notes = first_touch(self.system, state, plan, self.target(plan, now, dt))
             c = self.system.circumstances(state, plan, end)
-            origin = self.approach(c)
+            origin, more = approach(self.system, c)
+            for message in notes + more:
+                self.note(state, plan, message)
             assert self.reduced is not None
             trial = attempt(self.system, c, self.reduced, origin, self.numerics, self.reporter(state, plan, end))
             spent += trial.iterations
@@ -155,71 +141,10 @@ class _March:
             return float(stop)
         return now + (0.5 * left if dt > 0.5 * left else dt)
 
-    def touch_time(self, state: State, plan: StepPlan, end: float) -> float:
-        """The time at which a prescribed tool first meets a surface that nothing touches yet, if it comes before *end*."""
-        now = float(state.clock[2])
-        for s in self.system.surfaces:
-            first = self.system.tool_dof(s.tool)
-            if (state.contact[s.rows, 3] > 0).any() or not np.isin([first, first + 1], plan.fixed).all():
-                continue
-
-            def least_gap(t: float, s: Any = s) -> float:
-                u = state.u.copy()
-                u[plan.fixed] = plan.values(t)
-                return float(self.system.pairs(s, u).g.min())
-
-            if least_gap(now) <= 0 or least_gap(end) >= 0:
-                continue
-            lo, hi = now, end
-            for _ in range(50):
-                mid = 0.5 * (lo + hi)
-                lo, hi = (mid, hi) if least_gap(mid) > 0 else (lo, mid)
-            if lo - now > 0.02 * (end - now):
-                self.note(state, plan, f"{self.system.tools[s.tool].name} first touches {'+'.join(s.description.surface)} at time {lo:.6g}")
-                end = lo
-        return end
-
-    def approach(self, c: Circumstances) -> Array:
-        """Starting unknowns: force-driven tools that touch nothing are brought into contact, pressed as on springs."""
-        u = c.state.u
-        for t, tool in enumerate(self.system.tools):
-            first = self.system.tool_dof(t)
-            force = np.array([c.plan.push[d](c.time) if d in c.plan.push else 0.0 for d in (first, first + 1)])
-            mine = [s for s in self.system.surfaces if s.tool == t]
-            if not force.any() or not mine or any((c.state.contact[s.rows, 3] > 0).any() for s in mine):
-                continue
-            u = u.copy() if u is c.state.u else u
-            direction = force / np.linalg.norm(force)
-            place = u[first : first + 2].copy()
-
-            def resistance(d: float) -> float:
-                u[first : first + 2] = place + d * direction
-                total = 0.0
-                for s in mine:
-                    i = self.system.surfaces.index(s)
-                    pairs = self.system.pairs(s, u)
-                    p = c.scales[i].k_n * np.where(np.isfinite(pairs.g), np.maximum(-pairs.g, 0.0), 0.0)
-                    total += float((c.weights[i] * p * (pairs.n @ direction)).sum())
-                return -total - float(np.linalg.norm(force))
-
-            hi = 1e-6 * self.system.length
-            while resistance(hi) < 0 and hi < 100 * self.system.length:
-                hi *= 2
-            if hi >= 100 * self.system.length:
-                raise SolveError(
-                    f"tool {tool.name!r} is pushed along {direction.tolist()} but meets nothing there; "
-                    "check the sign of its force and where it is placed", self.last,
-                )
-            lo = 0.0
-            for _ in range(60):
-                mid = 0.5 * (lo + hi)
-                lo, hi = (mid, hi) if resistance(mid) < 0 else (lo, mid)
-            u[first : first + 2] = place + hi * direction
-            self.note(c.state, c.plan, f"{tool.name} is driven by force and touched nothing: brought into contact over {hi:.4g}")
-        return u
-
     # ------------------------------------------------------------------------------------------------------- commit
-    def commit(self, old: State, plan: StepPlan, c: Circumstances, trial: Trial, spent: int, cutbacks: int) -> tuple[State, Increment]:
+    def commit(
+        self, old: State, plan: StepPlan, c: Circumstances, trial: Trial, spent: int, cutbacks: int
+    ) -> tuple[State, Increment]:
         e = trial.evaluation
         assert e is not None
         system = self.system
@@ -242,15 +167,27 @@ class _March:
         self.say(state, plan, c.time, trial, "accepted", "", forces={k: t.force for k, t in increment.tools.items()})
         return state, increment
 
-    def next_dt(self, old: State, plan: StepPlan, c: Circumstances, e: Evaluation, trial: Trial, cutbacks: int) -> float:
+    def next_dt(
+        self, old: State, plan: StepPlan, c: Circumstances, e: Evaluation, trial: Trial, cutbacks: int
+    ) -> float:
         """Duration of the next increment from what this one cost."""
         full = (plan.t1 - plan.t0) / plan.increments if plan.increments else self.travel_limit(plan)
         tried = c.dt if cutbacks else max(c.dt, float(old.clock[3]))
         growth = 1.0 if cutbacks else 2.0 if trial.iterations <= TARGET else 1.0
         if not plan.increments:
-            growth = 1.5 if trial.iterations <= EASY and not cutbacks else min(growth, 1.0) if trial.iterations <= TARGET + 3 else 0.7
+            growth = (
+                1.5
+                if trial.iterations <= EASY and not cutbacks
+                else min(growth, 1.0)
+                if trial.iterations <= TARGET + 3
+                else 0.7
+            )
             strain = max(
-                (float((new[..., 4] - was[..., 4]).max()) for b, new, was in zip(self.system.blocks, e.history, old.history) if b.law.size > 5),
+                (
+                    float((new[..., 4] - was[..., 4]).max())
+                    for b, new, was in zip(self.system.blocks, e.history, old.history)
+                    if b.law.size > 5
+                ),
                 default=0.0,
             )
             if strain > 0:
@@ -274,9 +211,13 @@ class _March:
         return energy
 
     # ------------------------------------------------------------------------------------------------------- saying
-    def increment(self, state: State, plan: StepPlan, e: Evaluation, trial: Trial, spent: int, cutbacks: int, ended: bool) -> Increment:
+    def increment(
+        self, state: State, plan: StepPlan, e: Evaluation, trial: Trial, spent: int, cutbacks: int, ended: bool
+    ) -> Increment:
         names = ("external", "elastic", "plastic", "friction", "contact", "imbalance")
-        statistics = Statistics(spent, cutbacks, trial.residuals[-1], trial.augmentations, tuple(trial.residuals), tuple(trial.changes))
+        statistics = Statistics(
+            spent, cutbacks, trial.residuals[-1], trial.augmentations, tuple(trial.residuals), tuple(trial.changes)
+        )
         system = self.system
 
         def bodies() -> dict[str, BodyState]:
@@ -290,11 +231,13 @@ class _March:
 
     def reporter(self, state: State, plan: StepPlan, end: float) -> Reporter:
         def iteration(trial: Trial, e: Evaluation) -> None:
-            self.say(state, plan, end, trial, "iteration", "", forces=_tool_forces(self.system, e))
+            self.say(state, plan, end, trial, "iteration", "", forces=tool_forces(self.system, e))
 
         return Reporter(iteration, self.timer)
 
-    def say(self, state: State, plan: StepPlan, t: float, trial: Trial, event: str, message: str, forces: Any = None) -> None:
+    def say(
+        self, state: State, plan: StepPlan, t: float, trial: Trial, event: str, message: str, forces: Any = None
+    ) -> None:
         if event == "rejected":
             log.info("increment to time %.6g rejected: %s", t, message)
         self.monitor(
@@ -307,7 +250,18 @@ class _March:
     def note(self, state: State, plan: StepPlan, message: str) -> None:
         log.info(message)
         self.monitor(
-            Progress(plan.name, plan.number + 1, int(state.clock[1]) + 1, float(state.clock[2]), float(len(self.system.problem.steps)), 0, np.nan, {}, "note", message)
+            Progress(
+                plan.name,
+                plan.number + 1,
+                int(state.clock[1]) + 1,
+                float(state.clock[2]),
+                float(len(self.system.problem.steps)),
+                0,
+                np.nan,
+                {},
+                "note",
+                message,
+            )
         )
 
     def post_mortem(self, plan: StepPlan, end: float, trial: Trial) -> str:
@@ -333,93 +287,3 @@ class _March:
             return f"tool {self.system.tools[(dof - 2 * self.system.nodes) // 3].name!r}"
         x = self.system.positions(trial.u)[dof // 2]
         return f"node {dof // 2} at ({x[0]:.4g}, {x[1]:.4g})"
-
-
-def _tool_forces(system: System, e: Evaluation) -> dict[str, Force]:
-    total = {t.name: np.zeros(3) for t in system.tools}
-    for s, f in zip(system.surfaces, e.contacts):
-        total[system.tools[s.tool].name] += f.F[:, 2:].sum(axis=0)
-    return {k: Force(*map(float, v)) for k, v in total.items()}
-
-
-def tool_states(system: System, state: State, e: Evaluation) -> dict[str, ToolState]:
-    """Places and forces of the tools."""
-    force = _tool_forces(system, e)
-    out = {}
-    for t, tool in enumerate(system.tools):
-        first = system.tool_dof(t)
-        out[tool.name] = ToolState(
-            tool.at, Place(*map(float, state.u[first : first + 3])), force[tool.name], (float(tool.direction[0]), float(tool.direction[1]))
-        )
-    return out
-
-
-def contact_states(system: System, state: State, e: Evaluation) -> dict[str, ContactState]:
-    """Contact results along each surface; pressures are nodal forces over current tributary areas."""
-    x = system.positions(state.u)
-    where = x if system.problem.kinematics == "finite" else system.X
-    stress = nodal_stress(system, state, e)
-    out = {}
-    for s, f in zip(system.surfaces, e.contacts):
-        nodes = s.points.nodes
-        w = s.points.weights(where)
-        ratio = f.weight / w
-        sig = stress[nodes]
-        sn = np.stack([sig[:, 0] * f.n[:, 0] + sig[:, 3] * f.n[:, 1], sig[:, 3] * f.n[:, 0] + sig[:, 1] * f.n[:, 1]], axis=1)
-        status = np.where(f.p > 0, np.where(f.slip | (np.zeros_like(f.p) if f.t is None else False), 2, 1), 0).astype(np.int8)
-        if c_frictionless(f):
-            status = np.where(f.p > 0, 2, 0).astype(np.int8)
-        out[s.name] = ContactState(
-            surface="+".join(s.description.surface), tool=system.tools[s.tool].name, body=s.body,
-            node=nodes - system.offsets[s.body], X=system.X[nodes], x=x[nodes], gap=f.g, pressure=f.p * ratio, shear=f.t * ratio,
-            slip=f.kappa, status=status, weight=w, force=f.F[:, :2].copy(), pressure_from_stress=-(sn * f.n).sum(axis=1),
-            area=float(w[f.p > 0].sum()),
-        )  # fmt: skip
-    return out
-
-
-def c_frictionless(f: Any) -> bool:
-    """Whether no tangential traction acts at all."""
-    return bool((f.t == 0).all() and not f.slip.any())
-
-
-def nodal_stress(system: System, state: State, e: Evaluation) -> Array:
-    """Recovered Cauchy stress (n, 4) xx, yy, zz, xy at the nodes."""
-    x = system.positions(state.u) if system.problem.kinematics == "finite" else system.X
-    out = np.zeros((system.nodes, 4))
-    for b, h in zip(system.blocks, e.history):
-        values = b.law.cauchy(h.reshape(-1, h.shape[-1])).reshape(len(b), 4, 4)
-        out[_own(b)] = _recovered(x, b, values)
-    return out
-
-
-def _own(b: Any) -> Any:
-    return slice(int(b.cells.min()), int(b.cells.max()) + 1)
-
-
-def _recovered(x: Array, b: Any, values: Array) -> Array:
-    points = np.empty((len(b), 4, 2))
-    q4.point_positions(x[b.cells], points)
-    own = _own(b)
-    return recover(x[own], b.cells - own.start, points, values)
-
-
-def body_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> dict[str, BodyState]:
-    """Shapes, support reactions and recovered fields of the bodies."""
-    x = system.positions(state.u)
-    where = x if system.problem.kinematics == "finite" else system.X
-    stress = nodal_stress(system, state, e)
-    reaction = np.zeros(system.ndof)
-    reaction[plan.fixed] = e.r[plan.fixed]
-    reaction = reaction[: 2 * system.nodes].reshape(-1, 2)
-    out = {}
-    for b, h in zip(system.blocks, e.history):
-        own = _own(b)
-        sig = stress[own]
-        xx, yy, zz, xy = sig.T
-        mises = np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3 * xy**2)
-        plastic = np.zeros(len(sig))
-        if b.law.size > 5:
-            plastic = np.maximum(_recovered(where, b, h[..., 4:5])[:, 0], 0.0)
-        out[b.body] = BodyState(system.X[own], x[own], b.cells - own.start, reaction[own], sig, mises, plastic)
-    return out

@@ -106,7 +106,13 @@ def signature(e: Evaluation) -> NDArray[np.int8]:
 
 
 def _start(
-    system: System, c: Circumstances, reduced: Reduced, start: Array, lam: Array, numerics: model.Numerics, report: Reporter
+    system: System,
+    c: Circumstances,
+    reduced: Reduced,
+    start: Array,
+    lam: Array,
+    numerics: model.Numerics,
+    report: Reporter,
 ) -> tuple[Array, Evaluation | None, bool]:
     """First iterate: the last increment extrapolated, or the committed state moved by the linearised system.
 
@@ -151,7 +157,11 @@ def attempt(
                 trial.converged, trial.evaluation, trial.lam = True, e, lam
                 return trial
             trial.augmentations += 1
-            limit = max(s.description.enforcement.max_updates for s in system.surfaces if s.description.enforcement.type == "augmented")
+            limit = max(
+                s.description.enforcement.max_updates
+                for s in system.surfaces
+                if s.description.enforcement.type == "augmented"
+            )
             if trial.augmentations > limit:
                 trial.reason = f"the multipliers did not settle in {limit} updates; a larger beta converges faster"
                 return trial
@@ -227,7 +237,9 @@ def _newton(
             anchor = (u, step)
         u = _shortened(system, c, reduced, *anchor, lam, report)
         e, best, watched, anchor = None, np.inf, 0, None
-    trial.reason = f"no convergence in {numerics.max_iterations} iterations (relative residual {trial.residuals[-1]:.1e})"
+    trial.reason = (
+        f"no convergence in {numerics.max_iterations} iterations (relative residual {trial.residuals[-1]:.1e})"
+    )
     return None
 
 

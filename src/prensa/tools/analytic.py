@@ -33,8 +33,9 @@ class Closest(NamedTuple):
 class Tool(Protocol):
     """A rigid tool's shape."""
 
-    radius: float
-    """Smallest radius of curvature of a convex part (inf for flats, 0 for sharp edges)."""
+    @property
+    def radius(self) -> float:
+        """Smallest radius of curvature of a convex part (inf for flats, 0 for sharp edges)."""
 
     def closest(self, xi: Array) -> Closest:
         """Points (k, 2) in the tool frame → closest-point data."""

@@ -79,6 +79,7 @@ def place(name: str, d: Any, meshes: dict[str, Mesh]) -> PlacedTool:
     ------
     ToolError
         If the tool can never touch the boundary it is to be placed at.
+
     """
     target = d.touching or d.above or d.below
     outward = np.array([0.0, 1.0])

@@ -1,0 +1,312 @@
+"""YAML text ⇄ a tree of nodes that know their line and column: data only, no objects, no surprises.
+
+The events of ruamel.yaml are turned into nodes here rather than by its constructors: every node keeps its mark, all the
+mistakes of a file are collected, keys stay text (``y`` and ``on`` are no booleans), and what a case never needs
+(tags, NaN, deep nesting, aliases that multiply) is refused while it is still cheap.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+from prensa.errors import CaseError, Mark, Mistake
+
+DEPTH = 50
+COPIES = 100_000
+WIDTH = 110
+
+_INT = re.compile(r"[-+]?[0-9]+")
+_RADIX = re.compile(r"0o[0-7]{1,20}|0x[0-9a-fA-F]{1,16}")
+_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+_NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
+_WORDS = {"": None, "~": None, "null": None, "Null": None, "NULL": None} | {
+    w: v for v, words in ((True, "true True TRUE"), (False, "false False FALSE")) for w in words.split()
+}
+
+
+@dataclass
+class Node:
+    """A value of the file: a scalar, a list of nodes or a dict of nodes; ``text``: a scalar as it was written."""
+
+    value: Any
+    mark: Mark
+    text: str = ""
+    keys: dict[str, Mark] = field(default_factory=dict)
+    height: int = 0
+    size: int = 1
+
+    def children(self) -> Iterator[Node]:
+        """Nodes directly below."""
+        if isinstance(self.value, dict):
+            yield from self.value.values()
+        elif isinstance(self.value, list):
+            yield from self.value
+
+    def plain(self) -> Any:
+        """The value as dicts, lists and scalars."""
+        if isinstance(self.value, dict):
+            return {k: n.plain() for k, n in self.value.items()}
+        if isinstance(self.value, list):
+            return [n.plain() for n in self.value]
+        return self.value
+
+    def shown(self) -> str:
+        """The value in a message: a scalar as written, else its kind."""
+        if isinstance(self.value, dict):
+            return "a mapping"
+        if isinstance(self.value, list):
+            return "a list"
+        if self.value is None:
+            return "empty"
+        text = self.text if len(self.text) <= 60 else self.text[:57] + "…"
+        return repr(text) if isinstance(self.value, str) else text
+
+
+def resolve(text: str) -> Any:
+    """Value of a plain scalar by the YAML 1.2 core schema, with ``10e3`` and ``1e-3`` numbers.
+
+    Raises
+    ------
+    ValueError
+        For ``.nan``, ``.inf`` and numbers too large for a float.
+
+    """
+    if text in _WORDS:
+        return _WORDS[text]
+    if _NOT_FINITE.fullmatch(text):
+        raise ValueError(f"{text} is not a finite number")
+    if _INT.fullmatch(text) and len(text) <= 20:
+        return int(text)
+    if _RADIX.fullmatch(text):
+        return int(text, 0)
+    if _FLOAT.fullmatch(text):
+        number = float(text)
+        if abs(number) == float("inf"):
+            raise ValueError(f"{text[:40]} is too large a number")
+        return number
+    return text
+
+
+def read(text: str, source: str, marked: bool = True) -> tuple[Node, list[Mistake]]:
+    """Tree of a YAML text and the mistakes that do not hinder reading on (duplicate keys, NaN).
+
+    ``marked`` False gives every node the whole *source* as its place (a value on the command line).
+
+    Raises
+    ------
+    CaseError
+        If the text is not YAML, has several documents, tags, too deep nesting or runaway aliases.
+
+    """
+    reader = _Reader(text, source, marked)
+    return reader.document(), reader.mistakes
+
+
+class _Reader:
+    def __init__(self, text: str, source: str, marked: bool) -> None:
+        from ruamel.yaml import YAML
+
+        self.source, self.marked = source, marked
+        self.mistakes: list[Mistake] = []
+        self.anchors: dict[str, Node | None] = {}
+        self.copies = 0
+        self.events = YAML(typ="safe", pure=True).parse(text)
+
+    def mark(self, place: Any) -> Mark:
+        return Mark(self.source, place.line + 1, place.column + 1) if self.marked else Mark(self.source)
+
+    def refuse(self, place: Any, message: str) -> CaseError:
+        return CaseError([*self.mistakes, Mistake(self.mark(place), message)])
+
+    def next(self) -> Any:
+        from ruamel.yaml.error import MarkedYAMLError, YAMLError
+        from ruamel.yaml.reader import ReaderError
+
+        try:
+            return next(self.events)
+        except MarkedYAMLError as error:
+            place = error.problem_mark or error.context_mark
+            raise self.refuse(place, _yaml_message(str(error.problem or error.context))) from None
+        except ReaderError as error:
+            message = f"the character U+{int(error.character):04X} is not allowed; is this a text file?"
+            raise CaseError([Mistake(Mark(self.source), message)]) from None
+        except YAMLError as error:
+            raise CaseError([Mistake(Mark(self.source), f"not readable as YAML: {error}")]) from None
+
+    def document(self) -> Node:
+        from ruamel.yaml.events import DocumentEndEvent, DocumentStartEvent, StreamEndEvent, StreamStartEvent
+
+        root = None
+        while not isinstance(event := self.next(), StreamEndEvent):
+            if isinstance(event, StreamStartEvent | DocumentEndEvent):
+                continue
+            if isinstance(event, DocumentStartEvent):
+                if root is not None:
+                    raise self.refuse(event.start_mark, "a second document begins here; a file holds one case")
+                continue
+            root = self.node(event, 0)
+        return root or Node(None, Mark(self.source))
+
+    def node(self, event: Any, depth: int) -> Node:
+        from ruamel.yaml.events import AliasEvent, ScalarEvent, SequenceStartEvent
+
+        if depth > DEPTH:
+            raise self.refuse(event.start_mark, f"nested deeper than {DEPTH} levels; a case needs less than ten")
+        if isinstance(event, AliasEvent):
+            return self.alias(event, depth)
+        if event.tag is not None:
+            raise self.refuse(event.start_mark, f"the tag {_tag(event.tag)!r} is not allowed; write plain values")
+        if event.anchor is not None:
+            self.anchors[event.anchor] = None
+        if isinstance(event, ScalarEvent):
+            node = self.scalar(event)
+        elif isinstance(event, SequenceStartEvent):
+            node = self.sequence(event, depth)
+        else:
+            node = self.mapping(event, depth)
+        node.height = 1 + max((n.height for n in node.children()), default=-1)
+        node.size = 1 + sum(n.size for n in node.children())
+        if event.anchor is not None:
+            self.anchors[event.anchor] = node
+        return node
+
+    def scalar(self, event: Any) -> Node:
+        mark = self.mark(event.start_mark)
+        if event.style:  # quoted and block scalars are text
+            return Node(event.value, mark, event.value)
+        try:
+            return Node(resolve(event.value), mark, event.value)
+        except ValueError as error:
+            self.mistakes.append(Mistake(mark, f"{error}; every number of a case is finite"))
+            return Node(None, mark, event.value)
+
+    def sequence(self, event: Any, depth: int) -> Node:
+        from ruamel.yaml.events import SequenceEndEvent
+
+        items = []
+        while not isinstance(child := self.next(), SequenceEndEvent):
+            items.append(self.node(child, depth + 1))
+        return Node(items, self.mark(event.start_mark))
+
+    def mapping(self, event: Any, depth: int) -> Node:
+        from ruamel.yaml.events import MappingEndEvent, ScalarEvent
+
+        node = Node({}, self.mark(event.start_mark))
+        while not isinstance(child := self.next(), MappingEndEvent):
+            if not isinstance(child, ScalarEvent) or child.tag is not None:
+                raise self.refuse(child.start_mark, "a key is plain text here; write 'key: value'")
+            key, mark = child.value, self.mark(child.start_mark)
+            value = self.node(self.next(), depth + 1)
+            if key == "<<" and not child.style:
+                message = "merge keys ('<<') are not supported; repeat the entries or use an alias for the whole value"
+                self.mistakes.append(Mistake(mark, message))
+            elif key in node.value:
+                message = f"the key {key!r} appears twice (first at line {node.keys[key].line}); keep one"
+                self.mistakes.append(Mistake(mark, message))
+            else:
+                node.value[key], node.keys[key] = value, mark
+        return node
+
+    def alias(self, event: Any, depth: int) -> Node:
+        if event.anchor not in self.anchors:
+            raise self.refuse(event.start_mark, f"the alias '*{event.anchor}' has no anchor '&{event.anchor}' before it")
+        node = self.anchors[event.anchor]
+        if node is None:
+            raise self.refuse(event.start_mark, f"the alias '*{event.anchor}' contains itself; write the values out")
+        self.copies += node.size
+        if self.copies > COPIES:
+            raise self.refuse(event.start_mark, f"the aliases stand for more than {COPIES} values; write a smaller case")
+        if depth + node.height > DEPTH:
+            raise self.refuse(event.start_mark, f"nested deeper than {DEPTH} levels; a case needs less than ten")
+        return _copied(node)
+
+
+def _copied(node: Node) -> Node:
+    """A copy of its own, so that an override of one use leaves the others alone."""
+    value = node.value
+    if isinstance(value, dict):
+        value = {k: _copied(n) for k, n in value.items()}
+    elif isinstance(value, list):
+        value = [_copied(n) for n in value]
+    return Node(value, node.mark, node.text, dict(node.keys), node.height, node.size)
+
+
+def _tag(tag: Any) -> str:
+    return str(tag).replace("tag:yaml.org,2002:", "!!")[:40]
+
+
+def _yaml_message(problem: str) -> str:
+    if "\\t" in problem or "'\t'" in problem:
+        return "a tab is no indentation in YAML; use spaces"
+    if "mapping values are not allowed" in problem:
+        return "unexpected ':'; check the indentation, and put quotes around text that contains ': '"
+    if "could not find expected ':'" in problem:
+        return "this line has no ':' where a key is expected; write 'key: value'"
+    if "expected ',' or" in problem:
+        return "a ',' or a closing bracket is missing; check the brackets from the line before"
+    if "<block end>" in problem:
+        return "unexpected indentation; align the keys of one mapping"
+    return f"not readable as YAML: {problem}; check indentation, brackets and quotes"
+
+
+# ------------------------------------------------------------------------------------------------------------- writing
+_PLAIN = re.compile(r"[A-Za-z_][\w.+-]*( [\w.+-]+)*", re.ASCII)
+_ESCAPES = {'"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t", "\r": "\\r"}
+
+
+def write(data: dict[str, Any]) -> str:
+    """YAML of nested dicts, lists and scalars: in one line what fits, keys in the order given, ready for `read`."""
+    return "".join(f"{line}\n" for line in _block(data, 0, top=True))
+
+
+def _scalar(value: Any) -> str:
+    if value is None:
+        return "null"
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return _string(value)
+    text = repr(value)
+    return text.removesuffix(".0") if text != "-0.0" else text
+
+
+def _string(text: str) -> str:
+    if _PLAIN.fullmatch(text) and isinstance(resolve(text), str):
+        return text
+    return '"' + "".join(_ESCAPES.get(c) or (c if c.isprintable() else _escape(ord(c))) for c in text) + '"'
+
+
+def _escape(code: int) -> str:
+    return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
+
+
+def _flow(value: Any) -> str:
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{_string(k)}: {_flow(v)}" for k, v in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(_flow, value)) + "]"
+    return _scalar(value)
+
+
+def _block(value: Any, indent: int, top: bool = False) -> Iterator[str]:
+    pad = " " * indent
+    if isinstance(value, dict):
+        entries = ((f"{pad}{_string(k)}:", v) for k, v in value.items())
+    else:
+        entries = ((f"{pad}-", v) for v in value)
+    for head, v in entries:
+        flow = _flow(v)
+        if not isinstance(v, dict | list) or not v or len(head) + len(flow) < WIDTH and not (top and _nested(v)):
+            yield f"{head} {flow}"
+        else:
+            yield head
+            yield from _block(v, indent + 2)
+
+
+def _nested(value: Any) -> bool:
+    """Whether a top-level section reads better with one entry a line (bodies, steps, …)."""
+    items = value.values() if isinstance(value, dict) else value
+    return any(isinstance(v, dict | list) for v in items)

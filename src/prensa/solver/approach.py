@@ -1,0 +1,98 @@
+"""Before the solve: when does a moving tool first touch, and where does a pushed tool come to rest against the bodies?"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.errors import SolveError
+from prensa.fem.schedule import StepPlan
+from prensa.fem.system import Circumstances, Surface, System
+from prensa.solver.state import State
+
+Array = NDArray[np.float64]
+
+WORTH = 0.02  # share of the increment before the touch below which the increment is not split there
+
+
+def _bisect(below: object, lo: float, hi: float) -> tuple[float, float]:
+    """Bracket of the argument at which the predicate *below* turns false."""
+    for _ in range(60):
+        mid = 0.5 * (lo + hi)
+        lo, hi = (mid, hi) if below(mid) else (lo, mid)  # type: ignore[operator]
+    return lo, hi
+
+
+def first_touch(system: System, state: State, plan: StepPlan, end: float) -> tuple[float, list[str]]:
+    """End of the increment, brought forward to the time at which a prescribed tool first meets an untouched surface.
+
+    The bodies are taken where they are. Returns the time and a message for each tool that touches.
+    """
+    now = float(state.clock[2])
+    notes: list[str] = []
+    for s in system.surfaces:
+        dof = system.tool_dof(s.tool)
+        if (state.contact[s.rows, 3] > 0).any() or not np.isin([dof, dof + 1], plan.fixed).all():
+            continue
+
+        def apart(t: float, s: Surface = s) -> bool:
+            u = state.u.copy()
+            u[plan.fixed] = plan.values(t)
+            return float(system.pairs(s, u).g.min()) > 0
+
+        if not apart(now) or apart(end):
+            continue
+        touch, _ = _bisect(apart, now, end)
+        if touch - now > WORTH * (end - now):
+            notes = [f"{system.tools[s.tool].name} first touches {'+'.join(s.description.surface)} at time {touch:.6g}"]
+            end = touch
+    return end, notes
+
+
+def approach(system: System, c: Circumstances) -> tuple[Array, list[str]]:
+    """Unknowns (ndof,) to start from: pushed tools that touch nothing are brought to rest on the penalty springs.
+
+    The springs stand on the bodies as they are, so the start is in equilibrium with the tool's force.
+
+    Raises
+    ------
+    SolveError
+        If a pushed tool meets nothing in the direction of its force.
+
+    """
+    u = c.state.u
+    notes = []
+    for t, tool in enumerate(system.tools):
+        dof = system.tool_dof(t)
+        force = np.array([c.plan.push[d](c.time) if d in c.plan.push else 0.0 for d in (dof, dof + 1)])
+        mine = [(i, s) for i, s in enumerate(system.surfaces) if s.tool == t]
+        if not force.any() or not mine or any((c.state.contact[s.rows, 3] > 0).any() for _, s in mine):
+            continue
+        size = float(np.linalg.norm(force))
+        direction = force / size
+        v = u.copy()
+        origin = u[dof : dof + 2]
+
+        def yields(d: float, v: Array = v, dof: int = dof, origin: Array = origin, direction: Array = direction,
+                   size: float = size, mine: list[tuple[int, Surface]] = mine) -> bool:  # fmt: skip
+            v[dof : dof + 2] = origin + d * direction
+            total = 0.0
+            for i, s in mine:
+                pairs = system.pairs(s, v)
+                p = c.scales[i].k_n * np.maximum(-pairs.g, 0.0)
+                total -= float((c.weights[i] * p * (pairs.n @ direction)).sum())
+            return total < size
+
+        far = 1e-6 * system.length
+        while yields(far):
+            far *= 2
+            if far > 100 * system.length:
+                raise SolveError(
+                    f"tool {tool.name!r} is pushed along {np.round(direction, 6).tolist()} but meets nothing there; "
+                    "check the sign of its force and where it is placed"
+                )
+        _, rest = _bisect(yields, 0.0, far)
+        u = v
+        u[dof : dof + 2] = origin + rest * direction
+        notes.append(f"{tool.name} is driven by force and touched nothing: brought into contact over {rest:.4g}")
+    return u, notes
