@@ -22,6 +22,9 @@ def suggest(name: str, known: Iterable[str]) -> str:
     return f"; known: {', '.join(map(repr, known))}" if known else "; none is defined"
 
 
+_EDGES = ("bottom", "right", "top", "left")
+
+
 @dataclass(frozen=True)
 class Finding:
     """A mistake among the cross-references: ``path`` into the description (keys and indices), and the message.
@@ -93,6 +96,17 @@ def _boundary(p: Any, name: str, path: tuple[str | int, ...], at_key: bool = Fal
         yield Finding(path, f"{name!r} is no boundary; write it as 'body.boundary'", at_key)
     elif body not in p.bodies:
         yield Finding(path, f"unknown body {body!r} in {name!r}{suggest(body, p.bodies)}", at_key)
+    elif (known := _boundaries(p.bodies.get(body))) and edge not in known:
+        yield Finding(path, f"unknown boundary {edge!r} of body {body!r}{suggest(edge, known)}", at_key)
+
+
+def _boundaries(body: Any) -> list[str]:
+    """Boundaries and points of a body that are known before it is meshed; none where only the mesh can tell."""
+    if body is None:
+        return []
+    if body.mesh.type == "rectangle":
+        return [*_EDGES, *(f"{y}-{x}" for y in ("bottom", "top") for x in ("left", "right"))]
+    return list(body.mesh.boundaries) if body.mesh.type == "points" else []
 
 
 def _tool(p: Any, path: tuple[str | int, ...], tool: Any) -> Iterator[Finding]:
@@ -103,7 +117,7 @@ def _tool(p: Any, path: tuple[str | int, ...], tool: Any) -> Iterator[Finding]:
         yield Finding(path, f"tool {path[-1]!r} has no place; give 'at', 'touching', 'above' or 'below'")
     for w in placed:
         yield from _boundary(p, getattr(tool, w), (*path, w))
-    if tool.type == "ring" and p.space != "axisymmetric":
+    if tool.type == "ring" and p.space not in ("axisymmetric", None):
         yield Finding((*path, "type"), "a ring stamp needs 'space: axisymmetric'; use stamps in plane problems")
     key = "facing" if hasattr(tool, "facing") else "normal"
     direction = getattr(tool, key, None)

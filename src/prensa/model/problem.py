@@ -22,7 +22,9 @@ from prensa.model.units import (
     BodyForce,
     Displacement,
     Force,
+    ForceUnit,
     Length,
+    LengthUnit,
     Number,
     Pressure,
     Stiffness,
@@ -613,8 +615,8 @@ class Step:
 class Units:
     """The consistent system of the case's numbers; time is in seconds, temperature in kelvin."""
 
-    length: str = "mm"
-    force: str = "N"
+    length: LengthUnit = "mm"
+    force: ForceUnit = "N"
 
 
 @described

@@ -16,11 +16,13 @@ from prensa.errors import CaseError, Mark, Mistake
 
 DEPTH = 50
 COPIES = 100_000
+LINE = 200_000
 WIDTH = 110
 
 _INT = re.compile(r"[-+]?[0-9]+")
 _RADIX = re.compile(r"0o[0-7]{1,20}|0x[0-9a-fA-F]{1,16}")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+_BRACKETS = re.compile(rf"(?:[\[{{]\s*){{{DEPTH + 1}}}")
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _WORDS = {"": None, "~": None, "null": None, "Null": None, "NULL": None} | {
     w: v for v, words in ((True, "true True TRUE"), (False, "false False FALSE")) for w in words.split()
@@ -37,6 +39,11 @@ class Node:
     keys: dict[str, Mark] = field(default_factory=dict)
     height: int = 0
     size: int = 1
+
+    @property
+    def spread(self) -> bool:
+        """Whether the value has no place of its own to point at: a block, or nothing."""
+        return isinstance(self.value, dict | list) or (self.value is None and not self.text)
 
     def children(self) -> Iterator[Node]:
         """Nodes directly below."""
@@ -101,8 +108,21 @@ def read(text: str, source: str, marked: bool = True) -> tuple[Node, list[Mistak
         If the text is not YAML, has several documents, tags, too deep nesting or runaway aliases.
 
     """
+    _refuse_monsters(text, source)
     reader = _Reader(text, source, marked)
     return reader.document(), reader.mistakes
+
+
+def _refuse_monsters(text: str, source: str) -> None:
+    """The scanner takes seconds over very long lines and deep brackets before it yields its first event."""
+    for number, line in enumerate(text.split("\n"), 1):
+        if len(line) > LINE:
+            message = f"a line of {len(line)} characters; a case has short lines, is this the right file?"
+            raise CaseError([Mistake(Mark(source, number, 1), message)])
+    if match := _BRACKETS.search(text):
+        before = text[: match.start()]
+        mark = Mark(source, before.count("\n") + 1, match.start() - before.rfind("\n"))
+        raise CaseError([Mistake(mark, f"nested deeper than {DEPTH} levels; a case needs less than ten")])
 
 
 class _Reader:
@@ -204,7 +224,8 @@ class _Reader:
                 message = "merge keys ('<<') are not supported; repeat the entries or use an alias for the whole value"
                 self.mistakes.append(Mistake(mark, message))
             elif key in node.value:
-                message = f"the key {key!r} appears twice (first at line {node.keys[key].line}); keep one"
+                first = f" (first at line {node.keys[key].line})" if self.marked else ""
+                message = f"the key {key!r} appears twice{first}; keep one"
                 self.mistakes.append(Mistake(mark, message))
             else:
                 node.value[key], node.keys[key] = value, mark
@@ -212,13 +233,17 @@ class _Reader:
 
     def alias(self, event: Any, depth: int) -> Node:
         if event.anchor not in self.anchors:
-            raise self.refuse(event.start_mark, f"the alias '*{event.anchor}' has no anchor '&{event.anchor}' before it")
+            raise self.refuse(
+                event.start_mark, f"the alias '*{event.anchor}' has no anchor '&{event.anchor}' before it"
+            )
         node = self.anchors[event.anchor]
         if node is None:
             raise self.refuse(event.start_mark, f"the alias '*{event.anchor}' contains itself; write the values out")
         self.copies += node.size
         if self.copies > COPIES:
-            raise self.refuse(event.start_mark, f"the aliases stand for more than {COPIES} values; write a smaller case")
+            raise self.refuse(
+                event.start_mark, f"the aliases stand for more than {COPIES} values; write a smaller case"
+            )
         if depth + node.height > DEPTH:
             raise self.refuse(event.start_mark, f"nested deeper than {DEPTH} levels; a case needs less than ten")
         return _copied(node)
@@ -299,7 +324,7 @@ def _block(value: Any, indent: int, top: bool = False) -> Iterator[str]:
         entries = ((f"{pad}-", v) for v in value)
     for head, v in entries:
         flow = _flow(v)
-        if not isinstance(v, dict | list) or not v or len(head) + len(flow) < WIDTH and not (top and _nested(v)):
+        if not isinstance(v, dict | list) or not v or (len(head) + len(flow) < WIDTH and not (top and _nested(v))):
             yield f"{head} {flow}"
         else:
             yield head

@@ -17,7 +17,7 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, ValidationInfo
+from pydantic import AfterValidator, BeforeValidator, ValidationInfo
 from pydantic_core import PydanticKnownError
 
 
@@ -109,11 +109,16 @@ def _product(text: str) -> tuple[Fraction, int, int]:
     return value, force, length
 
 
-def check_system(length: str, force: str) -> None:
-    """Raise ValueError unless *length* names a unit of length and *force* one of force."""
-    for text, dimension in ((length, LENGTH), (force, FORCE)):
-        if _product(text)[1:] != (dimension.force, dimension.length):
-            raise ValueError(f"{text!r} is not a unit of {dimension.name.split()[-1]}")
+def _named(dimension: Dimension) -> Any:
+    def check(text: str) -> str:
+        if not text.strip() or _product(text)[1:] != (dimension.force, dimension.length):
+            raise ValueError(f"{text!r} is not the unit of {dimension.name}; {_COMMON[dimension]}")
+        return text
+
+    return AfterValidator(check)
+
+
+_COMMON = {LENGTH: "write mm, m or inch", FORCE: "write N, kN or lbf"}
 
 
 @lru_cache(maxsize=256)
@@ -170,6 +175,8 @@ def _refuse_bool(value: Any) -> Any:
     return value
 
 
+LengthUnit = Annotated[str, _named(LENGTH)]
+ForceUnit = Annotated[str, _named(FORCE)]
 Number = Annotated[float, BeforeValidator(_refuse_bool)]
 Whole = Annotated[int, BeforeValidator(_refuse_bool)]
 Length = Annotated[float, LENGTH, _convert(LENGTH)]

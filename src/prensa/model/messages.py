@@ -1,0 +1,147 @@
+"""What pydantic and the cross-references find, as mistakes with a place and a remedy in the project's words."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from typing import Any
+
+from prensa.errors import Mistake
+from prensa.model.checks import Finding, FindingsError, suggest
+from prensa.model.places import Place, expected, fields_of, follow, is_names, tags
+
+_BOUNDS = {
+    "greater_than": ("gt", "greater than"),
+    "greater_than_equal": ("ge", "at least"),
+    "less_than": ("lt", "less than"),
+    "less_than_equal": ("le", "at most"),
+}
+_KINDS = {"mesh": "mesh", "material": "material", "flow": "flow", "enforcement": "enforcement", "friction": "friction"}
+
+
+def mistakes(errors: Iterable[Any], findings: Iterable[Finding], root: Place, known: list[Mistake]) -> list[Mistake]:
+    """All the mistakes of a file in its order, each once; *known* ones come from reading and hide what follows of them."""
+    errors = [e for e in errors if not isinstance(e.get("ctx", {}).get("error"), FindingsError)]
+    places = [follow(root, _path(e["loc"]), tagged=True) for e in errors]
+    said = {m.mark for m in known}
+    found = set(known)
+    for error, place in zip(errors, places):
+        if not _follows(error, place, errors, places):
+            mistake = explain(error, place)
+            if mistake.mark not in said:
+                found.add(mistake)
+    found |= {_of_finding(f, root) for f in findings}
+    return sorted(found)
+
+
+def _path(loc: tuple[str | int, ...]) -> tuple[str | int, ...]:
+    return loc[1:] if loc and loc[0] == "problem" else loc
+
+
+def _of_finding(finding: Finding, root: Place) -> Mistake:
+    return Mistake(follow(root, finding.path).mark(finding.at_key), finding.message)
+
+
+def _follows(error: Any, place: Place, errors: list[Any], places: list[Place]) -> bool:
+    """Whether a mistake is only the consequence of another: a key missing for a typo, a list short of bad items."""
+    if error["type"] == "too_short":
+        return any(len(p.path) > len(place.path) and p.path[: len(place.path)] == place.path for p in places)
+    if error["type"] == "missing" and isinstance(place.path[-1], str):
+        typos = [
+            str(p.path[-1])
+            for e, p in zip(errors, places)
+            if e["type"] == "unexpected_keyword_argument" and p.path[:-1] == place.path[:-1]
+        ]
+        return bool(difflib.get_close_matches(place.path[-1], typos, n=1))
+    return False
+
+
+def explain(error: Any, place: Place) -> Mistake:
+    """One mistake of pydantic's list (``type``, ``loc``, ``input``, ``ctx``) at its place in the file."""
+    kind, ctx = error["type"], error.get("ctx", {})
+    key = place.path[-1] if place.path else ""
+    above = place.parent or place
+    if kind == "unexpected_keyword_argument":
+        where = f" in {above.owner}" if above.owner else ""
+        options = [f for f in fields_of(above.kind, above.node) if above.node is None or f not in above.node.value]
+        return Mistake(place.mark(at_key=True), f"unknown key {key!r}{where}{suggest(str(key), options)}")
+    if kind == "missing":
+        return _missing(place, above)
+    if kind in ("union_tag_invalid", "union_tag_not_found"):
+        return _type(place, ctx.get("tag"))
+    if kind == "literal_error":
+        return _choice(error, place, above)
+    if kind in _BOUNDS:
+        name, words = _BOUNDS[kind]
+        return Mistake(place.mark(), f"{place.label} is {_shown(error, place)}; it must be {words} {ctx[name]:g}")
+    if kind in ("too_short", "too_long"):
+        return Mistake(place.mark(), _length(place, ctx))
+    if kind == "value_error":
+        return Mistake(place.mark(), f"{place.label}: {ctx['error']}")
+    return Mistake(place.mark(), _wrong(error, place))
+
+
+def _missing(place: Place, above: Place) -> Mistake:
+    key = place.path[-1]
+    if isinstance(key, int):
+        entries = len(above.node.value) if above.node is not None and isinstance(above.node.value, list) else 0
+        return Mistake(above.mark(), f"{above.label} has {_values(entries)}; {expected(above.kind)} is expected")
+    return Mistake(above.mark(), f"{above.owner or 'the case'} needs {key!r}, {expected(place.kind)}")
+
+
+def _type(place: Place, tag: Any) -> Mistake:
+    known = list(tags(place.kind))
+    if tag is None:
+        return Mistake(place.mark(), f"{place.label} needs a 'type'; known: {', '.join(map(repr, known))}")
+    written = place.node.value.get("type") if place.node is not None and isinstance(place.node.value, dict) else None
+    mark = written.mark if written is not None else place.mark()
+    return Mistake(mark, f"unknown {_noun(place)} {tag!r}{suggest(str(tag), known)}")
+
+
+def _noun(place: Place) -> str:
+    """What a thing with a ``type`` is called: tool, material, flow, …"""
+    key = str(place.path[-1])
+    if key in _KINDS:
+        return _KINDS[key]
+    if place.parent is not None and is_names(place.parent.kind):
+        section = str(place.parent.path[-1])
+        return {"tools": "tool", "friction": "friction"}.get(section, section)
+    return key
+
+
+def _choice(error: Any, place: Place, above: Place) -> Mistake:
+    value, key = error["input"], place.path[-1]
+    options = [w for w in error["ctx"]["expected"].replace(" or ", ", ").replace("'", "").split(", ") if w]
+    if not isinstance(value, str):
+        return Mistake(place.mark(), _wrong(error, place))
+    noun = _noun(above) if key == "type" else str(key)
+    if 1 < len(options) <= 3:
+        return Mistake(place.mark(), f"unknown {noun} {value!r}; write {' or '.join(map(repr, options))}")
+    return Mistake(place.mark(), f"unknown {noun} {value!r}{suggest(value, options)}")
+
+
+def _length(place: Place, ctx: Any) -> str:
+    actual = ctx.get("actual_length")
+    if "min_length" in ctx and place.path[-1] == "surface":
+        return f"{place.label} is empty; name at least one boundary, 'body.boundary'"
+    if "min_length" in ctx:
+        return f"{place.label} has {_values(actual)}; at least {ctx['min_length']} are needed"
+    return f"{place.label} has {_values(actual)}; {expected(place.kind)} is expected"
+
+
+def _values(count: int) -> str:
+    return "1 value" if count == 1 else f"{count} values"
+
+
+def _shown(error: Any, place: Place) -> str:
+    if place.node is not None:
+        return place.node.shown()
+    return repr(error["input"])[:60]
+
+
+def _wrong(error: Any, place: Place) -> str:
+    wanted = expected(place.kind)
+    remedy = ""
+    if error["type"] == "string_type" and isinstance(error["input"], int | float):
+        remedy = "; put it in quotes"
+    return f"{place.label} is {_shown(error, place)}; {wanted} is expected{remedy}"

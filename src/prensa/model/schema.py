@@ -1,0 +1,221 @@
+"""YAML ⇄ `Case`: the same vocabulary as in Python, every mistake with file, line, column and remedy.
+
+A file holds the fields of `Problem` at its top level and, optionally, the sections ``numerics`` and ``output``.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+from collections.abc import Iterable, Iterator, Mapping
+from functools import lru_cache
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from prensa.errors import CaseError, Mark, Mistake
+from prensa.model import text as yaml
+from prensa.model.checks import find, warnings_of
+from prensa.model.messages import mistakes
+from prensa.model.overrides import override
+from prensa.model.places import SECTIONS, bare, hints, is_names, root
+from prensa.model.problem import Case, Fixed, Problem, Units
+
+__all__ = ["CaseError", "dump", "load", "loads", "warnings_of"]
+
+LIMIT = 16 << 20
+
+
+def load(path: str | Path, overrides: Iterable[str] = ()) -> Case:
+    """Read the case of a YAML file.
+
+    Parameters
+    ----------
+    path
+        The file, UTF-8; friction tables named in it are relative to its folder.
+    overrides
+        Changes ``path=value`` made before validation, such as ``steps.0.increments=40`` or
+        ``bodies.block.mesh.n=[20, 30]``.
+
+    Returns
+    -------
+    Case
+        Numbers in the case's own units; strings such as ``8 cm`` are converted.
+
+    Raises
+    ------
+    CaseError
+        With all the mistakes of the file, one a line: ``file.yaml:12:5: message; remedy``.
+
+    """
+    path = Path(path)
+    return loads(_read(path), str(path), path.parent, overrides)
+
+
+def loads(text: str, name: str = "<text>", folder: str | Path | None = None, overrides: Iterable[str] = ()) -> Case:
+    """Read the case of a YAML text; *name* stands in messages, friction tables are relative to *folder*.
+
+    Raises
+    ------
+    CaseError
+        As `load`.
+
+    """
+    tree, known = yaml.read(text, name)
+    if tree.value is None:
+        raise CaseError([*known, Mistake(Mark(name), "the file is empty; a case needs 'name', 'bodies' and 'steps'")])
+    if not isinstance(tree.value, dict):
+        message = f"the file is {tree.shown()}; a case is a mapping with 'name', 'bodies' and 'steps'"
+        raise CaseError([*known, Mistake(tree.mark, message)])
+    start = root(tree)
+    for item in overrides:
+        known = known + override(start, item)
+    # A section left empty (all of it commented out) is a section not given.
+    data = {key: value for key, value in tree.plain().items() if value is not None}
+    sections = {k: data.pop(k) for k in SECTIONS if k in data}
+    context = {"units": _units(data), "folder": folder}
+    try:
+        case = _adapter(Case).validate_python({"problem": data, **sections}, context=context)
+    except ValidationError as error:
+        findings = tuple(find(_sketch(data, context)))
+        raise CaseError(mistakes(error.errors(include_url=False), findings, start, known)) from None
+    if known:
+        raise CaseError(sorted(known))
+    return case
+
+
+def _read(path: Path) -> str:
+    def wrong(message: str) -> CaseError:
+        return CaseError([Mistake(Mark(str(path)), message)])
+
+    if path.is_dir():
+        raise wrong("this is a folder; name the case file in it")
+    try:
+        with path.open("rb") as file:
+            raw = file.read(LIMIT + 1)
+    except FileNotFoundError:
+        raise wrong(f"there is no such file{_neighbour(path)}") from None
+    except (OSError, ValueError) as error:
+        raise wrong(f"cannot be read: {error}") from None
+    if len(raw) > LIMIT:
+        raise wrong("larger than 16 MiB; a case file is short, is this the right file?")
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = raw.count(b"\n", 0, error.start) + 1
+        raise wrong(f"not UTF-8 text (line {line}); is this a case file? Save it as UTF-8") from None
+
+
+def _neighbour(path: Path) -> str:
+    """A file beside a missing one that may have been meant."""
+    try:
+        names = [p.name for p in path.parent.iterdir() if p.suffix in (".yaml", ".yml")]
+    except OSError:
+        return f" (there is no folder {str(path.parent)!r})"
+    near = difflib.get_close_matches(path.name, names, n=1)
+    return f"; did you mean {str(path.with_name(near[0]))!r}?" if near else ""
+
+
+@lru_cache
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)
+
+
+def _units(data: dict[str, Any]) -> dict[str, str]:
+    """The system to convert to; that of a case whose own units are wrong is mm and N, so that the rest can be checked."""
+    try:
+        units = _adapter(Units).validate_python(data.get("units", {}))
+    except ValidationError:
+        units = Units()
+    return {"length": units.length, "force": units.force}
+
+
+# ------------------------------------------------------------------------------------- what can be said of a broken case
+class _Any(Mapping[str, Any]):
+    """Names of a section that could not be read: all are there, so that nothing is called unknown."""
+
+    def __contains__(self, key: object) -> bool:
+        return True
+
+    def __getitem__(self, key: str) -> Any:
+        raise KeyError(key)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(())
+
+    def __len__(self) -> int:
+        return 1
+
+
+def _sketch(data: dict[str, Any], context: Any) -> Any:
+    """The problem as far as it can be read, entry by entry, with None for what cannot: enough to check its names."""
+    return SimpleNamespace(**{name: _part(kind, data, name, context) for name, kind in hints(Problem).items()})
+
+
+def _part(kind: Any, data: dict[str, Any], name: str, context: Any) -> Any:
+    names, items = is_names(kind), bare(kind)[0]
+    value = data.get(name)
+    if names:
+        if not isinstance(value, dict):
+            return _Any() if name in data or name == "bodies" else {}
+        return {k: _valid(items.__args__[1], v, context) for k, v in value.items()}
+    if name in ("steps", "contacts"):
+        if not isinstance(value, list):
+            return (None,) if name in data or name == "steps" else ()
+        return tuple(_valid(items.__args__[0], v, context) for v in value)
+    if name not in data:
+        return next((f.default for f in dataclasses.fields(Problem) if f.name == name), None)
+    return _valid(kind, value, context)
+
+
+def _valid(kind: Any, value: Any, context: Any) -> Any:
+    try:
+        return _adapter(kind).validate_python(value, context=context)
+    except ValidationError:
+        return None
+
+
+# ------------------------------------------------------------------------------------------------------------- writing
+def dump(case: Problem | Case) -> str:
+    """YAML of a problem or a case, defaults left out: ``loads(dump(problem)).problem == problem``."""
+    if isinstance(case, Problem):
+        return yaml.write(_plain(case))
+    sections = {"numerics": _plain(case.numerics), "output": _plain(case.output)}
+    return yaml.write(_plain(case.problem) | {k: v for k, v in sections.items() if v})
+
+
+def _plain(value: Any) -> Any:
+    """Dicts, lists and scalars of a description, with the short forms of the vocabulary."""
+    if isinstance(value, Fixed):
+        return _short(value)
+    if dataclasses.is_dataclass(value):
+        fields = sorted(dataclasses.fields(value), key=lambda f: f.name != "type")
+        return {f.name: _entry(f.name, getattr(value, f.name)) for f in fields if _needed(value, f)}
+    if isinstance(value, Mapping):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    return value
+
+
+def _needed(value: Any, field: dataclasses.Field[Any]) -> bool:
+    given = getattr(value, field.name)
+    if field.default_factory is not dataclasses.MISSING:
+        return bool(given != field.default_factory())
+    return field.name == "type" or field.default is dataclasses.MISSING or bool(given != field.default)
+
+
+def _entry(name: str, value: Any) -> Any:
+    return value[0] if name == "surface" and len(value) == 1 else _plain(value)
+
+
+def _short(support: Fixed) -> Any:
+    """'x', 'y', 'xy' or 'free' where that says it all."""
+    given = {c: getattr(support, c) for c in ("x", "y") if getattr(support, c) is not None}
+    if support.free and not given:
+        return "free"
+    if given and not support.free and all(v == "held" for v in given.values()):
+        return "".join(given)
+    return {c: _plain(v) for c, v in given.items()} | ({"free": True} if support.free else {})
