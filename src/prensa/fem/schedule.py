@@ -150,8 +150,8 @@ def plan_step(system: Any, number: int, anchor: Array) -> StepPlan:
         if len(dofs):
             groups.append(Prescribed(dofs, anchor[dofs].copy(), c))
 
-    for (name, c), (value, since) in supports.items():
-        dofs = 2 * system.boundary_nodes(name) + "xy".index(c)
+    for (name, axis), (value, since) in supports.items():
+        dofs = 2 * system.boundary_nodes(name) + "xy".index(axis)
         held = value == "held" or (since < number and not isinstance(value, tuple))
         add(dofs, None if held else course(value, 0.0, t0, t1))
     add(2 * system.axis_nodes, None)

@@ -364,11 +364,8 @@ def discretise(problem: model.Problem) -> System:
         depth = depth_of(nodes, edges, mesh.cells, mesh.points)
         points = NodalPoints(nodes + offsets[owner], edges + offsets[owner], depth, axisymmetric, problem.thickness)
         law = material_of(problem.bodies[owner].material, problem.kinematics)
-        surfaces.append(
-            Surface(
-                contact.name, contact, owner, list(problem.tools).index(contact.against), points, first, points.normals(X), law.modulus()
-            )
-        )
+        tool = list(problem.tools).index(contact.against)
+        surfaces.append(Surface(contact.name, contact, owner, tool, points, first, points.normals(X), law.modulus()))
         first += len(nodes)
     cells = [m.cells + offsets[name] for name, m in meshes.items()]
     near = [

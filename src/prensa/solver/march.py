@@ -24,9 +24,9 @@ from prensa.solver.state import State
 log = logging.getLogger("prensa")
 Array = NDArray[np.float64]
 
-AUTO_FIRST = 0.05  # first increment of a step without 'increments', as a share of the step
+AUTO_FIRST = 0.0025  # first increment of a step without 'increments', as a share of the step
 TRAVEL = 0.3  # tool travel per automatic increment, in contact element sizes
-PLASTIC = 0.05  # equivalent plastic strain per automatic increment
+PLASTIC = 0.03  # equivalent plastic strain per automatic increment
 EASY, TARGET = 5, 7  # Newton iterations below which the step grows, above which it shrinks
 
 

@@ -129,6 +129,8 @@ def _start(
     if numerics.predictor and c.state.dt_last > 0:
         u = start + (c.dt / c.state.dt_last) * c.state.du
         u[reduced.fixed] = values
+        _keep_on_tools(system, c, u)
+        u[reduced.fixed] = values
         with report.timed("assembly"):
             e = system.evaluate(c, u, lam)
         if not e.failed and reduced.norm(e.r) < reduced.norm(r):
@@ -136,6 +138,20 @@ def _start(
     with report.timed("factorisation and solve"):
         step = reduced.solve(base.data, -r)
     return start + delta + step, None, True
+
+
+def _keep_on_tools(system: System, c: Circumstances, u: Array) -> None:
+    """Move extrapolated contact nodes along the tool normal: closed ones to their committed gap, others out of the tool.
+
+    A node that has just landed would otherwise be extrapolated deep into the tool, at the speed it came with.
+    """
+    nodal = u[: 2 * system.nodes].reshape(-1, 2)
+    for s in system.surfaces:
+        closed = c.state.contact[s.rows, 3] > 0
+        pairs, was = system.pairs(s, u), system.pairs(s, c.state.u).g
+        move = np.where(closed, was - pairs.g, np.maximum(-pairs.g, 0.0))
+        move = np.where(np.isfinite(move), move, 0.0)
+        nodal[s.points.nodes] += move[:, None] * pairs.n
 
 
 def attempt(
