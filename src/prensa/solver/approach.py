@@ -80,7 +80,7 @@ def approach(system: System, c: Circumstances) -> tuple[Array, list[str]]:
             for i, s in mine:
                 pairs = system.pairs(s, v)
                 p = c.scales[i].k_n * np.maximum(-pairs.g, 0.0)
-                total -= float((c.weights[i] * p * (pairs.n @ direction)).sum())
+                total += float((c.weights[i] * p * (pairs.n @ direction)).sum())
             return total < size
 
         far = 1e-6 * system.length
