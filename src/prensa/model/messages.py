@@ -20,7 +20,7 @@ _KINDS = {"mesh": "mesh", "material": "material", "flow": "flow", "enforcement":
 
 
 def mistakes(errors: Iterable[Any], findings: Iterable[Finding], root: Place, known: list[Mistake]) -> list[Mistake]:
-    """All the mistakes of a file in its order, each once; *known* ones come from reading and hide what follows of them."""
+    """All the mistakes of a file in its order; *known* ones come from reading and hide what follows of them."""
     errors = [e for e in errors if not isinstance(e.get("ctx", {}).get("error"), FindingsError)]
     places = [follow(root, _path(e["loc"]), tagged=True) for e in errors]
     said = {m.mark for m in known}

@@ -113,7 +113,7 @@ def is_names(annotation: Any) -> bool:
 
 @dataclass(frozen=True)
 class Place:
-    """The end of a path: ``kind`` of value expected, ``node`` found (None: missing), its ``parent`` and the owner's name."""
+    """The end of a path: ``kind`` of value expected, ``node`` found (None: missing), ``parent``, name of the owner."""
 
     path: tuple[str | int, ...]
     kind: Any

@@ -23,7 +23,7 @@ from prensa.model.overrides import override
 from prensa.model.places import SECTIONS, bare, hints, is_names, root
 from prensa.model.problem import Case, Fixed, Problem, Units
 
-__all__ = ["CaseError", "dump", "load", "loads", "warnings_of"]
+__all__ = ["CaseError", "brief", "dump", "load", "loads", "warnings_of"]
 
 LIMIT = 16 << 20
 
@@ -111,11 +111,11 @@ def _read(path: Path) -> str:
 def _neighbour(path: Path) -> str:
     """A file beside a missing one that may have been meant."""
     try:
-        names = [p.name for p in path.parent.iterdir() if p.suffix in (".yaml", ".yml")]
+        names = {p.stem: p.name for p in path.parent.iterdir() if p.suffix in (".yaml", ".yml")}
     except OSError:
         return f" (there is no folder {str(path.parent)!r})"
-    near = difflib.get_close_matches(path.name, names, n=1)
-    return f"; did you mean {str(path.with_name(near[0]))!r}?" if near else ""
+    near = difflib.get_close_matches(path.stem, names, n=1)
+    return f"; did you mean {str(path.with_name(names[near[0]]))!r}?" if near else ""
 
 
 @lru_cache
@@ -124,7 +124,7 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
 
 
 def _units(data: dict[str, Any]) -> dict[str, str]:
-    """The system to convert to; that of a case whose own units are wrong is mm and N, so that the rest can be checked."""
+    """The system to convert to; mm and N where the case's own units are wrong, so that the rest can be checked."""
     try:
         units = _adapter(Units).validate_python(data.get("units", {}))
     except ValidationError:
@@ -132,7 +132,7 @@ def _units(data: dict[str, Any]) -> dict[str, str]:
     return {"length": units.length, "force": units.force}
 
 
-# ------------------------------------------------------------------------------------- what can be said of a broken case
+# ----------------------------------------------------------------------------------- what can be said of a broken case
 class _Any(Mapping[str, Any]):
     """Names of a section that could not be read: all are there, so that nothing is called unknown."""
 
@@ -219,3 +219,8 @@ def _short(support: Fixed) -> Any:
     if given and not support.free and all(v == "held" for v in given.values()):
         return "".join(given)
     return {c: _plain(v) for c, v in given.items()} | ({"free": True} if support.free else {})
+
+
+def brief(value: Any) -> str:
+    """A part of a description as it may be written in a file, in one line."""
+    return yaml.line(_plain(value))

@@ -308,11 +308,12 @@ def _escape(code: int) -> str:
     return f"\\x{code:02x}" if code < 0x100 else f"\\u{code:04x}" if code < 0x10000 else f"\\U{code:08x}"
 
 
-def _flow(value: Any) -> str:
+def line(value: Any) -> str:
+    """One line of YAML, in brackets."""
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{_string(k)}: {_flow(v)}" for k, v in value.items()) + "}"
+        return "{" + ", ".join(f"{_string(k)}: {line(v)}" for k, v in value.items()) + "}"
     if isinstance(value, list):
-        return "[" + ", ".join(map(_flow, value)) + "]"
+        return "[" + ", ".join(map(line, value)) + "]"
     return _scalar(value)
 
 
@@ -323,7 +324,7 @@ def _block(value: Any, indent: int, top: bool = False) -> Iterator[str]:
     else:
         entries = ((f"{pad}-", v) for v in value)
     for head, v in entries:
-        flow = _flow(v)
+        flow = line(v)
         if not isinstance(v, dict | list) or not v or (len(head) + len(flow) < WIDTH and not (top and _nested(v))):
             yield f"{head} {flow}"
         else:

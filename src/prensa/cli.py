@@ -1,0 +1,179 @@
+"""The command line, one verb per thought. Everything heavy is imported inside the verb that needs it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from prensa.fem.system import System
+    from prensa.model.problem import Step
+
+BAD_INPUT, FAILED, INTERRUPTED = 2, 1, 130
+
+app = typer.Typer(
+    help="Frictional contact and metal forming: rigid tools press, slide and roll on deformable workpieces.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+
+CaseFile = Annotated[Path, typer.Argument(metavar="CASE", help="The case, a YAML file.", show_default=False)]
+Changes = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="PATH=VALUE", help="Change one value, as in tools.punch.radius=20; repeatable."),
+]
+
+
+@app.callback(invoke_without_command=True)
+def _main(version: Annotated[bool, typer.Option("--version", help="Print the version and leave.")] = False) -> None:
+    if version:
+        from prensa import __version__
+
+        typer.echo(f"prensa {__version__}")
+        raise typer.Exit
+
+
+@app.command()
+def check(case: CaseFile, changes: Changes = None) -> None:
+    """Validate a case, mesh it and place its tools; say what would run. Nothing is solved."""
+    with _told():
+        from prensa.model.schema import load, warnings_of
+
+        problem = load(case, changes or ()).problem
+        from prensa.fem.system import discretise
+
+        for line in _plan(discretise(problem)):
+            typer.echo(line)
+        for warning in warnings_of(problem):
+            typer.echo(f"warning: {warning}", err=True)
+
+
+@app.command()
+def run(
+    case: CaseFile,
+    changes: Changes = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the results; results/<name of the case file> if not given.")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but warnings and errors.")] = False,
+) -> None:
+    """Run a case and leave its results in a folder."""
+    folder = out or Path("results") / case.stem
+    with _told(folder):
+        from prensa.model.schema import load, warnings_of
+
+        loaded = load(case, changes or ())
+        for warning in warnings_of(loaded.problem):
+            typer.echo(f"warning: {warning}", err=True)
+        from prensa.output.run import run as run_case
+
+        run_case(loaded, out=folder, quiet=quiet)
+
+
+@app.command()
+def resume(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of an unfinished run.", show_default=False)],
+) -> None:
+    """Continue a run from its last checkpoint, bit for bit."""
+    with _told(folder):
+        from prensa.output.run import resume as resume_run
+
+        resume_run(folder)
+
+
+@app.command()
+def verify(
+    only: Annotated[str | None, typer.Option(help="Only the cases whose name contains or matches this.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Also write the table to this file, .md or .csv.")] = None,
+) -> None:
+    """Compute the verification table: every case against its reference."""
+    with _told():
+        from prensa.verify import table
+
+        code = table.main(only=only, out=str(out) if out else None)
+    raise typer.Exit(code)
+
+
+# ------------------------------------------------------------------------------------------------------------- errors
+@contextmanager
+def _told(folder: Path | None = None) -> Iterator[None]:
+    """Tell errors in plain text, with their exit codes; *folder*: where an interrupted run left what it has."""
+    from prensa.errors import PrensaError
+
+    try:
+        yield
+    except PrensaError as error:
+        typer.echo(str(error), err=True)
+        raise typer.Exit(_code(error)) from None
+    except OSError as error:
+        typer.echo(f"prensa: {error}", err=True)
+        raise typer.Exit(FAILED) from None
+    except KeyboardInterrupt:
+        typer.echo(f"\ninterrupted; {_left(folder)}", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+
+
+def _code(error: Exception) -> int:
+    """Bad input, unless the march itself gave up; the class is looked up only where the solver is loaded anyway."""
+    import sys
+
+    march = sys.modules.get("prensa.solver.march")
+    return FAILED if march is not None and isinstance(error, march.SolveError) else BAD_INPUT
+
+
+def _left(folder: Path | None) -> str:
+    """What an interrupted run has on disk, in words."""
+    if folder is None:
+        return "nothing was written"
+    history = folder / "history.csv"
+    if not history.is_file():
+        return f"no increment was finished, {folder} holds no results"
+    rows = max(history.read_text(errors="replace").count("\n") - 1, 0)
+    text = f"{folder} holds {rows} increments" if rows != 1 else f"{folder} holds 1 increment"
+    return f"{text}; continue with 'prensa resume {folder}'" if (folder / "checkpoint.h5").is_file() else text
+
+
+# ------------------------------------------------------------------------------------------------------- what would run
+def _plan(system: System) -> Iterator[str]:
+    """Lines about a discretised problem: bodies, tools in their places, contacts, steps, size."""
+    from prensa.model.schema import brief
+
+    p = system.problem
+    geometry = "moved" if p.contact_geometry == "current" else "undeformed"
+    yield f"{p.name}: {p.space}, {p.kinematics} deformation, contact on the {geometry} surface"
+    yield f"units: {p.units.length}, {p.units.force}"
+    for name, body in p.bodies.items():
+        mesh = system.meshes[name]
+        (x0, y0), (x1, y1) = mesh.points.min(axis=0), mesh.points.max(axis=0)
+        yield f"body {name}: {len(mesh.cells)} elements {body.element}, {len(mesh.points)} nodes"
+        yield f"  x {x0:g} … {x1:g}, y {y0:g} … {y1:g}; {brief(body.material)}"
+    for tool in system.tools:
+        place = f"reference point at ({tool.at[0]:.6g}, {tool.at[1]:.6g})"
+        dx, dy = tool.direction + 0.0  # no minus before a zero
+        facing = "" if tool.description.type == "circle" else f", facing ({dx:.4g}, {dy:.4g})"
+        yield f"tool {tool.name}: {tool.description.type}, {place}{facing}"
+    for surface in system.surfaces:
+        contact = surface.description
+        law = contact.friction or p.friction
+        friction = brief(law) if law is not None else "none"
+        points = f"{len(surface.points.nodes)} candidate points"
+        yield f"contact {surface.name}: {points}; friction {friction}; {contact.enforcement.type}"
+    for number, step in enumerate(p.steps):
+        yield f"step {step.name}: time {number} … {number + 1}; {_doing(step)}"
+    yield f"{system.ndof} unknowns; nothing was solved"
+
+
+def _doing(step: Step) -> str:
+    """What a step does, as it is written, and its increments."""
+    from prensa.model.schema import brief
+
+    kinds = ("move", "velocity", "push", "fixed", "loads", "body_force", "friction")
+    acts = [f"{kind} {brief(getattr(step, kind))}" for kind in kinds if getattr(step, kind)]
+    acts.append(f"{step.increments} increments" if step.increments else "increments chosen on the way")
+    return ", ".join(acts)
