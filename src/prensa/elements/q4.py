@@ -132,27 +132,28 @@ def _divergence(h11, h12, h21, h22, h33, N, dN, r, axisymmetric, finite, g):  # 
             g[2 * a] += N[a] / r / (1.0 + h33 if finite else 1.0)
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath={"contract", "reassoc"})
 def integrate(x, du, axisymmetric, finite, bar, w, alpha, P, A, forces, stiffness, r_out, K_out):  # type: ignore[no-untyped-def]
     """P (e, 4, 5), A (e, 4, 5, 5) → r_out (e, 8) internal forces, and with ``stiffness`` K_out (e, 8, 8), exact.
 
     forces (e,) receives Σ |r| before the points cancel each other: the scale against which a residual is small.
+
+    With f̄ = α f, ∂f̄/∂u = α (G + f ⊗ g) and ∂c/∂u = c (1 − m) g, g = ∂ ln α/∂u (8,); rows of the virtual gradients G are
+    sparse (node a: 11, 12, 33 with u_x and 21, 22 with u_y), which the products use.
     """
     N = np.empty(4)
     dN = np.empty((4, 2))
+    H = np.zeros(4)
     g0 = np.zeros(8)
     g = np.zeros(8)
-    G = np.zeros((5, 8))
-    Gb = np.zeros((5, 8))
+    f = np.zeros(5)
+    Af = np.zeros(5)
     AG = np.zeros((5, 8))
     m = 3.0 if axisymmetric else 2.0
-    last = 5 if axisymmetric else 4
     for e in range(x.shape[0]):
-        for i in range(8):
-            r_out[e, i] = 0.0
-            if stiffness:
-                for j in range(8):
-                    K_out[e, i, j] = 0.0
+        r_out[e, :] = 0.0
+        if stiffness:
+            K_out[e, :, :] = 0.0
         if bar:
             _, r = _gradients(x, e, 0.0, 0.0, axisymmetric, N, dN)
             h11, h12, h21, h22, h33 = _gradient_of(e, du, N, dN, r, axisymmetric)
@@ -160,61 +161,59 @@ def integrate(x, du, axisymmetric, finite, bar, w, alpha, P, A, forces, stiffnes
         total = 0.0
         for q in range(4):
             _, r = _gradients(x, e, _XI[q] * _G, _ETA[q] * _G, axisymmetric, N, dN)
-            for a in range(4):
-                G[0, 2 * a] = dN[a, 0]
-                G[1, 2 * a] = dN[a, 1]
-                G[2, 2 * a + 1] = dN[a, 0]
-                G[3, 2 * a + 1] = dN[a, 1]
-                if axisymmetric:
-                    G[4, 2 * a] = N[a] / r
-            al = alpha[e, q]
-            c = 1.0
-            wq = w[e, q]
+            if axisymmetric:
+                for a in range(4):
+                    H[a] = N[a] / r
+            al = 1.0
+            wc = w[e, q]
             if bar:
                 h11, h12, h21, h22, h33 = _gradient_of(e, du, N, dN, r, axisymmetric)
                 _divergence(h11, h12, h21, h22, h33, N, dN, r, axisymmetric, finite, g)
                 for i in range(8):
                     g[i] = (g0[i] - g[i]) / m
                 if finite:
-                    c = al ** (1.0 - m)
-                    f11, f22, f33 = 1.0 + h11, 1.0 + h22, 1.0 + h33
+                    al = alpha[e, q]
+                    wc *= al ** (1.0 - m)
+                    f[0], f[1], f[2], f[3] = 1.0 + h11, h12, h21, 1.0 + h22
+                    f[4] = 1.0 + h33 if axisymmetric else 0.0
                 else:
-                    f11, h12, h21, f22, f33 = 1.0, 0.0, 0.0, 1.0, 1.0
-                    al = 1.0
-                for i in range(8):
-                    Gb[0, i] = al * (G[0, i] + f11 * g[i])
-                    Gb[1, i] = al * (G[1, i] + h12 * g[i])
-                    Gb[2, i] = al * (G[2, i] + h21 * g[i])
-                    Gb[3, i] = al * (G[3, i] + f22 * g[i])
-                    Gb[4, i] = al * (G[4, i] + f33 * g[i]) if axisymmetric else 0.0
-            else:
-                for k in range(5):
-                    for i in range(8):
-                        Gb[k, i] = G[k, i]
-            # virtual gradients: B-bar is variational (Gb), F-bar integrates the true virtual work (G)
-            V = Gb if bar and not finite else G
-            wc = wq * c
-            for i in range(8):
-                s = 0.0
-                for k in range(last):
-                    s += V[k, i] * P[e, q, k]
-                r_out[e, i] += wc * s
-                total += abs(wc * s)
+                    f[0], f[1], f[2], f[3], f[4] = 1.0, 0.0, 0.0, 1.0, 1.0 if axisymmetric else 0.0
+            p0, p1, p2, p3, p4 = P[e, q, 0], P[e, q, 1], P[e, q, 2], P[e, q, 3], P[e, q, 4]
+            # B-bar is variational: its virtual gradients carry g too; F-bar integrates the true virtual work
+            trace = p0 + p3 + (p4 if axisymmetric else 0.0) if bar and not finite else 0.0
+            for a in range(4):
+                rx = dN[a, 0] * p0 + dN[a, 1] * p1 + H[a] * p4 + g[2 * a] * trace
+                ry = dN[a, 0] * p2 + dN[a, 1] * p3 + g[2 * a + 1] * trace
+                r_out[e, 2 * a] += wc * rx
+                r_out[e, 2 * a + 1] += wc * ry
+                total += wc * (abs(rx) + abs(ry))
             if not stiffness:
                 continue
-            for k in range(last):
-                pk = (1.0 - m) * P[e, q, k] if bar and finite else 0.0
-                for i in range(8):
-                    s = pk * g[i]
-                    for n in range(last):
-                        s += A[e, q, k, n] * Gb[n, i]
-                    AG[k, i] = wc * s
-            for i in range(8):
+            for k in range(5):
+                s = 0.0
+                if bar:
+                    for n in range(5):
+                        s += A[e, q, k, n] * f[n]
+                    s *= al
+                    if finite:
+                        s += (1.0 - m) * P[e, q, k]
+                Af[k] = wc * s
+            wa = wc * al
+            for k in range(5):
+                a0, a1, a2, a3, a4 = A[e, q, k, 0], A[e, q, k, 1], A[e, q, k, 2], A[e, q, k, 3], A[e, q, k, 4]
+                for a in range(4):
+                    AG[k, 2 * a] = wa * (a0 * dN[a, 0] + a1 * dN[a, 1] + a4 * H[a]) + Af[k] * g[2 * a]
+                    AG[k, 2 * a + 1] = wa * (a2 * dN[a, 0] + a3 * dN[a, 1]) + Af[k] * g[2 * a + 1]
+            for a in range(4):
+                dx, dy, ha = dN[a, 0], dN[a, 1], H[a]
                 for j in range(8):
-                    s = 0.0
-                    for k in range(last):
-                        s += V[k, i] * AG[k, j]
-                    K_out[e, i, j] += s
+                    K_out[e, 2 * a, j] += dx * AG[0, j] + dy * AG[1, j] + ha * AG[4, j]
+                    K_out[e, 2 * a + 1, j] += dx * AG[2, j] + dy * AG[3, j]
+            if bar and not finite:
+                for j in range(8):
+                    t = AG[0, j] + AG[3, j] + (AG[4, j] if axisymmetric else 0.0)
+                    for i in range(8):
+                        K_out[e, i, j] += g[i] * t
         forces[e] = total
 
 

@@ -15,23 +15,26 @@ from prensa.materials.hardening import flow_stress
 
 
 @njit(cache=True)
-def _plastic_increment(q, G, jac, kind, p, knots, coefs, a0, dt):  # type: ignore[no-untyped-def]
-    """Root Δ of q − 3GΔ − J σ_y(a₀ + Δ) = 0 in (0, q/3G), safeguarded Newton; NaN if it does not come."""
+def _plastic_increment(q, G, jac, kind, p, knots, coefs, a0, y0, dy0, dt):  # type: ignore[no-untyped-def]
+    """Root Δ of q − 3GΔ − J σ_y(a₀ + Δ) = 0 in (0, q/3G) by safeguarded Newton, with σ_y and its slope there.
+
+    y0, dy0: flow stress and slope at a₀. Δ is NaN if the root does not come.
+    """
     lo, hi = 0.0, q / (3.0 * G)
-    s, ds = flow_stress(kind, p, knots, coefs, a0, 0.0, dt)
-    x = (q - jac * s) / (3.0 * G + max(0.0, jac * ds)) if ds < 1e12 * G else 0.5 * (q - jac * s) / (3.0 * G)
+    x = (q - jac * y0) / (3.0 * G + max(0.0, jac * dy0)) if dy0 < 10.0 * G else 0.5 * (q - jac * y0) / (3.0 * G)
+    y, dy = y0, dy0
     for _ in range(200):
-        s, ds = flow_stress(kind, p, knots, coefs, a0 + x, x, dt)
-        f = q - 3.0 * G * x - jac * s
+        y, dy = flow_stress(kind, p, knots, coefs, a0 + x, x, dt)
+        f = q - 3.0 * G * x - jac * y
         if f > 0.0:
             lo = x
         else:
             hi = x
-        if abs(f) <= 2e-15 * q or hi - lo <= 4e-16 * hi:
-            return x
-        x_new = x + f / (3.0 * G + jac * ds)
+        if abs(f) <= 4e-15 * q or hi - lo <= 4e-16 * hi:
+            return x, y, dy
+        x_new = x + f / (3.0 * G + jac * dy)
         x = x_new if lo < x_new < hi else 0.5 * (lo + hi)
-    return x if abs(q - 3.0 * G * x - jac * s) <= 1e-12 * q else math.nan
+    return math.nan, y, dy
 
 
 @njit(cache=True)
@@ -50,15 +53,14 @@ def j2(eps, jn, old, K, G, cauchy, kind, p, knots, coefs, dt, tau, dtau, eps_e, 
         q = math.sqrt(1.5 * (s0 * s0 + s1 * s1 + s2 * s2))
         jac = math.exp(tr) if cauchy else 1.0
         a0 = old[i, 4]
-        y0, _ = flow_stress(kind, p, knots, coefs, a0, 0.0, dt)
-        delta = 0.0
+        y0, dy0 = flow_stress(kind, p, knots, coefs, a0, 0.0, dt)
+        delta, y1, dy1 = 0.0, y0, dy0
         if q > jac * y0:
-            delta = _plastic_increment(q, G, jac, kind, p, knots, coefs, a0, dt)
+            delta, y1, dy1 = _plastic_increment(q, G, jac, kind, p, knots, coefs, a0, y0, dy0, dt)
             if not delta >= 0.0:
                 failed[i] = True
                 delta = 0.0
         theta = 1.0 - 3.0 * G * delta / q if delta > 0.0 else 1.0
-        y1, dy1 = flow_stress(kind, p, knots, coefs, a0 + delta, delta, dt)
         new[i, 4] = a0 + delta
         new[i, 5] = old[i, 5] + 0.5 * ((jn[i] if cauchy else 1.0) * y0 + jac * y1) * delta
         n = (1.5 * s0 / q, 1.5 * s1 / q, 1.5 * s2 / q) if delta > 0.0 else (0.0, 0.0, 0.0)

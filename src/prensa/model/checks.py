@@ -140,7 +140,8 @@ def _contacts(p: Any) -> Iterator[Finding]:
         seen.add(c.name)
         for k, s in enumerate(c.surface):
             yield from _boundary(p, s, (*path, "surface", k))
-        if len({s.partition(".")[0] for s in c.surface}) > 1:
+        bodies = {s.partition(".")[0] for s in c.surface}
+        if len(bodies) > 1 and all(b in p.bodies for b in bodies):
             yield Finding((*path, "surface"), "one contact surface belongs to one body; write two contacts")
         if c.against not in p.tools:
             yield Finding((*path, "against"), f"unknown tool {c.against!r}{suggest(c.against, p.tools)}")

@@ -140,7 +140,7 @@ def _shown(error: Any, place: Place) -> str:
 
 
 def _wrong(error: Any, place: Place) -> str:
-    wanted = expected(place.kind)
+    wanted = "a finite number" if error["type"] == "finite_number" else expected(place.kind)
     remedy = ""
     if error["type"] == "string_type" and isinstance(error["input"], int | float):
         remedy = "; put it in quotes"

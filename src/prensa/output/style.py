@@ -88,8 +88,8 @@ def energy_unit(problem: Problem) -> str:
 
 
 def area_unit(problem: Problem) -> str:
-    """Unit of contact areas: a width in plane problems (per thickness)."""
-    return f"{problem.units.length}²" if problem.space == "axisymmetric" else f"{problem.units.length}²/{problem.units.length}"
+    """Unit of contact areas: a width in plane problems (area per thickness)."""
+    return f"{problem.units.length}²" if problem.space == "axisymmetric" else problem.units.length
 
 
 def axes_names(problem: Problem) -> tuple[str, str]:

@@ -19,6 +19,9 @@ Array = NDArray[np.float64]
 BACKWARD_ERROR = 1e-10  # ‖Ax − b‖∞ / (‖A‖∞ ‖x‖∞ + ‖b‖∞) above which an answer is refused
 
 
+REFINE = 1e-13  # backward error above which the answer is refined
+
+
 class SingularError(ArithmeticError):
     """No solver could factor the matrix to an acceptable residual."""
 
@@ -120,16 +123,15 @@ class Factorisation:
                     self._factor = self._analyze()
                 solve = self._factor(values)
                 x = np.asarray(solve(b))
-                for _ in range(2):
+                for _ in range(3):
                     r = b - A @ x
-                    size = np.abs(r).max()
-                    if not np.isfinite(size) or size <= 1e-15 * (norm * np.abs(x).max() + np.abs(b).max()):
+                    error = np.abs(r).max() / (norm * np.abs(x).max() + np.abs(b).max() + 1e-300)
+                    if not error > REFINE:
                         break
                     x = x + np.asarray(solve(r))
-                r = b - A @ x
-                if np.abs(r).max() <= BACKWARD_ERROR * (norm * np.abs(x).max() + np.abs(b).max()):
+                if error <= BACKWARD_ERROR:
                     return x
-                reason = f"backward error {np.abs(r).max() / (norm * np.abs(x).max() + np.abs(b).max()):.1e}"
+                reason = f"backward error {error:.1e}"
             except (RuntimeError, ArithmeticError, ValueError) as error:
                 reason = str(error)
             if fallback + 1 >= len(self.order):

@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 STEPS = (0.5, 0.25, 0.1, 0.03)  # line search, after the full step
+GOOD = 0.05  # relative residual of the extrapolation below which nothing better is looked for
 WATCH = 2  # full steps taken on trust although the residual grows
 
 
@@ -119,13 +120,7 @@ def _start(
     Returns the iterate, its evaluation if it was made, and whether a linear solve was spent.
     """
     values = c.plan.values(c.time)
-    delta = np.zeros(system.ndof)
-    delta[reduced.fixed] = values - start[reduced.fixed]
-    with report.timed("assembly"):
-        base = system.evaluate(c, start, lam)
-    if base.failed or base.data is None:
-        return start + delta, None, False
-    r = base.r + reduced.apply(base.data, delta)
+    guess: tuple[Array, Evaluation] | None = None
     if numerics.predictor and c.state.dt_last > 0:
         u = start + (c.dt / c.state.dt_last) * c.state.du
         u[reduced.fixed] = values
@@ -133,8 +128,19 @@ def _start(
         u[reduced.fixed] = values
         with report.timed("assembly"):
             e = system.evaluate(c, u, lam)
-        if not e.failed and reduced.norm(e.r) < reduced.norm(r):
-            return u, e, False
+        if not e.failed:
+            if reduced.norm(e.r) <= GOOD * e.scale:
+                return u, e, False
+            guess = u, e
+    delta = np.zeros(system.ndof)
+    delta[reduced.fixed] = values - start[reduced.fixed]
+    with report.timed("assembly"):
+        base = system.evaluate(c, start, lam)
+    if base.failed or base.data is None:
+        return start + delta, None, False
+    r = base.r + reduced.apply(base.data, delta)
+    if guess is not None and reduced.norm(guess[1].r) < reduced.norm(r):
+        return *guess, False
     with report.timed("factorisation and solve"):
         step = reduced.solve(base.data, -r)
     return start + delta + step, None, True
@@ -203,9 +209,9 @@ def _newton(
 ) -> Evaluation | None:
     """Iterate to convergence (returns the evaluation, trial.u set) or fail (returns None, trial.reason set).
 
-    A full step that changes the contact set may raise the residual and still be right (it is then a step of the
-    active-set method), so up to `WATCH` of them are taken on trust before the search goes back to the best iterate and
-    shortens its step (watchdog of Chamberlain et al. 1982).
+    A full step that opens or closes contact points may raise the residual and still be right (it is then a step of
+    the active-set method), so up to `WATCH` of them are taken on trust before the search goes back to the best iterate
+    and shortens its step (watchdog of Chamberlain et al. 1982). Any other step that raises the residual is shortened.
     """
     status = None
     best, anchor, watched = np.inf, None, 0
@@ -244,7 +250,8 @@ def _newton(
         with report.timed("assembly"):
             full = system.evaluate(c, u + step, lam)
         size = reduced.norm(full.r) if not full.failed else np.inf
-        trust = iteration == 0 or size < best or not numerics.line_search or watched < WATCH
+        moved = full.failed or not np.array_equal(signature(full) > 0, now > 0)
+        trust = iteration == 0 or size < best or not numerics.line_search or (moved and watched < WATCH)
         if trust and not full.failed:
             watched += size >= best
             u, e = u + step, full
