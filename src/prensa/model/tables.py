@@ -36,6 +36,8 @@ def read_mu_table(path: str, context: Any) -> Any:
         points = [(float(kappa), float(mu)) for kappa, mu in rows]
     except ValueError:
         raise ValueError(f"friction table {path!r}: expected two columns of numbers, slip and mu") from None
+    if len(points) < 2:
+        raise ValueError(f"friction table {path!r}: expected two columns of numbers, slip and mu, in at least two rows")
     return {"kappa": [p[0] for p in points], "mu": [p[1] for p in points]}
 
 

@@ -1,0 +1,75 @@
+"""Cross-references are checked in Python too, and what is only likely a slip is a warning."""
+
+from __future__ import annotations
+
+import pytest
+from pydantic import ValidationError
+
+import prensa as pr
+from prensa.mesh.generate import mesh_of
+from prensa.model.checks import _boundaries
+from prensa.model.schema import loads, warnings_of
+
+from .test_mistakes import CASE
+
+
+def test_python_tells_all_cross_references_at_once():
+    """The error of the constructor names every path that is wrong, not only the first."""
+    body = pr.Body(pr.Rectangle((1, 1), (2, 2)), pr.Elastic(E=1, nu=0))
+    with pytest.raises(ValidationError) as caught:
+        pr.Problem("p", {"b": body}, [pr.Step("s", move={"t": {"y": 1}})], contacts=[pr.Contact("b.topp", "u")])
+    for path in (
+        "steps.0.move.t: unknown tool",
+        "contacts.0.surface.0: unknown boundary",
+        "contacts.0.against: unknown",
+    ):
+        assert path in str(caught.value)
+
+
+def test_the_boundaries_known_before_meshing_are_those_of_the_mesh():
+    """A file can be checked without meshing because the names are the mesh generator's."""
+    body = pr.Body(pr.Rectangle((1, 1), (2, 2)), pr.Elastic(E=1, nu=0))
+    mesh = mesh_of(body.mesh)
+    assert sorted(_boundaries(body)) == sorted([*mesh.edges, *mesh.corners])
+
+
+def test_a_friction_table_is_read_beside_the_case_file(tmp_path):
+    """A CSV of slip and mu, with or without a head line, is the table it holds; its mistakes are the case's."""
+    case = tmp_path / "case.yaml"
+    case.write_text(CASE.replace("mu: 0.3", "mu: mu.csv"))
+    for text in ("slip,mu\n0,0.1\n1.5,0.2\n", "# measured\n0; 0.1\n\n1.5; 0.2\n"):
+        (tmp_path / "mu.csv").write_text(text)
+        mu = pr.load(case).problem.contacts[0].friction.mu
+        assert mu == pr.MuTable(kappa=(0.0, 1.5), mu=(0.1, 0.2))
+    for text, words in (
+        ("0,0.1\n1\n", "two columns"),
+        ("1,0.1\n2,0.2\n", "start at 0"),
+        ("0,0.1\n1,nan\n", "finite"),
+        ("0,0.1\n1,-1\n", "at least 0"),
+        ("", "two columns"),
+        ("\xff", "two columns"),
+    ):
+        (tmp_path / "mu.csv").write_text(text)
+        with pytest.raises(pr.CaseError, match=rf"case\.yaml:14:\d+: .*{words}"):
+            pr.load(case)
+    (tmp_path / "mu.csv").unlink()
+    with pytest.raises(pr.CaseError, match="there is no such file"):
+        pr.load(case)
+
+
+SLIPS = [
+    ("70 GPa", "70", ["E = 70 in N/mm²", "flow stress 60", "70e3", "'70 GPa'"]),
+    ("s0: 60", "s0: 60e6", ["flow stress 6e+07", "check the units"]),
+    ("mu: 0.3", "mu: 30", ["contacts.0.friction: mu = 30", "did you mean 0.3?"]),
+    ("contacts:", "  die: {type: circle, radius: 1, at: [0, 0]}\ncontacts:", ["tools.die: no contact"]),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "words"), SLIPS, ids=[s[1][:20] for s in SLIPS])
+def test_a_likely_slip_is_a_warning(old, new, words):
+    """What is allowed but unusual loads, and one sentence says what may have been meant."""
+    assert warnings_of(loads(CASE).problem) == []
+    said = warnings_of(loads(CASE.replace(old, new)).problem)
+    assert len(said) == 1
+    for word in words:
+        assert word in said[0]

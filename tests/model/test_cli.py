@@ -1,0 +1,135 @@
+"""The command line tells in plain text, with an exit code, what is wrong; it starts at once."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+import types
+
+import pytest
+from typer.testing import CliRunner
+
+import prensa
+from prensa.cli import app
+from prensa.errors import PrensaError
+
+from .test_mistakes import CASE
+
+
+@pytest.fixture
+def case(tmp_path):
+    path = tmp_path / "upsetting.yaml"
+    path.write_text(CASE)
+    return path
+
+
+def prensa_does(*words: object, input: str | None = None):
+    return CliRunner().invoke(app, [str(w) for w in words], input=input)
+
+
+def test_help_and_version_come_at_once():
+    """The verbs are listed without loading what they do."""
+    code = "import sys, prensa.cli as c; c.app(['--help'], standalone_mode=False); print(sorted(sys.modules))"
+    start = time.perf_counter()
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    assert time.perf_counter() - start < 2.0  # about 0.2 s on an idle machine
+    for verb in ("check", "run", "resume", "verify"):
+        assert f"  {verb} " in out
+    assert not any(f"'{heavy}'" in out for heavy in ("numpy", "numba", "pydantic", "ruamel.yaml", "matplotlib", "pint"))
+    assert prensa.__version__ in prensa_does("--version").stdout
+
+
+def test_check_says_what_would_run(case):
+    """Bodies, placed tools, contacts, steps and the size are printed, and nothing is solved."""
+    result = prensa_does("check", case, "--set", "bodies.billet.mesh.n=[4, 6]")
+    assert result.exit_code == 0, result.output
+    for words in (
+        "24 elements q4_fbar, 35 nodes",
+        "tool punch: circle, reference point at (0, 95)",
+        "contact billet.top+billet.right-punch: 11 candidate points",
+        "step press: time 0 … 1; move {punch: {y: -7.5}}, 50 increments",
+        "73 unknowns",
+    ):
+        assert words in result.stdout
+
+
+def test_bad_input_is_two_and_plain(case):
+    """Mistakes of the case go to stderr as lines of file, line and column, without a traceback."""
+    case.write_text(CASE.replace("radius:", "radus:"))
+    for verb in ("check", "run"):
+        result = prensa_does(verb, case)
+        assert result.exit_code == 2
+        assert result.stderr.startswith(f"{case}:11:5: unknown key 'radus'")
+        assert "Traceback" not in result.output and result.stdout == ""
+    assert prensa_does("check", case.with_name("none.yaml")).exit_code == 2
+
+
+def test_what_cannot_be_meshed_or_placed_is_bad_input(case):
+    """A mistake that only the mesh shows is told in the same way."""
+    result = prensa_does("check", case, "--set", "bodies.billet.mesh.origin=[-3, 0]")
+    assert result.exit_code == 2 and "bodies.billet.mesh" in result.stderr
+
+
+def test_warnings_are_told_and_do_no_harm(case):
+    """A likely slip is one line on stderr; the check goes on."""
+    result = prensa_does("check", case, "--set", "bodies.billet.material.E=70")
+    assert result.exit_code == 0 and result.stderr.startswith("warning: bodies.billet.material: E = 70")
+
+
+# ------------------------------------------------------------------------------------------ verbs that others carry out
+@pytest.fixture
+def carried_out(monkeypatch):
+    """A stand-in for the modules that run and verify, which records what it is asked for."""
+    asked = []
+
+    def stand_in(name, **functions):
+        monkeypatch.setitem(sys.modules, name, types.SimpleNamespace(**functions))
+
+    def prepare(error: BaseException | None = None):
+        def answer(*args, **options):
+            asked.append((args, options))
+            if error is not None:
+                raise error
+            return 1
+
+        stand_in("prensa.output.run", run=answer, resume=answer)
+        return asked
+
+    return prepare
+
+
+def test_run_hands_over_the_case_and_the_folder(case, carried_out, tmp_path):
+    """The case with its changes goes to the writer; results/<name> unless said otherwise."""
+    asked = carried_out()
+    assert prensa_does("run", case, "--set", "tools.punch.radius=5", "--out", tmp_path / "o", "--quiet").exit_code == 0
+    (loaded,), options = asked[0]
+    assert loaded.problem.tools["punch"].radius == 5
+    assert options == {"out": tmp_path / "o", "quiet": True}
+    prensa_does("run", case)
+    assert str(asked[1][1]["out"]).endswith("results/upsetting")
+    prensa_does("resume", tmp_path / "o")
+    assert asked[2][0] == (tmp_path / "o",)
+
+
+def test_a_failed_run_is_one(case, carried_out):
+    """When the march gives up, or the disk is full, the exit code is 1; other errors of prensa are bad input, 2."""
+    march = pytest.importorskip("prensa.solver.march")
+    for error, code in ((march.SolveError("no convergence"), 1), (OSError("disk full"), 1), (PrensaError("bad"), 2)):
+        carried_out(error)
+        result = prensa_does("run", case)
+        assert result.exit_code == code
+        assert str(error) in result.stderr and "Traceback" not in result.stderr
+
+
+def test_an_interrupted_run_says_what_it_left(case, carried_out, tmp_path):
+    """Ctrl-C leaves 130 and one line about the results on disk and how to go on."""
+    carried_out(KeyboardInterrupt())
+    out = tmp_path / "o"
+    result = prensa_does("run", case, "--out", out)
+    assert result.exit_code == 130 and "no increment was finished" in result.stderr
+    out.mkdir()
+    (out / "history.csv").write_text("step,increment\npress,1\npress,2\n")
+    (out / "checkpoint.h5").touch()
+    result = prensa_does("run", case, "--out", out)
+    assert f"{out} holds 2 increments; continue with 'prensa resume {out}'" in result.stderr

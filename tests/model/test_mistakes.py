@@ -1,0 +1,236 @@
+"""Every mistake of a case file is told with its line, what is wrong and what to write instead."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+from prensa.errors import CaseError, PrensaError
+from prensa.model.schema import load, loads
+
+CASE = """\
+name: upsetting
+units: {length: mm, force: N}
+space: axisymmetric
+bodies:
+  billet:
+    mesh: {type: rectangle, size: [10, 15], n: [20, 30]}
+    material: {type: j2, E: 70 GPa, nu: 0.33, flow: {type: voce, s0: 60, Q: 120, b: 8}}
+tools:
+  punch:
+    type: circle
+    radius: 8 cm
+    touching: billet.top
+contacts:
+  - {surface: [billet.top, billet.right], against: punch, friction: {type: coulomb, mu: 0.3}}
+fixed: {billet.bottom: y}
+steps:
+  - name: press
+    move: {punch: {y: -7.5}}
+    increments: 50
+"""
+
+FIXED, LOADS, STEP = "fixed: {billet.bottom: y}", "loads: {billet.left: ", "steps:\n"
+
+# old text, new text, where the message must point, what it must contain
+MISTAKES = [
+    # names of keys and kinds
+    ("radius:", "radus:", "11:5", ["'radus'", "tool 'punch' (circle)", "did you mean 'radius'?"]),
+    ("type: circle", "type: cirle", "10:11", ["unknown tool 'cirle'", "did you mean 'circle'?"]),
+    ("type: circle", "type: cylinder", "10:11", ["unknown tool 'cylinder'", "'plane'", "'stamp'"]),
+    ("    type: circle\n", "", "9:3", ["tool 'punch' needs a 'type'", "'circle'"]),
+    ("coulomb", "colomb", "14:76", ["unknown friction 'colomb'", "did you mean 'coulomb'?"]),
+    ("voce", "vocce", "7:60", ["unknown flow 'vocce'", "did you mean 'voce'?"]),
+    ("type: j2", "type: j3", "7:22", ["unknown material 'j3'", "'j2'"]),
+    ("rectangle", "rectangel", "6:18", ["unknown mesh 'rectangel'", "did you mean 'rectangle'?"]),
+    ("axisymmetric", "plane stress", "3:8", ["unknown space 'plane stress'", "'plane strain' or 'axisymmetric'"]),
+    ("space:", "spcae:", "3:1", ["unknown key 'spcae'", "did you mean 'space'?"]),
+    ("length: mm", "lenght: mm", "2:9", ["unknown key 'lenght' in units", "'length'"]),
+    (
+        "    increments: 50",
+        "    remove: true",
+        "19:5",
+        ["unknown key 'remove' in step 'press'", "known:", "'increments'"],
+    ),
+    ("y: -7.5", "z: -7.5", "18:20", ["unknown key 'z' in move of 'punch'", "'rz'"]),
+    # missing
+    ("name: upsetting\n", "", "1:1", ["the case needs 'name'", "text"]),
+    ("    radius: 8 cm\n", "", "9:3", ["tool 'punch' (circle) needs 'radius', a length"]),
+    ("name: press\n    move", "move", "17:5", ["step 0 needs 'name'"]),
+    ("    touching: billet.top\n", "", "9:3", ["tool 'punch' has no place", "'touching'"]),
+    ("mu: 0.3", "mu: {mu0: 0.3, mu_inf: 0.1}", "14:85", ["needs 'u0', a length"]),
+    # values
+    ("8 cm", "0", "11:13", ["radius of tool 'punch' (circle) is 0", "greater than 0"]),
+    ("8 cm", "-8 cm", "11:13", ["'-8 cm'", "greater than 0"]),
+    ("8 cm", "true", "11:13", ["is true", "a length is expected"]),
+    ("8 cm", "[1, 2]", "11:5", ["is a list", "a length is expected"]),
+    ("8 cm", "", "11:5", ["is empty", "a length is expected"]),
+    ("8 cm", ".nan", "11:13", [".nan is not a finite number"]),
+    ("8 cm", "-.inf", "11:13", ["-.inf is not a finite number"]),
+    ("8 cm", "1e999", "11:13", ["1e999", "too large"]),
+    ("nu: 0.33", "nu: 0.5", "7:41", ["nu of material of body 'billet' (j2) is 0.5", "less than 0.5"]),
+    ("mu: 0.3", "mu: -0.3", "14:89", ["is -0.3", "at least 0"]),
+    ("mu: 0.3", "mu: {mu0: 0.3, slope: -1}", "14:85", ["softening", "'limit'"]),
+    ("[20, 30]", "[20]", "6:45", ["has 1 value", "a list of 2 whole numbers"]),
+    ("[20, 30]", "[20, 30, 2]", "6:45", ["has 3 values", "a list of 2 whole numbers"]),
+    ("[20, 30]", "[20, 0]", "6:53", ["n[1] of mesh of body 'billet' (rectangle) is 0", "at least 1"]),
+    ("[20, 30]", "20", "6:48", ["n of mesh", "is 20", "a list of 2 whole numbers"]),
+    ("increments: 50", "increments: 2.5", "19:17", ["is 2.5", "a whole number"]),
+    ("increments: 50", "increments: many", "19:17", ["is 'many'", "a whole number"]),
+    ("name: press", "name: 3", "17:11", ["is 3", "text is expected", "put it in quotes"]),
+    ("y: -7.5", "y: [[0, 0], [1, 2, 3]]", "18:32", ["y[1]", "has 3 values", "[number, length]"]),
+    ("y: -7.5", "y: [[0, 1]]", "18:20", ["has 1 value", "at least 2"]),
+    ("{y: -7.5}", "-7.5", "18:19", ["is -7.5", "x, y and rz"]),
+    ("flow: {type: voce, s0: 60, Q: 120, b: 8}", "flow: 60", "7:53", ["is 60", "perfect, linear"]),
+    ("[billet.top, billet.right]", "[]", "14:6", ["surface of contact 0 is empty", "'body.boundary'"]),
+    (FIXED, "fixed: {billet.bottom: z}", "15:24", ["'z'", "'x', 'y', 'xy'"]),
+    (FIXED, "fixed: {billet.bottom: 0}", "15:24", ["is 0", "x, y and free"]),
+    (FIXED, "fixed: [billet.bottom]", "15:1", ["fixed is a list", "a mapping"]),
+    (FIXED, f"{FIXED}\n{LOADS}{{}}}}", "16:9", ["give either 'traction' or 'pressure'"]),
+    (FIXED, f"{FIXED}\n{LOADS}{{traction: [1]}}}}", "16:23", ["has 1 value"]),
+    ("bodies:", "numerics: {tolerance: 1}\nbodies:", "4:23", ["tolerance of numerics is 1", "at most 0.0001"]),
+    ("bodies:", "output: {pictures: 3}\nbodies:", "4:20", ["pictures of output is 3", "true or false"]),
+    ("voce, s0: 60, Q: 120, b: 8", "table, points: [[0, 60], [0, 70]]", "7:47", ["increase strictly"]),
+    # units
+    ("8 cm", "8 kg", "11:13", ["'8 kg' is not a length", "'8 cm'"]),
+    ("8 cm", "8 N", "11:13", ["'8 N' is not a length"]),
+    ("8 cm", "8 Cm", "11:13", ["unknown unit 'Cm'", "did you mean 'cm'?"]),
+    ("70 GPa", "70 N", "7:29", ["'70 N' is not a stress", "'10 GPa'"]),
+    ("8 cm", "eight", "11:13", ["'eight' is not a length"]),
+    ("8 cm", "9**9**9**9 mm", "11:13", ["cannot read the unit"]),
+    ("length: mm", "length: mmm", "2:17", ["unknown unit 'mmm'", "did you mean 'mm'?"]),
+    ("length: mm", "length: N", "2:17", ["'N' is not the unit of a length", "inch"]),
+    (STEP, f"{STEP}  - {{name: a, velocity: {{punch: {{y: 3 mm}}}}}}\n", "17:26", ["not a velocity", "'100 mm/s'"]),
+    # names of things
+    ("touching: billet.top", "touching: bilet.top", "12:15", ["unknown body 'bilet'", "did you mean 'billet'?"]),
+    ("touching: billet.top", "touching: billet.tpo", "12:15", ["unknown boundary 'tpo'", "did you mean 'top'?"]),
+    ("touching: billet.top", "touching: top", "12:15", ["'top' is no boundary", "'body.boundary'"]),
+    ("billet.right]", "bilet.right]", "14:28", ["unknown body 'bilet'"]),
+    ("against: punch", "against: punsh", "14:52", ["unknown tool 'punsh'", "did you mean 'punch'?"]),
+    ("{punch: {y", "{pnuch: {y", "18:12", ["unknown tool 'pnuch'", "did you mean 'punch'?"]),
+    ("{punch: {y", "{punch: {x", "18:20", ["in axisymmetry", "y only"]),
+    (FIXED, "fixed: {bilet.bottom: y}", "15:9", ["unknown body 'bilet'", "did you mean 'billet'?"]),
+    (STEP, f"{STEP}  - {{name: press}}\n", "18:11", ["two steps are called 'press'"]),
+    (
+        STEP,
+        f"{STEP}  - {{name: a, friction: {{foo: null}}}}\n",
+        "17:26",
+        ["unknown contact 'foo'", "billet.right-punch"],
+    ),
+    (
+        "    increments",
+        "    push: {punch: {y: 3}}\n    increments",
+        "19:20",
+        ["y of tool 'punch'", "'move'", "'push'", "keep one"],
+    ),
+    ("bodies:", "contact_geometry: reference\nbodies:", "4:19", ["'reference'", "'kinematics: small'"]),
+    ("    touching", "    above: billet.top\n    touching", "9:3", ["placed twice", "only one of"]),
+    # YAML
+    ("name: upsetting\n", "name: a\nname: b\n", "2:1", ["'name' appears twice", "line 1"]),
+    ("mu: 0.3}}", "mu: 0.3}", "15:1", ["',' or a closing bracket is missing"]),
+    ("    radius", "\tradius", "11:1", ["a tab", "spaces"]),
+    ("name: upsetting", "name: a: b", "1:8", ["unexpected ':'"]),
+    ("8 cm", "!!python/object:os.system x", "11:13", ["the tag '!!python/object", "not allowed"]),
+    ("8 cm", "*size", "11:13", ["'*size' has no anchor"]),
+    ("increments: 50\n", "increments: 50\n---\na: 1\n", "20:1", ["second document"]),
+    ("steps:\n", "<<: 1\nsteps:\n", "16:1", ["merge keys"]),
+]
+
+
+def told(text: str, **options: object) -> CaseError:
+    with pytest.raises(CaseError) as caught:
+        loads(text, "u.yaml", **options)  # type: ignore[arg-type]
+    return caught.value
+
+
+def test_the_case_without_mistakes_loads():
+    """The case that the mistakes are made in has none itself."""
+    assert loads(CASE).problem.tools["punch"].radius == 80.0
+
+
+@pytest.mark.parametrize(("old", "new", "place", "words"), MISTAKES, ids=[f"{a}→{b}"[:50] for a, b, *_ in MISTAKES])
+def test_a_mistake_is_told_with_place_and_remedy(old, new, place, words):
+    """One mistake gives exactly one line: its place in the file, the value and what to write instead."""
+    assert old in CASE
+    error = told(CASE.replace(old, new, 1))
+    lines = str(error).splitlines()
+    assert len(lines) == 1, lines
+    assert lines[0].startswith(f"u.yaml:{place}: ")
+    for word in words:
+        assert word in lines[0]
+
+
+def test_all_mistakes_of_a_file_are_told_together_in_its_order():
+    """Fields and cross-references are reported at once; what follows from another mistake is not repeated."""
+    text = CASE.replace("nu: 0.33", "nu: 0.7").replace("radius:", "radus:").replace("against: punch", "against: p")
+    lines = str(told(text)).splitlines()
+    assert [line.split(": ")[0] for line in lines] == ["u.yaml:7:41", "u.yaml:11:5", "u.yaml:14:52"]
+
+
+def test_a_section_that_cannot_be_read_makes_no_name_unknown():
+    """A list where the tools should be is one mistake: the contacts' tools are not called unknown as well."""
+    text = CASE.replace("  punch:\n    type: circle\n    radius: 8 cm\n    touching: billet.top\n", "  - punch\n")
+    assert len(told(text).mistakes) == 1
+    assert "bodies" in str(told("name: a\nsteps: [{name: s, fixed: {b.top: x}}]\n"))
+    assert len(told("name: a\nsteps: [{name: s, fixed: {b.top: x}}]\n").mistakes) == 1
+
+
+def test_a_case_error_is_a_value_error_and_an_error_of_prensa():
+    """Scripts may catch either."""
+    error = told("name: 3")
+    assert isinstance(error, ValueError) and isinstance(error, PrensaError)
+    assert error.mistakes[0].mark.line == 1
+
+
+# ------------------------------------------------------------------------------------------------------------- hostile
+LAUGHS = "a: &a [1,1,1,1,1,1,1,1,1]\n" + "".join(
+    f"{b}: &{b} [{', '.join(['*' + a] * 9)}]\n" for a, b in zip("abcdefgh", "bcdefghi")
+)
+HOSTILE = {
+    "empty": ("", "empty"),
+    "only a comment": ("# nothing\n", "empty"),
+    "a list": ("- 1\n", "mapping"),
+    "a word": ("hello", "mapping"),
+    "recursive alias": ("name: &a [*a]\n", "contains itself"),
+    "recursive alias in a mapping": ("name: &a {b: *a}\n", "contains itself"),
+    "billion laughs": (LAUGHS, "aliases stand for more than"),
+    "deep flow": ("[" * 100_000, "deeper than"),
+    "deep mappings": ("{a: " * 30_000, "deeper than"),
+    "deep dashes": ("- " * 50_000, "deeper than"),
+    "deep block": ("".join(" " * i + "a:\n" for i in range(500)), "deeper than"),
+    "deep aliases": (
+        "a: &a " + "[" * 30 + "]" * 30 + "\nb: &b " + "[" * 30 + "*a" + "]" * 30 + "\n",
+        "deeper than",
+    ),
+    "one long line": ("a" * 5_000_000, "characters"),
+    "control characters": ("name: a\x07b\n", "U+0007"),
+    "NaN": ("name: a\nthickness: .NaN\n", "finite"),
+    "huge integer": ("name: a\nthickness: " + "9" * 5000 + "\n", "too large"),
+    "complex key": ("? [1]\n: 2\n", "key"),
+    "unbalanced": ("}}}}", "YAML"),
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_a_hostile_file_is_an_error_within_a_second(name):
+    """Nothing that a file may contain hangs, fills the memory or escapes as another error."""
+    text, words = HOSTILE[name]
+    start = time.perf_counter()
+    assert words in str(told(text))
+    assert time.perf_counter() - start < 1.0
+
+
+def test_files_that_are_not_text_are_refused(tmp_path):
+    """Binary, huge, missing files and folders are told by name."""
+    path = tmp_path / "case.yaml"
+    for content, words in ((b"\x89PNG\r\n\x1a\n\xff\xfe\x00", "UTF-8"), (b" " * ((16 << 20) + 1), "16 MiB")):
+        path.write_bytes(content)
+        with pytest.raises(CaseError, match=words):
+            load(path)
+    with pytest.raises(CaseError, match=r"cse\.yaml: there is no such file; did you mean .*case\.yaml"):
+        load(tmp_path / "cse.yaml")
+    with pytest.raises(CaseError, match="folder"):
+        load(tmp_path)
+    with pytest.raises(CaseError, match="no folder"):
+        load(tmp_path / "nowhere" / "case.yaml")

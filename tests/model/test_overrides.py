@@ -1,0 +1,75 @@
+"""``--set path=value`` changes one value before validation, and leads nowhere only with an explanation."""
+
+from __future__ import annotations
+
+import pytest
+
+from prensa.errors import CaseError
+from prensa.model.schema import loads
+
+from .test_mistakes import CASE
+
+CHANGES = [
+    ("tools.punch.radius=20", lambda c: c.problem.tools["punch"].radius == 20),
+    ("tools.punch.radius=2 cm", lambda c: c.problem.tools["punch"].radius == 20),
+    ("steps.0.increments=40", lambda c: c.problem.steps[0].increments == 40),
+    ("steps.0.increments=", lambda c: c.problem.steps[0].increments is None),
+    ("contacts.0.friction.mu=0.1", lambda c: c.problem.contacts[0].friction.mu == 0.1),
+    ("contacts.0.friction={mu: {mu0: 0.1, slope: 1}}", lambda c: c.problem.contacts[0].friction.mu.slope == 1),
+    ("contacts.0.enforcement={type: augmented}", lambda c: c.problem.contacts[0].enforcement.type == "augmented"),
+    ("contacts.0.surface=billet.top", lambda c: c.problem.contacts[0].name == "billet.top-punch"),
+    ("bodies.billet.mesh.n=[2, 3]", lambda c: c.problem.bodies["billet"].mesh.n == (2, 3)),
+    ("bodies.billet.mesh.n.1=7", lambda c: c.problem.bodies["billet"].mesh.n == (20, 7)),
+    ("bodies.billet.mesh.grade.ratio=2", lambda c: c.problem.bodies["billet"].mesh.grade.ratio == 2),
+    ("fixed.billet.bottom=xy", lambda c: c.problem.fixed["billet.bottom"].x == "held"),
+    ("fixed.billet.left.x=0.5 mm", lambda c: c.problem.fixed["billet.left"].x == 0.5),
+    ("steps.0.push.punch.y=[[0, 0], [1, 2]]", None),
+    ("friction.mu=0.2", lambda c: c.problem.friction.mu == 0.2),
+    ("numerics.tolerance=1e-6", lambda c: c.numerics.tolerance == 1e-6),
+    ("steps.0.friction.billet.top+billet=null", None),
+    ("name=other = name", lambda c: c.problem.name == "other = name"),
+]
+
+
+@pytest.mark.parametrize(
+    ("change", "true"), [c for c in CHANGES if c[1]], ids=lambda c: c if isinstance(c, str) else ""
+)
+def test_a_change_is_made(change, true):
+    """The value at the path is replaced, or made where the vocabulary has it, and is converted as in a file."""
+    assert true(loads(CASE, overrides=[change]))
+
+
+def test_changes_are_made_in_their_order():
+    """A later change sees what an earlier one made."""
+    changes = ["tools.punch={type: stamp, width: 3, touching: billet.top}", "tools.punch.width=4"]
+    assert loads(CASE, overrides=changes).problem.tools["punch"].width == 4
+
+
+WRONG = [
+    ("tools.pnuch.radius=1", ["unknown tool 'pnuch'", "did you mean 'punch'?"]),
+    ("tools.punch.radus=1", ["unknown key 'radus' in tool 'punch' (circle)", "did you mean 'radius'?"]),
+    ("tols.punch.radius=1", ["unknown key 'tols'", "did you mean 'tools'?"]),
+    ("steps.1.increments=3", ["no entry '1' in 'steps'", "only number 0"]),
+    ("steps.press.increments=3", ["no entry 'press' in 'steps'"]),
+    ("steps.0.incremnts=3", ["unknown key 'incremnts' in step 'press'", "did you mean 'increments'?"]),
+    ("steps.0.move.pnuch.y=3", ["unknown tool 'pnuch'", "did you mean 'punch'?"]),
+    ("tools.punch.radius.x=3", ["'tools.punch.radius' is '8 cm' in the file", "'x'"]),
+    ("tools.punch.radius=-1", ["is -1", "greater than 0"]),
+    ("tools.punch.radius=.nan", ["not a finite number"]),
+    ("tools.punch.radius=8 kg", ["'8 kg' is not a length"]),
+    ("bodies.billet.mesh.n=[1", ["bracket"]),
+    ("contacts.0.against=pnuch", ["unknown tool 'pnuch'"]),
+    ("tools.punch.radius", ["path=value"]),
+    ("=3", ["path=value"]),
+]
+
+
+@pytest.mark.parametrize(("change", "words"), WRONG, ids=[w[0] for w in WRONG])
+def test_a_wrong_change_is_told_as_such(change, words):
+    """The message begins with the option as it was given and says what is there instead."""
+    with pytest.raises(CaseError) as caught:
+        loads(CASE, "u.yaml", overrides=[change])
+    text = str(caught.value)
+    assert text.startswith(f"--set {change}: ") and "\n" not in text
+    for word in words:
+        assert word in text

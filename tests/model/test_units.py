@@ -1,0 +1,89 @@
+"""Unit strings are converted to the case's own system, exactly, and only in files."""
+
+from __future__ import annotations
+
+import pytest
+from pydantic import ValidationError
+
+import prensa as pr
+from prensa.model.schema import loads
+from prensa.model.units import _SI, factor
+
+from .test_mistakes import CASE
+
+LENGTH, STRESS, FORCE, NUMBER = (0, 1), (1, -2), (1, 0), (0, 0)
+QUANTITIES = [
+    ("8 cm", "mm", "N", LENGTH, 80.0),
+    ("0.1 mm", "mm", "N", LENGTH, 0.1),
+    ("1in", "mm", "N", LENGTH, 25.4),
+    ("2.5e-1 m", "mm", "N", LENGTH, 250.0),
+    ("5 µm", "mm", "N", LENGTH, 0.005),
+    ("10 GPa", "mm", "N", STRESS, 10e3),
+    ("70 GPa", "mm", "N", STRESS, 70e3),
+    ("200 MPa", "mm", "N", STRESS, 200.0),
+    ("200 MPa", "m", "N", STRESS, 200e6),
+    ("3 N/mm^2", "mm", "N", STRESS, 3.0),
+    ("3 N/mm²", "m", "N", STRESS, 3e6),
+    ("3 N mm**-2", "m", "kN", STRESS, 3e3),
+    ("30 ksi", "inch", "lbf", STRESS, 30e3),
+    ("30e6 psi", "inch", "lbf", STRESS, 30e6),
+    ("2 kN", "mm", "N", FORCE, 2000.0),
+    ("1 kip", "inch", "lbf", FORCE, 1000.0),
+    ("180 deg", "mm", "N", NUMBER, 3.141592653589793),
+    ("0.2 %", "mm", "N", NUMBER, 0.002),
+    ("7", "mm", "N", LENGTH, 7.0),
+]
+
+
+@pytest.mark.parametrize(("text", "length", "force", "dimension", "value"), QUANTITIES, ids=lambda v: str(v))
+def test_a_quantity_is_converted_exactly(text, length, force, dimension, value):
+    """The value in the case's system is the nearest float, without an error of the conversion."""
+    assert factor(text, length, force, dimension) == value
+
+
+def test_the_units_are_those_of_pint():
+    """The table of units, kept for its speed and exactness, agrees with the larger library."""
+    pint = pytest.importorskip("pint")
+    ureg = pint.UnitRegistry(cache_folder=None)
+    for name, (value, force, length) in _SI.items():
+        unit = ureg.newton**force * ureg.meter**length
+        assert ureg.Quantity(1.0, "percent" if name == "%" else name).to(unit).magnitude == pytest.approx(float(value))
+    assert factor("1 dyn", "mm", "N", FORCE) == pytest.approx(1e-5)
+    assert factor("1 yard", "mm", "N", LENGTH) == pytest.approx(914.4)
+
+
+def test_an_imperial_case_is_read_in_its_own_system():
+    """In inch and lbf plain numbers are taken as they are and metric strings are converted."""
+    case = loads(CASE.replace("{length: mm, force: N}", "{length: inch, force: lbf}")).problem
+    assert case.bodies["billet"].mesh.size == (10, 15)
+    assert case.tools["punch"].radius == pytest.approx(80 / 25.4, rel=1e-15)
+    modulus = case.bodies["billet"].material.E
+    assert modulus == pytest.approx(70e9 / 6894.757293168361, rel=1e-14)
+
+
+def test_strings_work_where_numbers_do():
+    """Lists, tables, velocities, angles and body forces take unit strings too."""
+    steps = "  - {name: a, velocity: {punch: {y: -100 mm/s}}, body_force: {billet: [0, 77 kN/m^3]}}\n"
+    steps += "  - {name: b, move: {punch: {y: [[1, 0], [2, 1 cm]]}}, loads: {billet.left: {pressure: 3 MPa}}}\n"
+    problem = loads(CASE.replace("[10, 15]", "[1 cm, 15]").replace("steps:\n", "steps:\n" + steps)).problem
+    assert problem.bodies["billet"].mesh.size == (10, 15)
+    assert problem.steps[0].velocity["punch"].y == -100
+    assert problem.steps[0].body_force["billet"] == (0, 77e-6)
+    assert problem.steps[1].move["punch"].y == ((1, 0), (2, 10))
+    plane = CASE.replace("axisymmetric", "plane strain").replace("{y: -7.5}", "{rz: 180 deg}")
+    assert loads(plane).problem.steps[0].move["punch"].rz == pytest.approx(3.141592653589793, rel=1e-15)
+
+
+def test_strings_are_refused_in_python():
+    """A description in Python has no file whose units could apply."""
+    with pytest.raises(ValidationError, match="in Python give a number"):
+        pr.Circle(radius="8 cm")
+
+
+@pytest.mark.parametrize("bad", [float("nan"), float("inf"), True], ids=str)
+def test_numbers_are_finite_and_no_truths(bad):
+    """NaN, infinity and True are refused in Python as in files."""
+    with pytest.raises(ValidationError):
+        pr.Circle(radius=bad)
+    with pytest.raises(ValidationError):
+        pr.Numerics(tolerance=bad)
