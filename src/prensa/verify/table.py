@@ -1,0 +1,230 @@
+"""The verification table: cases compared with references that owe nothing to this package's solver.
+
+A case is a function that yields `Row`s; ``@case`` puts it on the list, and its module is imported only when the list is
+asked for. A case that raises becomes a failing row, so that the table is always complete.
+"""
+
+from __future__ import annotations
+
+import csv
+import importlib
+import inspect
+import math
+import pkgutil
+import time
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal, TypeVar
+
+Kind = Literal["relative", "absolute", "at most", "at least", "report"]
+Function = TypeVar("Function", bound=Callable[..., Iterable["Row"]])
+
+_CASES: dict[str, Case] = {}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One comparison.
+
+    ``kind``: ``relative`` |ours − reference| ≤ tolerance |reference|; ``absolute`` |ours − reference| ≤ tolerance;
+    ``at most`` ours ≤ reference and ``at least`` ours ≥ reference, both without a tolerance; ``report`` a number that is
+    worth stating and has no verdict (it passes).
+    """
+
+    case: str
+    quantity: str
+    reference: float
+    ours: float
+    tolerance: float = 0.0
+    kind: Kind = "relative"
+    note: str = ""
+
+    @property
+    def error(self) -> float:
+        """Signed error, relative to |reference| for relative rows; NaN when there is no answer."""
+        difference = self.ours - self.reference
+        if self.kind != "relative":
+            return difference
+        return difference / abs(self.reference) if self.reference else math.copysign(math.inf, difference)
+
+    @property
+    def passed(self) -> bool:
+        """The verdict; what is not a number fails."""
+        if self.kind == "report":
+            return not math.isnan(self.ours)
+        if self.kind == "at most":
+            return self.ours <= self.reference
+        if self.kind == "at least":
+            return self.ours >= self.reference
+        return abs(self.error) <= self.tolerance
+
+
+def row(quantity: str, reference: float, ours: float, tolerance: float = 0.0, kind: Kind = "relative") -> Row:
+    """A `Row` whose case the table fills in."""
+    return Row("", quantity, float(reference), float(ours), tolerance, kind)
+
+
+@dataclass(frozen=True)
+class Case:
+    """A case of the table: ``function(E_scale=1, mu_scale=1)`` yields its rows; ``slow`` ones take over ten seconds."""
+
+    name: str
+    suite: str
+    slow: bool
+    function: Callable[..., Iterable[Row]]
+
+    @property
+    def title(self) -> str:
+        """First line of the function's docstring."""
+        return (inspect.getdoc(self.function) or self.name).splitlines()[0]
+
+    def run(self, **scales: float) -> list[Row]:
+        """Rows of the case; an exception ends it with a failing row that gives the reason."""
+        rows: list[Row] = []
+        try:
+            rows += (replace(r, case=self.name) for r in self.function(**scales))
+        except Exception as error:  # whatever goes wrong in one case must not hide the others
+            reason = f"did not converge: {str(error) or type(error).__name__}"
+            rows.append(Row(self.name, reason, math.nan, math.nan, note=type(error).__name__))
+        if not rows:
+            rows.append(Row(self.name, "did not converge: the case gave no row", math.nan, math.nan))
+        return rows
+
+
+def case(name: str, *, suite: str, slow: bool = False) -> Callable[[Function], Function]:
+    """Put a function that yields rows on the list.
+
+    Raises
+    ------
+    ValueError
+        If another function already has that name.
+
+    """
+
+    def register(function: Function) -> Function:
+        known = _CASES.get(name)
+        if known is not None and known.function.__module__ != function.__module__:
+            raise ValueError(f"two verification cases are called {name!r}")
+        _CASES[name] = Case(name, suite, slow, function)
+        return function
+
+    return register
+
+
+def cases() -> dict[str, Case]:
+    """All cases by name, in the order of their modules and of their definition; imports every module beside this one."""
+    import prensa.verify as package
+
+    for module in pkgutil.iter_modules(package.__path__):
+        importlib.import_module(f"{package.__name__}.{module.name}")
+    return dict(_CASES)
+
+
+def select(only: str | None = None) -> list[Case]:
+    """Cases whose suite or name is *only*, else those whose name contains it; all for None.
+
+    Raises
+    ------
+    ValueError
+        If no case answers to it.
+
+    """
+    known = list(cases().values())
+    if only is None:
+        return known
+    chosen = [c for c in known if only in (c.suite, c.name)] or [c for c in known if only.lower() in c.name.lower()]
+    if not chosen:
+        names = ", ".join(repr(c.name) for c in known)
+        suites = ", ".join(sorted({c.suite for c in known}))
+        raise ValueError(f"no verification case {only!r}; suites: {suites}; cases: {names}")
+    return chosen
+
+
+def timed(only: str | None = None) -> Iterator[tuple[Case, list[Row], float]]:
+    """Case by case: the case, its rows, its wall time (s)."""
+    for c in select(only):
+        start = time.perf_counter()
+        rows = c.run()
+        yield c, rows, time.perf_counter() - start
+
+
+def run(only: str | None = None) -> list[Row]:
+    """Rows of the chosen cases (all for None; else a suite, a case or part of a case's name)."""
+    return [r for _, rows, _ in timed(only) for r in rows]
+
+
+HEADER = ("case", "quantity", "reference", "prensa", "error", "tolerance", "verdict")
+
+
+def cells(r: Row) -> tuple[str, ...]:
+    """The row as text, in the order of `HEADER`."""
+    verdict = "FAIL" if not r.passed else "—" if r.kind == "report" else "pass"
+    if math.isnan(r.ours):
+        return r.case, r.quantity, "", "", "", "", verdict
+    if r.kind == "relative":
+        error, tolerance = f"{100 * r.error:+.3g} %", f"{100 * r.tolerance:.3g} %"
+    elif r.kind in ("absolute", "report"):
+        error, tolerance = f"{r.error:+.2e}", f"{r.tolerance:.2g}" if r.tolerance else ""
+    else:
+        error, tolerance = "", "≤" if r.kind == "at most" else "≥"
+    return r.case, r.quantity, f"{r.reference:.6g}", f"{r.ours:.6g}", error, tolerance, verdict
+
+
+def write(rows: list[Row], path: str | Path) -> None:
+    """Write the table to a ``.csv`` (numbers in full) or else a Markdown file."""
+    path = Path(path)
+    if path.suffix.lower() == ".csv":
+        with path.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow(("case", "quantity", "reference", "prensa", "error", "tolerance", "kind", "verdict"))
+            for r in rows:
+                verdict = "pass" if r.passed else "FAIL"
+                writer.writerow((r.case, r.quantity, r.reference, r.ours, r.error, r.tolerance, r.kind, verdict))
+        return
+    lines = ["| " + " | ".join(HEADER) + " |", "|" + "---|" * len(HEADER)]
+    lines += ["| " + " | ".join(c.replace("|", "\\|") for c in cells(r)) + " |" for r in rows]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def main(only: str | None = None, out: str | None = None) -> int:
+    """Run, print and (``out``: a .md or .csv file) write the table; 0 if every row passes, else 1."""
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=180)  # a log has room for the table
+    try:
+        chosen = select(only)
+    except ValueError as error:
+        console.print(str(error), markup=False)
+        return 1
+    rows: list[Row] = []
+    begin = time.perf_counter()
+    for k, c in enumerate(chosen, 1):
+        start = time.perf_counter()
+        with console.status(f"{k}/{len(chosen)} {c.name} …"):
+            new = c.run()
+        rows += new
+        bad = sum(not r.passed for r in new)
+        verdict = f"[red]{bad} of {len(new)} rows fail[/red]" if bad else f"[green]{len(new)} rows pass[/green]"
+        console.print(f"{k:3d}/{len(chosen)} {c.name:<42} {verdict}  {time.perf_counter() - start:.1f} s", highlight=False)
+    table = Table(*HEADER)
+    last = ""
+    for r in rows:
+        text = cells(r)
+        if r.case != last and last:
+            table.add_section()
+        style = "green" if r.passed else "bold red"
+        table.add_row("" if r.case == last else text[0], *text[1:-1], f"[{style}]{text[-1]}[/{style}]")
+        last = r.case
+    console.print(table)
+    failed = sum(not r.passed for r in rows)
+    console.print(
+        f"{len(chosen)} cases, {len(rows)} rows, {failed} failed, {time.perf_counter() - begin:.0f} s", highlight=False
+    )
+    if out:
+        write(rows, out)
+        console.print(f"written to {out}", highlight=False)
+    return 1 if failed else 0
