@@ -30,7 +30,7 @@ RC: dict[str, Any] = {
     "axes.linewidth": 0.8,
     "axes.spines.top": False,
     "axes.spines.right": False,
-    "axes.formatter.limits": (-3, 4),
+    "axes.formatter.limits": (-4, 6),
     "axes.formatter.use_mathtext": True,
     "axes.grid": True,
     "grid.color": "#E3E5E8",
