@@ -1,0 +1,370 @@
+"""Pictures of a run, as matplotlib figures that belong to the caller: no window, no global state.
+
+Every function returns a `matplotlib.figure.Figure`; `save` writes it. matplotlib is imported when the first picture is made.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.errors import PrensaError
+from prensa.model.checks import suggest
+from prensa.model.problem import Problem
+from prensa.output import style
+from prensa.output.outline import outlines
+from prensa.solver.increment import STATUS, BodyState, ContactState, Increment
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Array = NDArray[np.float64]
+Curve = tuple[Array, Array] | Callable[[Array], Array]
+STRESSES = ("xx", "yy", "zz", "xy")
+FIELDS = ("mises", "plastic_strain", "displacement", "displacement.x", "displacement.y", *(f"stress.{c}" for c in STRESSES))
+
+
+def save(figure: Figure, path: str | Path) -> Path:
+    """Write *figure* (the suffix tells the format) without the white margin around it; returns the path."""
+    with style.styled():
+        figure.savefig(path, bbox_inches="tight", pad_inches=0.06)
+    return Path(path)
+
+
+# ------------------------------------------------------------------------------------------------------ deformed shape
+def deformed(increment: Increment, problem: Problem, field: str = "mises", mesh: bool | None = None) -> Figure:
+    """Deformed bodies coloured by *field*, with the tools at their current place; axisymmetric sections are mirrored.
+
+    Parameters
+    ----------
+    increment, problem
+        What to draw, and the description that it belongs to.
+    field
+        One of `FIELDS`.
+    mesh
+        Draw the element edges; None draws them where they can be told apart.
+
+    Raises
+    ------
+    PrensaError
+        If *field* is unknown.
+    """
+    bodies = list(increment.bodies.values())
+    values = [field_values(b, field) for b in bodies]
+    axisymmetric = problem.space == "axisymmetric"
+    limits = _limits(increment, problem)
+    with style.styled():
+        wide = (limits[1] - limits[0]) / (limits[3] - limits[2])
+        figure, axes = _figure(*_size(wide))
+        mappable: Any = None
+        for body, value in zip(bodies, values):
+            for side in (1.0, -1.0) if axisymmetric else (1.0,):
+                mappable = _coloured(axes, body, value, side, _range(values, field), _map(field))
+                _edges(axes, body, side, len(body.cells) <= 2500 if mesh is None else mesh)
+        _draw_tools(axes, increment, problem, limits)
+        if axisymmetric:
+            axes.axvline(0.0, color=style.BLACK, linewidth=0.6, dashes=(10, 3, 2, 3))
+        _finish_section(axes, problem, limits)
+        below = wide > 1.7
+        place = {"location": "bottom", "ax": axes, "shrink": 0.7, "aspect": 35, "pad": 0.03} if below else \
+                {"cax": axes.inset_axes((1.04, 0.0, 0.04, 1.0))}  # fmt: skip
+        bar = figure.colorbar(mappable, label=_field_label(problem, field), **place)
+        bar.outline.set_linewidth(0.6)
+        axes.set_title(f"{problem.name} · {increment.step} · time {increment.time:.4g}")
+    return figure
+
+
+def field_values(body: BodyState, field: str) -> Array:
+    """(n,) nodal values of *field*, one of `FIELDS`; raises PrensaError for another."""
+    kind, _, component = field.partition(".")
+    if field not in FIELDS:
+        raise PrensaError(f"unknown field {field!r}{suggest(field, FIELDS)}")
+    if kind == "stress":
+        return body.stress[:, STRESSES.index(component)]
+    if kind == "displacement":
+        u = body.displacement
+        return u[:, "xy".index(component)] if component else np.hypot(u[:, 0], u[:, 1])
+    return np.asarray(getattr(body, kind))
+
+
+# ------------------------------------------------------------------------------------------------------------ contacts
+def pressure(
+    contact: ContactState, problem: Problem, reference: Mapping[str, Curve] | None = None, title: str = ""
+) -> Figure:
+    """Profile along the surface: pressure from nodal forces, from recovered stress, and the shear traction.
+
+    The recovered stress is shown where the surfaces touch; the band between the two pressures is their disagreement.
+
+    Parameters
+    ----------
+    contact, problem
+        What to draw. The abscissa is x or y along straight surfaces, else the arc length along the current surface.
+    reference
+        Further curves by name: (abscissa, pressure) or a function of the abscissa.
+    """
+    s, label = abscissa(contact, problem)
+    order = np.argsort(s)
+    s, p = s[order], contact.pressure[order]
+    closed = contact.status[order] != STATUS.index("open")
+    stress, shear = np.where(closed, contact.pressure_from_stress[order], np.nan), np.abs(contact.shear[order])
+    low, high = _closed_range(s, contact.status[order])
+    shown = (s >= low) & (s <= high)
+    with style.styled():
+        figure, axes = _figure(5.4, 3.4)
+        axes.fill_between(s, p, stress, color=style.BLUE, alpha=0.15, linewidth=0, where=closed.tolist())
+        axes.plot(s, p, "o-", color=style.BLUE, label="p, nodal forces")
+        axes.plot(s, stress, "--", color=style.ORANGE, linewidth=1.2, label="p, recovered stress")
+        if shear.max(initial=0.0) > 1e-9 * max(p.max(initial=0.0), 1e-300):
+            axes.plot(s, shear, "s-", color=style.GREEN, markersize=2.5, linewidth=1.2, label="|shear|, nodal forces")
+        top = max(p[shown].max(initial=0.0), np.nanmax(stress[closed], initial=0.0))
+        for name, curve in (reference or {}).items():
+            x, y = (np.linspace(low, high, 401),) * 2 if callable(curve) else curve
+            y = curve(x) if callable(curve) else y
+            axes.plot(x, y, "-", color=style.BLACK, linewidth=1.0, label=name, zorder=1.5)
+            top = max(top, float(np.nanmax(y)))
+        axes.set(xlim=(low, high), xlabel=label, ylabel=f"traction ({style.pressure_unit(problem)})")
+        axes.set_ylim(min(0.0, 1.05 * float(np.nanmin(stress[closed], initial=0.0))), 1.06 * top if top > 0 else 1.0)
+        if not closed.any():
+            axes.annotate("no contact", (0.5, 0.5), xycoords="axes fraction", ha="center", color="0.4")
+        axes.set_title(title or f"{contact.surface} on {contact.tool}")
+        _legend(axes)
+    return figure
+
+
+def abscissa(contact: ContactState, problem: Problem) -> tuple[Array, str]:
+    """(k,) coordinate along a contact surface and its label with the unit."""
+    span = np.ptp(contact.x, axis=0)
+    i = int(np.argmax(span))
+    steps = np.diff(contact.x[:, i])
+    if span[i] > 3 * span[1 - i] and (np.all(steps > 0) or np.all(steps < 0)):
+        return contact.x[:, i], f"{style.axes_names(problem)[i]} ({style.length_unit(problem)})"
+    s = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(contact.x, axis=0).T))])
+    return s, f"length along {contact.surface} ({style.length_unit(problem)})"
+
+
+# --------------------------------------------------------------------------------------------------------- time series
+def force_stroke(history: Mapping[str, NDArray[Any]], problem: Problem) -> Figure:
+    """Tool forces against tool travel; against time when no tool moves. *history* is what `read_history` returns."""
+    history = _from_zero(history)
+    strokes = {tool: _stroke(history, tool) for tool in problem.tools}
+    main = max(strokes, key=lambda t: np.ptp(strokes[t][0]) if len(strokes[t][0]) else 0.0, default="")
+    moving = bool(main) and strokes[main][0].size > 0 and float(np.abs(strokes[main][0]).max()) > 0
+    largest = max((np.abs(history[f"{t}.f{c}"]).max(initial=0.0) for t in problem.tools for c in "xy"), default=0.0)
+    names = style.axes_names(problem)
+    shown = (("y", "-"),) if problem.space == "axisymmetric" else (("y", "-"), ("x", "--"))  # radial forces balance
+    with style.styled():
+        figure, axes = _figure(5.4, 3.4)
+        for i, tool in enumerate(problem.tools):
+            travel = strokes[tool][0] if np.any(strokes[tool][0]) else strokes[main][0]
+            for c, line in shown:
+                force = history[f"{tool}.f{c}"]
+                if np.abs(force).max(initial=0.0) > 1e-6 * largest:
+                    marker = "o" if len(force) <= 60 else ""
+                    axes.plot(travel if moving else history["time"], force, line, marker=marker, markersize=2.5,
+                              color=style.CYCLE[i % len(style.CYCLE)], label=f"{tool}, {names['xy'.index(c)]}")  # fmt: skip
+        direction = names["xy".index(strokes[main][1])] if moving else ""
+        one = len({d for s, d in strokes.values() if np.any(s)}) == 1
+        what = f"travel along {direction}" if one else "travel"
+        axes.set_xlabel(f"{what} ({style.length_unit(problem)})" if moving else "time")
+        axes.set_ylabel(f"force on the tool ({style.force_unit(problem)})")
+        axes.axhline(0.0, color=style.BLACK, linewidth=0.6)
+        _legend(axes)
+    return figure
+
+
+def energy(history: Mapping[str, NDArray[Any]], problem: Problem) -> Figure:
+    """Energy ledger against time: where the external work went (above) and what is not accounted for (below)."""
+    history = _from_zero(history)
+    time, external = history["time"], history["energy.external"]
+    parts = {"elastic": style.SKY, "plastic": style.RED, "friction": style.GREEN, "contact": style.PURPLE}
+    scale = max(float(np.abs(external).max(initial=0.0)), *(float(np.abs(history[f"energy.{k}"]).max(initial=0.0)) for k in parts))
+    with style.styled():
+        figure, (axes, below) = _figure(5.4, 4.2, rows=2, gridspec_kw={"height_ratios": [2.6, 1]}, sharex=True)
+        base = np.zeros_like(time)
+        for name, colour in parts.items():
+            values = history[f"energy.{name}"]
+            if np.abs(values).max(initial=0.0) > 1e-4 * scale:
+                axes.fill_between(time, base, base + values, color=colour, alpha=0.75, linewidth=0, label=name)
+                base = base + values
+        axes.plot(time, external, color=style.BLACK, label="external work")
+        axes.set_ylabel(f"energy ({style.energy_unit(problem)})")
+        _legend(axes)
+        relative = np.maximum(np.abs(history["energy.imbalance"][1:]) / scale if scale > 0 else 0 * time[1:], 1e-17)
+        below.semilogy(time[1:], relative, "o-" if len(time) <= 60 else "-", color=style.BLACK, markersize=2.5)
+        below.set(xlabel="time", ylabel="|imbalance|\n/ largest energy")
+        below.set_ylim(*_decades(relative))
+    return figure
+
+
+def convergence(
+    history: Mapping[str, NDArray[Any]], iterations: Mapping[str, NDArray[Any]], problem: Problem, tolerance: float
+) -> Figure:
+    """Residual at each iteration of each increment (left) and iterations per increment (right).
+
+    *iterations* is what `read_convergence` returns; *tolerance* is drawn.
+    """
+    numbers = np.unique(iterations["increment"])
+    with style.styled():
+        import matplotlib
+
+        figure, (axes, right) = _figure(7.0, 3.0, columns=2)
+        colours = matplotlib.colormaps[style.SEQUENTIAL](np.linspace(0.0, 0.9, max(len(numbers), 2)))
+        for number, colour in zip(numbers, colours):
+            chosen = iterations["increment"] == number
+            axes.semilogy(iterations["iteration"][chosen], np.maximum(iterations["residual"][chosen], 1e-17), "o-",
+                          color=colour, linewidth=0.8, markersize=2, alpha=0.8)  # fmt: skip
+        axes.axhline(tolerance, color=style.RED, linewidth=0.9, dashes=(4, 2))
+        axes.annotate("tolerance", (0.99, tolerance), xycoords=("axes fraction", "data"), ha="right", va="bottom",
+                      color=style.RED, fontsize=8)  # fmt: skip
+        residuals = np.append(iterations["residual"], tolerance)
+        axes.set_ylim(*_decades(residuals))
+        axes.set(xlabel="iteration", ylabel="relative residual", title="first increment dark, last bright")
+        cut = history["cutbacks"] > 0
+        right.bar(history["increment"], history["iterations"], width=0.8, color=np.where(cut, style.RED, style.BLUE))
+        right.set(xlabel="increment", ylabel="iterations", title="iterations" + (" (red: after a cut)" if cut.any() else ""))
+        for a in (axes.xaxis, right.xaxis, right.yaxis):
+            a.get_major_locator().set_params(integer=True)
+    return figure
+
+
+# -------------------------------------------------------------------------------------------------------------- details
+def _figure(width: float, height: float, rows: int = 1, columns: int = 1, **options: Any) -> tuple[Figure, Any]:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height))
+    FigureCanvasAgg(figure)
+    return figure, figure.subplots(rows, columns, **options)
+
+
+def _legend(axes: Axes) -> None:
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
+
+
+def _decades(values: Array) -> tuple[float, float]:
+    """Limits of a logarithmic axis: whole decades around the positive *values*, at least two."""
+    positive = values[values > 0]
+    low, high = (np.log10(positive.min()), np.log10(positive.max())) if positive.size else (-16.0, 0.0)
+    return 10.0 ** np.floor(low - 0.1), 10.0 ** max(np.ceil(high + 0.1), np.floor(low - 0.1) + 2)
+
+
+def _from_zero(history: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """The numbers of a history with the initial state, where all of them are zero, in front."""
+    return {k: np.concatenate([[0.0], v]) for k, v in history.items() if np.issubdtype(v.dtype, np.number)}
+
+
+def _stroke(history: Mapping[str, NDArray[Any]], tool: str) -> tuple[Array, str]:
+    """Travel of a tool along the axis on which it moves most, made positive, and that axis."""
+    x, y = history[f"{tool}.ux"], history[f"{tool}.uy"]
+    axis, u = ("x", x) if np.abs(x).max(initial=0.0) > np.abs(y).max(initial=0.0) else ("y", y)
+    return (-u if u.size and u[np.argmax(np.abs(u))] < 0 else u), axis
+
+
+def _closed_range(s: Array, status: NDArray[Any]) -> tuple[float, float]:
+    """Part of the abscissa to show: the closed points and a margin, or everything when none or most are closed."""
+    closed = s[status != STATUS.index("open")]
+    if not closed.size or not s.size:
+        return (float(s.min()), float(s.max())) if s.size else (0.0, 1.0)
+    margin = max(0.25 * float(np.ptp(closed)), 3 * float(np.ptp(s)) / len(s))
+    return max(float(closed.min()) - margin, float(s.min())), min(float(closed.max()) + margin, float(s.max()))
+
+
+def _triangles(cells: NDArray[np.int64]) -> NDArray[np.int64]:
+    return np.vstack([cells[:, [0, 1, 2]], cells[:, [0, 2, 3]]])
+
+
+def _coloured(axes: Axes, body: BodyState, value: Array, side: float, limits: tuple[float, float], name: str) -> Any:
+    return axes.tripcolor(side * body.x[:, 0], body.x[:, 1], _triangles(body.cells), value, shading="gouraud",
+                          vmin=limits[0], vmax=limits[1], cmap=name, rasterized=True)  # fmt: skip
+
+
+def _edges(axes: Axes, body: BodyState, side: float, mesh: bool) -> None:
+    """Element edges (thin) and outline (thicker) of a body; its initial outline dashed."""
+    from matplotlib.collections import LineCollection, PolyCollection
+
+    mirror = np.array([side, 1.0])
+    if mesh:
+        axes.add_collection(PolyCollection(list(body.x[body.cells] * mirror), facecolors="none", edgecolors="k",
+                                           linewidths=0.25, alpha=0.35))  # fmt: skip
+    edges = boundary_edges(body.cells)
+    initial, current = body.X[edges] * mirror, body.x[edges] * mirror
+    axes.add_collection(LineCollection(list(initial), colors="0.45", linewidths=0.6, linestyles=[(0, (5, 4))], zorder=0.5))
+    axes.add_collection(LineCollection(list(current), colors="0.1", linewidths=0.8, zorder=3))
+
+
+def boundary_edges(cells: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(b, 2) edges that belong to one cell only, of quadrilaterals (m, 4)."""
+    edges = cells[:, [0, 1, 1, 2, 2, 3, 3, 0]].reshape(-1, 2)
+    _, first, count = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
+    return edges[first[count == 1]]
+
+
+def _range(values: list[Array], field: str) -> tuple[float, float]:
+    low, high = min(float(v.min()) for v in values), max(float(v.max()) for v in values)
+    if _map(field) == style.DIVERGING:
+        high = max(abs(low), abs(high), 1e-300)
+        return -high, high
+    return (low, high) if high > low else (low, low + 1.0)
+
+
+def _map(field: str) -> str:
+    return style.DIVERGING if field.startswith(("stress", "displacement.")) else style.SEQUENTIAL
+
+
+def _field_label(problem: Problem, field: str) -> str:
+    kind, _, component = field.partition(".")
+    first, second = style.axes_names(problem)
+    if kind == "stress":
+        third = "θ" if problem.space == "axisymmetric" else "z"
+        letters = {"x": first, "y": second, "z": third}
+        return f"stress {letters[component[0]]}{letters[component[1]]} ({style.pressure_unit(problem)})"
+    if kind == "displacement":
+        along = f" {(first, second)['xy'.index(component)]}" if component else ""
+        return f"displacement{along} ({style.length_unit(problem)})"
+    return f"von Mises stress ({style.pressure_unit(problem)})" if kind == "mises" else "equivalent plastic strain (–)"
+
+
+def _limits(increment: Increment, problem: Problem) -> tuple[float, float, float, float]:
+    """Part of the plane to show: the bodies, a margin, and the nearest piece of each tool."""
+    x = np.vstack([b.x for b in increment.bodies.values()] + [b.X for b in increment.bodies.values()])
+    if problem.space == "axisymmetric":
+        x = np.vstack([x, x * (-1.0, 1.0)])
+    low, high = x.min(axis=0), x.max(axis=0)
+    margin = 0.1 * float((high - low).max())
+    box = np.vstack([low - 0.4 * margin, high + 0.4 * margin])
+    for name, tool in problem.tools.items():
+        for polygon in outlines(tool, increment.tools[name], margin, problem.space == "axisymmetric"):
+            inside = np.clip(polygon, low, high)
+            nearest = int(np.argmin(np.hypot(*(polygon - inside).T)))
+            behind = polygon[nearest] + np.clip(polygon.mean(axis=0) - polygon[nearest], -margin, margin)
+            box = np.vstack([box, polygon[nearest], behind])
+    low, high = box.min(axis=0), box.max(axis=0)
+    return float(low[0]), float(high[0]), float(low[1]), float(high[1])
+
+
+def _size(wide: float) -> tuple[float, float]:
+    """Width and height in inches of a picture whose section is *wide* times wider than high."""
+    width = 6.6 if wide > 1.0 else max(6.2 * wide, 2.6) + 1.2
+    return width, min(max(6.0 / wide + 1.2, 2.4), 6.6)
+
+
+def _draw_tools(axes: Axes, increment: Increment, problem: Problem, limits: tuple[float, float, float, float]) -> None:
+    from matplotlib.patches import Polygon
+
+    depth = 3 * max(limits[1] - limits[0], limits[3] - limits[2])
+    for name, tool in problem.tools.items():
+        for polygon in outlines(tool, increment.tools[name], depth, problem.space == "axisymmetric"):
+            axes.add_patch(Polygon(polygon, closed=True, zorder=2.5, **style.TOOL))
+
+
+def _finish_section(axes: Axes, problem: Problem, limits: tuple[float, float, float, float]) -> None:
+    first, second = style.axes_names(problem)
+    unit = style.length_unit(problem)
+    axes.set(xlim=limits[:2], ylim=limits[2:], aspect="equal", xlabel=f"{first} ({unit})", ylabel=f"{second} ({unit})")
+    axes.grid(False)

@@ -1,0 +1,86 @@
+"""A sign of life: a bar on a terminal, one line per accepted increment elsewhere, nothing when asked to be quiet."""
+
+from __future__ import annotations
+
+import time as clocks
+from collections.abc import Mapping
+from types import TracebackType
+
+from rich.console import Console
+from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+from rich.progress import Progress as Bar
+
+from prensa.solver.increment import Force, Progress
+
+
+class ProgressBar:
+    """Monitor that shows `Progress`: use as a context manager and pass it to ``solve(..., monitor=bar)``.
+
+    Parameters
+    ----------
+    quiet
+        Show nothing.
+    console
+        Where to show; standard error when None, so that standard output stays free for results.
+    start
+        Time at which the run starts (not zero when it is resumed).
+    """
+
+    def __init__(self, quiet: bool = False, console: Console | None = None, start: float = 0.0) -> None:
+        self._console = console or Console(stderr=True, quiet=quiet)
+        self._quiet, self._start, self._began = quiet, start, clocks.perf_counter()
+        self._bar: Bar | None = None
+        if not quiet and self._console.is_terminal:
+            self._bar = Bar(
+                TextColumn("{task.description}"), BarColumn(bar_width=24), TextColumn("{task.percentage:3.0f} %"),
+                TextColumn("{task.fields[detail]}"), TimeElapsedColumn(), TextColumn("left {task.fields[left]}"),
+                console=self._console, transient=True,
+            )  # fmt: skip
+            self._task = self._bar.add_task("starting", total=1.0, detail="", left="–")
+
+    def __enter__(self) -> ProgressBar:
+        if self._bar:
+            self._bar.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._bar:
+            self._bar.stop()
+
+    def __call__(self, sign: Progress) -> None:
+        """Show one sign of life."""
+        if self._quiet:
+            return
+        if self._bar:
+            detail = f"increment {sign.number}, iteration {sign.iteration}, residual {sign.residual:.1e}"
+            if sign.event == "accepted":  # a rejected target time would make the bar jump back
+                self._bar.update(self._task, completed=sign.time / sign.end if sign.end else 1.0, left=self._left(sign))
+            self._bar.update(self._task, description=sign.step, detail=", ".join(filter(None, [detail, _forces(sign.forces)])))
+        if sign.event == "accepted" and not self._bar:
+            parts = [f"{sign.step}: increment {sign.number}, time {sign.time:.4g} of {sign.end:.4g}"]
+            parts += [f"{sign.iteration} iterations", f"residual {sign.residual:.1e}", _forces(sign.forces)]
+            self._print(", ".join(filter(None, parts)))
+        elif sign.event in ("rejected", "note") and sign.message:
+            self._print(f"{sign.step}: {'increment cut: ' if sign.event == 'rejected' else ''}{sign.message}")
+
+    def _print(self, line: str) -> None:
+        self._console.print(line, markup=False, highlight=False, soft_wrap=True)
+
+    def _left(self, sign: Progress) -> str:
+        """Time left if the rest goes as fast as this session's part."""
+        done = sign.time - self._start
+        if done <= 0:
+            return "–"
+        seconds = round((clocks.perf_counter() - self._began) * (sign.end - sign.time) / done)
+        return f"{seconds // 3600}:{seconds // 60 % 60:02d}:{seconds % 60:02d}"
+
+
+def _forces(forces: Mapping[str, Force]) -> str:
+    """The largest tool force: there is room for one."""
+    if not forces:
+        return ""
+    name = max(forces, key=lambda t: max(abs(forces[t].x), abs(forces[t].y)))
+    x, y, _ = forces[name]
+    return f"{name} {'xy'[abs(y) >= abs(x)]} {y if abs(y) >= abs(x) else x:.4g}"
