@@ -52,6 +52,7 @@ def write_checkpoint(path: str | Path, case: Case | str, state: State) -> Path:
         The case, or its YAML text (the same at every increment, so that the caller may keep it).
     state
         Committed state; its arrays are stored as they are.
+
     """
     text = case if isinstance(case, str) else case_text(case)
     arrays = state.arrays()
@@ -71,6 +72,7 @@ def read_checkpoint(path: str | Path) -> tuple[Case, State]:
     ------
     PrensaError
         If the file is missing, cut off, no checkpoint of prensa, of another layout, or does not match its own hashes.
+
     """
     from prensa.model.schema import loads
 

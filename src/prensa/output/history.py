@@ -63,6 +63,7 @@ class History:
     ------
     PrensaError
         If the table to be continued has other columns.
+
     """
 
     def __init__(self, directory: Path, problem: Problem, keep: int | None = None) -> None:
@@ -110,6 +111,7 @@ def read_history(directory: str | Path) -> dict[str, NDArray[Any]]:
     ------
     PrensaError
         If there is no such file in *directory*.
+
     """
     return _read(Path(directory) / HISTORY)
 
@@ -139,11 +141,13 @@ def read_contact(path: str | Path) -> dict[str, NDArray[Any]]:
 
 
 def forget_contacts_after(directory: Path, number: int) -> None:
-    """Remove the contact tables of increments later than *number*."""
+    """Remove the contact tables of increments later than *number*; other files there are left alone."""
     for folder in sorted((directory / CONTACT).glob("*/")):
         for n, path in numbered(folder, ".csv"):
-            if n > number:
+            if n > number and path.read_bytes().startswith(",".join(CONTACT_COLUMNS).encode()):
                 path.unlink()
+        if not any(folder.iterdir()):
+            folder.rmdir()
 
 
 # ------------------------------------------------------------------------------------------------------------- details

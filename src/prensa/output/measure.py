@@ -36,6 +36,7 @@ def measure(increment: Increment, name: str) -> float:
     ------
     PrensaError
         If there is no such measure; the message suggests the nearest one.
+
     """
     known = dict(_measures(increment))
     if name not in known:
@@ -77,7 +78,7 @@ def _of_contact(contact: ContactState, suffix: str) -> Iterator[tuple[str, Gette
         yield f"max.{field}{suffix}", _later(lambda f: np.abs(getattr(contact, f)).max(initial=0.0), field)
     yield f"min.gap{suffix}", lambda: contact.gap.min(initial=np.inf)
     for i, word in enumerate(STATUS):
-        yield f"count.{word}{suffix}", _later(lambda k: np.count_nonzero(contact.status == k), i)
+        yield f"count.{word}{suffix}", _later(lambda k: float(np.count_nonzero(contact.status == k)), i)
 
 
 def _of_bodies(increment: Increment, names: list[str], suffix: str) -> Iterator[tuple[str, Getter]]:

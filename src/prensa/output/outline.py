@@ -22,6 +22,7 @@ def outlines(tool: Tool, state: ToolState, depth: float, axisymmetric: bool = Fa
         Extent to draw of what has none: the body of a plane, stamp or ring behind its face, the width of a plane.
     axisymmetric
         Also return the other half of the section, x → −x, of what is not its own mirror image.
+
     """
     place = np.array(state.at, dtype=float) + state.place[:2]
     polygons = [_turn(p, _angle(tool, state)) + place for p in _local(tool, depth)]
@@ -47,8 +48,8 @@ def _block(left: float, right: float, depth: float, fillet: float) -> Array:
     """Rectangle above y = 0 whose two lower corners are rounded."""
     angle = np.linspace(0.0, np.pi / 2, 25 if fillet else 1)
     quarter = fillet * np.column_stack([1 - np.cos(angle), 1 - np.sin(angle)])
-    lower_left = quarter + (left, 0.0)
-    lower_right = quarter[::-1] * (-1.0, 1.0) + (right, 0.0)
+    lower_left = quarter + np.array([left, 0.0])
+    lower_right = quarter[::-1] * (-1.0, 1.0) + np.array([right, 0.0])
     return np.vstack([[(left, depth)], lower_left, lower_right, [(right, depth)]])
 
 

@@ -29,10 +29,10 @@ STRESSES = ("xx", "yy", "zz", "xy")
 FIELDS = ("mises", "plastic_strain", "displacement", "displacement.x", "displacement.y", *(f"stress.{c}" for c in STRESSES))
 
 
-def save(figure: Figure, path: str | Path) -> Path:
-    """Write *figure* (the suffix tells the format) without the white margin around it; returns the path."""
+def save(figure: Figure, path: str | Path, format: str | None = None) -> Path:
+    """Write *figure* without the white margin around it (*format*: that of the suffix if None); returns the path."""
     with style.styled():
-        figure.savefig(path, bbox_inches="tight", pad_inches=0.06)
+        figure.savefig(path, format=format, bbox_inches="tight", pad_inches=0.06)
     return Path(path)
 
 
@@ -53,6 +53,7 @@ def deformed(increment: Increment, problem: Problem, field: str = "mises", mesh:
     ------
     PrensaError
         If *field* is unknown.
+
     """
     bodies = list(increment.bodies.values())
     values = [field_values(b, field) for b in bodies]
@@ -106,6 +107,9 @@ def pressure(
         What to draw. The abscissa is x or y along straight surfaces, else the arc length along the current surface.
     reference
         Further curves by name: (abscissa, pressure) or a function of the abscissa.
+    title
+        Above the picture; the names of surface and tool if empty.
+
     """
     s, label = abscissa(contact, problem)
     order = np.argsort(s)
@@ -182,7 +186,7 @@ def energy(history: Mapping[str, NDArray[Any]], problem: Problem) -> Figure:
     history = _from_zero(history)
     time, external = history["time"], history["energy.external"]
     parts = {"elastic": style.SKY, "plastic": style.RED, "friction": style.GREEN, "contact": style.PURPLE}
-    scale = max(float(np.abs(external).max(initial=0.0)), *(float(np.abs(history[f"energy.{k}"]).max(initial=0.0)) for k in parts))
+    scale = max(float(np.abs(history[f"energy.{k}"]).max(initial=0.0)) for k in ("external", *parts))
     with style.styled():
         figure, (axes, below) = _figure(5.4, 4.2, rows=2, gridspec_kw={"height_ratios": [2.6, 1]}, sharex=True)
         base = np.zeros_like(time)
@@ -280,8 +284,10 @@ def _triangles(cells: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _coloured(axes: Axes, body: BodyState, value: Array, side: float, limits: tuple[float, float], name: str) -> Any:
-    return axes.tripcolor(side * body.x[:, 0], body.x[:, 1], _triangles(body.cells), value, shading="gouraud",
-                          vmin=limits[0], vmax=limits[1], cmap=name, rasterized=True)  # fmt: skip
+    from matplotlib.tri import Triangulation
+
+    triangles = Triangulation(side * body.x[:, 0], body.x[:, 1], _triangles(body.cells))
+    return axes.tripcolor(triangles, value, shading="gouraud", vmin=limits[0], vmax=limits[1], cmap=name, rasterized=True)
 
 
 def _edges(axes: Axes, body: BodyState, side: float, mesh: bool) -> None:

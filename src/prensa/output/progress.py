@@ -24,6 +24,7 @@ class ProgressBar:
         Where to show; standard error when None, so that standard output stays free for results.
     start
         Time at which the run starts (not zero when it is resumed).
+
     """
 
     def __init__(self, quiet: bool = False, console: Console | None = None, start: float = 0.0) -> None:
@@ -64,6 +65,15 @@ class ProgressBar:
             self._print(", ".join(filter(None, parts)))
         elif sign.event in ("rejected", "note") and sign.message:
             self._print(f"{sign.step}: {'increment cut: ' if sign.event == 'rejected' else ''}{sign.message}")
+
+    def say(self, line: str) -> None:
+        """Show a line of text, unless asked to be quiet."""
+        if not self._quiet:
+            self._print(line)
+
+    def warn(self, text: str) -> None:
+        """Show a warning, also when asked to be quiet."""
+        Console(stderr=True).print(f"warning: {text}", markup=False, highlight=False, soft_wrap=True)
 
     def _print(self, line: str) -> None:
         self._console.print(line, markup=False, highlight=False, soft_wrap=True)

@@ -16,7 +16,7 @@ CYCLE = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY)
 TOOL = {"facecolor": "#D9DCE1", "edgecolor": "#4A5058", "hatch": "////", "linewidth": 1.0}
 SEQUENTIAL, DIVERGING = "viridis", "RdBu_r"
 
-RC: dict[str, Any] = {
+RC: Any = {
     "figure.dpi": 100,
     "savefig.dpi": 200,
     "figure.constrained_layout.use": True,

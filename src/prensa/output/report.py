@@ -1,0 +1,117 @@
+"""``report.html``: one file that tells a run to someone who has nothing else; written from what the run left behind."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from prensa.errors import PrensaError
+from prensa.model.problem import Case, Problem
+from prensa.output import style
+from prensa.output.files import write_text
+from prensa.output.history import ENERGIES, read_history
+from prensa.output.pictures import PICTURES, caption, order
+
+REPORT = "report.html"
+SUMMARY = "summary.json"
+
+
+def write_report(directory: str | Path) -> Path:
+    """Write ``report.html`` of the run in *directory* from its summary, history and pictures; returns its path.
+
+    The page needs nothing but itself: pictures are inside, nothing is fetched.
+
+    Raises
+    ------
+    PrensaError
+        If *directory* holds no summary of a run.
+
+    """
+    import jinja2
+
+    directory = Path(directory)
+    summary = read_summary(directory)
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("prensa.output"), autoescape=True, trim_blocks=True, lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )  # fmt: skip
+    environment.filters |= {"number": number, "seconds": lambda s: f"{s:.2f}" if s < 100 else f"{s:.0f}"}
+    page = environment.get_template("report.html").render(
+        run=summary, pictures=list(_pictures(directory)), **_tables(directory, summary)
+    )
+    return write_text(directory / REPORT, page)
+
+
+def read_summary(directory: str | Path) -> dict[str, Any]:
+    """Content of ``summary.json``; raises PrensaError when there is none or it is damaged."""
+    path = Path(directory) / SUMMARY
+    try:
+        return dict(json.loads(path.read_text(encoding="utf-8")))
+    except FileNotFoundError:
+        raise PrensaError(f"{path}: there is no summary; was the folder written by 'prensa run'?") from None
+    except (ValueError, OSError) as error:
+        raise PrensaError(f"{path}: the summary cannot be read ({error}); run the case again") from None
+
+
+def number(value: float | None) -> str:
+    """*value* for a reader: five significant digits, a true minus sign, – for none."""
+    if value is None:
+        return "–"
+    text = f"{value:.5g}"
+    if "e" in text:
+        mantissa, _, exponent = text.partition("e")
+        text = f"{mantissa}·10^{int(exponent)}"
+    return text.replace("-", "−")
+
+
+# ------------------------------------------------------------------------------------------------------------- details
+def _tables(directory: Path, summary: dict[str, Any]) -> dict[str, Any]:
+    from prensa.model.schema import loads
+
+    case = loads(summary["case"], "summary.json")
+    problem = case.problem
+    history = read_history(directory)
+    last = {k: v[-1] for k, v in history.items()} if len(history["time"]) else {}
+    scale = max((abs(float(last[f"energy.{e}"])) for e in ENERGIES), default=0.0) if last else 0.0
+    return {
+        "facts": list(_facts(case, summary)),
+        "tools": [(t, [float(last[f"{t}.{c}"]) for c in ("ux", "uy", "rz", "fx", "fy", "mz")]) for t in problem.tools if last],
+        "areas": [(c.name, float(last[f"{c.name}.area"])) for c in problem.contacts if last],
+        "energies": [(e, float(last[f"energy.{e}"]), abs(float(last[f"energy.{e}"])) / scale if scale else 0.0)
+                     for e in ENERGIES if last],
+        "units": {"length": style.length_unit(problem), "force": style.force_unit(problem), "area": style.area_unit(problem),
+                  "moment": style.moment_unit(problem), "energy": style.energy_unit(problem)},
+        "axes": style.axes_names(problem),
+        "time": float(last["time"]) if last else 0.0,
+        "step": str(last.get("step", "–")),
+    }  # fmt: skip
+
+
+def _facts(case: Case, summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
+    from prensa.model.schema import brief
+
+    p: Problem = case.problem
+    surface = "moved" if p.contact_geometry == "current" else "undeformed"
+    yield "Kind", f"{p.space}, {p.kinematics} deformation, contact on the {surface} surface"
+    yield "Units", f"{p.units.length}, {p.units.force}, {style.pressure_unit(p)}"
+    for name, body in p.bodies.items():
+        size = summary["bodies"].get(name, {})
+        yield f"Body {name}", f"{size.get('elements', '?')} elements {body.element}; {brief(body.material)}"
+    for name, tool in p.tools.items():
+        yield f"Tool {name}", brief(tool)
+    for contact in p.contacts:
+        friction = contact.friction or p.friction
+        yield f"Contact {contact.name}", f"friction {brief(friction) if friction else 'none'}; {contact.enforcement.type}"
+    for step in p.steps:
+        acts = [f"{k} {brief(v)}" for k in ("move", "velocity", "push", "loads") if (v := getattr(step, k))]
+        yield f"Step {step.name}", ", ".join(acts) or "nothing moves"
+
+
+def _pictures(directory: Path) -> Iterator[tuple[str, str]]:
+    """Pairs (caption, data URI) of the pictures of a run, in reading order."""
+    for path in sorted((directory / PICTURES).glob("*.png"), key=order):
+        if text := caption(path):
+            yield text, "data:image/png;base64," + base64.b64encode(path.read_bytes()).decode()

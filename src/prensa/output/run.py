@@ -1,0 +1,308 @@
+"""Run a case and leave everything behind: tables, fields, checkpoint, pictures, report, log, summary.
+
+Whatever ends a run (completion, failure, Ctrl-C, a lost machine), what was written up to then is complete and usable.
+"""
+
+from __future__ import annotations
+
+import datetime
+import json
+import logging
+import time as clocks
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa import __version__
+from prensa.errors import PrensaError
+from prensa.model.problem import Case
+from prensa.output import checkpoint, history, pictures, report, runlog, vtk
+from prensa.output.files import TEMPORARY, file_name, numbered, write_text
+from prensa.output.interrupt import Interruptible
+from prensa.output.progress import ProgressBar
+from prensa.solver.increment import Increment, Progress
+from prensa.solver.state import State
+
+if TYPE_CHECKING:
+    from prensa.fem.system import System
+
+log = logging.getLogger("prensa")
+
+CHECKPOINT_SHARE = 0.05  # of the wall time that checkpoints may take in the middle of a step
+IMBALANCE = 0.05  # of the largest energy, above which the ledger is worth a warning
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """What a run gave: its folder, how it ended (always ``completed`` where it is returned), and its last increment.
+
+    ``increment`` is None when a resumed run had nothing left to do; ``summary`` is the content of ``summary.json``.
+    """
+
+    directory: Path
+    status: str
+    increment: Increment | None
+    summary: dict[str, Any]
+
+    @property
+    def history(self) -> dict[str, NDArray[Any]]:
+        """Columns of ``history.csv``."""
+        return history.read_history(self.directory)
+
+
+def run(
+    case: Case, out: str | Path | None = None, quiet: bool = False, source: str | Path | None = None
+) -> RunResult:
+    """Run *case* and leave its results in the folder *out* (``results/<name>`` if None).
+
+    The stable names of an earlier run in that folder are removed first, everything else there is left alone.
+
+    Parameters
+    ----------
+    case
+        What `prensa.load` returns.
+    out
+        Folder of the results, made if needed.
+    quiet
+        Show nothing but warnings.
+    source
+        Name of the case file, for the report.
+
+    Raises
+    ------
+    PrensaError
+        If the case cannot be discretised (nothing is touched then) or does not converge (after writing).
+    KeyboardInterrupt
+        After Ctrl-C, when everything is written; `resume` continues.
+
+    """
+    from prensa.fem.system import discretise
+
+    began = clocks.perf_counter()
+    system = discretise(case.problem)  # a case that cannot run leaves earlier results alone
+    directory = Path(out) if out is not None else Path("results") / file_name(case.problem.name)
+    remove_results(directory)
+    made = {"discretisation": clocks.perf_counter() - began}
+    return _Run(directory, case, system, None, quiet, {"source": str(source or ""), "timings": made}).execute()
+
+
+def resume(directory: str | Path, quiet: bool = False) -> RunResult:
+    """Continue the run in *directory* from its checkpoint: the files end as if it had never stopped.
+
+    Rows and files later than the checkpoint are removed first. A completed run only has its report made again.
+
+    Raises
+    ------
+    PrensaError
+        If there is no usable checkpoint, or as `run`.
+
+    """
+    from prensa.fem.system import discretise
+
+    directory = Path(directory)
+    case, state = checkpoint.read_checkpoint(directory / checkpoint.CHECKPOINT)
+    try:
+        before = report.read_summary(directory)
+    except PrensaError:
+        before = {}  # the run was killed before it could write one
+    return _Run(directory, case, discretise(case.problem), state, quiet, before).execute()
+
+
+def remove_results(directory: Path) -> None:
+    """Make *directory* and remove from it the files that runs write, by their stable names only.
+
+    Raises
+    ------
+    PrensaError
+        If *directory* is a file.
+
+    """
+    if directory.exists() and not directory.is_dir():
+        raise PrensaError(f"{directory}: this is a file; name a folder for the results")
+    directory.mkdir(parents=True, exist_ok=True)
+    single = (history.HISTORY, history.CONVERGENCE, checkpoint.CHECKPOINT, vtk.COLLECTION, report.SUMMARY, report.REPORT)
+    old = [directory / name for name in (*single, runlog.LOG)]
+    old += [path.with_name(path.name + TEMPORARY) for path in old]  # left by a run that was killed
+    old += [path for _, path in numbered(directory / vtk.FIELDS, ".vtu")]
+    old += [path for path in (directory / pictures.PICTURES).glob("*.png") if pictures.is_picture(path)]
+    for path in old:
+        path.unlink(missing_ok=True)
+    history.forget_contacts_after(directory, -1)
+
+
+# ------------------------------------------------------------------------------------------------------------- details
+class _Run:
+    """One session of a run: opens the writers, marches, closes."""
+
+    def __init__(
+        self, directory: Path, case: Case, system: System, start: State | None, quiet: bool, before: dict[str, Any]
+    ) -> None:
+        from prensa.solver.march import Timer
+
+        self.directory, self.case, self.system, self.start, self.before = directory, case, system, start, before
+        self.text = checkpoint.case_text(case)
+        self.timer, self.began = Timer(), clocks.perf_counter()
+        self.bar = ProgressBar(quiet, start=float(start.clock[2]) if start else 0.0)
+        self.warnings = runlog.Warnings(self._known_warnings(), self.bar.warn)
+        self.guard = Interruptible()
+        self.last: Increment | None = None
+        self.saved: Increment | None = None
+        self.written = 0.0
+
+    def _known_warnings(self) -> list[str]:
+        """Those of an earlier session and of the description: whoever called has told them already."""
+        from prensa.model.schema import warnings_of
+
+        return list(dict.fromkeys([*self.before.get("warnings", []), *warnings_of(self.case.problem)]))
+
+    def execute(self) -> RunResult:
+        """March to the end; whatever happens, write the ends."""
+        with runlog.logging_to(self.directory, self.warnings), self.guard:
+            status, reason = "completed", ""
+            try:
+                self._march()
+            except KeyboardInterrupt:
+                status, reason = "interrupted", "stopped by the user; 'prensa resume' continues from the checkpoint"
+                raise
+            except PrensaError as error:
+                status, reason = "failed", str(error)
+                raise
+            except BaseException as error:
+                status, reason = "failed", f"{type(error).__name__}: {error}"
+                log.exception("unexpected error")
+                raise
+            finally:
+                with self.guard.held():
+                    summary = self._finish(status, reason)
+        return RunResult(self.directory, status, self.last, summary)
+
+    def _march(self) -> None:
+        from prensa.solver.march import solve
+
+        log.info("prensa %s, case %r, input %s", __version__, self.case.problem.name, checkpoint.text_hash(self.text))
+        keep = None
+        if self.start is not None:
+            keep = int(self.start.clock[1])
+            history.forget_contacts_after(self.directory, keep)
+            log.info("resumed after increment %d, time %.6g", keep, self.start.clock[2])
+        self.tables = history.History(self.directory, self.case.problem, keep)
+        self.fields = vtk.Fields(self.directory, keep)
+
+        def monitor(sign: Progress) -> None:
+            runlog.log_sign(sign)
+            self.bar(sign)
+
+        with self.bar:
+            for increment in solve(self.system, self.case.numerics, self.start, monitor, self.timer):
+                with self.guard.held():
+                    self._write(increment)
+
+    def _write(self, increment: Increment) -> None:
+        """Everything about one increment, the checkpoint last: what it stands for is then already on the disk."""
+        runlog.log_increment(increment)
+        with self.timer("recovery"):
+            contacts = increment.contacts
+        with self.timer("tables"):
+            for name, contact in contacts.items():
+                history.write_contact(self.directory, name, increment.number, contact)
+            self.tables.append(increment)
+        every = self.case.output.fields
+        if increment.end_of_step or (every and increment.number % every == 0):
+            with self.timer("recovery"):
+                increment.bodies  # noqa: B018  (computed when first asked for)
+            with self.timer("fields"):
+                self.fields.append(increment)
+        self.last = increment
+        if increment.end_of_step or self.written <= CHECKPOINT_SHARE * (clocks.perf_counter() - self.began):
+            self._save(increment)
+
+    def _save(self, increment: Increment) -> None:
+        begun = clocks.perf_counter()
+        with self.timer("checkpoint"):
+            checkpoint.write_checkpoint(self.directory / checkpoint.CHECKPOINT, self.text, increment.state)
+        self.written += clocks.perf_counter() - begun
+        self.saved = increment
+
+    def _finish(self, status: str, reason: str) -> dict[str, Any]:
+        """Last checkpoint, summary, pictures and report; the log ends with the wall times."""
+        log.log(logging.ERROR if status == "failed" else logging.INFO, "%s %s", status, reason)
+        if not hasattr(self, "fields"):
+            return {}  # the writers could not even be opened: there is nothing to tell and nowhere to tell it
+        if self.last is not None and self.saved is not self.last:
+            self._save(self.last)
+        self.tables.close()
+        self._check_energy()
+        summary = self._summarise(status, reason)  # before the pictures: they may take long
+        if self.case.output.pictures:
+            with self.timer("pictures"):
+                for message in pictures.write_pictures(self.directory, self.case, self.last):
+                    log.warning("%s", message)
+            summary = self._summarise(status, reason)
+        if self.case.output.report:
+            with self.timer("report"):
+                report.write_report(self.directory)
+        log.info("wall time by section\n%s", runlog.wall_times(self._timings()))
+        self.bar.say(f"{status}: {summary['totals']['increments']} increments, {self.directory}")
+        return summary
+
+    def _check_energy(self) -> None:
+        table = history.read_history(self.directory)
+        largest = max(float(np.abs(table[f"energy.{e}"]).max(initial=0.0)) for e in history.ENERGIES[:-1])
+        missing = float(np.abs(table["energy.imbalance"]).max(initial=0.0))
+        if missing > IMBALANCE * largest:
+            share = 100 * missing / largest if largest else 100.0
+            log.warning("the energy ledger misses %.2g %% of the largest energy; more increments make it close", share)
+
+    def _timings(self) -> dict[str, float]:
+        """Wall seconds by section, sessions added up; what no section claims is ``other``."""
+        here = dict(self.timer.seconds)
+        here["other"] = max(clocks.perf_counter() - self.began - sum(here.values()), 0.0)
+        before = self.before.get("timings", {})
+        return {k: float(before.get(k, 0.0)) + here.get(k, 0.0) for k in [*before, *(k for k in here if k not in before)]}
+
+    def _summarise(self, status: str, reason: str) -> dict[str, Any]:
+        """Write ``summary.json`` (from the tables, so that a resumed run tells of all sessions); returns its content."""
+        problem = self.case.problem
+        table, cost = history.read_history(self.directory), history.read_convergence(self.directory)
+        final = [float(cost["residual"][cost["increment"] == n][-1]) for n in np.unique(cost["increment"])]
+        iterations, timings = table["iterations"], self._timings()
+
+        def last(column: str) -> float:
+            return float(table[column][-1]) if len(table[column]) else 0.0
+
+        summary: dict[str, Any] = {
+            "name": problem.name,
+            "status": status,
+            "reason": reason,
+            "version": __version__,
+            "input_hash": checkpoint.text_hash(self.text),
+            "source": self.before.get("source", ""),
+            "finished": datetime.datetime.now().astimezone().isoformat(" ", "seconds"),
+            "last_force": {t: {c: last(f"{t}.{k}") for c, k in zip("xym", ("fx", "fy", "mz"))} for t in problem.tools},
+            "last_place": {t: {c: last(f"{t}.u{c}") for c in "xy"} | {"rz": last(f"{t}.rz")} for t in problem.tools},
+            "last_area": {c.name: last(f"{c.name}.area") for c in problem.contacts},
+            "energy": {e: last(f"energy.{e}") for e in history.ENERGIES},
+            "totals": {
+                "increments": len(iterations),
+                "iterations": int(iterations.sum()),
+                "cutbacks": int(table["cutbacks"].sum()),
+                "time": last("time"),
+                "end": float(len(problem.steps)),
+                "wall_seconds": sum(timings.values()),
+            },
+            "convergence": {
+                "mean_iterations": float(iterations.mean()) if len(iterations) else 0.0,
+                "max_iterations": int(iterations.max(initial=0)),
+                "max_residual": max(final, default=0.0),
+                "tolerance": self.case.numerics.tolerance,
+            },
+            "timings": timings,
+            "bodies": {b: {"nodes": len(m.points), "elements": len(m.cells)} for b, m in self.system.meshes.items()},
+            "warnings": self.warnings.texts,
+            "case": self.text,
+        }
+        write_text(self.directory / report.SUMMARY, json.dumps(summary, indent=2, ensure_ascii=False) + "\n")
+        return summary

@@ -1,0 +1,75 @@
+"""``run.log``: every iteration of a run, its warnings, and at the end where the time went."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+from prensa.solver.increment import Increment, Progress
+
+LOG = "run.log"
+
+log = logging.getLogger("prensa")
+
+
+class Warnings(logging.Handler):
+    """Keeps the texts of warnings, each once, and tells them on."""
+
+    def __init__(self, known: list[str], tell: Callable[[str], None]) -> None:
+        super().__init__(logging.WARNING)
+        self.texts, self._tell = list(known), tell
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Keep one record."""
+        text = record.getMessage()
+        if text not in self.texts:
+            self.texts.append(text)
+            self._tell(text)
+
+
+@contextmanager
+def logging_to(directory: Path, warnings: Warnings) -> Iterator[None]:
+    """Append what the logger ``prensa`` says to ``run.log``; its level and handlers are as before afterwards."""
+    file = logging.FileHandler(directory / LOG, mode="a", encoding="utf-8")
+    file.setFormatter(logging.Formatter("%(asctime)s %(levelname)-7s %(message)s"))
+    level = log.level
+    log.setLevel(min(level or logging.INFO, logging.INFO))
+    log.addHandler(file)
+    log.addHandler(warnings)
+    try:
+        yield
+    finally:
+        log.removeHandler(file)
+        log.removeHandler(warnings)
+        log.setLevel(level)
+        file.close()
+
+
+def log_sign(sign: Progress) -> None:
+    """Monitor that logs iterations (the solver itself logs cuts and notes)."""
+    if sign.event == "iteration":
+        what = f" {sign.message}" if sign.message else ""
+        log.info("step %s, increment %d, time %.6g, iteration %d: residual %.3e%s", sign.step, sign.number, sign.time,
+                 sign.iteration, sign.residual, what)  # fmt: skip
+
+
+def log_increment(increment: Increment) -> None:
+    """Log an accepted increment: its cost, the status changes of each iteration and the tool forces."""
+    cost = increment.statistics
+    forces = "; ".join(f"{name} {t.force.x:.6g}, {t.force.y:.6g}" for name, t in increment.tools.items())
+    log.info("increment %d accepted: %d iterations, %d cut-backs, %d augmentations, status changes %s, forces: %s",
+             increment.number, cost.iterations, cost.cutbacks, cost.augmentations,
+             " ".join(map(str, cost.changes)) or "–", forces or "–")  # fmt: skip
+
+
+def wall_times(seconds: Mapping[str, float]) -> str:
+    """Table of wall seconds by section with shares of the total, largest first."""
+    total = sum(seconds.values())
+    width = max(map(len, seconds), default=5)
+    rows = [*sorted(seconds.items(), key=lambda item: -item[1]), ("total", total)]
+    return "\n".join(
+        [f"{'section':<{max(width, 7)}}  {'seconds':>9}  share"]
+        + [f"{name:<{max(width, 7)}}  {s:9.3f}  {100 * s / total if total else 0:4.0f} %" for name, s in rows]
+    )
