@@ -59,7 +59,7 @@ def write_checkpoint(path: str | Path, case: Case | str, state: State) -> Path:
     with replacing(Path(path)) as temporary, h5py.File(temporary, "w") as file:
         file.attrs.update(format=FORMAT, version=VERSION, prensa=__version__)
         file.attrs.update(input_hash=text_hash(text), state_hash=_arrays_hash(arrays))
-        file.create_dataset("case", data=text.encode(), track_times=False)
+        file.create_dataset("case", data=text, track_times=False)
         for name, array in arrays.items():
             file.create_dataset(f"state/{name}", data=array, track_times=False)
     return Path(path)
@@ -89,10 +89,10 @@ def _read(path: Path) -> tuple[str, dict[str, NDArray[Any]]]:
     try:
         with h5py.File(path, "r") as file:
             _check_origin(path, dict(file.attrs))
-            text = bytes(np.asarray(file["case"])).decode() if "case" in file else ""
+            text = str(file["case"].asstr()[()])
             arrays = {name: np.array(data) for name, data in file["state"].items()}
             hashes = file.attrs["input_hash"], file.attrs["state_hash"]
-    except (OSError, KeyError, RuntimeError) as error:
+    except (OSError, KeyError, RuntimeError, TypeError, ValueError) as error:
         raise PrensaError(f"{path}: the file is cut off or damaged ({error}); {again}") from error
     if hashes[0] != text_hash(text):
         raise PrensaError(f"{path}: the stored case was changed after the run (its hash does not match); {again}")

@@ -216,14 +216,14 @@ def convergence(
     with style.styled():
         import matplotlib
 
-        figure, (axes, right) = _figure(7.0, 3.0, columns=2)
+        figure, (axes, right) = _figure(6.2, 3.0, columns=2)
         colours = matplotlib.colormaps[style.SEQUENTIAL](np.linspace(0.0, 0.9, max(len(numbers), 2)))
         for number, colour in zip(numbers, colours):
             chosen = iterations["increment"] == number
             axes.semilogy(iterations["iteration"][chosen], np.maximum(iterations["residual"][chosen], 1e-17), "o-",
                           color=colour, linewidth=0.8, markersize=2, alpha=0.8)  # fmt: skip
         axes.axhline(tolerance, color=style.RED, linewidth=0.9, dashes=(4, 2))
-        axes.annotate("tolerance", (0.99, tolerance), xycoords=("axes fraction", "data"), ha="right", va="bottom",
+        axes.annotate("tolerance", (0.02, tolerance), xycoords=("axes fraction", "data"), ha="left", va="bottom",
                       color=style.RED, fontsize=8)  # fmt: skip
         residuals = np.append(iterations["residual"], tolerance)
         axes.set_ylim(*_decades(residuals))

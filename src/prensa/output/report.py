@@ -56,15 +56,14 @@ def read_summary(directory: str | Path) -> dict[str, Any]:
         raise PrensaError(f"{path}: the summary cannot be read ({error}); run the case again") from None
 
 
-def number(value: float | None) -> str:
-    """*value* for a reader: five significant digits, a true minus sign, – for none."""
-    if value is None:
-        return "–"
-    text = f"{value:.5g}"
-    if "e" in text:
-        mantissa, _, exponent = text.partition("e")
-        text = f"{mantissa}·10^{int(exponent)}"
-    return text.replace("-", "−")
+def number(value: float, digits: int = 5) -> str:
+    """*value* for a reader: significant digits, powers of ten only where zeros would fill the cell, a true minus sign."""
+    if value == 0 or 1e-3 <= abs(value) < 1e7:
+        text = f"{value:.{digits}g}" if abs(value) < 10**digits else f"{value:.0f}"
+        return text.replace("-", "−")
+    mantissa, _, exponent = f"{value:.{digits - 1}e}".partition("e")
+    raised = str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return f"{mantissa.replace('-', '−')} · 10{raised}"
 
 
 # ------------------------------------------------------------------------------------------------------------- details

@@ -18,7 +18,7 @@ SEQUENTIAL, DIVERGING = "viridis", "RdBu_r"
 
 RC: Any = {
     "figure.dpi": 100,
-    "savefig.dpi": 200,
+    "savefig.dpi": 180,
     "figure.constrained_layout.use": True,
     "font.family": "DejaVu Sans",
     "mathtext.fontset": "dejavusans",

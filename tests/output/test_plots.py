@@ -1,0 +1,109 @@
+import dataclasses
+import struct
+
+import numpy as np
+import pytest
+import synthetic
+
+import prensa as pr
+from prensa.errors import PrensaError
+from prensa.output import history, plot
+from prensa.output.outline import outlines
+from prensa.solver.increment import Force, Place, ToolState
+
+
+def picture_of(figure, tmp_path) -> np.ndarray:
+    """Pixels (h, w, 4) of the figure as it is written."""
+    path = plot.save(figure, tmp_path / "a.png")
+    assert struct.unpack(">II", path.read_bytes()[16:24]) > (300, 200)
+    canvas = figure.canvas
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())
+
+
+@pytest.mark.parametrize("field", plot.FIELDS)
+def test_every_field_gives_a_picture(tmp_path, field):
+    """Each field name draws something in more than a few colours."""
+    pixels = picture_of(plot.deformed(synthetic.increment(n=(8, 4)), synthetic.problem(), field), tmp_path)
+    assert len(np.unique(pixels.reshape(-1, 4), axis=0)) > 50
+
+
+def test_an_unknown_field_is_answered_with_the_nearest(tmp_path):
+    """A misspelt field is refused with a suggestion."""
+    with pytest.raises(PrensaError, match="did you mean 'mises'"):
+        plot.deformed(synthetic.increment(n=(4, 2)), synthetic.problem(), "misses")
+
+
+def test_axisymmetric_sections_are_mirrored():
+    """In axisymmetry the picture reaches as far to the left of the axis as to the right."""
+    figure = plot.deformed(synthetic.increment(n=(8, 4)), synthetic.problem(space="axisymmetric"))
+    low, high = figure.axes[0].get_xlim()
+    assert low == pytest.approx(-high) and figure.axes[0].get_xlabel() == "r (mm)"
+
+
+def test_labels_carry_the_units_of_the_case():
+    """Axes name quantity and unit of the case, whatever they are."""
+    problem = synthetic.problem(units=pr.Units(length="m", force="kN"))
+    axes = plot.pressure(synthetic.increment().contacts[synthetic.CONTACT], problem).axes[0]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x (m)", "traction (kPa)")
+
+
+def test_a_profile_shows_both_pressures_and_the_reference():
+    """Nodal forces, recovered stress, shear and a given reference are four labelled curves."""
+    contact = synthetic.increment().contacts[synthetic.CONTACT]
+    axes = plot.pressure(contact, synthetic.problem(), {"Hertz": lambda x: 1e3 + 0 * x}).axes[0]
+    labels = axes.get_legend_handles_labels()[1]
+    assert labels == ["p, nodal forces", "p, recovered stress", "|shear|, nodal forces", "Hertz"]
+
+
+def test_a_profile_without_contact_says_so(tmp_path):
+    """An open contact still gives a picture, which says that nothing touches."""
+    contact = synthetic.increment(touching=False).contacts[synthetic.CONTACT]
+    figure = plot.pressure(dataclasses.replace(contact, pressure_from_stress=0 * contact.gap), synthetic.problem())
+    assert "no contact" in [t.get_text() for t in figure.axes[0].texts]
+    picture_of(figure, tmp_path)
+
+
+@pytest.mark.parametrize("count", [1, 10])
+def test_time_series_are_drawn_from_the_first_increment_on(tmp_path, count):
+    """Force, energy and convergence pictures need no more than one increment."""
+    writer = history.History(tmp_path, synthetic.problem())
+    for n in range(1, count + 1):
+        writer.append(synthetic.increment(n))
+    table, iterations = history.read_history(tmp_path), history.read_convergence(tmp_path)
+    problem = synthetic.problem()
+    for figure in (
+        plot.force_stroke(table, problem), plot.energy(table, problem), plot.convergence(table, iterations, problem, 1e-9),
+    ):  # fmt: skip
+        assert (picture_of(figure, tmp_path)[..., :3] < 250).any()
+
+
+def test_pictures_leave_the_settings_of_matplotlib_alone():
+    """Drawing changes no global setting and opens no pyplot figure."""
+    import matplotlib
+    import matplotlib.pyplot as plt
+
+    before = dict(matplotlib.rcParams)
+    plot.deformed(synthetic.increment(n=(4, 2)), synthetic.problem())
+    assert dict(matplotlib.rcParams) == before and not plt.get_fignums()
+
+
+def at(x=0.0, y=0.0, direction=(0.0, -1.0), place=(0.0, 0.0, 0.0)) -> ToolState:
+    return ToolState(np.array([x, y]), Place(*place), Force(0, 0, 0), direction)
+
+
+def test_outlines_lie_behind_the_face():
+    """A flat tool is drawn behind its face, whichever way it looks, however it has moved and turned."""
+    for direction in ((0.0, -1.0), (0.0, 1.0), (1.0, 0.0), (0.6, 0.8)):
+        (polygon,) = outlines(pr.Stamp(width=4, fillet=1, touching="b.t"), at(1, 2, direction, (0.5, 0, 0)), depth=3)
+        height = (polygon - (1.5, 2)) @ np.array(direction)
+        assert height.max() == pytest.approx(0) and height.min() == pytest.approx(-3)
+    (turned,) = outlines(pr.Plane(normal=(0, 1), at=(0, 0)), at(direction=(0, 1), place=(0, 0, np.pi / 2)), depth=1)
+    assert turned[:, 0].max() == pytest.approx(1) and turned[:, 0].min() == pytest.approx(0)
+
+
+def test_rings_are_drawn_on_both_sides_of_the_axis():
+    """A ring has two sections in axisymmetry, a centred circle one."""
+    ring = outlines(pr.Ring(inner=2, outer=3, touching="b.t"), at(), 1.0, axisymmetric=True)
+    assert sorted(round(float(p[:, 0].mean())) for p in ring) == [-2, 2]
+    assert len(outlines(pr.Circle(radius=1, touching="b.t"), at(), 1.0, axisymmetric=True)) == 1

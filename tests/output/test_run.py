@@ -1,0 +1,232 @@
+import json
+import logging
+import os
+import re
+import signal
+
+import pytest
+
+import prensa as pr
+from prensa.errors import PrensaError, SolveError
+from prensa.output import pictures
+from prensa.output.history import read_history
+from prensa.output.interrupt import Interruptible
+from prensa.output.measure import measure
+from prensa.output.progress import ProgressBar
+from prensa.output.report import read_summary, write_report
+from prensa.output.run import resume, run
+from prensa.output.vtk import read_collection
+
+CONTACT = "block.top-punch"
+
+
+def small(increments: int = 6, **output) -> pr.Case:
+    """A plastic block under a plane with friction: every table has something to say, in a fraction of a second."""
+    problem = pr.Problem(
+        "small", bodies={"block": pr.Body(pr.Rectangle((4, 3), (4, 3)), pr.J2(70e3, 0.3, pr.Linear(100, 500)))},
+        tools={"punch": pr.Plane(touching="block.top")}, contacts=(pr.Contact(("block.top",), "punch"),),
+        friction=pr.Coulomb(0.1), fixed={"block.bottom": "y", "block.left": "x"},
+        steps=(pr.Step("press", move={"punch": pr.Motion(y=-0.2)}, increments=increments),
+               pr.Step("back", move={"punch": pr.Motion(y=-0.19)}, increments=3)),
+    )  # fmt: skip
+    from prensa.model.problem import Output
+
+    return pr.Case(problem, output=Output(**({"pictures": False, "report": False} | output)))
+
+
+def files(directory) -> dict[str, bytes]:
+    """Contents of everything that must not depend on how often a run was stopped."""
+    kept = ("history.csv", "convergence.csv", "fields.pvd", "fields/*.vtu", "contact/*/*.csv")
+    return {str(p.relative_to(directory)): p.read_bytes() for pattern in kept for p in sorted(directory.glob(pattern))}
+
+
+def stop_at(monkeypatch, number: int, error: BaseException) -> None:
+    """Raise *error* at the first iteration of increment *number*."""
+    call = ProgressBar.__call__
+
+    def interrupted(self, sign):
+        if sign.number == number and sign.event == "iteration":
+            raise error
+        call(self, sign)
+
+    monkeypatch.setattr(ProgressBar, "__call__", interrupted)
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    directory = tmp_path_factory.mktemp("results")
+    return run(small(pictures=True, report=True), directory, quiet=True, source="small.yaml")
+
+
+def test_a_run_leaves_everything_that_is_promised(done):
+    """Tables, fields, checkpoint, summary, log, pictures and report are there under their stable names."""
+    there = {str(p.relative_to(done.directory)) for p in done.directory.rglob("*") if p.is_file()}
+    n = done.increment.number
+    assert {"history.csv", "fields.pvd", "checkpoint.h5", "summary.json", "run.log", "report.html"} <= there
+    assert {f"fields/{k:04d}.vtu" for k in range(1, n + 1)} <= there
+    assert {f"contact/{CONTACT}/{k:04d}.csv" for k in range(1, n + 1)} <= there
+    assert {f"pictures/{name}.png" for name in ("deformed", "force_stroke", f"pressure_{CONTACT}")} <= there
+    assert not [name for name in there if name.endswith(".part")]
+
+
+def test_summary_and_history_tell_what_the_increment_holds(done):
+    """The last force is the same number in the increment, the history, the summary and as a measure."""
+    force = done.increment.force("punch").y
+    assert force == done.history["punch.fy"][-1] == read_summary(done.directory)["last_force"]["punch"]["y"]
+    assert force == measure(done.increment, "force.punch.y")
+    summary = done.summary
+    assert (summary["status"], summary["reason"], summary["version"]) == ("completed", "", pr.__version__)
+    assert re.fullmatch("[0-9a-f]{64}", summary["input_hash"])
+    assert summary["totals"]["increments"] == len(done.history["time"]) and summary["totals"]["time"] == 2.0
+    assert sum(summary["timings"].values()) == pytest.approx(summary["totals"]["wall_seconds"])
+
+
+def test_the_log_has_every_iteration_and_ends_with_the_wall_times(done):
+    """run.log holds one line per iteration of every accepted increment, and the table of sections at its end."""
+    text = (done.directory / "run.log").read_text()
+    assert text.count("residual") >= sum(done.history["iterations"])
+    assert text.count("accepted") == len(done.history["time"])
+    assert "wall time by section" in text and text.splitlines()[-1].startswith("total")
+
+
+def test_the_report_stands_alone_and_tells_the_run(done):
+    """report.html holds name, forces, pictures, ledger, convergence, timings and input, and fetches nothing."""
+    page = (done.directory / "report.html").read_text()
+    for part in ("<h1>small</h1>", "completed", "punch", CONTACT, "Energy ledger", "Convergence", "Wall time", "small.yaml"):
+        assert part in page
+    assert page.count("data:image/png;base64,") == len(list((done.directory / "pictures").glob("*.png"))) >= 5
+    assert not re.search(r"(src|href)=[\"'](?!data:)", page) and "url(" not in page and "://" not in page
+    assert done.summary["case"].splitlines()[0] in page
+
+
+def test_names_cannot_break_the_report(tmp_path):
+    """A name with markup is shown as it is written."""
+    result = run(small(increments=1), tmp_path, quiet=True)
+    summary = result.summary | {"name": "<script>alert(1)</script>"}
+    (tmp_path / "summary.json").write_text(json.dumps(summary))
+    assert "<script>" not in write_report(tmp_path).read_text()
+
+
+def test_a_run_interrupted_and_resumed_leaves_the_same_files(tmp_path, monkeypatch):
+    """Ctrl-C in the middle, then resume: history, contacts and fields are those of the uninterrupted run, byte for byte."""
+    whole, stopped = tmp_path / "whole", tmp_path / "stopped"
+    run(small(), whole, quiet=True)
+    with monkeypatch.context() as patch:
+        stop_at(patch, 4, KeyboardInterrupt())
+        with pytest.raises(KeyboardInterrupt):
+            run(small(), stopped, quiet=True)
+    assert read_summary(stopped)["status"] == "interrupted"
+    assert read_history(stopped)["increment"].tolist() == [1, 2, 3]
+    assert len(read_collection(stopped / "fields.pvd")) == 3
+    result = resume(stopped, quiet=True)
+    assert result.status == "completed" and files(stopped) == files(whole)
+    totals = [read_summary(d)["totals"] for d in (whole, stopped)]
+    assert all(totals[0][k] == totals[1][k] for k in ("increments", "iterations", "cutbacks", "time"))
+
+
+def test_what_came_after_the_checkpoint_is_done_again(tmp_path, monkeypatch):
+    """A machine lost between two checkpoints costs increments, not correctness."""
+    from prensa.output import run as module
+
+    whole, lost = tmp_path / "whole", tmp_path / "lost"
+    run(small(), whole, quiet=True)
+    with monkeypatch.context() as patch:
+        patch.setattr(module, "CHECKPOINT_SHARE", 1e-12)
+        stop_at(patch, 5, RuntimeError("power cut"))
+        patch.setattr(module._Run, "_finish", lambda self, status, reason: {})
+        with pytest.raises(RuntimeError):
+            run(small(), lost, quiet=True)
+    assert read_history(lost)["increment"].tolist() == [1, 2, 3, 4]
+    resume(lost, quiet=True)
+    assert files(lost) == files(whole)
+
+
+def test_resuming_a_completed_run_changes_nothing(tmp_path):
+    """When nothing is left to do, the files stay and the status is completed."""
+    run(small(increments=2), tmp_path, quiet=True)
+    before = files(tmp_path)
+    result = resume(tmp_path, quiet=True)
+    assert result.increment is None and result.status == "completed" and files(tmp_path) == before
+
+
+def test_a_failure_is_recorded_and_raised(tmp_path, monkeypatch):
+    """When the march gives up, the summary says why, the last good state stays, and the error goes on to the caller."""
+    stop_at(monkeypatch, 3, SolveError("step 'press': did not converge. What to try: more increments."))
+    with pytest.raises(PrensaError, match="more increments"):
+        run(small(pictures=True, report=True), tmp_path, quiet=True)
+    summary = read_summary(tmp_path)
+    assert summary["status"] == "failed" and "more increments" in summary["reason"]
+    assert summary["totals"]["increments"] == 2 and (tmp_path / "checkpoint.h5").is_file()
+    assert "more increments" in (tmp_path / "report.html").read_text()
+
+
+def test_a_failure_before_the_first_increment_leaves_a_summary_and_a_report(tmp_path, monkeypatch):
+    """With nothing computed there is still an honest summary and a page that says so."""
+    stop_at(monkeypatch, 1, SolveError("the first increment did not converge"))
+    with pytest.raises(SolveError):
+        run(small(pictures=True, report=True), tmp_path, quiet=True)
+    assert read_summary(tmp_path)["totals"]["increments"] == 0
+    assert "No increment was completed" in (tmp_path / "report.html").read_text()
+
+
+def test_old_results_go_and_everything_else_stays(tmp_path, done):
+    """A new run in a used folder removes the files of the old one by name, and nothing else."""
+    run(small(), tmp_path, quiet=True)
+    mine = [tmp_path / "notes.txt", tmp_path / "fields" / "mine.vtu", tmp_path / "contact" / CONTACT / "mine.csv",
+            tmp_path / "pictures" / "holiday.png", tmp_path / "contact" / "other" / "0001.csv"]  # fmt: skip
+    for path in mine:
+        path.parent.mkdir(exist_ok=True)
+        path.write_text("mine")
+    run(small(increments=1), tmp_path, quiet=True)
+    assert all(path.read_text() == "mine" for path in mine)
+    assert sorted(p.name for p in (tmp_path / "fields").glob("0*")) == ["0001.vtu", "0002.vtu", "0003.vtu", "0004.vtu"]
+
+
+def test_a_case_that_cannot_be_made_leaves_old_results_alone(tmp_path, monkeypatch):
+    """A description that cannot be discretised is refused before anything is removed."""
+    run(small(increments=1), tmp_path, quiet=True)
+    before = files(tmp_path)
+
+    def discretise(problem):
+        raise PrensaError("tools.punch: touches nothing")
+
+    monkeypatch.setattr("prensa.fem.system.discretise", discretise)
+    with pytest.raises(PrensaError, match="touches nothing"):
+        run(small(increments=2), tmp_path, quiet=True)
+    assert files(tmp_path) == before
+
+
+def test_fields_are_written_as_often_as_asked(tmp_path):
+    """fields: 0 writes the last increment of each step only."""
+    run(small(increments=2, fields=0), tmp_path, quiet=True)
+    assert [name for _, name in read_collection(tmp_path / "fields.pvd")] == ["fields/0002.vtu", "fields/0005.vtu"]
+
+
+def test_a_picture_that_cannot_be_drawn_is_a_warning(tmp_path, monkeypatch):
+    """A broken picture costs a warning in summary and log, not the run."""
+    monkeypatch.setattr(pictures.plot, "energy", lambda *a: 1 / 0)
+    result = run(small(increments=1, pictures=True), tmp_path, quiet=True)
+    assert result.status == "completed"
+    assert any("energy.png could not be drawn: ZeroDivisionError" in w for w in result.summary["warnings"])
+
+
+def test_logging_is_as_before_after_a_run(done):
+    """A run leaves neither handlers nor a level on the logger of the package, nor a handler on SIGINT."""
+    log = logging.getLogger("prensa")
+    assert log.handlers == [] and log.level == logging.NOTSET
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_ctrl_c_waits_for_the_writer_and_not_for_the_solver():
+    """Inside a held block SIGINT is postponed to its end; outside it acts at once."""
+    reached = []
+    with Interruptible() as guard:
+        with pytest.raises(KeyboardInterrupt), guard.held():
+            os.kill(os.getpid(), signal.SIGINT)
+            reached.append("end of the block")
+        with pytest.raises(KeyboardInterrupt):
+            os.kill(os.getpid(), signal.SIGINT)
+            for _ in range(1000):
+                pass
+            reached.append("never")
+    assert reached == ["end of the block"]
