@@ -17,6 +17,8 @@ from prensa.tools.place import gap_along
 
 Array = NDArray[np.float64]
 
+GRAZING = 1e-6  # cosine below which a ray along the surface normal counts as tangent to the tool
+
 
 class Pairs(NamedTuple):
     """k pairs: gap g, surface coordinate s (k,); normal n, tangent e (k, 2) in space; dg, ds, Fn, Ft (k, 5).
@@ -76,10 +78,11 @@ def reference_pairs(shape: Tool, X: Array, normal: Array, u: Array, at: Array, p
         N[rows] = shape.closest(local + hit[:, None] * (nu @ R)).n @ R.T
     n = -normal
     e = turned(n)
-    miss = ~np.isfinite(h)
-    g = h - (normal * u).sum(axis=1)
     slope = (N * normal).sum(axis=1)
-    slope = np.where(miss, -1.0, slope)
+    # a ray that grazes the tool (the flank of a fillet, a cylinder's equator) meets it under no pressure
+    miss = ~np.isfinite(h) | (slope > -GRAZING)
+    h, slope = np.where(miss, np.inf, h), np.where(miss, -1.0, slope)
+    g = h - (normal * u).sum(axis=1)
     to_hit = X + np.where(miss, 0.0, h)[:, None] * normal - centre
     dg = np.zeros((len(X), 5))
     dg[:, :2] = n
