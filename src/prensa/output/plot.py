@@ -223,11 +223,9 @@ def convergence(
             axes.semilogy(iterations["iteration"][chosen], np.maximum(iterations["residual"][chosen], 1e-17), "o-",
                           color=colour, linewidth=0.8, markersize=2, alpha=0.8)  # fmt: skip
         axes.axhline(tolerance, color=style.RED, linewidth=0.9, dashes=(4, 2))
-        axes.annotate("tolerance", (0.02, tolerance), xycoords=("axes fraction", "data"), ha="left", va="bottom",
-                      color=style.RED, fontsize=8)  # fmt: skip
         residuals = np.append(iterations["residual"], tolerance)
         axes.set_ylim(*_decades(residuals))
-        axes.set(xlabel="iteration", ylabel="relative residual", title="first increment dark, last bright")
+        axes.set(xlabel="iteration", ylabel="relative residual (dashed: tolerance)", title="first increment dark, last bright")
         cut = history["cutbacks"] > 0
         right.bar(history["increment"], history["iterations"], width=0.8, color=np.where(cut, style.RED, style.BLUE))
         right.set(xlabel="increment", ylabel="iterations", title="iterations" + (" (red: after a cut)" if cut.any() else ""))
