@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+ON_BOUND = 1e-12  # a point that slid and has not moved yet is on the bound: it sticks, whatever the round-off says
+
 
 class Friction(Protocol):
     """A law states its bound; it is pure."""
@@ -55,7 +57,7 @@ def return_map(
     trial = np.where(touching[:, None], lam - k_t[:, None] * dg, 0.0)
     size = np.sqrt((trial**2).sum(axis=1))
     tau, dtau_p, dtau_k = law.bound(p, kappa)
-    slip = touching & (size > tau)
+    slip = touching & (size > (1.0 + ON_BOUND) * tau)
     T = np.divide(trial, size[:, None], out=np.zeros_like(trial), where=(size > 0)[:, None])
     delta = np.where(slip & (p > 0), (size - tau) / k_t, 0.0)
     if law.hardens and (slip & (p > 0)).any():
