@@ -1,0 +1,86 @@
+"""The verification table, one test a case, and the table's own manners."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from prensa.verify import table
+from prensa.verify.table import Case, Row, cases, row
+
+PARAMETERS = [pytest.param(c, id=name, marks=[pytest.mark.slow] if c.slow else []) for name, c in cases().items()]
+SOLVES_NOTHING = {"slip hardening, return map"}
+"""Cases at the level of a law: there is no tool whose force could be out of balance."""
+
+
+@pytest.mark.parametrize("case", PARAMETERS)
+def test_every_case_of_the_table_holds(case: Case) -> None:
+    """Every quantity of the case is within its tolerance of the reference, the balance of tools and supports included."""
+    rows = case.run()
+    failed = [" ".join(table.cells(r)) for r in rows if not r.passed]
+    assert not failed, "\n".join(failed)
+    assert case.name in SOLVES_NOTHING or any("out of balance" in r.quantity for r in rows)
+
+
+def test_a_case_that_raises_is_a_failing_row_after_the_rows_it_gave() -> None:
+    """What goes wrong in a case is a row of the table, never an exception."""
+
+    def broken(**_: float) -> Iterator[Row]:
+        yield row("good", 1.0, 1.0)
+        raise RuntimeError("no way")
+
+    rows = Case("broken", "none", False, broken).run()
+    assert [r.passed for r in rows] == [True, False]
+    assert rows[1].quantity == "did not converge: no way" and rows[1].case == "broken"
+
+
+@pytest.mark.parametrize(
+    ("ours", "kind", "verdict"),
+    [
+        (101.0, "relative", True), (101.1, "relative", False), (-100.0, "relative", False),
+        (100.01, "absolute", True), (100.02, "absolute", False),
+        (100.0, "at most", True), (100.1, "at most", False), (100.0, "at least", True), (99.9, "at least", False),
+        (math.nan, "relative", False), (math.nan, "absolute", False), (math.nan, "at most", False),
+        (math.nan, "at least", False), (math.nan, "report", False), (0.0, "report", True),
+    ],
+)  # fmt: skip
+def test_the_verdict_is_the_tolerance(ours: float, kind: table.Kind, verdict: bool) -> None:
+    """A row passes within its tolerance, fails beyond it, and fails on what is not a number."""
+    assert row("x", 100.0, ours, 0.010000001, kind).passed is verdict
+
+
+def test_selection_by_suite_by_name_and_by_part_of_a_name() -> None:
+    """A suite, a case or a part of its name chooses; an unknown one is told what there is."""
+    assert {c.suite for c in table.select("friction")} == {"friction"}
+    assert [c.name for c in table.select("sliding wedge")] == ["sliding wedge"]
+    assert len(table.select("Example 1")) == 3
+    with pytest.raises(ValueError, match="suites: .*friction"):
+        table.select("fricton")
+
+
+def test_the_table_is_written_and_the_exit_code_tells(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The exit code is 1 when a row fails; Markdown and CSV hold every row."""
+
+    def half_right(**_: float) -> Iterator[Row]:
+        yield row("right", 2.0, 2.0, 0.01)
+        yield row("wrong", 2.0, 3.0, 0.01)
+
+    monkeypatch.setattr(table, "select", lambda only=None: [Case("half right", "none", False, half_right)])
+    assert table.main(out=str(tmp_path / "table.md")) == 1
+    assert "FAIL" in capsys.readouterr().out
+    assert (tmp_path / "table.md").read_text(encoding="utf-8").count("\n| half right") == 2
+    table.main(out=str(tmp_path / "table.csv"))
+    with (tmp_path / "table.csv").open(encoding="utf-8") as file:
+        assert [r["verdict"] for r in csv.DictReader(file)] == ["pass", "FAIL"]
+
+
+def test_an_unknown_case_is_an_exit_code(capsys: pytest.CaptureFixture[str]) -> None:
+    """A name that no case answers to is explained, and the exit code is 1."""
+    assert table.main("no such case") == 1
+    assert "'sliding wedge'" in " ".join(capsys.readouterr().out.split())
