@@ -79,7 +79,7 @@ class ProgressBar:
         self._console.print(line, markup=False, highlight=False, soft_wrap=True)
 
     def _left(self, sign: Progress) -> str:
-        """Time left if the rest goes as fast as this session's part."""
+        """Time left if the rest goes as fast as the part done so far."""
         done = sign.time - self._start
         if done <= 0:
             return "–"

@@ -135,7 +135,7 @@ def remove_results(directory: Path) -> None:
 
 # ------------------------------------------------------------------------------------------------------------- details
 class _Run:
-    """One session of a run: opens the writers, marches, closes."""
+    """One stretch of a run, from start or resume to its end: opens the writers, marches, closes."""
 
     def __init__(
         self, directory: Path, case: Case, system: System, start: State | None, quiet: bool, before: dict[str, Any]
@@ -153,7 +153,7 @@ class _Run:
         self.written = 0.0
 
     def _known_warnings(self) -> list[str]:
-        """Those of an earlier session and of the description: whoever called has told them already."""
+        """Those of before the resume and of the description: whoever called has told them already."""
         from prensa.model.schema import warnings_of
 
         return list(dict.fromkeys([*self.before.get("warnings", []), *warnings_of(self.case.problem)]))
@@ -257,14 +257,14 @@ class _Run:
             log.warning("the energy ledger misses %.2g %% of the largest energy; more increments make it close", share)
 
     def _timings(self) -> dict[str, float]:
-        """Wall seconds by section, sessions added up; what no section claims is ``other``."""
+        """Wall seconds by section, added up over resumes; what no section claims is ``other``."""
         here = dict(self.timer.seconds)
         here["other"] = max(clocks.perf_counter() - self.began - sum(here.values()), 0.0)
         before = self.before.get("timings", {})
         return {k: float(before.get(k, 0.0)) + here.get(k, 0.0) for k in [*before, *(k for k in here if k not in before)]}
 
     def _summarise(self, status: str, reason: str) -> dict[str, Any]:
-        """Write ``summary.json`` (from the tables, so that a resumed run tells of all sessions); returns its content."""
+        """Write ``summary.json`` (from the tables, so that a resumed run tells of the whole); returns its content."""
         problem = self.case.problem
         table, cost = history.read_history(self.directory), history.read_convergence(self.directory)
         final = [float(cost["residual"][cost["increment"] == n][-1]) for n in np.unique(cost["increment"])]
