@@ -73,18 +73,30 @@ def run(
             typer.echo(f"warning: {warning}", err=True)
         from prensa.output.run import run as run_case
 
-        run_case(loaded, out=folder, quiet=quiet)
+        run_case(loaded, out=folder, quiet=quiet, source=case)
 
 
 @app.command()
 def resume(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of an unfinished run.", show_default=False)],
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but warnings and errors.")] = False,
 ) -> None:
     """Continue a run from its last checkpoint, bit for bit."""
     with _told(folder):
         from prensa.output.run import resume as resume_run
 
-        resume_run(folder)
+        resume_run(folder, quiet=quiet)
+
+
+@app.command()
+def report(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run.", show_default=False)],
+) -> None:
+    """Write report.html of a run again from what its folder holds."""
+    with _told(folder):
+        from prensa.output.report import write_report
+
+        typer.echo(str(write_report(folder)))
 
 
 @app.command()
@@ -120,11 +132,10 @@ def _told(folder: Path | None = None) -> Iterator[None]:
 
 
 def _code(error: Exception) -> int:
-    """Bad input, unless the march itself gave up; the class is looked up only where the solver is loaded anyway."""
-    import sys
+    """Bad input, unless the march itself gave up."""
+    from prensa.errors import SolveError
 
-    march = sys.modules.get("prensa.solver.march")
-    return FAILED if march is not None and isinstance(error, march.SolveError) else BAD_INPUT
+    return FAILED if isinstance(error, SolveError) else BAD_INPUT
 
 
 def _left(folder: Path | None) -> str:

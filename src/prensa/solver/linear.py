@@ -98,6 +98,17 @@ class Factorisation:
         self.order = available(solver)
         self.threads = threads
         self._factor: Callable[[Array], Callable[[Array], Array]] | None = None
+        self._solve: Callable[[Array], Array] | None = None
+
+    @property
+    def factored(self) -> bool:
+        """Whether there are factors of an earlier `solve` to use `again`."""
+        return self._solve is not None
+
+    def again(self, b: Array) -> Array:
+        """Solution (n,) with the factors of the last `solve`; its residual is not checked."""
+        assert self._solve is not None
+        return np.asarray(self._solve(b))
 
     def _analyze(self) -> Callable[[Array], Callable[[Array], Array]]:
         name = self.order[0]
@@ -130,6 +141,7 @@ class Factorisation:
                         break
                     x = x + np.asarray(solve(r))
                 if error <= BACKWARD_ERROR:
+                    self._solve = solve
                     return x
                 reason = f"backward error {error:.1e}"
             except (RuntimeError, ArithmeticError, ValueError) as error:

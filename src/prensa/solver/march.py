@@ -217,7 +217,7 @@ class _March:
     ) -> Increment:
         names = ("external", "elastic", "plastic", "friction", "contact", "imbalance")
         statistics = Statistics(
-            spent, cutbacks, trial.residuals[-1], trial.augmentations, tuple(trial.residuals), tuple(trial.changes)
+            spent, cutbacks, trial.residual, trial.augmentations, tuple(trial.residuals), tuple(trial.changes)
         )
         system = self.system
 
