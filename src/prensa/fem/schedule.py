@@ -158,8 +158,8 @@ def plan_step(system: Any, number: int, anchor: Array) -> StepPlan:
     step = p.steps[number]
     push: dict[int, Course] = {}
     for t, name in enumerate(p.tools):
-        for c, key in enumerate(("x", "y", "rz")):
-            dof = system.tool_dof(t) + c
+        for k, key in enumerate(("x", "y", "rz")):
+            dof = system.tool_dof(t) + k
             move = getattr(step.move.get(name), key, None)
             speed = getattr(step.velocity.get(name), key, None)
             force = getattr(step.push.get(name), "m" if key == "rz" else key, None)

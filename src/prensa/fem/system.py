@@ -59,6 +59,9 @@ class Surface:
         return Scale(k_n, np.maximum(k_t, k_t_least), h)
 
 
+NOTHING = 1e-8  # forces of strains below this need no relative accuracy: an unloaded body has no force to compare with
+
+
 class Evaluation(NamedTuple):
     """r (ndof,) residual; data (nnz,) its derivative or None; ``scale``: Σ |element forces| + |contact| + |external|.
 
@@ -204,7 +207,7 @@ class System:
         total = self.problem.kinematics == "small" and not self.has_memory
         du = (u if total else u - c.state.u)[: 2 * self.nodes].reshape(-1, 2)
         base = self.initial_history if total else c.state.history
-        history, scale = [], 0.0
+        history, scale = [], NOTHING * self.stiffness
         at = At(c.dt, c.time)
         for block, old in zip(self.blocks, base):
             out = sweep(block, c.x_n, du, old, at, r, data)
@@ -235,6 +238,12 @@ class System:
         f_ext = self._external(c, u, data)
         scale += float(np.abs(f_ext[: 2 * self.nodes]).sum())
         return Evaluation(r - f_ext, data, scale, tuple(history), tuple(results), f_ext, "")
+
+    @cached_property
+    def stiffness(self) -> float:
+        """A force: modulus × size × thickness (or circumference), the scale of forces at strains of order one."""
+        depth = 2 * np.pi * self.length if self.axisymmetric else self.problem.thickness
+        return max(b.law.modulus() for b in self.blocks) * self.length * depth
 
     @cached_property
     def has_memory(self) -> bool:

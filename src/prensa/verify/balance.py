@@ -35,7 +35,7 @@ from prensa.verify.table import Row, case, row
 Array = NDArray[np.float64]
 TOLERANCE = 1e-8
 
-NUMERICS = pr.Numerics(tolerance=1e-11)
+NUMERICS = pr.Numerics()
 """Default stop: residual ≤ 1e-9 of the sum of all element forces, which on a fine mesh is many times the force of a tool.
 Two digits more make that 1e-8 of the tool's force on every mesh here, for about one iteration."""
 

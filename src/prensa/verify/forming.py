@@ -257,9 +257,8 @@ def thick_tube(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
 
 def flat_punch(n: int, E_scale: float = 1.0) -> pr.Problem:
     """Flat punch of half-width 1 on a block 6 × 4, n elements under the punch, smooth, small strain, k = 100/√3."""
-    body = pr.Body(
-        pr.Rectangle(size=(6, 4), n=(4 * n, 3 * n), grade=pr.Grade(x=(1.0,), y=(4.0,), ratio=6)), pr.J2(E * E_scale, NU, pr.Perfect(100.0))
-    )
+    mesh = pr.Rectangle(size=(6, 4), n=(4 * n, 3 * n), grade=pr.Grade(x=(1.0,), y=(4.0,), ratio=6))
+    body = pr.Body(mesh, pr.J2(E * E_scale, NU, pr.Perfect(100.0)))
     return pr.Problem(
         "flat punch", kinematics="small", contact_geometry="reference", bodies={"block": body},
         tools={"punch": pr.Stamp(width=2.0, touching="block.top")}, contacts=(pr.Contact("block.top", "punch"),),
@@ -342,6 +341,7 @@ def ledger(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     yield row("the same, one step earlier", 0.7, imbalance[1] / imbalance[0], 0.0, "at most")
     from prensa.verify.example1 import problem
 
-    p = problem((40, 30), "finite", "current", pr.NeoHooke(1e4, 0.3), (pr.Step("press", move={"cylinder": pr.Motion(y=-2.0)}, increments=50),))
+    press = pr.Step("press", move={"cylinder": pr.Motion(y=-2.0)}, increments=50)
+    p = problem((40, 30), "finite", "current", pr.NeoHooke(1e4, 0.3), (press,))
     *_, last = pr.solve(p)
     yield row("elastic, frictionless, 50 increments", 0.0, last.energy["imbalance"] / last.energy["external"], 1e-4, "absolute")

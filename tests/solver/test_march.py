@@ -1,0 +1,268 @@
+"""Steps, motions, loads and failures as a user meets them; each figure against a closed form or an equivalent problem."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import prensa as pr
+from prensa.errors import PrensaError, SolveError
+from prensa.solver.state import State
+
+ELASTIC = pr.Elastic(1000.0, 0.3)
+
+
+def block(n=(8, 6), material=ELASTIC, size=(4.0, 3.0), origin=(0.0, 0.0), element="q4_fbar"):
+    return pr.Body(pr.Rectangle(size=size, n=n, origin=origin), material, element)
+
+
+def pressed(step, *, tool=None, kinematics="finite", friction=None, material=ELASTIC, fixed=None, **more):
+    return pr.Problem(
+        "pressed", kinematics=kinematics, bodies={"block": block(material=material)},
+        tools={"punch": tool or pr.Circle(radius=5.0, touching="block.top")},
+        contacts=[pr.Contact("block.top", "punch", friction=friction)],
+        fixed=fixed or {"block.bottom": "xy"}, steps=step if isinstance(step, list) else [step], **more,
+    )  # fmt: skip
+
+
+def last(p, numerics=None, **more):
+    *_, inc = pr.solve(p, numerics, **more)
+    return inc
+
+
+@pytest.mark.parametrize("kinematics", ["small", "finite"])
+def test_pushing_and_moving_are_inverse(kinematics):
+    """A tool pushed by F goes where a tool moved there feels F: to 1e-8 in small strain.
+
+    In finite strain to 1e-4: contact weights are those of the committed configuration, and the pushed run cuts its step.
+    """
+    moved = last(pressed(pr.Step("move", move={"punch": {"y": -0.3}}, increments=1), kinematics=kinematics))
+    F = moved.force("punch").y
+    pushed = last(pressed(pr.Step("push", push={"punch": {"y": -F}}, increments=1), kinematics=kinematics))
+    assert pushed.tools["punch"].place.y == pytest.approx(-0.3, rel=1e-8 if kinematics == "small" else 1e-4)
+    assert pushed.force("punch").y == pytest.approx(F, rel=1e-10)
+
+
+def test_a_pushed_tool_comes_from_afar_and_says_so():
+    """A force-driven tool that touches nothing is brought into contact, with a note, to the same place as one that touches."""
+    notes = []
+    far = pr.Circle(radius=5.0, at=(0.0, 9.0))
+    step = pr.Step("push", push={"punch": {"y": -40.0}}, increments=2)
+    a = last(pressed(step, tool=far), monitor=lambda e: notes.append(e.message) if e.event == "note" else None)
+    b = last(pressed(step))
+    assert any("driven by force" in m for m in notes)
+    assert a.tools["punch"].place.y + 9.0 == pytest.approx(b.tools["punch"].place.y + 8.0, abs=1e-8)
+
+
+def test_first_touch_splits_the_increment():
+    """A tool that starts 1 above the surface makes an increment end at the touch, and the force is that without the way."""
+    notes = []
+    far = pr.Circle(radius=5.0, at=(0.0, 9.0))
+    history = list(
+        pr.solve(
+            pressed(pr.Step("move", move={"punch": {"y": -1.3}}, increments=2), tool=far),
+            monitor=lambda e: notes.append(e.message) if e.event == "note" else None,
+        )
+    )
+    assert any("first touches block.top" in m for m in notes)
+    assert any(abs(i.tools["punch"].place.y + 1.0) < 1e-6 for i in history)
+    direct = last(pressed(pr.Step("move", move={"punch": {"y": -0.3}}, increments=1)))
+    # two increments instead of one: tributary areas of another committed configuration
+    assert history[-1].force("punch").y == pytest.approx(direct.force("punch").y, rel=2e-4)
+
+
+def test_velocity_is_the_derivative_of_displacement():
+    """A velocity table integrates to the displacement it means: triangle of height 0.6 over one unit of time is 0.3."""
+    inc = last(pressed(pr.Step("go", velocity={"punch": {"y": [[0.0, 0.0], [0.5, -0.6], [1.0, 0.0]]}}, increments=4)))
+    assert inc.tools["punch"].place.y == pytest.approx(-0.3, rel=1e-5)
+    inc = last(pressed(pr.Step("go", velocity={"punch": {"y": -0.3}}, increments=4)))
+    assert inc.tools["punch"].place.y == pytest.approx(-0.3, rel=1e-12)
+
+
+def test_increments_end_at_the_corners_of_tables():
+    """Whatever the step size, an increment ends where a table changes slope."""
+    step = pr.Step("go", move={"punch": {"y": [[0.0, 0.0], [0.37, -0.2], [1.0, -0.1]]}}, increments=3)
+    history = list(pr.solve(pressed(step)))
+    assert any(abs(i.time - 0.37) < 1e-12 for i in history)
+    assert history[-1].tools["punch"].place.y == pytest.approx(-0.1)
+
+
+def test_unloading_an_elastic_body_leaves_nothing():
+    """Press and release without friction: no force, no stress, no energy left, to 1e-9 of the largest."""
+    steps = [
+        pr.Step("press", move={"punch": {"y": -0.3}}, increments=3),
+        pr.Step("release", move={"punch": {"y": 0.1}}, increments=3),
+    ]
+    history = list(pr.solve(pressed(steps)))
+    peak = max(i.energy["elastic"] for i in history)
+    assert history[-1].energy["elastic"] <= 1e-9 * peak
+    assert history[-1].force("punch").y == 0.0
+    assert np.abs(history[-1].bodies["block"].displacement).max() <= 1e-9
+
+
+def test_column_under_its_own_weight():
+    """Body force ρb: a laterally held column shortens by ρb L²/(2M), M the oedometric modulus, exactly for linear elements."""
+    p = pr.Problem(
+        "column", kinematics="small", bodies={"c": block(n=(1, 8), size=(1.0, 4.0))},
+        fixed={"c.bottom": "y", "c.left": "x", "c.right": "x"}, body_force={"c": (0.0, -2.0)}, steps=[pr.Step("load", increments=1)],
+    )  # fmt: skip
+    u = last(p).bodies["c"].displacement[-1, 1]
+    modulus = 1000.0 * 0.7 / (1.3 * 0.4)
+    assert u == pytest.approx(-2.0 * 16.0 / (2 * modulus), rel=1e-10)
+
+
+def lame(r, p, a=10.0, b=20.0, E=1000.0, nu=0.3):
+    """Radial displacement of a thick tube in plane strain under internal pressure."""
+    c = (1 + nu) * p * a * a / (E * (b * b - a * a))
+    return c * ((1 - 2 * nu) * r + b * b / r)
+
+
+@pytest.mark.parametrize("follower", [True, False])
+def test_pressure_on_a_tube(follower):
+    """Small pressure on the bore gives Lamé's displacement within 0.1 %, as a follower and as a dead load."""
+    p = pr.Problem(
+        "tube", space="axisymmetric", kinematics="finite", bodies={"t": block(n=(20, 1), size=(10.0, 1.0), origin=(10.0, 0.0))},
+        fixed={"t.bottom": "y", "t.top": "y"}, loads={"t.left": pr.Load(pressure=0.01, follower=follower)},
+        steps=[pr.Step("load", increments=1)],
+    )  # fmt: skip
+    b = last(p).bodies["t"]
+    assert b.displacement[0, 0] == pytest.approx(lame(10.0, 0.01), rel=1e-3)
+
+
+def test_follower_pressure_does_no_net_force_on_a_closed_surface():
+    """Equal pressure all round compresses a free-floating block without reactions, even when it has turned."""
+    p = pr.Problem(
+        "float", bodies={"b": block()}, fixed={"b.bottom-left": "xy", "b.bottom-right": {"y": 0.8}},
+        loads={f"b.{s}": pr.Load(pressure=50.0) for s in ("bottom", "right", "top", "left")},
+        steps=[pr.Step("turn and press", increments=4)],
+    )  # fmt: skip
+    b = last(p).bodies["b"]
+    assert np.abs(b.reaction).max() <= 1e-8 * 50.0 * 4.0
+    assert np.allclose(b.stress[:, :2], -50.0, rtol=1e-6)
+
+
+def test_dead_traction_and_its_reaction():
+    """A dead traction t on an edge of length L is answered by a support reaction −tL."""
+    p = pr.Problem(
+        "pull", bodies={"b": block()}, fixed={"b.left": "xy"}, loads={"b.right": pr.Load(traction=(3.0, 1.0))},
+        steps=[pr.Step("pull", increments=2)],
+    )  # fmt: skip
+    assert np.allclose(last(p).bodies["b"].reaction.sum(0), [-9.0, -3.0], rtol=1e-8)
+
+
+def test_loads_are_held_and_supports_can_be_freed():
+    """What a later step does not mention stays; a freed support has no reaction and the body springs back."""
+    p = pr.Problem(
+        "hold", kinematics="small", bodies={"b": block()}, fixed={"b.bottom": "xy"},
+        steps=[
+            pr.Step("pull", fixed={"b.top": {"y": 0.1}}, increments=1),
+            pr.Step("wait", increments=1),
+            pr.Step("free", fixed={"b.top": "free"}, increments=1),
+        ],
+    )  # fmt: skip
+    a, b, c = pr.solve(p)
+    assert np.allclose(a.bodies["b"].reaction, b.bodies["b"].reaction)
+    assert np.abs(c.bodies["b"].reaction).max() <= 1e-9 * np.abs(a.bodies["b"].reaction).max()
+    assert np.abs(c.bodies["b"].displacement).max() <= 1e-9
+
+
+def test_thickness_scales_the_force():
+    """A plane body of thickness 3 gives three times the force."""
+    step = pr.Step("move", move={"punch": {"y": -0.3}}, increments=2)
+    thin, thick = last(pressed(step)), last(pressed(step, thickness=3.0))
+    assert thick.force("punch").y == pytest.approx(3 * thin.force("punch").y, rel=1e-9)
+
+
+def test_a_dragged_block_reaches_coulomb():
+    """Pressed and dragged, the tangential force of the tool settles at μ times the normal one."""
+    steps = [
+        pr.Step("press", move={"punch": {"y": -0.05}}, increments=1),
+        pr.Step("drag", move={"punch": {"x": 1.5}}, increments=6),
+    ]
+    inc = last(pressed(steps, tool=pr.Plane(touching="block.top"), friction=pr.Coulomb(0.2)))
+    f = inc.force("punch")
+    assert abs(f.x) == pytest.approx(0.2 * f.y, rel=1e-9)
+    assert f.x < 0  # friction of the block on the tool opposes the tool's motion
+    assert inc.energy["friction"] > 0
+
+
+def test_every_solver_gives_the_same_answer():
+    """rslab and SuperLU agree to 1e-9 on an unsymmetric problem."""
+    p = pressed(pr.Step("go", move={"punch": {"x": 0.1, "y": -0.3}}, increments=3), friction=pr.Coulomb(0.3))
+    a, b = (last(p, pr.Numerics(solver=s)).force("punch") for s in ("rslab", "superlu"))
+    assert np.allclose(a, b, rtol=1e-9)
+
+
+@pytest.mark.parametrize("at", [1, 3, 5])
+def test_continuing_from_a_saved_state_changes_nothing(at):
+    """A run continued from the state of any increment, through its flat arrays, equals the whole run bit for bit."""
+    steps = [
+        pr.Step("press", move={"punch": {"y": -0.3}}, increments=3),
+        pr.Step("drag", move={"punch": {"x": 0.4}}, increments=3),
+    ]
+    p = pressed(steps, friction=pr.Coulomb(0.3), material=pr.J2(1000.0, 0.3, pr.Linear(20.0, 50.0)))
+    whole = list(pr.solve(p))
+    saved = State.from_arrays({k: v.copy() for k, v in whole[at - 1].state.arrays().items()})
+    rest = list(pr.solve(p, start=saved))
+    assert [i.number for i in rest] == [i.number for i in whole[at:]]
+    for a, b in zip(rest, whole[at:], strict=True):
+        assert all(np.array_equal(x, b.state.arrays()[k]) for k, x in a.state.arrays().items())
+
+
+def test_a_rejected_increment_leaves_no_trace():
+    """An increment that is cut and then done in two gives the same bits as asking for the two halves."""
+    p = pressed(pr.Step("go", move={"punch": {"y": -0.3}}, increments=1), friction=pr.Coulomb(0.3))
+    halves = list(pr.solve(pressed(pr.Step("go", move={"punch": {"y": -0.3}}, increments=2), friction=pr.Coulomb(0.3))))
+    import prensa.solver.march as march
+
+    real, calls = march.attempt, []
+
+    def fails_once(*args):
+        trial = real(*args)
+        calls.append(1)
+        if len(calls) == 1:
+            trial.converged, trial.reason = False, "asked to fail"
+        return trial
+
+    march.attempt = fails_once
+    try:
+        cut = list(pr.solve(p))
+    finally:
+        march.attempt = real
+    assert cut[0].statistics.cutbacks == 1
+    assert np.array_equal(cut[0].state.u, halves[0].state.u)
+    assert np.array_equal(cut[1].state.u, halves[1].state.u)
+
+
+# ------------------------------------------------------------------------------------------------------------ failures
+def test_a_free_body_is_named():
+    """A body that nothing holds fails with words, not with numbers."""
+    p = pr.Problem(
+        "free", bodies={"b": block()}, fixed={"b.bottom": "y"}, loads={"b.right": pr.Load(traction=(1.0, 0.0))},
+        steps=[pr.Step("go", increments=1)],
+    )  # fmt: skip
+    with pytest.raises(SolveError, match="free to move without resistance"):
+        last(p, pr.Numerics(max_cutbacks=0))
+
+
+def test_a_tool_pushed_the_wrong_way_is_named():
+    """A force that drives the tool away from everything is an error that says so."""
+    with pytest.raises(PrensaError, match="meets nothing"):
+        last(pressed(pr.Step("go", push={"punch": {"y": 5.0}}, increments=1)))
+
+
+def test_a_tool_that_cannot_touch_is_named():
+    """A stamp beside the boundary it should touch is refused when the problem is discretised."""
+    p = pressed(pr.Step("go", move={"punch": {"y": -1.0}}), tool=pr.Stamp(width=1.0, at=(50.0, 0.0), touching="block.top"))
+    with pytest.raises(PrensaError, match="never meets"):
+        pr.discretise(p)
+
+
+def test_an_impossible_motion_fails_with_a_post_mortem_and_keeps_the_last_increment():
+    """Crushing a block between plates beyond its height ends in an error that says where, and the good part survives."""
+    p = pressed(pr.Step("crush", move={"punch": {"y": -3.2}}, increments=4), tool=pr.Plane(touching="block.top"))
+    good = []
+    with pytest.raises(SolveError, match=r"step 'crush', time .*What to try") as caught:
+        good.extend(pr.solve(p, pr.Numerics(max_cutbacks=2)))
+    assert caught.value.last is not None
+    assert caught.value.last.time < 1.0
