@@ -35,10 +35,6 @@ from prensa.verify.table import Row, case, row
 Array = NDArray[np.float64]
 TOLERANCE = 1e-8
 
-NUMERICS = pr.Numerics()
-"""Default stop: residual ≤ 1e-9 of the sum of all element forces, which on a fine mesh is many times the force of a tool.
-Two digits more make that 1e-8 of the tool's force on every mesh here, for about one iteration."""
-
 
 def wrench(points: Array, forces: Array) -> Array:
     """Points, forces (k, 2) → (3,) resultant force and moment about the origin."""
@@ -125,7 +121,7 @@ class Balance:
     def __init__(self) -> None:
         self.force, self.moment, self.plane = 0.0, 0.0, False
 
-    def watch(self, problem: pr.Problem, numerics: pr.Numerics = NUMERICS) -> Iterator[Increment]:
+    def watch(self, problem: pr.Problem, numerics: pr.Numerics | None = None) -> Iterator[Increment]:
         """The increments of a problem, each checked."""
         system = discretise(problem)
         self.plane |= not system.axisymmetric
@@ -134,7 +130,7 @@ class Balance:
             self.force, self.moment = max(self.force, force), max(self.moment, moment)
             yield inc
 
-    def last(self, problem: pr.Problem, numerics: pr.Numerics = NUMERICS) -> Increment:
+    def last(self, problem: pr.Problem, numerics: pr.Numerics | None = None) -> Increment:
         """The last increment of a problem, all of them checked."""
         *_, inc = self.watch(problem, numerics)
         return inc

@@ -91,7 +91,7 @@ def neo_hooke(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     steps = (press(0.5), press(1), press(2), press(4, 2), press(8, 4))
     p = problem((70, 60), "finite", "current", pr.NeoHooke(E=E * E_scale, nu=NU), steps)
     count = 0
-    for inc in balance.watch(p, pr.Numerics()):
+    for inc in balance.watch(p):
         count = inc.number
         for d, P in tables.EXAMPLE1_NEO_HOOKE.items():
             if inc.end_of_step and abs(inc.tools["cylinder"].place.y + d) < 1e-9:
