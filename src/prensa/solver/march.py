@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 AUTO_FIRST = 0.0025  # first increment of a step without 'increments', as a share of the step
 TRAVEL = 0.3  # tool travel per automatic increment, in contact element sizes
-PLASTIC = 0.02  # equivalent plastic strain per automatic increment …
+PLASTIC = 0.01  # equivalent plastic strain per automatic increment …
 SPREAD = 0.95  # … that this share of the points stays below (a singular corner would rule the step otherwise)
 EASY, TARGET = 5, 7  # Newton iterations below which the step grows, above which it shrinks
 
