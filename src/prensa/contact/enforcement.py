@@ -49,12 +49,13 @@ class Scale:
 
 
 def forces(
-    pairs: Pairs, weight: Array, scale: Scale, lam: Array, committed: Array, law: Friction | None, period: float
-) -> ContactForces:
+    pairs: Pairs, weight: Array, scale: Scale, lam: Array, committed: Array, law: Friction | None, period: float,
+    hold: NDArray[np.bool_] | None = None,
+) -> ContactForces:  # fmt: skip
     """Contact forces on the pair coordinates and their exact, unsymmetric stiffness.
 
     weight (k,); lam (k, 2) multipliers normal, tangential; committed (k, 4): traction, accumulated slip, surface
-    coordinate, closed. ``period``: length of a closed tool's surface, across which the coordinate jumps.
+    coordinate, closed; hold (k,): points made to stick (see `return_map`). ``period``: length of a closed tool's surface, across which the coordinate jumps.
     """
     k = len(weight)
     p_trial = lam[:, 0] - scale.k_n * pairs.g  # −inf where a ray misses the tool
@@ -68,7 +69,7 @@ def forces(
         ds = pairs.s - committed[:, 2]
         if np.isfinite(period):
             ds = ds - period * np.round(ds / period)
-        out = return_map(law, lam[:, 1:2], ds[:, None], p, touching, committed[:, 1], scale.k_t)
+        out = return_map(law, lam[:, 1:2], ds[:, None], p, touching, committed[:, 1], scale.k_t, hold)
         t, kappa, slip = out.t[:, 0], out.kappa, out.slip
         dt = out.dt_dg[:, 0, 0][:, None] * pairs.ds + out.dt_dp[:, 0][:, None] * dp
     F = weight[:, None] * (p[:, None] * pairs.Fn + t[:, None] * pairs.Ft)

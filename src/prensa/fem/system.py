@@ -59,13 +59,15 @@ class Surface:
         return Scale(k_n, np.maximum(k_t, k_t_least), h)
 
 
+EPS = float(np.finfo(np.float64).eps)
 NOTHING = 1e-8  # forces of strains below this need no relative accuracy: an unloaded body has no force to compare with
 
 
 class Evaluation(NamedTuple):
     """r (ndof,) residual; data (nnz,) its derivative or None; ``scale``: Σ |element forces| + |contact| + |external|.
 
-    history, contacts: trial values to commit; f_ext (ndof,); ``failed``: why it could not be evaluated, or ''.
+    history, contacts: trial values to commit; f_ext (ndof,); ``failed``: why it could not be evaluated, or '';
+    ``floor``: residual that round-off of the gaps alone makes (positions carry ε × size, the penalty multiplies it).
     """
 
     r: Array
@@ -75,6 +77,7 @@ class Evaluation(NamedTuple):
     contacts: tuple[ContactForces, ...]
     f_ext: Array
     failed: str
+    floor: float = 0.0
 
 
 @dataclass
@@ -196,10 +199,13 @@ class System:
         displacement = u[: 2 * self.nodes].reshape(-1, 2)[nodes]
         return reference_pairs(tool.shape, self.X[nodes], s.normal, displacement, tool.at, place_, 100.0 * self.length)
 
-    def evaluate(self, c: Circumstances, u: Array, lam: Array, stiffness: bool = True) -> Evaluation:
+    def evaluate(
+        self, c: Circumstances, u: Array, lam: Array, stiffness: bool = True, hold: NDArray[np.bool_] | None = None
+    ) -> Evaluation:
         """Residual r = f_int − f_contact − f_ext of unknowns u (ndof,) and multipliers lam (points, 2), and its derivative.
 
-        Pure: it answers the same for the same arguments whatever came before.
+        hold (points,): contact points made to stick, with which the solver breaks cycles. Pure: it answers the same for
+        the same arguments whatever came before.
         """
         r = np.zeros(self.ndof)
         data = np.zeros(len(self.pattern.indices)) if stiffness else None
@@ -207,7 +213,8 @@ class System:
         total = self.problem.kinematics == "small" and not self.has_memory
         du = (u if total else u - c.state.u)[: 2 * self.nodes].reshape(-1, 2)
         base = self.initial_history if total else c.state.history
-        history, scale = [], NOTHING * self.stiffness
+        history, scale, floor = [], NOTHING * self.stiffness, 0.0
+        reach = self.length + float(np.abs(u[2 * self.nodes :]).max(initial=0.0))
         at = At(c.dt, c.time)
         for block, old in zip(self.blocks, base):
             out = sweep(block, c.x_n, du, old, at, r, data)
@@ -224,12 +231,14 @@ class System:
         for s, w, sc, law in zip(self.surfaces, c.weights, c.scales, c.laws):
             shape = self.tools[s.tool].shape
             period = 2 * np.pi * shape.radius if isinstance(shape, Circle) else np.inf
-            f = forces(self.pairs(s, u), w, sc, lam[s.rows], c.state.contact[s.rows], law, period)
+            held = None if hold is None else hold[s.rows]
+            f = forces(self.pairs(s, u), w, sc, lam[s.rows], c.state.contact[s.rows], law, period, held)
+            floor += 4 * EPS * float((w * sc.k_n).sum()) * reach
             if not np.isfinite(f.K).all():
                 return Evaluation(
                     r, data, np.inf, (), (), r, f"friction of {s.name} softens too fast for its stiffness k_T"
                 )
-            dofs = self._pair_dofs(s)
+            dofs = self.pair_dofs(s)
             np.subtract.at(r, dofs, f.F)
             if data is not None:
                 scatter_matrix(f.K, self._pair_slots(s), data)
@@ -237,7 +246,7 @@ class System:
             results.append(f)
         f_ext = self._external(c, u, data)
         scale += float(np.abs(f_ext[: 2 * self.nodes]).sum())
-        return Evaluation(r - f_ext, data, scale, tuple(history), tuple(results), f_ext, "")
+        return Evaluation(r - f_ext, data, scale, tuple(history), tuple(results), f_ext, "", floor)
 
     @cached_property
     def stiffness(self) -> float:
@@ -303,14 +312,15 @@ class System:
             self._edge_slots[key] = out
         return self._edge_slots[key]
 
-    def _pair_dofs(self, s: Surface) -> Index:
+    def pair_dofs(self, s: Surface) -> Index:
+        """Unknowns (k, 5) of the pairs of a contact: node x, y, tool x, y, rz."""
         n = s.points.nodes
         tool = self.tool_dof(s.tool) + np.arange(3)
         return np.concatenate([2 * n[:, None], 2 * n[:, None] + 1, np.broadcast_to(tool, (len(n), 3))], axis=1)
 
     def _pair_slots(self, s: Surface) -> NDArray[np.int32]:
         if s.name not in self._edge_slots:
-            dofs = self._pair_dofs(s)
+            dofs = self.pair_dofs(s)
             out = np.empty((len(dofs), 5, 5), dtype=np.int32)
             slots(self.pattern.indptr, self.pattern.indices, np.ascontiguousarray(dofs), out)
             self._edge_slots[s.name] = out

@@ -40,14 +40,16 @@ class Tangential(NamedTuple):
 
 
 def return_map(
-    law: Friction, lam: Array, dg: Array, p: Array, touching: NDArray[np.bool_], kappa: Array, k_t: Array
-) -> Tangential:
+    law: Friction, lam: Array, dg: Array, p: Array, touching: NDArray[np.bool_], kappa: Array, k_t: Array,
+    hold: NDArray[np.bool_] | None = None,
+) -> Tangential:  # fmt: skip
     """Traction t_T(Δg_T, p) from the committed traction (or multiplier).
 
     lam (k, d): traction at the start of the increment or multiplier, in d tangential axes of the tool; dg (k, d):
     tangential displacement relative to the tool during the increment; p (k,) pressure; touching (k,) flags, which
     include the points of p = 0 that are just in touch; kappa (k,) committed slip; k_t (k,) tangential stiffness.
-    Where a point does not touch everything is zero, and the slip is kept.
+    Where a point does not touch everything is zero, and the slip is kept. ``hold`` (k,): points that stick whatever
+    the bound says, an override with which the solver breaks cycles.
 
     The trial is t_tr = λ − k_T Δg; slip iff |t_tr| > τ_y(p, κ_n); then |t_tr| − k_T Δλ = τ_y(p, κ_n + Δλ).
     A softening law needs k_T > |∂τ_y/∂κ| for the root to be unique; where it may not be, the tangent is NaN, which the
@@ -58,6 +60,8 @@ def return_map(
     size = np.sqrt((trial**2).sum(axis=1))
     tau, dtau_p, dtau_k = law.bound(p, kappa)
     slip = touching & (size > (1.0 + ON_BOUND) * tau)
+    if hold is not None:
+        slip &= ~hold
     T = np.divide(trial, size[:, None], out=np.zeros_like(trial), where=(size > 0)[:, None])
     delta = np.where(slip & (p > 0), (size - tau) / k_t, 0.0)
     if law.hardens and (slip & (p > 0)).any():

@@ -19,7 +19,8 @@ Index = NDArray[np.int64]
 STEPS = (0.5, 0.25, 0.1, 0.03)  # line search, after the full step
 GOOD = 0.05  # relative residual of the extrapolation below which nothing better is looked for
 POLISH = 1e-13  # relative residual that the factors at hand are used to reach
-WATCH = 2  # full steps taken on trust although the residual grows
+WATCH = 2  # full steps taken on trust although the residual grows, when points open or close …
+WATCH_FLIPS = 6  # … and when points reverse their slip
 
 
 @dataclass
@@ -222,9 +223,10 @@ def _newton(
 
     A full step that opens or closes contact points may raise the residual and still be right (it is then a step of
     the active-set method), so up to `WATCH` of them are taken on trust before the search goes back to the best iterate
-    and shortens its step (watchdog of Chamberlain et al. 1982). Any other step that raises the residual is shortened.
+    and shortens its step (watchdog of Chamberlain et al. 1982); likewise while points reverse their slip. Any other step
+    that raises the residual is shortened.
     """
-    status = None
+    status: NDArray[np.int8] | None = None
     best, anchor, watched = np.inf, None, 0
     for iteration in range(numerics.max_iterations):
         if e is None:
@@ -239,14 +241,21 @@ def _newton(
         now = signature(e)
         trial.residuals.append(relative)
         trial.changes.append(int((now != status).sum()) if status is not None else len(now))
+        turned = reversed_slip(status, now)
         status = now
         trial.u = u
         report.iteration(trial, e)
-        if relative <= numerics.tolerance:
+        if relative <= numerics.tolerance or norm <= e.floor:
             return _polished(system, c, reduced, u, e, lam, report, trial)
         if not np.isfinite(norm):
             trial.reason = "the iteration diverged"
             return None
+        if turned.any():
+            # a point that slipped one way and now slips the other would flip for ever: it sticks for this solve
+            with report.timed("assembly"):
+                held = system.evaluate(c, u, lam, hold=turned)
+            if not held.failed and held.data is not None:
+                e = held
         with report.timed("factorisation and solve"):
             step = reduced.solve(e.data, -e.r)
         trial.iterations += 1
@@ -258,23 +267,53 @@ def _newton(
             return None
         if norm < best:
             best, anchor, watched = norm, (u, step), 0
+        moved_to = _along(system, c, u, step, lam)
         with report.timed("assembly"):
-            full = system.evaluate(c, u + step, lam)
+            full = system.evaluate(c, moved_to, lam)
         size = reduced.norm(full.r) if not full.failed else np.inf
-        moved = full.failed or not np.array_equal(signature(full) > 0, now > 0)
-        trust = iteration == 0 or size < best or not numerics.line_search or (moved and watched < WATCH)
+        after = now if full.failed else signature(full)
+        flips = turned.any() or reversed_slip(now, after).any()
+        discrete = flips or not np.array_equal(after > 0, now > 0)
+        trust = iteration == 0 or size < best or not numerics.line_search
+        trust |= discrete and watched < (WATCH_FLIPS if flips else WATCH)
         if trust and not full.failed:
             watched += size >= best
-            u, e = u + step, full
+            u, e = moved_to, full
             continue
         if full.failed or anchor is None:
             anchor = (u, step)
         u = _shortened(system, c, reduced, *anchor, lam, report)
-        e, best, watched, anchor = None, np.inf, 0, None
+        e, best, watched, anchor, status = None, np.inf, 0, None, None
     trial.reason = (
         f"no convergence in {numerics.max_iterations} iterations (relative residual {trial.residuals[-1]:.1e})"
     )
     return None
+
+
+def reversed_slip(before: NDArray[np.int8] | None, now: NDArray[np.int8]) -> NDArray[np.bool_]:
+    """Points that slip along + in one signature and along − in the other."""
+    if before is None:
+        return np.zeros(len(now), dtype=bool)
+    return (before >= 2) & (now >= 2) & (before != now)
+
+
+def _along(system: System, c: Circumstances, u: Array, step: Array, lam: Array) -> Array:
+    """U + step, with closed contact nodes put at the gap that the linear model gave them.
+
+    A straight step along a curved tool changes the gap by d²/2R, more than the penetration p/k_n: without the correction
+    a Newton step opens points that stay closed. Supported nodes are left where they are.
+    """
+    moved = u + step
+    if system.problem.contact_geometry != "current":
+        return moved
+    nodal = moved[: 2 * system.nodes].reshape(-1, 2)
+    for s, scale in zip(system.surfaces, c.scales):
+        before, after = system.pairs(s, u), system.pairs(s, moved)
+        dofs = system.pair_dofs(s)
+        linear = before.g + (before.dg * step[dofs]).sum(axis=1)
+        stays = (lam[s.rows, 0] - scale.k_n * linear > 0) & ~np.isin(dofs[:, :2], c.plan.fixed).any(axis=1)
+        nodal[s.points.nodes] += np.where(stays, linear - after.g, 0.0)[:, None] * after.n
+    return moved
 
 
 def _polished(

@@ -1,0 +1,280 @@
+"""Random contact problems on default settings, every answer checked.
+
+A problem is drawn from tool shape, motion (press, press and slide, turn, push by force, release), friction (none to
+sticking, hardening, softening), kinematics, material, element, grading and distortion of the mesh, steps that are often
+too large on purpose, and units. Converged is not enough: equilibrium, complementarity, the friction bound, the sign of
+the dissipations and the volume of every element are checked at every increment, and a sample is run again at half the
+step and ten times the penalty.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import prensa as pr
+from prensa.errors import PrensaError
+from prensa.fem.system import discretise
+from prensa.solver.increment import Increment
+
+Array = NDArray[np.float64]
+SYSTEMS = {"mm-N": (1.0, 1.0), "m-N": (1e-3, 1.0), "inch-lbf": (1 / 25.4, 1 / 4.4482216152605)}
+COMPARED = 10  # every so many problems are run again, finer and stiffer
+AGREE = 0.05  # relative difference of the largest tool force allowed between the two
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a problem: ``status`` 'right', 'failed' (said so) or 'wrong' (did not), with words and cost."""
+
+    number: int
+    kind: str
+    status: str
+    words: str = ""
+    iterations: int = 0
+    cutbacks: int = 0
+    seconds: float = 0.0
+
+
+@dataclass
+class Tally:
+    """Outcomes of a suite."""
+
+    suite: str
+    seed: int
+    outcomes: list[Outcome] = field(default_factory=list)
+
+    def share(self, status: str) -> float:
+        """Share of outcomes with a status."""
+        return sum(o.status == status for o in self.outcomes) / max(len(self.outcomes), 1)
+
+
+def draw(suite: str, seed: int, number: int) -> pr.Problem:
+    """Problem *number* of a suite (``elastic`` or ``plastic``): the same for the same arguments."""
+    rng = np.random.default_rng([seed, number, suite == "plastic"])
+    system = str(rng.choice(list(SYSTEMS)))
+    L, F = SYSTEMS[system]
+    P = F / L**2
+    space = str(rng.choice(["plane strain", "axisymmetric"]))
+    axi = space == "axisymmetric"
+    plastic = suite == "plastic"
+    kinematics = "finite" if plastic or rng.random() < 0.5 else "small"
+    geometry = "reference" if kinematics == "small" and rng.random() < 0.5 else "current"
+    E = 10 ** rng.uniform(3, 5.3) * P
+    nu = float(rng.uniform(0.0, 0.45))
+    material: Any = pr.Elastic(E, nu)
+    if plastic:
+        material = pr.J2(E, nu, _flow(rng, E))
+    elif kinematics == "finite" and rng.random() < 0.5:
+        material = pr.NeoHooke(E, nu)
+    width, height = float(rng.uniform(8, 20)), float(rng.uniform(5, 15))
+    nx, ny = int(rng.integers(8, 17)), int(rng.integers(5, 13))
+    origin = (float(rng.choice([0.0, 2.0])) if axi else 0.0, 0.0)
+    body = pr.Body(
+        _mesh(rng, width * L, height * L, nx, ny, origin[0] * L),
+        material,
+        "q4_fbar" if plastic or rng.random() < 0.6 else "q4",
+    )
+    h = width / nx
+    tool, flat, most = _tool(rng, axi, width, h, L)
+    depth = float(rng.uniform(0.02, most)) * height * L
+    mu = _friction(rng, depth, L)
+    motion = str(rng.choice(["press", "press and slide", "turn", "push", "release"]))
+    if axi and motion in ("press and slide", "turn"):
+        motion = "press"
+    if flat and motion == "turn":
+        motion = "press and slide"
+    increments = int(rng.integers(2, 9)) if rng.random() < 0.7 else None
+    steps = _steps(rng, motion, depth, width * L, E, increments, axi)
+    sides = ["body.top", "body.right"] if rng.random() < (0.8 if plastic else 0.2) and flat else ["body.top"]
+    fixed = {"body.bottom": "xy" if rng.random() < 0.5 else "y", "body.left": "x"}
+    if motion == "press and slide":
+        fixed["body.bottom"] = "xy"
+    return pr.Problem(
+        f"{number}: {tool.type}, {motion}, {'frictionless' if mu is None else 'friction'}, {kinematics}-{geometry}, "
+        f"{space}, {material.type}, {system}",
+        space=space, kinematics=kinematics, contact_geometry=geometry, bodies={"body": body}, tools={"tool": tool},
+        contacts=(pr.Contact(tuple(sides), "tool", friction=mu),), fixed=fixed, steps=tuple(steps),
+        units=pr.Units(**dict(zip(("length", "force"), {"mm-N": ("mm", "N"), "m-N": ("m", "N"), "inch-lbf": ("inch", "lbf")}[system]))),
+    )  # fmt: skip
+
+
+def _flow(rng: np.random.Generator, E: float) -> Any:
+    s0 = float(rng.uniform(0.001, 0.005)) * E
+    return [
+        pr.Perfect(s0), pr.Linear(s0, 0.01 * E), pr.Ludwik(s0, 2 * s0, 0.3), pr.Swift(3 * s0, 0.01, 0.2),
+        pr.Voce(s0, s0, 8.0),
+    ][rng.integers(5)]  # fmt: skip
+
+
+def _mesh(rng: np.random.Generator, width: float, height: float, nx: int, ny: int, x0: float) -> Any:
+    kind = rng.integers(3)
+    rectangle = pr.Rectangle(size=(width, height), n=(nx, ny), origin=(x0, 0.0))
+    if kind == 1:
+        grade = pr.Grade(x=(x0,), y=(height,), ratio=float(rng.uniform(2, 5)))
+        return pr.Rectangle(size=(width, height), n=(nx, ny), origin=(x0, 0.0), grade=grade)
+    if kind == 2:
+        from prensa.mesh.generate import mesh_of
+
+        mesh = mesh_of(rectangle)
+        x = mesh.points.copy()
+        inner = (
+            (x[:, 0] > x0 + 1e-9 * width) & (x[:, 0] < x0 + width * (1 - 1e-9)) & (x[:, 1] > 0) & (x[:, 1] < height * (1 - 1e-9))
+        )
+        x[inner] += rng.uniform(-0.2, 0.2, (int(inner.sum()), 2)) * np.array([width / nx, height / ny])
+        return pr.Points(
+            tuple(map(tuple, x.tolist())), tuple(map(tuple, mesh.cells.tolist())),
+            {name: tuple(mesh.nodes(name).tolist()) for name in mesh.edges},
+        )  # fmt: skip
+    return rectangle
+
+
+def _tool(rng: np.random.Generator, axi: bool, width: float, h: float, L: float) -> tuple[Any, bool, float]:
+    """A tool, whether it is flat over the whole body, and the largest sensible depth as a share of the height."""
+    kind = str(rng.choice(["plane", "circle", "stamp", "ring"] if axi else ["plane", "circle", "stamp"]))
+    if kind == "plane":
+        return pr.Plane(touching="body.top"), True, 0.3
+    if kind == "circle":
+        return pr.Circle(radius=float(rng.uniform(2.5 * h, 2 * width)) * L, touching="body.top"), False, 0.15
+    if kind == "stamp":
+        w = float(rng.uniform(0.4, 1.2)) * width
+        fillet = float(rng.uniform(1.0, 2.0)) * h
+        return pr.Stamp(width=w * L, fillet=min(fillet, 0.4 * w) * L, touching="body.top"), False, 0.1
+    inner = float(rng.uniform(0.3, 0.5)) * width
+    outer = inner + float(rng.uniform(0.25, 0.4)) * width
+    return pr.Ring(inner=inner * L, outer=outer * L, fillet=min(h, 0.3 * (outer - inner)) * L, touching="body.top"), False, 0.1
+
+
+def _friction(rng: np.random.Generator, depth: float, L: float) -> Any:
+    """None, weak, strong, sticking, hardening, softening.
+
+    Softening stays slower than the body's own stiffness, (μ0 − μ∞) p/u0 < E/height with p ≈ E depth/height: beyond that
+    the quasi-static answer jumps (stick-slip), and no increment, however small, follows a jump.
+    """
+    kind = rng.integers(6)
+    if kind == 0:
+        return None
+    if kind == 1:
+        return pr.Coulomb(float(rng.uniform(0.02, 0.2)))
+    if kind == 2:
+        return pr.Coulomb(float(rng.uniform(0.2, 0.6)))
+    if kind == 3:
+        return pr.Coulomb(float(rng.uniform(1.0, 5.0)))
+    low, high = float(rng.uniform(0.05, 0.15)), float(rng.uniform(0.2, 0.5))
+    if kind == 4:
+        return pr.Coulomb(pr.MuExponential(low, high, float(rng.uniform(0.05, 1.0)) * L))
+    return pr.Coulomb(pr.MuExponential(high, low, float(rng.uniform(1.5, 10.0)) * depth))
+
+
+def _steps(
+    rng: np.random.Generator, motion: str, depth: float, width: float, E: float, increments: int | None, axi: bool
+) -> Iterator[pr.Step]:
+    if motion == "push":
+        area = width if not axi else np.pi * width**2
+        yield pr.Step("push", push={"tool": pr.Push(y=-float(rng.uniform(1e-4, 2e-3)) * E * area)}, increments=increments)
+        return
+    yield pr.Step("press", move={"tool": pr.Motion(y=-depth)}, increments=increments)
+    if motion == "press and slide":
+        x = float(rng.uniform(0.2, 1.5)) * depth * float(rng.choice([-1, 1]))
+        yield pr.Step("slide", move={"tool": pr.Motion(x=x)}, increments=increments)
+    elif motion == "turn":
+        yield pr.Step("turn", move={"tool": pr.Motion(rz=float(rng.uniform(-0.05, 0.05)))}, increments=increments)
+    elif motion == "release":
+        yield pr.Step("release", move={"tool": pr.Motion(y=0.2 * depth)}, increments=increments)
+
+
+def check(system: Any, inc: Increment, peak: float) -> str:
+    """What is wrong with an increment, in words; '' if nothing is. ``peak``: largest tool force so far."""
+    from prensa.verify.balance import imbalance
+
+    force, moment = imbalance(system, inc)
+    # a body that has been let go has no force to compare with
+    now = max((float(np.abs(c.force).sum()) for c in inc.contacts.values()), default=0.0)
+    if now > 1e-6 * peak and not max(force, moment) <= 1e-7:
+        return f"forces out of balance by {max(force, moment):.1e}"
+    for s in system.surfaces:
+        c = inc.contacts[s.name]
+        h = s.points.depth
+        if (c.pressure < 0).any():
+            return "negative pressure"
+        open_ = (c.pressure == 0) & np.isfinite(c.gap)
+        if (c.gap[open_] < -1e-9 * h[open_]).any():
+            return "an open point lies inside the tool"
+        if (np.abs(c.pressure * np.where(np.isfinite(c.gap), np.maximum(c.gap, 0.0), 0.0)) > 0).any():
+            return "pressure across an open gap"
+        law = s.description.friction
+        if law is None:
+            bound = np.zeros_like(c.pressure)
+        else:
+            from prensa.friction.coulomb import Coulomb
+
+            bound = Coulomb(law.mu).bound(c.pressure, c.slip)[0]
+        if (np.abs(c.shear) > bound + 1e-9 * max(float(bound.max()), 1e-300)).any():
+            return "friction above its bound"
+    for key in ("plastic", "friction"):
+        if inc.energy[key] < -1e-9 * max(abs(inc.energy["external"]), 1e-300):
+            return f"{key} dissipation {inc.energy[key]:.2e} is negative"
+    for b in inc.bodies.values() if system.problem.kinematics == "finite" else ():  # small strain knows no shapes
+        x = b.x[b.cells]
+        d1, d2 = x[:, 2] - x[:, 0], x[:, 3] - x[:, 1]
+        if (d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0] <= 0).any():
+            return "an element has no volume"
+    return ""
+
+
+def solve_checked(p: pr.Problem) -> tuple[float, int, int, str]:
+    """Largest tool force over the history, iterations, cut-backs, and what is wrong ('' if nothing)."""
+    system = discretise(p)
+    peak, iterations, cutbacks = 0.0, 0, 0
+    for inc in pr.solve(system):
+        iterations += inc.statistics.iterations
+        cutbacks += inc.statistics.cutbacks
+        f = inc.force("tool")
+        peak = max(peak, abs(f.y) if p.space == "axisymmetric" else float(np.hypot(f.x, f.y)))
+        wrong = check(system, inc, peak)
+        if wrong:
+            return peak, iterations, cutbacks, f"time {inc.time:.4g}: {wrong}"
+    return peak, iterations, cutbacks, ""
+
+
+def finer(p: pr.Problem) -> pr.Problem:
+    """The same problem at half the step and ten times the penalty."""
+    steps = tuple(replace(s, increments=2 * s.increments if s.increments else 80) for s in p.steps)
+    contacts = tuple(
+        replace(c, enforcement=pr.Penalty(beta=10 * c.enforcement.beta, beta_T=10 * c.enforcement.beta_T)) for c in p.contacts
+    )
+    return replace(p, steps=steps, contacts=contacts)
+
+
+def judge(p: pr.Problem, number: int, compare: bool) -> Outcome:
+    """Solve and check one problem."""
+    start = time.process_time()
+    try:
+        peak, iterations, cutbacks, wrong = solve_checked(p)
+    except PrensaError as error:
+        return Outcome(number, p.name, "failed", str(error), seconds=time.process_time() - start)
+    status = "wrong" if wrong else "right"
+    if compare and not wrong:
+        try:
+            again, _, _, _ = solve_checked(finer(p))
+            # a force-driven tool has its force given; the comparison is then of the balance only
+            if abs(again - peak) > AGREE * max(again, peak):
+                status, wrong = "wrong", f"peak force {peak:.4g}, at half the step and ten times the penalty {again:.4g}"
+        except PrensaError as error:
+            wrong = f"(the finer run used for comparison failed: {error})"
+    return Outcome(number, p.name, status, wrong, iterations, cutbacks, time.process_time() - start)
+
+
+def run(suite: str, count: int, seed: int, report: Callable[[Outcome], None] = lambda _: None) -> Tally:
+    """Draw and judge *count* problems."""
+    tally = Tally(suite, seed)
+    for number in range(count):
+        outcome = judge(draw(suite, seed, number), number, number % COMPARED == 0)
+        tally.outcomes.append(outcome)
+        report(outcome)
+    return tally
