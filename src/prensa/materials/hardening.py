@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from prensa.model.problem import Flow
 
 PERFECT, LINEAR, LUDWIK, SWIFT, VOCE, HOCKETT_SHERBY, JOHNSON_COOK, TABLE = range(8)
-_TINY = 1e-14  # plastic strain below which power laws with infinite initial slope are evaluated here instead
+_TINY = 1e-12  # plastic strain below which a power law of infinite initial slope is its chord
 
 
 class FlowParameters(NamedTuple):
@@ -27,7 +27,9 @@ class FlowParameters(NamedTuple):
 
 @njit(cache=True)
 def _ludwik(a: float, s0: float, K: float, n: float) -> tuple[float, float]:
-    a = max(a, _TINY)
+    if a < _TINY:
+        slope = K * _TINY ** (n - 1.0)
+        return s0 + slope * a, slope
     power = K * a**n
     return s0 + power, n * power / a
 
@@ -46,7 +48,9 @@ def _voce(a: float, s0: float, Q: float, b: float, H: float) -> tuple[float, flo
 
 @njit(cache=True)
 def _hockett_sherby(a: float, s0: float, s_inf: float, b: float, n: float) -> tuple[float, float]:
-    a = max(a, _TINY)
+    if a < _TINY:
+        slope = (s_inf - s0) * (1.0 - math.exp(-b * _TINY**n)) / _TINY
+        return s0 + slope * a, slope
     x = b * a**n
     decay = (s_inf - s0) * math.exp(-x)
     return s_inf - decay, decay * n * x / a
