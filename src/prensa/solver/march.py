@@ -28,6 +28,8 @@ AUTO_FIRST = 0.0025  # first increment of a step without 'increments', as a shar
 TRAVEL = 0.3  # tool travel per automatic increment, in contact element sizes
 PLASTIC = 0.01  # equivalent plastic strain per automatic increment …
 SPREAD = 0.95  # … that this share of the points stays below (a singular corner would rule the step otherwise)
+FOLDED = -0.1  # area of a corner's triangle over the mean of the four below which an element is folded over
+ABSURD = 1.0  # equivalent plastic strain at any point in one increment beyond which it is refused
 EASY, TARGET = 5, 7  # Newton iterations below which the step grows, above which it shrinks
 
 
@@ -70,6 +72,13 @@ def solve(
     return _March(system, numerics or model.Numerics(), monitor, timer or Timer()).run(start or system.initial())
 
 
+def _least_corner(x: Array) -> Array:
+    """Least corner triangle of quadrilaterals x (e, 4, 2) over the mean of the four: 0 at 180°, negative beyond → (e,)."""
+    before, after = x - np.roll(x, 1, axis=1), np.roll(x, -1, axis=1) - x
+    area = before[..., 0] * after[..., 1] - before[..., 1] * after[..., 0]
+    return np.asarray(area.min(axis=1) / np.maximum(np.abs(area.mean(axis=1)), 1e-300))
+
+
 class _March:
     def __init__(self, system: System, numerics: model.Numerics, monitor: Monitor | None, timer: Timer):
         self.system, self.numerics, self.timer = system, numerics, timer
@@ -103,6 +112,7 @@ class _March:
             assert self.reduced is not None
             trial = attempt(self.system, c, self.reduced, origin, self.numerics, self.reporter(state, plan, end))
             spent += trial.iterations
+            self.refuse_the_absurd(state, trial)
             if trial.converged:
                 return self.commit(state, plan, c, trial, spent, cutbacks)
             self.say(state, plan, end, trial, "rejected", trial.reason)
@@ -110,6 +120,35 @@ class _March:
                 raise SolveError(self.post_mortem(plan, end, trial), self.last)
             cutbacks += 1
             dt = 0.5 * (end - now)
+
+    def refuse_the_absurd(self, state: State, trial: Trial) -> None:
+        """Equilibrium is not enough: no element may be folded over, no point may flow by more than `ABSURD` at once.
+
+        A corner of 180° is no fold: a free side that rolls onto a die makes such elements, and they answer well.
+        """
+        if not trial.converged or trial.evaluation is None or self.system.problem.kinematics == "small":
+            return
+        x = self.system.positions(trial.u)
+        for block, new, was in zip(self.system.blocks, trial.evaluation.history, state.history):
+            corner = _least_corner(x[block.cells])
+            worst = int(np.argmin(corner))
+            if corner[worst] < FOLDED:
+                at = self.system.X[block.cells[worst]].mean(axis=0)
+                trial.converged = False
+                trial.reason = f"element {worst} of {block.body} (initially near {at[0]:.4g}, {at[1]:.4g}) folded over"
+                return
+            if block.law.size <= 5:
+                continue
+            growth = (new[..., 4] - was[..., 4]).max(axis=1)
+            worst = int(np.argmax(growth))
+            if growth[worst] > ABSURD:
+                at = self.system.X[block.cells[worst]].mean(axis=0)
+                trial.converged = False
+                trial.reason = (
+                    f"element {worst} of {block.body} (initially near {at[0]:.4g}, {at[1]:.4g}) flowed by "
+                    f"{growth[worst]:.2g} in one increment: it collapses"
+                )
+                return
 
     def first_dt(self, plan: StepPlan) -> float:
         if plan.increments:
