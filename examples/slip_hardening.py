@@ -53,7 +53,8 @@ def dragged(parts: int) -> tuple[Array, Array, Array]:
         if inc.step != "press":
             (c,) = inc.contacts.values()
             found.append((inc.tools["plane"].place.x, float(c.force[1, 0] / c.weight[1]), float(c.slip[1])))
-    return tuple(np.array(found).T)  # type: ignore[return-value]
+    u, t, kappa = np.array(found).T
+    return u, t, kappa
 
 
 def rows() -> Iterator[Row]:

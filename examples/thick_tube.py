@@ -53,7 +53,7 @@ def rows(small: list[Increment], finite: list[Increment], allowed: float) -> Ite
         exact = float(yielding(np.array([u]))[0])
         yield row(f"pressure with the bore displaced by {1e3 * u:.0f} µm (MPa)", exact, pressure(inc, False), allowed)
     for target in (12.0, 16.0, 20.0):
-        inc = min(finite, key=lambda i, r=target: abs(radius(i) - r))
+        inc = finite[int(np.argmin([abs(radius(i) - target) for i in finite]))]
         exact = float(tube_expansion(K * np.sqrt(3.0), A, B, radius(inc)))
         yield row(f"pressure at a bore radius of {radius(inc):.0f} mm (MPa)", exact, pressure(inc, True), allowed)
 
