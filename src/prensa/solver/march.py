@@ -29,6 +29,7 @@ TRAVEL = 0.3  # tool travel per automatic increment, in contact element sizes
 PLASTIC = 0.01  # equivalent plastic strain per automatic increment …
 SPREAD = 0.95  # … that this share of the points stays below (a singular corner would rule the step otherwise)
 FOLDED = -0.1  # area of a corner's triangle over the mean of the four below which an element is folded over
+JUMP = 0.5  # fall of that measure in one increment that is no gradual folding
 ABSURD = 1.0  # equivalent plastic strain at any point in one increment beyond which it is refused
 EASY, TARGET = 5, 7  # Newton iterations below which the step grows, above which it shrinks
 
@@ -85,6 +86,7 @@ class _March:
         self.monitor = monitor or (lambda _: None)
         self.reduced: Reduced | None = None
         self.last: Increment | None = None
+        self.told_of_folding = False
 
     # ---------------------------------------------------------------------------------------------------- marching
     def run(self, state: State) -> Iterator[Increment]:
@@ -124,19 +126,27 @@ class _March:
     def refuse_the_absurd(self, state: State, trial: Trial) -> None:
         """Equilibrium is not enough: no element may be folded over, no point may flow by more than `ABSURD` at once.
 
-        A corner of 180° is no fold: a free side that rolls onto a die makes such elements, and they answer well.
+        A corner of 180° is no fold: a free side that rolls onto a die makes such elements, and they answer well. A corner
+        that passes 180° little by little slides past a support that has no contact: that is told, not refused. One that
+        jumps there in a single increment belongs to another, impossible solution.
         """
         if not trial.converged or trial.evaluation is None or self.system.problem.kinematics == "small":
             return
-        x = self.system.positions(trial.u)
+        x, x_n = self.system.positions(trial.u), self.system.positions(state.u)
         for block, new, was in zip(self.system.blocks, trial.evaluation.history, state.history):
             corner = _least_corner(x[block.cells])
             worst = int(np.argmin(corner))
             if corner[worst] < FOLDED:
                 at = self.system.X[block.cells[worst]].mean(axis=0)
-                trial.converged = False
-                trial.reason = f"element {worst} of {block.body} (initially near {at[0]:.4g}, {at[1]:.4g}) folded over"
-                return
+                where = f"element {worst} of {block.body} (initially near {at[0]:.4g}, {at[1]:.4g})"
+                if corner[worst] < _least_corner(x_n[block.cells[[worst]]])[0] - JUMP:
+                    trial.converged, trial.reason = False, f"{where} folded over"
+                    return
+                if not self.told_of_folding:
+                    self.told_of_folding = True
+                    log.warning(
+                        "%s folds over itself: a free side slides past its support; make the side part of a contact surface", where
+                    )
             if block.law.size <= 5:
                 continue
             growth = (new[..., 4] - was[..., 4]).max(axis=1)
