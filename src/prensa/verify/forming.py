@@ -128,17 +128,19 @@ def johnson_cook_force(flow: pr.JohnsonCook, reduction: float) -> float:
 @case("rate-dependent upsetting", suite="forming")
 def johnson_cook(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """Johnson-Cook: backward Euler is first order in time, and its limit is the solution of the rate equation."""
+    balance = Balance()
     flow = pr.JohnsonCook(250.0, 500.0, 0.3, 0.05, 1e-3)
     exact = johnson_cook_force(flow, 0.3)
     errors = []
     for increments in (25, 50, 100):
         p = upsetting((2, 2), 0.0, flow, enforcement=pr.Augmented(), increments=increments, E_scale=E_scale, reductions=(0.3,))
-        *_, last = pr.solve(p)
+        *_, last = balance.watch(p)
         errors.append(last.force("punch").y / exact - 1.0)
     yield row("force at 30 % in 100 increments", exact, exact * (1 + errors[-1]), 1e-3)
     extrapolated = 2 * errors[2] - errors[1]
     yield row("force extrapolated to zero step", exact, exact * (1 + extrapolated), 1e-4)
     yield row("observed order in time", 1.0, float(np.log2((errors[0] - errors[1]) / (errors[1] - errors[2]))), 0.15, "absolute")
+    yield from balance.rows()
 
 
 MESHES = ((16, 12), (32, 24), (48, 36), (64, 48))
@@ -241,18 +243,20 @@ def bore_pressure(inc: Increment) -> float:
 @case("thick tube", suite="forming")
 def thick_tube(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """Full-yield pressure 2k ln(b/a) with second-order convergence, and the finite expansion of a rigid-plastic tube."""
+    balance = Balance()
     exact = ref.tube_pressure(100.0, 10.0, 20.0)
     errors = []
     for n in (8, 16, 32):
-        *_, last = pr.solve(tube(n, 0.6, "small", 10, E_scale))
+        *_, last = balance.watch(tube(n, 0.6, "small", 10, E_scale))
         # the bore moves by 6 %: small strain keeps the initial area
         errors.append(bore_pressure(last) * (1 + 0.06) / exact - 1.0)
     yield row("full-yield pressure, 16 elements", exact, exact * (1 + errors[1]), 0.002)
     yield row("full-yield pressure, 32 elements", exact, exact * (1 + errors[2]), 0.0005)
     yield row("observed order in h", 2.0, float(np.log2(errors[1] / errors[2])), 0.1, "absolute")
-    *_, last = pr.solve(tube(16, 10.0, "finite", 100, E_scale))
+    *_, last = balance.watch(tube(16, 10.0, "finite", 100, E_scale))
     expansion = float(ref.tube_expansion(100.0 * np.sqrt(3.0), 10.0, 20.0, 20.0))
     yield row("pressure of the tube expanded to twice its bore", expansion, bore_pressure(last), 0.005)
+    yield from balance.rows()
 
 
 def flat_punch(n: int, E_scale: float = 1.0) -> pr.Problem:
@@ -317,9 +321,10 @@ def bar_force(inc: Increment) -> float:
 @case("necking bar (Considère)", suite="forming", slow=True)
 def considere(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """The largest force is Considère's; afterwards the bar necks."""
+    balance = Balance()
     area = np.pi * 6.413**2
     exact = ref.considere(curve(NECKING), area=area, length=53.334, E=206_900.0, nu=0.29)
-    history = list(pr.solve(necking_bar((8, 24), E_scale)))
+    history = list(balance.watch(necking_bar((8, 24), E_scale)))
     F = np.array([bar_force(i) for i in history])
     yield row("largest force, kN (elastic-plastic bar)", float(exact.force) / 1e3, float(F.max()), 0.003)
     yield row("largest force, kN (rigid-plastic bar)", 79.73, float(F.max()), 0.003)
@@ -327,14 +332,16 @@ def considere(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     middle = float(last.x[last.X[:, 1] == 0.0, 0].max()) / 6.413
     yield row("radius of the neck over the initial one", 0.9, middle, 0.0, "at most")
     yield row("force at the end over the largest", 1.0, float(F[-1] / F.max()), 0.0, "at most")
+    yield from balance.rows()
 
 
 @case("energy ledger", suite="forming")
 def ledger(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """Work of the tools equals stored plus dissipated energy; the imbalance falls with the step."""
+    balance = Balance()
     imbalance = []
     for increments in (25, 50, 100):
-        *_, last = pr.solve(upsetting((16, 12), 0.1, increments=increments, reductions=(0.3,)))
+        *_, last = balance.watch(upsetting((16, 12), 0.1, increments=increments, reductions=(0.3,)))
         imbalance.append(abs(last.energy["imbalance"]) / last.energy["external"])
     yield row("frictional upsetting to 30 %, 100 increments", 0.0, imbalance[2], 5e-3, "absolute")
     yield row("imbalance at half the step over that at the whole", 0.7, imbalance[2] / imbalance[1], 0.0, "at most")
@@ -343,5 +350,6 @@ def ledger(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
 
     press = pr.Step("press", move={"cylinder": pr.Motion(y=-2.0)}, increments=50)
     p = problem((40, 30), "finite", "current", pr.NeoHooke(1e4, 0.3), (press,))
-    *_, last = pr.solve(p)
+    *_, last = balance.watch(p)
     yield row("elastic, frictionless, 50 increments", 0.0, last.energy["imbalance"] / last.energy["external"], 1e-4, "absolute")
+    yield from balance.rows()
