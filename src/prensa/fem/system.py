@@ -233,7 +233,7 @@ class System:
             period = 2 * np.pi * shape.radius if isinstance(shape, Circle) else np.inf
             held = None if hold is None else hold[s.rows]
             f = forces(self.pairs(s, u), w, sc, lam[s.rows], c.state.contact[s.rows], law, period, held)
-            floor += 0.25 * EPS * float((w * sc.k_n)[f.p > 0].sum()) * reach
+            floor += EPS * float((w * sc.k_n)[f.p > 0].sum()) * reach
             if not np.isfinite(f.K).all():
                 return Evaluation(
                     r, data, np.inf, (), (), r, f"friction of {s.name} softens too fast for its stiffness k_T"

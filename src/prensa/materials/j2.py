@@ -30,7 +30,7 @@ def _plastic_increment(q, G, jac, kind, p, knots, coefs, a0, y0, dy0, dt):  # ty
             lo = x
         else:
             hi = x
-        if abs(f) <= 4e-15 * q or hi - lo <= 4e-16 * hi:
+        if abs(f) <= 2e-14 * q or hi - lo <= 4e-16 * hi:
             return x, y, dy
         x_new = x + f / (3.0 * G + jac * dy)
         x = x_new if lo < x_new < hi else 0.5 * (lo + hi)

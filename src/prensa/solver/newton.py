@@ -18,8 +18,11 @@ Index = NDArray[np.int64]
 
 STEPS = (0.5, 0.25, 0.1, 0.03)  # line search, after the full step
 GOOD = 0.05  # relative residual of the extrapolation below which nothing better is looked for
-POLISH = 1e-13  # relative residual that the factors at hand are used to reach
+POLISH = 1e-12  # relative residual that the factors at hand are used to reach
 FINE = 1e-11  # relative residual below which that is not worth a factorisation
+NEAR = 1e-5  # relative residual from which on the factors at hand may finish the work
+CORRECTIONS = 4  # substitutions spent on that
+PATIENCE = 6  # iterations in which the least residual must at least halve: beyond, a smaller increment is cheaper
 WATCH = 2  # full steps taken on trust although the residual grows, when points open or close …
 WATCH_FLIPS = 6  # … and when points reverse their slip
 
@@ -229,6 +232,7 @@ def _newton(
     """
     status: NDArray[np.int8] | None = None
     best, anchor, watched = np.inf, None, 0
+    least: list[float] = []
     for iteration in range(numerics.max_iterations):
         if e is None:
             with report.timed("assembly"):
@@ -246,10 +250,16 @@ def _newton(
         status = now
         trial.u = u
         report.iteration(trial, e)
-        if relative <= numerics.tolerance or norm <= e.floor:
-            return _polished(system, c, reduced, u, e, lam, report, trial)
+        if relative <= max(numerics.tolerance, NEAR if iteration else 0.0) or norm <= e.floor:
+            done = _finished(system, c, reduced, u, e, lam, numerics.tolerance, report, trial)
+            if done is not None:
+                return done
         if not np.isfinite(norm):
             trial.reason = "the iteration diverged"
+            return None
+        least.append(min(norm, least[-1]) if least else norm)
+        if len(least) > PATIENCE + 2 and least[-1] > 0.5 * least[-1 - PATIENCE]:
+            trial.reason = f"the residual stagnates at {relative:.1e} of the forces"
             return None
         if turned.any():
             # a point that slipped one way and now slips the other would flip for ever: it sticks for this solve
@@ -317,26 +327,29 @@ def _along(system: System, c: Circumstances, u: Array, step: Array, lam: Array) 
     return moved
 
 
-def _polished(
-    system: System, c: Circumstances, reduced: Reduced, u: Array, e: Evaluation, lam: Array, report: Reporter, trial: Trial
-) -> Evaluation:
-    """A converged iterate improved with the factors at hand: a substitution costs next to nothing.
+def _finished(
+    system: System, c: Circumstances, reduced: Reduced, u: Array, e: Evaluation, lam: Array, tolerance: float,
+    report: Reporter, trial: Trial,
+) -> Evaluation | None:  # fmt: skip
+    """A nearly converged iterate brought home with the factors at hand: a substitution costs next to nothing.
 
-    The residual is summed over all nodes, so a tool's balance needs digits that the stop of a fine mesh leaves open.
+    Returns None when that does not reach the tolerance; Newton then goes on from where it was. What is converged is
+    improved further: the residual is summed over all nodes, so a tool's balance needs digits that the stop leaves open.
     """
-    trial.residual = trial.residuals[-1]
-    for _ in range(2):
-        if trial.residual <= POLISH or not reduced.factorisation.factored:
+    norm = reduced.norm(e.r)
+    for _ in range(CORRECTIONS):
+        if norm <= POLISH * e.scale or not reduced.factorisation.factored:
             break
         with report.timed("factorisation and solve"):
             step = reduced.again(-e.r)
         with report.timed("assembly"):
             better = system.evaluate(c, u + step, lam, stiffness=False)
-        if better.failed or not reduced.norm(better.r) < 0.5 * reduced.norm(e.r):
+        if better.failed or not reduced.norm(better.r) < 0.3 * norm:
             break
-        u, e = u + step, better
-        trial.u, trial.residual = u, reduced.norm(e.r) / e.scale
-    if trial.residual > FINE and reduced.norm(e.r) > e.floor:
+        u, e, norm = u + step, better, reduced.norm(better.r)
+    if not (norm <= tolerance * e.scale or norm <= e.floor):
+        return None
+    if norm > FINE * e.scale and norm > e.floor:
         # old factors do not help everywhere (a limit load, say): one more step with new ones
         with report.timed("assembly"):
             here = system.evaluate(c, u, lam)
@@ -346,9 +359,9 @@ def _polished(
         trial.iterations += 1
         with report.timed("assembly"):
             better = system.evaluate(c, u + step, lam, stiffness=False)
-        if not better.failed and reduced.norm(better.r) < reduced.norm(e.r):
-            e = better
-            trial.u, trial.residual = u + step, reduced.norm(e.r) / e.scale
+        if not better.failed and reduced.norm(better.r) < norm:
+            u, e, norm = u + step, better, reduced.norm(better.r)
+    trial.u, trial.residual = u, norm / e.scale
     return e
 
 
