@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 # one thread by default: the machine may be shared, and results do not depend on it
 export OMP_NUM_THREADS ?= 1
 
-.PHONY: demo test verify lint bench clean
+.PHONY: demo test verify lint clean
 
 $(VENV)/installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -25,9 +25,6 @@ test: lint  ## lint, types, and the whole test suite
 
 verify: $(VENV)/installed  ## the verification table, every case against its reference
 	$(BIN)/prensa verify
-
-bench: $(VENV)/installed  ## cost against the factorisations alone, and against size
-	$(BIN)/python benchmarks/run.py
 
 clean:
 	rm -rf $(VENV) results .pytest_cache .mypy_cache .ruff_cache

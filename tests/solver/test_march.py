@@ -104,7 +104,8 @@ def test_column_under_its_own_weight():
     """Body force ρb: a laterally held column shortens by ρb L²/(2M), M the oedometric modulus, exactly for linear elements."""
     p = pr.Problem(
         "column", kinematics="small", bodies={"c": block(n=(1, 8), size=(1.0, 4.0))},
-        fixed={"c.bottom": "y", "c.left": "x", "c.right": "x"}, body_force={"c": (0.0, -2.0)}, steps=[pr.Step("load", increments=1)],
+        fixed={"c.bottom": "y", "c.left": "x", "c.right": "x"}, body_force={"c": (0.0, -2.0)},
+        steps=[pr.Step("load", increments=1)],
     )  # fmt: skip
     u = last(p).bodies["c"].displacement[-1, 1]
     modulus = 1000.0 * 0.7 / (1.3 * 0.4)
@@ -187,7 +188,7 @@ def test_a_dragged_block_reaches_coulomb():
 
 
 def test_every_solver_gives_the_same_answer():
-    """rslab and SuperLU agree to 1e-9 on an unsymmetric problem."""
+    """The rslab and SuperLU answers agree to 1e-9 on an unsymmetric problem."""
     p = pressed(pr.Step("go", move={"punch": {"x": 0.1, "y": -0.3}}, increments=3), friction=pr.Coulomb(0.3))
     a, b = (last(p, pr.Numerics(solver=s)).force("punch") for s in ("rslab", "superlu"))
     assert np.allclose(a, b, rtol=1e-9)

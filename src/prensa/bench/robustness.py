@@ -100,7 +100,7 @@ def draw(suite: str, seed: int, number: int) -> pr.Problem:
         f"{space}, {material.type}, {system}",
         space=space, kinematics=kinematics, contact_geometry=geometry, bodies={"body": body}, tools={"tool": tool},
         contacts=(pr.Contact(tuple(sides), "tool", friction=mu),), fixed=fixed, steps=tuple(steps),
-        units=pr.Units(**dict(zip(("length", "force"), {"mm-N": ("mm", "N"), "m-N": ("m", "N"), "inch-lbf": ("inch", "lbf")}[system]))),
+        units=pr.Units(*system.split("-")),
     )  # fmt: skip
 
 

@@ -55,7 +55,8 @@ def forces(
     """Contact forces on the pair coordinates and their exact, unsymmetric stiffness.
 
     weight (k,); lam (k, 2) multipliers normal, tangential; committed (k, 4): traction, accumulated slip, surface
-    coordinate, closed; hold (k,): points made to stick (see `return_map`). ``period``: length of a closed tool's surface, across which the coordinate jumps.
+    coordinate, closed; hold (k,): points made to stick (see `return_map`).
+    ``period``: length of a closed tool's surface, across which the coordinate jumps.
     """
     k = len(weight)
     p_trial = lam[:, 0] - scale.k_n * pairs.g  # −inf where a ray misses the tool

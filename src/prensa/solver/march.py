@@ -145,7 +145,8 @@ class _March:
                 if not self.told_of_folding:
                     self.told_of_folding = True
                     log.warning(
-                        "%s folds over itself: a free side slides past its support; make the side part of a contact surface", where
+                        "%s folds over itself: a free side slides past its support; make it part of a contact surface",
+                        where,
                     )
             if block.law.size <= 5:
                 continue

@@ -261,14 +261,15 @@ def _newton(
         if len(least) > PATIENCE + 2 and least[-1] > 0.5 * least[-1 - PATIENCE]:
             trial.reason = f"the residual stagnates at {relative:.1e} of the forces"
             return None
+        stiffness = e.data
         if turned.any():
             # a point that slipped one way and now slips the other would flip for ever: it sticks for this solve
             with report.timed("assembly"):
                 held = system.evaluate(c, u, lam, hold=turned)
             if not held.failed and held.data is not None:
-                e = held
+                e, stiffness = held, held.data
         with report.timed("factorisation and solve"):
-            step = reduced.solve(e.data, -e.r)
+            step = reduced.solve(stiffness, -e.r)
         trial.iterations += 1
         if np.abs(step[: 2 * system.nodes]).max(initial=0.0) > 1e3 * system.length:
             trial.reason = (
