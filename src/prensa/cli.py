@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
+    from prensa.bench.robustness import Outcome
     from prensa.fem.system import System
     from prensa.model.problem import Step
 
@@ -110,6 +111,34 @@ def verify(
 
         code = table.main(only=only, out=str(out) if out else None)
     raise typer.Exit(code)
+
+
+@app.command()
+def bench(
+    what: Annotated[str, typer.Argument(help="What to measure: robustness.")] = "robustness",
+    count: Annotated[int, typer.Option(help="Number of random problems of each suite.")] = 60,
+    seed: Annotated[int, typer.Option(help="Seed of the problems.")] = 0,
+    report_file: Annotated[Path | None, typer.Option("--report", help="Write the outcomes to this CSV file.")] = None,
+) -> None:
+    """Solve random problems on default settings and check every answer."""
+    if what != "robustness":
+        typer.echo(f"unknown benchmark {what!r}; known: 'robustness'", err=True)
+        raise typer.Exit(BAD_INPUT)
+    with _told():
+        from prensa.bench import robustness
+
+        tallies = [robustness.run(suite, count, seed, _outcome) for suite in ("elastic", "plastic")]
+        for t in tallies:
+            shares = ", ".join(f"{s} {t.share(s):.1%}" for s in ("right", "failed", "wrong"))
+            typer.echo(f"{t.suite}: {count} problems, seed {seed}: {shares}")
+        if report_file is not None:
+            robustness.write(report_file, tallies)
+    raise typer.Exit(FAILED if any(t.share("wrong") for t in tallies) else 0)
+
+
+def _outcome(outcome: Outcome) -> None:
+    if outcome.status != "right":
+        typer.echo(f"{outcome.status}: {outcome.kind}: {outcome.words}")
 
 
 # ------------------------------------------------------------------------------------------------------------- errors

@@ -259,6 +259,14 @@ def test_a_tool_that_cannot_touch_is_named():
         pr.discretise(p)
 
 
+def test_a_sharp_edge_over_a_node_is_refused_on_the_moved_surface():
+    """The error names the node and a fillet; with the fillet, or the edge elsewhere, the problem is solved."""
+    step = pr.Step("go", move={"punch": {"y": -0.05}}, increments=1)
+    with pytest.raises(PrensaError, match=r"sharp edge lies over the node at \(1, 3\).*fillet"):
+        pr.discretise(pressed(step, tool=pr.Stamp(width=2.0, touching="block.top")))
+    assert last(pressed(step, tool=pr.Stamp(width=2.0, fillet=0.25, touching="block.top"))).force("punch").y > 0
+
+
 def test_an_impossible_motion_fails_with_a_post_mortem_and_keeps_the_last_increment():
     """Crushing a block between plates beyond its height ends in an error that says where, and the good part survives."""
     p = pressed(pr.Step("crush", move={"punch": {"y": -3.2}}, increments=4), tool=pr.Plane(touching="block.top"))

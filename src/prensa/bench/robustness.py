@@ -9,9 +9,11 @@ step and ten times the penalty.
 
 from __future__ import annotations
 
+import csv
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -268,6 +270,16 @@ def judge(p: pr.Problem, number: int, compare: bool) -> Outcome:
         except PrensaError as error:
             wrong = f"(the finer run used for comparison failed: {error})"
     return Outcome(number, p.name, status, wrong, iterations, cutbacks, time.process_time() - start)
+
+
+def write(path: Path, tallies: list[Tally]) -> None:
+    """Write the outcomes of several suites to a CSV file."""
+    with path.open("w", newline="") as file:
+        out = csv.writer(file)
+        out.writerow(["suite", "seed", "number", "kind", "status", "iterations", "cutbacks", "seconds", "words"])
+        for t in tallies:
+            for o in t.outcomes:
+                out.writerow([t.suite, t.seed, o.number, o.kind, o.status, o.iterations, o.cutbacks, f"{o.seconds:.2f}", o.words])
 
 
 def run(suite: str, count: int, seed: int, report: Callable[[Outcome], None] = lambda _: None) -> Tally:

@@ -25,8 +25,8 @@ from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import Mesh, MeshError, ordered_nodes
 from prensa.model import problem as model
 from prensa.solver.state import State
-from prensa.tools.analytic import Circle
-from prensa.tools.place import PlacedTool, place
+from prensa.tools.analytic import Circle, Flat
+from prensa.tools.place import PlacedTool, ToolError, place
 
 log = logging.getLogger("prensa")
 Array = NDArray[np.float64]
@@ -341,6 +341,29 @@ def _friction(description: Any) -> Friction | None:
     return Coulomb(description.mu)
 
 
+def _refuse_edges_on_nodes(tool: PlacedTool, X: Array, depth: Array) -> None:
+    """A sharp edge over a node has no equilibrium on the moved surface: the node drops off, and comes back.
+
+    Raises
+    ------
+    ToolError
+        Naming the tool, the node and the fillet to give.
+
+    """
+    shape = tool.shape
+    if not isinstance(shape, Flat) or shape.fillet > 0:
+        return
+    along = (X - tool.at) @ np.array([-shape.ny, shape.nx])
+    for edge in (shape.a, shape.b):
+        inside = along.min() + 1e-9 < edge < along.max() - 1e-9
+        k = int(np.argmin(np.abs(along - edge)))
+        if inside and abs(along[k] - edge) < 0.02 * depth[k]:
+            raise ToolError(
+                f"tools.{tool.name}: its sharp edge lies over the node at ({X[k, 0]:g}, {X[k, 1]:g}), which would drop off and "
+                f"come back for ever; give 'fillet: {0.5 * depth[k]:.3g}', or use 'contact_geometry: reference'"
+            )
+
+
 def discretise(problem: model.Problem) -> System:
     """Arrays of a problem: meshes, placed tools, contact candidates, sparsity pattern.
 
@@ -386,6 +409,8 @@ def discretise(problem: model.Problem) -> System:
         tool = list(problem.tools).index(contact.against)
         surfaces.append(Surface(contact.name, contact, owner, tool, points, first, points.normals(X), law.modulus()))
         first += len(nodes)
+        if problem.contact_geometry == "current":
+            _refuse_edges_on_nodes(tools[tool], X[points.nodes], depth)
     cells = [m.cells + offsets[name] for name, m in meshes.items()]
     near = [
         np.unique(np.concatenate([s.points.nodes for s in surfaces if s.tool == t] or [np.zeros(0, dtype=np.int64)]))

@@ -1,0 +1,38 @@
+"""Random problems on default settings: none may be answered wrongly, and nearly all must be answered."""
+
+from __future__ import annotations
+
+import pytest
+
+from prensa.bench import robustness
+
+
+@pytest.mark.parametrize(("suite", "least"), [("elastic", 0.96), ("plastic", 0.86)])
+def test_random_problems(suite, least):
+    """Of 30 random problems no answer is wrong, and at most one elastic (four plastic) are given up, with a reason."""
+    tally = robustness.run(suite, 30, seed=2)
+    assert [o for o in tally.outcomes if o.status == "wrong"] == []
+    assert tally.share("right") >= least, [o.words for o in tally.outcomes if o.status == "failed"]
+    assert all(o.words for o in tally.outcomes if o.status == "failed")
+
+
+def test_a_problem_is_the_same_for_the_same_seed():
+    """The suite is reproducible: number and seed say everything."""
+    assert robustness.draw("plastic", 3, 7) == robustness.draw("plastic", 3, 7)
+    assert robustness.draw("plastic", 3, 7) != robustness.draw("plastic", 4, 7)
+
+
+def test_the_checks_can_fail():
+    """Moving a contact force after the solution makes the check of equilibrium speak."""
+    import dataclasses
+
+    from prensa.fem.system import discretise
+    from prensa.solver.march import solve
+
+    p = robustness.draw("elastic", 1, 1)
+    system = discretise(p)
+    *_, inc = solve(system)
+    tool = inc.tools["tool"]
+    spoilt = dataclasses.replace(tool, force=tool.force._replace(y=tool.force.y * 1.001 + 1e-3))
+    assert robustness.check(system, inc, abs(tool.force.y)) == ""
+    assert "out of balance" in robustness.check(system, dataclasses.replace(inc, tools={"tool": spoilt}), abs(tool.force.y))
