@@ -657,7 +657,8 @@ class Numerics:
     """How the problem is solved. The defaults are meant to stay; every threshold is dimensionless.
 
     ``tolerance``: residual over the sum of absolute element forces; ``max_cutbacks``: how often an increment may be
-    halved; ``reuse_factors``: finish nearly converged iterates with the factors at hand; ``solver``: ``auto`` takes PARDISO when installed, else rslab, else SuperLU.
+    halved; ``reuse_factors``: finish nearly converged iterates with the factors at hand; ``solver``: ``auto`` takes
+    PARDISO when installed, else rslab, else SuperLU.
     """
 
     tolerance: Annotated[Number, Field(gt=0, le=1e-4)] = 1e-9
