@@ -74,7 +74,9 @@ class History:
     def append(self, increment: Increment) -> None:
         """Write the row of *increment* and push it to the operating system."""
         cost = increment.statistics
-        for i, residual in enumerate(cost.residuals):
+        # what the factors at hand improved after the last iteration has a row of its own
+        finished = (cost.residual,) if cost.residuals and cost.residual < cost.residuals[-1] else ()
+        for i, residual in enumerate(cost.residuals + finished):
             changes = cost.changes[i] if i < len(cost.changes) else 0
             self._convergence.append((increment.number, i + 1, residual, changes))
         self._history.append(history_row(self._problem, increment))

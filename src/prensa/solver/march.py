@@ -291,10 +291,11 @@ class _March:
     ) -> None:
         if event == "rejected":
             log.info("increment to time %.6g rejected: %s", t, message)
+        residual = trial.residual if event == "accepted" else trial.residuals[-1] if trial.residuals else np.nan
         self.monitor(
             Progress(
                 plan.name, plan.number + 1, int(state.clock[1]) + (event != "accepted"), t, float(len(self.system.problem.steps)),
-                trial.iterations, trial.residuals[-1] if trial.residuals else np.nan, forces or {}, event, message,
+                trial.iterations, residual, forces or {}, event, message,
             )
         )  # fmt: skip
 
