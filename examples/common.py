@@ -55,7 +55,9 @@ def told(title: str, rows: Sequence[Row]) -> int:
     for r in rows:
         _, quantity, reference, ours, error, allowed, verdict = cells(r)
         if r.kind == "report":
-            reference, error = ("", "") if np.isnan(r.reference) else (reference, f"{100 * (r.ours / r.reference - 1):+.3g} %")
+            reference, error = (
+                ("", "") if np.isnan(r.reference) else (reference, f"{100 * (r.ours / r.reference - 1):+.3g} %")
+            )
         table.add_row(quantity, reference, ours, error, allowed, style="bold red" if verdict == "FAIL" else "")
     console.print(table)
     return sum(not r.passed for r in rows)
@@ -90,7 +92,9 @@ def section(axes: Axes, x: Array, cells: NDArray[np.int64], values: Array, limit
     drawn = axes.tripcolor(Triangulation(x[:, 0], x[:, 1], triangles), values, shading="gouraud", vmin=limits[0],
                            vmax=limits[1], cmap=style.SEQUENTIAL, rasterized=True)  # fmt: skip
     if len(cells) <= 1500:
-        axes.add_collection(PolyCollection(list(x[cells]), facecolors="none", edgecolors="k", linewidths=0.25, alpha=0.35))
+        axes.add_collection(
+            PolyCollection(list(x[cells]), facecolors="none", edgecolors="k", linewidths=0.25, alpha=0.35)
+        )
     axes.add_collection(LineCollection(list(x[plot.boundary_edges(cells)]), colors="0.1", linewidths=0.8))
     axes.set_aspect("equal")
     axes.grid(False)

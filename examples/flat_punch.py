@@ -76,7 +76,9 @@ def zone(inc: Increment, path: Path) -> None:
             axes.plot(*line.T, color="w", linewidth=1.3, dashes=dashes)
             axes.plot([], [], color="0.35", linewidth=1.3, dashes=dashes, label=f"slip lines, {name}")
         axes.add_patch(Rectangle((-0.5, 4.0), 1.5, 0.3, **style.TOOL))
-        axes.set(xlim=(0, 4), ylim=(2, 4.3), xlabel="x (mm)", ylabel="y (mm)", title="Plastic zone under half of the punch")
+        axes.set(
+            xlim=(0, 4), ylim=(2, 4.3), xlabel="x (mm)", ylabel="y (mm)", title="Plastic zone under half of the punch"
+        )
         axes.legend(loc="upper right", ncols=2, bbox_to_anchor=(1.0, 1.02))
         made.colorbar(drawn, ax=axes, label="equivalent plastic strain (%)", extend="max", shrink=0.8)
     saved(made, path)

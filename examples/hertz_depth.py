@@ -79,13 +79,18 @@ def profiles(found: list[Stage], path: Path) -> None:
     with style.styled():
         made, axes = figure(6.2, 4.6)
         for k, s in enumerate([found[0], *found[2:]]):
-            curves = ((s.hertz, "--", style.RED, "Hertz, same force"), (s.layer, "-", style.BLACK, "elastic layer, same force"))
+            curves = (
+                (s.hertz, "--", style.RED, "Hertz, same force"),
+                (s.layer, "-", style.BLACK, "elastic layer, same force"),
+            )
             for exact, line, colour, name in curves:
                 x = exact.a * np.sin(np.linspace(0.0, 0.5 * np.pi, 300))
                 axes.plot(x, exact.pressure(x), line, color=colour, linewidth=1.1, label=None if k else name)
             closed = s.pressure > 0
             chosen = thinned(s.x[closed], 0.25)
-            axes.plot(s.x[closed][chosen], s.pressure[closed][chosen], "o", color=style.BLUE, label=None if k else "prensa")
+            axes.plot(
+                s.x[closed][chosen], s.pressure[closed][chosen], "o", color=style.BLUE, label=None if k else "prensa"
+            )
             axes.annotate(f"{s.depth:g} mm", (0.2, s.layer.p0), xytext=(0, 7), textcoords="offset points", fontsize=8)
         axes.set(xlim=(0, 13.5), ylim=(0, 980), xlabel="x (mm)", ylabel="pressure (MPa)")
         axes.set_title("Cylinder on a layer, R = 80, thickness 40 mm")
@@ -106,7 +111,9 @@ def departure(found: list[Stage], path: Path) -> None:
             ours = [100 * (getattr(s, name) / getattr(s.hertz, name) - 1) for s in found]
             axes.plot([s.depth for s in found], ours, "o", color=colour, label=f"{label}, prensa (line: layer)")
         axes.axhline(0.0, color=style.BLACK, linewidth=0.8)
-        axes.set(xlim=(0, 2.2), xlabel="depth δ (mm)", ylabel="departure from Hertz (%)", title="Hertz departs with depth")
+        axes.set(
+            xlim=(0, 2.2), xlabel="depth δ (mm)", ylabel="departure from Hertz (%)", title="Hertz departs with depth"
+        )
         axes.legend(loc="lower left")
     saved(made, path)
 

@@ -90,7 +90,12 @@ def shapes(marked: list[Increment], path: Path) -> None:
         for axes, body, inc in zip(panels, bodies, marked):
             for mirror in ((1, 1), (-1, 1), (1, -1), (-1, -1)):
                 drawn = section(axes, body.x * mirror, body.cells, body.plastic_strain, limits)
-            axes.set(xlim=(-7.5, 7.5), ylim=(-15, 15), xlabel="r (mm)", title=f"+{elongation(inc):.1f} mm, {force(inc):.1f} kN")
+            axes.set(
+                xlim=(-7.5, 7.5),
+                ylim=(-15, 15),
+                xlabel="r (mm)",
+                title=f"+{elongation(inc):.1f} mm, {force(inc):.1f} kN",
+            )
         panels[0].set_ylabel("z (mm)")
         made.colorbar(drawn, ax=list(panels), label="equivalent plastic strain (–)", shrink=0.9)
     saved(made, path)

@@ -61,17 +61,28 @@ def chart(curves: dict[float, Curve], path: Path) -> None:
             axes.annotate(f"μ = {mu:g}", (reduction[-1], change[-1]), xytext=(5, 0), textcoords="offset points",
                           va="center", color=colour, fontsize=8, annotation_clip=False)  # fmt: skip
             if f"mu={mu:g}" in known:
-                points = np.concatenate([[[0.0], [0.0]], 100 * np.array([classical.reduction, known[f"mu={mu:g}"]])], axis=1)
+                points = np.concatenate(
+                    [[[0.0], [0.0]], 100 * np.array([classical.reduction, known[f"mu={mu:g}"]])], axis=1
+                )
                 axes.plot(*points, "x--", color=colour, linewidth=1.0, markersize=4, dashes=(4, 3))
             if mu in tables.RING_BORE_CHANGE:
                 points = 100 * np.array(tables.UPSETTING_REDUCTION)
                 axes.plot(points, tables.RING_BORE_CHANGE[mu], "o", color=colour, markerfacecolor="white",
                           markersize=5, clip_on=False)  # fmt: skip
-        kinds = {"-": "prensa", "o": "independent solver, same material", "x--": "classical, perfectly plastic, without bulging"}
+        kinds = {
+            "-": "prensa",
+            "o": "independent solver, same material",
+            "x--": "classical, perfectly plastic, without bulging",
+        }
         for marker, name in kinds.items():
             axes.plot([], [], marker, color=style.BLACK, markerfacecolor="white", linewidth=1.2, label=name)
         axes.axhline(0.0, color=style.BLACK, linewidth=0.6)
-        axes.set(xlim=(0, 50), ylim=(-60, 48), xlabel="reduction of height (%)", ylabel="change of the bore at mid-height (%)")
+        axes.set(
+            xlim=(0, 50),
+            ylim=(-60, 48),
+            xlabel="reduction of height (%)",
+            ylabel="change of the bore at mid-height (%)",
+        )
         axes.set_title("Ring compression test, ring 18 × 9 × 6 mm")
         axes.legend(loc="lower left")
     saved(made, path)

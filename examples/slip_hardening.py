@@ -83,9 +83,13 @@ def picture(path: Path) -> None:
         left.plot(u, t, "o", color=style.BLUE, label="prensa, 16 increments a stroke")
         left.set(xlabel="place of the plane (mm)", ylabel="shear traction (MPa)", ylim=(-12, 17.5), title="Traction")
         left.legend(loc="upper left")
-        right.plot(travel_fine, [EXACT(k) for k in k_fine], color=style.BLACK, linewidth=1.0, label="path length, closed form")
+        right.plot(
+            travel_fine, [EXACT(k) for k in k_fine], color=style.BLACK, linewidth=1.0, label="path length, closed form"
+        )
         right.plot(travel, [EXACT(k) for k in kappa], "o", color=style.BLUE, label="path length, prensa")
-        right.plot(travel_fine, [EXACT(k) for k in net], color=style.RED, linewidth=1.2, dashes=(5, 2), label="if on net slip")
+        right.plot(
+            travel_fine, [EXACT(k) for k in net], color=style.RED, linewidth=1.2, dashes=(5, 2), label="if on net slip"
+        )
         for turn in np.cumsum(np.abs(np.diff(ends)))[:-1]:
             right.axvline(turn, color="0.6", linewidth=0.8, dashes=(2, 2), zorder=0.5)
         right.set(xlabel="travel of the plane (mm; dotted: it turns)", ylabel="μ", ylim=(0.045, 0.265))

@@ -73,10 +73,16 @@ def picture(small: list[Increment], finite: list[Increment], path: Path) -> None
             left.annotate(name, (1e3 * u_mark, 3), xytext=(3, 0), textcoords="offset points", fontsize=8, color="0.35")
         left.legend(loc="center right")
         r = np.linspace(A, 2 * A, 200)
-        right.plot(r, tube_expansion(K * np.sqrt(3.0), A, B, r), color=style.BLACK, linewidth=1.0, label="rigid-plastic")
+        right.plot(
+            r, tube_expansion(K * np.sqrt(3.0), A, B, r), color=style.BLACK, linewidth=1.0, label="rigid-plastic"
+        )
         shown = finite[4::5]
-        right.plot([radius(i) for i in shown], [pressure(i, True) for i in shown], "o", color=style.BLUE, label="prensa")
-        right.set(xlim=(A, 2 * A + 0.2), ylim=(0, 160), xlabel="radius of the bore (mm)", title="Expansion to twice the bore")
+        right.plot(
+            [radius(i) for i in shown], [pressure(i, True) for i in shown], "o", color=style.BLUE, label="prensa"
+        )
+        right.set(
+            xlim=(A, 2 * A + 0.2), ylim=(0, 160), xlabel="radius of the bore (mm)", title="Expansion to twice the bore"
+        )
         right.legend(loc="upper right")
     saved(made, path)
 
@@ -85,7 +91,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run both stages, compare, draw; returns the exit code."""
     chosen = options(__doc__, "thick_tube", argv)
     mesh = f"bodies.tube.mesh.n={'[8, 1]' if chosen.quick else '[32, 1]'}"
-    first = ["kinematics=small", "bodies.tube.material.nu=0.4999", f"fixed.tube.left.x={2 * YIELDING}", "steps.0.increments=24"]
+    first = [
+        "kinematics=small",
+        "bodies.tube.material.nu=0.4999",
+        f"fixed.tube.left.x={2 * YIELDING}",
+        "steps.0.increments=24",
+    ]
     small = list(pr.solve(pr.load(HERE / "thick_tube.yaml", [mesh, *first]).problem))
     finite = list(pr.solve(pr.load(HERE / "thick_tube.yaml", [mesh]).problem))
     failed = told("Thick tube", list(rows(small, finite, 0.02 if chosen.quick else 0.005)))

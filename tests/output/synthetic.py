@@ -11,7 +11,9 @@ from prensa.solver.state import State
 CONTACT = "block.top-cylinder"
 
 
-def problem(name: str = "cylinder on a block", space: str = "plane strain", n: tuple[int, int] = (48, 24), **more) -> pr.Problem:
+def problem(
+    name: str = "cylinder on a block", space: str = "plane strain", n: tuple[int, int] = (48, 24), **more
+) -> pr.Problem:
     tools = {"cylinder": pr.Circle(radius=80, touching="block.top")}
     return pr.Problem(
         name, space=space, bodies={"block": pr.Body(pr.Rectangle((80, 40), n, origin=(0, -40)), pr.Elastic(10e3, 0.3))},

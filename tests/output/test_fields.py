@@ -13,7 +13,9 @@ def test_meshio_reads_the_fields_back(tmp_path):
     body = increment.bodies["block"]
     mesh = meshio.read(vtk.write_fields(tmp_path / "0005.vtu", increment))
     assert np.array_equal(mesh.points[:, :2], body.x)
-    assert np.allclose(mesh.points - mesh.point_data["displacement"], np.pad(body.X, ((0, 0), (0, 1))), rtol=0, atol=1e-13)
+    assert np.allclose(
+        mesh.points - mesh.point_data["displacement"], np.pad(body.X, ((0, 0), (0, 1))), rtol=0, atol=1e-13
+    )
     assert mesh.point_data["stress"].shape == (len(body.X), 6)
     assert np.array_equal(mesh.point_data["stress"][:, :4], body.stress)
     assert np.array_equal(mesh.point_data["reaction"][:, :2], body.reaction)

@@ -92,7 +92,16 @@ def test_the_log_has_every_iteration_and_ends_with_the_wall_times(done):
 def test_the_report_stands_alone_and_tells_the_run(done):
     """report.html holds name, forces, pictures, ledger, convergence, timings and input, and fetches nothing."""
     page = (done.directory / "report.html").read_text()
-    for part in ("<h1>small</h1>", "completed", "punch", CONTACT, "Energy ledger", "Convergence", "Wall time", "small.yaml"):
+    for part in (
+        "<h1>small</h1>",
+        "completed",
+        "punch",
+        CONTACT,
+        "Energy ledger",
+        "Convergence",
+        "Wall time",
+        "small.yaml",
+    ):
         assert part in page
     assert page.count("data:image/png;base64,") == len(list((done.directory / "pictures").glob("*.png"))) >= 5
     assert not re.search(r"(src|href)=[\"'](?!data:)", page) and "url(" not in page and "://" not in page

@@ -254,7 +254,9 @@ def test_a_tool_pushed_the_wrong_way_is_named():
 
 def test_a_tool_that_cannot_touch_is_named():
     """A stamp beside the boundary it should touch is refused when the problem is discretised."""
-    p = pressed(pr.Step("go", move={"punch": {"y": -1.0}}), tool=pr.Stamp(width=1.0, at=(50.0, 0.0), touching="block.top"))
+    p = pressed(
+        pr.Step("go", move={"punch": {"y": -1.0}}), tool=pr.Stamp(width=1.0, at=(50.0, 0.0), touching="block.top")
+    )
     with pytest.raises(PrensaError, match="never meets"):
         pr.discretise(p)
 

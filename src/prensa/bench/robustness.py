@@ -126,7 +126,10 @@ def _mesh(rng: np.random.Generator, width: float, height: float, nx: int, ny: in
         mesh = mesh_of(rectangle)
         x = mesh.points.copy()
         inner = (
-            (x[:, 0] > x0 + 1e-9 * width) & (x[:, 0] < x0 + width * (1 - 1e-9)) & (x[:, 1] > 0) & (x[:, 1] < height * (1 - 1e-9))
+            (x[:, 0] > x0 + 1e-9 * width)
+            & (x[:, 0] < x0 + width * (1 - 1e-9))
+            & (x[:, 1] > 0)
+            & (x[:, 1] < height * (1 - 1e-9))
         )
         x[inner] += rng.uniform(-0.2, 0.2, (int(inner.sum()), 2)) * np.array([width / nx, height / ny])
         return pr.Points(
@@ -149,7 +152,11 @@ def _tool(rng: np.random.Generator, axi: bool, width: float, h: float, L: float)
         return pr.Stamp(width=w * L, fillet=min(fillet, 0.4 * w) * L, touching="body.top"), False, 0.1
     inner = float(rng.uniform(0.3, 0.5)) * width
     outer = inner + float(rng.uniform(0.25, 0.4)) * width
-    return pr.Ring(inner=inner * L, outer=outer * L, fillet=min(h, 0.3 * (outer - inner)) * L, touching="body.top"), False, 0.1
+    return (
+        pr.Ring(inner=inner * L, outer=outer * L, fillet=min(h, 0.3 * (outer - inner)) * L, touching="body.top"),
+        False,
+        0.1,
+    )
 
 
 def _friction(rng: np.random.Generator, depth: float, L: float) -> Any:
@@ -178,7 +185,9 @@ def _steps(
 ) -> Iterator[pr.Step]:
     if motion == "push":
         area = width if not axi else np.pi * width**2
-        yield pr.Step("push", push={"tool": pr.Push(y=-float(rng.uniform(1e-4, 2e-3)) * E * area)}, increments=increments)
+        yield pr.Step(
+            "push", push={"tool": pr.Push(y=-float(rng.uniform(1e-4, 2e-3)) * E * area)}, increments=increments
+        )
         return
     yield pr.Step("press", move={"tool": pr.Motion(y=-depth)}, increments=increments)
     if motion == "press and slide":
@@ -248,7 +257,8 @@ def finer(p: pr.Problem) -> pr.Problem:
     """The same problem at half the step and ten times the penalty."""
     steps = tuple(replace(s, increments=2 * s.increments if s.increments else 80) for s in p.steps)
     contacts = tuple(
-        replace(c, enforcement=pr.Penalty(beta=10 * c.enforcement.beta, beta_T=10 * c.enforcement.beta_T)) for c in p.contacts
+        replace(c, enforcement=pr.Penalty(beta=10 * c.enforcement.beta, beta_T=10 * c.enforcement.beta_T))
+        for c in p.contacts
     )
     return replace(p, steps=steps, contacts=contacts)
 
@@ -266,7 +276,10 @@ def judge(p: pr.Problem, number: int, compare: bool) -> Outcome:
             again, _, _, _ = solve_checked(finer(p))
             # a force-driven tool has its force given; the comparison is then of the balance only
             if abs(again - peak) > AGREE * max(again, peak):
-                status, wrong = "wrong", f"peak force {peak:.4g}, at half the step and ten times the penalty {again:.4g}"
+                status, wrong = (
+                    "wrong",
+                    f"peak force {peak:.4g}, at half the step and ten times the penalty {again:.4g}",
+                )
         except PrensaError as error:
             wrong = f"(the finer run used for comparison failed: {error})"
     return Outcome(number, p.name, status, wrong, iterations, cutbacks, time.process_time() - start)
@@ -279,7 +292,9 @@ def write(path: Path, tallies: list[Tally]) -> None:
         out.writerow(["suite", "seed", "number", "kind", "status", "iterations", "cutbacks", "seconds", "words"])
         for t in tallies:
             for o in t.outcomes:
-                out.writerow([t.suite, t.seed, o.number, o.kind, o.status, o.iterations, o.cutbacks, f"{o.seconds:.2f}", o.words])
+                out.writerow(
+                    [t.suite, t.seed, o.number, o.kind, o.status, o.iterations, o.cutbacks, f"{o.seconds:.2f}", o.words]
+                )
 
 
 def run(suite: str, count: int, seed: int, report: Callable[[Outcome], None] = lambda _: None) -> Tally:

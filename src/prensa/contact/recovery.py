@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 
 @njit(cache=True)
-def _fit(members, X, values, centre, size, coefs):  # type: ignore[no-untyped-def]
+def _fit(members, X, values, centre, size, coefs):
     """Least squares of [1, ξ, η, ξη] over the points of the member elements → coefs (4, values); False if singular."""
     M = np.zeros((4, 4))
     B = np.zeros((4, values.shape[2]))
@@ -38,7 +38,7 @@ def _fit(members, X, values, centre, size, coefs):  # type: ignore[no-untyped-de
 
 
 @njit(cache=True)
-def _patches(first, members, interior, cells, x, X, values, out, count):  # type: ignore[no-untyped-def]
+def _patches(first, members, interior, cells, x, X, values, out, count):
     n = x.shape[0]
     coefs = np.zeros((4, values.shape[2]))
     for stage in range(2):

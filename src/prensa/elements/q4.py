@@ -25,7 +25,7 @@ _ETA = np.array([-1.0, -1.0, 1.0, 1.0])
 
 
 @njit(cache=True)
-def _gradients(x, e, xi, eta, axisymmetric, N, dN):  # type: ignore[no-untyped-def]
+def _gradients(x, e, xi, eta, axisymmetric, N, dN):
     """Shape functions N (4,), gradients dN (4, 2) in x at (xi, eta) of element e → Jacobian determinant and radius."""
     j11 = j12 = j21 = j22 = r = 0.0
     for a in range(4):
@@ -48,7 +48,7 @@ def _gradients(x, e, xi, eta, axisymmetric, N, dN):  # type: ignore[no-untyped-d
 
 
 @njit(cache=True)
-def _gradient_of(e, du, N, dN, r, axisymmetric):  # type: ignore[no-untyped-def]
+def _gradient_of(e, du, N, dN, r, axisymmetric):
     """Components 11, 12, 21, 22, 33 of the displacement gradient of element e at a point."""
     h11 = h12 = h21 = h22 = h33 = 0.0
     for a in range(4):
@@ -63,7 +63,7 @@ def _gradient_of(e, du, N, dN, r, axisymmetric):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def kinematics(x, du, axisymmetric, finite, bar, scale, h, w, alpha, failed):  # type: ignore[no-untyped-def]
+def kinematics(x, du, axisymmetric, finite, bar, scale, h, w, alpha, failed):
     """X (e, 4, 2) committed positions, du (e, 4, 2) increments → h (e, 4, 5), w (e, 4) volumes, alpha (e, 4), failed (e,).
 
     ``scale`` multiplies the volumes (thickness, or 2π in axisymmetry). With ``bar``, h is that of f̄ and alpha − 1 is
@@ -118,7 +118,7 @@ def kinematics(x, du, axisymmetric, finite, bar, scale, h, w, alpha, failed):  #
 
 
 @njit(cache=True)
-def _divergence(h11, h12, h21, h22, h33, N, dN, r, axisymmetric, finite, g):  # type: ignore[no-untyped-def]
+def _divergence(h11, h12, h21, h22, h33, N, dN, r, axisymmetric, finite, g):
     """G (8,) = f⁻ᵀ : ∂f/∂u, the derivative of ln det f with respect to the nodal increments (its trace in small strain)."""
     if finite:
         det = (1.0 + h11) * (1.0 + h22) - h12 * h21
@@ -133,7 +133,7 @@ def _divergence(h11, h12, h21, h22, h33, N, dN, r, axisymmetric, finite, g):  # 
 
 
 @njit(cache=True, fastmath={"contract", "reassoc"})
-def integrate(x, du, axisymmetric, finite, bar, w, alpha, P, A, forces, stiffness, r_out, K_out):  # type: ignore[no-untyped-def]
+def integrate(x, du, axisymmetric, finite, bar, w, alpha, P, A, forces, stiffness, r_out, K_out):
     """P (e, 4, 5), A (e, 4, 5, 5) → r_out (e, 8) internal forces, and with ``stiffness`` K_out (e, 8, 8), exact.
 
     forces (e,) receives Σ |r| before the points cancel each other: the scale against which a residual is small.
@@ -218,7 +218,7 @@ def integrate(x, du, axisymmetric, finite, bar, w, alpha, P, A, forces, stiffnes
 
 
 @njit(cache=True)
-def point_positions(x, out):  # type: ignore[no-untyped-def]
+def point_positions(x, out):
     """X (e, 4, 2) → out (e, 4, 2), positions of the integration points."""
     for e in range(x.shape[0]):
         for q in range(4):

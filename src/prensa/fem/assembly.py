@@ -26,7 +26,7 @@ class Pattern(NamedTuple):
 
 
 @njit(cache=True)
-def _find(indptr, indices, row, col):  # type: ignore[no-untyped-def]
+def _find(indptr, indices, row, col):
     lo, hi = indptr[col], indptr[col + 1]
     while lo < hi:
         mid = (lo + hi) // 2
@@ -38,7 +38,7 @@ def _find(indptr, indices, row, col):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def slots(indptr, indices, dofs, out):  # type: ignore[no-untyped-def]
+def slots(indptr, indices, dofs, out):
     """Dofs (e, m) → out (e, m, m): position of entry (row i, column j) in the matrix values."""
     for e in range(dofs.shape[0]):
         for j in range(dofs.shape[1]):
@@ -47,7 +47,7 @@ def slots(indptr, indices, dofs, out):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def scatter_matrix(K, slot, data):  # type: ignore[no-untyped-def]
+def scatter_matrix(K, slot, data):
     """data[slot] += K for K, slot (e, m, m)."""
     for e in range(K.shape[0]):
         for i in range(K.shape[1]):
@@ -56,7 +56,7 @@ def scatter_matrix(K, slot, data):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def scatter_vector(r, dofs, out):  # type: ignore[no-untyped-def]
+def scatter_vector(r, dofs, out):
     """out[dofs] += r for r, dofs (e, m)."""
     for e in range(r.shape[0]):
         for i in range(r.shape[1]):

@@ -41,7 +41,7 @@ def principal(b11: float, b22: float, b12: float) -> tuple[float, float, float, 
 
 
 @njit(cache=True)
-def trial_finite(h, old, eps, frame, failed):  # type: ignore[no-untyped-def]
+def trial_finite(h, old, eps, frame, failed):
     """Trial left Cauchy-Green tensor b = f b_n fᵀ and its logarithmic principal strains (Simo 1992, Box 1).
 
     h (n, 5) = f − I; old (n, ≥4): b_n − I as 11, 22, 33, 12 → eps (n, 3) = ½ ln b; frame (n, 6): cos, sin of the first
@@ -78,7 +78,7 @@ def trial_finite(h, old, eps, frame, failed):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def trial_small(h, old, eps, frame, failed):  # type: ignore[no-untyped-def]
+def trial_small(h, old, eps, frame, failed):
     """Trial elastic strain ε_n + sym h of small strain and its principal values; arrays as in `trial_finite`.
 
     failed is never set: an infinitesimal strain of any size is admissible.
@@ -105,7 +105,7 @@ def _shear_slope(t1: float, t2: float, b1: float, b2: float, limit: float) -> fl
 
 
 @njit(cache=True)
-def stress_finite(h, frame, tau, dtau, eps_e, P, A, new):  # type: ignore[no-untyped-def]
+def stress_finite(h, frame, tau, dtau, eps_e, P, A, new):
     """First Piola-Kirchhoff stress per committed volume and its exact derivative from principal Kirchhoff stresses.
 
     h (n, 5); frame (n, 6) of `trial_finite`; tau (n, 3), dtau (n, 3, 3) = ∂τ/∂ε_trial, eps_e (n, 3) the elastic
@@ -161,7 +161,7 @@ def stress_finite(h, frame, tau, dtau, eps_e, P, A, new):  # type: ignore[no-unt
 
 
 @njit(cache=True)
-def stress_small(h, frame, sigma, dsigma, eps_e, P, A, new):  # type: ignore[no-untyped-def]
+def stress_small(h, frame, sigma, dsigma, eps_e, P, A, new):
     """Stress and tangent of small strain from principal values; arrays as in `stress_finite` (P = σ)."""
     R = np.empty((4, 4))
     for i in range(h.shape[0]):

@@ -9,7 +9,7 @@ from numba import njit
 
 
 @njit(cache=True)
-def hooke(h, old, lam, mu, P, A, new):  # type: ignore[no-untyped-def]
+def hooke(h, old, lam, mu, P, A, new):
     """H (n, 5), old (n, 4) strain 11, 22, 33, 12 → P = σ (n, 5), A (n, 5, 5) constant, new (n, 4) strain."""
     for i in range(h.shape[0]):
         e11, e22, e33 = old[i, 0] + h[i, 0], old[i, 1] + h[i, 3], old[i, 2] + h[i, 4]
@@ -31,7 +31,7 @@ def hooke(h, old, lam, mu, P, A, new):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def hencky(eps, lam, mu, tau, dtau, eps_e):  # type: ignore[no-untyped-def]
+def hencky(eps, lam, mu, tau, dtau, eps_e):
     """Eps (n, 3) principal logarithmic strains → τ_i = λ tr ε + 2μ ε_i (Hencky 1928), dtau (n, 3, 3), eps_e = eps."""
     for i in range(eps.shape[0]):
         p = lam * (eps[i, 0] + eps[i, 1] + eps[i, 2])
@@ -44,7 +44,7 @@ def hencky(eps, lam, mu, tau, dtau, eps_e):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def neo_hooke(eps, lam, mu, tau, dtau, eps_e):  # type: ignore[no-untyped-def]
+def neo_hooke(eps, lam, mu, tau, dtau, eps_e):
     """ψ = μ/2 (I₁ − 3) − μ ln J + λ/2 (ln J)²: τ_i = μ (e^{2ε_i} − 1) + λ tr ε; arrays as in `hencky`."""
     for i in range(eps.shape[0]):
         p = lam * (eps[i, 0] + eps[i, 1] + eps[i, 2])

@@ -57,7 +57,7 @@ def _hockett_sherby(a: float, s0: float, s_inf: float, b: float, n: float) -> tu
 
 
 @njit(cache=True)
-def _table(a, knots, coefficients):  # type: ignore[no-untyped-def]
+def _table(a, knots, coefficients):
     last = knots.shape[0] - 1
     if a >= knots[last]:
         c = coefficients[last - 1]
@@ -70,7 +70,7 @@ def _table(a, knots, coefficients):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def flow_stress(kind, p, knots, coefficients, a, da, dt):  # type: ignore[no-untyped-def]
+def flow_stress(kind, p, knots, coefficients, a, da, dt):
     """Flow stress and its total derivative with respect to a at plastic strain a reached by da in the time dt."""
     if kind == PERFECT:
         return p[0], 0.0

@@ -15,7 +15,7 @@ from prensa.materials.hardening import flow_stress
 
 
 @njit(cache=True)
-def _plastic_increment(q, G, jac, kind, p, knots, coefs, a0, y0, dy0, dt):  # type: ignore[no-untyped-def]
+def _plastic_increment(q, G, jac, kind, p, knots, coefs, a0, y0, dy0, dt):
     """Root Δ of q − 3GΔ − J σ_y(a₀ + Δ) = 0 in (0, q/3G) by safeguarded Newton, with σ_y and its slope there.
 
     y0, dy0: flow stress and slope at a₀. Δ is NaN if the root does not come.
@@ -38,7 +38,7 @@ def _plastic_increment(q, G, jac, kind, p, knots, coefs, a0, y0, dy0, dt):  # ty
 
 
 @njit(cache=True)
-def j2(eps, jn, old, K, G, cauchy, kind, p, knots, coefs, dt, tau, dtau, eps_e, new, failed):  # type: ignore[no-untyped-def]
+def j2(eps, jn, old, K, G, cauchy, kind, p, knots, coefs, dt, tau, dtau, eps_e, new, failed):
     """Eps (n, 3) trial elastic strains → tau (n, 3), dtau (n, 3, 3) = ∂τ/∂ε, eps_e (n, 3); new and old (n, 6).
 
     History columns 4 and 5: equivalent plastic strain, plastic work per initial volume (trapezoid in time).

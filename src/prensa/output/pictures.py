@@ -59,9 +59,7 @@ def is_picture(path: Path) -> bool:
     return path.suffix == ".png" and bool(caption(path))
 
 
-def _drawings(
-    directory: Path, case: Case, increment: Increment | None
-) -> Iterator[tuple[str, Callable[[], Figure]]]:
+def _drawings(directory: Path, case: Case, increment: Increment | None) -> Iterator[tuple[str, Callable[[], Figure]]]:
     problem = case.problem
     if increment is not None:
         yield "deformed", lambda: plot.deformed(increment, problem)
@@ -74,4 +72,7 @@ def _drawings(
         if problem.tools:
             yield "force_stroke", lambda: plot.force_stroke(history, problem)
         yield "energy", lambda: plot.energy(history, problem)
-        yield "convergence", lambda: plot.convergence(history, read_convergence(directory), problem, case.numerics.tolerance)
+        yield (
+            "convergence",
+            lambda: plot.convergence(history, read_convergence(directory), problem, case.numerics.tolerance),
+        )

@@ -26,7 +26,14 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Curve = tuple[Array, Array] | Callable[[Array], Array]
 STRESSES = ("xx", "yy", "zz", "xy")
-FIELDS = ("mises", "plastic_strain", "displacement", "displacement.x", "displacement.y", *(f"stress.{c}" for c in STRESSES))
+FIELDS = (
+    "mises",
+    "plastic_strain",
+    "displacement",
+    "displacement.x",
+    "displacement.y",
+    *(f"stress.{c}" for c in STRESSES),
+)
 
 
 def save(figure: Figure, path: str | Path, format: str | None = None) -> Path:
@@ -225,10 +232,16 @@ def convergence(
         axes.axhline(tolerance, color=style.RED, linewidth=0.9, dashes=(4, 2))
         residuals = np.append(iterations["residual"], tolerance)
         axes.set_ylim(*_decades(residuals))
-        axes.set(xlabel="iteration", ylabel="relative residual (dashed: tolerance)", title="first increment dark, last bright")
+        axes.set(
+            xlabel="iteration",
+            ylabel="relative residual (dashed: tolerance)",
+            title="first increment dark, last bright",
+        )
         cut = history["cutbacks"] > 0
         right.bar(history["increment"], history["iterations"], width=0.8, color=np.where(cut, style.RED, style.BLUE))
-        right.set(xlabel="increment", ylabel="iterations", title="iterations" + (" (red: after a cut)" if cut.any() else ""))
+        right.set(
+            xlabel="increment", ylabel="iterations", title="iterations" + (" (red: after a cut)" if cut.any() else "")
+        )
         for a in (axes.xaxis, right.xaxis, right.yaxis):
             a.get_major_locator().set_params(integer=True)
     return figure
@@ -285,7 +298,9 @@ def _coloured(axes: Axes, body: BodyState, value: Array, side: float, limits: tu
     from matplotlib.tri import Triangulation
 
     triangles = Triangulation(side * body.x[:, 0], body.x[:, 1], _triangles(body.cells))
-    return axes.tripcolor(triangles, value, shading="gouraud", vmin=limits[0], vmax=limits[1], cmap=name, rasterized=True)
+    return axes.tripcolor(
+        triangles, value, shading="gouraud", vmin=limits[0], vmax=limits[1], cmap=name, rasterized=True
+    )
 
 
 def _edges(axes: Axes, body: BodyState, side: float, mesh: bool) -> None:
@@ -298,7 +313,9 @@ def _edges(axes: Axes, body: BodyState, side: float, mesh: bool) -> None:
                                            linewidths=0.25, alpha=0.35))  # fmt: skip
     edges = boundary_edges(body.cells)
     initial, current = body.X[edges] * mirror, body.x[edges] * mirror
-    axes.add_collection(LineCollection(list(initial), colors="0.45", linewidths=0.6, linestyles=[(0, (5, 4))], zorder=0.5))
+    axes.add_collection(
+        LineCollection(list(initial), colors="0.45", linewidths=0.6, linestyles=[(0, (5, 4))], zorder=0.5)
+    )
     axes.add_collection(LineCollection(list(current), colors="0.1", linewidths=0.8, zorder=3))
 
 

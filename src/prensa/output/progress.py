@@ -58,7 +58,9 @@ class ProgressBar:
             detail = f"increment {sign.number}, iteration {sign.iteration}, residual {sign.residual:.1e}"
             if sign.event == "accepted":  # a rejected target time would make the bar jump back
                 self._bar.update(self._task, completed=sign.time / sign.end if sign.end else 1.0, left=self._left(sign))
-            self._bar.update(self._task, description=sign.step, detail=", ".join(filter(None, [detail, _forces(sign.forces)])))
+            self._bar.update(
+                self._task, description=sign.step, detail=", ".join(filter(None, [detail, _forces(sign.forces)]))
+            )
         if sign.event == "accepted" and not self._bar:
             parts = [f"{sign.step}: increment {sign.number}, time {sign.time:.4g} of {sign.end:.4g}"]
             parts += [f"{sign.iteration} iterations", f"residual {sign.residual:.1e}", _forces(sign.forces)]

@@ -103,7 +103,10 @@ def _facts(case: Case, summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
         yield f"Tool {name}", brief(tool)
     for contact in p.contacts:
         friction = contact.friction or p.friction
-        yield f"Contact {contact.name}", f"friction {brief(friction) if friction else 'none'}; {contact.enforcement.type}"
+        yield (
+            f"Contact {contact.name}",
+            f"friction {brief(friction) if friction else 'none'}; {contact.enforcement.type}",
+        )
     for step in p.steps:
         acts = [f"{k} {brief(v)}" for k in ("move", "velocity", "push", "loads") if (v := getattr(step, k))]
         yield f"Step {step.name}", ", ".join(acts) or "nothing moves"

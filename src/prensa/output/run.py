@@ -53,9 +53,7 @@ class RunResult:
         return history.read_history(self.directory)
 
 
-def run(
-    case: Case, out: str | Path | None = None, quiet: bool = False, source: str | Path | None = None
-) -> RunResult:
+def run(case: Case, out: str | Path | None = None, quiet: bool = False, source: str | Path | None = None) -> RunResult:
     """Run *case* and leave its results in the folder *out* (``results/<name>`` if None).
 
     The stable names of an earlier run in that folder are removed first, everything else there is left alone.
@@ -123,7 +121,14 @@ def remove_results(directory: Path) -> None:
     if directory.exists() and not directory.is_dir():
         raise PrensaError(f"{directory}: this is a file; name a folder for the results")
     directory.mkdir(parents=True, exist_ok=True)
-    single = (history.HISTORY, history.CONVERGENCE, checkpoint.CHECKPOINT, vtk.COLLECTION, report.SUMMARY, report.REPORT)
+    single = (
+        history.HISTORY,
+        history.CONVERGENCE,
+        checkpoint.CHECKPOINT,
+        vtk.COLLECTION,
+        report.SUMMARY,
+        report.REPORT,
+    )
     old = [directory / name for name in (*single, runlog.LOG)]
     old += [path.with_name(path.name + TEMPORARY) for path in old]  # left by a run that was killed
     old += [path for _, path in numbered(directory / vtk.FIELDS, ".vtu")]
@@ -261,7 +266,9 @@ class _Run:
         here = dict(self.timer.seconds)
         here["other"] = max(clocks.perf_counter() - self.began - sum(here.values()), 0.0)
         before = self.before.get("timings", {})
-        return {k: float(before.get(k, 0.0)) + here.get(k, 0.0) for k in [*before, *(k for k in here if k not in before)]}
+        return {
+            k: float(before.get(k, 0.0)) + here.get(k, 0.0) for k in [*before, *(k for k in here if k not in before)]
+        }
 
     def _summarise(self, status: str, reason: str) -> dict[str, Any]:
         """Write ``summary.json`` (from the tables, so that a resumed run tells of the whole); returns its content."""

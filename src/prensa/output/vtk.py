@@ -46,7 +46,9 @@ class Fields:
         for name, time in self._times.items():
             ET.SubElement(collection, "DataSet", timestep=repr(float(time)), group="", part="0", file=name)
         ET.indent(root)
-        write_text(self._directory / COLLECTION, '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n")
+        write_text(
+            self._directory / COLLECTION, '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+        )
 
 
 def write_fields(path: Path, increment: Increment) -> Path:

@@ -250,7 +250,10 @@ def _newton(
         status = now
         trial.u = u
         report.iteration(trial, e)
-        if relative <= max(numerics.tolerance, NEAR if iteration and numerics.reuse_factors else 0.0) or norm <= e.floor:
+        if (
+            relative <= max(numerics.tolerance, NEAR if iteration and numerics.reuse_factors else 0.0)
+            or norm <= e.floor
+        ):
             done = _finished(system, c, reduced, u, e, lam, numerics.tolerance, report, trial)
             if done is not None:
                 return done

@@ -85,7 +85,8 @@ def imbalance(system: System, inc: Increment) -> tuple[float, float]:
     x = system.positions(inc.state.u) if finite else system.X
     actions = [boundary_load(system, x, load, inc.time) for load in plan.loads.values()]
     actions += [
-        body_force(system, x, body, np.array([bx(inc.time), by(inc.time)])) for body, (bx, by) in plan.body_force.items()
+        body_force(system, x, body, np.array([bx(inc.time), by(inc.time)]))
+        for body, (bx, by) in plan.body_force.items()
     ]
     actions += [wrench(b.x if finite else b.X, b.reaction) for b in inc.bodies.values()]
     tools = {}

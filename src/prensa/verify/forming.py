@@ -78,7 +78,9 @@ def frictionless(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     balance = Balance()
     for name, flow in FLOWS.items():
         for yield_on in ("cauchy", "kirchhoff") if name == "ludwik" else ("cauchy",):
-            p = upsetting((3, 2), 0.0, flow, enforcement=pr.Augmented(), increments=50, yield_on=yield_on, E_scale=E_scale)
+            p = upsetting(
+                (3, 2), 0.0, flow, enforcement=pr.Augmented(), increments=50, yield_on=yield_on, E_scale=E_scale
+            )
             history = list(balance.watch(p))
             for r, inc in list(zip(REDUCTIONS, at(REDUCTIONS, history), strict=True))[-1 if name != "ludwik" else 0 :]:
                 exact = ref.upset_cylinder(r, R=10.0, flow=curve(flow), E=E, nu=NU, yield_on=yield_on)
@@ -133,20 +135,30 @@ def johnson_cook(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     exact = johnson_cook_force(flow, 0.3)
     errors = []
     for increments in (25, 50, 100):
-        p = upsetting((2, 2), 0.0, flow, enforcement=pr.Augmented(), increments=increments, E_scale=E_scale, reductions=(0.3,))
+        p = upsetting(
+            (2, 2), 0.0, flow, enforcement=pr.Augmented(), increments=increments, E_scale=E_scale, reductions=(0.3,)
+        )
         *_, last = balance.watch(p)
         errors.append(last.force("punch").y / exact - 1.0)
     yield row("force at 30 % in 100 increments", exact, exact * (1 + errors[-1]), 1e-3)
     extrapolated = 2 * errors[2] - errors[1]
     yield row("force extrapolated to zero step", exact, exact * (1 + extrapolated), 1e-4)
-    yield row("observed order in time", 1.0, float(np.log2((errors[0] - errors[1]) / (errors[1] - errors[2]))), 0.15, "absolute")
+    yield row(
+        "observed order in time",
+        1.0,
+        float(np.log2((errors[0] - errors[1]) / (errors[1] - errors[2]))),
+        0.15,
+        "absolute",
+    )
     yield from balance.rows()
 
 
 MESHES = ((16, 12), (32, 24), (48, 36), (64, 48))
 
 
-def _friction(mu: float, mesh: tuple[int, int], graded: bool, E_scale: float, mu_scale: float) -> tuple[list[Increment], Balance]:
+def _friction(
+    mu: float, mesh: tuple[int, int], graded: bool, E_scale: float, mu_scale: float
+) -> tuple[list[Increment], Balance]:
     balance = Balance()
     return list(balance.watch(upsetting(mesh, mu * mu_scale, graded=graded, E_scale=E_scale), pr.Numerics())), balance
 
@@ -225,7 +237,9 @@ def ring_compression(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Ro
 
 def tube(n: int, displacement: float, kinematics: str, increments: int, E_scale: float = 1.0) -> pr.Problem:
     """Thick tube, radii 10 and 20, plane strain along its axis, perfectly plastic with k = 100; bore displaced outwards."""
-    body = pr.Body(pr.Rectangle(size=(10, 1), n=(n, 1), origin=(10, 0)), pr.J2(E * E_scale, NU, pr.Perfect(100.0 * np.sqrt(3.0))))
+    body = pr.Body(
+        pr.Rectangle(size=(10, 1), n=(n, 1), origin=(10, 0)), pr.J2(E * E_scale, NU, pr.Perfect(100.0 * np.sqrt(3.0)))
+    )
     return pr.Problem(
         "tube", space="axisymmetric", kinematics=kinematics, bodies={"tube": body},
         fixed={"tube.bottom": "y", "tube.top": "y", "tube.left": pr.Fixed(x=displacement)},
@@ -293,7 +307,9 @@ def prandtl(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
         yield row(f"limit pressure, h = {h:.3g}: excess over (2 + π)k", np.nan, e, 0.0, "report")
         yield row(f"limit pressure, h = {h:.3g}: the same on the effective width", np.nan, c, 0.0, "report")
     yield row("falls with refinement (ratio of the last two excesses)", 1.0, errors[2] / errors[1], 0.0, "at most")
-    yield row("observed order in h", np.nan, float(np.log(errors[1] / errors[2]) / np.log(sizes[1] / sizes[2])), 0.0, "report")
+    yield row(
+        "observed order in h", np.nan, float(np.log(errors[1] / errors[2]) / np.log(sizes[1] / sizes[2])), 0.0, "report"
+    )
     yield row("limit pressure on the effective width", exact, exact * (1 + corrected[2]), 0.01)
     yield from balance.rows()
 
@@ -301,7 +317,9 @@ def prandtl(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
 NECKING = pr.Voce(450.0, 265.0, 16.93, 129.24)
 
 
-def necking_bar(n: tuple[int, int], E_scale: float = 1.0, increments: int = 60, half_elongation: float = 6.0) -> pr.Problem:
+def necking_bar(
+    n: tuple[int, int], E_scale: float = 1.0, increments: int = 60, half_elongation: float = 6.0
+) -> pr.Problem:
     """Quarter of the bar R = 6.413, length 53.334, with its ends gripped, so that it necks in the middle by itself."""
     mesh = pr.Rectangle(size=(6.413, 26.667), n=n, grade=pr.Grade(y=(0.0,), ratio=4))
     return pr.Problem(
@@ -351,5 +369,11 @@ def ledger(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     press = pr.Step("press", move={"cylinder": pr.Motion(y=-2.0)}, increments=50)
     p = problem((40, 30), "finite", "current", pr.NeoHooke(1e4, 0.3), (press,))
     *_, last = balance.watch(p)
-    yield row("elastic, frictionless, 50 increments", 0.0, last.energy["imbalance"] / last.energy["external"], 1e-4, "absolute")
+    yield row(
+        "elastic, frictionless, 50 increments",
+        0.0,
+        last.energy["imbalance"] / last.energy["external"],
+        1e-4,
+        "absolute",
+    )
     yield from balance.rows()

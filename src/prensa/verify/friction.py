@@ -75,9 +75,7 @@ def incline(mu: float, E_scale: float) -> pr.Problem:
     nx, ny = 8, 4
     local = [(4.0 * i / nx, 2.0 * j / ny) for j in range(ny + 1) for i in range(nx + 1)]
     points = tuple((c * x - s * y, s * x + c * y) for x, y in local)
-    cells = tuple(
-        (k, k + 1, k + nx + 2, k + nx + 1) for j in range(ny) for k in range(j * (nx + 1), j * (nx + 1) + nx)
-    )
+    cells = tuple((k, k + 1, k + nx + 2, k + nx + 1) for j in range(ny) for k in range(j * (nx + 1), j * (nx + 1) + nx))
     bottom = tuple(range(nx + 1))
     left = tuple(range(0, (nx + 1) * (ny + 1), nx + 1))
     mesh = pr.Points(points=points, cells=cells, boundaries={"bottom": bottom, "left": left})

@@ -209,7 +209,9 @@ def main(only: str | None = None, out: str | None = None) -> int:
         rows += new
         bad = sum(not r.passed for r in new)
         verdict = f"[red]{bad} of {len(new)} rows fail[/red]" if bad else f"[green]{len(new)} rows pass[/green]"
-        console.print(f"{k:3d}/{len(chosen)} {c.name:<42} {verdict}  {time.perf_counter() - start:.1f} s", highlight=False)
+        console.print(
+            f"{k:3d}/{len(chosen)} {c.name:<42} {verdict}  {time.perf_counter() - start:.1f} s", highlight=False
+        )
     table = Table(*HEADER)
     last = ""
     for r in rows:
