@@ -1,0 +1,184 @@
+"""Write ``guide/reference.md``: every key of a case file, from the classes that define it.
+
+Run it after any change of ``prensa.model.problem``; a test says when the page is behind.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import typing
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+from prensa.model import problem as model
+from prensa.model.places import bare, hints, is_names, members, type_name
+from prensa.model.units import Dimension
+
+PAGE = Path(__file__).parent / "guide" / "reference.md"
+
+SECTIONS: dict[str, tuple[type, ...]] = {
+    "The problem": (model.Problem, model.Units, model.Step),
+    "Bodies and meshes": (model.Body, model.Rectangle, model.Grade, model.Points),
+    "Materials": (model.Elastic, model.NeoHooke, model.J2),
+    "Flow curves": (
+        model.Perfect, model.Linear, model.Ludwik, model.Swift, model.Voce, model.HockettSherby, model.JohnsonCook,
+        model.FlowTable,
+    ),
+    "Tools": (model.Plane, model.Circle, model.Stamp, model.Ring),
+    "Contacts": (model.Contact, model.Penalty, model.Augmented),
+    "Friction": (model.Coulomb, model.MuLinear, model.MuExponential, model.MuTable),
+    "Supports, motions and loads": (model.Fixed, model.Motion, model.Push, model.Load),
+    "How it is solved, and what is written": (model.Numerics, model.Output),
+}  # fmt: skip
+
+OPENING = """\
+# Reference of the case file
+
+Every key, as the program checks it. This page is written by `docs/make_reference.py` from the classes of
+`prensa.model.problem`; [Writing a case](cases.md) explains how they go together.
+
+A file holds the keys of [Problem](#problem) at its top level and, if wanted, the sections `numerics` and `output`. A class
+is the `type` of a mapping, a field is its key. *Unit* is the dimension of a number: a plain number is in the case's own
+units, a string such as `8 cm` is converted. *Default* is what holds when the key is left out; "required" keys cannot be. A
+*value over time* is a number, reached by a ramp over the step, or a table `[[time, value], …]` in global time.
+
+The keys `at`, `touching`, `above` and `below` place a tool and mean the same for all of them:
+
+| key | meaning |
+|---|---|
+| `at` | initial place of the reference point; without another key of this table it is the place itself |
+| `touching` | a boundary: the tool is moved along the boundary's mean normal until it just touches the boundary |
+| `above`, `below` | a boundary: the same, coming down along −y or up along +y |
+
+With `touching`, `above` or `below`, `at` says only where the tool is across that direction (default: the origin).
+"""
+
+
+def page() -> str:
+    """The whole page as text."""
+    return OPENING + "".join(_sections())
+
+
+def _sections() -> Iterator[str]:
+    for title, classes in SECTIONS.items():
+        yield f"\n## {title}\n"
+        for cls in classes:
+            yield "\n".join(["", *_described(cls), ""])
+
+
+def _described(cls: type) -> Iterator[str]:
+    """Lines of one class: heading, how it is named in a file, docstring, table of its fields."""
+    kind = type_name(cls)
+    yield f"### {cls.__name__}"
+    yield ""
+    if kind is not None:
+        yield f"`type: {kind}`"
+        yield ""
+    doc = inspect.getdoc(cls) or ""
+    yield doc.replace("``", "`")
+    yield ""
+    yield "| key | value | unit | default |"
+    yield "|---|---|---|---|"
+    for f in dataclasses.fields(cls):
+        if f.name != "type":
+            annotation = hints(cls)[f.name]
+            cells = (f"`{f.name}`", value(annotation), unit(annotation), default(f))
+            yield "| " + " | ".join(c.replace("|", "\\|") for c in cells) + " |"
+
+
+# -------------------------------------------------------------------------------------------------------------- values
+def value(annotation: Any) -> str:
+    """What may stand behind a key, in words."""
+    kind, meta = bare(annotation)
+    if _is_over_time(annotation):
+        held = any(_literals(m) == ["held"] for m in members(annotation))
+        return "value over time" + (" or `held`" if held else "")
+    if dataclasses.is_dataclass(kind):
+        short = "`x`, `y`, `xy`, `free` or " if kind is model.Fixed else ""
+        return f"{short}[{kind.__name__}](#{kind.__name__.lower()})"
+    if len(options := members(annotation)) > 1:
+        return " or ".join(dict.fromkeys(value(o) for o in options))
+    if literals := _literals(kind):
+        return ", ".join(f"`{v}`" for v in literals)
+    if is_names(annotation):
+        return f"names: {value(typing.get_args(kind)[1])}"
+    if typing.get_origin(kind) is tuple:
+        return _tuple(typing.get_args(kind))
+    if typing.get_origin(kind) is Mapping:
+        raise TypeError(f"a mapping that is not of names: {kind!r}")
+    plain = {float: "number", int: "whole number", bool: "`true`, `false`", str: "text"}[kind]
+    return plain + _bounds(meta)
+
+
+def _tuple(items: tuple[Any, ...]) -> str:
+    if items[-1] is Ellipsis:
+        return f"list of {value(items[0])}"
+    one = {value(i) for i in items}
+    return f"[{', '.join(value(i) for i in items)}]" if len(one) > 1 or len(items) > 4 else f"{len(items)} × {one.pop()}"
+
+
+def _is_over_time(annotation: Any) -> bool:
+    """Whether it is a number or a table of pairs (time, number)."""
+    kinds = [bare(m)[0] for m in members(annotation)]
+    return float in kinds and any(typing.get_origin(k) is tuple for k in kinds)
+
+
+def _literals(annotation: Any) -> list[Any]:
+    kind, _ = bare(annotation)
+    return list(typing.get_args(kind)) if typing.get_origin(kind) is Literal else []
+
+
+def _bounds(meta: tuple[Any, ...]) -> str:
+    """Limits of a number, such as `` > 0``."""
+    signs = {"gt": ">", "ge": "≥", "lt": "<", "le": "≤"}
+    found = [
+        f"{sign} {getattr(limit, name):g}"
+        for m in meta
+        for limit in getattr(m, "metadata", ())
+        for name, sign in signs.items()
+        if hasattr(limit, name)
+    ]
+    return " " + ", ".join(found) if found else ""
+
+
+# --------------------------------------------------------------------------------------------------- units and defaults
+def unit(annotation: Any) -> str:
+    """Dimensions of the numbers behind a key, without article."""
+    return ", ".join(dict.fromkeys(d.name.split(" ", 1)[1] for d in _dimensions(annotation)))
+
+
+def _dimensions(annotation: Any) -> Iterator[Dimension]:
+    kind, meta = bare(annotation)
+    yield from (m for m in meta if isinstance(m, Dimension))
+    if dataclasses.is_dataclass(kind) or is_names(annotation):
+        return
+    inner = members(annotation) if len(members(annotation)) > 1 else [a for a in typing.get_args(kind) if a is not ...]
+    for option in inner:
+        if not isinstance(option, str):
+            yield from _dimensions(option)
+
+
+def default(f: dataclasses.Field[Any]) -> str:
+    """What holds without the key."""
+    if f.default_factory is not dataclasses.MISSING:
+        made = f.default_factory()
+        if isinstance(made, model.Units):
+            return f"`{made.length}`, `{made.force}`"
+        return f"`{made.type}`" if hasattr(made, "type") else "none"
+    if f.default is dataclasses.MISSING:
+        return "required"
+    if f.default is None or f.default == ():
+        return "none"
+    given = f.default
+    if isinstance(given, bool):
+        return f"`{str(given).lower()}`"
+    if isinstance(given, tuple):
+        return f"`[{', '.join(f'{v:g}' for v in given)}]`"
+    return f"`{given:g}`" if isinstance(given, float) else f"`{given}`"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
+    print(f"{PAGE.name} written")
