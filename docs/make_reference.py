@@ -33,6 +33,26 @@ SECTIONS: dict[str, tuple[type, ...]] = {
     "How it is solved, and what is written": (model.Numerics, model.Output),
 }  # fmt: skip
 
+# What the types do not tell.
+VALUES = {
+    ("Contact", "surface"): "boundary `body.name` or list of them",
+    ("Contact", "against"): "name of a tool",
+    ("Coulomb", "mu"): "{}, or the name of a CSV file of κ, μ",
+    ("Step", "friction"): "names of contacts: [Coulomb](#coulomb) or `null`",
+    **{
+        (t, k): "boundary `body.name`"
+        for t in ("Plane", "Circle", "Stamp", "Ring")
+        for k in ("touching", "above", "below")
+    },
+}
+UNITS = {
+    ("Step", "velocity"): "per unit time",
+    ("Push", "m"): "force × length",
+    ("MuLinear", "slope"): "1/length",
+    ("JohnsonCook", "rate0"): "1/time",
+}
+DEFAULTS = {("Step", "increments"): "automatic"}
+
 OPENING = """\
 # Reference of the case file
 
@@ -83,8 +103,9 @@ def _described(cls: type) -> Iterator[str]:
     yield "|---|---|---|---|"
     for f in dataclasses.fields(cls):
         if f.name != "type":
-            annotation = hints(cls)[f.name]
-            cells = (f"`{f.name}`", value(annotation), unit(annotation), default(f))
+            annotation, at = hints(cls)[f.name], (cls.__name__, f.name)
+            what = VALUES.get(at, "{}").format(value(annotation))
+            cells = (f"`{f.name}`", what, UNITS.get(at, unit(annotation)), DEFAULTS.get(at, default(f)))
             yield "| " + " | ".join(c.replace("|", "\\|") for c in cells) + " |"
 
 
@@ -116,7 +137,7 @@ def _tuple(items: tuple[Any, ...]) -> str:
     if items[-1] is Ellipsis:
         return f"list of {value(items[0])}"
     one = {value(i) for i in items}
-    return f"[{', '.join(value(i) for i in items)}]" if len(one) > 1 or len(items) > 4 else f"{len(items)} × {one.pop()}"
+    return f"{len(items)} × {one.pop()}" if len(one) == 1 else f"[{', '.join(map(value, items))}]"
 
 
 def _is_over_time(annotation: Any) -> bool:
@@ -152,7 +173,7 @@ def unit(annotation: Any) -> str:
 def _dimensions(annotation: Any) -> Iterator[Dimension]:
     kind, meta = bare(annotation)
     yield from (m for m in meta if isinstance(m, Dimension))
-    if dataclasses.is_dataclass(kind) or is_names(annotation):
+    if dataclasses.is_dataclass(kind):
         return
     inner = members(annotation) if len(members(annotation)) > 1 else [a for a in typing.get_args(kind) if a is not ...]
     for option in inner:
