@@ -1,0 +1,292 @@
+"""The documentation tells the truth: its code runs, its cases are valid, its links lead somewhere, its places exist."""
+
+from __future__ import annotations
+
+import ast
+import contextlib
+import dataclasses
+import importlib.util
+import io
+import re
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+import prensa as pr
+from prensa.errors import CaseError
+from prensa.model import problem as vocabulary
+from prensa.model.schema import loads
+
+ROOT = Path(__file__).parents[2]
+SOURCE = ROOT / "src" / "prensa"
+DOCS = ROOT / "docs"
+PAGES = [*(ROOT / n for n in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")), *sorted(DOCS.rglob("*.md"))]
+FENCE = re.compile(r"^```([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+NUMBER = re.compile(r"-?\d+\.?\d*(?:e[-+]?\d+)?")
+CLOSE = 1e-3  # relative difference allowed between a printed number and the one in the text
+
+
+def name_of(path: Path) -> str:
+    return path.relative_to(ROOT).as_posix()
+
+
+def blocks(path: Path) -> list[tuple[str, str, int]]:
+    """Language, text and place of the fenced blocks of a page."""
+    text = path.read_text(encoding="utf-8")
+    return [(m[1].strip(), m[2], m.end()) for m in FENCE.finditer(text)]
+
+
+def prose(path: Path) -> str:
+    return FENCE.sub("", path.read_text(encoding="utf-8"))
+
+
+def having(*languages: str) -> list[object]:
+    return [pytest.param(p, id=name_of(p)) for p in PAGES if any(b[0] in languages for b in blocks(p))]
+
+
+# ------------------------------------------------------------------------------------------------------ code that runs
+@pytest.mark.parametrize("path", having("python"))
+def test_python_blocks_run_and_print_what_the_page_says(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The Python of a page runs from top to bottom, and prints the text block that stands right after it."""
+    monkeypatch.chdir(tmp_path)
+    text, scope, found = path.read_text(encoding="utf-8"), {}, blocks(path)  # type: ignore[var-annotated]
+    for k, (language, code, end) in enumerate(found):
+        if language != "python":
+            continue
+        printed = io.StringIO()
+        with contextlib.redirect_stdout(printed):
+            exec(compile(code, f"{name_of(path)} block {k}", "exec"), scope)
+        if text[end:].lstrip("\n").startswith("```text\n"):
+            same(printed.getvalue(), found[k + 1][1])
+
+
+def same(ours: str, said: str) -> None:
+    """The words are the same, and the numbers nearly."""
+    assert NUMBER.sub("#", ours).split() == NUMBER.sub("#", said).split()
+    for a, b in zip(NUMBER.findall(ours), NUMBER.findall(said), strict=True):
+        assert float(a) == pytest.approx(float(b), rel=CLOSE)
+
+
+@pytest.mark.parametrize("path", having("yaml", "yaml fragment"))
+def test_cases_are_valid_and_can_be_discretised(path: Path) -> None:
+    """A ``yaml`` block is a whole case; a ``yaml fragment`` replaces keys of the first case of its page."""
+    from ruamel.yaml import YAML
+
+    base: dict[str, object] = {}
+    for language, text, _ in blocks(path):
+        if not language.startswith("yaml"):
+            continue
+        keys = YAML(typ="safe", pure=True).load(text)
+        base = base or keys
+        whole = io.StringIO()
+        YAML(typ="safe", pure=True).dump({**base, **keys} if "fragment" in language else keys, whole)
+        case = loads(text if language == "yaml" else whole.getvalue(), name_of(path))
+        assert pr.discretise(case.problem).ndof > 0
+
+
+def test_the_tutorial_describes_one_problem_in_two_ways() -> None:
+    """File and script of the first case are the same problem, and the mistake shown is told as the page says."""
+    found = blocks(DOCS / "guide" / "first-case.md")
+    case = next(text for language, text, _ in found if language == "yaml")
+    scope: dict[str, object] = {}
+    exec(next(text for language, text, _ in found if language == "python"), scope)
+    assert loads(case).problem == scope["problem"]
+    with pytest.raises(CaseError) as caught:
+        loads(case.replace("radius: 8 cm", "radus: 8 cm"), "cylinder.yaml")
+    said = next(text for language, text, _ in found if language == "text" and "radus" in text)
+    assert str(caught.value) == said.strip()
+
+
+def test_commands_are_verbs_of_the_program_and_targets_of_make() -> None:
+    """Every command line shown begins with something that exists."""
+    from typer.main import get_command
+
+    from prensa.cli import app
+
+    verbs = set(getattr(get_command(app), "commands"))  # noqa: B009  (typer's type does not say that it is a group)
+    targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
+    known = {"prensa": verbs, "make": targets}
+    shown = set()
+    for path in PAGES:
+        for language, text, _ in blocks(path):
+            if language == "console":
+                lines = [line.split() for line in text.splitlines() if line.startswith("$ ")]
+                for _, program, word, *_ in lines:
+                    if program in known:
+                        assert word in known[program], f"{name_of(path)}: {program} {word}"
+                        shown.add((program, word))
+                    else:
+                        assert (ROOT / word).exists(), f"{name_of(path)}: {program} {word}"
+    assert {("prensa", v) for v in verbs} <= shown, "a verb that no page shows"
+
+
+# ------------------------------------------------------------------------------------------------------------ reference
+def generator() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("make_reference", DOCS / "make_reference.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_reference_is_up_to_date() -> None:
+    """``guide/reference.md`` is what its script writes now; if not, run ``python docs/make_reference.py``."""
+    made = generator()
+    assert made.PAGE.read_text(encoding="utf-8") == made.page()
+
+
+def test_the_reference_has_every_class() -> None:
+    """No class of the vocabulary is missing from the page."""
+    made = generator()
+    described = {c for classes in made.SECTIONS.values() for c in classes} | {vocabulary.Case}
+    known = {
+        c
+        for c in vars(vocabulary).values()
+        if isinstance(c, type) and dataclasses.is_dataclass(c) and c.__module__ == vocabulary.__name__
+    }
+    assert known == described
+
+
+def test_settings_have_the_defaults_that_the_guide_says() -> None:
+    """The table of settings in the guide lists every setting, with its default."""
+    text = (DOCS / "guide" / "convergence.md").read_text(encoding="utf-8")
+    table = text[text.index("## Settings") :]
+    rows = [[c.strip() for c in line.split("|")[1:3]] for line in table.splitlines() if line.startswith("| `")]
+    said = {key: value for keys, value in rows for key in re.findall(r"`(\w+)`", keys)}
+    given = dataclasses.asdict(pr.Numerics())
+    assert said.keys() == given.keys()
+    for key, value in given.items():
+        if isinstance(value, bool | str):
+            assert said[key] == str(value).lower()
+        else:
+            assert float(said[key]) == value
+
+
+# -------------------------------------------------------------------------------------------------------------- places
+@pytest.mark.parametrize("path", [pytest.param(p, id=name_of(p)) for p in PAGES])
+def test_links_lead_somewhere(path: Path) -> None:
+    """Every link to a file or a heading of the checkout finds it."""
+    for target in re.findall(r"\]\(([^)\s]+)\)", prose(path)):
+        if target.startswith(("https://", "http://")):
+            continue
+        file, _, anchor = target.partition("#")
+        there = (path.parent / file).resolve() if file else path
+        assert there.exists(), f"{name_of(path)} links to {target}"
+        assert ROOT in there.parents
+        if anchor:
+            assert anchor in anchors(there), f"{name_of(path)} links to {target}"
+
+
+def anchors(path: Path) -> set[str]:
+    """Anchors of the headings of a page."""
+    titles = re.findall(r"^#+ (.+)$", prose(path), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", t.lower()).strip().replace(" ", "-") for t in titles}
+
+
+def test_every_page_can_be_reached() -> None:
+    """Every page is linked from the index or the README, every decision from the index, with its date."""
+    index = (DOCS / "index.md").read_text(encoding="utf-8")
+    linked = set(re.findall(r"\]\(([^)#]+)", index))
+    for path in DOCS.rglob("*.md"):
+        if path.name not in ("index.md", "verification-table.md"):
+            assert path.relative_to(DOCS).as_posix() in linked
+    for path in (DOCS / "decisions").glob("*.md"):
+        title, _, date = path.read_text(encoding="utf-8").split("\n")[:3]
+        assert title.startswith(f"# {path.name[:4]} ")
+        assert re.fullmatch(r"\d{4}-\d\d-\d\d", date)
+
+
+def test_functions_that_pages_name_exist() -> None:
+    """``file.py: function`` and "`function` in `file.py`" name what is there."""
+    count = 0
+    for path in PAGES:
+        text = prose(path)
+        named = re.findall(r"`([\w/]+\.py): (\w+)`", text)
+        named += [(file, name) for name, file in re.findall(r"`(?:\w+\.)?(\w+)`\s+in\s+`([\w/]+\.py)`", text)]
+        for file, name in named:
+            assert name in defined(file), f"{name_of(path)}: {file}: {name}"
+        for file in re.findall(r"`((?:\w+/)*\w+\.py)`", text):
+            assert file_of(file), f"{name_of(path)}: {file}"
+        count += len(named)
+    assert count > 20
+
+
+def file_of(name: str) -> Path | None:
+    """A source file named from the root, from the package, or alone."""
+    for base in (ROOT, SOURCE):
+        if (base / name).is_file():
+            return base / name
+    return next(iter(SOURCE.rglob(name)), None) if "/" not in name else None
+
+
+@cache
+def defined(file: str) -> set[str]:
+    path = file_of(file)
+    assert path is not None, f"there is no {file}"
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            names.add(node.name)
+        elif isinstance(node, ast.Assign):
+            names |= {t.id for t in node.targets if isinstance(t, ast.Name)}
+        elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+            names.add(node.target.id)
+    return names
+
+
+def test_messages_that_the_guide_explains_are_said() -> None:
+    """Each message of the table in "When a run stops" is in the source."""
+    text = (DOCS / "guide" / "convergence.md").read_text(encoding="utf-8")
+    table = text[text.index("## When a run stops") : text.index("## Settings")]
+    cells = [line.split("|")[1] for line in table.splitlines() if line.startswith("| `")]
+    said = "\n".join(literals())
+    parts = [p.strip() for c in cells for message in re.findall(r"`([^`]+)`", c) for p in message.split("…")]
+    assert len(parts) > 9
+    for part in parts:
+        assert part in said, part
+
+
+def literals() -> Iterator[str]:
+    """String constants of the package, pieces of formatted ones apart."""
+    for path in SOURCE.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Constant) and isinstance(node.value, str):
+                yield node.value
+
+
+def test_packages_import_what_the_layers_allow() -> None:
+    """The table of layers in CONTRIBUTING.md holds: no package imports another that its row does not name."""
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    rows = [line.split("|")[1:3] for line in text.splitlines() if line.startswith("| `")]
+    allowed = {p.strip(" `"): set(re.findall(r"`(\w+)`", may)) for p, may in rows}
+    for path in SOURCE.rglob("*.py"):
+        first, *rest = path.relative_to(SOURCE).parts
+        package = first if rest else Path(first).stem
+        if package in ("__init__", "errors"):
+            continue
+        found = set(imported(path)) - {package, "errors"}
+        assert found <= allowed[package], f"{name_of(path)} imports {sorted(found - allowed[package])}"
+
+
+def imported(path: Path) -> Iterator[str]:
+    """Packages of prensa that a file imports."""
+    packages = {p.name for p in SOURCE.iterdir() if p.is_dir()}
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.partition(".")[0] == "prensa":
+            parts = node.module.split(".")[1:]
+            yield from [parts[0]] if parts else [a.name for a in node.names if a.name in packages]
+        elif isinstance(node, ast.Import):
+            yield from (a.name.split(".")[1] for a in node.names if a.name.startswith("prensa."))
+
+
+def test_no_page_knows_the_machine_it_was_written_on() -> None:
+    """No absolute path in the documentation: it would be somebody's own."""
+    for path in PAGES:
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            found = re.search(r"(?<![\w.:/)\]])/(?:home|root|tmp|usr|opt|var|mnt|work|Users)\b|[A-Z]:\\", line)
+            assert not found, f"{name_of(path)}:{number}: {line}"
