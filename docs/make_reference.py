@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import re
 import typing
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -97,7 +98,7 @@ def _described(cls: type) -> Iterator[str]:
         yield f"`type: {kind}`"
         yield ""
     doc = inspect.getdoc(cls) or ""
-    yield doc.replace("``", "`")
+    yield re.sub(r" \(THEORY [\d, ]+\)", "", doc.replace("``", "`"))
     yield ""
     yield "| key | value | unit | default |"
     yield "|---|---|---|---|"
