@@ -4,6 +4,8 @@ VENV := .venv
 BIN := $(VENV)/bin
 # one thread by default: the machine may be shared, and results do not depend on it
 export OMP_NUM_THREADS ?= 1
+# processes of the tests and of the verification table
+JOBS ?= 2
 
 .PHONY: demo test verify lint clean
 
@@ -21,10 +23,10 @@ lint: $(VENV)/installed
 	$(BIN)/mypy
 
 test: lint  ## lint, types, and the whole test suite
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n $(JOBS)
 
 verify: $(VENV)/installed  ## the verification table, every case against its reference
-	$(BIN)/prensa verify
+	$(BIN)/prensa verify --jobs $(JOBS)
 
 clean:
 	rm -rf $(VENV) results .pytest_cache .mypy_cache .ruff_cache

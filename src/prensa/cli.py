@@ -104,12 +104,13 @@ def report(
 def verify(
     only: Annotated[str | None, typer.Option(help="Only the cases whose name contains or matches this.")] = None,
     out: Annotated[Path | None, typer.Option(help="Also write the table to this file, .md or .csv.")] = None,
+    jobs: Annotated[int, typer.Option(min=1, help="Cases computed at the same time, each in a process.")] = 1,
 ) -> None:
     """Compute the verification table: every case against its reference."""
     with _told():
         from prensa.verify import table
 
-        code = table.main(only=only, out=str(out) if out else None)
+        code = table.main(only=only, out=str(out) if out else None, jobs=jobs)
     raise typer.Exit(code)
 
 

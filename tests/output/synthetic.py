@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 import prensa as pr
+from prensa.fem.state import State
 from prensa.solver.increment import BodyState, ContactState, Force, Increment, Place, Statistics, ToolState
-from prensa.solver.state import State
 
 CONTACT = "block.top-cylinder"
 

@@ -7,7 +7,7 @@ import pytest
 
 import prensa as pr
 from prensa.errors import PrensaError, SolveError
-from prensa.solver.state import State
+from prensa.fem.state import State
 
 ELASTIC = pr.Elastic(1000.0, 0.3)
 
@@ -28,6 +28,16 @@ def pressed(step, *, tool=None, kinematics="finite", friction=None, material=ELA
 def last(p, numerics=None, **more):
     *_, inc = pr.solve(p, numerics, **more)
     return inc
+
+
+@pytest.mark.parametrize("end", [1.0, 2.0])
+def test_a_table_is_followed_also_where_it_spans_one_step(end):
+    """A table of two rows gives its own values in between, whether or not its times are those of the step."""
+    table = ((0.0, -0.1), (end, -0.1 - 0.1 * end))
+    problem = pressed(pr.Step("move", move={"punch": {"y": table}}, increments=2), kinematics="small")
+    half, full = pr.solve(problem)
+    assert half.tools["punch"].place.y == pytest.approx(-0.15, rel=1e-12)
+    assert full.tools["punch"].place.y == pytest.approx(-0.2, rel=1e-12)
 
 
 @pytest.mark.parametrize("kinematics", ["small", "finite"])

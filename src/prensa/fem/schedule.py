@@ -16,10 +16,14 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Course:
-    """A function of time through (times, values), held before the first and after the last time."""
+    """A function of time through (times, values), held before the first and after the last time.
+
+    ``ramp``: given by its end alone; what follows it starts from wherever it is.
+    """
 
     times: Array
     values: Array
+    ramp: bool = False
 
     def __call__(self, t: float) -> float:
         """Value at time t."""
@@ -30,7 +34,7 @@ def course(value: Any, start: float, t0: float, t1: float) -> Course:
     """Course of a number (ramp from start over the step t0 … t1) or a table (global time)."""
     if isinstance(value, tuple):
         return Course(*np.array(value, dtype=np.float64).T)
-    return Course(np.array([t0, t1]), np.array([start, float(value)]))
+    return Course(np.array([t0, t1]), np.array([start, float(value)]), ramp=True)
 
 
 def integrated(value: Any, start: float, t0: float, t1: float) -> Course:
@@ -56,7 +60,7 @@ class Prescribed:
         """Values (k,) at time t."""
         if self.course is None:
             return self.start
-        if len(self.course.times) == 2 and self.course.times[0] == t0 and self.course.times[1] == t1:
+        if self.course.ramp:
             # a ramp brings every unknown from where it is to the target
             s = min(max((t - t0) / (t1 - t0), 0.0), 1.0)
             return (1.0 - s) * self.start + s * self.course.values[1]

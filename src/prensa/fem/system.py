@@ -18,13 +18,13 @@ from prensa.errors import PrensaError
 from prensa.fem import loads as fem_loads
 from prensa.fem.assembly import Block, Pattern, make_pattern, scatter_matrix, slots, sweep
 from prensa.fem.schedule import StepPlan
+from prensa.fem.state import State
 from prensa.friction.coulomb import Coulomb
 from prensa.friction.return_map import Friction
 from prensa.materials.laws import At, material_of
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import Mesh, MeshError, ordered_nodes
 from prensa.model import problem as model
-from prensa.solver.state import State
 from prensa.tools.analytic import Circle, Flat
 from prensa.tools.place import PlacedTool, ToolError, place
 

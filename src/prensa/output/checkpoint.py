@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from prensa import __version__
 from prensa.errors import PrensaError
+from prensa.fem.state import State
 from prensa.model.problem import Case
 from prensa.output.files import replacing
-from prensa.solver.state import State
 
 CHECKPOINT = "checkpoint.h5"
 FORMAT = "prensa checkpoint"

@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 
 from prensa import __version__
 from prensa.errors import PrensaError
+from prensa.fem.state import State
 from prensa.model.problem import Case
 from prensa.output import checkpoint, history, pictures, report, runlog, vtk
 from prensa.output.files import TEMPORARY, file_name, numbered, write_text
 from prensa.output.interrupt import Interruptible
 from prensa.output.progress import ProgressBar
 from prensa.solver.increment import Increment, Progress
-from prensa.solver.state import State
 
 if TYPE_CHECKING:
     from prensa.fem.system import System

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from prensa.errors import SolveError
 from prensa.fem.schedule import StepPlan
+from prensa.fem.state import State
 from prensa.fem.system import Circumstances, Surface, System
-from prensa.solver.state import State
 
 Array = NDArray[np.float64]
 

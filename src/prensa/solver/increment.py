@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from prensa.solver.state import State
+    from prensa.fem.state import State
 
 Array = NDArray[np.float64]
 STATUS = ("open", "stick", "slip")

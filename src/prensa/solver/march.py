@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 
 from prensa.errors import SolveError
 from prensa.fem.schedule import StepPlan, plan_step
+from prensa.fem.state import State
 from prensa.fem.system import Circumstances, Evaluation, System, discretise
 from prensa.model import problem as model
 from prensa.solver.approach import approach, first_touch
 from prensa.solver.increment import BodyState, Increment, Monitor, Progress, Statistics
 from prensa.solver.newton import Reduced, Reporter, Trial, attempt
 from prensa.solver.results import body_states, contact_states, tool_forces, tool_states
-from prensa.solver.state import State
 
 log = logging.getLogger("prensa")
 Array = NDArray[np.float64]

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from prensa.contact.recovery import recover
 from prensa.elements import q4
 from prensa.fem.schedule import StepPlan
+from prensa.fem.state import State
 from prensa.fem.system import Evaluation, System
 from prensa.solver.increment import BodyState, ContactState, Force, Place, ToolState
-from prensa.solver.state import State
 
 Array = NDArray[np.float64]
 

@@ -10,9 +10,11 @@ import csv
 import importlib
 import inspect
 import math
+import multiprocessing
 import pkgutil
 import time
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal, TypeVar
@@ -141,12 +143,28 @@ def select(only: str | None = None) -> list[Case]:
     return chosen
 
 
-def timed(only: str | None = None) -> Iterator[tuple[Case, list[Row], float]]:
-    """Case by case: the case, its rows, its wall time (s)."""
-    for c in select(only):
-        start = time.perf_counter()
-        rows = c.run()
-        yield c, rows, time.perf_counter() - start
+def _timed(c: Case) -> tuple[list[Row], float]:
+    start = time.perf_counter()
+    return c.run(), time.perf_counter() - start
+
+
+def _by_name(name: str) -> tuple[list[Row], float]:
+    return _timed(cases()[name])
+
+
+def timed(only: str | None = None, jobs: int = 1) -> Iterator[tuple[Case, list[Row], float]]:
+    """Case by case: the case, its rows, its wall time (s); with ``jobs`` > 1 in as many processes, as they finish."""
+    chosen = select(only)
+    if jobs <= 1 or len(chosen) == 1:
+        for c in chosen:
+            yield c, *_timed(c)
+        return
+    # a fresh interpreter each: the threads of a solver do not survive a fork
+    with ProcessPoolExecutor(min(jobs, len(chosen)), multiprocessing.get_context("spawn")) as pool:
+        # the long ones first, or one of them is left running alone at the end
+        ahead = {pool.submit(_by_name, c.name): c for c in sorted(chosen, key=lambda c: not c.slow)}
+        for future in as_completed(ahead):
+            yield ahead[future], *future.result()
 
 
 def run(only: str | None = None) -> list[Row]:
@@ -187,8 +205,8 @@ def write(rows: list[Row], path: str | Path) -> None:
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def main(only: str | None = None, out: str | None = None) -> int:
-    """Run, print and (``out``: a .md or .csv file) write the table; 0 if every row passes, else 1."""
+def main(only: str | None = None, out: str | None = None, jobs: int = 1) -> int:
+    """Run (in ``jobs`` processes), print and (``out``: a .md or .csv file) write the table; 0 if every row passes, else 1."""
     from rich.console import Console
     from rich.table import Table
 
@@ -200,18 +218,14 @@ def main(only: str | None = None, out: str | None = None) -> int:
     except ValueError as error:
         console.print(str(error), markup=False)
         return 1
-    rows: list[Row] = []
+    found: dict[str, list[Row]] = {}
     begin = time.perf_counter()
-    for k, c in enumerate(chosen, 1):
-        start = time.perf_counter()
-        with console.status(f"{k}/{len(chosen)} {c.name} …"):
-            new = c.run()
-        rows += new
+    for k, (c, new, seconds) in enumerate(timed(only, jobs), 1):
+        found[c.name] = new
         bad = sum(not r.passed for r in new)
         verdict = f"[red]{bad} of {len(new)} rows fail[/red]" if bad else f"[green]{len(new)} rows pass[/green]"
-        console.print(
-            f"{k:3d}/{len(chosen)} {c.name:<42} {verdict}  {time.perf_counter() - start:.1f} s", highlight=False
-        )
+        console.print(f"{k:3d}/{len(chosen)} {c.name:<42} {verdict}  {seconds:.1f} s", highlight=False)
+    rows = [r for c in chosen for r in found[c.name]]
     table = Table(*HEADER)
     last = ""
     for r in rows:
