@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.mesh.mesh import Mesh, MeshError, boundary_edges, edges_between
+from prensa.mesh.convert import Draft, draft_of, finished, nodes_of
+from prensa.mesh.mesh import Index, Mesh, MeshError, boundary_edges, edges_between
 from prensa.model import problem as model
 
 Array = NDArray[np.float64]
@@ -59,8 +61,8 @@ def graded(start: float, end: float, n: int, towards: tuple[float, ...], ratio: 
     return np.concatenate(out)
 
 
-def rectangle(m: model.Rectangle) -> Mesh:
-    """Mesh of a `prensa.Rectangle`."""
+def rectangle(m: model.Rectangle) -> Draft:
+    """Draft of a `prensa.Rectangle`."""
     (x0, y0), (lx, ly), (nx, ny) = m.origin, m.size, m.n
     grade = m.grade
     if isinstance(grade, str):
@@ -90,24 +92,48 @@ def rectangle(m: model.Rectangle) -> Mesh:
         "top-right": int(node[-1, -1]),
         "top-left": int(node[-1, 0]),
     }
-    return Mesh(points, cells, edges, corners)
+    return Draft(points, cells, edges, corners)
 
 
-def from_points(m: model.Points) -> Mesh:
-    """Mesh of a `prensa.Points`: a boundary of one node becomes a named point."""
+def from_points(m: model.Points, nodes: int) -> Mesh:
+    """Mesh of a `prensa.Points` in cells of *nodes* nodes: a boundary of one node becomes a named point."""
     points, cells = np.array(m.points, dtype=np.float64), np.array(m.cells, dtype=np.int64)
+    bad = (cells < 0) | (cells >= len(points))
+    if bad.any():
+        e = int(np.argmax(bad.any(axis=1)))
+        raise MeshError(f"element {e} refers to a node outside 0 … {len(points) - 1}: {cells[e].tolist()}")
     outline = boundary_edges(cells)
     edges, corners = {}, {}
-    for name, nodes in m.boundaries.items():
-        if len(nodes) == 1:
-            corners[name] = int(nodes[0])
+    for name, some in m.boundaries.items():
+        if len(some) == 1:
+            corners[name] = int(some[0])
             continue
-        edges[name] = edges_between(outline, np.array(nodes))
+        edges[name] = edges_between(outline, np.array(some))
         if len(edges[name]) == 0:
             raise MeshError(f"boundary {name!r}: no element edge on the outline has both ends in its node list")
-    return Mesh(points, cells, edges, corners)
+    return in_cells_of(nodes, points, cells, edges, corners)
 
 
-def mesh_of(description: Any) -> Mesh:
-    """The mesh of a description."""
-    return rectangle(description) if isinstance(description, model.Rectangle) else from_points(description)
+def in_cells_of(
+    nodes: int, points: Array, cells: Index, edges: Mapping[str, Index], corners: Mapping[str, int]
+) -> Mesh:
+    """Mesh of given arrays; where they are not of *nodes* nodes a cell, corners are numbered first and converted."""
+    mesh = Mesh(points, cells, edges, corners)  # its mistakes are told in the numbers that it was given in
+    if cells.shape[1] == nodes:
+        return mesh
+    return finished(draft_of(points, cells, edges, corners), nodes)
+
+
+def mesh_of(description: Any, element: str = "q4") -> Mesh:
+    """The mesh of a description in the cells of an element (``q4_fbar``, ``t6``, …).
+
+    Raises
+    ------
+    MeshError
+        If the description gives no mesh, or one that cannot be had in those cells.
+
+    """
+    nodes = nodes_of(element)
+    if isinstance(description, model.Points):
+        return from_points(description, nodes)
+    return finished(rectangle(description), nodes)

@@ -1,4 +1,8 @@
-"""A mesh: node coordinates, quadrilaterals, named boundaries and named points."""
+"""A mesh: node coordinates, cells of one kind (T3, Q4, T6, Q8), named boundaries and named points.
+
+Cells list their corners counter-clockwise and then, in quadratic ones, the mid-side nodes in the order of the sides
+(corner 0 to 1 first): the order of VTK, gmsh and Abaqus.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +11,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from prensa.errors import PrensaError
 from prensa.model.checks import suggest
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+
+CORNERS = {3: 3, 4: 4, 6: 3, 8: 4}  # corners of a cell, by its nodes
+KINDS = {3: "T3", 4: "Q4", 6: "T6", 8: "Q8"}
+COINCIDENT = 1e-7  # distance, of the size of the mesh, below which two nodes are at one place
 
 
 class MeshError(PrensaError):
@@ -21,9 +30,15 @@ class MeshError(PrensaError):
 
 @dataclass(frozen=True)
 class Mesh:
-    """``points`` (n, 2), ``cells`` (m, 4) counter-clockwise, ``edges`` name → (k, 2) node pairs with the body on the left.
+    """``points`` (n, 2), ``cells`` (m, 3|4|6|8), ``edges`` name → (k, 2|3), body on the left.
 
-    ``corners`` names single nodes.
+    A row of ``edges`` is the two ends and, in quadratic meshes, the node between them. ``corners`` names single nodes.
+
+    Raises
+    ------
+    MeshError
+        For what no element can be computed on: see `check`.
+
     """
 
     points: Array
@@ -43,10 +58,31 @@ class Mesh:
         return ordered_nodes(self.edges[name])
 
 
+def corner_cells(cells: Index) -> Index:
+    """The corners (m, 3|4) of cells."""
+    return cells[:, : CORNERS[cells.shape[1]]]
+
+
+def sides(cells: Index) -> Index:
+    """Sides (m, s, 2|3) of cells, oriented with the cell on the left: the ends, then the node between them if any."""
+    c = CORNERS[cells.shape[1]]
+    columns = [[i, (i + 1) % c] + ([c + i] if cells.shape[1] > c else []) for i in range(c)]
+    return cells[:, columns]
+
+
+def segments(edges: Index) -> Index:
+    """Straight pieces (k, 2) or (2 k, 2) of edges (k, 2|3): those of quadratic ones meet at the node between the ends."""
+    if edges.shape[1] == 2:
+        return edges
+    return np.stack([edges[:, [0, 2]], edges[:, [2, 1]]], axis=1).reshape(-1, 2)
+
+
 def ordered_nodes(edges: Index) -> Index:
-    """Distinct nodes of oriented edges (k, 2), chain after chain, each in walking order."""
-    follower = dict(edges.tolist())
-    starts = [a for a in follower if a not in set(follower.values())] or [edges[0, 0]]
+    """Distinct nodes of oriented edges (k, 2|3), chain after chain, each in walking order."""
+    pieces = segments(edges)
+    follower = dict(pieces.tolist())
+    ends = set(follower.values())
+    starts = [a for a in follower if a not in ends] or [pieces[0, 0]]
     order: list[int] = []
     seen: set[int] = set()
     for start in [*starts, *follower]:
@@ -58,38 +94,120 @@ def ordered_nodes(edges: Index) -> Index:
     return np.array(order, dtype=np.int64)
 
 
+def keys(pairs: Index, n: int) -> Index:
+    """One number for each undirected pair (…, 2) of node numbers below n."""
+    return np.asarray(pairs.min(axis=-1) * np.int64(n) + pairs.max(axis=-1))
+
+
 def boundary_edges(cells: Index) -> Index:
-    """Edges (k, 2) that belong to one cell only, body on the left."""
-    edges = np.concatenate([cells[:, [i, (i + 1) % 4]] for i in range(4)])
-    key = np.sort(edges, axis=1)
-    _, first, count = np.unique(key, axis=0, return_index=True, return_counts=True)
+    """Sides (k, 2|3) that belong to one cell only, body on the left."""
+    edges = np.swapaxes(sides(cells), 0, 1).reshape(-1, 2 if cells.shape[1] < 6 else 3)
+    _, first, count = np.unique(keys(edges[:, :2], int(cells.max()) + 1), return_index=True, return_counts=True)
     return edges[np.sort(first[count == 1])]
 
 
 def edges_between(edges: Index, nodes: Index) -> Index:
     """The edges both ends of which are in *nodes*."""
-    return edges[np.isin(edges, nodes).all(axis=1)]
+    return edges[np.isin(edges[:, :2], nodes).all(axis=1)]
 
 
+def areas(points: Array, cells: Index) -> Array:
+    """Signed areas (m,) of the polygons of the corners, positive counter-clockwise."""
+    x = points[corner_cells(cells)]
+    y = np.roll(x, -1, axis=1)
+    return np.asarray(0.5 * (x[..., 0] * y[..., 1] - x[..., 1] * y[..., 0]).sum(axis=1))
+
+
+def oriented(points: Array, cells: Index) -> Index:
+    """The cells with those that go clockwise turned round."""
+    c = CORNERS[cells.shape[1]]
+    turned = [0, *range(c - 1, 0, -1)]
+    turned += [c + k for k in range(c - 1, -1, -1)] if cells.shape[1] > c else []
+    out = cells.copy()
+    wrong = areas(points, cells) < 0
+    out[wrong] = cells[wrong][:, turned]
+    return out
+
+
+# --------------------------------------------------------------------------------------------------------------- checks
 def check(mesh: Mesh) -> None:
-    """Raise MeshError for what no element can be computed on."""
+    """Raise MeshError for what no element can be computed on.
+
+    That is: coordinates that are no numbers; cells that name nodes that do not exist or one node twice, that go
+    clockwise or have no area; cells that overlap; nodes of no cell; nodes at one place; nodes in the middle of another
+    cell's side.
+    """
     points, cells = mesh.points, mesh.cells
     if not np.isfinite(points).all():
         raise MeshError(f"node {int(np.argwhere(~np.isfinite(points))[0, 0])} has a coordinate that is not a number")
     if len(cells) == 0:
         raise MeshError("the mesh has no element")
+    if cells.shape[1] not in CORNERS:
+        raise MeshError(f"elements of {cells.shape[1]} nodes; T3, Q4, T6 and Q8 are known")
     if cells.min() < 0 or cells.max() >= len(points):
         e = int(np.argwhere((cells < 0) | (cells >= len(points)))[0, 0])
         raise MeshError(f"element {e} refers to a node outside 0 … {len(points) - 1}: {cells[e].tolist()}")
-    x = points[cells]
-    d1, d2 = x[:, 2] - x[:, 0], x[:, 3] - x[:, 1]
-    area = 0.5 * (d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0])
-    if (area <= 0).any():
-        e = int(np.argmin(area))
-        raise MeshError(
-            f"element {e} near ({x[e, :, 0].mean():g}, {x[e, :, 1].mean():g}) has area {area[e]:g}: "
-            "its nodes must go counter-clockwise and span an area"
-        )
+    _check_cells(points, cells)
     unused = np.setdiff1d(np.arange(len(points)), cells)
     if len(unused):
         raise MeshError(f"node {unused[0]} at {points[unused[0]].tolist()} belongs to no element; remove it")
+    _check_joints(points, boundary_edges(cells))
+
+
+def _where(points: Array, cell: Index) -> str:
+    x, y = points[cell].mean(axis=0)
+    return f"near ({x:g}, {y:g})"
+
+
+def _check_cells(points: Array, cells: Index) -> None:
+    twice = (np.diff(np.sort(cells, axis=1), axis=1) == 0).any(axis=1)
+    if twice.any():
+        e = int(np.argmax(twice))
+        raise MeshError(
+            f"element {e} {_where(points, cells[e])} names a node twice: {cells[e].tolist()}; write it as a triangle"
+        )
+    area = areas(points, cells)
+    if (area <= 0).any():
+        e = int(np.argmin(area))
+        raise MeshError(
+            f"element {e} {_where(points, cells[e])} has area {area[e]:g}: "
+            "its nodes must go counter-clockwise and span an area"
+        )
+    edges = sides(cells)[..., :2]
+    directed = edges[..., 0] * np.int64(len(points)) + edges[..., 1]
+    order = np.argsort(directed, axis=None, kind="stable")
+    same = np.flatnonzero(np.diff(directed.ravel()[order]) == 0)
+    if len(same):
+        e, f = sorted(int(k) // edges.shape[1] for k in order[same[0] : same[0] + 2])
+        raise MeshError(
+            f"elements {e} and {f} {_where(points, cells[e])} lie on the same side of a common edge: they overlap"
+        )
+
+
+def _check_joints(points: Array, outline: Index) -> None:
+    """Nodes of the outline at one place, and nodes in the middle of a side: the mesh is open there."""
+    nodes = np.unique(outline)
+    size = float(np.ptp(points, axis=0).max())
+    tree = cKDTree(points[nodes])
+    pairs = tree.query_pairs(COINCIDENT * size, output_type="ndarray")
+    if len(pairs):
+        a, b = sorted(nodes[pairs[0]].tolist())
+        raise MeshError(
+            f"nodes {a} and {b} are at the same place, ({points[a, 0]:g}, {points[a, 1]:g}), and the mesh is open between "
+            "their elements; merge them, or make two bodies and tie them"
+        )
+    pieces = segments(outline)
+    a, d = points[pieces[:, 0]], points[pieces[:, 1]] - points[pieces[:, 0]]
+    length = np.hypot(d[:, 0], d[:, 1])
+    for k, near in enumerate(tree.query_ball_point(a + 0.5 * d, 0.5 * length * (1 - 1e-6))):
+        if not near:
+            continue
+        r = points[nodes[near]] - a[k]
+        off = np.abs(d[k, 0] * r[:, 1] - d[k, 1] * r[:, 0]) / length[k]
+        inside = np.flatnonzero(off <= COINCIDENT * size)
+        if len(inside):
+            n = int(nodes[near[inside[0]]])
+            raise MeshError(
+                f"node {n} at ({points[n, 0]:g}, {points[n, 1]:g}) hangs in the middle of the side between nodes "
+                f"{pieces[k, 0]} and {pieces[k, 1]}; split that element, or make two bodies and tie them"
+            )

@@ -126,15 +126,27 @@ class Rectangle:
 
 @described
 class Points:
-    """Mesh given by its arrays: ``points`` (n, 2), ``cells`` (m, 4) counter-clockwise, ``boundaries`` name → node list.
+    """Mesh given by its arrays: ``points`` (n, 2), ``cells`` (m, 3|4|6|8), ``boundaries`` name → node list.
 
+    Cells list their corners counter-clockwise, then the mid-side nodes if they have any; all are of one kind. The body's
+    ``element`` decides what is made of them: mid-side nodes are added or dropped, quadrilaterals split into triangles.
     A boundary is the set of element edges both ends of which are in the list.
     """
 
     points: tuple[tuple[Length, Length], ...]
-    cells: tuple[tuple[int, int, int, int], ...]
+    cells: tuple[tuple[int, ...], ...]
     boundaries: Mapping[str, tuple[int, ...]]
     type: Literal["points"] = "points"
+
+    @model_validator(mode="after")
+    def _check(self) -> Points:
+        kinds = {len(c) for c in self.cells}
+        if len(kinds) != 1 or not kinds <= {3, 4, 6, 8}:
+            e = next((i for i, c in enumerate(self.cells) if len(c) not in (3, 4, 6, 8)), None)
+            if e is not None:
+                raise ValueError(f"cell {e} has {len(self.cells[e])} nodes; cells have 3, 4, 6 or 8")
+            raise ValueError("cells must all have the same number of nodes (3, 4, 6 or 8); make two bodies and tie them")
+        return self
 
 
 Mesh = Annotated[Rectangle | Points, Field(discriminator="type")]
