@@ -9,7 +9,9 @@ import numpy as np
 
 from prensa.mesh.mesh import CORNERS, KINDS, Array, Index, Mesh, MeshError, corner_cells, keys, sides
 
-Between = Callable[[Array, Array], Array]  # ends a, b (k, 2) of edges of a curved boundary → points (k, 2) half way on it
+Between = Callable[
+    [Array, Array], Array
+]  # ends a, b (k, 2) of edges of a curved boundary → points (k, 2) half way on it
 
 
 @dataclass(frozen=True)

@@ -145,7 +145,9 @@ class Points:
             e = next((i for i, c in enumerate(self.cells) if len(c) not in (3, 4, 6, 8)), None)
             if e is not None:
                 raise ValueError(f"cell {e} has {len(self.cells[e])} nodes; cells have 3, 4, 6 or 8")
-            raise ValueError("cells must all have the same number of nodes (3, 4, 6 or 8); make two bodies and tie them")
+            raise ValueError(
+                "cells must all have the same number of nodes (3, 4, 6 or 8); make two bodies and tie them"
+            )
         return self
 
 
