@@ -29,7 +29,7 @@ SECTIONS: dict[str, tuple[type, ...]] = {
     ),
     "Tools": (model.Plane, model.Circle, model.Stamp, model.Ring),
     "Contacts": (model.Contact, model.Penalty, model.Augmented),
-    "Friction": (model.Coulomb, model.MuLinear, model.MuExponential, model.MuTable),
+    "Friction": (model.Coulomb, model.MuLinear, model.MuExponential, model.MuTable, model.Shear),
     "Supports, motions and loads": (model.Fixed, model.Motion, model.Push, model.Load),
     "How it is solved, and what is written": (model.Numerics, model.Output),
 }  # fmt: skip
@@ -39,7 +39,7 @@ VALUES = {
     ("Contact", "surface"): "boundary `body.name` or list of them",
     ("Contact", "against"): "name of a tool",
     ("Coulomb", "mu"): "{}, or the name of a CSV file of κ, μ",
-    ("Step", "friction"): "names of contacts: [Coulomb](#coulomb) or `null`",
+    ("Step", "friction"): "names of contacts: [Coulomb](#coulomb), [Shear](#shear) or `null`",
     **{
         (t, k): "boundary `body.name`"
         for t in ("Plane", "Circle", "Stamp", "Ring")

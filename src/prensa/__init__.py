@@ -10,7 +10,7 @@ _MODEL = (
     "J2", "Augmented", "Body", "Case", "Circle", "Contact", "Coulomb", "Elastic", "Fixed", "FlowTable", "Grade",
     "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik", "Motion", "MuExponential", "MuLinear", "MuTable",
     "NeoHooke", "Numerics", "Output", "Penalty", "Perfect", "Plane", "Points", "Problem", "Push", "Rectangle", "Ring",
-    "Stamp", "Step", "Swift", "Units", "Voce",
+    "Shear", "Stamp", "Step", "Swift", "Units", "Voce",
 )  # fmt: skip
 _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "load": "prensa.model.schema",

@@ -73,3 +73,20 @@ def test_a_likely_slip_is_a_warning(old, new, words):
     assert len(said) == 1
     for word in words:
         assert word in said[0]
+
+
+def test_a_shear_factor_needs_a_shear_yield_stress():
+    """m k on an elastic body is refused where it is written, in the contact, for all contacts and in a step; k mends it."""
+    elastic = CASE.replace(
+        "type: j2, E: 70 GPa, nu: 0.33, flow: {type: voce, s0: 60, Q: 120, b: 8}", "type: elastic, E: 1, nu: 0"
+    )
+    law = "{type: shear, m: 0.5}"
+    for text, place in (
+        (elastic.replace("{type: coulomb, mu: 0.3}", law), "14:59"),
+        (elastic.replace(", friction: {type: coulomb, mu: 0.3}", "") + f"friction: {law}\n", "20:11"),
+        (elastic + f"    friction: {{billet.top+billet.right-punch: {law}}}\n", "20:46"),
+    ):
+        with pytest.raises(pr.CaseError, match=rf"^u\.yaml:{place}: the elastic body of 'billet.top'.*give 'k'"):
+            loads(text, "u.yaml")
+        loads(text.replace("m: 0.5", "m: 0.5, k: 3"))
+        loads(CASE.replace("{type: coulomb, mu: 0.3}", law))

@@ -23,7 +23,7 @@ TOUCH = 1e-10  # gap over element depth below which a point touches
 class ContactForces(NamedTuple):
     """k points: p, t (tangential traction along e), kappa, s, g (k,); slip flags; F (k, 5) forces on q; K (k, 5, 5) = −∂F/∂q.
 
-    n, e (k, 2) are the frame in space; weight (k,).
+    n, e (k, 2) are the frame in space; weight (k,) belongs to p, area (k,) to t: the same but for laws per current area.
     """
 
     p: Array
@@ -37,6 +37,7 @@ class ContactForces(NamedTuple):
     n: Array
     e: Array
     weight: Array
+    area: Array
 
 
 @dataclass(frozen=True)
@@ -50,12 +51,14 @@ class Scale:
 
 def forces(
     pairs: Pairs, weight: Array, scale: Scale, lam: Array, committed: Array, law: Friction | None, period: float,
-    hold: NDArray[np.bool_] | None = None,
+    hold: NDArray[np.bool_] | None = None, area: Array | None = None,
 ) -> ContactForces:  # fmt: skip
     """Contact forces on the pair coordinates and their exact, unsymmetric stiffness.
 
     weight (k,); lam (k, 2) multipliers normal, tangential; committed (k, 4): traction, accumulated slip, surface
     coordinate, closed; hold (k,): points made to stick (see `return_map`).
+    area (k,): weight of the tangential traction where it is not that of the pressure (a limit per current area); its
+    dependence on the positions is not in K (see `stretching`).
     ``period``: length of a closed tool's surface, across which the coordinate jumps.
     """
     k = len(weight)
@@ -73,18 +76,35 @@ def forces(
         out = return_map(law, lam[:, 1:2], ds[:, None], p, touching, committed[:, 1], scale.k_t, hold)
         t, kappa, slip = out.t[:, 0], out.kappa, out.slip
         dt = out.dt_dg[:, 0, 0][:, None] * pairs.ds + out.dt_dp[:, 0][:, None] * dp
-    F = weight[:, None] * (p[:, None] * pairs.Fn + t[:, None] * pairs.Ft)
-    dF = pairs.Fn[:, :, None] * dp[:, None, :] + pairs.Ft[:, :, None] * dt[:, None, :]
+    area = weight if area is None else area
+    P, T = (weight * p)[:, None], (area * t)[:, None]
+    F = P * pairs.Fn + T * pairs.Ft
+    dP, dT = weight[:, None] * dp, area[:, None] * dt
+    dF = pairs.Fn[:, :, None] * dP[:, None, :] + pairs.Ft[:, :, None] * dT[:, None, :]
     if pairs.moving:
-        v = p[:, None] * pairs.e - t[:, None] * pairs.n
+        v = P * pairs.e - T * pairs.n
         arm = pairs.arm
         turned = np.concatenate([v, -v, -(arm[:, :1] * v[:, 1:] - arm[:, 1:] * v[:, :1])], axis=1)
         dF += turned[:, :, None] * pairs.turn[:, None, :]
-        traction = p[:, None] * pairs.n + t[:, None] * pairs.e
+        traction = P * pairs.n + T * pairs.e
         # the arm moves with the body point and against the tool
         dF[:, 4, 0] -= traction[:, 1]
         dF[:, 4, 1] += traction[:, 0]
         dF[:, 4, 2] += traction[:, 1]
         dF[:, 4, 3] -= traction[:, 0]
-    K = -weight[:, None, None] * dF
-    return ContactForces(p, t, kappa, pairs.s, pairs.g, slip, F, K, pairs.n, pairs.e, weight)
+    return ContactForces(p, t, kappa, pairs.s, pairs.g, slip, F, -dF, pairs.n, pairs.e, weight, area)
+
+
+def stretching(t: Array, pairs: Pairs, rows: NDArray[np.int64], slopes: Array) -> Array:
+    """Stiffness (m, 7, 7) of the edges' areas under tangential tractions t (k,), on (node a, node b, tool).
+
+    rows (m, 2): points at the ends of each edge; slopes (m, 2, 2, 2) as `NodalPoints.slopes`. F_T = t w(x) F_t, so
+    −∂F_T/∂x has −t F_t ⊗ ∂w/∂x, which reaches over the edge.
+    """
+    K = np.zeros((len(rows), 7, 7))
+    for end in range(2):
+        force = t[rows[:, end], None] * pairs.Ft[rows[:, end]]
+        columns = slopes[:, end].reshape(-1, 1, 4)
+        K[:, 2 * end : 2 * end + 2, :4] -= force[:, :2, None] * columns
+        K[:, 4:, :4] -= force[:, 2:, None] * columns
+    return K

@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.enforcement import ContactForces, Scale, forces
-from prensa.contact.integration import NodalPoints, depth_of
+from prensa.contact.enforcement import ContactForces, Scale, forces, stretching
+from prensa.contact.integration import NodalPoints, behind, depth_of
 from prensa.contact.pairing import Pairs, current_pairs, reference_pairs
 from prensa.elements import q4
 from prensa.errors import PrensaError
@@ -21,6 +21,7 @@ from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
 from prensa.friction.coulomb import Coulomb
 from prensa.friction.return_map import Friction
+from prensa.friction.shear import Shear
 from prensa.materials.laws import At, material_of
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import Mesh, MeshError, ordered_nodes
@@ -35,7 +36,10 @@ Index = NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Surface:
-    """One contact: candidate points against a tool. ``first`` is the row of its first point in the state's arrays."""
+    """One contact: candidate points against a tool. ``first`` is the row of its first point in the state's arrays.
+
+    ``behind`` (m,): elements of the body behind the edges.
+    """
 
     name: str
     description: model.Contact
@@ -45,6 +49,13 @@ class Surface:
     first: int
     normal: Array
     modulus: float
+    behind: Index
+
+    @cached_property
+    def ends(self) -> Index:
+        """Points (m, 2) of this contact at the ends of its edges."""
+        order = np.argsort(self.points.nodes)
+        return order[np.searchsorted(self.points.nodes, self.points.edges, sorter=order)]
 
     @property
     def rows(self) -> slice:
@@ -60,6 +71,7 @@ class Surface:
 
 
 EPS = float(np.finfo(np.float64).eps)
+ROUND_OFF = 0.25  # share of ε E* size, per node, that the forces of a body at rest miss: all the strain there is then
 NOTHING = 1e-8  # forces of strains below this need no relative accuracy: an unloaded body has no force to compare with
 
 
@@ -67,7 +79,7 @@ class Evaluation(NamedTuple):
     """r (ndof,) residual; data (nnz,) its derivative or None; ``scale``: Σ |element forces| + |contact| + |external|.
 
     history, contacts: trial values to commit; f_ext (ndof,); ``failed``: why it could not be evaluated, or '';
-    ``floor``: residual that round-off of the gaps alone makes (positions carry ε × size, the penalty multiplies it).
+    ``floor``: residual that round-off alone makes: positions carry ε × size, which moduli and penalties multiply.
     """
 
     r: Array
@@ -178,7 +190,7 @@ class System:
         finite = self.problem.kinematics == "finite"
         x_n = self.positions(state.u) if finite else self.X
         weights = [s.points.weights(x_n) for s in self.surfaces]
-        laws = [_friction(d) for d in plan.friction]
+        laws = [self._law(s, d, state) for s, d in zip(self.surfaces, plan.friction)]
         scales = []
         for s, law in zip(self.surfaces, laws):
             least = np.zeros(len(s.points.nodes))
@@ -213,7 +225,7 @@ class System:
         total = self.problem.kinematics == "small" and not self.has_memory
         du = (u if total else u - c.state.u)[: 2 * self.nodes].reshape(-1, 2)
         base = self.initial_history if total else c.state.history
-        history, scale, floor = [], NOTHING * self.stiffness, 0.0
+        history, scale, floor = [], NOTHING * self.stiffness, ROUND_OFF * EPS * self.stiffness * self.nodes
         reach = self.length + float(np.abs(u[2 * self.nodes :]).max(initial=0.0))
         at = At(c.dt, c.time)
         for block, old in zip(self.blocks, base):
@@ -232,7 +244,10 @@ class System:
             shape = self.tools[s.tool].shape
             period = 2 * np.pi * shape.radius if isinstance(shape, Circle) else np.inf
             held = None if hold is None else hold[s.rows]
-            f = forces(self.pairs(s, u), w, sc, lam[s.rows], c.state.contact[s.rows], law, period, held)
+            follows = law is not None and law.per_current_area and self.problem.kinematics == "finite"
+            area = s.points.weights(self.positions(u)) if follows else None
+            pairs = self.pairs(s, u)
+            f = forces(pairs, w, sc, lam[s.rows], c.state.contact[s.rows], law, period, held, area)
             floor += EPS * float((w * sc.k_n)[f.p > 0].sum()) * reach
             if not np.isfinite(f.K).all():
                 return Evaluation(
@@ -242,6 +257,9 @@ class System:
             np.subtract.at(r, dofs, f.F)
             if data is not None:
                 scatter_matrix(f.K, self._pair_slots(s), data)
+                if follows:
+                    slopes = s.points.slopes(self.positions(u))
+                    scatter_matrix(stretching(f.t, pairs, s.ends, slopes), self._stretch_slots(s), data)
             scale += float(np.abs(f.F[:, :2]).sum())
             results.append(f)
         f_ext = self._external(c, u, data)
@@ -326,6 +344,40 @@ class System:
             self._edge_slots[s.name] = out
         return self._edge_slots[s.name]
 
+    def _stretch_slots(self, s: Surface) -> NDArray[np.int32]:
+        """Places in the pattern of the blocks (m, 7, 7) on both nodes of each edge and the tool."""
+        key = f"stretch {s.name}"
+        if key not in self._edge_slots:
+            nodes = (2 * s.points.edges[:, :, None] + np.arange(2)).reshape(-1, 4)
+            tool = np.broadcast_to(self.tool_dof(s.tool) + np.arange(3), (len(nodes), 3))
+            out = np.empty((len(nodes), 7, 7), dtype=np.int32)
+            slots(self.pattern.indptr, self.pattern.indices, np.ascontiguousarray(np.hstack([nodes, tool])), out)
+            self._edge_slots[key] = out
+        return self._edge_slots[key]
+
+    def _law(self, s: Surface, description: Any, state: State) -> Friction | None:
+        """Friction of a contact during an increment from *state*; shear yield stresses are those of its start."""
+        match description:
+            case model.Coulomb() if description.mu != 0:
+                return Coulomb(description.mu)
+            case model.Shear() if description.m != 0:
+                return Shear(description.m, self.shear_strength(s, description, state))
+        return None
+
+    def shear_strength(self, s: Surface, description: model.Shear, state: State) -> Array:
+        """Shear yield stress (points,): given, or the mean over the integration points of the elements behind."""
+        points = len(s.points.nodes)
+        if description.k is not None:
+            return np.full(points, description.k)
+        number = next(i for i, b in enumerate(self.blocks) if b.body == s.body)
+        history = state.history[number][s.behind]
+        law: Any = self.blocks[number].law
+        k = law.shear_strength(history.reshape(-1, law.size)).reshape(len(s.behind), -1).mean(axis=1)
+        total, count = np.zeros(points), np.zeros(points)
+        np.add.at(total, s.ends, k[:, None])
+        np.add.at(count, s.ends, 1.0)
+        return total / count
+
     def elastic_energy(self, history: tuple[Array, ...]) -> float:
         """∫ψ dV of a committed history, from the laws' energy functions."""
         return float(sum((b.volume * b.law.energy(h)).sum() for b, h in zip(self.blocks, history)))
@@ -333,12 +385,6 @@ class System:
     def plastic_work(self, history: tuple[Array, ...]) -> float:
         """Accumulated plastic dissipation of a committed history."""
         return float(sum((b.volume * h[..., 5]).sum() for b, h in zip(self.blocks, history) if b.law.size > 5))
-
-
-def _friction(description: Any) -> Friction | None:
-    if description is None or (description.type == "coulomb" and description.mu == 0):
-        return None
-    return Coulomb(description.mu)
 
 
 def _refuse_edges_on_nodes(tool: PlacedTool, X: Array, depth: Array) -> None:
@@ -407,7 +453,12 @@ def discretise(problem: model.Problem) -> System:
         points = NodalPoints(nodes + offsets[owner], edges + offsets[owner], depth, axisymmetric, problem.thickness)
         law = material_of(problem.bodies[owner].material, problem.kinematics)
         tool = list(problem.tools).index(contact.against)
-        surfaces.append(Surface(contact.name, contact, owner, tool, points, first, points.normals(X), law.modulus()))
+        surfaces.append(
+            Surface(
+                contact.name, contact, owner, tool, points, first, points.normals(X), law.modulus(),
+                behind(edges, mesh.cells),
+            )
+        )  # fmt: skip
         first += len(nodes)
         if problem.contact_geometry == "current":
             _refuse_edges_on_nodes(tools[tool], X[points.nodes], depth)

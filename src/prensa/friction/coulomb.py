@@ -18,6 +18,7 @@ class Coulomb:
     """The bound μ(κ) p and its partial derivatives; ``mu`` is a number or one of the μ(κ) descriptions."""
 
     mu: Any
+    per_current_area: bool = False  # a share of the pressure: force over force, whatever the area
 
     @property
     def hardens(self) -> bool:

@@ -22,6 +22,10 @@ class Friction(Protocol):
     def hardens(self) -> bool:
         """Whether the bound depends on the slip."""
 
+    @property
+    def per_current_area(self) -> bool:
+        """Whether the bound is a traction per current area, which follows the stretch of the surface in the increment."""
+
     def bound(self, p: Array, kappa: Array) -> tuple[Array, Array, Array]:
         """Pressures (k,), accumulated slips (k,) → bound τ_y ≥ 0, ∂τ_y/∂p, ∂τ_y/∂κ."""
 

@@ -94,6 +94,13 @@ def flow_stress(kind, p, knots, coefficients, a, da, dt):
     return _table(a, knots, coefficients)
 
 
+@njit(cache=True)
+def flow_stresses(kind, p, knots, coefficients, a, out):
+    """Quasi-static flow stresses (n,) at plastic strains a (n,)."""
+    for i in range(a.shape[0]):
+        out[i] = flow_stress(kind, p, knots, coefficients, a[i], 0.0, 0.0)[0]
+
+
 def flow_parameters(flow: Flow) -> FlowParameters:
     """Kernel parameters of a flow description."""
     knots, coefficients = np.zeros(2), np.zeros((1, 4))

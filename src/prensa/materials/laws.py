@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from prensa.kernels import tensor
 from prensa.materials import elastic
-from prensa.materials.hardening import FlowParameters, flow_parameters
+from prensa.materials.hardening import FlowParameters, flow_parameters, flow_stresses
 from prensa.materials.j2 import j2
 from prensa.model import problem as model
 
@@ -159,6 +159,14 @@ class J2(_Isotropic):
             eps, frame[:, 5], old, bulk, self.mu, self.finite and self.yield_on_cauchy,
             f.kind, f.p, f.knots, f.coefficients, at.dt, tau, dtau, eps_e, out.new, out.failed,
         )  # fmt: skip
+
+    def shear_strength(self, history: Array) -> Array:
+        """Shear yield stress k = σ_y/√3 (n,), a Cauchy stress, of a committed history (n, h) at rest."""
+        f, out = self.flow, np.empty(len(history))
+        flow_stresses(f.kind, f.p, f.knots, f.coefficients, np.ascontiguousarray(history[:, 4]), out)
+        if self.finite and not self.yield_on_cauchy:
+            out /= np.exp(self.elastic_strains(history).sum(axis=-1))  # plastic flow is isochoric
+        return out / np.sqrt(3.0)
 
     def cauchy(self, history: Array) -> Array:
         """Cauchy stress (n, 4) from the elastic strains alone (a rate-dependent law at rest would flow)."""

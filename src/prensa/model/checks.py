@@ -66,6 +66,7 @@ def find(p: Any) -> Iterator[Finding]:
         if tool is not None:
             yield from _tool(p, ("tools", key), tool)
     yield from _contacts(p)
+    yield from _friction(p)
     yield from _supports(p, p, ())
     seen: set[str] = set()
     for i, step in enumerate(p.steps):
@@ -145,6 +146,37 @@ def _contacts(p: Any) -> Iterator[Finding]:
             yield Finding((*path, "surface"), "one contact surface belongs to one body; write two contacts")
         if c.against not in p.tools:
             yield Finding((*path, "against"), f"unknown tool {c.against!r}{suggest(c.against, p.tools)}")
+
+
+def _friction(p: Any) -> Iterator[Finding]:
+    """Laws that need what the body does not have: a shear yield stress."""
+
+    def needs(law: Any, c: Any, path: tuple[str | int, ...]) -> Iterator[Finding]:
+        body = p.bodies.get(c.surface[0].partition(".")[0]) if c is not None else None
+        if (
+            body is not None
+            and law is not None
+            and law.type == "shear"
+            and law.k is None
+            and body.material.type != "j2"
+        ):
+            message = (
+                f"the {body.material.type} body of {c.surface[0]!r} has no shear yield stress; give 'k', or use coulomb"
+            )
+            yield Finding(path, message)
+
+    for i, c in enumerate(p.contacts):
+        if c is not None and c.friction is not None:
+            yield from needs(c.friction, c, ("contacts", i, "friction"))
+    if p.friction is not None:
+        found = [
+            f for c in p.contacts if c is not None and c.friction is None for f in needs(p.friction, c, ("friction",))
+        ]
+        yield from found[:1]
+    for i, step in enumerate(p.steps):
+        for name, law in step.friction.items() if step is not None else ():
+            c = next((c for c in p.contacts if c is not None and c.name == name), None)
+            yield from needs(law, c, ("steps", i, "friction", name))
 
 
 def _supports(p: Any, owner: Any, path: tuple[str | int, ...]) -> Iterator[Finding]:

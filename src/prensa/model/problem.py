@@ -373,7 +373,26 @@ class Coulomb:
     type: Literal["coulomb"] = "coulomb"
 
 
-Friction = Annotated[Coulomb, Field()]
+@described
+class Shear:
+    """Constant shear factor, |t_T| ≤ m k per current area (Prandtl's and von Mises' friction of metal forming).
+
+    ``k``: shear yield stress of the body; without it, σ_y/√3 of the plastic material behind the surface, taken at the
+    start of each increment. Below the pressure k/10 the bound falls to zero with the pressure: what does not press does not
+    rub.
+    """
+
+    m: Annotated[Number, Field(ge=0, le=1)]
+    k: Annotated[Pressure, Field(gt=0)] | None = None
+    type: Literal["shear"] = "shear"
+
+
+def _friction_kind(value: Any) -> Any:
+    """Coulomb where the type is not given: ``friction: {mu: 0.3}``."""
+    return value.get("type", "coulomb") if isinstance(value, dict) else getattr(value, "type", "coulomb")
+
+
+Friction = Annotated[Annotated[Coulomb, Tag("coulomb")] | Annotated[Shear, Tag("shear")], Discriminator(_friction_kind)]
 
 
 # -------------------------------------------------------------------------------------------------------------- tools
@@ -707,5 +726,5 @@ __all__ = [
     "J2", "Augmented", "Body", "Case", "Circle", "Contact", "Coulomb", "Elastic", "Fixed", "FlowTable", "Grade",
     "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik", "Motion", "MuExponential", "MuLinear", "MuTable",
     "NeoHooke", "Numerics", "Output", "Penalty", "Perfect", "Plane", "Points", "Problem", "Push", "Rectangle", "Ring",
-    "Stamp", "Step", "Swift", "Units", "Voce",
+    "Shear", "Stamp", "Step", "Swift", "Units", "Voce",
 ]  # fmt: skip

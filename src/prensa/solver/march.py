@@ -254,9 +254,9 @@ class _March:
         stored = 0.0
         for s, f, sc in zip(self.system.surfaces, e.contacts, c.scales):
             was = old.contact[s.rows]
-            energy[3] += float((f.weight * 0.5 * (np.abs(was[:, 0]) + np.abs(f.t)) * (f.kappa - was[:, 1])).sum())
+            energy[3] += float((f.area * 0.5 * (np.abs(was[:, 0]) + np.abs(f.t)) * (f.kappa - was[:, 1])).sum())
             if s.description.enforcement.type == "penalty":
-                stored += float((f.weight * 0.5 * (f.p**2 / sc.k_n + f.t**2 / sc.k_t)).sum())
+                stored += float(0.5 * (f.weight * f.p**2 / sc.k_n + f.area * f.t**2 / sc.k_t).sum())
         energy[4] = stored
         energy[5] = energy[0] - energy[1:5].sum()
         return energy

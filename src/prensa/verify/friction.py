@@ -1,9 +1,10 @@
-"""Coulomb friction: a plate with lift-off, slip and stick; a block pushed up an incline; partial slip of a cylinder."""
+"""Friction: a plate with lift-off, slip and stick; a block pushed up an incline; partial slip of a cylinder."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,6 +109,48 @@ def wedge(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     yield row("F/G at the end", exact, forces[-1], 0.0005)
     worst = max(abs(force / exact - 1.0) for force in forces)
     yield row("largest relative error while it slides", 0.0, worst, 1e-6, "absolute")
+    yield from balance.rows()
+
+
+# --------------------------------------------------------------------------------------------------------- shear factor
+def dragged_strip(material: pr.J2 | pr.Elastic, law: pr.Shear, kinematics: Literal["small", "finite"]) -> pr.Problem:
+    """A strip flattened without friction, let go by a part of its elastic strain, then dragged along by its die."""
+    drag = {"die": pr.Motion(x=0.2)}
+    return pr.Problem(
+        "dragged strip", kinematics=kinematics, thickness=2.0,
+        bodies={"strip": pr.Body(pr.Rectangle(size=(4, 2), n=(8, 4)), material)},
+        tools={"die": pr.Plane(touching="strip.top")}, contacts=(pr.Contact("strip.top", "die"),),
+        fixed={"strip.bottom": "y", "strip.left": "x"},
+        steps=(
+            pr.Step("flatten", move={"die": pr.Motion(y=-0.4)}, increments=20),
+            pr.Step("let go", move={"die": pr.Motion(y=-0.3994)}, increments=2),
+            pr.Step(
+                "drag", move=drag, fixed={"strip.left": pr.Fixed(free=True), "strip.bottom": pr.Fixed(x="held", y="held")},
+                friction={"strip.top-die": law}, increments=8,
+            ),
+        ),
+    )  # fmt: skip
+
+
+@case("shear factor", suite="friction")
+def shear_factor(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
+    """A die that drags a strip along feels m k A, A the present area: k = σ_y/√3 of a perfectly plastic strip, or given."""
+    balance = Balance()
+    m, s0, k = 0.3 * mu_scale, 100.0, 40.0
+    plastic = pr.J2(1e5 * E_scale, 0.3, pr.Perfect(s0))
+    elastic = pr.Elastic(1e3 * E_scale, 0.3)
+    cases: tuple[tuple[str, pr.Problem, float], ...] = (
+        ("plastic, finite strain", dragged_strip(plastic, pr.Shear(m), "finite"), s0 / math.sqrt(3.0)),
+        ("plastic, small strain", dragged_strip(plastic, pr.Shear(m), "small"), s0 / math.sqrt(3.0)),
+        ("elastic, k given, finite strain", dragged_strip(elastic, pr.Shear(m, k), "finite"), k),
+    )
+    for name, problem, strength in cases:
+        inc = balance.last(problem)
+        c = inc.contacts["strip.top-die"]
+        finite = problem.kinematics == "finite"
+        length = float(np.ptp(c.x[:, 0])) if finite else 4.0
+        yield row(f"{name}: share of the points that slide", 1.0, float((c.status == 2).mean()), 0.0, "absolute")
+        yield row(f"{name}: F_x / (m k A)", 1.0, -inc.force("die").x / (m * strength * 2.0 * length), 1e-7)
     yield from balance.rows()
 
 

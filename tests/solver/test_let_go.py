@@ -1,0 +1,27 @@
+"""A body that is let go has no force to compare a residual with: what round-off leaves counts as balanced."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import prensa as pr
+
+
+@pytest.mark.parametrize("n", [(8, 4), (16, 8)])
+def test_a_flattened_strip_is_let_go(n):
+    """The die leaves a plastically flattened strip and no force is left; stress vanishes, strain stays."""
+    strip = pr.Body(pr.Rectangle(size=(4, 2), n=n), pr.J2(1e5, 0.3, pr.Perfect(100.0)))
+    p = pr.Problem(
+        "let go", bodies={"strip": strip}, tools={"die": pr.Plane(touching="strip.top")},
+        contacts=(pr.Contact("strip.top", "die"),), fixed={"strip.bottom": "y", "strip.left": "x"},
+        steps=(
+            pr.Step("flatten", move={"die": pr.Motion(y=-0.4)}, increments=10),
+            pr.Step("let go", move={"die": pr.Motion(y=-0.39)}, increments=2),
+        ),
+    )  # fmt: skip
+    increments = list(pr.solve(p))
+    last = increments[-1]
+    assert abs(last.force("die").y) == 0.0
+    assert np.abs(last.bodies["strip"].stress).max() < 1e-6 * 100.0
+    assert last.bodies["strip"].plastic_strain.min() > 0.2
