@@ -216,9 +216,9 @@ HOSTILE = {
 def test_a_hostile_file_is_an_error_within_a_second(name):
     """Nothing that a file may contain hangs, fills the memory or escapes as another error."""
     text, words = HOSTILE[name]
-    start = time.perf_counter()
+    start = time.process_time()
     assert words in str(told(text))
-    assert time.perf_counter() - start < 1.0
+    assert time.process_time() - start < 1.0
 
 
 def test_files_that_are_not_text_are_refused(tmp_path):

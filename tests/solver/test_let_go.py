@@ -10,7 +10,7 @@ import prensa as pr
 
 @pytest.mark.parametrize("n", [(8, 4), (16, 8)])
 def test_a_flattened_strip_is_let_go(n):
-    """The die leaves a plastically flattened strip and no force is left; stress vanishes, strain stays."""
+    """The die leaves a plastically flattened strip and no force is left; the stress in the plane is gone, strain stays."""
     strip = pr.Body(pr.Rectangle(size=(4, 2), n=n), pr.J2(1e5, 0.3, pr.Perfect(100.0)))
     p = pr.Problem(
         "let go", bodies={"strip": strip}, tools={"die": pr.Plane(touching="strip.top")},
@@ -23,5 +23,5 @@ def test_a_flattened_strip_is_let_go(n):
     increments = list(pr.solve(p))
     last = increments[-1]
     assert abs(last.force("die").y) == 0.0
-    assert np.abs(last.bodies["strip"].stress).max() < 1e-6 * 100.0
+    assert np.abs(last.bodies["strip"].stress[:, [0, 1, 3]]).max() < 1e-6 * 100.0
     assert last.bodies["strip"].plastic_strain.min() > 0.2

@@ -59,7 +59,8 @@ def contact_states(system: System, state: State, e: Evaluation) -> dict[str, Con
         out[s.name] = ContactState(
             surface="+".join(s.description.surface), tool=system.tools[s.tool].name, body=s.body,
             node=nodes - system.offsets[s.body], X=system.X[nodes], x=x[nodes], gap=f.g,
-            pressure=f.p * ratio, shear=f.t * f.area / w, slip=f.kappa, status=status, weight=w, force=f.F[:, :2].copy(), pressure_from_stress=-(sn * f.n).sum(axis=1),
+            pressure=f.p * ratio, shear=f.t * f.area / w, slip=f.kappa, status=status, weight=w,
+            force=f.F[:, :2].copy(), pressure_from_stress=-(sn * f.n).sum(axis=1),
             area=float(w[f.p > 0].sum()),
         )  # fmt: skip
     return out
