@@ -21,7 +21,10 @@ PAGE = Path(__file__).parent / "guide" / "reference.md"
 
 SECTIONS: dict[str, tuple[type, ...]] = {
     "The problem": (model.Problem, model.Units, model.Step),
-    "Bodies and meshes": (model.Body, model.Rectangle, model.Grade, model.Points),
+    "Bodies and meshes": (
+        model.Body, model.Rectangle, model.Grade, model.Disc, model.Annulus, model.Patch, model.ArcSide, model.SplineSide,
+        model.Points,
+    ),
     "Materials": (model.Elastic, model.NeoHooke, model.J2),
     "Flow curves": (
         model.Perfect, model.Linear, model.Ludwik, model.Swift, model.Voce, model.HockettSherby, model.JohnsonCook,

@@ -1,4 +1,4 @@
-"""Meshes from descriptions: graded rectangles with named boundaries, and meshes given by their arrays."""
+"""Meshes from descriptions, in the cells that the element of the body has."""
 
 from __future__ import annotations
 
@@ -6,59 +6,12 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from prensa.mesh import blocks
 from prensa.mesh.convert import Draft, draft_of, finished, nodes_of
-from prensa.mesh.mesh import Index, Mesh, MeshError, boundary_edges, edges_between
+from prensa.mesh.mesh import Array, Index, Mesh, MeshError, boundary_edges, edges_between
+from prensa.mesh.spacing import graded
 from prensa.model import problem as model
-
-Array = NDArray[np.float64]
-
-
-def graded(start: float, end: float, n: int, towards: tuple[float, ...], ratio: float) -> Array:
-    """Coordinates (n + 1,) from start to end, element size growing linearly with the distance from the nearest target.
-
-    ``ratio`` = largest size wanted / smallest. Every target inside the range becomes a coordinate.
-
-    Raises
-    ------
-    MeshError
-        If a target lies outside, or n is too small to keep every target.
-
-    """
-    if not towards or ratio == 1.0:
-        targets = np.array(sorted(towards)) if towards else np.array([])
-        if len(targets) == 0:
-            return np.linspace(start, end, n + 1)
-    targets = np.unique(np.asarray(towards, dtype=np.float64))
-    span = end - start
-    if targets[0] < start - 1e-12 * span or targets[-1] > end + 1e-12 * span:
-        raise MeshError(f"grading target {targets.tolist()} lies outside {start:g} … {end:g}")
-    fine = np.linspace(start, end, 20_001)
-    fine = np.unique(np.concatenate([fine, targets]))
-    distance = np.min(np.abs(fine[:, None] - targets[None, :]), axis=1)
-    density = 1.0 / (1.0 + (ratio - 1.0) * distance / max(distance.max(), 1e-300))
-    count = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(fine))])
-    knots = np.unique(np.concatenate([[start], targets, [end]]))
-    knots = knots[np.concatenate([[True], np.diff(knots) > 1e-12 * span])]
-    if n < len(knots) - 1:
-        raise MeshError(f"{n} elements cannot keep {len(knots) - 2} grading targets as mesh lines")
-    share = np.diff(np.interp(knots, fine, count))
-    exact = n * share / share.sum()
-    parts = np.maximum(1, np.floor(exact).astype(int))
-    for k in np.argsort(parts - exact):  # largest remainder first
-        if parts.sum() >= n:
-            break
-        parts[k] += 1
-    while parts.sum() > n:
-        parts[np.argmax(parts - exact + (parts > 1) * 1e3)] -= 1
-    out = [np.array([knots[0]])]
-    for a, b, m in zip(knots[:-1], knots[1:], parts):
-        levels = np.linspace(float(np.interp(a, fine, count)), float(np.interp(b, fine, count)), int(m) + 1)
-        x = np.interp(levels[1:], count, fine)
-        x[-1] = b
-        out.append(x)
-    return np.concatenate(out)
 
 
 def rectangle(m: model.Rectangle) -> Draft:
@@ -73,18 +26,13 @@ def rectangle(m: model.Rectangle) -> Draft:
     towards_x, towards_y, ratio = (grade.x, grade.y, grade.ratio) if grade else ((), (), 1.0)
     x = graded(x0, x0 + lx, nx, towards_x, ratio)
     y = graded(y0, y0 + ly, ny, towards_y, ratio)
-    points = np.stack(np.meshgrid(x, y, indexing="xy"), axis=-1).reshape(-1, 2)
+    points = np.stack(np.meshgrid(x, y, indexing="xy"), axis=-1)
     node = np.arange((nx + 1) * (ny + 1)).reshape(ny + 1, nx + 1)
-    cells = np.stack([node[:-1, :-1], node[:-1, 1:], node[1:, 1:], node[1:, :-1]], axis=-1).reshape(-1, 4)
-
-    def chain(nodes: Any) -> Any:
-        return np.stack([nodes[:-1], nodes[1:]], axis=1)
-
     edges = {
-        "bottom": chain(node[0, :]),
-        "right": chain(node[:, -1]),
-        "top": chain(node[-1, ::-1]),
-        "left": chain(node[::-1, 0]),
+        "bottom": blocks.chain(node[0, :]),
+        "right": blocks.chain(node[:, -1]),
+        "top": blocks.chain(node[-1, ::-1]),
+        "left": blocks.chain(node[::-1, 0]),
     }
     corners = {
         "bottom-left": int(node[0, 0]),
@@ -92,7 +40,7 @@ def rectangle(m: model.Rectangle) -> Draft:
         "top-right": int(node[-1, -1]),
         "top-left": int(node[-1, 0]),
     }
-    return Draft(points, cells, edges, corners)
+    return Draft(points.reshape(-1, 2), blocks.grid(points), edges, corners)
 
 
 def from_points(m: model.Points, nodes: int) -> Mesh:
@@ -134,6 +82,15 @@ def mesh_of(description: Any, element: str = "q4") -> Mesh:
 
     """
     nodes = nodes_of(element)
-    if isinstance(description, model.Points):
-        return from_points(description, nodes)
-    return finished(rectangle(description), nodes)
+    match description:
+        case model.Points():
+            return from_points(description, nodes)
+        case model.Rectangle():
+            return finished(rectangle(description), nodes)
+        case model.Disc():
+            return finished(blocks.disc(description), nodes)
+        case model.Annulus():
+            return finished(blocks.annulus(description), nodes)
+        case model.Patch():
+            return finished(blocks.patch(description), nodes)
+    raise TypeError(f"unknown mesh {description!r}")

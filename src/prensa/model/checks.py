@@ -105,9 +105,25 @@ def _boundaries(body: Any) -> list[str]:
     """Boundaries and points of a body that are known before it is meshed; none where only the mesh can tell."""
     if body is None:
         return []
-    if body.mesh.type == "rectangle":
-        return [*_EDGES, *(f"{y}-{x}" for y in ("bottom", "top") for x in ("left", "right"))]
-    return list(body.mesh.boundaries) if body.mesh.type == "points" else []
+    mesh = body.mesh
+    match mesh.type:
+        case "rectangle" | "patch":
+            return [*_EDGES, *(f"{y}-{x}" for y in ("bottom", "top") for x in ("left", "right"))]
+        case "disc":
+            return _of_disc(mesh.part)
+        case "annulus":
+            ends = ["start", "end", "inner-start", "outer-start", "inner-end", "outer-end"]
+            return ["inner", "outer", *(ends if mesh.angles[1] - mesh.angles[0] < 6.283185 else ends[2:4])]
+        case "points":
+            return list(mesh.boundaries)
+    return []
+
+
+def _of_disc(part: str) -> list[str]:
+    """The sides that close a part of a disc are opposite to it; it has the points of the rim that are not cut off."""
+    opposite = {"right": "left", "left": "right", "top": "bottom", "bottom": "top"}
+    closing = [opposite[word] for word in part.split("-") if word in opposite]
+    return ["rim", *closing, "centre", *(f"rim-{side}" for side in opposite if side not in closing)]
 
 
 def _tool(p: Any, path: tuple[str | int, ...], tool: Any) -> Iterator[Finding]:

@@ -9,6 +9,7 @@ Numbers are in one consistent system of units (``Problem.units`` names it); in a
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import field
 from itertools import pairwise
@@ -151,7 +152,121 @@ class Points:
         return self
 
 
-Mesh = Annotated[Rectangle | Points, Field(discriminator="type")]
+@described
+class Disc:
+    """Disc of quadrilaterals, or a part of it: ``full``, a half (``right``, …) or a quarter (``top-right``, …).
+
+    ``n``: elements along a quarter of the rim (even), and layers between the core (half the radius) and the rim, which
+    shrink towards the rim in the ratio ``ratio`` (largest over smallest). In axisymmetry ``right`` and its quarters are
+    sections of a sphere. Boundaries: ``rim``, and the sides of a part by the side on which they close it (a half ``right``
+    has ``left``); points: ``centre``, ``rim-right``, ``rim-top``, ``rim-left``, ``rim-bottom``.
+    """
+
+    radius: Annotated[Length, Field(gt=0)]
+    n: tuple[Annotated[Whole, Field(ge=2)], Annotated[Whole, Field(ge=1)]]
+    centre: tuple[Length, Length] = (0.0, 0.0)
+    part: Literal["full", "left", "right", "top", "bottom", "top-left", "top-right", "bottom-left", "bottom-right"] = (
+        "full"
+    )
+    ratio: Annotated[Number, Field(ge=1)] = 1.0
+    type: Literal["disc"] = "disc"
+
+    @model_validator(mode="after")
+    def _check(self) -> Disc:
+        if self.n[0] % 2:
+            raise ValueError(f"the number of elements along a quarter of the rim must be even, not {self.n[0]}")
+        return self
+
+
+@described
+class Annulus:
+    """Ring of quadrilaterals between two radii, or the sector of it from one angle to another (default: all round).
+
+    ``n``: elements round the sector and through the thickness, which shrink towards ``grade`` in the ratio ``ratio``.
+    Boundaries: ``inner``, ``outer``, and of a sector ``start`` and ``end``; points: ``inner-start``, ``outer-start`` and, of
+    a sector, ``inner-end``, ``outer-end``.
+    """
+
+    inner: Annotated[Length, Field(gt=0)]
+    outer: Annotated[Length, Field(gt=0)]
+    n: tuple[Annotated[Whole, Field(ge=1)], Annotated[Whole, Field(ge=1)]]
+    centre: tuple[Length, Length] = (0.0, 0.0)
+    angles: tuple[Angle, Angle] = (0.0, math.tau)
+    grade: Literal["inner", "outer"] | None = None
+    ratio: Annotated[Number, Field(ge=1)] = 8.0
+    type: Literal["annulus"] = "annulus"
+
+    @model_validator(mode="after")
+    def _check(self) -> Annulus:
+        if self.outer <= self.inner:
+            raise ValueError(f"outer radius {self.outer:g} must exceed inner radius {self.inner:g}")
+        sweep = self.angles[1] - self.angles[0]
+        if not 0.0 < sweep <= math.tau * (1 + 1e-9):
+            raise ValueError(
+                "'angles' must increase by at most a whole turn (numbers are radians; '90 deg' is converted)"
+            )
+        if sweep / self.n[0] >= math.pi:
+            raise ValueError("too few elements round: an element must span less than half a turn")
+        return self
+
+
+@described
+class ArcSide:
+    """A side of a `Patch` that is an arc between its corners, through the point ``through`` or about ``centre``.
+
+    About a centre it is the shorter arc.
+    """
+
+    through: tuple[Length, Length] | None = None
+    centre: tuple[Length, Length] | None = None
+    type: Literal["arc"] = "arc"
+
+    @model_validator(mode="after")
+    def _check(self) -> ArcSide:
+        if (self.through is None) == (self.centre is None):
+            raise ValueError("give either 'through' or 'centre'")
+        return self
+
+
+@described
+class SplineSide:
+    """A side of a `Patch` that is a cubic spline from corner to corner through ``points``, in the direction of the side.
+
+    Bottom and top go from left to right, left and right from bottom to top.
+    """
+
+    points: Annotated[tuple[tuple[Length, Length], ...], Field(min_length=1)]
+    type: Literal["spline"] = "spline"
+
+
+Side = Annotated[ArcSide | SplineSide, Field(discriminator="type")]
+
+
+@described
+class Patch:
+    """Region of quadrilaterals between four sides, straight or curved, by transfinite interpolation (Gordon & Hall 1973).
+
+    ``corners``: bottom-left, bottom-right, top-right, top-left, counter-clockwise; ``n``: elements along bottom and left;
+    ``sides``: the curved ones by name. ``grade`` names a side or a corner to refine towards in the ratio ``ratio``.
+    Boundaries and points as those of a `Rectangle`.
+    """
+
+    corners: tuple[tuple[Length, Length], tuple[Length, Length], tuple[Length, Length], tuple[Length, Length]]
+    n: tuple[Annotated[Whole, Field(ge=1)], Annotated[Whole, Field(ge=1)]]
+    sides: Mapping[str, Side] = field(default_factory=dict)
+    grade: GradeName | None = None
+    ratio: Annotated[Number, Field(ge=1)] = 8.0
+    type: Literal["patch"] = "patch"
+
+    @model_validator(mode="after")
+    def _check(self) -> Patch:
+        for name in self.sides:
+            if name not in ("bottom", "right", "top", "left"):
+                raise ValueError(f"unknown side {name!r}; a patch has 'bottom', 'right', 'top' and 'left'")
+        return self
+
+
+Mesh = Annotated[Rectangle | Disc | Annulus | Patch | Points, Field(discriminator="type")]
 
 
 # --------------------------------------------------------------------------------------------------------- materials
@@ -723,8 +838,8 @@ class Case:
 
 
 __all__ = [
-    "J2", "Augmented", "Body", "Case", "Circle", "Contact", "Coulomb", "Elastic", "Fixed", "FlowTable", "Grade",
-    "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik", "Motion", "MuExponential", "MuLinear", "MuTable",
-    "NeoHooke", "Numerics", "Output", "Penalty", "Perfect", "Plane", "Points", "Problem", "Push", "Rectangle", "Ring",
-    "Shear", "Stamp", "Step", "Swift", "Units", "Voce",
+    "J2", "Annulus", "ArcSide", "Augmented", "Body", "Case", "Circle", "Contact", "Coulomb", "Disc", "Elastic",
+    "Fixed", "FlowTable", "Grade", "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik", "Motion",
+    "MuExponential", "MuLinear", "MuTable", "NeoHooke", "Numerics", "Output", "Patch", "Penalty", "Perfect", "Plane",
+    "Points", "Problem", "Push", "Rectangle", "Ring", "Shear", "SplineSide", "Stamp", "Step", "Swift", "Units", "Voce",
 ]  # fmt: skip

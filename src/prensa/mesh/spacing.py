@@ -1,0 +1,53 @@
+"""Spacing of mesh lines."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from prensa.mesh.mesh import Array, MeshError
+
+
+def graded(start: float, end: float, n: int, towards: tuple[float, ...], ratio: float) -> Array:
+    """Coordinates (n + 1,) from start to end, element size growing linearly with the distance from the nearest target.
+
+    ``ratio`` = largest size wanted / smallest. Every target inside the range becomes a coordinate.
+
+    Raises
+    ------
+    MeshError
+        If a target lies outside, or n is too small to keep every target.
+
+    """
+    if not towards or ratio == 1.0:
+        targets = np.array(sorted(towards)) if towards else np.array([])
+        if len(targets) == 0:
+            return np.linspace(start, end, n + 1)
+    targets = np.unique(np.asarray(towards, dtype=np.float64))
+    span = end - start
+    if targets[0] < start - 1e-12 * span or targets[-1] > end + 1e-12 * span:
+        raise MeshError(f"grading target {targets.tolist()} lies outside {start:g} … {end:g}")
+    fine = np.linspace(start, end, 20_001)
+    fine = np.unique(np.concatenate([fine, targets]))
+    distance = np.min(np.abs(fine[:, None] - targets[None, :]), axis=1)
+    density = 1.0 / (1.0 + (ratio - 1.0) * distance / max(distance.max(), 1e-300))
+    count = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(fine))])
+    knots = np.unique(np.concatenate([[start], targets, [end]]))
+    knots = knots[np.concatenate([[True], np.diff(knots) > 1e-12 * span])]
+    if n < len(knots) - 1:
+        raise MeshError(f"{n} elements cannot keep {len(knots) - 2} grading targets as mesh lines")
+    share = np.diff(np.interp(knots, fine, count))
+    exact = n * share / share.sum()
+    parts = np.maximum(1, np.floor(exact).astype(int))
+    for k in np.argsort(parts - exact):  # largest remainder first
+        if parts.sum() >= n:
+            break
+        parts[k] += 1
+    while parts.sum() > n:
+        parts[np.argmax(parts - exact + (parts > 1) * 1e3)] -= 1
+    out = [np.array([knots[0]])]
+    for a, b, m in zip(knots[:-1], knots[1:], parts):
+        levels = np.linspace(float(np.interp(a, fine, count)), float(np.interp(b, fine, count)), int(m) + 1)
+        x = np.interp(levels[1:], count, fine)
+        x[-1] = b
+        out.append(x)
+    return np.concatenate(out)
