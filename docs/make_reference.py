@@ -25,7 +25,7 @@ SECTIONS: dict[str, tuple[type, ...]] = {
         model.Body, model.Rectangle, model.Grade, model.Disc, model.Annulus, model.Patch, model.ArcSide, model.SplineSide,
         model.Points,
     ),
-    "Materials": (model.Elastic, model.NeoHooke, model.J2),
+    "Materials": (model.Elastic, model.NeoHooke, model.StVenantKirchhoff, model.J2),
     "Flow curves": (
         model.Perfect, model.Linear, model.Ludwik, model.Swift, model.Voce, model.HockettSherby, model.JohnsonCook,
         model.FlowTable,

@@ -192,7 +192,7 @@ def _plan(system: System) -> Iterator[str]:
     for name, body in p.bodies.items():
         mesh = system.meshes[name]
         (x0, y0), (x1, y1) = mesh.points.min(axis=0), mesh.points.max(axis=0)
-        yield f"body {name}: {len(mesh.cells)} elements {body.element}, {len(mesh.points)} nodes"
+        yield f"body {name}: {len(mesh.cells)} elements {body.element_in(p.space)}, {len(mesh.points)} nodes"
         yield f"  x {x0:g} … {x1:g}, y {y0:g} … {y1:g}; {brief(body.material)}"
     for tool in system.tools:
         place = f"reference point at ({tool.at[0]:.6g}, {tool.at[1]:.6g})"

@@ -18,19 +18,24 @@ FLOWS = [
     pr.JohnsonCook(250.0, 500.0, 0.3, 0.02, 1e-3),
     pr.FlowTable(((0.0, 200.0), (0.1, 300.0), (1.0, 400.0))),
 ]
-ELASTIC = [(pr.Elastic(200e3, 0.3), k) for k in ("small", "finite")] + [(pr.NeoHooke(200e3, 0.3), "finite")]
+ELASTIC = [
+    *((pr.Elastic(200e3, 0.3), k) for k in ("small", "finite")),
+    (pr.NeoHooke(200e3, 0.3), "finite"),
+    (pr.StVenantKirchhoff(200e3, 0.3), "finite"),
+]
 PLASTIC = [
     (pr.J2(200e3, 0.3, flow, y), k)
     for flow in FLOWS
     for y, k in (("cauchy", "finite"), ("kirchhoff", "finite"), ("cauchy", "small"))
 ]
-LAWS = ELASTIC + PLASTIC
+PLANE = [(*case, "plane stress") for case in ELASTIC + PLASTIC]
+LAWS = ELASTIC + PLASTIC + PLANE
 
 
 def name(case) -> str:
-    material, kinematics = case
+    material, kinematics, *space = case
     flow = getattr(material, "flow", None)
-    return "-".join([material.type, *([flow.type, material.yield_on] if flow else []), kinematics])
+    return "-".join([material.type, *([flow.type, material.yield_on] if flow else []), kinematics, *space])
 
 
 def update(law, h, old, dt=0.1):
@@ -162,7 +167,7 @@ def _det_b(old, h):
     return np.linalg.det(f @ b @ f.transpose(0, 2, 1))
 
 
-@pytest.mark.parametrize("case", ELASTIC, ids=name)
+@pytest.mark.parametrize("case", ELASTIC + PLANE[: len(ELASTIC)], ids=name)
 def test_elastic_stress_is_the_derivative_of_the_energy(case):
     """P = ∂ψ/∂f by differences of the energy function of the history, within 1e-6."""
     law = material_of(*case)
@@ -204,3 +209,36 @@ def test_a_second_half_step_is_close_to_a_whole_one(case):
     two = update(law, 0.5 * h, half.new, dt)
     assert np.allclose(whole.P, two.P, rtol=1e-9)
     assert np.isclose(whole.new[0, 4], two.new[0, 4], rtol=1e-9)
+
+
+@pytest.mark.parametrize("case", PLANE, ids=name)
+def test_plane_stress_has_none_across_and_the_thickness_of_the_law(case):
+    """σ₃₃ of the history vanishes to 1e-10 of the modulus; the law at the stretch found gives P times the old thickness."""
+    law = material_of(*case)
+    h, old = states(law, np.random.default_rng(7))
+    out = update(law, h, old)
+    assert not out.failed.any()
+    assert np.abs(law.cauchy(out.new)[:, 2]).max() <= 1e-10 * 200e3
+    thick = out.new[:, -1] - old[:, -1]
+    finite = case[1] == "finite"
+    before = 1.0 + old[:, -1] if finite else np.ones(len(h))
+    full = h.copy()
+    full[:, 4] = thick / before
+    bulk = material_of(*case[:2])
+    again = update(bulk, full, np.ascontiguousarray(old[:, :-1]))
+    assert np.abs(out.P[:, :4] - before[:, None] * again.P[:, :4]).max() <= 1e-9 * np.abs(out.P).max()
+    assert np.allclose(law.thickness(out.new), 1.0 + old[:, -1] + thick, rtol=1e-15)
+
+
+def test_a_strained_sheet_of_hencky_material_thins_by_poisson():
+    """Uniaxial Hencky: ln t/t₀ = ln b/b₀ = −ν ln(l/l₀) and τ = E ln(l/l₀), to 1e-12, in two increments of a quarter."""
+    law = material_of(pr.Elastic(200e3, 0.3), "finite", "plane stress")
+    stretch, zero = np.log([1.25, 1.25]), np.zeros((1, law.size))
+    history = zero
+    for e in stretch:
+        h = np.array([[np.expm1(e), 0.0, 0.0, np.expm1(-0.3 * e), 0.0]])
+        history = update(law, h, history).new
+    assert np.isclose(law.thickness(history)[0], np.exp(-0.3 * stretch.sum()), rtol=1e-12)
+    jacobian = np.exp(0.4 * stretch.sum())
+    assert np.allclose(law.cauchy(history)[0], [200e3 * stretch.sum() / jacobian, 0, 0, 0], atol=1e-6)
+    assert law.modulus() == 200e3

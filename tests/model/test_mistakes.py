@@ -44,7 +44,7 @@ MISTAKES = [
     ("voce", "vocce", "7:60", ["unknown flow 'vocce'", "did you mean 'voce'?"]),
     ("type: j2", "type: j3", "7:22", ["unknown material 'j3'", "'j2'"]),
     ("rectangle", "rectangel", "6:18", ["unknown mesh 'rectangel'", "did you mean 'rectangle'?"]),
-    ("axisymmetric", "plane stress", "3:8", ["unknown space 'plane stress'", "'plane strain' or 'axisymmetric'"]),
+    ("axisymmetric", "plane", "3:8", ["unknown space 'plane'", "'plane strain' or 'plane stress' or 'axisymmetric'"]),
     ("space:", "spcae:", "3:1", ["unknown key 'spcae'", "did you mean 'space'?"]),
     ("length: mm", "lenght: mm", "2:9", ["unknown key 'lenght' in units", "'length'"]),
     (

@@ -1,4 +1,8 @@
-"""Loads on boundaries and bodies: dead tractions, follower pressure and shear with exact tangents, forces per volume."""
+"""Loads on boundaries: dead tractions, follower pressure and shear with exact tangents, on linear and quadratic edges.
+
+An edge has two nodes (start, end) or three (start, end, middle), body on the left; forces are f_a = ∫ N_a t dΓ with the
+shape functions of the edge, by Gauss points that integrate every term exactly on straight edges.
+"""
 
 from __future__ import annotations
 
@@ -8,55 +12,55 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-_GAUSS = (0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0))
+_GAUSS = {2: np.polynomial.legendre.leggauss(2), 3: np.polynomial.legendre.leggauss(3)}
 
 
-def edge_weights(x: Array, edges: Index, axisymmetric: bool, thickness: float) -> tuple[Array, Array]:
-    """∫ N_a dΓ (k, 2) of linear edges (2πr or thickness inside) and unit tangents (k, 2) along them."""
-    a, b = x[edges[:, 0]], x[edges[:, 1]]
-    d = b - a
-    length = np.hypot(d[:, 0], d[:, 1])
-    if axisymmetric:
-        ra, rb = a[:, 0], b[:, 0]
-        w = 2 * np.pi * length[:, None] * np.stack([2 * ra + rb, ra + 2 * rb], axis=1) / 6
-    else:
-        w = np.repeat(0.5 * thickness * length[:, None], 2, axis=1)
-    return w, d / length[:, None]
+def edge_shapes(nodes: int, xi: float) -> tuple[Array, Array]:
+    """Shape functions and their slopes (nodes,) of an edge of 2 or 3 nodes at ξ in [−1, 1]."""
+    if nodes == 2:
+        return np.array([0.5 - 0.5 * xi, 0.5 + 0.5 * xi]), np.array([-0.5, 0.5])
+    return (
+        np.array([0.5 * xi * (xi - 1.0), 0.5 * xi * (xi + 1.0), 1.0 - xi * xi]),
+        np.array([xi - 0.5, xi + 0.5, -2.0 * xi]),
+    )
 
 
-def dead_force(x: Array, edges: Index, traction: Array, axisymmetric: bool, thickness: float, n: int) -> Array:
-    """Nodal forces (n, 2) of a traction (2,) or (k, 2) per area of the configuration x."""
-    w, _ = edge_weights(x, edges, axisymmetric, thickness)
-    t = np.broadcast_to(traction, (len(edges), 2))
-    out = np.zeros((n, 2))
-    np.add.at(out, edges[:, 0], w[:, :1] * t)
-    np.add.at(out, edges[:, 1], w[:, 1:] * t)
+def _points(x: Array, edges: Index, depth: Array | None) -> list[tuple[float, Array, Array, Array, Array]]:
+    """Gauss points: weight, N (a,), N′ (a,), tangent dx/dξ (k, 2), 2πr or thickness (k,)."""
+    m = edges.shape[1]
+    out = []
+    for xi, weight in zip(*_GAUSS[m]):
+        N, dN = edge_shapes(m, float(xi))
+        d = np.einsum("a,kad->kd", dN, x[edges])
+        rho = 2 * np.pi * (x[edges][:, :, 0] @ N) if depth is None else depth[edges] @ N
+        out.append((float(weight), N, dN, d, rho))
     return out
 
 
-def follower(
-    x: Array, edges: Index, pressure: float, shear: float, axisymmetric: bool, thickness: float
-) -> tuple[Array, Array]:
-    """Forces f (k, 4) on the two nodes of each edge of the current configuration x and K = −∂f/∂x (k, 4, 4).
+def boundary_force(
+    x: Array, edges: Index, depth: Array | None, pressure: float = 0.0, shear: float = 0.0,
+    traction: tuple[float, float] = (0.0, 0.0),
+) -> Array:  # fmt: skip
+    """Forces (k, 2a) on the nodes of edges (k, a) of the configuration x (n, 2), stresses per area of x.
 
-    Traction t = −p n + q τ with τ along the edge and n outward: t ds = (−p n̂ + q τ̂) with n̂ = (d_y, −d_x), τ̂ = d = b − a,
-    so that f_a = ∫ N_a t ds is bilinear in the node positions.
+    ``depth`` (n,): thickness at the nodes; None in axisymmetry (2πr). Traction −p n + q τ + t with τ along the edge.
     """
-    a, b = x[edges[:, 0]], x[edges[:, 1]]
-    d = b - a
-    # t ds = M d dξ, M = q I + p J with J d = (−d_y, d_x)
+    f = np.zeros((*edges.shape, 2))
     M = np.array([[shear, -pressure], [pressure, shear]])
-    t = d @ M.T
-    f = np.zeros((len(edges), 4))
-    K = np.zeros((len(edges), 4, 4))
-    for xi in _GAUSS:
-        N = np.array([1.0 - xi, xi])
-        for i in range(2):
-            rho = 2 * np.pi * (N[0] * a[:, 0] + N[1] * b[:, 0]) if axisymmetric else np.full(len(edges), thickness)
-            c = 0.5 * N[i]
-            f[:, 2 * i : 2 * i + 2] += (c * rho)[:, None] * t
-            for j, sign in ((0, -1.0), (1, 1.0)):
-                K[:, 2 * i : 2 * i + 2, 2 * j : 2 * j + 2] -= (c * rho * sign)[:, None, None] * M
-                if axisymmetric:
-                    K[:, 2 * i : 2 * i + 2, 2 * j] -= c * 2 * np.pi * N[j] * t
-    return f, K
+    t = np.array(traction)
+    for weight, N, _, d, rho in _points(x, edges, depth):
+        per_length = d @ M.T + np.hypot(d[:, 0], d[:, 1])[:, None] * t
+        f += (weight * rho)[:, None, None] * N[:, None] * per_length[:, None, :]
+    return f.reshape(len(edges), -1)
+
+
+def follower_stiffness(x: Array, edges: Index, depth: Array | None, pressure: float, shear: float) -> Array:
+    """K (k, 2a, 2a) = −∂f/∂x of follower pressure and shear (`boundary_force`): t dΓ = M x′ dξ, linear in the positions."""
+    k, m = edges.shape
+    K = np.zeros((k, m, 2, m, 2))
+    M = np.array([[shear, -pressure], [pressure, shear]])
+    for weight, N, dN, d, rho in _points(x, edges, depth):
+        K -= (weight * rho)[:, None, None, None, None] * np.einsum("a,b,ij->aibj", N, dN, M)
+        if depth is None:
+            K[..., 0] -= 2 * np.pi * weight * np.einsum("a,b,ki->kaib", N, N, d @ M.T)
+    return K.reshape(k, 2 * m, 2 * m)

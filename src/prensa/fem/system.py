@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from prensa.contact.enforcement import ContactForces, Scale, forces, stretching
 from prensa.contact.integration import NodalPoints, behind, depth_of
 from prensa.contact.pairing import Pairs, current_pairs, reference_pairs
+from prensa.contact.recovery import recover
 from prensa.elements import q4
 from prensa.errors import PrensaError
 from prensa.fem import loads as fem_loads
@@ -96,7 +97,8 @@ class Evaluation(NamedTuple):
 class Circumstances:
     """What an evaluation depends on besides the unknowns: committed state, plan of the step, time, and derived arrays.
 
-    Fixed during an increment: ``weights`` and ``scales`` of the contacts on the committed configuration, laws.
+    Fixed during an increment: ``weights`` and ``scales`` of the contacts on the committed configuration, laws; ``depth``
+    (n,) thickness at the nodes at the last commit, None in axisymmetry.
     """
 
     state: State
@@ -107,6 +109,7 @@ class Circumstances:
     scales: list[Scale]
     laws: list[Friction | None]
     x_n: Array
+    depth: Array | None
 
 
 @dataclass
@@ -169,6 +172,37 @@ class System:
         """Node positions (n, 2) for unknowns u (ndof,)."""
         return self.X + u[: 2 * self.nodes].reshape(-1, 2)
 
+    @cached_property
+    def depth(self) -> Array | None:
+        """Initial thickness at the nodes (n,); None in axisymmetry."""
+        return None if self.axisymmetric else np.full(self.nodes, self.problem.thickness)
+
+    def depth_in(self, history: tuple[Array, ...]) -> Array | None:
+        """Thickness (n,) at the nodes with a committed history, recovered from the points in plane stress; `depth` else."""
+        if self.problem.space != "plane stress":
+            return self.depth
+        out = np.empty(self.nodes)
+        for b, h in zip(self.blocks, history):
+            first, last = int(b.cells.min()), int(b.cells.max()) + 1
+            points = np.empty((len(b), 4, 2))
+            q4.point_positions(b.X, points)
+            ratio = b.law.thickness(h)
+            assert ratio is not None
+            nodal = recover(self.X[first:last], b.cells - first, points, ratio[..., None])[:, 0]
+            # a patch may overshoot at a corner, no point's thickness is outside what the points have
+            out[first:last] = self.problem.thickness * np.clip(nodal, ratio.min(), ratio.max())
+        return out
+
+    def weights(self, s: Surface, x: Array, depth: Array | None) -> Array:
+        """Areas (k,) of the contact points on node positions x (n, 2) with the nodes' thickness (n,)."""
+        return s.points.weights(x) * self.share(s.points.nodes[:, None], depth)[:, 0, 0, 0]
+
+    def share(self, nodes: Index, depth: Array | None) -> Array:
+        """Thickness of nodes (m, a) over the initial one, (m, a, 1, 1)."""
+        if depth is None or self.problem.space != "plane stress":
+            return np.ones((1, 1, 1, 1))
+        return (depth[nodes] / self.problem.thickness).reshape(*nodes.shape[:2], 1, 1)
+
     # -------------------------------------------------------------------------------------------------------- state
     def initial(self) -> State:
         """The undeformed state at time 0."""
@@ -189,7 +223,8 @@ class System:
         """Everything an increment from *state* to *time* needs; evaluated once an increment."""
         finite = self.problem.kinematics == "finite"
         x_n = self.positions(state.u) if finite else self.X
-        weights = [s.points.weights(x_n) for s in self.surfaces]
+        depth = self.depth_in(state.history) if finite else self.depth
+        weights = [self.weights(s, x_n, depth) for s in self.surfaces]
         laws = [self._law(s, d, state) for s, d in zip(self.surfaces, plan.friction)]
         scales = []
         for s, law in zip(self.surfaces, laws):
@@ -198,7 +233,7 @@ class System:
                 # a softening law needs k_T > |μ′| p for a unique root: take twice that at the committed pressures
                 least = 2.0 * law.steepest(state.contact[s.rows, 1]) * state.lam[s.rows, 0]
             scales.append(s.scale(least))
-        return Circumstances(state, plan, time, time - float(state.clock[2]), weights, scales, laws, x_n)
+        return Circumstances(state, plan, time, time - float(state.clock[2]), weights, scales, laws, x_n, depth)
 
     # ----------------------------------------------------------------------------------------------------- residual
     def pairs(self, s: Surface, u: Array) -> Pairs:
@@ -245,7 +280,7 @@ class System:
             period = 2 * np.pi * shape.radius if isinstance(shape, Circle) else np.inf
             held = None if hold is None else hold[s.rows]
             follows = law is not None and law.per_current_area and self.problem.kinematics == "finite"
-            area = s.points.weights(self.positions(u)) if follows else None
+            area = self.weights(s, self.positions(u), c.depth) if follows else None
             pairs = self.pairs(s, u)
             f = forces(pairs, w, sc, lam[s.rows], c.state.contact[s.rows], law, period, held, area)
             floor += EPS * float((w * sc.k_n)[f.p > 0].sum()) * reach
@@ -258,7 +293,7 @@ class System:
             if data is not None:
                 scatter_matrix(f.K, self._pair_slots(s), data)
                 if follows:
-                    slopes = s.points.slopes(self.positions(u))
+                    slopes = s.points.slopes(self.positions(u)) * self.share(s.points.edges, c.depth)
                     scatter_matrix(stretching(f.t, pairs, s.ends, slopes), self._stretch_slots(s), data)
             scale += float(np.abs(f.F[:, :2]).sum())
             results.append(f)
@@ -275,7 +310,7 @@ class System:
     @cached_property
     def has_memory(self) -> bool:
         """Whether some material remembers more than its present strain."""
-        return any(b.law.size > 4 for b in self.blocks)
+        return any(b.law.plastic for b in self.blocks)
 
     @cached_property
     def initial_history(self) -> tuple[Array, ...]:
@@ -285,30 +320,20 @@ class System:
     def _external(self, c: Circumstances, u: Array, data: Array | None) -> Array:
         f = np.zeros(self.ndof)
         nodal = f[: 2 * self.nodes].reshape(-1, 2)
-        thickness = self.problem.thickness
         x = self.positions(u) if self.problem.kinematics == "finite" else self.X
         for name, load in c.plan.loads.items():
             p, q = load.pressure(c.time), load.shear(c.time)
-            t = np.array([load.tx(c.time), load.ty(c.time)])
-            if t.any():
-                nodal += fem_loads.dead_force(self.X, load.edges, t, self.axisymmetric, thickness, self.nodes)
-            if p or q:
-                if not load.follower:
-                    _, tangent = fem_loads.edge_weights(self.X, load.edges, self.axisymmetric, thickness)
-                    traction = q * tangent - p * np.stack([tangent[:, 1], -tangent[:, 0]], axis=1)
-                    nodal += fem_loads.dead_force(
-                        self.X, load.edges, traction, self.axisymmetric, thickness, self.nodes
-                    )
-                    continue
-                fe, Ke = fem_loads.follower(x, load.edges, p, q, self.axisymmetric, thickness)
-                dofs = (2 * load.edges[:, :, None] + np.arange(2)).reshape(-1, 4)
-                np.add.at(f, dofs, fe)
+            t = (load.tx(c.time), load.ty(c.time))
+            live = load.follower and (p != 0.0 or q != 0.0)
+            dofs = (2 * load.edges[:, :, None] + np.arange(2)).reshape(len(load.edges), -1)
+            if live:
+                np.add.at(f, dofs, fem_loads.boundary_force(x, load.edges, c.depth, p, q))
                 if data is not None:
-                    if name not in self._edge_slots:
-                        out = np.empty((len(dofs), 4, 4), dtype=np.int32)
-                        slots(self.pattern.indptr, self.pattern.indices, dofs, out)
-                        self._edge_slots[name] = out
-                    scatter_matrix(Ke, self._edge_slots[name], data)
+                    K = fem_loads.follower_stiffness(x, load.edges, c.depth, p, q)
+                    scatter_matrix(K, self._load_slots(name, dofs), data)
+                p = q = 0.0
+            if p or q or any(t):
+                np.add.at(f, dofs, fem_loads.boundary_force(self.X, load.edges, self.depth, p, q, t))
         for body, (bx, by) in c.plan.body_force.items():
             b = np.array([bx(c.time), by(c.time)])
             first = self.offsets[body]
@@ -316,6 +341,13 @@ class System:
         for dof, course in c.plan.push.items():
             f[dof] += course(c.time)
         return f
+
+    def _load_slots(self, name: str, dofs: Index) -> NDArray[np.int32]:
+        if name not in self._edge_slots:
+            out = np.empty((*dofs.shape, dofs.shape[1]), dtype=np.int32)
+            slots(self.pattern.indptr, self.pattern.indices, dofs, out)
+            self._edge_slots[name] = out
+        return self._edge_slots[name]
 
     def _node_volumes(self, body: str) -> Array:
         key = f"volume {body}"
@@ -384,7 +416,7 @@ class System:
 
     def plastic_work(self, history: tuple[Array, ...]) -> float:
         """Accumulated plastic dissipation of a committed history."""
-        return float(sum((b.volume * h[..., 5]).sum() for b, h in zip(self.blocks, history) if b.law.size > 5))
+        return float(sum((b.volume * h[..., 5]).sum() for b, h in zip(self.blocks, history) if b.law.plastic))
 
 
 def _refuse_edges_on_nodes(tool: PlacedTool, X: Array, depth: Array) -> None:
@@ -451,7 +483,7 @@ def discretise(problem: model.Problem) -> System:
         nodes = ordered_nodes(edges)
         depth = depth_of(nodes, edges, mesh.cells, mesh.points)
         points = NodalPoints(nodes + offsets[owner], edges + offsets[owner], depth, axisymmetric, problem.thickness)
-        law = material_of(problem.bodies[owner].material, problem.kinematics)
+        law = material_of(problem.bodies[owner].material, problem.kinematics, problem.space)
         tool = list(problem.tools).index(contact.against)
         surfaces.append(
             Surface(
@@ -485,8 +517,8 @@ def discretise(problem: model.Problem) -> System:
             )
         blocks.append(
             Block(
-                name, c, X[c], material_of(body.material, problem.kinematics), body.element == "q4_fbar",
-                problem.kinematics == "finite", axisymmetric, scale, dofs, slot, w,
+                name, c, X[c], material_of(body.material, problem.kinematics, problem.space),
+                body.element_in(problem.space) == "q4_fbar", problem.kinematics == "finite", axisymmetric, scale, dofs, slot, w,
             )
         )  # fmt: skip
     system = System(problem, meshes, offsets, X, blocks, tools, surfaces, pattern, total)

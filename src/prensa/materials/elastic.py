@@ -1,4 +1,4 @@
-"""Elastic laws: Hooke for small strain; Hencky and neo-Hooke in principal logarithmic strains for finite strain."""
+"""Elastic laws: Hooke in small strain; Hencky, neo-Hooke, St. Venant-Kirchhoff in principal strains in finite strain."""
 
 from __future__ import annotations
 
@@ -54,6 +54,22 @@ def neo_hooke(eps, lam, mu, tau, dtau, eps_e):
             for m in range(3):
                 dtau[i, k, m] = lam
             dtau[i, k, k] += 2.0 * mu * math.exp(2.0 * eps[i, k])
+
+
+@njit(cache=True)
+def st_venant_kirchhoff(eps, lam, mu, tau, dtau, eps_e):
+    """ψ = λ/2 (tr E)² + μ E:E in Green's strain E_i = (b_i − 1)/2, b_i = e^{2ε_i}: τ_i = b_i (λ tr E + 2μ E_i); as `hencky`."""
+    for i in range(eps.shape[0]):
+        trace = 0.0
+        for k in range(3):
+            trace += 0.5 * math.expm1(2.0 * eps[i, k])
+        for k in range(3):
+            b = math.exp(2.0 * eps[i, k])
+            tau[i, k] = b * (lam * trace + mu * math.expm1(2.0 * eps[i, k]))
+            eps_e[i, k] = eps[i, k]
+            for m in range(3):
+                dtau[i, k, m] = lam * b * math.exp(2.0 * eps[i, m])
+            dtau[i, k, k] += 2.0 * tau[i, k] + 2.0 * mu * b * b
 
 
 def quadratic_energy(eps: np.ndarray, lam: float, mu: float) -> np.ndarray:

@@ -16,6 +16,7 @@ from prensa.kernels import tensor
 from prensa.materials import elastic
 from prensa.materials.hardening import FlowParameters, flow_parameters, flow_stresses
 from prensa.materials.j2 import j2
+from prensa.materials.plane_stress import PlaneStress
 from prensa.model import problem as model
 
 Array = NDArray[np.float64]
@@ -44,6 +45,18 @@ class Material(Protocol):
     def size(self) -> int:
         """Length h of the history; it starts as zeros."""
 
+    @property
+    def plastic(self) -> bool:
+        """Whether history 4 and 5 are the equivalent plastic strain and the plastic work per initial volume."""
+
+    @property
+    def E(self) -> float:
+        """Young's modulus."""
+
+    @property
+    def nu(self) -> float:
+        """Poisson's ratio."""
+
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:
         """H (n, 5) = f − I, old (n, h) committed history → out."""
 
@@ -54,7 +67,10 @@ class Material(Protocol):
         """Cauchy stress xx, yy, zz, xy from a committed history, (n, h) → (n, 4)."""
 
     def modulus(self) -> float:
-        """Elastic modulus E* = E/(1 − ν²), the stiffness scale of contact."""
+        """Elastic modulus E* = E/(1 − ν²) (plane stress: E), the stiffness scale of contact."""
+
+    def thickness(self, history: Array) -> Array | None:
+        """Thickness over the initial one in plane stress, (..., h) → (...); None where it does not change."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +81,11 @@ class _Isotropic:
     nu: float
     finite: bool
     size: int = field(default=4, init=False)
+    plastic: bool = field(default=False, init=False)
+
+    def thickness(self, history: Array) -> Array | None:
+        """None: the law does not change the thickness that the element integrates over."""
+        return None
 
     @property
     def lam(self) -> float:
@@ -142,12 +163,28 @@ class NeoHooke(_Isotropic):
 
 
 @dataclass(frozen=True)
+class StVenantKirchhoff(_Isotropic):
+    """St. Venant-Kirchhoff."""
+
+    def principal(
+        self, eps: Array, frame: Array, old: Array, at: At, tau: Array, dtau: Array, eps_e: Array, out: Out
+    ) -> None:
+        """Trial principal strains (n, 3) → stresses, slopes, elastic strains."""
+        elastic.st_venant_kirchhoff(eps, self.lam, self.mu, tau, dtau, eps_e)
+
+    def energy(self, history: Array) -> Array:
+        """Elastic energy per initial volume, (..., h) → (...)."""
+        return elastic.quadratic_energy(0.5 * np.expm1(2.0 * self.elastic_strains(history)), self.lam, self.mu)
+
+
+@dataclass(frozen=True)
 class J2(_Isotropic):
     """Von Mises plasticity; history columns 4, 5: equivalent plastic strain, plastic work per initial volume."""
 
     flow: FlowParameters = field(default=None, repr=False)  # type: ignore[assignment]
     yield_on_cauchy: bool = True
     size: int = field(default=6, init=False)
+    plastic: bool = field(default=True, init=False)
 
     def principal(
         self, eps: Array, frame: Array, old: Array, at: At, tau: Array, dtau: Array, eps_e: Array, out: Out
@@ -173,15 +210,20 @@ class J2(_Isotropic):
         return Hencky(self.E, self.nu, self.finite).cauchy(np.ascontiguousarray(history[:, :4]))
 
 
-def material_of(description: Any, kinematics: str) -> Material:
-    """The law of a material description in ``small`` or ``finite`` kinematics."""
+def material_of(description: Any, kinematics: str, space: str = "plane strain") -> Material:
+    """The law of a material description in ``small`` or ``finite`` kinematics; in plane stress with its adaptor."""
     finite = kinematics == "finite"
+    law: Material
     match description:
         case model.Elastic():
-            return Hencky(description.E, description.nu, finite)
+            law = Hencky(description.E, description.nu, finite)
         case model.NeoHooke():
-            return NeoHooke(description.E, description.nu, finite)
+            law = NeoHooke(description.E, description.nu, finite)
+        case model.StVenantKirchhoff():
+            law = StVenantKirchhoff(description.E, description.nu, finite)
         case model.J2():
             flow = flow_parameters(description.flow)
-            return J2(description.E, description.nu, finite, flow, description.yield_on == "cauchy")
-    raise TypeError(f"unknown material {description!r}")
+            law = J2(description.E, description.nu, finite, flow, description.yield_on == "cauchy")
+        case _:
+            raise TypeError(f"unknown material {description!r}")
+    return PlaneStress(law, finite) if space == "plane stress" else law

@@ -80,10 +80,17 @@ def find(p: Any) -> Iterator[Finding]:
 
 def _whole(p: Any) -> Iterator[Finding]:
     for key, body in p.bodies.items():
-        if body is not None and body.material.type == "neo_hooke" and p.kinematics == "small":
+        if body is None:
+            continue
+        if body.material.type in ("neo_hooke", "svk") and p.kinematics == "small":
             yield Finding(
                 ("bodies", key, "material", "type"),
-                "neo_hooke is a finite-strain law; use 'elastic' or 'kinematics: finite'",
+                f"{body.material.type} is a finite-strain law; use 'elastic' or 'kinematics: finite'",
+            )
+        if body.element == "q4_fbar" and p.space == "plane stress":
+            yield Finding(
+                ("bodies", key, "element"),
+                "F-bar has no meaning in plane stress, where the thickness is free and nothing locks; leave 'element' out",
             )
     if p.kinematics == "finite" and p.contact_geometry == "reference":
         yield Finding(

@@ -384,6 +384,15 @@ class NeoHooke:
 
 
 @described
+class StVenantKirchhoff:
+    """St. Venant-Kirchhoff, ψ = λ/2 (tr E)² + μ E:E in Green's strain (finite strain only; it softens in compression)."""
+
+    E: Annotated[Pressure, Field(gt=0)]
+    nu: PoissonRatio
+    type: Literal["svk"] = "svk"
+
+
+@described
 class J2:
     """Elastic-plastic, von Mises yield, isotropic hardening; logarithmic strain in finite kinematics.
 
@@ -397,16 +406,23 @@ class J2:
     type: Literal["j2"] = "j2"
 
 
-Material = Annotated[Elastic | NeoHooke | J2, Field(discriminator="type")]
+Material = Annotated[Elastic | NeoHooke | StVenantKirchhoff | J2, Field(discriminator="type")]
 
 
 @described
 class Body:
-    """Deformable body: a mesh of one material and element (``q4_fbar`` does not lock, ``q4`` is the textbook one)."""
+    """Deformable body: a mesh of one material and element (``q4_fbar`` does not lock, ``q4`` is the textbook one).
+
+    Without ``element``: ``q4_fbar``, and ``q4`` in plane stress, where nothing locks in volume and F-bar has no meaning.
+    """
 
     mesh: Mesh
     material: Material
-    element: Literal["q4_fbar", "q4"] = "q4_fbar"
+    element: Literal["q4_fbar", "q4"] | None = None
+
+    def element_in(self, space: str) -> str:
+        """Name of the element in a problem of that ``space``, the default filled in."""
+        return self.element or ("q4" if space == "plane stress" else "q4_fbar")
 
 
 # ---------------------------------------------------------------------------------------------------------- friction
@@ -771,7 +787,8 @@ class Units:
 class Problem:
     """All the physics of a case.
 
-    ``space``: ``plane strain`` or ``axisymmetric`` (x is the radius, y the axis); plane problems have ``thickness``.
+    ``space``: ``plane strain``, ``plane stress`` or ``axisymmetric`` (x is the radius, y the axis); plane problems have
+    ``thickness``, in plane stress the initial one.
     ``kinematics``: ``finite`` (updated Lagrangian) or ``small``. ``contact_geometry``: ``current`` (moved surface, true
     tool normal) or ``reference`` (gap on the undeformed surface along its own normal: linear Signorini).
     ``body_force``: force per volume ρb on each body.
@@ -786,7 +803,7 @@ class Problem:
     loads: Mapping[str, Load] = field(default_factory=dict)
     body_force: Mapping[str, tuple[BodyForceValue, BodyForceValue]] = field(default_factory=dict)
     friction: Friction | None = None
-    space: Literal["plane strain", "axisymmetric"] = "plane strain"
+    space: Literal["plane strain", "plane stress", "axisymmetric"] = "plane strain"
     kinematics: Literal["finite", "small"] = "finite"
     contact_geometry: Literal["current", "reference"] = "current"
     thickness: Annotated[Length, Field(gt=0)] = 1.0
@@ -840,6 +857,7 @@ class Case:
 __all__ = [
     "J2", "Annulus", "ArcSide", "Augmented", "Body", "Case", "Circle", "Contact", "Coulomb", "Disc", "Elastic",
     "Fixed", "FlowTable", "Grade", "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik", "Motion",
-    "MuExponential", "MuLinear", "MuTable", "NeoHooke", "Numerics", "Output", "Patch", "Penalty", "Perfect", "Plane",
-    "Points", "Problem", "Push", "Rectangle", "Ring", "Shear", "SplineSide", "Stamp", "Step", "Swift", "Units", "Voce",
+    "MuExponential", "MuLinear", "MuTable", "NeoHooke", "Numerics", "Output", "Patch", "Penalty", "Perfect",
+    "Plane", "Points", "Problem", "Push", "Rectangle", "Ring", "Shear", "SplineSide", "StVenantKirchhoff", "Stamp",
+    "Step", "Swift", "Units", "Voce",
 ]  # fmt: skip

@@ -36,17 +36,21 @@ def history_columns(problem: Problem) -> list[str]:
     tools = [f"{tool}.{c}" for tool in problem.tools for c in ("ux", "uy", "rz", "fx", "fy", "mz")]
     areas = [f"{contact.name}.area" for contact in problem.contacts]
     energies = [f"energy.{name}" for name in ENERGIES]
-    return ["step", "increment", "time", *tools, *areas, *energies, "iterations", "cutbacks"]
+    bodies = problem.bodies if problem.space == "plane stress" else ()
+    thickness = [f"{body}.thickness.{c}" for body in bodies for c in ("min", "max")]
+    return ["step", "increment", "time", *tools, *areas, *thickness, *energies, "iterations", "cutbacks"]
 
 
 def history_row(problem: Problem, increment: Increment) -> list[Any]:
     """Values of one row of ``history.csv``, in the order of `history_columns`."""
     tools = [v for tool in problem.tools for v in (*increment.tools[tool].place, *increment.tools[tool].force)]
     areas = [increment.contacts[contact.name].area for contact in problem.contacts]
+    depths = [increment.bodies[body].thickness for body in problem.bodies] if problem.space == "plane stress" else []
+    thickness = [v for t in depths if t is not None for v in (t.min(), t.max())]
     energies = [increment.energy.get(name, 0.0) for name in ENERGIES]
     cost = increment.statistics
     head = [increment.step, increment.number, increment.time]
-    return [*head, *tools, *areas, *energies, cost.iterations, cost.cutbacks]
+    return [*head, *tools, *areas, *thickness, *energies, cost.iterations, cost.cutbacks]
 
 
 class History:

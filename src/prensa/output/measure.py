@@ -8,6 +8,7 @@
 ``min.gap.<contact>``                 smallest gap (negative: penetration)
 ``count.open|stick|slip.<contact>``   number of points
 ``max.mises|plastic_strain``          over all bodies, or ``max.mises.<body>`` over one
+``min|max.thickness``                 in plane stress, over all bodies or one
 ``max.displacement``                  largest length of a nodal displacement, also per body
 ``energy.<part>``                     entry of the ledger
 ``time``, ``iterations``, ``cutbacks``, ``residual``
@@ -87,6 +88,10 @@ def _of_bodies(increment: Increment, names: list[str], suffix: str) -> Iterator[
 
     yield f"max.mises{suffix}", largest(lambda b: b.mises)
     yield f"max.plastic_strain{suffix}", largest(lambda b: b.plastic_strain)
+    thin = [t for n in names if (t := increment.bodies[n].thickness) is not None]
+    if thin:
+        yield f"max.thickness{suffix}", lambda: max(float(t.max()) for t in thin)
+        yield f"min.thickness{suffix}", lambda: min(float(t.min()) for t in thin)
     yield f"max.displacement{suffix}", largest(lambda b: np.hypot(b.displacement[:, 0], b.displacement[:, 1]))
 
 

@@ -56,6 +56,7 @@ def write_fields(path: Path, increment: Increment) -> Path:
     bodies = list(increment.bodies.values())
     offset = np.cumsum([0, *(len(b.X) for b in bodies)])
     cells = np.vstack([b.cells + o for b, o in zip(bodies, offset)])
+    thin = [b.thickness for b in bodies if b.thickness is not None]
     mesh = meshio.Mesh(
         points=_stack(bodies, lambda b: _vector(b.x)),
         cells=[("quad", cells)],
@@ -66,6 +67,7 @@ def write_fields(path: Path, increment: Increment) -> Path:
             "mises": _stack(bodies, lambda b: b.mises),
             "plastic_strain": _stack(bodies, lambda b: b.plastic_strain),
             "contact_pressure": np.concatenate([_contact_pressure(increment, name) for name in increment.bodies]),
+            **({"thickness": np.concatenate(thin)} if thin else {}),
         },
         cell_data={"body": [np.repeat(np.arange(len(bodies), dtype=np.int32), [len(b.cells) for b in bodies])]},
     )

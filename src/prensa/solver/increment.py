@@ -79,7 +79,8 @@ class BodyState:
     """One body: n nodes, m cells (quadrilaterals, counter-clockwise).
 
     ``X``, ``x`` (n, 2); ``cells`` (m, 4); ``reaction`` (n, 2) force of the supports on the node (0 where free);
-    ``stress`` (n, 4) recovered Cauchy stress xx, yy, zz, xy; ``mises`` (n,); ``plastic_strain`` (n,) equivalent.
+    ``stress`` (n, 4) recovered Cauchy stress xx, yy, zz, xy; ``mises`` (n,); ``plastic_strain`` (n,) equivalent;
+    ``thickness`` (n,) current, in plane stress (None elsewhere).
     """
 
     X: Array
@@ -89,6 +90,7 @@ class BodyState:
     stress: Array
     mises: Array
     plastic_strain: Array
+    thickness: Array | None = None
 
     @property
     def displacement(self) -> Array:

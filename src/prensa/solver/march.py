@@ -148,7 +148,7 @@ class _March:
                         "%s folds over itself: a free side slides past its support; make it part of a contact surface",
                         where,
                     )
-            if block.law.size <= 5:
+            if not block.law.plastic:
                 continue
             growth = (new[..., 4] - was[..., 4]).max(axis=1)
             worst = int(np.argmax(growth))
@@ -237,7 +237,7 @@ class _March:
                 (
                     float(np.quantile(new[..., 4] - was[..., 4], SPREAD))
                     for block, new, was in zip(self.system.blocks, e.history, old.history)
-                    if block.law.size > 5
+                    if block.law.plastic
                 ),
                 default=0.0,
             )

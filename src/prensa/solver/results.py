@@ -44,11 +44,12 @@ def contact_states(system: System, state: State, e: Evaluation) -> dict[str, Con
     """Contact results along each surface; pressures are nodal forces over current tributary areas."""
     x = system.positions(state.u)
     where = x if system.problem.kinematics == "finite" else system.X
+    depth = system.depth_in(e.history) if system.problem.kinematics == "finite" else system.depth
     stress = nodal_stress(system, state, e)
     out = {}
     for s, f in zip(system.surfaces, e.contacts):
         nodes = s.points.nodes
-        w = s.points.weights(where)
+        w = system.weights(s, where, depth)
         ratio = f.weight / w
         sig = stress[nodes]
         sn = np.stack(
@@ -95,6 +96,7 @@ def body_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> 
     support = np.zeros(system.ndof)
     support[plan.fixed] = e.r[plan.fixed]
     reaction = support[: 2 * system.nodes].reshape(-1, 2)
+    thickness = system.depth_in(e.history) if system.problem.space == "plane stress" else None
     out = {}
     for b, h in zip(system.blocks, e.history):
         own = _own(b)
@@ -102,7 +104,10 @@ def body_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> 
         xx, yy, zz, xy = sig.T
         mises = np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3 * xy**2)
         plastic = np.zeros(len(sig))
-        if b.law.size > 5:
+        if b.law.plastic:
             plastic = np.maximum(_recovered(where, b, h[..., 4:5])[:, 0], 0.0)
-        out[b.body] = BodyState(system.X[own], x[own], b.cells - own.start, reaction[own], sig, mises, plastic)
+        out[b.body] = BodyState(
+            system.X[own], x[own], b.cells - own.start, reaction[own], sig, mises, plastic,
+            None if thickness is None else thickness[own],
+        )  # fmt: skip
     return out
