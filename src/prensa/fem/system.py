@@ -456,7 +456,7 @@ def discretise(problem: model.Problem) -> System:
     offsets, total = {}, 0
     for name, body in problem.bodies.items():
         try:
-            meshes[name] = mesh_of(body.mesh, body.element)
+            meshes[name] = mesh_of(body.mesh, body.element_in(problem.space))
         except PrensaError as error:
             raise MeshError(f"bodies.{name}.mesh: {error}") from None
         if axisymmetric and meshes[name].points[:, 0].min() < -1e-12 * np.ptp(meshes[name].points[:, 0]):

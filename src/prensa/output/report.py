@@ -98,7 +98,7 @@ def _facts(case: Case, summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
     yield "Units", f"{p.units.length}, {p.units.force}, {style.pressure_unit(p)}"
     for name, body in p.bodies.items():
         size = summary["bodies"].get(name, {})
-        yield f"Body {name}", f"{size.get('elements', '?')} elements {body.element}; {brief(body.material)}"
+        yield f"Body {name}", f"{size.get('elements', '?')} elements {body.element_in(p.space)}; {brief(body.material)}"
     for name, tool in p.tools.items():
         yield f"Tool {name}", brief(tool)
     for contact in p.contacts:
