@@ -31,7 +31,7 @@ SECTIONS: dict[str, tuple[type, ...]] = {
         model.FlowTable,
     ),
     "Tools": (model.Plane, model.Circle, model.Stamp, model.Ring),
-    "Contacts": (model.Contact, model.Penalty, model.Augmented),
+    "Contacts": (model.Contact, model.Penalty, model.Augmented, model.Exact),
     "Friction": (model.Coulomb, model.MuLinear, model.MuExponential, model.MuTable, model.Shear),
     "Supports, motions and loads": (model.Fixed, model.Motion, model.Push, model.Load),
     "How it is solved, and what is written": (model.Numerics, model.Output),

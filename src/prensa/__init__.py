@@ -8,7 +8,7 @@ __version__ = "0.1.0"
 
 _MODEL = (
     "J2", "Annulus", "ArcSide", "Augmented", "Body", "Case", "Circle", "Contact", "Coulomb", "Disc", "Elastic",
-    "Fixed", "FlowTable", "Grade", "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik", "Motion",
+    "Exact", "Fixed", "FlowTable", "Grade", "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik", "Motion",
     "MuExponential", "MuLinear", "MuTable", "NeoHooke", "Numerics", "Output", "Patch", "Penalty", "Perfect",
     "Plane", "Points", "Problem", "Push", "Rectangle", "Ring", "Shear", "SplineSide", "StVenantKirchhoff", "Stamp",
     "Step", "Swift", "Units", "Voce",

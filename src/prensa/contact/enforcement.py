@@ -1,7 +1,9 @@
-"""From gaps and slips to contact forces: penalty and augmented Lagrangian forms of the normal and tangential conditions.
+"""From gaps and slips to contact forces: penalty, augmented and exact forms of the normal and tangential conditions.
 
 p = ⟨λ_n − k_n g⟩ with the total gap (paper eqs. 4-8, corrected) and t_T by the return map. The augmented form is the
-penalty form with multipliers that an outer loop updates; for plain penalty λ_n = 0 and λ_T is the committed traction.
+penalty form with multipliers that an outer loop updates; for plain penalty λ_n = 0 and λ_T is the committed traction. In
+the exact form the multipliers are unknowns of the same Newton iteration and p = λ_n, t_T = λ_T are its further equations
+(`multiplier_rows`; Alart and Curnier 1991, Hüeber and Wohlmuth 2005).
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ class ContactForces(NamedTuple):
     """k points: p, t (tangential traction along e), kappa, s, g (k,); slip flags; F (k, 5) forces on q; K (k, 5, 5) = −∂F/∂q.
 
     n, e (k, 2) are the frame in space; weight (k,) belongs to p, area (k,) to t: the same but for laws per current area.
+    dp, dt (k, 2 + 5): derivatives of p and t by λ_n, λ_T and q.
     """
 
     p: Array
@@ -38,15 +41,21 @@ class ContactForces(NamedTuple):
     e: Array
     weight: Array
     area: Array
+    dp: Array
+    dt: Array
 
 
 @dataclass(frozen=True)
 class Scale:
-    """Stiffnesses per area k_n, k_t (k,) of the points and lengths h (k,) against which penetration is small."""
+    """Stiffnesses per area k_n, k_t (k,) of the points and lengths h (k,) against which penetration is small.
+
+    unit (k,) = E*/h: pressure per length by which multipliers, as unknowns, are divided.
+    """
 
     k_n: Array
     k_t: Array
     h: Array
+    unit: Array
 
 
 def forces(
@@ -66,21 +75,24 @@ def forces(
     # a point that just touches resists like a closed one: the kink's other slope would leave a resting body free
     touching = p_trial >= -TOUCH * scale.k_n * scale.h
     p = np.maximum(p_trial, 0.0)
-    dp = np.where(touching, -scale.k_n, 0.0)[:, None] * pairs.dg
+    dp, dt = np.zeros((2, k, 2 + pairs.dg.shape[1]))
+    dp[:, 0] = touching
+    dp[:, 2:] = np.where(touching, -scale.k_n, 0.0)[:, None] * pairs.dg
     t, kappa, slip = np.zeros(k), committed[:, 1].copy(), np.zeros(k, dtype=bool)
-    dt = np.zeros((k, 5))
     if law is not None:
         ds = pairs.s - committed[:, 2]
         if np.isfinite(period):
             ds = ds - period * np.round(ds / period)
         out = return_map(law, lam[:, 1:2], ds[:, None], p, touching, committed[:, 1], scale.k_t, hold)
         t, kappa, slip = out.t[:, 0], out.kappa, out.slip
-        dt = out.dt_dg[:, 0, 0][:, None] * pairs.ds + out.dt_dp[:, 0][:, None] * dp
+        dt = out.dt_dp * dp
+        dt[:, 1] -= out.dt_dg[:, 0, 0] / scale.k_t  # the trial traction is λ_T − k_T Δg_T
+        dt[:, 2:] += out.dt_dg[:, 0] * pairs.ds
     area = weight if area is None else area
     P, T = (weight * p)[:, None], (area * t)[:, None]
     F = P * pairs.Fn + T * pairs.Ft
     dP, dT = weight[:, None] * dp, area[:, None] * dt
-    dF = pairs.Fn[:, :, None] * dP[:, None, :] + pairs.Ft[:, :, None] * dT[:, None, :]
+    dF = pairs.Fn[:, :, None] * dP[:, None, 2:] + pairs.Ft[:, :, None] * dT[:, None, 2:]
     if pairs.moving:
         v = P * pairs.e - T * pairs.n
         arm = pairs.arm
@@ -92,7 +104,7 @@ def forces(
         dF[:, 4, 1] += traction[:, 0]
         dF[:, 4, 2] += traction[:, 1]
         dF[:, 4, 3] -= traction[:, 0]
-    return ContactForces(p, t, kappa, pairs.s, pairs.g, slip, F, -dF, pairs.n, pairs.e, weight, area)
+    return ContactForces(p, t, kappa, pairs.s, pairs.g, slip, F, -dF, pairs.n, pairs.e, weight, area, dp, dt)
 
 
 def stretching(t: Array, pairs: Pairs, rows: NDArray[np.int64], slopes: Array) -> Array:
@@ -108,3 +120,27 @@ def stretching(t: Array, pairs: Pairs, rows: NDArray[np.int64], slopes: Array) -
         K[:, 2 * end : 2 * end + 2, :4] -= force[:, :2, None] * columns
         K[:, 4:, :4] -= force[:, 2:, None] * columns
     return K
+
+
+def multiplier_rows(f: ContactForces, pairs: Pairs, lam: Array, scale: Scale) -> tuple[Array, Array]:
+    """Equations of the multipliers and the stiffness of the extended pairs (q, ℓ_n, ℓ_T), ℓ = λ/c, c = E*/h.
+
+    lam (k, 2) multipliers → R (k, 2) = w c ((p − λ_n)/k_n, (t − λ_T)/k_T), forces; K (k, 5 + 2, 5 + 2), the derivative of
+    (−F, R). R = 0 says g = 0 where closed, no slip where stuck, t_T on its bound along the slip where it slides, and
+    no multiplier where open. Frictionless, K is as symmetric as the contact geometry.
+    """
+    q = f.F.shape[1]
+    w, c = f.weight, scale.unit
+    R = (w * c)[:, None] * np.stack([(f.p - lam[:, 0]) / scale.k_n, (f.t - lam[:, 1]) / scale.k_t], axis=1)
+    K = np.empty((len(w), q + 2, q + 2))
+    K[:, :q, :q] = f.K
+    dP, dT = w[:, None] * f.dp[:, :2], f.area[:, None] * f.dt[:, :2]
+    by_lam = pairs.Fn[:, :, None] * dP[:, None] + pairs.Ft[:, :, None] * dT[:, None]
+    K[:, :q, q:] = -c[:, None, None] * by_lam
+    dR = np.stack([f.dp, f.dt], axis=1)
+    dR[:, 0, 0] -= 1.0
+    dR[:, 1, 1] -= 1.0
+    dR *= (w * c)[:, None, None] / np.stack([scale.k_n, scale.k_t], axis=1)[:, :, None]
+    K[:, q:, :q] = dR[:, :, 2:]
+    K[:, q:, q:] = c[:, None, None] * dR[:, :, :2]
+    return R, K

@@ -63,8 +63,13 @@ def scatter_vector(r, dofs, out):
             out[dofs[e, i]] += r[e, i]
 
 
-def make_pattern(cells: list[Index], nodes: int, tools: int, tool_nodes: list[Index]) -> Pattern:
-    """Pattern of element couplings of all cells, each tool's 3 unknowns with all its candidate nodes, and with itself."""
+def make_pattern(
+    cells: list[Index], nodes: int, tools: int, tool_nodes: list[Index], coupled: list[Index] | None = None
+) -> Pattern:
+    """Pattern of element couplings of all cells, each tool's 3 unknowns with all its candidate nodes, and with itself.
+
+    ``coupled``: further groups of unknowns (k, m), each row coupled with itself; they may lie beyond those of the tools.
+    """
     from scipy.sparse import coo_matrix, csr_matrix
 
     rows, cols = [np.arange(nodes)], [np.arange(nodes)]
@@ -88,6 +93,10 @@ def make_pattern(cells: list[Index], nodes: int, tools: int, tool_nodes: list[In
         more_i += [a.ravel(), b.ravel(), s.ravel()]
         more_j += [b.ravel(), a.ravel(), q.ravel()]
     n = 2 * nodes + 3 * tools
+    for group in coupled or []:
+        more_i.append(np.repeat(group, group.shape[1], axis=1).ravel())
+        more_j.append(np.tile(group, group.shape[1]).ravel())
+        n = max(n, int(group.max(initial=-1)) + 1)
     i, j = np.concatenate(more_i), np.concatenate(more_j)
     matrix = coo_matrix((np.ones(len(i), dtype=np.int8), (i, j)), (n, n)).tocsc()
     matrix.sort_indices()

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.enforcement import ContactForces, Scale, forces, stretching
+from prensa.contact.enforcement import ContactForces, Scale, forces, multiplier_rows, stretching
 from prensa.contact.integration import NodalPoints, behind, depth_of
 from prensa.contact.pairing import Pairs, current_pairs, reference_pairs
 from prensa.contact.recovery import recover
@@ -40,6 +40,7 @@ class Surface:
     """One contact: candidate points against a tool. ``first`` is the row of its first point in the state's arrays.
 
     ``behind`` (m,): elements of the body behind the edges.
+    ``multipliers``: number of its first multiplier unknown, two a point (normal, tangential); −1 if it has none.
     """
 
     name: str
@@ -51,12 +52,23 @@ class Surface:
     normal: Array
     modulus: float
     behind: Index
+    multipliers: int = -1
 
     @cached_property
     def ends(self) -> Index:
         """Points (m, 2) of this contact at the ends of its edges."""
         order = np.argsort(self.points.nodes)
         return order[np.searchsorted(self.points.nodes, self.points.edges, sorter=order)]
+
+    @property
+    def exact(self) -> bool:
+        """Whether its multipliers are unknowns."""
+        return self.multipliers >= 0
+
+    @property
+    def unknowns(self) -> slice:
+        """Places of its multipliers in the vector of unknowns."""
+        return slice(self.multipliers, self.multipliers + 2 * len(self.points.nodes))
 
     @property
     def rows(self) -> slice:
@@ -66,13 +78,17 @@ class Surface:
     def scale(self, k_t_least: Array) -> Scale:
         """Penalty stiffnesses of the points: k_n = β E*/h, k_T = β_T E*/h, not below ``k_t_least`` (k,)."""
         e, h = self.description.enforcement, self.points.depth
-        k_n = np.full_like(h, e.k_n) if e.k_n is not None else e.beta * self.modulus / h
-        k_t = np.full_like(h, e.k_T) if e.k_T is not None else e.beta_T * self.modulus / h
-        return Scale(k_n, np.maximum(k_t, k_t_least), h)
+        unit = self.modulus / h
+        k_n, k_t = e.beta * unit, e.beta_T * unit
+        if not isinstance(e, model.Exact):
+            k_n = k_n if e.k_n is None else np.full_like(h, e.k_n)
+            k_t = k_t if e.k_T is None else np.full_like(h, e.k_T)
+        return Scale(k_n, np.maximum(k_t, k_t_least), h, unit)
 
 
 EPS = float(np.finfo(np.float64).eps)
 ROUND_OFF = 0.25  # share of ε E* size, per node, that the forces of a body at rest miss: all the strain there is then
+ROUND = 8.0  # round-off of a gap or slip over ε × size
 NOTHING = 1e-8  # forces of strains below this need no relative accuracy: an unloaded body has no force to compare with
 
 
@@ -80,7 +96,9 @@ class Evaluation(NamedTuple):
     """r (ndof,) residual; data (nnz,) its derivative or None; ``scale``: Σ |element forces| + |contact| + |external|.
 
     history, contacts: trial values to commit; f_ext (ndof,); ``failed``: why it could not be evaluated, or '';
-    ``floor``: residual that round-off alone makes: positions carry ε × size, which moduli and penalties multiply.
+    ``floor``: residual that round-off alone makes: positions carry ε × size, which moduli and penalties multiply;
+    ``violation``: of the exact contacts, the largest penetration, elastic slip or multiplier of an open point (as the
+    length it is divided to), over the element depth, beyond what round-off makes.
     """
 
     r: Array
@@ -91,6 +109,7 @@ class Evaluation(NamedTuple):
     f_ext: Array
     failed: str
     floor: float = 0.0
+    violation: float = 0.0
 
 
 @dataclass
@@ -130,8 +149,8 @@ class System:
     # ------------------------------------------------------------------------------------------------------ indices
     @property
     def ndof(self) -> int:
-        """Unknowns: two per node, three per tool."""
-        return 2 * self.nodes + 3 * len(self.tools)
+        """Unknowns: two per node, three per tool, two per point of contacts with exact enforcement."""
+        return self.pattern.n
 
     def tool_dof(self, t: int) -> int:
         """First unknown of tool number t."""
@@ -167,6 +186,16 @@ class System:
         if not self.axisymmetric:
             return np.zeros(0, dtype=np.int64)
         return np.flatnonzero(self.X[:, 0] <= 1e-12 * self.length)
+
+    def multipliers(self, u: Array, lam: Array) -> Array:
+        """λ_n, λ_T (points, 2) of all contact points: of exact contacts from the unknowns u (ndof,), else those of lam."""
+        if not any(s.exact for s in self.surfaces):
+            return lam
+        out = lam.copy()
+        for s in self.surfaces:
+            if s.exact:
+                out[s.rows] = u[s.unknowns].reshape(-1, 2) * (s.modulus / s.points.depth)[:, None]
+        return out
 
     def positions(self, u: Array) -> Array:
         """Node positions (n, 2) for unknowns u (ndof,)."""
@@ -251,6 +280,7 @@ class System:
     ) -> Evaluation:
         """Residual r = f_int − f_contact − f_ext of unknowns u (ndof,) and multipliers lam (points, 2), and its derivative.
 
+        Contacts with exact enforcement have their multipliers in u and their equations in r; lam is not used there.
         hold (points,): contact points made to stick, with which the solver breaks cycles. Pure: it answers the same for
         the same arguments whatever came before.
         """
@@ -261,7 +291,10 @@ class System:
         du = (u if total else u - c.state.u)[: 2 * self.nodes].reshape(-1, 2)
         base = self.initial_history if total else c.state.history
         history, scale, floor = [], NOTHING * self.stiffness, ROUND_OFF * EPS * self.stiffness * self.nodes
-        reach = self.length + float(np.abs(u[2 * self.nodes :]).max(initial=0.0))
+        violation = 0.0
+        tools = slice(2 * self.nodes, 2 * self.nodes + 3 * len(self.tools))
+        reach = self.length + float(np.abs(u[tools]).max(initial=0.0))
+        lam = self.multipliers(u, lam)
         at = At(c.dt, c.time)
         for block, old in zip(self.blocks, base):
             out = sweep(block, c.x_n, du, old, at, r, data)
@@ -288,10 +321,16 @@ class System:
                 return Evaluation(
                     r, data, np.inf, (), (), r, f"friction of {s.name} softens too fast for its stiffness k_T"
                 )
-            dofs = self.pair_dofs(s)
-            np.subtract.at(r, dofs, f.F)
+            np.subtract.at(r, self.pair_dofs(s), f.F)
+            K = f.K
+            if s.exact:
+                R, K = multiplier_rows(f, pairs, lam[s.rows], sc)
+                r[s.unknowns] = R.ravel()
+                lengths = np.abs(R).max(axis=1, initial=0.0) / (w * sc.unit)
+                size = max(reach, float(np.abs(self.X).max()), float(np.abs(self.tools[s.tool].at).max()))
+                violation = max(violation, float(((lengths - ROUND * EPS * size) / sc.h).max(initial=0.0)))
             if data is not None:
-                scatter_matrix(f.K, self._pair_slots(s), data)
+                scatter_matrix(K, self.pair_slots(s), data)
                 if follows:
                     slopes = s.points.slopes(self.positions(u)) * self.share(s.points.edges, c.depth)
                     scatter_matrix(stretching(f.t, pairs, s.ends, slopes), self._stretch_slots(s), data)
@@ -299,7 +338,7 @@ class System:
             results.append(f)
         f_ext = self._external(c, u, data)
         scale += float(np.abs(f_ext[: 2 * self.nodes]).sum())
-        return Evaluation(r - f_ext, data, scale, tuple(history), tuple(results), f_ext, "", floor)
+        return Evaluation(r - f_ext, data, scale, tuple(history), tuple(results), f_ext, "", floor, violation)
 
     @cached_property
     def stiffness(self) -> float:
@@ -368,10 +407,15 @@ class System:
         tool = self.tool_dof(s.tool) + np.arange(3)
         return np.concatenate([2 * n[:, None], 2 * n[:, None] + 1, np.broadcast_to(tool, (len(n), 3))], axis=1)
 
-    def _pair_slots(self, s: Surface) -> NDArray[np.int32]:
+    def extended_dofs(self, s: Surface) -> Index:
+        """Unknowns of the pairs of a contact, followed by the two multipliers where these are unknowns."""
+        return _coupled(s, self.nodes) if s.exact else self.pair_dofs(s)
+
+    def pair_slots(self, s: Surface) -> NDArray[np.int32]:
+        """Places (k, m, m) of the `extended_dofs` of the pairs in the matrix values."""
         if s.name not in self._edge_slots:
-            dofs = self.pair_dofs(s)
-            out = np.empty((len(dofs), 5, 5), dtype=np.int32)
+            dofs = self.extended_dofs(s)
+            out = np.empty((len(dofs), dofs.shape[1], dofs.shape[1]), dtype=np.int32)
             slots(self.pattern.indptr, self.pattern.indices, np.ascontiguousarray(dofs), out)
             self._edge_slots[s.name] = out
         return self._edge_slots[s.name]
@@ -442,6 +486,13 @@ def _refuse_edges_on_nodes(tool: PlacedTool, X: Array, depth: Array) -> None:
             )
 
 
+def _coupled(s: Surface, nodes: int) -> Index:
+    """Unknowns (k, 7) that each point of an exact contact couples: node, tool, its two multipliers."""
+    node = 2 * s.points.nodes[:, None] + np.arange(2)
+    tool = np.broadcast_to(2 * nodes + 3 * s.tool + np.arange(3), (len(node), 3))
+    return np.concatenate([node, tool, np.arange(s.unknowns.start, s.unknowns.stop).reshape(-1, 2)], axis=1)
+
+
 def discretise(problem: model.Problem) -> System:
     """Arrays of a problem: meshes, placed tools, contact candidates, sparsity pattern.
 
@@ -468,7 +519,7 @@ def discretise(problem: model.Problem) -> System:
     X = np.concatenate([m.points for m in meshes.values()])
     tools = [place(name, d, meshes) for name, d in problem.tools.items()]
     surfaces: list[Surface] = []
-    first = 0
+    first, own = 0, 2 * total + 3 * len(tools)
     for contact in problem.contacts:
         owner = contact.surface[0].partition(".")[0]
         mesh = meshes[owner]
@@ -485,13 +536,15 @@ def discretise(problem: model.Problem) -> System:
         points = NodalPoints(nodes + offsets[owner], edges + offsets[owner], depth, axisymmetric, problem.thickness)
         law = material_of(problem.bodies[owner].material, problem.kinematics, problem.space)
         tool = list(problem.tools).index(contact.against)
+        exact = isinstance(contact.enforcement, model.Exact)
         surfaces.append(
             Surface(
                 contact.name, contact, owner, tool, points, first, points.normals(X), law.modulus(),
-                behind(edges, mesh.cells),
+                behind(edges, mesh.cells), own if exact else -1,
             )
         )  # fmt: skip
         first += len(nodes)
+        own += 2 * len(nodes) if exact else 0
         if problem.contact_geometry == "current":
             _refuse_edges_on_nodes(tools[tool], X[points.nodes], depth)
     cells = [m.cells + offsets[name] for name, m in meshes.items()]
@@ -499,7 +552,7 @@ def discretise(problem: model.Problem) -> System:
         np.unique(np.concatenate([s.points.nodes for s in surfaces if s.tool == t] or [np.zeros(0, dtype=np.int64)]))
         for t in range(len(tools))
     ]
-    pattern = make_pattern(cells, total, len(tools), near)
+    pattern = make_pattern(cells, total, len(tools), near, [_coupled(s, total) for s in surfaces if s.exact])
     blocks = []
     for (name, body), c in zip(problem.bodies.items(), cells):
         dofs = (2 * c[:, :, None] + np.arange(2)).reshape(-1, 8)

@@ -108,7 +108,9 @@ class PlaneStress:
         rows = np.arange(n)
         for _ in range(MAX_ITERATIONS):
             k = len(rows)
-            trial = Out(np.empty((k, 5)), np.empty((k, 5, 5)), np.empty((k, self.law.size)), np.zeros(k, dtype=np.bool_))
+            trial = Out(
+                np.empty((k, 5)), np.empty((k, 5, 5)), np.empty((k, self.law.size)), np.zeros(k, dtype=np.bool_)
+            )
             y = x[rows]
             stretch[rows, 4] = np.expm1(y) if self.finite else y
             self.law.update(stretch[rows], old[rows], at, trial)

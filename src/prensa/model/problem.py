@@ -603,7 +603,7 @@ Tool = Annotated[Plane | Circle | Stamp | Ring, Field(discriminator="type")]
 # ------------------------------------------------------------------------------------------------------------ contact
 @described
 class Penalty:
-    """Penalty enforcement; k_n = beta E_n/h and k_T = beta_T E*/h, dimensionless (THEORY 3, 4).
+    """Penalty enforcement; k_n = beta E*/h and k_T = beta_T E*/h with E* = E/(1 − ν²), h the depth of the elements behind.
 
     ``k_n`` and ``k_T`` set absolute stiffnesses (pressure per length) instead, to reproduce published work.
     """
@@ -632,7 +632,20 @@ class Augmented:
     type: Literal["augmented"] = "augmented"
 
 
-Enforcement = Annotated[Penalty | Augmented, Field(discriminator="type")]
+@described
+class Exact:
+    """Exact enforcement: Lagrange multipliers as unknowns, by semi-smooth Newton; no penetration, no elastic slip.
+
+    ``beta`` and ``beta_T``, scaled as in `Penalty`, weigh gap against pressure where open or closed, stick or slip is
+    decided during the iteration; the answer does not depend on them.
+    """
+
+    beta: Annotated[Number, Field(gt=0)] = 10.0
+    beta_T: Annotated[Number, Field(gt=0)] = 10.0
+    type: Literal["exact"] = "exact"
+
+
+Enforcement = Annotated[Penalty | Augmented | Exact, Field(discriminator="type")]
 
 
 def _as_names(value: Any) -> Any:
@@ -856,7 +869,7 @@ class Case:
 
 __all__ = [
     "J2", "Annulus", "ArcSide", "Augmented", "Body", "Case", "Circle", "Contact", "Coulomb", "Disc", "Elastic",
-    "Fixed", "FlowTable", "Grade", "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik", "Motion",
+    "Exact", "Fixed", "FlowTable", "Grade", "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik", "Motion",
     "MuExponential", "MuLinear", "MuTable", "NeoHooke", "Numerics", "Output", "Patch", "Penalty", "Perfect",
     "Plane", "Points", "Problem", "Push", "Rectangle", "Ring", "Shear", "SplineSide", "StVenantKirchhoff", "Stamp",
     "Step", "Swift", "Units", "Voce",

@@ -335,6 +335,9 @@ class _March:
         if e.failed or not len(self.reduced.free):
             return ""
         dof = int(self.reduced.free[np.argmax(np.abs(self.reduced.weight * e.r[self.reduced.free]))])
+        for s in self.system.surfaces:
+            if s.exact and dof in range(s.unknowns.start, s.unknowns.stop):
+                dof = int(self.system.pair_dofs(s)[(dof - s.unknowns.start) // 2, 0])
         if dof >= 2 * self.system.nodes:
             return f"tool {self.system.tools[(dof - 2 * self.system.nodes) // 3].name!r}"
         x = self.system.positions(trial.u)[dof // 2]

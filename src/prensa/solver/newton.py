@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from prensa.fem.system import Circumstances, Evaluation, System
 from prensa.model import problem as model
 from prensa.solver.linear import Factorisation, SingularError
+from prensa.solver.multipliers import BlockedError, Equations, determined
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -19,6 +20,7 @@ Index = NDArray[np.int64]
 STEPS = (0.5, 0.25, 0.1, 0.03)  # line search, after the full step
 GOOD = 0.05  # relative residual of the extrapolation below which nothing better is looked for
 POLISH = 1e-12  # relative residual that the factors at hand are used to reach
+TIGHT = 1e-12  # penetration and elastic slip over the element depth that exact contacts reach
 FINE = 1e-11  # relative residual below which that is not worth a factorisation
 NEAR = 1e-5  # relative residual from which on the factors at hand may finish the work
 CORRECTIONS = 4  # substitutions spent on that
@@ -70,6 +72,11 @@ class Reduced:
         for t in range(len(system.tools)):
             weight[system.tool_dof(t) + 2] = 1.0 / system.length
         self.weight = weight[self.free]
+        self.equations = [
+            Equations(i, s, system.X[s.points.nodes], system.pair_slots(s)[:, -2:], mask[system.extended_dofs(s)])
+            for i, s in enumerate(system.surfaces)
+            if s.exact
+        ]
         self.shape = (n, n)
         self.indptr, self.indices = indptr, indices
 
@@ -83,9 +90,11 @@ class Reduced:
 
         return np.asarray(csc_matrix((data, self.indices, self.indptr), self.shape) @ delta)
 
-    def solve(self, data: Array, b: Array) -> Array:
-        """Free unknowns (n,) with K_ff x_f = b_f, zero where prescribed."""
+    def solve(self, e: Evaluation, b: Array) -> Array:
+        """Free unknowns (n,) with K_ff x_f = b_f for the matrix of an evaluation, zero where prescribed."""
+        assert e.data is not None
         x = np.zeros(len(b))
+        data = determined(e, b, self.equations) if self.equations else e.data
         x[self.free] = self.factorisation.solve(data[self.entries], b[self.free])
         return x
 
@@ -157,7 +166,7 @@ def _start(
     if guess is not None and reduced.norm(guess[1].r) < reduced.norm(r):
         return *guess, False
     with report.timed("factorisation and solve"):
-        step = reduced.solve(base.data, -r)
+        step = reduced.solve(base, -r)
     return start + delta + step, None, True
 
 
@@ -204,6 +213,9 @@ def attempt(
                 trial.reason = f"the multipliers did not settle in {limit} updates; a larger beta converges faster"
                 return trial
             lam, e = update, None
+    except BlockedError as error:
+        trial.reason = str(error)
+        return trial
     except SingularError as error:
         trial.reason = (
             f"the stiffness matrix is singular ({error}): some body or tool is free to move without resistance; "
@@ -264,15 +276,14 @@ def _newton(
         if len(least) > PATIENCE + 2 and least[-1] > 0.5 * least[-1 - PATIENCE]:
             trial.reason = f"the residual stagnates at {relative:.1e} of the forces"
             return None
-        stiffness = e.data
         if turned.any():
             # a point that slipped one way and now slips the other would flip for ever: it sticks for this solve
             with report.timed("assembly"):
                 held = system.evaluate(c, u, lam, hold=turned)
-            if not held.failed and held.data is not None:
-                e, stiffness = held, held.data
+            if not held.failed:
+                e = held
         with report.timed("factorisation and solve"):
-            step = reduced.solve(stiffness, -e.r)
+            step = reduced.solve(e, -e.r)
         trial.iterations += 1
         if np.abs(step[: 2 * system.nodes]).max(initial=0.0) > 1e3 * system.length:
             trial.reason = (
@@ -321,12 +332,12 @@ def _along(system: System, c: Circumstances, u: Array, step: Array, lam: Array) 
     moved = u + step
     if system.problem.contact_geometry != "current":
         return moved
-    nodal = moved[: 2 * system.nodes].reshape(-1, 2)
+    nodal, after_lam = moved[: 2 * system.nodes].reshape(-1, 2), system.multipliers(moved, lam)
     for s, scale in zip(system.surfaces, c.scales):
         before, after = system.pairs(s, u), system.pairs(s, moved)
         dofs = system.pair_dofs(s)
         linear = before.g + (before.dg * step[dofs]).sum(axis=1)
-        stays = (lam[s.rows, 0] - scale.k_n * linear > 0) & ~np.isin(dofs[:, :2], c.plan.fixed).any(axis=1)
+        stays = (after_lam[s.rows, 0] - scale.k_n * linear > 0) & ~np.isin(dofs[:, :2], c.plan.fixed).any(axis=1)
         nodal[s.points.nodes] += np.where(stays, linear - after.g, 0.0)[:, None] * after.n
     return moved
 
@@ -342,7 +353,7 @@ def _finished(
     """
     norm = reduced.norm(e.r)
     for _ in range(CORRECTIONS):
-        if norm <= POLISH * e.scale or not reduced.factorisation.factored:
+        if (norm <= POLISH * e.scale and e.violation <= TIGHT) or not reduced.factorisation.factored:
             break
         with report.timed("factorisation and solve"):
             step = reduced.again(-e.r)
@@ -353,18 +364,19 @@ def _finished(
         u, e, norm = u + step, better, reduced.norm(better.r)
     if not (norm <= tolerance * e.scale or norm <= e.floor):
         return None
-    if norm > FINE * e.scale and norm > e.floor:
+    if (norm > FINE * e.scale and norm > e.floor) or e.violation > TIGHT:
         # old factors do not help everywhere (a limit load, say): one more step with new ones
         with report.timed("assembly"):
             here = system.evaluate(c, u, lam)
-        assert here.data is not None
         with report.timed("factorisation and solve"):
-            step = reduced.solve(here.data, -here.r)
+            step = reduced.solve(here, -here.r)
         trial.iterations += 1
         with report.timed("assembly"):
             better = system.evaluate(c, u + step, lam, stiffness=False)
         if not better.failed and reduced.norm(better.r) < norm:
             u, e, norm = u + step, better, reduced.norm(better.r)
+    if e.violation > TIGHT:
+        return None
     trial.u, trial.residual = u, norm / e.scale
     return e
 
