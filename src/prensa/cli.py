@@ -203,7 +203,8 @@ def _plan(system: System) -> Iterator[str]:
         contact = surface.description
         law = contact.friction or p.friction
         friction = brief(law) if law is not None else "none"
-        points = f"{len(surface.points.nodes)} candidate points"
+        rule = "" if contact.integration == "nodal" else f" ({contact.integration})"
+        points = f"{len(surface.points)} candidate points{rule}"
         yield f"contact {surface.name}: {points}; friction {friction}; {contact.enforcement.type}"
     for number, step in enumerate(p.steps):
         yield f"step {step.name}: time {number} … {number + 1}; {_doing(step)}"

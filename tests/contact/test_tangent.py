@@ -34,13 +34,16 @@ FRICTION = {
 MODES = [("small", "reference"), ("small", "current"), ("finite", "current")]
 
 
-def problem(space, kinematics, geometry, element, material, tool, friction, enforcement, follower=False):
+def problem(
+    space, kinematics, geometry, element, material, tool, friction, enforcement, follower=False, rule="nodal"
+):  # fmt: skip
     axi = space == "axisymmetric"
     block = pr.Body(pr.Rectangle(size=(4.0, 4.0), n=(9, 4), origin=(0.5 if axi else 0.0, 0.0)), material, element)
     loads = {"block.right": pr.Load(pressure=5.0, shear=2.0)} if follower else {}
     return pr.Problem(
         "tangent", space=space, kinematics=kinematics, contact_geometry=geometry, bodies={"block": block},
-        tools={"tool": tool}, contacts=[pr.Contact("block.top", "tool", friction=friction, enforcement=enforcement)],
+        tools={"tool": tool},
+        contacts=[pr.Contact("block.top", "tool", friction=friction, enforcement=enforcement, integration=rule)],
         fixed={"block.bottom": "xy"}, loads=loads, thickness=1.0 if axi else 0.7,
         steps=[pr.Step("one", push={"tool": pr.Push(y=-1.0)})],
     )  # fmt: skip
@@ -119,6 +122,29 @@ def test_tools_and_friction(space, mode, tool):
     assert (closed & ~slip).any()
 
 
+@pytest.mark.parametrize("rule", ["gauss1", "gauss2", "gauss3", "simpson", "kikuchi"])
+@pytest.mark.parametrize("mode", MODES, ids="-".join)
+@pytest.mark.parametrize("space", ["plane strain", "plane stress", "axisymmetric"])
+def test_integration_rules(space, mode, rule):
+    """Within 1e-6 of differences for every rule × geometry × enforcement, two friction laws; stick and slip occur."""
+    axi = space == "axisymmetric"
+    closed, slip = [], []
+    enforcements = (pr.Penalty(beta_T=60.0), pr.Augmented(beta=20.0, beta_T=60.0))
+    for i, (tool, friction, enforcement) in enumerate(
+        itertools.product(("tilted plane", "circle"), ("hardening", "shear"), enforcements)
+    ):
+        element, elastic = "q4" if space == "plane stress" else "q4_fbar", MATERIALS["elastic"]
+        p = problem(
+            space, *mode, element, elastic, TOOLS[tool](axi), FRICTION[friction], enforcement, rule=rule
+        )  # fmt: skip
+        a, b = check(p, seed=i)
+        closed.append(a)
+        slip.append(b)
+    closed, slip = np.concatenate(closed), np.concatenate(slip)
+    assert slip.any()
+    assert (closed & ~slip).any()
+
+
 ELEMENTS = ["q4", "q4_fbar"]
 
 
@@ -185,7 +211,8 @@ def test_a_residual_has_no_memory():
     assert np.array_equal(first.data, again.data)
 
 
-def test_tool_force_and_moment_are_the_sum_of_the_nodal_ones():
+@pytest.mark.parametrize("rule", ["nodal", "gauss1", "gauss2", "gauss3", "simpson", "kikuchi"])
+def test_tool_force_and_moment_are_the_sum_of_the_nodal_ones(rule):
     """The tool's rows hold minus the sum of the nodal contact forces and of their moments, to round-off."""
     p = problem(
         "plane strain",
@@ -196,14 +223,16 @@ def test_tool_force_and_moment_are_the_sum_of_the_nodal_ones():
         TOOLS["circle"](False),
         FRICTION["coulomb"],
         pr.Penalty(),
+        rule=rule,
     )
     system = pr.discretise(p)
     plan = plan_step(system, 0, np.zeros(system.ndof))
     c = system.circumstances(system.initial(), plan, 0.5)
     u = 0.01 * np.random.default_rng(1).normal(size=system.ndof)
     f = system.evaluate(c, u, system.initial().lam).contacts[0]
-    x = system.positions(u)[system.surfaces[0].points.nodes]
+    points = system.surfaces[0].points
+    x = system.positions(u)[points.nodes]
     arm = x - (system.tools[0].at + u[-3:-1])
-    nodal = f.F[:, :2]
+    nodal = points.to_nodes(f.F[:, :2])
     assert np.allclose(-nodal.sum(0), f.F[:, 2:4].sum(0), rtol=1e-13)
     assert np.isclose(-(arm[:, 0] * nodal[:, 1] - arm[:, 1] * nodal[:, 0]).sum(), f.F[:, 4].sum(), rtol=1e-12)

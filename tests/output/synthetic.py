@@ -6,7 +6,7 @@ import numpy as np
 
 import prensa as pr
 from prensa.fem.state import State
-from prensa.solver.increment import BodyState, ContactState, Force, Increment, Place, Statistics, ToolState
+from prensa.solver.increment import BodyState, ContactState, Force, Increment, Place, PointValues, Statistics, ToolState
 
 CONTACT = "block.top-cylinder"
 
@@ -62,10 +62,13 @@ def increment(number: int = 10, total: int = 10, n: tuple[int, int] = (48, 24), 
     width = np.gradient(s)
     shear = np.minimum(0.2 * p, 8 * s * t)
     status = np.where(p == 0, 0, np.where(shear < 0.2 * p, 1, 2)).astype(np.int8)
+    gap = np.maximum(s**2 / 160 - a**2 / 160, 0) * (p == 0)
+    from_stress = p * (1 + 0.04 * np.sin(3 * s)) - 8 * (np.abs(s - a) < 2)
+    points = PointValues(X[top], (X + u)[top], gap, p, shear, 0.01 * s * t, status, width)
     state = ContactState(
-        "block.top", "cylinder", "block", top, X[top], (X + u)[top], np.maximum(s**2 / 160 - a**2 / 160, 0) * (p == 0), p, shear,
-        0.01 * s * t, status, width, np.column_stack([shear, -p]) * width[:, None],
-        p * (1 + 0.04 * np.sin(3 * s)) - 8 * (np.abs(s - a) < 2), float(width[p > 0].sum()),
+        "block.top", "cylinder", "block", top, X[top], (X + u)[top], gap, p, shear, 0.01 * s * t, status, width,
+        np.column_stack([shear, -p]) * width[:, None], from_stress, 0.97 * from_stress,
+        np.where(p > 0, np.abs(p - from_stress), 0.0), float(width[p > 0].sum()), points,
     )  # fmt: skip
     force = float((p * width).sum())
     tool = ToolState(np.array([0.0, 80.0]), Place(0.0, -2.0 * t, 0.0), Force(-float((shear * width).sum()), force, 0.0))

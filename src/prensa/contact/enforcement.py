@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.contact.integration import Shares
 from prensa.contact.pairing import Pairs
 from prensa.friction.return_map import Friction, return_map
 
@@ -107,18 +108,17 @@ def forces(
     return ContactForces(p, t, kappa, pairs.s, pairs.g, slip, F, -dF, pairs.n, pairs.e, weight, area, dp, dt)
 
 
-def stretching(t: Array, pairs: Pairs, rows: NDArray[np.int64], slopes: Array) -> Array:
-    """Stiffness (m, 7, 7) of the edges' areas under tangential tractions t (k,), on (node a, node b, tool).
+def stretching(t: Array, pairs: Pairs, shares: Shares, slopes: Array) -> Array:
+    """Stiffness (s, 7, 7) of the areas of the shares under tangential tractions t (k,), on (node a, node b, tool).
 
-    rows (m, 2): points at the ends of each edge; slopes (m, 2, 2, 2) as `NodalPoints.slopes`. F_T = t w(x) F_t, so
-    −∂F_T/∂x has −t F_t ⊗ ∂w/∂x, which reaches over the edge.
+    slopes (s, 2, 2) as `Points.slopes`. F_T = t w(x) F_t, so −∂F_T/∂x has −t F_t ⊗ ∂w/∂x, which reaches over the edge.
     """
-    K = np.zeros((len(rows), 7, 7))
-    for end in range(2):
-        force = t[rows[:, end], None] * pairs.Ft[rows[:, end]]
-        columns = slopes[:, end].reshape(-1, 1, 4)
-        K[:, 2 * end : 2 * end + 2, :4] -= force[:, :2, None] * columns
-        K[:, 4:, :4] -= force[:, 2:, None] * columns
+    force = t[shares.point, None] * pairs.Ft[shares.point]
+    columns = slopes.reshape(-1, 1, 4)
+    K = np.zeros((len(force), 7, 7))
+    for end, N in enumerate((1 - shares.place, shares.place)):
+        K[:, 2 * end : 2 * end + 2, :4] = -(N[:, None] * force[:, :2])[:, :, None] * columns
+    K[:, 4:, :4] = -force[:, 2:, None] * columns
     return K
 
 

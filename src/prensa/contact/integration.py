@@ -1,13 +1,18 @@
-"""Where the contact terms are integrated: points on a candidate surface with shape values and tributary weights.
+"""Where the contact terms are integrated: points on a candidate surface, their shape values and their weights.
 
-The nodal (trapezoid) rule has one point a node and weight w_A = ∫ N_A dΓ, integrated exactly on the committed
-configuration, thickness or 2πr inside: n + 1 constraints for n + 1 nodes, the only rule whose point pressures do not
-oscillate (THEORY 6; the paper's open question).
+A point lies at x = Σ N_a x_a of the surface nodes that carry it, its force goes to them with the same N_a, so that the
+virtual work ∫ t·δu dΓ ≈ Σ w_q t_q·δu_q decides everything. The rules (the paper's open question, docs/theory/contact.md):
+
+* ``nodal`` (trapezoid): a point a node, w_A = ∫ N_A dΓ exactly, thickness or 2πr inside; n + 1 constraints, n + 1 nodes;
+* ``gauss1``, ``gauss2``, ``gauss3``: Gauss points of each edge; ``simpson``: nodes and middles of the edges;
+* ``kikuchi``: the points of ``gauss2``, whose pressures are then projected to the nodes with the trapezoid-lumped mass, our
+  reading of Kikuchi (1982, Int. J. Numer. Methods Eng. 18, 343-350).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,56 +20,155 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+# places ξ on (0, 1) and factors of the points inside an edge
+GAUSS: dict[str, tuple[tuple[float, ...], tuple[float, ...]]] = {
+    "gauss1": ((0.5,), (1.0,)),
+    "gauss2": ((0.5 - 0.5 / 3**0.5, 0.5 + 0.5 / 3**0.5), (0.5, 0.5)),
+    "gauss3": ((0.5 - 0.5 * 0.6**0.5, 0.5, 0.5 + 0.5 * 0.6**0.5), (5 / 18, 8 / 18, 5 / 18)),
+}
+GAUSS["kikuchi"] = GAUSS["gauss2"]
+
 
 @dataclass(frozen=True)
-class NodalPoints:
-    """k contact points, one a node: ``nodes`` (k,) global node numbers in walking order, ``edges`` (m, 2) of the surface.
+class Shares:
+    """Parts of edges that points stand for: (s,) point, edge, factor of its length.
 
-    ``depth`` (k,): size of the adjacent elements into the body, in the initial mesh.
+    ``at``: place ξ on the edge where 2πr is taken; ``place``: where the point lies.
     """
 
+    point: Index
+    edge: Index
+    factor: Array
+    at: Array
+    place: Array
+
+
+@dataclass(frozen=True)
+class Points:
+    """k contact points on a surface of n nodes.
+
+    ``nodes`` (n,) global numbers in walking order, ``edges`` (m, 2) with the body on the left; ``support`` (k, a) nodes
+    that carry a point and ``N`` (k, a) their shape values; ``depth`` (k,) size of the adjacent elements into the body, in
+    the initial mesh; ``shares``: the parts of the edges that make the weights.
+    """
+
+    rule: str
     nodes: Index
     edges: Index
+    support: Index
+    N: Array
     depth: Array
+    shares: Shares
     axisymmetric: bool
     thickness: float
 
-    def weights(self, x: Array) -> Array:
-        """Tributary areas (k,) = ∫ N_A dΓ on node positions x (n, 2) of the whole system."""
-        a, b = x[self.edges[:, 0]], x[self.edges[:, 1]]
+    def __len__(self) -> int:
+        return len(self.support)
+
+    def _measure(self, x: Array, edge: Index, at: Array) -> Array:
+        """Length times thickness or 2πr(ξ) of edges on node positions x (n, 2)."""
+        a, b = x[self.edges[edge, 0]], x[self.edges[edge, 1]]
         length = np.hypot(*(b - a).T)
-        if self.axisymmetric:
-            wa = 2 * np.pi * length * (2 * a[:, 0] + b[:, 0]) / 6
-            wb = 2 * np.pi * length * (a[:, 0] + 2 * b[:, 0]) / 6
-        else:
-            wa = wb = 0.5 * self.thickness * length
-        out = np.zeros(len(x))
-        np.add.at(out, self.edges[:, 0], wa)
-        np.add.at(out, self.edges[:, 1], wb)
-        return out[self.nodes]
+        return length * (2 * np.pi * ((1 - at) * a[:, 0] + at * b[:, 0]) if self.axisymmetric else self.thickness)
+
+    def weights(self, x: Array) -> Array:
+        """Areas (k,) of the points on node positions x (n, 2) of the whole system."""
+        s = self.shares
+        parts = s.factor * self._measure(x, s.edge, s.at)
+        return np.asarray(np.bincount(s.point, parts, len(self)), dtype=np.float64)
 
     def slopes(self, x: Array) -> Array:
-        """∂w/∂x (m, 2, 2, 2) on positions x (n, 2): edge, end whose weight it is, end that moves, axis."""
-        a, b = x[self.edges[:, 0]], x[self.edges[:, 1]]
+        """∂w/∂x (s, 2, 2) of the shares' areas on positions x (n, 2): share, end of its edge that moves, axis."""
+        s = self.shares
+        a, b = x[self.edges[s.edge, 0]], x[self.edges[s.edge, 1]]
         t = b - a
         length = np.hypot(*t.T)
         dL = np.stack([-t, t], axis=1) / length[:, None, None]
         if not self.axisymmetric:
-            return np.repeat(0.5 * self.thickness * dL[:, None], 2, axis=1)
-        radius = np.stack([2 * a[:, 0] + b[:, 0], a[:, 0] + 2 * b[:, 0]], axis=1) / 6
-        out = 2 * np.pi * radius[:, :, None, None] * dL[:, None]
-        out[:, :, :, 0] += 2 * np.pi * length[:, None, None] * np.array([[2.0, 1.0], [1.0, 2.0]]) / 6
+            return np.asarray(self.thickness * s.factor[:, None, None] * dL)
+        N = np.stack([1 - s.at, s.at], axis=1)
+        out = (N[:, 0] * a[:, 0] + N[:, 1] * b[:, 0])[:, None, None] * dL
+        out[:, :, 0] += length[:, None] * N
+        return np.asarray(2 * np.pi * s.factor[:, None, None] * out)
+
+    def tributary(self, x: Array) -> Array:
+        """∫ N_A dΓ (n,) of the surface nodes on positions x of the whole system: the trapezoid-lumped mass, exact."""
+        m = np.arange(len(self.edges))
+        out = np.zeros(len(x))
+        # ∫ N r dΓ of a linear edge is half the length times r at a third from the node
+        np.add.at(out, self.edges[:, 0], 0.5 * self._measure(x, m, np.full(len(m), 1 / 3)))
+        np.add.at(out, self.edges[:, 1], 0.5 * self._measure(x, m, np.full(len(m), 2 / 3)))
+        return out[self.nodes]
+
+    def at(self, values: Array) -> Array:
+        """Nodal values (n, …) of the whole system interpolated to the points (k, …)."""
+        return np.asarray(np.einsum("ka,ka...->k...", self.N, values[self.support]))
+
+    @cached_property
+    def slots(self) -> Index:
+        """Places (k, a) of the supporting nodes in ``nodes``."""
+        number = np.full(int(self.nodes.max()) + 1, -1, dtype=np.int64)
+        number[self.nodes] = np.arange(len(self.nodes))
+        return number[self.support]
+
+    def to_nodes(self, values: Array) -> Array:
+        """Σ_q N_A values_q (n, …) at the surface nodes: forces of the points (k, …) as nodal forces."""
+        out = np.zeros((len(self.nodes), *values.shape[1:]))
+        for a in range(self.N.shape[1]):
+            np.add.at(out, self.slots[:, a], self.N[:, a].reshape(-1, *[1] * (values.ndim - 1)) * values)
         return out
 
-    def normals(self, x: Array) -> Array:
-        """Outward unit normals (k, 2) of the surface at the nodes, weighted by edge length, body on the left."""
-        t = x[self.edges[:, 1]] - x[self.edges[:, 0]]
-        n = np.stack([t[:, 1], -t[:, 0]], axis=1)
-        out = np.zeros_like(x)
-        np.add.at(out, self.edges[:, 0], n)
-        np.add.at(out, self.edges[:, 1], n)
-        out = out[self.nodes]
-        return out / np.hypot(out[:, 0], out[:, 1])[:, None]
+    def any_at_nodes(self, flags: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Whether some point (k,) with a share in the node (n,) has its flag set."""
+        return np.asarray(self.to_nodes(flags.astype(np.float64)) > 0)
+
+    def carry(self, more: int = 0) -> Array:
+        """∂(x, y of the point; the rest)/∂(x, y of its a nodes; the rest), the rest the tool's 3 and ``more`` unknowns.
+
+        (k, 5 + more, 2a + 3 + more).
+        """
+        k, a = self.N.shape
+        T = np.zeros((k, 5 + more, 2 * a + 3 + more))
+        for i in range(a):
+            T[:, 0, 2 * i] = T[:, 1, 2 * i + 1] = self.N[:, i]
+        T[:, 2:, 2 * a :] = np.eye(3 + more)
+        return T
+
+    def spread(self, F: Array, K: Array) -> tuple[Array, Array]:
+        """Forces F (k, 5) and stiffnesses K (k, m, m), m ≥ 5, of the points → on their nodes: 2a for the first two."""
+        if self.N.shape[1] == 1:
+            return F, K
+        T = self.carry(K.shape[1] - 5)
+        across = T.transpose(0, 2, 1)
+        n = across.shape[1] - K.shape[1] + 5
+        return (across[:, :n, :5] @ F[:, :, None])[:, :, 0], across @ K @ T
+
+
+def edge_normals(x: Array, edges: Index) -> Array:
+    """Outward normals (m, 2) times length of edges with the body on the left."""
+    t = x[edges[:, 1]] - x[edges[:, 0]]
+    return np.stack([t[:, 1], -t[:, 0]], axis=1)
+
+
+def node_normals(x: Array, nodes: Index, edges: Index) -> Array:
+    """Outward unit normals (n, 2) of a surface at its nodes, weighted by edge length."""
+    n = edge_normals(x, edges)
+    out = np.zeros_like(x)
+    np.add.at(out, edges[:, 0], n)
+    np.add.at(out, edges[:, 1], n)
+    return out[nodes] / np.hypot(*out[nodes].T)[:, None]
+
+
+def point_normals(points: Points, x: Array) -> Array:
+    """Outward unit normals (k, 2) of the surface at the points: of the edge inside it, averaged at a node."""
+    inside = points.N.max(axis=1) < 1.0
+    at_nodes = np.zeros_like(x)
+    at_nodes[points.nodes] = node_normals(x, points.nodes, points.edges)
+    n = points.at(at_nodes)
+    edge = np.zeros(len(points), dtype=np.int64)
+    edge[points.shares.point] = points.shares.edge
+    n[inside] = edge_normals(x, points.edges)[edge[inside]]
+    return n / np.hypot(*n.T)[:, None]
 
 
 def behind(edges: Index, cells: Index) -> Index:
@@ -75,14 +179,80 @@ def behind(edges: Index, cells: Index) -> Index:
     return np.array([owner[p, q] for p, q in edges.tolist()], dtype=np.int64)
 
 
-def depth_of(nodes: Index, edges: Index, cells: Index, points: Array) -> Array:
-    """Mean size (k,) into the body of the elements behind the surface edges at each node: area over edge length."""
-    total, count = np.zeros(len(points)), np.zeros(len(points))
-    for (a, b), e in zip(edges.tolist(), behind(edges, cells)):
-        x = points[cells[e]]
-        d1, d2 = x[2] - x[0], x[3] - x[1]
-        h = 0.5 * (d1[0] * d2[1] - d1[1] * d2[0]) / np.hypot(*(points[b] - points[a]))
-        for n in (a, b):
-            total[n] += h
-            count[n] += 1
-    return total[nodes] / count[nodes]
+def depth_of(edges: Index, cells: Index, points: Array) -> Array:
+    """Size (m,) into the body of the element behind each surface edge: area over edge length."""
+    x = points[cells[behind(edges, cells)]]
+    d1, d2 = x[:, 2] - x[:, 0], x[:, 3] - x[:, 1]
+    length = np.hypot(*(points[edges[:, 1]] - points[edges[:, 0]]).T)
+    return np.asarray(0.5 * (d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]) / length)
+
+
+def points_of(
+    rule: str, X: Array, nodes: Index, edges: Index, depth: Array, axisymmetric: bool, thickness: float
+) -> Points:
+    """Contact points of a rule on a surface: X (all nodes, 2) initial positions, depth (m,) behind the edges.
+
+    A point that has no area (Simpson's on the axis of revolution) is left out.
+
+    Raises
+    ------
+    KeyError
+        For an unknown rule.
+
+    """
+    number = np.full(int(nodes.max()) + 1, -1, dtype=np.int64)
+    number[nodes] = np.arange(len(nodes))
+    walking = np.argsort(number[edges[:, 0]], kind="stable")
+    edges, depth = edges[walking], depth[walking]
+    m = len(edges)
+    every = np.arange(m)
+    ends = edges.T.ravel()  # first ends, then second ends
+    total = np.bincount(ends, np.tile(depth, 2), len(number))
+    at_nodes = total[nodes] / np.bincount(ends, minlength=len(number))[nodes]
+    third = np.repeat([1 / 3, 2 / 3], m)
+    nodal = Shares(number[ends], np.tile(every, 2), np.full(2 * m, 0.5), third, np.repeat([0.0, 1.0], m))
+    if rule == "nodal":
+        return Points(
+            rule, nodes, edges, nodes[:, None], np.ones((len(nodes), 1)), at_nodes, nodal, axisymmetric, thickness
+        )
+    if rule == "simpson":
+        return _simpson(X, nodes, edges, depth, at_nodes, nodal, axisymmetric, thickness)
+    place, factor = GAUSS[rule]
+    q = len(place)
+    xi = np.tile(place, m)
+    edge = np.repeat(every, q)
+    shares = Shares(np.arange(m * q), edge, np.tile(factor, m), xi, xi)
+    return Points(
+        rule, nodes, edges, edges[edge], np.stack([1 - xi, xi], axis=1), depth[edge], shares, axisymmetric, thickness
+    )
+
+
+def _simpson(
+    X: Array, nodes: Index, edges: Index, depth: Array, at_nodes: Array, nodal: Shares, axisymmetric: bool,
+    thickness: float,
+) -> Points:  # fmt: skip
+    """Nodes (1/6 of each edge at either end) and middles (4/6), in walking order."""
+    n, m = len(nodes), len(edges)
+    other = {a: b for a, b in edges.tolist()} | {b: a for a, b in edges[::-1].tolist()}
+    support = np.concatenate([np.stack([nodes, [other[a] for a in nodes.tolist()]], axis=1), edges])
+    N = np.concatenate([np.tile([1.0, 0.0], (n, 1)), np.full((m, 2), 0.5)])
+    shares = Shares(
+        np.concatenate([nodal.point, n + np.arange(m)]),
+        np.concatenate([nodal.edge, np.arange(m)]),
+        np.repeat([1 / 6, 4 / 6], [2 * m, m]),
+        np.repeat([0.0, 1.0, 0.5], m),
+        np.repeat([0.0, 1.0, 0.5], m),
+    )
+    points = Points(
+        "simpson", nodes, edges, support, N, np.concatenate([at_nodes, depth]), shares, axisymmetric, thickness
+    )
+    weight = points.weights(X)
+    along = np.argsort(np.concatenate([np.arange(n), nodal.point[:m] + 0.5]), kind="stable")
+    along = along[weight[along] > 1e-12 * weight.max()]
+    new = np.full(n + m, -1)
+    new[along] = np.arange(len(along))
+    s = new[shares.point] >= 0
+    shares = Shares(new[shares.point[s]], shares.edge[s], shares.factor[s], shares.at[s], shares.place[s])
+    return Points(
+        "simpson", nodes, edges, support[along], N[along], points.depth[along], shares, axisymmetric, thickness
+    )

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.enforcement import ContactForces, Scale, forces, multiplier_rows, stretching
-from prensa.contact.integration import NodalPoints, behind, depth_of
+from prensa.contact.integration import Points, behind, depth_of, node_normals, point_normals, points_of
 from prensa.contact.pairing import Pairs, current_pairs, reference_pairs
 from prensa.contact.recovery import recover
 from prensa.elements import q4
@@ -39,7 +39,8 @@ Index = NDArray[np.int64]
 class Surface:
     """One contact: candidate points against a tool. ``first`` is the row of its first point in the state's arrays.
 
-    ``behind`` (m,): elements of the body behind the edges.
+    ``normal`` (k, 2) of the undeformed surface at the points, ``node_normal`` (n, 2) at its nodes; ``behind`` (m,):
+    elements of the body behind the edges.
     ``multipliers``: number of its first multiplier unknown, two a point (normal, tangential); −1 if it has none.
     """
 
@@ -47,18 +48,13 @@ class Surface:
     description: model.Contact
     body: str
     tool: int
-    points: NodalPoints
+    points: Points
     first: int
     normal: Array
+    node_normal: Array
     modulus: float
     behind: Index
     multipliers: int = -1
-
-    @cached_property
-    def ends(self) -> Index:
-        """Points (m, 2) of this contact at the ends of its edges."""
-        order = np.argsort(self.points.nodes)
-        return order[np.searchsorted(self.points.nodes, self.points.edges, sorter=order)]
 
     @property
     def exact(self) -> bool:
@@ -68,12 +64,12 @@ class Surface:
     @property
     def unknowns(self) -> slice:
         """Places of its multipliers in the vector of unknowns."""
-        return slice(self.multipliers, self.multipliers + 2 * len(self.points.nodes))
+        return slice(self.multipliers, self.multipliers + 2 * len(self.points))
 
     @property
     def rows(self) -> slice:
         """Rows of this contact in `State.contact` and `State.lam`."""
-        return slice(self.first, self.first + len(self.points.nodes))
+        return slice(self.first, self.first + len(self.points))
 
     def scale(self, k_t_least: Array) -> Scale:
         """Penalty stiffnesses of the points: k_n = β E*/h, k_T = β_T E*/h, not below ``k_t_least`` (k,)."""
@@ -224,18 +220,22 @@ class System:
 
     def weights(self, s: Surface, x: Array, depth: Array | None) -> Array:
         """Areas (k,) of the contact points on node positions x (n, 2) with the nodes' thickness (n,)."""
-        return s.points.weights(x) * self.share(s.points.nodes[:, None], depth)[:, 0, 0, 0]
+        return s.points.weights(x) * s.points.at(self.share(depth))
 
-    def share(self, nodes: Index, depth: Array | None) -> Array:
-        """Thickness of nodes (m, a) over the initial one, (m, a, 1, 1)."""
+    def tributary(self, s: Surface, x: Array, depth: Array | None) -> Array:
+        """∫N_A dΓ (n,) of the surface's nodes on node positions x with the nodes' thickness."""
+        return s.points.tributary(x) * self.share(depth)[s.points.nodes]
+
+    def share(self, depth: Array | None) -> Array:
+        """Thickness of the nodes over the initial one (n,); 1 but in plane stress."""
         if depth is None or self.problem.space != "plane stress":
-            return np.ones((1, 1, 1, 1))
-        return (depth[nodes] / self.problem.thickness).reshape(*nodes.shape[:2], 1, 1)
+            return np.ones(self.nodes)
+        return depth / self.problem.thickness
 
     # -------------------------------------------------------------------------------------------------------- state
     def initial(self) -> State:
         """The undeformed state at time 0."""
-        n_points = sum(len(s.points.nodes) for s in self.surfaces)
+        n_points = sum(len(s.points) for s in self.surfaces)
         u = np.zeros(self.ndof)
         contact = np.zeros((n_points, 4))
         for s in self.surfaces:
@@ -257,7 +257,7 @@ class System:
         laws = [self._law(s, d, state) for s, d in zip(self.surfaces, plan.friction)]
         scales = []
         for s, law in zip(self.surfaces, laws):
-            least = np.zeros(len(s.points.nodes))
+            least = np.zeros(len(s.points))
             if law is not None and law.hardens:
                 # a softening law needs k_T > |μ′| p for a unique root: take twice that at the committed pressures
                 least = 2.0 * law.steepest(state.contact[s.rows, 1]) * state.lam[s.rows, 0]
@@ -266,14 +266,22 @@ class System:
 
     # ----------------------------------------------------------------------------------------------------- residual
     def pairs(self, s: Surface, u: Array) -> Pairs:
-        """Gap and slip data of a contact at unknowns u."""
+        """Gap and slip data of a contact at its integration points, for unknowns u."""
+        displacement = s.points.at(u[: 2 * self.nodes].reshape(-1, 2))
+        return self._pairs(s, u, s.points.at(self.X), displacement, s.normal)
+
+    def node_pairs(self, s: Surface, u: Array) -> Pairs:
+        """Gap and slip data of a contact at the nodes of its surface, whatever the rule."""
+        nodes = s.points.nodes
+        displacement = u[: 2 * self.nodes].reshape(-1, 2)[nodes]
+        return self._pairs(s, u, self.X[nodes], displacement, s.node_normal)
+
+    def _pairs(self, s: Surface, u: Array, X: Array, displacement: Array, normal: Array) -> Pairs:
         tool = self.tools[s.tool]
         place_ = u[self.tool_dof(s.tool) :][:3]
-        nodes = s.points.nodes
         if self.problem.contact_geometry == "current":
-            return current_pairs(tool.shape, self.positions(u)[nodes], tool.at, place_)
-        displacement = u[: 2 * self.nodes].reshape(-1, 2)[nodes]
-        return reference_pairs(tool.shape, self.X[nodes], s.normal, displacement, tool.at, place_, 100.0 * self.length)
+            return current_pairs(tool.shape, X + displacement, tool.at, place_)
+        return reference_pairs(tool.shape, X, normal, displacement, tool.at, place_, 100.0 * self.length)
 
     def evaluate(
         self, c: Circumstances, u: Array, lam: Array, stiffness: bool = True, hold: NDArray[np.bool_] | None = None
@@ -321,7 +329,6 @@ class System:
                 return Evaluation(
                     r, data, np.inf, (), (), r, f"friction of {s.name} softens too fast for its stiffness k_T"
                 )
-            np.subtract.at(r, self.pair_dofs(s), f.F)
             K = f.K
             if s.exact:
                 R, K = multiplier_rows(f, pairs, lam[s.rows], sc)
@@ -329,11 +336,14 @@ class System:
                 lengths = np.abs(R).max(axis=1, initial=0.0) / (w * sc.unit)
                 size = max(reach, float(np.abs(self.X).max()), float(np.abs(self.tools[s.tool].at).max()))
                 violation = max(violation, float(((lengths - ROUND * EPS * size) / sc.h).max(initial=0.0)))
+            F, K = s.points.spread(f.F, K)
+            np.subtract.at(r, self.pair_dofs(s), F)
             if data is not None:
                 scatter_matrix(K, self.pair_slots(s), data)
                 if follows:
-                    slopes = s.points.slopes(self.positions(u)) * self.share(s.points.edges, c.depth)
-                    scatter_matrix(stretching(f.t, pairs, s.ends, slopes), self._stretch_slots(s), data)
+                    t = f.t * s.points.at(self.share(c.depth))
+                    slopes = s.points.slopes(self.positions(u))
+                    scatter_matrix(stretching(t, pairs, s.points.shares, slopes), self._stretch_slots(s), data)
             scale += float(np.abs(f.F[:, :2]).sum())
             results.append(f)
         f_ext = self._external(c, u, data)
@@ -402,10 +412,8 @@ class System:
         return self._edge_slots[key]
 
     def pair_dofs(self, s: Surface) -> Index:
-        """Unknowns (k, 5) of the pairs of a contact: node x, y, tool x, y, rz."""
-        n = s.points.nodes
-        tool = self.tool_dof(s.tool) + np.arange(3)
-        return np.concatenate([2 * n[:, None], 2 * n[:, None] + 1, np.broadcast_to(tool, (len(n), 3))], axis=1)
+        """Unknowns (k, 2a + 3) of the pairs of a contact: x, y of each supporting node, tool x, y, rz."""
+        return _pair_dofs(s, self.nodes)
 
     def extended_dofs(self, s: Surface) -> Index:
         """Unknowns of the pairs of a contact, followed by the two multipliers where these are unknowns."""
@@ -421,10 +429,11 @@ class System:
         return self._edge_slots[s.name]
 
     def _stretch_slots(self, s: Surface) -> NDArray[np.int32]:
-        """Places in the pattern of the blocks (m, 7, 7) on both nodes of each edge and the tool."""
+        """Places in the pattern of the blocks (shares, 7, 7) on both nodes of the edge and the tool."""
         key = f"stretch {s.name}"
         if key not in self._edge_slots:
-            nodes = (2 * s.points.edges[:, :, None] + np.arange(2)).reshape(-1, 4)
+            edges = s.points.edges[s.points.shares.edge]
+            nodes = (2 * edges[:, :, None] + np.arange(2)).reshape(-1, 4)
             tool = np.broadcast_to(self.tool_dof(s.tool) + np.arange(3), (len(nodes), 3))
             out = np.empty((len(nodes), 7, 7), dtype=np.int32)
             slots(self.pattern.indptr, self.pattern.indices, np.ascontiguousarray(np.hstack([nodes, tool])), out)
@@ -442,17 +451,14 @@ class System:
 
     def shear_strength(self, s: Surface, description: model.Shear, state: State) -> Array:
         """Shear yield stress (points,): given, or the mean over the integration points of the elements behind."""
-        points = len(s.points.nodes)
         if description.k is not None:
-            return np.full(points, description.k)
+            return np.full(len(s.points), description.k)
         number = next(i for i, b in enumerate(self.blocks) if b.body == s.body)
         history = state.history[number][s.behind]
         law: Any = self.blocks[number].law
         k = law.shear_strength(history.reshape(-1, law.size)).reshape(len(s.behind), -1).mean(axis=1)
-        total, count = np.zeros(points), np.zeros(points)
-        np.add.at(total, s.ends, k[:, None])
-        np.add.at(count, s.ends, 1.0)
-        return total / count
+        part = s.points.shares
+        return np.bincount(part.point, k[part.edge]) / np.bincount(part.point)
 
     def elastic_energy(self, history: tuple[Array, ...]) -> float:
         """∫ψ dV of a committed history, from the laws' energy functions."""
@@ -463,8 +469,8 @@ class System:
         return float(sum((b.volume * h[..., 5]).sum() for b, h in zip(self.blocks, history) if b.law.plastic))
 
 
-def _refuse_edges_on_nodes(tool: PlacedTool, X: Array, depth: Array) -> None:
-    """A sharp edge over a node has no equilibrium on the moved surface: the node drops off, and comes back.
+def _refuse_edges_on_points(tool: PlacedTool, points: Points, X: Array) -> None:
+    """A sharp edge over a contact point has no equilibrium on the moved surface: the point drops off, and comes back.
 
     Raises
     ------
@@ -479,18 +485,24 @@ def _refuse_edges_on_nodes(tool: PlacedTool, X: Array, depth: Array) -> None:
     for edge in (shape.a, shape.b):
         inside = along.min() + 1e-9 < edge < along.max() - 1e-9
         k = int(np.argmin(np.abs(along - edge)))
-        if inside and abs(along[k] - edge) < 0.02 * depth[k]:
+        if inside and abs(along[k] - edge) < 0.02 * points.depth[k]:
+            what = "node" if points.rule == "nodal" else "contact point"
             raise ToolError(
-                f"tools.{tool.name}: its sharp edge lies over the node at ({X[k, 0]:g}, {X[k, 1]:g}), which would drop off and "
-                f"come back for ever; give 'fillet: {0.5 * depth[k]:.3g}', or use 'contact_geometry: reference'"
+                f"tools.{tool.name}: its sharp edge lies over the {what} at ({X[k, 0]:g}, {X[k, 1]:g}), which would drop "
+                f"off and come back for ever; give 'fillet: {0.5 * points.depth[k]:.3g}', or use 'contact_geometry: reference'"
             )
 
 
+def _pair_dofs(s: Surface, nodes: int) -> Index:
+    n = s.points.support
+    tool = 2 * nodes + 3 * s.tool + np.arange(3)
+    nodal = (2 * n[:, :, None] + np.arange(2)).reshape(len(n), -1)
+    return np.concatenate([nodal, np.broadcast_to(tool, (len(n), 3))], axis=1)
+
+
 def _coupled(s: Surface, nodes: int) -> Index:
-    """Unknowns (k, 7) that each point of an exact contact couples: node, tool, its two multipliers."""
-    node = 2 * s.points.nodes[:, None] + np.arange(2)
-    tool = np.broadcast_to(2 * nodes + 3 * s.tool + np.arange(3), (len(node), 3))
-    return np.concatenate([node, tool, np.arange(s.unknowns.start, s.unknowns.stop).reshape(-1, 2)], axis=1)
+    """Unknowns (k, 2a + 5) that each point of an exact contact couples: nodes, tool, its two multipliers."""
+    return np.concatenate([_pair_dofs(s, nodes), np.arange(s.unknowns.start, s.unknowns.stop).reshape(-1, 2)], axis=1)
 
 
 def discretise(problem: model.Problem) -> System:
@@ -532,21 +544,25 @@ def discretise(problem: model.Problem) -> System:
             parts.append(mesh.edges[edge])
         edges = np.unique(np.concatenate(parts), axis=0)
         nodes = ordered_nodes(edges)
-        depth = depth_of(nodes, edges, mesh.cells, mesh.points)
-        points = NodalPoints(nodes + offsets[owner], edges + offsets[owner], depth, axisymmetric, problem.thickness)
+        first_node = offsets[owner]
+        depth = depth_of(edges, mesh.cells, mesh.points)
+        points = points_of(
+            contact.integration, X, nodes + first_node, edges + first_node, depth, axisymmetric, problem.thickness
+        )
         law = material_of(problem.bodies[owner].material, problem.kinematics, problem.space)
         tool = list(problem.tools).index(contact.against)
         exact = isinstance(contact.enforcement, model.Exact)
         surfaces.append(
             Surface(
-                contact.name, contact, owner, tool, points, first, points.normals(X), law.modulus(),
-                behind(edges, mesh.cells), own if exact else -1,
+                contact.name, contact, owner, tool, points, first, point_normals(points, X),
+                node_normals(X, points.nodes, points.edges), law.modulus(), behind(points.edges - first_node, mesh.cells),
+                own if exact else -1,
             )
         )  # fmt: skip
-        first += len(nodes)
-        own += 2 * len(nodes) if exact else 0
+        first += len(points)
+        own += 2 * len(points) if exact else 0
         if problem.contact_geometry == "current":
-            _refuse_edges_on_nodes(tools[tool], X[points.nodes], depth)
+            _refuse_edges_on_points(tools[tool], points, points.at(X))
     cells = [m.cells + offsets[name] for name, m in meshes.items()]
     near = [
         np.unique(np.concatenate([s.points.nodes for s in surfaces if s.tool == t] or [np.zeros(0, dtype=np.int64)]))

@@ -656,14 +656,16 @@ def _as_names(value: Any) -> Any:
 class Contact:
     """Contact of ``surface`` (a boundary ``body.name`` or a list of them) against a tool.
 
-    ``friction`` overrides the problem's; ``points`` is the integration rule of the contact terms.
+    ``friction`` overrides the problem's. ``integration``: where the contact terms are integrated; ``nodal`` (trapezoid)
+    is the one to use, the others show what they do: ``gauss1``, ``gauss2``, ``gauss3``, ``simpson`` on each edge, and
+    ``kikuchi``, two Gauss points with pressures projected to the nodes.
     """
 
     surface: Annotated[tuple[str, ...], BeforeValidator(_as_names), Field(min_length=1)]
     against: str
     friction: Friction | None = None
     enforcement: Enforcement = field(default_factory=lambda: Penalty())
-    points: Literal["nodal"] = "nodal"
+    integration: Literal["nodal", "gauss1", "gauss2", "gauss3", "simpson", "kikuchi"] = "nodal"
 
     @property
     def name(self) -> str:

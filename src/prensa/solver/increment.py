@@ -47,14 +47,36 @@ class ToolState:
 
 
 @dataclass(frozen=True)
-class ContactState:
-    """One contact along its surface; k points ordered along the surface (all are candidates, open ones included).
+class PointValues:
+    """What the contact law holds at the k integration points of a contact, in order along the surface.
 
-    ``node`` (k,) node numbers of the body, ``X``/``x`` (k, 2) initial and current positions, ``gap``, ``pressure`` ≥ 0,
-    ``shear`` (traction along the tool's tangent), ``slip`` (accumulated path length), ``status`` (k,) index into `STATUS`,
-    ``weight`` (k,) tributary area (2πr inside in axisymmetry), ``force`` (k, 2) nodal contact force on the body,
-    ``pressure_from_stress`` (k,) −n·σ*n of the recovered stress, ``area``: tributary area of the closed points.
-    Pressures are per current area.
+    ``X``/``x`` (k, 2) initial and current positions, ``gap``, ``pressure``, ``shear``, ``slip``, ``status`` (k,) as in
+    `ContactState`, ``weight`` (k,) area of the point (2πr inside in axisymmetry). With ``integration: kikuchi`` pressure
+    and shear are the projected ones, Σ N_A λ_A at the point.
+    """
+
+    X: Array
+    x: Array
+    gap: Array
+    pressure: Array
+    shear: Array
+    slip: Array
+    status: NDArray[np.int8]
+    weight: Array
+
+
+@dataclass(frozen=True)
+class ContactState:
+    """One contact along its surface; k nodes ordered along the surface (all are candidates, open ones included).
+
+    ``node`` (k,) node numbers of the body, ``X``/``x`` (k, 2) initial and current positions, ``gap``, ``pressure`` ≥ 0
+    and ``shear`` (traction along the tool's tangent): nodal force over tributary area, λ_A = Σ_q w_q N_A p_q / ∫N_A dΓ
+    for every integration rule; ``slip`` (accumulated path length), ``status`` (k,) index into `STATUS`,
+    ``weight`` (k,) tributary area (2πr inside in axisymmetry), ``force`` (k, 2) nodal contact force on the body.
+    From the stresses in the body: ``pressure_from_stress`` (k,) −n·σ*n with σ* by superconvergent patches,
+    ``pressure_smoothed`` with the integration points extrapolated to the nodes and averaged there (the paper's route),
+    ``error`` = |pressure − pressure_from_stress| where closed, an error bar. ``area``: area of the closed points.
+    ``points``: the same at the integration points. Pressures are per current area.
     """
 
     surface: str
@@ -71,7 +93,10 @@ class ContactState:
     weight: Array
     force: Array
     pressure_from_stress: Array
+    pressure_smoothed: Array
+    error: Array
     area: float
+    points: PointValues
 
 
 @dataclass(frozen=True)

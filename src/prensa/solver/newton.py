@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.fem.system import Circumstances, Evaluation, System
+from prensa.contact.pairing import Pairs
+from prensa.fem.system import Circumstances, Evaluation, Surface, System
 from prensa.model import problem as model
 from prensa.solver.linear import Factorisation, SingularError
 from prensa.solver.multipliers import BlockedError, Equations, determined
@@ -73,7 +74,7 @@ class Reduced:
             weight[system.tool_dof(t) + 2] = 1.0 / system.length
         self.weight = weight[self.free]
         self.equations = [
-            Equations(i, s, system.X[s.points.nodes], system.pair_slots(s)[:, -2:], mask[system.extended_dofs(s)])
+            Equations(i, s, s.points.at(system.X), system.pair_slots(s)[:, -2:], mask[system.extended_dofs(s)])
             for i, s in enumerate(system.surfaces)
             if s.exact
         ]
@@ -177,8 +178,8 @@ def _keep_on_tools(system: System, c: Circumstances, u: Array) -> None:
     """
     nodal = u[: 2 * system.nodes].reshape(-1, 2)
     for s in system.surfaces:
-        closed = c.state.contact[s.rows, 3] > 0
-        pairs, was = system.pairs(s, u), system.pairs(s, c.state.u).g
+        closed = s.points.any_at_nodes(c.state.contact[s.rows, 3] > 0)
+        pairs, was = system.node_pairs(s, u), system.node_pairs(s, c.state.u).g
         target = np.where(closed, was, np.maximum(pairs.g, 0.0))
         seen = np.isfinite(pairs.g) & np.isfinite(target)
         move = np.where(seen, target, 0.0) - np.where(seen, pairs.g, 0.0)
@@ -332,14 +333,23 @@ def _along(system: System, c: Circumstances, u: Array, step: Array, lam: Array) 
     moved = u + step
     if system.problem.contact_geometry != "current":
         return moved
-    nodal, after_lam = moved[: 2 * system.nodes].reshape(-1, 2), system.multipliers(moved, lam)
+    nodal, delta = (v[: 2 * system.nodes].reshape(-1, 2) for v in (moved, step))
+    after_lam = system.multipliers(moved, lam)
     for s, scale in zip(system.surfaces, c.scales):
-        before, after = system.pairs(s, u), system.pairs(s, moved)
-        dofs = system.pair_dofs(s)
-        linear = before.g + (before.dg * step[dofs]).sum(axis=1)
-        stays = (after_lam[s.rows, 0] - scale.k_n * linear > 0) & ~np.isin(dofs[:, :2], c.plan.fixed).any(axis=1)
-        nodal[s.points.nodes] += np.where(stays, linear - after.g, 0.0)[:, None] * after.n
+        linear = _linear_gap(system, s, system.pairs(s, u), step, s.points.at(delta))
+        stays = s.points.any_at_nodes(after_lam[s.rows, 0] - scale.k_n * linear > 0)
+        nodes = s.points.nodes
+        stays &= ~np.isin(2 * nodes[:, None] + np.arange(2), c.plan.fixed).any(axis=1)
+        linear = _linear_gap(system, s, system.node_pairs(s, u), step, delta[nodes])
+        after = system.node_pairs(s, moved)
+        nodal[nodes] += np.where(stays, linear - after.g, 0.0)[:, None] * after.n
     return moved
+
+
+def _linear_gap(system: System, s: Surface, before: Pairs, step: Array, moved: Array) -> Array:
+    """Gaps (k,) after a step by the linear model: before (k pairs), moved (k, 2) the step of their body points."""
+    tool = step[system.tool_dof(s.tool) :][:3]
+    return np.asarray(before.g + (before.dg[:, :2] * moved).sum(axis=1) + before.dg[:, 2:] @ tool)
 
 
 def _finished(

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.recovery import recover
+from prensa.contact.recovery import recover, smoothed
 from prensa.elements import q4
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
 from prensa.fem.system import Evaluation, System
-from prensa.solver.increment import BodyState, ContactState, Force, Place, ToolState
+from prensa.solver.increment import BodyState, ContactState, Force, Place, PointValues, ToolState
 
 Array = NDArray[np.float64]
+Recovery = Callable[[Array, NDArray[np.int64], Array, Array], Array]
 
 
 def tool_forces(system: System, e: Evaluation) -> dict[str, Force]:
@@ -43,37 +45,48 @@ def tool_states(system: System, state: State, e: Evaluation) -> dict[str, ToolSt
 def contact_states(system: System, state: State, e: Evaluation) -> dict[str, ContactState]:
     """Contact results along each surface; pressures are nodal forces over current tributary areas."""
     x = system.positions(state.u)
-    where = x if system.problem.kinematics == "finite" else system.X
-    depth = system.depth_in(e.history) if system.problem.kinematics == "finite" else system.depth
-    stress = nodal_stress(system, state, e)
+    finite = system.problem.kinematics == "finite"
+    where, depth = (x, system.depth_in(e.history)) if finite else (system.X, system.depth)
+    patches, smooth = nodal_stress(system, state, e), nodal_stress(system, state, e, smoothed)
     out = {}
     for s, f in zip(system.surfaces, e.contacts):
-        nodes = s.points.nodes
-        w = system.weights(s, where, depth)
-        ratio = f.weight / w
-        sig = stress[nodes]
-        sn = np.stack(
-            [sig[:, 0] * f.n[:, 0] + sig[:, 3] * f.n[:, 1], sig[:, 3] * f.n[:, 0] + sig[:, 1] * f.n[:, 1]], axis=1
-        )
+        nodes, pairs = s.points.nodes, system.node_pairs(s, state.u)
+        area, weight = system.tributary(s, where, depth), system.weights(s, where, depth)
+        pressure, shear = (s.points.to_nodes(v) / area for v in (f.weight * f.p, f.area * f.t))
+        from_stress = _pressure_of(patches[nodes], pairs.n)
         frictionless = not f.t.any() and not f.slip.any()
         status = np.where(f.p > 0, np.where(f.slip | frictionless, 2, 1), 0).astype(np.int8)
+        p, t = f.p * f.weight / weight, f.t * f.area / weight
+        if s.points.rule == "kikuchi":
+            p, t = ((s.points.N * v[s.points.slots]).sum(axis=1) for v in (pressure, shear))
+        # a node slips when all the closed points that it carries do
+        sticks, closed = s.points.any_at_nodes(status == 1), s.points.any_at_nodes(status > 0)
         out[s.name] = ContactState(
             surface="+".join(s.description.surface), tool=system.tools[s.tool].name, body=s.body,
-            node=nodes - system.offsets[s.body], X=system.X[nodes], x=x[nodes], gap=f.g,
-            pressure=f.p * ratio, shear=f.t * f.area / w, slip=f.kappa, status=status, weight=w,
-            force=f.F[:, :2].copy(), pressure_from_stress=-(sn * f.n).sum(axis=1),
-            area=float(w[f.p > 0].sum()),
+            node=nodes - system.offsets[s.body], X=system.X[nodes], x=x[nodes], gap=pairs.g, pressure=pressure,
+            shear=shear, slip=s.points.to_nodes(f.weight * f.kappa) / s.points.to_nodes(f.weight),
+            status=np.where(closed, np.where(sticks, 1, 2), 0).astype(np.int8), weight=area,
+            force=s.points.to_nodes(f.F[:, :2]), pressure_from_stress=from_stress,
+            pressure_smoothed=_pressure_of(smooth[nodes], pairs.n),
+            error=np.where(closed, np.abs(pressure - from_stress), 0.0), area=float(weight[f.p > 0].sum()),
+            points=PointValues(s.points.at(system.X), s.points.at(x), f.g, p, t, f.kappa, status, weight),
         )  # fmt: skip
     return out
 
 
-def nodal_stress(system: System, state: State, e: Evaluation) -> Array:
-    """Recovered Cauchy stress (n, 4) xx, yy, zz, xy at the nodes."""
+def _pressure_of(stress: Array, n: Array) -> Array:
+    """−n·σ n (k,) of stresses (k, 4) xx, yy, zz, xy and unit normals n (k, 2)."""
+    xx, yy, _, xy = stress.T
+    return np.asarray(-(xx * n[:, 0] ** 2 + 2 * xy * n[:, 0] * n[:, 1] + yy * n[:, 1] ** 2))
+
+
+def nodal_stress(system: System, state: State, e: Evaluation, recovery: Recovery | None = None) -> Array:
+    """Recovered Cauchy stress (n, 4) xx, yy, zz, xy at the nodes, by superconvergent patches unless said."""
     x = system.positions(state.u) if system.problem.kinematics == "finite" else system.X
     out = np.zeros((system.nodes, 4))
     for b, h in zip(system.blocks, e.history):
         values = b.law.cauchy(h.reshape(-1, h.shape[-1])).reshape(len(b), 4, 4)
-        out[_own(b)] = _recovered(x, b, values)
+        out[_own(b)] = _recovered(x, b, values, recovery)
     return out
 
 
@@ -81,11 +94,11 @@ def _own(b: Any) -> Any:
     return slice(int(b.cells.min()), int(b.cells.max()) + 1)
 
 
-def _recovered(x: Array, b: Any, values: Array) -> Array:
+def _recovered(x: Array, b: Any, values: Array, recovery: Recovery | None = None) -> Array:
     points = np.empty((len(b), 4, 2))
     q4.point_positions(x[b.cells], points)
     own = _own(b)
-    return recover(x[own], b.cells - own.start, points, values)
+    return (recovery or recover)(x[own], b.cells - own.start, points, values)
 
 
 def body_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> dict[str, BodyState]:
