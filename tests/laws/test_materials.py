@@ -149,7 +149,7 @@ def test_plastic_flow_is_isochoric_dissipative_and_on_the_yield_surface(case):
     f = law.flow
     y = np.array(
         [
-            flow_stress(f.kind, f.p, f.knots, f.coefficients, a, a - a0, 0.1)[0]
+            flow_stress(f.kind, tuple(f.p), f.knots, f.coefficients, a, a - a0, 0.1)[0]
             for a, a0 in zip(out.new[:, 4], old[:, 4])
         ]
     )

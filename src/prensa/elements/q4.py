@@ -24,7 +24,7 @@ _XI = np.array([-1.0, 1.0, 1.0, -1.0])
 _ETA = np.array([-1.0, -1.0, 1.0, 1.0])
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _gradients(x, e, xi, eta, axisymmetric, N, dN):
     """Shape functions N (4,), gradients dN (4, 2) in x at (xi, eta) of element e → Jacobian determinant and radius."""
     j11 = j12 = j21 = j22 = r = 0.0
@@ -47,7 +47,7 @@ def _gradients(x, e, xi, eta, axisymmetric, N, dN):
     return det, r if axisymmetric else 1.0
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _gradient_of(e, du, N, dN, r, axisymmetric):
     """Components 11, 12, 21, 22, 33 of the displacement gradient of element e at a point."""
     h11 = h12 = h21 = h22 = h33 = 0.0
@@ -62,7 +62,7 @@ def _gradient_of(e, du, N, dN, r, axisymmetric):
     return h11, h12, h21, h22, h33
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def kinematics(x, du, axisymmetric, finite, bar, scale, h, w, alpha, failed):
     """X (e, 4, 2) committed positions, du (e, 4, 2) increments → h (e, 4, 5), w (e, 4) volumes, alpha (e, 4), failed (e,).
 
@@ -117,7 +117,7 @@ def kinematics(x, du, axisymmetric, finite, bar, scale, h, w, alpha, failed):
             alpha[e, q] = 1.0 + a1
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _divergence(h11, h12, h21, h22, h33, N, dN, r, axisymmetric, finite, g):
     """G (8,) = f⁻ᵀ : ∂f/∂u, the derivative of ln det f with respect to the nodal increments (its trace in small strain)."""
     if finite:
@@ -132,7 +132,7 @@ def _divergence(h11, h12, h21, h22, h33, N, dN, r, axisymmetric, finite, g):
             g[2 * a] += N[a] / r / (1.0 + h33 if finite else 1.0)
 
 
-@njit(cache=True, fastmath={"contract", "reassoc"})
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"})
 def integrate(x, du, axisymmetric, finite, bar, w, alpha, P, A, forces, stiffness, r_out, K_out):
     """P (e, 4, 5), A (e, 4, 5, 5) → r_out (e, 8) internal forces, and with ``stiffness`` K_out (e, 8, 8), exact.
 
@@ -173,7 +173,7 @@ def integrate(x, du, axisymmetric, finite, bar, w, alpha, P, A, forces, stiffnes
                     g[i] = (g0[i] - g[i]) / m
                 if finite:
                     al = alpha[e, q]
-                    wc *= al ** (1.0 - m)
+                    wc /= al * al if axisymmetric else al
                     f[0], f[1], f[2], f[3] = 1.0 + h11, h12, h21, 1.0 + h22
                     f[4] = 1.0 + h33 if axisymmetric else 0.0
                 else:
@@ -217,7 +217,7 @@ def integrate(x, du, axisymmetric, finite, bar, w, alpha, P, A, forces, stiffnes
         forces[e] = total
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def point_positions(x, out):
     """X (e, 4, 2) → out (e, 4, 2), positions of the integration points."""
     for e in range(x.shape[0]):

@@ -303,7 +303,7 @@ class System:
         tools = slice(2 * self.nodes, 2 * self.nodes + 3 * len(self.tools))
         reach = self.length + float(np.abs(u[tools]).max(initial=0.0))
         lam = self.multipliers(u, lam)
-        at = At(c.dt, c.time)
+        at = At(c.dt, c.time, stiffness)
         for block, old in zip(self.blocks, base):
             out = sweep(block, c.x_n, du, old, at, r, data)
             if out.failed >= 0:

@@ -15,19 +15,19 @@ COMPONENTS = 5
 """Components of a (generally unsymmetric) 2-D tensor with the out-of-plane normal one."""
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", forceinline=True)
 def det_minus_one(h11: float, h12: float, h21: float, h22: float, h33: float) -> float:
     """det(I + h) − 1 without cancellation."""
     d = h11 + h22 + h11 * h22 - h12 * h21
     return d + h33 + d * h33
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", forceinline=True)
 def principal(b11: float, b22: float, b12: float) -> tuple[float, float, float, float]:
     """Eigenvalues λ₁ ≥ λ₂ of a symmetric 2 × 2 tensor and the direction (cos, sin) of the first."""
     mean = 0.5 * (b11 + b22)
     d = 0.5 * (b11 - b22)
-    r = math.hypot(d, b12)
+    r = math.sqrt(d * d + b12 * b12)
     if r == 0.0:
         return mean, mean, 1.0, 0.0
     # each branch divides by the larger of cos and sin
@@ -40,7 +40,7 @@ def principal(b11: float, b22: float, b12: float) -> tuple[float, float, float, 
     return mean + r, mean - r, c, s
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def trial_finite(h, old, eps, frame, failed):
     """Trial left Cauchy-Green tensor b = f b_n fᵀ and its logarithmic principal strains (Simo 1992, Box 1).
 
@@ -77,7 +77,7 @@ def trial_finite(h, old, eps, frame, failed):
         frame[i, 5] = math.sqrt(d * (1.0 + o33))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def trial_small(h, old, eps, frame, failed):
     """Trial elastic strain ε_n + sym h of small strain and its principal values; arrays as in `trial_finite`.
 
@@ -96,7 +96,7 @@ def trial_small(h, old, eps, frame, failed):
         frame[i, 5] = 1.0
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _shear_slope(t1: float, t2: float, b1: float, b2: float, limit: float) -> float:
     """(τ₁ − τ₂)/(b₁ − b₂), by its limit where the eigenvalues coincide."""
     if abs(b1 - b2) <= 1e-7 * (abs(b1) + abs(b2)) + 1e-14:
@@ -104,9 +104,9 @@ def _shear_slope(t1: float, t2: float, b1: float, b2: float, limit: float) -> fl
     return (t1 - t2) / (b1 - b2)
 
 
-@njit(cache=True)
-def stress_finite(h, frame, tau, dtau, eps_e, P, A, new):
-    """First Piola-Kirchhoff stress per committed volume and its exact derivative from principal Kirchhoff stresses.
+@njit(cache=True, error_model="numpy")
+def stress_finite(h, frame, tau, dtau, eps_e, P, A, new, tangent):
+    """First Piola-Kirchhoff stress per committed volume and, if ``tangent``, its exact derivative, from principal stresses.
 
     h (n, 5); frame (n, 6) of `trial_finite`; tau (n, 3), dtau (n, 3, 3) = ∂τ/∂ε_trial, eps_e (n, 3) the elastic
     logarithmic strains after the return → P (n, 5) = τ f⁻ᵀ/J_n, A (n, 5, 5) = ∂P/∂f, new (n, ≥4): b_e − I.
@@ -137,6 +137,13 @@ def stress_finite(h, frame, tau, dtau, eps_e, P, A, new):
         for k in range(4):
             P[i, k] = jn * (R[k, 0] * t1 + R[k, 3] * t2)
         P[i, 4] = jn * t3 * g33
+        e1, e2 = math.expm1(2.0 * eps_e[i, 0]), math.expm1(2.0 * eps_e[i, 1])
+        new[i, 0] = c * c * e1 + s * s * e2
+        new[i, 1] = s * s * e1 + c * c * e2
+        new[i, 2] = math.expm1(2.0 * eps_e[i, 2])
+        new[i, 3] = c * s * (e1 - e2)
+        if not tangent:
+            continue
         sh = _shear_slope(t1, t2, l1, l2, (dtau[i, 0, 0] - dtau[i, 0, 1]) / (2.0 * b1))
         m00, m03 = dtau[i, 0, 0] - t1, dtau[i, 0, 1]
         m30, m33 = dtau[i, 1, 0], dtau[i, 1, 1] - t2
@@ -153,16 +160,11 @@ def stress_finite(h, frame, tau, dtau, eps_e, P, A, new):
             A[i, k, 4] = jn * g33 * (R[k, 0] * dtau[i, 0, 2] + R[k, 3] * dtau[i, 1, 2])
             A[i, 4, k] = jn * g33 * (R[k, 0] * dtau[i, 2, 0] + R[k, 3] * dtau[i, 2, 1])
         A[i, 4, 4] = jn * g33 * g33 * (dtau[i, 2, 2] - t3)
-        e1, e2 = math.expm1(2.0 * eps_e[i, 0]), math.expm1(2.0 * eps_e[i, 1])
-        new[i, 0] = c * c * e1 + s * s * e2
-        new[i, 1] = s * s * e1 + c * c * e2
-        new[i, 2] = math.expm1(2.0 * eps_e[i, 2])
-        new[i, 3] = c * s * (e1 - e2)
 
 
-@njit(cache=True)
-def stress_small(h, frame, sigma, dsigma, eps_e, P, A, new):
-    """Stress and tangent of small strain from principal values; arrays as in `stress_finite` (P = σ)."""
+@njit(cache=True, error_model="numpy")
+def stress_small(h, frame, sigma, dsigma, eps_e, P, A, new, tangent):
+    """Stress and, if ``tangent``, its derivative in small strain from principal values; arrays as in `stress_finite` (P = σ)."""
     R = np.empty((4, 4))
     for i in range(h.shape[0]):
         c, s = frame[i, 0], frame[i, 1]
@@ -175,6 +177,13 @@ def stress_small(h, frame, sigma, dsigma, eps_e, P, A, new):
         P[i, 1] = P[i, 2] = c * s * (t1 - t2)
         P[i, 3] = s * s * t1 + c * c * t2
         P[i, 4] = t3
+        e1, e2 = eps_e[i, 0], eps_e[i, 1]
+        new[i, 0] = c * c * e1 + s * s * e2
+        new[i, 1] = s * s * e1 + c * c * e2
+        new[i, 2] = eps_e[i, 2]
+        new[i, 3] = c * s * (e1 - e2)
+        if not tangent:
+            continue
         sh = 0.5 * _shear_slope(t1, t2, frame[i, 2], frame[i, 3], dsigma[i, 0, 0] - dsigma[i, 0, 1])
         for k in range(4):
             for m in range(4):
@@ -186,8 +195,3 @@ def stress_small(h, frame, sigma, dsigma, eps_e, P, A, new):
             A[i, k, 4] = R[k, 0] * dsigma[i, 0, 2] + R[k, 3] * dsigma[i, 1, 2]
             A[i, 4, k] = R[k, 0] * dsigma[i, 2, 0] + R[k, 3] * dsigma[i, 2, 1]
         A[i, 4, 4] = dsigma[i, 2, 2]
-        e1, e2 = eps_e[i, 0], eps_e[i, 1]
-        new[i, 0] = c * c * e1 + s * s * e2
-        new[i, 1] = s * s * e1 + c * c * e2
-        new[i, 2] = eps_e[i, 2]
-        new[i, 3] = c * s * (e1 - e2)

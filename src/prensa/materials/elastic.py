@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def hooke(h, old, lam, mu, P, A, new):
     """H (n, 5), old (n, 4) strain 11, 22, 33, 12 → P = σ (n, 5), A (n, 5, 5) constant, new (n, 4) strain."""
     for i in range(h.shape[0]):
@@ -30,7 +30,7 @@ def hooke(h, old, lam, mu, P, A, new):
         A[i, 1, 1] = A[i, 1, 2] = A[i, 2, 1] = A[i, 2, 2] = mu
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def hencky(eps, lam, mu, tau, dtau, eps_e):
     """Eps (n, 3) principal logarithmic strains → τ_i = λ tr ε + 2μ ε_i (Hencky 1928), dtau (n, 3, 3), eps_e = eps."""
     for i in range(eps.shape[0]):
@@ -43,7 +43,7 @@ def hencky(eps, lam, mu, tau, dtau, eps_e):
             dtau[i, k, k] += 2.0 * mu
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def neo_hooke(eps, lam, mu, tau, dtau, eps_e):
     """ψ = μ/2 (I₁ − 3) − μ ln J + λ/2 (ln J)²: τ_i = μ (e^{2ε_i} − 1) + λ tr ε; arrays as in `hencky`."""
     for i in range(eps.shape[0]):

@@ -25,7 +25,7 @@ class FlowParameters(NamedTuple):
     coefficients: NDArray[np.float64]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _ludwik(a: float, s0: float, K: float, n: float) -> tuple[float, float]:
     if a < _TINY:
         slope = K * _TINY ** (n - 1.0)
@@ -34,19 +34,19 @@ def _ludwik(a: float, s0: float, K: float, n: float) -> tuple[float, float]:
     return s0 + power, n * power / a
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _swift(a: float, K: float, e0: float, n: float) -> tuple[float, float]:
     power = K * (e0 + a) ** n
     return power, n * power / (e0 + a)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _voce(a: float, s0: float, Q: float, b: float, H: float) -> tuple[float, float]:
     decay = math.exp(-b * a)
     return s0 + Q * (1.0 - decay) + H * a, Q * b * decay + H
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _hockett_sherby(a: float, s0: float, s_inf: float, b: float, n: float) -> tuple[float, float]:
     if a < _TINY:
         slope = (s_inf - s0) * (1.0 - math.exp(-b * _TINY**n)) / _TINY
@@ -56,22 +56,28 @@ def _hockett_sherby(a: float, s0: float, s_inf: float, b: float, n: float) -> tu
     return s_inf - decay, decay * n * x / a
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _table(a, knots, coefficients):
     last = knots.shape[0] - 1
-    if a >= knots[last]:
-        c = coefficients[last - 1]
-        d = knots[last] - knots[last - 1]
-        return ((c[0] * d + c[1]) * d + c[2]) * d + c[3], 0.0
-    k = max(0, np.searchsorted(knots, a, side="right") - 1)
-    c = coefficients[k]
-    d = a - knots[k]
-    return ((c[0] * d + c[1]) * d + c[2]) * d + c[3], (3.0 * c[0] * d + 2.0 * c[1]) * d + c[2]
+    lo, hi = 0, last  # searched by hand: views and library calls here would slow down every law, not only this one
+    while hi - lo > 1:
+        mid = (lo + hi) // 2
+        if knots[mid] <= a:
+            lo = mid
+        else:
+            hi = mid
+    d = min(a, knots[last]) - knots[lo]
+    c0, c1, c2, c3 = coefficients[lo, 0], coefficients[lo, 1], coefficients[lo, 2], coefficients[lo, 3]
+    slope = (3.0 * c0 * d + 2.0 * c1) * d + c2 if a < knots[last] else 0.0
+    return ((c0 * d + c1) * d + c2) * d + c3, slope
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", forceinline=True)
 def flow_stress(kind, p, knots, coefficients, a, da, dt):
-    """Flow stress and its total derivative with respect to a at plastic strain a reached by da in the time dt."""
+    """Flow stress and its total derivative with respect to a at plastic strain a reached by da in the time dt.
+
+    p: a tuple of five numbers, which a compiler keeps in registers (an array costs a loop over points twice the time).
+    """
     if kind == PERFECT:
         return p[0], 0.0
     if kind == LINEAR:
@@ -132,4 +138,4 @@ def flow_curve(flow: Flow, plastic_strain: NDArray[np.float64], rate: float = 0.
     """Flow stress at each plastic strain (n,) → (n,), for plots and closed forms; ``rate`` in 1/time."""
     f = flow_parameters(flow)
     a = np.atleast_1d(np.asarray(plastic_strain, dtype=np.float64))
-    return np.array([flow_stress(f.kind, f.p, f.knots, f.coefficients, x, rate, 1.0)[0] for x in a])
+    return np.array([flow_stress(f.kind, tuple(f.p), f.knots, f.coefficients, x, rate, 1.0)[0] for x in a])

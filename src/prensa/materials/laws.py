@@ -23,14 +23,15 @@ Array = NDArray[np.float64]
 
 
 class At(NamedTuple):
-    """Circumstances of an update: duration ``dt`` of the increment and ``time`` at its end."""
+    """Circumstances of an update: duration ``dt`` of the increment, ``time`` at its end, whether the ``tangent`` is wanted."""
 
     dt: float
     time: float
+    tangent: bool = True
 
 
 class Out(NamedTuple):
-    """Receives P (n, 5) per committed volume, A (n, 5, 5) = ∂P/∂f, the new history (n, h), failed (n,) flags."""
+    """Receives P (n, 5) per committed volume, A (n, 5, 5) = ∂P/∂f if asked for, new history (n, h), failed (n,) flags."""
 
     P: Array
     A: Array
@@ -114,7 +115,7 @@ class _Isotropic:
         trial(h, old, eps, frame, out.failed)
         self.principal(eps, frame, old, at, tau, dtau, eps_e, out)
         stress = tensor.stress_finite if self.finite else tensor.stress_small
-        stress(h, frame, tau, dtau, eps_e, out.P, out.A, out.new)
+        stress(h, frame, tau, dtau, eps_e, out.P, out.A, out.new, at.tangent)
 
     def elastic_strains(self, history: Array) -> Array:
         """Principal elastic strains (..., 3) of a committed history."""
@@ -131,7 +132,7 @@ class _Isotropic:
         """Cauchy stress (n, 4) xx, yy, zz, xy: the law at rest (h = 0) on the committed history."""
         n = len(history)
         out = Out(np.empty((n, 5)), np.empty((n, 5, 5)), np.empty_like(history), np.zeros(n, dtype=np.bool_))
-        self.update(np.zeros((n, 5)), history, At(1.0, 0.0), out)
+        self.update(np.zeros((n, 5)), history, At(1.0, 0.0, tangent=False), out)
         return out.P[:, [0, 3, 4, 1]]
 
 
@@ -194,7 +195,7 @@ class J2(_Isotropic):
         bulk = self.E / (3 * (1 - 2 * self.nu))
         j2(
             eps, frame[:, 5], old, bulk, self.mu, self.finite and self.yield_on_cauchy,
-            f.kind, f.p, f.knots, f.coefficients, at.dt, tau, dtau, eps_e, out.new, out.failed,
+            f.kind, f.p, f.knots, f.coefficients, at.dt, tau, dtau, eps_e, out.new, out.failed, at.tangent,
         )  # fmt: skip
 
     def shear_strength(self, history: Array) -> Array:

@@ -20,11 +20,10 @@ Index = NDArray[np.int64]
 
 STEPS = (0.5, 0.25, 0.1, 0.03)  # line search, after the full step
 GOOD = 0.05  # relative residual of the extrapolation below which nothing better is looked for
-POLISH = 1e-12  # relative residual that the factors at hand are used to reach
 TIGHT = 1e-12  # penetration and elastic slip over the element depth that exact contacts reach
-FINE = 1e-11  # relative residual below which that is not worth a factorisation
+FINE = 1e-11  # relative residual to which converged unknowns are improved: sums over all nodes need these digits
 NEAR = 1e-5  # relative residual from which on the factors at hand may finish the work
-CORRECTIONS = 4  # substitutions spent on that
+CORRECTIONS = 4  # substitutions, with an evaluation each, that cost as much as a factorisation with its own
 PATIENCE = 6  # iterations in which the least residual must at least halve: beyond, a smaller increment is cheaper
 WATCH = 2  # full steps taken on trust although the residual grows, when points open or close …
 WATCH_FLIPS = 6  # … and when points reverse their slip
@@ -361,17 +360,20 @@ def _finished(
     Returns None when that does not reach the tolerance; Newton then goes on from where it was. What is converged is
     improved further: the residual is summed over all nodes, so a tool's balance needs digits that the stop leaves open.
     """
-    norm = reduced.norm(e.r)
-    for _ in range(CORRECTIONS):
-        if (norm <= POLISH * e.scale and e.violation <= TIGHT) or not reduced.factorisation.factored:
-            break
+    norm, rate = reduced.norm(e.r), 0.0
+    while (
+        (norm > FINE * e.scale or e.violation > TIGHT)
+        and reduced.factorisation.factored
+        and norm * rate**CORRECTIONS <= FINE * e.scale
+    ):
         with report.timed("factorisation and solve"):
             step = reduced.again(-e.r)
         with report.timed("assembly"):
             better = system.evaluate(c, u + step, lam, stiffness=False)
-        if better.failed or not reduced.norm(better.r) < 0.3 * norm:
+        size = reduced.norm(better.r)
+        if better.failed or not size < 0.3 * norm:
             break
-        u, e, norm = u + step, better, reduced.norm(better.r)
+        u, e, norm, rate = u + step, better, size, size / norm
     if not (norm <= tolerance * e.scale or norm <= e.floor):
         return None
     if (norm > FINE * e.scale and norm > e.floor) or e.violation > TIGHT:
