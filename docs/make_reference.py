@@ -23,7 +23,7 @@ SECTIONS: dict[str, tuple[type, ...]] = {
     "The problem": (model.Problem, model.Units, model.Step),
     "Bodies and meshes": (
         model.Body, model.Rectangle, model.Grade, model.Disc, model.Annulus, model.Patch, model.ArcSide, model.SplineSide,
-        model.Points,
+        model.Points, model.File,
     ),
     "Materials": (model.Elastic, model.NeoHooke, model.StVenantKirchhoff, model.J2),
     "Flow curves": (

@@ -8,8 +8,8 @@ __version__ = "0.1.0"
 
 _MODEL = (
     "J2", "Annulus", "ArcSide", "Augmented", "Body", "Case", "Circle", "Contact", "Coulomb", "Disc", "Elastic",
-    "Exact", "Fixed", "FlowTable", "Grade", "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik", "Motion",
-    "MuExponential", "MuLinear", "MuTable", "NeoHooke", "Numerics", "Output", "Patch", "Penalty", "Perfect",
+    "Exact", "File", "Fixed", "FlowTable", "Grade", "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik",
+    "Motion", "MuExponential", "MuLinear", "MuTable", "NeoHooke", "Numerics", "Output", "Patch", "Penalty", "Perfect",
     "Plane", "Points", "Problem", "Push", "Rectangle", "Ring", "Shear", "SplineSide", "StVenantKirchhoff", "Stamp",
     "Step", "Swift", "Units", "Voce",
 )  # fmt: skip

@@ -7,6 +7,7 @@ import math
 import types
 import typing
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Annotated, Literal
 
 import pytest
@@ -133,6 +134,11 @@ CLASSES = [
     c for c in map(vars(vocabulary).get, vocabulary.__all__) if c not in (pr.Problem, pr.Case)
 ]  # those two are composed of all the others
 FLOW_TABLE = {"type": "table", "points": [[0, 60.0], [0.1, 80], [0.5, 1e2]]}
+FILE = {
+    "path": str(Path(vocabulary.__file__).parents[1] / "verify" / "meshes" / "block.msh"),
+    "part": ["block"],
+    "unit": "m",
+}
 MU_TABLE = {"kappa": [0.0, 0.5, 2], "mu": [0.3, 0.2, 0.1]}
 
 
@@ -141,7 +147,7 @@ MU_TABLE = {"kappa": [0.0, 0.5, 2], "mu": [0.3, 0.2, 0.1]}
 @given(data=st.data())
 def test_every_class_survives_writing_and_reading(cls, data):
     """What is written of a description is read back as an equal one, whatever its values and optional keys."""
-    plain = {pr.FlowTable: FLOW_TABLE, pr.MuTable: MU_TABLE}.get(cls) or data.draw(descriptions(cls))
+    plain = {pr.FlowTable: FLOW_TABLE, pr.MuTable: MU_TABLE, pr.File: FILE}.get(cls) or data.draw(descriptions(cls))
     adapter = TypeAdapter(vocabulary.FixedValue if cls is pr.Fixed else cls)  # 'xy' is read where it is used
     try:
         description = adapter.validate_python(plain, context={"units": {"length": "mm", "force": "N"}})

@@ -165,13 +165,13 @@ class System:
     def boundary_nodes(self, name: str) -> Index:
         """Global nodes of 'body.boundary' (or 'body.point')."""
         body, _, edge = name.partition(".")
-        return self.meshes[body].nodes(edge) + self.offsets[body]
+        return self.meshes[body].nodes(edge, name) + self.offsets[body]
 
     def boundary_edges(self, name: str) -> Index:
         """Global edges (k, 2) of 'body.boundary'."""
         body, _, edge = name.partition(".")
         mesh = self.meshes[body]
-        mesh.nodes(edge)
+        mesh.nodes(edge, name)
         if edge not in mesh.edges:
             raise MeshError(f"{name!r} is a point; a load or a contact needs a boundary")
         return mesh.edges[edge] + self.offsets[body]
@@ -519,7 +519,7 @@ def discretise(problem: model.Problem) -> System:
     offsets, total = {}, 0
     for name, body in problem.bodies.items():
         try:
-            meshes[name] = mesh_of(body.mesh, body.element_in(problem.space))
+            meshes[name] = mesh_of(body.mesh, body.element_in(problem.space), problem.units.length)
         except PrensaError as error:
             raise MeshError(f"bodies.{name}.mesh: {error}") from None
         if axisymmetric and meshes[name].points[:, 0].min() < -1e-12 * np.ptp(meshes[name].points[:, 0]):
@@ -538,7 +538,7 @@ def discretise(problem: model.Problem) -> System:
         parts = []
         for s in contact.surface:
             edge = s.partition(".")[2]
-            mesh.nodes(edge)
+            mesh.nodes(edge, s)
             if edge not in mesh.edges:
                 raise MeshError(f"contact surface {s!r} is a point; it must be a boundary")
             parts.append(mesh.edges[edge])

@@ -10,6 +10,7 @@ import numpy as np
 from prensa.mesh import blocks
 from prensa.mesh.convert import Draft, draft_of, finished, nodes_of
 from prensa.mesh.mesh import Array, Index, Mesh, MeshError, boundary_edges, edges_between
+from prensa.mesh.read import from_file
 from prensa.mesh.spacing import graded
 from prensa.model import problem as model
 
@@ -72,8 +73,8 @@ def in_cells_of(
     return finished(draft_of(points, cells, edges, corners), nodes)
 
 
-def mesh_of(description: Any, element: str = "q4") -> Mesh:
-    """The mesh of a description in the cells of an element (``q4_fbar``, ``t6``, …).
+def mesh_of(description: Any, element: str = "q4", unit: str = "mm") -> Mesh:
+    """The mesh of a description in the cells of an element (``q4_fbar``, ``t6``, …); *unit*: of length, of the case.
 
     Raises
     ------
@@ -91,6 +92,8 @@ def mesh_of(description: Any, element: str = "q4") -> Mesh:
             return finished(blocks.disc(description), nodes)
         case model.Annulus():
             return finished(blocks.annulus(description), nodes)
+        case model.File():
+            return from_file(description, nodes, unit)
         case model.Patch():
             return finished(blocks.patch(description), nodes)
     raise TypeError(f"unknown mesh {description!r}")

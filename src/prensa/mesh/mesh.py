@@ -49,12 +49,15 @@ class Mesh:
     def __post_init__(self) -> None:
         check(self)
 
-    def nodes(self, name: str) -> Index:
-        """Nodes of a boundary in order along it, or the single node of a named point; unknown names raise MeshError."""
+    def nodes(self, name: str, written: str = "") -> Index:
+        """Nodes of a boundary in order along it, or the single node of a named point; unknown names raise MeshError.
+
+        *written*: how the name stands in the description, body included, for the error.
+        """
         if name in self.corners:
             return np.array([self.corners[name]])
         if name not in self.edges:
-            raise MeshError(f"unknown boundary {name!r}{suggest(name, [*self.edges, *self.corners])}")
+            raise MeshError(f"{f'{written!r}: ' * bool(written)}unknown boundary {name!r}{suggest(name, [*self.edges, *self.corners])}")
         return ordered_nodes(self.edges[name])
 
 

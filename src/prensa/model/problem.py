@@ -82,6 +82,10 @@ else:
     FloatValue = value_of(Number)
 
 
+def _as_names(value: Any) -> Any:
+    return (value,) if isinstance(value, str) else tuple(value) if isinstance(value, list) else value
+
+
 # ------------------------------------------------------------------------------------------------------------ meshes
 @described
 class Grade:
@@ -266,7 +270,43 @@ class Patch:
         return self
 
 
-Mesh = Annotated[Rectangle | Disc | Annulus | Patch | Points, Field(discriminator="type")]
+def _mesh_file(path: Any, info: Any) -> Any:
+    from prensa.model.tables import found_file
+
+    return found_file(path, info.context, "mesh file") if isinstance(path, str) else path
+
+
+@described
+class File:
+    """Mesh of a file: gmsh's ``.msh`` (text, 2.2 or 4.1) or an Abaqus deck ``.inp``; ``path`` is relative to the case file.
+
+    Boundaries are the physical curves, node sets, surfaces and sets of line elements of the file, on the outline of the
+    body; points are physical points and sets of one node. ``part`` names the physical surfaces, element sets or parts that
+    make the body (default: all). ``unit`` is the file's unit of length (default: that of the case). ``merge`` joins nodes
+    at one place. ``digest`` is filled in by the program: a run is resumed only with the mesh that it began with.
+    """
+
+    path: Annotated[str, BeforeValidator(_mesh_file)]
+    part: Annotated[tuple[str, ...], BeforeValidator(_as_names)] = ()
+    unit: LengthUnit | None = None
+    merge: bool = False
+    digest: str | None = None
+    type: Literal["file"] = "file"
+
+    @model_validator(mode="after")
+    def _check(self) -> File:
+        from prensa.model.tables import digest_of
+
+        if not self.path.lower().endswith((".msh", ".inp")):
+            raise ValueError(f"{self.path!r}: gmsh's .msh and Abaqus's .inp are read; export the mesh as one of them")
+        digest = digest_of(self.path)
+        if self.digest not in (None, digest):
+            raise ValueError(f"mesh file {self.path!r} has changed since this case was written; run the case again")
+        object.__setattr__(self, "digest", digest)
+        return self
+
+
+Mesh = Annotated[Rectangle | Disc | Annulus | Patch | Points | File, Field(discriminator="type")]
 
 
 # --------------------------------------------------------------------------------------------------------- materials
@@ -648,10 +688,6 @@ class Exact:
 Enforcement = Annotated[Penalty | Augmented | Exact, Field(discriminator="type")]
 
 
-def _as_names(value: Any) -> Any:
-    return (value,) if isinstance(value, str) else tuple(value) if isinstance(value, list) else value
-
-
 @described
 class Contact:
     """Contact of ``surface`` (a boundary ``body.name`` or a list of them) against a tool.
@@ -871,8 +907,8 @@ class Case:
 
 __all__ = [
     "J2", "Annulus", "ArcSide", "Augmented", "Body", "Case", "Circle", "Contact", "Coulomb", "Disc", "Elastic",
-    "Exact", "Fixed", "FlowTable", "Grade", "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik", "Motion",
-    "MuExponential", "MuLinear", "MuTable", "NeoHooke", "Numerics", "Output", "Patch", "Penalty", "Perfect",
+    "Exact", "File", "Fixed", "FlowTable", "Grade", "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik",
+    "Motion", "MuExponential", "MuLinear", "MuTable", "NeoHooke", "Numerics", "Output", "Patch", "Penalty", "Perfect",
     "Plane", "Points", "Problem", "Push", "Rectangle", "Ring", "Shear", "SplineSide", "StVenantKirchhoff", "Stamp",
     "Step", "Swift", "Units", "Voce",
 ]  # fmt: skip

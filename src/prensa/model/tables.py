@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 from typing import Any
 
 LIMIT = 1 << 20
+MESH_LIMIT = 256 << 20
 
 
 def read_mu_table(path: str, context: Any) -> Any:
@@ -41,6 +43,36 @@ def read_mu_table(path: str, context: Any) -> Any:
     return {"kappa": [p[0] for p in points], "mu": [p[1] for p in points]}
 
 
+def found_file(path: str, context: Any, what: str) -> str:
+    """Absolute path of a file that a description names; relative paths are the case file's.
+
+    Raises
+    ------
+    ValueError
+        If there is no such file, or it is larger than any mesh.
+
+    """
+    base = Path(context["folder"]) if context and context.get("folder") is not None else Path()
+    file = base / path
+    try:
+        if not file.is_file():
+            raise ValueError(f"{what} {path!r}: there is no such file{_instead(file, file.suffix)}")
+        if file.stat().st_size > MESH_LIMIT:
+            raise ValueError(f"{what} {path!r} is larger than 256 MiB; is it the right file?")
+    except OSError as error:
+        raise ValueError(f"{what} {path!r} cannot be read: {error}") from None
+    return str(file.resolve())
+
+
+def digest_of(path: str) -> str:
+    """SHA-256 of a file (hexadecimal)."""
+    try:
+        with Path(path).open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError as error:
+        raise ValueError(f"{path!r} cannot be read: {error}") from None
+
+
 def _is_number(text: str) -> bool:
     try:
         float(text)
@@ -49,9 +81,9 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _instead(file: Path) -> str:
+def _instead(file: Path, suffix: str = ".csv") -> str:
     """What the folder holds instead; a relative path is looked for beside the case file."""
     if not file.parent.is_dir():
         return f" ({file.parent} is no folder)"
-    names = sorted(f.name for f in file.parent.glob("*.csv"))[:5]
+    names = sorted(f.name for f in file.parent.glob(f"*{suffix}"))[:5]
     return f"; the folder has {', '.join(names)}" if names else "; paths are relative to the case file"

@@ -1,0 +1,39 @@
+"""What a mesh file says, before it is a mesh of a body: nodes and elements by label, sets by name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.errors import PrensaError
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+class FileError(PrensaError):
+    """A mesh file that cannot be read; the message names the line and what to do."""
+
+    @classmethod
+    def at(cls, line: int, message: str) -> FileError:
+        """The error with its line (from 1)."""
+        return cls(f"line {line}: {message}")
+
+
+@dataclass
+class Deck:
+    """Contents of a mesh file. Labels are the file's own numbers.
+
+    ``nodes`` label → place (x, y, z); ``cells`` label → node labels (3, 4, 6 or 8 of them); ``parts`` name → cell labels;
+    ``lines`` name → groups of nodes (2 or 3) of line elements or of sides of cells; ``points`` name → node labels.
+    ``exclusive``: whether the parts are materials, of which one must be named where there are several.
+    """
+
+    nodes: dict[int, tuple[float, float, float]] = field(default_factory=dict)
+    cells: dict[int, tuple[int, ...]] = field(default_factory=dict)
+    parts: dict[str, list[int]] = field(default_factory=dict)
+    lines: dict[str, list[tuple[int, ...]]] = field(default_factory=dict)
+    points: dict[str, list[int]] = field(default_factory=dict)
+    exclusive: bool = False

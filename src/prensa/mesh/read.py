@@ -1,0 +1,182 @@
+"""Meshes of files: what the file says, made into the mesh of one body."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from prensa.mesh import abaqus, gmsh
+from prensa.mesh.convert import Draft, draft_of, finished, split
+from prensa.mesh.deck import Deck, FileError
+from prensa.mesh.mesh import (
+    COINCIDENT,
+    CORNERS,
+    KINDS,
+    Array,
+    Index,
+    Mesh,
+    MeshError,
+    boundary_edges,
+    edges_between,
+    keys,
+    oriented,
+)
+from prensa.model import problem as model
+from prensa.model.checks import suggest
+from prensa.model.units import factor
+
+
+def from_file(m: model.File, nodes: int, unit: str) -> Mesh:
+    """Mesh of a `prensa.File` in cells of *nodes* nodes, coordinates in the length *unit* of the case.
+
+    Raises
+    ------
+    MeshError
+        If the file cannot be read, holds no plane mesh, lacks the part, or the mesh is one that cannot be computed with.
+
+    """
+    path = Path(m.path)
+    try:
+        text = path.read_bytes().decode("utf-8", errors="replace")
+        deck = (gmsh if path.suffix.lower() == ".msh" else abaqus).read(text)
+        points, kinds, label = _cells(deck, _chosen(deck, m.part))
+    except (FileError, OSError) as error:
+        raise MeshError(f"{path.name}: {error}") from None
+    if m.unit is not None:
+        points = points * factor(f"1 {m.unit}", unit, "N", (0, 1))
+    if m.merge:
+        points, kinds, label = _merged(points, kinds, label)
+    kinds = {k: oriented(points, c) for k, c in kinds.items()}
+    if len(kinds) == 1:
+        cells = next(iter(kinds.values()))
+        edges, corners = _named(deck, cells, label)
+        if cells.shape[1] == nodes:
+            return Mesh(points, cells, edges, corners)
+        draft = draft_of(points, cells, edges, corners)
+    else:
+        draft = _of_two_kinds(path.name, deck, points, kinds, label, nodes)
+    return finished(draft, nodes)
+
+
+def _chosen(deck: Deck, parts: tuple[str, ...]) -> list[int]:
+    """Labels of the cells of the parts, each once."""
+    if not deck.cells:
+        raise FileError("there is no triangle or quadrilateral in it; is the surface meshed and in a physical group?")
+    for name in parts:
+        if name not in deck.parts:
+            raise FileError(f"there is no part {name!r}{suggest(name, deck.parts)}")
+    if not parts and deck.exclusive and len(deck.parts) > 1:
+        raise FileError(
+            f"it has several parts; say with 'part' which one the body is: {', '.join(map(repr, deck.parts))}"
+        )
+    labels = [e for name in parts for e in deck.parts[name]] if parts else list(deck.cells)
+    if not parts and deck.exclusive and deck.parts:
+        labels = next(iter(deck.parts.values()))
+    # an element in two groups is written twice in the older format of gmsh
+    seen: dict[frozenset[int], int] = {}
+    for label in labels:
+        if label in deck.cells:
+            seen.setdefault(frozenset(deck.cells[label]), label)
+    return list(seen.values())
+
+
+def _cells(deck: Deck, labels: list[int]) -> tuple[Array, dict[int, Index], dict[int, int]]:
+    """Points (n, 2) that cells use, cells by their number of nodes, and the number of each node label."""
+    used: dict[int, None] = {}
+    for label in labels:
+        for n in deck.cells[label]:
+            if n not in deck.nodes:
+                raise FileError(f"element {label} refers to node {n}, which the file does not have")
+            used[n] = None
+    order = sorted(used)
+    number = {n: k for k, n in enumerate(order)}
+    xyz = np.array([deck.nodes[n] for n in order])
+    if not np.isfinite(xyz).all():
+        k = int(np.argmax(~np.isfinite(xyz).all(axis=1)))
+        raise FileError(f"node {order[k]} has a coordinate that is not a finite number")
+    if np.ptp(xyz[:, 2]) > 1e-9 * np.ptp(xyz, axis=0).max():
+        raise FileError("its elements do not lie in the plane of x and y (their z differs); draw the section in x, y")
+    by_kind: dict[int, list[list[int]]] = {}
+    for label in labels:
+        cell = deck.cells[label]
+        by_kind.setdefault(len(cell), []).append([number[n] for n in cell])
+    return xyz[:, :2].copy(), {k: np.array(c, dtype=np.int64) for k, c in by_kind.items()}, number
+
+
+def _merged(
+    points: Array, kinds: dict[int, Index], label: dict[int, int]
+) -> tuple[Array, dict[int, Index], dict[int, int]]:
+    """The same with nodes at one place made one."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+    from scipy.spatial import cKDTree
+
+    n = len(points)
+    near = cKDTree(points).query_pairs(COINCIDENT * float(np.ptp(points, axis=0).max()), output_type="ndarray")
+    graph = coo_matrix((np.ones(len(near)), (near[:, 0], near[:, 1])), (n, n))
+    _, group = connected_components(graph, directed=False)
+    _, first, number = np.unique(group, return_index=True, return_inverse=True)
+    kinds = {k: number[c] for k, c in kinds.items()}
+    return points[first], kinds, {name: int(number[k]) for name, k in label.items()}
+
+
+def _named(deck: Deck, cells: Index, label: dict[int, int]) -> tuple[dict[str, Index], dict[str, int]]:
+    """Boundaries and named points: those sets of the file that are on the outline of the cells, or a single node of them."""
+    outline = boundary_edges(cells)
+    n = int(cells.max()) + 1
+    known = keys(outline[:, :2], n)
+    edges: dict[str, Index] = {}
+    corners: dict[str, int] = {}
+    for name, groups in deck.lines.items():
+        pairs = [
+            (label[a], label[b]) for g in groups for i, a in enumerate(g) for b in g[:i] if a in label and b in label
+        ]
+        if pairs:
+            rows = np.isin(known, keys(np.array(pairs, dtype=np.int64), n))
+            if rows.any():
+                edges[name] = outline[rows]
+    for name, nodes in deck.points.items():
+        some = np.array(sorted({label[k] for k in nodes if k in label}), dtype=np.int64)
+        if len(some) == 1:
+            corners[name] = int(some[0])
+        elif name not in edges and len(found := edges_between(outline, some)):
+            edges[name] = found
+    return edges, {k: v for k, v in corners.items() if k not in edges}
+
+
+def _of_two_kinds(
+    name: str, deck: Deck, points: Array, kinds: dict[int, Index], label: dict[int, int], nodes: int
+) -> Draft:
+    """Triangles of a mesh of triangles and quadrilaterals; other elements cannot be had from it.
+
+    Raises
+    ------
+    MeshError
+        Unless both kinds are linear or both quadratic and triangles are wanted.
+
+    """
+    found = " and ".join(f"{len(c)} {KINDS[k]}" for k, c in sorted(kinds.items()))
+    if CORNERS[nodes] == 4:
+        raise MeshError(
+            f"{name}: a body has elements of one kind, the file has {found}; use element 't6' (quadrilaterals are split), "
+            "mesh it with quadrilaterals only, or make one body of each part and tie them"
+        )
+    if set(kinds) not in ({3, 4}, {6, 8}):
+        raise MeshError(f"{name}: a body has elements of one order, the file has {found}; mesh it with one order")
+    mids: dict[tuple[int, int], Array] = {}
+    triangles = []
+    for c in kinds.values():
+        ends = c[:, : CORNERS[c.shape[1]]]
+        triangles.append(split(points, ends) if ends.shape[1] == 4 else ends)
+        for i in range(ends.shape[1] if c.shape[1] > 4 else 0):
+            three = np.stack([ends[:, i], np.roll(ends, -1, axis=1)[:, i], c[:, ends.shape[1] + i]], axis=1)
+            mids |= {(min(a, b), max(a, b)): points[m] for a, b, m in three.tolist()}
+    cells = np.concatenate(triangles)
+    used = np.unique(cells)
+    number = np.full(len(points), -1, dtype=np.int64)
+    number[used] = np.arange(len(used))
+    kept = {n: int(number[k]) for n, k in label.items() if number[k] >= 0}
+    edges, corners = _named(deck, number[cells], kept)
+    mids = {(int(number[a]), int(number[b])): x for (a, b), x in mids.items()}
+    return Draft(points[used], number[cells], edges, corners, {}, mids)
