@@ -43,16 +43,21 @@ def _main(version: Annotated[bool, typer.Option("--version", help="Print the ver
 @app.command()
 def check(case: CaseFile, changes: Changes = None) -> None:
     """Validate a case, mesh it and place its tools; say what would run. Nothing is solved."""
-    with _told():
+    with _told(case=case, changes=changes):
         from prensa.model.schema import load, warnings_of
 
         problem = load(case, changes or ()).problem
+        from prensa.errors import refuse
+        from prensa.fem.preflight import preflight
         from prensa.fem.system import discretise
 
-        for line in _plan(discretise(problem)):
+        system = discretise(problem)
+        for line in _plan(system):
             typer.echo(line)
-        for warning in warnings_of(problem):
-            typer.echo(f"warning: {warning}", err=True)
+        notices = preflight(system)
+        for warning in [*warnings_of(problem), *(str(n) for n in notices if not n.fatal)]:
+            typer.echo(_placed(warning, case, changes, "warning: "), err=True)
+        refuse(notices)
 
 
 @app.command()
@@ -66,12 +71,12 @@ def run(
 ) -> None:
     """Run a case and leave its results in a folder."""
     folder = out or Path("results") / case.stem
-    with _told(folder):
+    with _told(folder, case, changes):
         from prensa.model.schema import load, warnings_of
 
         loaded = load(case, changes or ())
         for warning in warnings_of(loaded.problem):
-            typer.echo(f"warning: {warning}", err=True)
+            typer.echo(_placed(warning, case, changes, "warning: "), err=True)
         from prensa.output.run import run as run_case
 
         run_case(loaded, out=folder, quiet=quiet, source=case)
@@ -144,14 +149,17 @@ def _outcome(outcome: Outcome) -> None:
 
 # ------------------------------------------------------------------------------------------------------------- errors
 @contextmanager
-def _told(folder: Path | None = None) -> Iterator[None]:
-    """Tell errors in plain text, with their exit codes; *folder*: where an interrupted run left what it has."""
+def _told(folder: Path | None = None, case: Path | None = None, changes: list[str] | None = None) -> Iterator[None]:
+    """Tell errors in plain text, with their exit codes.
+
+    *folder*: where an interrupted run left what it has; *case*, *changes*: the file in which to look for places.
+    """
     from prensa.errors import PrensaError
 
     try:
         yield
     except PrensaError as error:
-        typer.echo(str(error), err=True)
+        typer.echo(_placed(str(error), case, changes), err=True)
         raise typer.Exit(_code(error)) from None
     except OSError as error:
         typer.echo(f"prensa: {error}", err=True)
@@ -159,6 +167,16 @@ def _told(folder: Path | None = None) -> Iterator[None]:
     except KeyboardInterrupt:
         typer.echo(f"\ninterrupted; {_left(folder)}", err=True)
         raise typer.Exit(INTERRUPTED) from None
+
+
+def _placed(message: str, case: Path | None, changes: list[str] | None, kind: str = "") -> str:
+    """A message with file, line and column before each of its lines that names a part of the case."""
+    if case is None:
+        return kind + message
+    from prensa.model.schema import located
+
+    text = located(message, case, changes or ())
+    return kind + text if text == message else text.replace(message, kind + message)
 
 
 def _code(error: Exception) -> int:

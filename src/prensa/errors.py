@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 
 class PrensaError(Exception):
@@ -47,3 +48,29 @@ class SolveError(PrensaError):
     def __init__(self, message: str, last: object = None):
         super().__init__(message)
         self.last = last
+
+
+class Notice(NamedTuple):
+    """``path`` into the description (keys joined by dots), ``message`` with the remedy, ``fatal``: nothing can come of it."""
+
+    path: str
+    message: str
+    fatal: bool = False
+
+    def __str__(self) -> str:
+        return f"{self.path}: {self.message}"
+
+
+class PreflightError(PrensaError):
+    """What makes a solution impossible, one line each: ``path: message; remedy``."""
+
+    def __init__(self, notices: list[Notice]) -> None:
+        self.notices = notices
+        super().__init__("\n".join(map(str, notices)))
+
+
+def refuse(notices: list[Notice]) -> None:
+    """Raise `PreflightError` if a notice is fatal."""
+    fatal = [n for n in notices if n.fatal]
+    if fatal:
+        raise PreflightError(fatal)

@@ -252,7 +252,7 @@ def test_a_free_body_is_named():
         "free", bodies={"b": block()}, fixed={"b.bottom": "y"}, loads={"b.right": pr.Load(traction=(1.0, 0.0))},
         steps=[pr.Step("go", increments=1)],
     )  # fmt: skip
-    with pytest.raises(SolveError, match="free to move without resistance"):
+    with pytest.raises(PrensaError, match=r"bodies\.b: it is free to move along x: no support"):
         last(p, pr.Numerics(max_cutbacks=0))
 
 
@@ -280,8 +280,8 @@ def test_a_sharp_edge_over_a_node_is_refused_on_the_moved_surface():
 
 
 def test_an_impossible_motion_fails_with_a_post_mortem_and_keeps_the_last_increment():
-    """Crushing a block between plates beyond its height ends in an error that says where, and the good part survives."""
-    p = pressed(pr.Step("crush", move={"punch": {"y": -3.2}}, increments=4), tool=pr.Plane(touching="block.top"))
+    """Crushing a block to a hundredth of its height ends in an error that says where, and the good part survives."""
+    p = pressed(pr.Step("crush", move={"punch": {"y": -2.97}}, increments=4), tool=pr.Plane(touching="block.top"))
     good = []
     with pytest.raises(SolveError, match=r"step 'crush', time .*What to try") as caught:
         good.extend(pr.solve(p, pr.Numerics(max_cutbacks=2)))

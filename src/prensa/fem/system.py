@@ -232,6 +232,11 @@ class System:
             return np.ones(self.nodes)
         return depth / self.problem.thickness
 
+    def cylinder(self, tool: int) -> float:
+        """Radius of a tool that is a cylinder or sphere, infinite for other shapes."""
+        shape = self.tools[tool].shape
+        return shape.radius if isinstance(shape, Circle) else np.inf
+
     # -------------------------------------------------------------------------------------------------------- state
     def initial(self) -> State:
         """The undeformed state at time 0."""
@@ -317,8 +322,7 @@ class System:
             scale += out.force_scale
         results = []
         for s, w, sc, law in zip(self.surfaces, c.weights, c.scales, c.laws):
-            shape = self.tools[s.tool].shape
-            period = 2 * np.pi * shape.radius if isinstance(shape, Circle) else np.inf
+            period = 2 * np.pi * self.cylinder(s.tool)
             held = None if hold is None else hold[s.rows]
             follows = law is not None and law.per_current_area and self.problem.kinematics == "finite"
             area = self.weights(s, self.positions(u), c.depth) if follows else None

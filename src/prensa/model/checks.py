@@ -251,6 +251,24 @@ def _first_flow_stress(flow: Any) -> float:
             return float(flow.s0)
 
 
+METALS = ((65.0, 75.0), (105.0, 125.0), (185.0, 215.0))  # GPa: aluminium and glass, copper and titanium, steel
+
+
+def _stiffness(name: str, material: Any, first: float, units: Any) -> Iterator[str]:
+    """Moduli that are those of metals in another unit than the case's, and flow stresses far below the modulus."""
+    per = {("mm", "N"): 1e-3, ("m", "N"): 1e-9}.get((units.length, units.force))
+    if 0 < first < 1e-6 * material.E:
+        yield f"bodies.{name}.material: flow stress {first:g} is a millionth of E = {material.E:g}; check the units of both"
+    elif per is not None and first <= material.E / 20 and material.nu < 0.45:
+        for unit, factor in (("GPa", 1.0), ("MPa", 1e3)):
+            in_gpa = material.E / factor
+            if unit == "MPa" and per == 1e-3:
+                continue
+            if any(low <= in_gpa <= high for low, high in METALS):
+                stress = f"{units.force}/{units.length}²"
+                yield f"bodies.{name}.material: E = {material.E:g} in {stress}; did you mean '{material.E:g} {unit}'?"
+
+
 def warnings_of(problem: Problem) -> list[str]:
     """Sentences about what is allowed but likely a slip: units of stiffness, friction in percent, idle tools."""
     said = []
@@ -262,6 +280,7 @@ def warnings_of(problem: Problem) -> list[str]:
         if first > E / 20:
             meant = f"; did you mean {E:g}e3 or '{E:g} GPa'?" if in_mpa and E < 1000 else "; check the units of both"
             said.append(f"bodies.{name}.material: E = {E:g} in {stress}, flow stress {first:g}{meant}")
+        said += _stiffness(name, body.material, first, problem.units)
     laws = [("friction", problem.friction)]
     laws += [(f"contacts.{i}.friction", c.friction) for i, c in enumerate(problem.contacts)]
     for where, law in laws:

@@ -15,7 +15,7 @@ from dataclasses import field
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, TypeVar, dataclass_transform
 
-from pydantic import BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 from pydantic.dataclasses import dataclass
 
 from prensa.model.units import (
@@ -51,6 +51,13 @@ def _as_table(value: Any) -> Any:
     return value
 
 
+def _in_order(table: Any) -> Any:
+    """A course over time needs increasing times: it is a function."""
+    if any(b[0] <= a[0] for a, b in pairwise(table)):
+        raise ValueError("the times of a table must increase strictly")
+    return table
+
+
 def _value_kind(value: Any) -> str:
     return "table" if isinstance(value, list | tuple) else "number"
 
@@ -59,7 +66,7 @@ def value_of(number: Any) -> Any:
     """Type of a quantity that may be a number (ramped over the step) or a table ((time, value), …) in global time."""
     return Annotated[
         Annotated[number, Tag("number")]
-        | Annotated[tuple[tuple[Number, number], ...], Field(min_length=2), Tag("table")],
+        | Annotated[tuple[tuple[Number, number], ...], Field(min_length=2), AfterValidator(_in_order), Tag("table")],
         Discriminator(_value_kind),
         BeforeValidator(_as_table),
     ]
@@ -717,7 +724,7 @@ def _support_kind(value: Any) -> str:
 SupportValue = Annotated[
     Annotated[Literal["held"], Tag("held")]
     | Annotated[Displacement, Tag("number")]
-    | Annotated[tuple[tuple[Number, Displacement], ...], Field(min_length=2), Tag("table")],
+    | Annotated[tuple[tuple[Number, Displacement], ...], Field(min_length=2), AfterValidator(_in_order), Tag("table")],
     Discriminator(_support_kind),
     BeforeValidator(_as_table),
 ]

@@ -108,6 +108,42 @@ def _read(path: Path) -> str:
         raise wrong(f"not UTF-8 text (line {line}); is this a case file? Save it as UTF-8") from None
 
 
+def located(messages: str, path: str | Path, overrides: Iterable[str] = ()) -> str:
+    """Put the place in the file before each line that starts with a path, as ``tools.punch.radius: …`` does.
+
+    The file has been read before without mistakes; lines that name no place in it stay as they are.
+    """
+    try:
+        tree, _ = yaml.read(_read(Path(path)), str(path))
+    except CaseError:
+        return messages
+    start = root(tree)
+    for item in overrides:
+        override(start, item)
+    lines = []
+    for text in messages.splitlines():
+        dotted, colon, _ = text.partition(": ")
+        mark = _dotted(tree, dotted) if colon and "." in dotted else None
+        lines.append(f"{mark}: {text}" if mark is not None else text)
+    return "\n".join(lines)
+
+
+def _dotted(node: yaml.Node, dotted: str) -> Mark | None:
+    """Place of a path whose keys, which may have dots themselves, are joined by dots: its key, or the value in a list."""
+    mark = None
+    while dotted:
+        options = node.value if isinstance(node.value, dict) else {}
+        if isinstance(node.value, list):
+            options = {str(i): n for i, n in enumerate(node.value)}
+        found = [k for k in options if dotted == k or dotted.startswith(f"{k}.")]
+        if not found:
+            break
+        key = max(found, key=len)
+        mark = node.keys.get(key, options[key].mark)
+        node, dotted = options[key], dotted[len(key) + 1 :]
+    return mark
+
+
 def _neighbour(path: Path) -> str:
     """A file beside a missing one that may have been meant."""
     try:

@@ -77,10 +77,13 @@ def run(case: Case, out: str | Path | None = None, quiet: bool = False, source: 
         After Ctrl-C, when everything is written; `resume` continues.
 
     """
+    from prensa.errors import refuse
+    from prensa.fem.preflight import preflight
     from prensa.fem.system import discretise
 
     began = clocks.perf_counter()
     system = discretise(case.problem)  # a case that cannot run leaves earlier results alone
+    refuse(preflight(system))
     directory = Path(out) if out is not None else Path("results") / file_name(case.problem.name)
     remove_results(directory)
     made = {"discretisation": clocks.perf_counter() - began}

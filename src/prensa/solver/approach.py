@@ -40,13 +40,29 @@ def first_touch(system: System, state: State, plan: StepPlan, end: float) -> tup
             u[plan.fixed] = plan.values(t)
             return float(system.pairs(s, u).g.min()) > 0
 
-        if not apart(now) or apart(end):
+        if not apart(now):
             continue
-        touch, _ = _bisect(apart, now, end)
+        # a cylinder may be apart again at the end, on the far side
+        times = np.linspace(now, end, _looks(system, s, state, plan, end) + 1)
+        met = next((i for i, t in enumerate(times[1:]) if not apart(float(t))), None)
+        if met is None:
+            continue
+        touch, _ = _bisect(apart, float(times[met]), float(times[met + 1]))
         if touch - now > WORTH * (end - now):
             notes = [f"{system.tools[s.tool].name} first touches {'+'.join(s.description.surface)} at time {touch:.6g}"]
             end = touch
     return end, notes
+
+
+def _looks(system: System, s: Surface, state: State, plan: StepPlan, end: float) -> int:
+    """How often to look for a touch before *end*: a cylinder at every half radius of its way."""
+    radius = system.cylinder(s.tool)
+    if radius == np.inf:
+        return 1
+    dof = system.tool_dof(s.tool)
+    place = dict(zip(plan.fixed.tolist(), plan.values(end).tolist()))
+    way = float(np.hypot(place[dof] - state.u[dof], place[dof + 1] - state.u[dof + 1]))
+    return min(1 + int(2 * way / radius), 200)
 
 
 def approach(system: System, c: Circumstances) -> tuple[Array, list[str]]:

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.errors import SolveError
+from prensa.errors import SolveError, refuse
+from prensa.fem.preflight import preflight
 from prensa.fem.schedule import StepPlan, plan_step
 from prensa.fem.state import State
 from prensa.fem.system import Circumstances, Evaluation, System, discretise
@@ -20,6 +21,7 @@ from prensa.solver.approach import approach, first_touch
 from prensa.solver.increment import BodyState, Increment, Monitor, Progress, Statistics
 from prensa.solver.newton import Reduced, Reporter, Trial, attempt
 from prensa.solver.results import body_states, contact_states, tool_forces, tool_states
+from prensa.solver.watch import doubts, hint, passed_through, unmet, where
 
 log = logging.getLogger("prensa")
 Array = NDArray[np.float64]
@@ -70,6 +72,11 @@ def solve(
 
     """
     system = problem if isinstance(problem, System) else discretise(problem)
+    if start is None:
+        notices = preflight(system)
+        refuse(notices)
+        for notice in notices:
+            log.warning("%s", notice)
     return _March(system, numerics or model.Numerics(), monitor, timer or Timer()).run(start or system.initial())
 
 
@@ -90,6 +97,7 @@ class _March:
 
     # ---------------------------------------------------------------------------------------------------- marching
     def run(self, state: State) -> Iterator[Increment]:
+        self.ever = (state.contact[:, 3] > 0) | (state.contact[:, 1] > 0)
         steps = self.system.problem.steps
         for number in range(int(state.clock[0]), len(steps)):
             plan = plan_step(self.system, number, state.anchor)
@@ -98,7 +106,10 @@ class _March:
             while state.clock[2] < plan.t1:
                 state, increment = self.advance(state, plan)
                 self.last = increment
+                self.ever |= state.contact[:, 3] > 0
                 yield increment
+        if len(steps):
+            self.warn(unmet(self.system, self.ever))
 
     def advance(self, state: State, plan: StepPlan) -> tuple[State, Increment]:
         """One committed increment, cut as often as needed."""
@@ -119,7 +130,7 @@ class _March:
                 return self.commit(state, plan, c, trial, spent, cutbacks)
             self.say(state, plan, end, trial, "rejected", trial.reason)
             if cutbacks == self.numerics.max_cutbacks:
-                raise SolveError(self.post_mortem(plan, end, trial), self.last)
+                raise SolveError(self.post_mortem(plan, c, trial), self.last)
             cutbacks += 1
             dt = 0.5 * (end - now)
 
@@ -130,7 +141,12 @@ class _March:
         that passes 180° little by little slides past a support that has no contact: that is told, not refused. One that
         jumps there in a single increment belongs to another, impossible solution.
         """
-        if not trial.converged or trial.evaluation is None or self.system.problem.kinematics == "small":
+        if not trial.converged or trial.evaluation is None:
+            return
+        if through := passed_through(self.system, state, trial.u):
+            trial.converged, trial.reason = False, through
+            return
+        if self.system.problem.kinematics == "small":
             return
         x, x_n = self.system.positions(trial.u), self.system.positions(state.u)
         for block, new, was in zip(self.system.blocks, trial.evaluation.history, state.history):
@@ -215,6 +231,8 @@ class _March:
             energy=energy, work=work, clock=np.array([step, number, c.time, dt, 0.0]), anchor=anchor,
         )  # fmt: skip
         increment = self.increment(state, plan, e, trial, spent, cutbacks, ended)
+        if ended:
+            self.warn(doubts(system, c, e, trial.residual, self.numerics.tolerance))
         self.say(state, plan, c.time, trial, "accepted", "", forces={k: t.force for k, t in increment.tools.items()})
         return state, increment
 
@@ -299,6 +317,10 @@ class _March:
             )
         )  # fmt: skip
 
+    def warn(self, sentences: Iterator[str]) -> None:
+        for sentence in sentences:
+            log.warning("%s", sentence)
+
     def note(self, state: State, plan: StepPlan, message: str) -> None:
         log.info(message)
         self.monitor(
@@ -316,29 +338,16 @@ class _March:
             )
         )
 
-    def post_mortem(self, plan: StepPlan, end: float, trial: Trial) -> str:
-        where = ""
-        if trial.evaluation is None and trial.residuals:
-            worst = self.worst(plan, end, trial)
-            where = f" Largest residual at {worst}." if worst else ""
-        hint = "more increments, a smaller motion per step, or a finer mesh where it happens"
-        return (
-            f"step {plan.name!r}, time {end:.6g}: {trial.reason}.{where} The increment was halved "
-            f"{self.numerics.max_cutbacks} times without success. What to try: {hint}."
-        )
-
-    def worst(self, plan: StepPlan, end: float, trial: Trial) -> str:
-        """Node or tool with the largest residual at the last iterate, with coordinates."""
-        c = self.system.circumstances(self.last.state if self.last else self.system.initial(), plan, end)
-        e = self.system.evaluate(c, trial.u, trial.lam, stiffness=False)
+    def post_mortem(self, plan: StepPlan, c: Circumstances, trial: Trial) -> str:
+        """What failed, where, why, and what to try."""
         assert self.reduced is not None
-        if e.failed or not len(self.reduced.free):
-            return ""
-        dof = int(self.reduced.free[np.argmax(np.abs(self.reduced.weight * e.r[self.reduced.free]))])
-        for s in self.system.surfaces:
-            if s.exact and dof in range(s.unknowns.start, s.unknowns.stop):
-                dof = int(self.system.pair_dofs(s)[(dof - s.unknowns.start) // 2, 0])
-        if dof >= 2 * self.system.nodes:
-            return f"tool {self.system.tools[(dof - 2 * self.system.nodes) // 3].name!r}"
-        x = self.system.positions(trial.u)[dof // 2]
-        return f"node {dof // 2} at ({x[0]:.4g}, {x[1]:.4g})"
+        place = where(self.system, c, self.reduced, trial)
+        last = (
+            f"The last good state is that of time {self.last.time:.6g} (increment {self.last.number})." if self.last else
+            "No increment of this run had converged before."
+        )  # fmt: skip
+        halved = f"The increment was halved {self.numerics.max_cutbacks} times without success."
+        return (
+            f"step {plan.name!r}, time {c.time:.6g}: {trial.reason}{'; ' + place if place else ''}. {halved} {last} "
+            f"What to try: {hint(trial.reason)}."
+        )

@@ -1,0 +1,50 @@
+"""Write ``guide/mistakes.md``: what is said about each seeded mistake of ``tests/robustness/seeded.py``.
+
+Run it after any change of a message or of the list; a test says when the page is behind.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from pathlib import Path
+
+PAGE = Path(__file__).parent / "guide" / "mistakes.md"
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "robustness"))
+
+from seeded import CASE, SEEDED, said, the_line  # noqa: E402
+
+OPENING = f"""\
+# Mistakes and what is said about them
+
+Each row is one change of the case below, made on purpose, and the line that `prensa check` (or, in the last table, `prensa run`)
+answers with: place in the file, what is wrong, what to write instead. This page is written by `docs/make_mistakes.py`; a test
+makes every mistake and holds the answers to it. A line with "warning" does not stop the run.
+
+```yaml
+{CASE}```
+
+`prensa check` reads the file, meshes the bodies, places the tools, moves them through all steps past the bodies at rest, and
+counts supports and contacts against the rigid-body motions of each body. `prensa run` and `prensa.solve` do the same before
+they solve.
+"""
+
+
+def page() -> str:
+    """The whole page."""
+    parts = [OPENING]
+    for area, items in SEEDED.items():
+        parts.append(f"## {area.capitalize()}\n\n| mistake | answer |\n|---|---|\n" + "".join(_row(s) for s in items))
+    return "\n".join(parts)
+
+
+def _row(seeded: object) -> str:
+    with tempfile.TemporaryDirectory() as folder:
+        _, lines = said(seeded, Path(folder))  # type: ignore[arg-type]
+    line = the_line(seeded, lines).replace("|", "\\|")  # type: ignore[arg-type]
+    return f"| {seeded.what} | `{line}` |\n"  # type: ignore[attr-defined]
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
+    print(f"{PAGE.name} written")

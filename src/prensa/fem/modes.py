@@ -1,0 +1,134 @@
+"""Rigid-body motions of the bodies that neither supports nor contacts resist, by name.
+
+A support contributes the row of its direction to the matrix of rigid-body modes, a contact point that of its normal and, with
+friction, of its tangent; what is left of the three modes is free.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.contact.pairing import current_pairs
+from prensa.errors import Notice
+from prensa.fem.schedule import StepPlan, plan_step
+from prensa.fem.system import System
+
+Array = NDArray[np.float64]
+
+CLOSED = 1e-6  # gap over element depth below which a tool counts as touching, or as reaching into the body
+
+
+def modes(system: System) -> Iterator[Notice]:
+    """Rigid-body motions of each body that nothing resists: named, fatal when not even a contact can."""
+    anchor = np.zeros(system.ndof)
+    told: set[str] = set()
+    for number in range(len(system.problem.steps)):
+        plan = plan_step(system, number, anchor)
+        for name in system.problem.bodies:
+            held = _support_rows(system, name, plan)
+            resting = [_contact_rows(system, name, plan, touching) for touching in (True, False)]
+            for rows, fatal in ((resting[1], True), (resting[0], False)):
+                words = _free(system, name, np.concatenate([held, rows]))
+                if not words or name in told or (not fatal and number):
+                    continue
+                told.add(name)
+                step = f"in step {plan.name!r} " if number else ""
+                remedy = (
+                    "hold it there with 'fixed', or let friction do it"
+                    if fatal
+                    else ("start with the tool touching it ('touching:'), or hold it until then")
+                )
+                nothing = "no support and no contact resists" if fatal else "nothing resists until a tool touches it"
+                yield Notice(f"bodies.{name}", f"{step}it is free to {words}: {nothing}; {remedy}", fatal)
+        values = anchor.copy()
+        values[plan.fixed] = plan.values(plan.t1)
+        anchor = values
+
+
+def free_to_move(system: System, body: str, c: Any, contacts: bool = True) -> str:
+    """Rigid-body motions of a body that neither supports nor the contacts closed in the committed state resist, in words.
+
+    Without ``contacts`` supports count alone.
+    """
+    rows = [_support_rows(system, body, c.plan)]
+    for s, law in zip(system.surfaces, c.laws):
+        if s.body == body and contacts:
+            closed = c.state.contact[s.rows, 3] > 0
+            pairs = system.pairs(s, c.state.u)
+            x = s.points.at(system.X)[closed]
+            rows.append(_rows(system, body, x, pairs.n[closed]))
+            if law is not None:
+                rows.append(_rows(system, body, x, pairs.e[closed]))
+    return _free(system, body, np.concatenate(rows))
+
+
+def _frame(system: System, body: str) -> tuple[Array, Array, float]:
+    first = system.offsets[body]
+    x = system.X[first : first + len(system.meshes[body].points)]
+    return x, x.mean(axis=0), float(np.ptp(x, axis=0).max())
+
+
+def _rows(system: System, body: str, x: Array, n: Array) -> Array:
+    """Rigid-body modes (k, 3) seen at points x along directions n, each (k, 2): translations, turn over the size."""
+    _, centre, size = _frame(system, body)
+    arm = (x - centre) / size
+    return np.column_stack([n, arm[:, 0] * n[:, 1] - arm[:, 1] * n[:, 0]])
+
+
+def _support_rows(system: System, body: str, plan: StepPlan) -> Array:
+    first = system.offsets[body]
+    dofs = plan.fixed[(plan.fixed >= 2 * first) & (plan.fixed < 2 * (first + len(system.meshes[body].points)))]
+    return _rows(system, body, system.X[dofs // 2], np.eye(2)[dofs % 2])
+
+
+def _contact_rows(system: System, body: str, plan: StepPlan, touching: bool) -> Array:
+    """Rows of the contacts of a body: normals and, with friction, tangents; of all of them, or of those that touch at first.
+
+    Tools that are pushed are brought to touch before the solve.
+    """
+    rows = [np.zeros((0, 3))]
+    for s, law in zip(system.surfaces, plan.friction):
+        if s.body != body:
+            continue
+        tool = system.tools[s.tool]
+        x = system.X[s.points.nodes]
+        pairs = current_pairs(tool.shape, x, tool.at, np.zeros(3))
+        seen = np.ones(len(x), dtype=bool)
+        pushed = any(system.tool_dof(s.tool) + k in plan.push for k in range(2))
+        if touching and not pushed:
+            seen = pairs.g <= CLOSED * float(s.points.depth.min())
+        if pushed and not touching:
+            seen = pairs.g <= np.inf
+        rows.append(_rows(system, body, x[seen], pairs.n[seen]))
+        if law is not None and (getattr(law, "mu", None) != 0 and getattr(law, "m", None) != 0):
+            rows.append(_rows(system, body, x[seen], pairs.e[seen]))
+    return np.concatenate(rows)
+
+
+def _free(system: System, body: str, rows: Array) -> str:
+    """The rigid-body motions outside the span of the rows, in words; '' if there is none."""
+    if system.axisymmetric:
+        return "" if (np.abs(rows[:, 1]) > 1e-6).any() else "move along the axis y"
+    _, values, v = np.linalg.svd(np.concatenate([rows, np.zeros((3, 3))]))
+    null = v[values <= 1e-6 * max(float(values[0]), 1e-300)] if values[0] > 0 else np.eye(3)
+    if len(null) == 3:
+        return "move along x and y and to turn"
+    _, centre, size = _frame(system, body)
+    words = []
+    if len(null) == 2:  # the turn first, then what is left of translations
+        q = null[:, 2]
+        turn, slide = (
+            (q[0] * null[0] + q[1] * null[1], q[1] * null[0] - q[0] * null[1]) if np.abs(q).max() > 1e-6 else null
+        )
+        null = np.stack([slide, turn])
+    for a, b, c in null:
+        if abs(c) <= 1e-6:
+            along = "x" if abs(b) < 1e-6 else "y" if abs(a) < 1e-6 else f"({a:.3g}, {b:.3g})"
+            words.append(f"move along {along}")
+        else:
+            words.append(f"turn about ({centre[0] - b * size / c:.4g}, {centre[1] + a * size / c:.4g})")
+    return " and to ".join(words)

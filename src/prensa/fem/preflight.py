@@ -1,0 +1,355 @@
+"""Before the solve: what cannot work and what was likely not meant, found on the bodies at rest.
+
+Tools are moved through all steps past the undeformed bodies; supports and contacts are counted against rigid-body modes.
+Every notice names the place in the description, the amount and what to write instead.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.contact.pairing import current_pairs
+from prensa.errors import Notice
+from prensa.fem.modes import CLOSED, modes
+from prensa.fem.schedule import StepPlan, plan_step
+from prensa.fem.system import Surface, System
+from prensa.materials.hardening import flow_curve
+from prensa.tools.analytic import Circle, Flat, Plane
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+SAMPLES = 17  # moments a step at which the tools are looked at
+REACH = 0.01  # depth over element depth by which a tool may press a held node
+ALONG = 0.9  # cosine from which a support acts along a tool's normal
+STRAINS = np.concatenate([[0.0], np.geomspace(1e-4, 3.0, 200)])  # at which flow curves are looked at
+
+
+def preflight(system: System) -> list[Notice]:
+    """All notices on a discretised problem, the fatal ones first."""
+    beginning = [*_sizes(system), *_beginning(system)]
+    found = [
+        *_flow_curves(system), *_tables(system), *_lengths(system), *beginning,
+        *([] if any(n.fatal for n in beginning) else _passage(system)), *modes(system),
+    ]  # fmt: skip
+    return sorted(found, key=lambda n: not n.fatal)
+
+
+# ------------------------------------------------------------------------------------------------ materials and tables
+def _flow_curves(system: System) -> Iterator[Notice]:
+    for name, body in system.problem.bodies.items():
+        flow = getattr(body.material, "flow", None)
+        if flow is None:
+            continue
+        path = f"bodies.{name}.material.flow"
+        stress = flow_curve(flow, STRAINS)
+        k = int(np.argmin(stress))
+        fall = np.diff(stress) < -1e-9 * stress[0]
+        if not stress[k] > 0:
+            yield Notice(
+                path,
+                f"the flow stress is {stress[k]:.4g} at a plastic strain of {STRAINS[k]:.3g}; it must stay positive",
+                True,
+            )
+        elif fall.any():
+            a = int(np.argmax(fall))
+            yield Notice(
+                path,
+                f"the flow stress falls from {stress[a]:.5g} at a plastic strain of {STRAINS[a]:.3g}: the strain will gather in "
+                "one row of elements and the answer depend on the mesh; let it rise or stay",
+            )
+        rise = (np.interp(0.01, STRAINS, stress) - stress[0]) / 0.01
+        if rise > body.material.E:
+            yield Notice(
+                path,
+                f"the flow stress rises by {rise:.3g} per unit of plastic strain at first, faster than E = "
+                f"{body.material.E:.3g}; check the units of both",
+            )
+
+
+def _tables(system: System) -> Iterator[Notice]:
+    """Tables in global time that do not cover the step in which they stand: they are held, not extrapolated."""
+    p = system.problem
+    sources: list[tuple[str, Any, float, float, str]] = [("", p, 0.0, float(len(p.steps)), "the steps")]
+    sources += [(f"steps.{i}.", s, float(i), float(i + 1), f"step {s.name!r}") for i, s in enumerate(p.steps)]
+    for prefix, owner, t0, t1, what in sources:
+        for path, table in _tables_of(owner):
+            first, last = table[0][0], table[-1][0]
+            if first <= t0 + 1e-9 and last >= t1 - 1e-9:
+                continue
+            held = (
+                f"held at {table[-1][1]:g} after that"
+                if first <= t0 + 1e-9
+                else f"held at {table[0][1]:g} until it begins"
+            )
+            if last <= t0:
+                held = f"so it stays at {table[-1][1]:g}"
+            yield Notice(
+                prefix + path,
+                f"the table covers the times {first:g} … {last:g}, {what} {t0:g} … {t1:g}: {held}; times are counted over all "
+                "steps",
+            )
+
+
+def _tables_of(owner: Any) -> Iterator[tuple[str, Any]]:
+    for kind in ("move", "velocity", "push", "fixed", "loads", "body_force"):
+        for name, entry in getattr(owner, kind, {}).items():
+            parts = enumerate(entry) if isinstance(entry, tuple) else vars(entry).items()
+            for key, value in parts:
+                if isinstance(value, tuple) and value and isinstance(value[0], tuple):
+                    yield f"{kind}.{name}.{key}", value
+                elif isinstance(value, tuple):  # a traction of two components
+                    yield from ((f"{kind}.{name}.{key}", v) for v in value if isinstance(v, tuple))
+
+
+# ---------------------------------------------------------------------------------------------------- size and stiffness
+def _lengths(system: System) -> Iterator[Notice]:
+    """Lengths that belong to another unit than the rest, or angles to degrees."""
+    unit = system.problem.units.length
+    for name, mesh in system.meshes.items():
+        size = float(np.ptp(mesh.points, axis=0).max())
+        low, high = {"mm": (0.05, 5e4), "m": (5e-5, 50.0)}.get(unit, (0.0, np.inf))
+        if not low <= size <= high:
+            yield Notice(f"bodies.{name}.mesh", f"the body is {size:.4g} {unit} large; is that the unit meant?")
+    size = system.length
+    for name, tool in system.problem.tools.items():
+        for key in ("radius", "width", "outer", "fillet"):
+            value = getattr(tool, key, None)
+            if value and not size / 500 <= value <= 500 * size:
+                yield Notice(
+                    f"tools.{name}.{key}",
+                    f"{value:.4g} {unit} against bodies of {size:.4g} {unit}; are both in the same unit?",
+                )
+    for i, step in enumerate(system.problem.steps):
+        for kind in ("move", "velocity"):
+            for name, motion in getattr(step, kind).items():
+                for key in ("x", "y", "rz"):
+                    value = getattr(motion, key)
+                    most = (
+                        max((abs(v) for _, v in value), default=0.0) if isinstance(value, tuple) else abs(value or 0.0)
+                    )
+                    path = f"steps.{i}.{kind}.{name}.{key}"
+                    if key == "rz" and most >= 10 and most % 5 == 0:
+                        yield Notice(path, f"a turn of {most:g} radians; for degrees write '{most:g} deg'")
+                    elif key != "rz" and most > 20 * size:
+                        yield Notice(
+                            path, f"a travel of {most:.4g} {unit} past bodies of {size:.4g} {unit}; is the unit right?"
+                        )
+
+
+def _sizes(system: System) -> Iterator[Notice]:
+    for i, s in enumerate(system.surfaces):
+        tool, shape = system.tools[s.tool], system.tools[s.tool].shape
+        ends = system.X[s.points.edges]
+        h = float(np.hypot(*(ends[:, 1] - ends[:, 0]).T).min())
+        size, key = (shape.radius, "radius") if isinstance(shape, Circle) else (np.inf, "")
+        if isinstance(shape, Flat):
+            size, key = shape.b - shape.a, "width" if tool.description.type == "stamp" else "inner"
+        if size < 2 * h:
+            what = "radius" if key == "radius" else "face"
+            yield Notice(
+                f"tools.{tool.name}.{key}",
+                f"the {what} {size:.4g} is less than two elements of {'+'.join(s.description.surface)!r}, the smallest of which "
+                f"is {h:.4g} long: the tool finds no node to press on, or one; refine the surface there to {0.25 * size:.2g}",
+                size < 0.5 * h,
+            )
+        e = s.description.enforcement
+        k_n = getattr(e, "k_n", None)
+        beta = k_n * float(np.median(s.points.depth)) / s.modulus if k_n is not None else e.beta
+        if beta > 1e4 or beta < 1:
+            which = f"k_n = {k_n:.3g}, beta = {beta:.2g}" if k_n is not None else f"beta = {beta:.2g}"
+            result = "iterations suffer and pressures oscillate" if beta > 1 else "the tool sinks in by whole elements"
+            yield Notice(f"contacts.{i}.enforcement", f"{which}: {result}; leave it out (beta = 100)")
+
+
+# ------------------------------------------------------------------------------------------------------- the beginning
+def _beginning(system: System) -> Iterator[Notice]:
+    """Overclosure and tools that look the wrong way, before anything moves."""
+    for s in system.surfaces:
+        tool = system.tools[s.tool]
+        nodes = s.points.nodes
+        pairs = current_pairs(tool.shape, system.X[nodes], tool.at, np.zeros(3))
+        facing = (pairs.n * s.node_normal).sum(axis=1)
+        name, surface = tool.name, "+".join(s.description.surface)
+        if (facing > 0.5).all():
+            key = {"plane": "normal", "stamp": "facing", "ring": "facing"}.get(tool.description.type, "")
+            how = f"reverse '{key}'" if key else "put it on the other side"
+            yield Notice(
+                f"tools.{name}" + (f".{key}" if key and getattr(tool.description, key) is not None else ""),
+                f"its normal points the same way as that of {surface!r}: it stands behind the surface and would pull it through "
+                f"the body; {how}, or name the boundary that it is to press",
+                True,
+            )
+            continue
+        depth = -pairs.g / float(s.points.depth.min())
+        k = int(np.argmax(depth))
+        if depth[k] > CLOSED:
+            x, y = system.X[nodes[k]]
+            n = pairs.n[k]
+            yield Notice(
+                f"tools.{name}",
+                f"it starts {-pairs.g[k]:.4g} inside {surface!r}, deepest at node {nodes[k] - system.offsets[s.body]} "
+                f"({x:.4g}, {y:.4g}): the first increment has to push it out; move the tool by ({-pairs.g[k] * -n[0] + 0.0:.4g}, "
+                f"{-pairs.g[k] * -n[1] + 0.0:.4g}), or place it with 'touching: {s.description.surface[0]}'",
+            )
+
+
+# ------------------------------------------------------------------------------------------------------------ the passage
+class _Moment(NamedTuple):
+    """Bodies at rest at time t: unknowns u (ndof,), and which tools have a place that is prescribed up to here."""
+
+    plan: StepPlan
+    t: float
+    u: Array
+    known: NDArray[np.bool_]
+
+
+def _moments(system: System) -> Iterator[_Moment]:
+    anchor, known = np.zeros(system.ndof), np.ones(len(system.tools), dtype=bool)
+    for number in range(len(system.problem.steps)):
+        plan = plan_step(system, number, anchor)
+        for t in range(len(system.tools)):
+            known[t] &= bool(np.isin(system.tool_dof(t) + np.arange(2), plan.fixed).all())
+        for t in np.unique(np.concatenate([np.linspace(plan.t0, plan.t1, SAMPLES), plan.corners()])):
+            u = anchor.copy()
+            u[plan.fixed] = plan.values(float(t))
+            yield _Moment(plan, float(t), u, known)
+        anchor = u
+
+
+def _passage(system: System) -> Iterator[Notice]:
+    """Tools that never touch, that press what cannot yield, or that cross each other."""
+    nearest = np.full(len(system.surfaces), np.inf)
+    known = np.ones(len(system.surfaces), dtype=bool)
+    moved = {name for name, body in system.problem.bodies.items() if _driven(system, name)}
+    pressed: dict[tuple[int, int], tuple[float, float, int]] = {}
+    told: dict[str, Notice] = {}
+    for m in _moments(system):
+        x = system.positions(m.u)
+        for i, s in enumerate(system.surfaces):
+            known[i] &= m.known[s.tool]
+            if not m.known[s.tool]:
+                continue
+            pairs = system.node_pairs(s, m.u)
+            nearest[i] = min(nearest[i], float(pairs.g.min()))
+            _held(system, s, i, m, x, pressed)
+        for notice in _crossing(system, m, x):
+            told.setdefault(notice.path, notice)
+    for i, s in enumerate(system.surfaces):
+        if nearest[i] <= 0 or not known[i]:
+            moved.add(s.body)
+    for i, s in enumerate(system.surfaces):
+        if known[i] and nearest[i] > CLOSED * s.points.depth.min() and s.body not in moved:
+            gap = f"never comes nearer than {nearest[i]:.4g}" if np.isfinite(nearest[i]) else "never stands over it"
+            yield Notice(
+                f"contacts.{i}",
+                f"tool {system.tools[s.tool].name!r} never touches {'+'.join(s.description.surface)!r} in any step: it {gap}; "
+                "check where it is placed, the sign and the size of its motion",
+            )
+    yield from told.values()
+    worst = _worst(pressed)
+    for (number, k), (depth, t, node) in worst.items():
+        if k >= 0 and (number, -1) in worst:
+            continue  # the tool goes beyond the supports: said once
+        i, s = number, system.surfaces[number]
+        yield _overconstrained(system, s, i, depth, t, node, candidate=k >= 0)
+
+
+def _driven(system: System, body: str) -> bool:
+    """Whether something besides tools can move a body."""
+    p = system.problem
+    owners: tuple[Any, ...] = (p, *p.steps)
+    for owner in owners:
+        if any(name.partition(".")[0] == body for name in owner.loads) or body in owner.body_force:
+            return True
+        for name, f in owner.fixed.items():
+            if name.partition(".")[0] == body and any(v is not None and v != "held" for v in (f.x, f.y)):
+                return True
+    return False
+
+
+def _held(
+    system: System, s: Surface, i: int, m: _Moment, x: Array, pressed: dict[tuple[int, int], tuple[float, float, int]]
+) -> None:
+    """Nodes of the body that are held along the normal of a tool which reaches into them."""
+    first = system.offsets[s.body]
+    last = first + len(system.meshes[s.body].points)
+    dofs = m.plan.fixed[(m.plan.fixed >= 2 * first) & (m.plan.fixed < 2 * last)]
+    if not len(dofs):
+        return
+    nodes, axis = dofs // 2, dofs % 2
+    tool = system.tools[s.tool]
+    pairs = current_pairs(tool.shape, x[nodes], tool.at, m.u[system.tool_dof(s.tool) :][:3])
+    h = float(s.points.depth.min())
+    for k in np.flatnonzero((pairs.g < -REACH * h) & (np.abs(pairs.n[np.arange(len(dofs)), axis]) > ALONG)):
+        key = (i, int(nodes[k]) if nodes[k] in s.points.nodes else -1 - int(nodes[k]))
+        if -pairs.g[k] > pressed.get(key, (0.0, 0.0, 0))[0]:
+            pressed[key] = (float(-pairs.g[k]), m.t, int(nodes[k]))
+
+
+def _worst(
+    pressed: dict[tuple[int, int], tuple[float, float, int]],
+) -> dict[tuple[int, int], tuple[float, float, int]]:
+    """The deepest node of each contact, candidates and others apart."""
+    worst: dict[tuple[int, int], tuple[float, float, int]] = {}
+    for (i, k), entry in pressed.items():
+        key = (i, 1 if k >= 0 else -1)
+        worst[key] = max(worst.get(key, (0.0, 0.0, 0)), entry)
+    return worst
+
+
+def _overconstrained(system: System, s: Surface, i: int, depth: float, t: float, node: int, candidate: bool) -> Notice:
+    x, y = system.X[node]
+    where = f"node {node - system.offsets[s.body]} of {s.body!r} at ({x:.4g}, {y:.4g})"
+    tool = system.tools[s.tool].name
+    if candidate:
+        return Notice(
+            f"contacts.{i}",
+            f"{where} is held along the normal of tool {tool!r}, which presses it in by {depth:.4g} until time {t:.4g}: it can "
+            "obey only one of them; take the support off the contact surface, or hold it across the normal only",
+            True,
+        )
+    return Notice(
+        f"contacts.{i}",
+        f"tool {tool!r} reaches {depth:.4g} beyond {where} at time {t:.4g}, which a support holds: is its travel larger than the "
+        "body?",
+        system.problem.kinematics == "finite" and isinstance(system.tools[s.tool].shape, Plane),
+    )
+
+
+def _crossing(system: System, m: _Moment, x: Array) -> Iterator[Notice]:
+    """Two tools whose faces pass each other where they press on the same body, or that press the same points."""
+    for i, a in enumerate(system.surfaces):
+        for b in system.surfaces[:i]:
+            if a.tool == b.tool or a.body != b.body or not (m.known[a.tool] and m.known[b.tool]):
+                continue
+            ta, tb = system.tools[a.tool], system.tools[b.tool]
+            shared = np.intersect1d(a.points.nodes, b.points.nodes)
+            planes = isinstance(ta.shape, Plane) and isinstance(tb.shape, Plane)
+            nodes = shared if len(shared) or not planes else a.points.nodes[:1]
+            if not len(nodes):
+                continue
+            pa = current_pairs(ta.shape, x[nodes], ta.at, m.u[system.tool_dof(a.tool) :][:3])
+            pb = current_pairs(tb.shape, x[nodes], tb.at, m.u[system.tool_dof(b.tool) :][:3])
+            facing = (pa.n * pb.n).sum(axis=1)
+            h = float(a.points.depth.min())
+            between = np.where(facing < -ALONG, pa.g + pb.g, np.inf)
+            k = int(np.argmin(between))
+            if between[k] < -CLOSED * h:
+                yield Notice(
+                    f"contacts.{i}",
+                    f"tools {tb.name!r} and {ta.name!r} cross: at time {m.t:.4g} they overlap by {-between[k]:.4g} near "
+                    f"({x[nodes[k], 0]:.4g}, {x[nodes[k], 1]:.4g}) and leave the body no room; check their travels",
+                    True,
+                )
+            same = (facing > 1 - 1e-9) & (np.maximum(pa.g, pb.g) < -CLOSED * h) & (np.abs(pa.g - pb.g) < CLOSED * h)
+            if len(shared) and same.any():
+                yield Notice(
+                    f"contacts.{i}",
+                    f"tools {tb.name!r} and {ta.name!r} press the same points of {'+'.join(a.description.surface)!r} at time "
+                    f"{m.t:.4g}: which of them carries the force is not determined; keep one contact",
+                )

@@ -1,0 +1,148 @@
+"""What equilibrium alone does not tell: answers that balance and yet are not what was asked for, and why none was found."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.fem.modes import free_to_move
+from prensa.fem.state import State
+from prensa.fem.system import Circumstances, Evaluation, System
+
+if TYPE_CHECKING:
+    from prensa.solver.newton import Reduced, Trial
+
+Array = NDArray[np.float64]
+
+THROUGH = 0.5  # depth over radius on the straight way between two places outside a cylinder: it has been passed through
+SUNK = 0.1  # penetration over element depth worth a warning
+HIDDEN = 100.0  # a tool force below this many times the residual allowed is not a result
+
+
+def passed_through(system: System, state: State, u: Array) -> str:
+    """A contact point that got from one side of a cylinder to the other in a single increment; '' if none did.
+
+    Both ends of the increment are free of contact, so no residual can tell.
+    """
+    for s in system.surfaces:
+        tool, radius = system.tools[s.tool], system.cylinder(s.tool)
+        if radius == np.inf:
+            continue
+        dof, nodes = system.tool_dof(s.tool), s.points.nodes
+        before, after = system.positions(state.u)[nodes], system.positions(u)[nodes]
+        shift = (after - u[dof : dof + 2]) - (before - state.u[dof : dof + 2])
+        reach = float(np.hypot(*shift.T).max()) / radius
+        if reach < 2 * np.sqrt(1 - THROUGH**2):
+            continue
+        start = before - state.u[dof : dof + 2] - tool.at
+        share = np.linspace(0.0, 1.0, min(int(8 * reach) + 1, 256))
+        g = np.stack([tool.shape.closest(start + t * shift).g for t in share])
+        through = (g.min(axis=0) < -THROUGH * radius) & (np.minimum(g[0], g[-1]) > -0.1 * radius)
+        if through.any():
+            k = int(np.flatnonzero(through)[0])
+            return (
+                f"tool {tool.name!r} passed through node {nodes[k] - system.offsets[s.body]} of {s.body!r} at "
+                f"({before[k, 0]:.4g}, {before[k, 1]:.4g}) in one increment"
+            )
+    return ""
+
+
+def doubts(system: System, c: Circumstances, e: Evaluation, residual: float, tolerance: float) -> Iterator[str]:
+    """Sentences about a converged increment that deserves less trust than its residual says."""
+    forces = np.zeros((len(system.tools), 2))
+    for s, f, scale in zip(system.surfaces, e.contacts, c.scales):
+        forces[s.tool] += f.F[:, 2:4].sum(axis=0)
+        depth = np.where(f.p > 0, -f.g / scale.h, 0.0)
+        k = int(np.argmax(depth))
+        if depth[k] > SUNK:
+            x, node = s.points.at(system.X)[k], s.points.support[k, np.argmax(s.points.N[k])]
+            yield (
+                f"contact {s.name}: node {node - system.offsets[s.body]} (initially at {x[0]:.4g}, {x[1]:.4g}) lies "
+                f"{-f.g[k]:.3g} inside the tool, {depth[k]:.2g} of an element: raise its stiffness 'beta', or use 'augmented'"
+            )
+    for t, tool in enumerate(system.tools):
+        size = float(np.hypot(*forces[t]))
+        noise = HIDDEN * max(residual, tolerance) * e.scale
+        if 0 < size < noise:
+            yield (
+                f"the force on tool {tool.name!r}, {size:.3g}, is not above what convergence leaves open ({noise:.3g}): much "
+                f"larger forces are at work elsewhere (supports or tools that press against each other, Σ|f| = {e.scale:.3g}); "
+                "remove them or lower 'tolerance'"
+            )
+
+
+def unmet(system: System, ever: NDArray[np.bool_]) -> Iterator[str]:
+    """Tools of contacts that met nothing in a whole run; ever (points,): points that were closed at some increment's end."""
+    for t, tool in enumerate(system.tools):
+        mine = [s for s in system.surfaces if s.tool == t]
+        if mine and not any(ever[s.rows].any() for s in mine):
+            surfaces = ", ".join(repr("+".join(s.description.surface)) for s in mine)
+            yield f"tool {tool.name!r} never touched {surfaces}: its forces are zero because it met nothing"
+
+
+# ----------------------------------------------------------------------------------------------------------- post-mortem
+_HINTS = (
+    ("singular", "support the body or the tool in that direction, or hold it until contact does"),
+    ("free to move", "support the body or the tool in that direction, or hold it until contact does"),
+    (
+        "inside out",
+        "more 'increments', a mesh that is coarser or better shaped there, element q4_fbar; if a free side slides past the tool, "
+        "make it part of the contact surface",
+    ),
+    ("folded over", "smaller increments; make the free side part of the contact surface, or support it"),
+    ("flowed by", "a hardening flow curve, a larger fillet of the tool, a finer mesh there, more 'increments'"),
+    ("softens too fast", "a smaller slope of mu, a larger 'beta_T', more 'increments'"),
+    ("passed through", "more 'increments', or a shorter travel"),
+    ("multipliers", "a larger 'beta', or 'penalty'"),
+)
+_HINT = (
+    "more 'increments', a smaller motion per step, a larger fillet or a finer mesh where it happens, or less softening"
+)
+
+
+def hint(reason: str) -> str:
+    """What to try against a reason of failure."""
+    return next((text for key, text in _HINTS if key in reason), _HINT)
+
+
+def where(system: System, c: Circumstances, reduced: Reduced, trial: Trial) -> str:
+    """Where the last iterate of a failed attempt is worst: node, element, contact and tool, with coordinates; '' unknown."""
+    if "free to move" in trial.reason:
+        loose = [f"body {b!r} can {words}" for b in system.problem.bodies if (words := free_to_move(system, b, c))]
+        if not loose:  # it was held by contacts that open now
+            loose = [
+                f"without its contacts body {b!r} can {words}"
+                for b in system.problem.bodies
+                if (words := free_to_move(system, b, c, contacts=False))
+            ]
+        return "; ".join(loose)
+    if not trial.residuals:
+        return ""
+    e = system.evaluate(c, trial.u, trial.lam, stiffness=False)
+    if e.failed or not len(reduced.free):
+        return ""
+    dof = int(reduced.free[np.argmax(np.abs(reduced.weight * e.r[reduced.free]))])
+    for s in system.surfaces:
+        if s.exact and dof in range(s.unknowns.start, s.unknowns.stop):
+            dof = int(system.pair_dofs(s)[(dof - s.unknowns.start) // 2, 0])
+    if dof >= 2 * system.nodes:
+        t, axis = divmod(dof - 2 * system.nodes, 3)
+        return f"the largest residual is that of tool {system.tools[t].name!r} along {('x', 'y', 'rz')[axis]}"
+    return f"the largest residual is at {_node(system, dof // 2, trial, e)}"
+
+
+def _node(system: System, node: int, trial: Trial, e: Evaluation) -> str:
+    body = next(b for b in reversed(list(system.offsets)) if system.offsets[b] <= node)
+    block = next(b for b in system.blocks if b.body == body)
+    x = system.positions(trial.u)[node]
+    element = int(np.flatnonzero((block.cells == node).any(axis=1))[0])
+    text = f"node {node - system.offsets[body]} of {body!r} at ({x[0]:.4g}, {x[1]:.4g}), element {element}"
+    for s, f in zip(system.surfaces, e.contacts):
+        k = np.flatnonzero((s.points.support == node).any(axis=1))
+        if len(k) and np.isfinite(f.g[k[0]]):
+            status = "open" if f.p[k[0]] <= 0 else "slipping" if f.slip[k[0]] else "sticking"
+            text += f", {status} at tool {system.tools[s.tool].name!r} (gap {f.g[k[0]]:.3g})"
+    return text

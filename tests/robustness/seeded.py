@@ -1,0 +1,287 @@
+# ruff: noqa: E501 (one mistake a line)
+"""Seeded mistakes: one change of a good case each, and what must be said about it. The table of the docs is made of them."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+from typer.testing import CliRunner
+
+from prensa.cli import app
+
+CASE = """\
+name: flattening
+space: plane strain
+bodies:
+  strip:
+    mesh: {type: rectangle, size: [4, 2], n: [8, 4]}
+    material: {type: j2, E: 70e3, nu: 0.3, flow: {type: voce, s0: 60, Q: 120, b: 8}}
+tools:
+  die: {type: plane, touching: strip.top}
+contacts:
+  - {surface: [strip.top, strip.right], against: die, friction: {type: coulomb, mu: 0.1}}
+fixed: {strip.bottom: y, strip.left: x}
+steps:
+  - {name: press, move: {die: {y: -0.2}}, increments: 4}
+"""
+
+ELASTIC = ("type: j2, E: 70e3, nu: 0.3, flow: {type: voce, s0: 60, Q: 120, b: 8}", "type: elastic, E: 1e3, nu: 0.3")
+POINTS = "mesh: {type: rectangle, size: [4, 2], n: [8, 4]}"
+CYLINDER = ("type: plane, touching: strip.top", "type: circle, radius: 2, touching: strip.top")
+
+
+class Seeded(NamedTuple):
+    """``what`` in words, ``changes`` (old, new) of the case, ``place`` line:column or '' (a run's), ``words`` it must say.
+
+    ``verb``: with which the mistake is met, ``check`` or ``run``; ``warns``: it is a warning, not an error.
+    """
+
+    what: str
+    changes: tuple[tuple[str, str], ...]
+    place: str
+    words: tuple[str, ...]
+    warns: bool = False
+    verb: str = "check"
+
+
+def mesh(points: str, cells: str, top: str = "[2, 3]") -> tuple[str, str]:
+    return (
+        POINTS,
+        f"mesh: {{type: points, points: {points}, cells: {cells}, boundaries: {{top: {top}, right: [1, 2], bottom: [0, 1], left: [0, 3]}}}}",
+    )
+
+
+SQUARE = "[[0, 0], [4, 0], [4, 2], [0, 2]"
+FLOW = "{type: voce, s0: 60, Q: 120, b: 8}"
+
+SEEDED = {
+    "names and values": [
+        Seeded("misspelt key", (("move:", "mvoe:"),), "13:19", ("unknown key 'mvoe'", "did you mean 'move'?")),
+        Seeded("unknown kind of tool", (("type: plane", "type: plan"),), "8:15", ("unknown tool 'plan'", "'plane'")),
+        Seeded("missing boundary", (("strip.top, str", "strip.tpo, str"),), "10:16", ("unknown boundary 'tpo'", "'top'")),
+        Seeded("missing body", (("strip.left", "stirp.left"),), "11:26", ("unknown body 'stirp'", "'strip'")),
+        Seeded("missing tool", (("{die: {y", "{dye: {y"),), "13:26", ("unknown tool 'dye'", "'die'")),
+        Seeded("key written twice", (("steps:", "fixed: {}\nsteps:"),), "12:1", ("'fixed' appears twice",)),
+        Seeded(
+            "two steps of one name", (("steps:\n", "steps:\n  - {name: press}\n"),), "14:12",
+            ("two steps are called 'press'",),
+        ),
+        Seeded(
+            "contact given twice", (("fixed:", "  - {surface: [strip.top, strip.right], against: die}\nfixed:"),), "11:5",
+            ("appears twice", "keep one"),
+        ),
+        Seeded("negative size", (("[4, 2]", "[4, -2]"),), "5:39", ("is -2", "greater than 0")),
+        Seeded("no elements", (("[8, 4]", "[8, 0]"),), "5:50", ("is 0", "at least 1")),
+        Seeded("not a number", (("70e3", ".nan"),), "6:29", (".nan is not a finite number",)),
+        Seeded("incompressible elasticity", (("nu: 0.3", "nu: 0.5"),), "6:39", ("less than 0.5",)),
+        Seeded("unit of another dimension", (("E: 70e3", "E: 70 kN"),), "6:29", ("is not a stress", "'10 GPa'")),
+        Seeded("negative friction", (("mu: 0.1", "mu: -0.1"),), "10:85", ("at least 0",)),
+        Seeded("softening friction without an end", (("mu: 0.1", "mu: {mu0: 0.3, slope: -1}"),), "10:81", ("'limit'",)),
+        Seeded("shear factor on an elastic body", (ELASTIC, ("coulomb, mu: 0.1", "shear, m: 0.5")), "10:55", ("give 'k'",)),
+        Seeded(
+            "table that goes back in time", (("y: -0.2", "y: [[0, 0], [1, -0.2], [0.5, -0.1]]"),), "13:32",
+            ("times of a table must increase",),
+        ),
+        Seeded(
+            "tool moved and pushed", (("increments", "push: {die: {y: -3}}, increments"),), "13:56", ("keep one",),
+        ),
+    ],
+    "meshes": [
+        Seeded("element without area", (mesh("[[0, 0], [4, 0], [4, 0], [0, 0]]", "[[0, 1, 2, 3]]"),), "5:5", ("area 0",)),
+        Seeded("folded element", (mesh("[[0, 0], [4, 0], [1, 0.5], [0, 2]]", "[[0, 1, 2, 3]]"),), "5:5", ("element 0 near (1.25, 0.625) is folded",)),
+        Seeded("node that does not exist", (mesh(SQUARE + "]", "[[0, 1, 2, 9]]"),), "5:5", ("outside 0 … 3",)),
+        Seeded("node of no element", (mesh(SQUARE + ", [9, 9]]", "[[0, 1, 2, 3]]"),), "5:5", ("belongs to no element",)),
+        Seeded(
+            "set without a side", (mesh(SQUARE + "]", "[[0, 1, 2, 3]]", "[1, 3]"),), "5:5", ("'top'", "no element edge"),
+        ),
+        Seeded(
+            "two parts that are not joined",
+            (
+                mesh(
+                    "[[0, 0], [4, 0], [4, 1], [0, 1], [4, 1], [0, 1], [4, 2], [0, 2]]", "[[0, 1, 2, 3], [5, 4, 6, 7]]", "[6, 7]"
+                ),
+            ),
+            "5:5", ("same place", "open"),
+        ),
+        Seeded(
+            "mesh across the axis", (("plane strain", "axisymmetric"), ("n: [8, 4]", "n: [8, 4], origin: [-1, 0]")), "5:5",
+            ("lies at x ≥ 0", "x = -1"),
+        ),
+        Seeded(
+            "sharp edge over a node", (("type: plane, touching", "type: stamp, width: 4, touching"),), "8:3",
+            ("sharp edge", "give 'fillet"),
+        ),
+    ],
+    "units": [
+        Seeded("modulus in GPa", (("E: 70e3", "E: 70"),), "6:5", ("did you mean 70e3 or '70 GPa'?",), True),
+        Seeded(
+            "modulus of steel in GPa, elastic", ((ELASTIC[0], "type: elastic, E: 210, nu: 0.3"),), "6:5",
+            ("did you mean '210 GPa'?",), True,
+        ),
+        Seeded(
+            "modulus in MPa, case in metres",
+            (
+                ("space:", "units: {length: m, force: N}\nspace:"), (ELASTIC[0], "type: elastic, E: 210e3, nu: 0.3"),
+                ("{y: -0.2}", "{y: -0.002}"),
+            ),
+            "7:5", ("did you mean '210000 MPa'?",), True,
+        ),
+        Seeded("flow stress in Pa", (("s0: 60", "s0: 60e6"),), "6:5", ("flow stress 6e+07", "check the units"), True),
+        Seeded("body in metres, case in millimetres", (("[4, 2]", "[0.004, 0.002]"), ("-0.2", "-0.0002")), "5:5", ("0.004 mm large",), True),
+        Seeded("radius in metres", (CYLINDER, ("radius: 2", "radius: 0.002")), "8:23", ("same unit",)),
+        Seeded("travel in micrometres", (("y: -0.2", "y: 200"),), "13:32", ("a travel of 200 mm",), True),
+        Seeded(
+            "turn in degrees", (CYLINDER, ("{y: -0.2}", "{y: -0.2, rz: 90}")), "13:41", ("90 radians", "'90 deg'"), True
+        ),
+        Seeded("friction in percent", (("mu: 0.1", "mu: 10"),), "10:55", ("did you mean 0.1?",), True),
+    ],
+    "materials and tables": [
+        Seeded("flow stress that vanishes", (("Q: 120", "Q: -70"),), "6:44", ("must stay positive", "-10")),
+        Seeded("softening flow curve", (("Q: 120", "Q: -20"),), "6:44", ("flow stress falls from", "depend on the mesh"), True),
+        Seeded(
+            "table of flow stress that falls", ((FLOW, "{type: table, points: [[0, 60], [0.2, 90], [0.5, 70]]}"),), "6:44",
+            ("flow stress falls",), True,
+        ),
+        Seeded("hardening in another unit", (("b: 8}", "b: 8, H: 9e5}"),), "6:44", ("faster than E",), True),
+        Seeded(
+            "table that ends before its step", (("y: -0.2", "y: [[0, 0], [0.5, -0.2]]"),), "13:32",
+            ("covers the times 0 … 0.5", "held at -0.2"), True,
+        ),
+        Seeded(
+            "table in the time of its step",
+            (("increments: 4}", "increments: 4}\n  - {name: back, move: {die: {y: [[0, -0.2], [1, 0]]}}}"),), "14:31",
+            ("step 'back' 1 … 2", "stays at 0", "times are counted over all steps"), True,
+        ),
+    ],
+    "tools and contacts": [
+        Seeded(
+            "tool inside the body", (("touching: strip.top", "normal: [0, -1], at: [0, 1.9]"),), "8:3",
+            ("starts 0.1 inside", "node 44 (4, 2)", "move the tool by (0, 0.1)"), True,
+        ),
+        Seeded(
+            "reversed normal", (("touching: strip.top", "normal: [0, 1], at: [0, 2]"), ("[strip.top, strip.right]", "strip.top")),
+            "8:22", ("same way as that of 'strip.top'", "reverse 'normal'"),
+        ),
+        Seeded(
+            "reversed normal of a tool to be placed", (("touching: strip.top", "normal: [0, 1], touching: strip.top"),), "8:3",
+            ("never meets", "direction"),
+        ),
+        Seeded(
+            "tool beside the boundary it is to touch", (CYLINDER, ("radius: 2", "radius: 2, at: [9, 0]")), "8:3",
+            ("never meets 'strip.top'", "change 'at'"),
+        ),
+        Seeded(
+            "contact never found: motion the wrong way", (("touching: strip.top", "normal: [0, -1], at: [0, 2.5]"), ("y: -0.2", "y: 0.2")),
+            "10:5", ("never touches", "nearer than 0.5", "sign"), True,
+        ),
+        Seeded(
+            "contact with the wrong side", (("[strip.top, strip.right]", "strip.bottom"),), "8:3",
+            ("same way as that of 'strip.bottom'", "name the boundary"),
+        ),
+        Seeded(
+            "tool that no contact names", (("contacts:", "  pad: {type: circle, radius: 2, at: [0, 9]}\ncontacts:"),), "9:3",
+            ("no contact is against this tool",), True,
+        ),
+        Seeded("tool radius below two elements", (CYLINDER, ("radius: 2", "radius: 0.8")), "8:23", ("two elements", "refine"), True),
+        Seeded("tool that fits between two nodes", (CYLINDER, ("radius: 2", "radius: 0.1")), "8:23", ("finds no node",)),
+        Seeded("absolute penalty of the paper", (("mu: 0.1}", "mu: 0.1}, enforcement: {type: penalty, k_n: 1e10}"),), "10:91", ("k_n = 1e+10, beta = 6.5e+04", "leave it out"), True),
+        Seeded("tool through the support", (("y: -0.2", "y: -2.5"),), "10:5", ("reaches 0.5 beyond node 7", "travel larger")),
+        Seeded(
+            "tools that cross",
+            (
+                ("contacts:", "  bed: {type: plane, normal: [0, 1], at: [0, 0]}\ncontacts:\n  - {surface: strip.bottom, against: bed}"),
+                ("strip.bottom: y, ", ""), ("y: -0.2", "y: -2.5"),
+            ),
+            "12:5", ("'bed' and 'die' cross", "overlap by"),
+        ),
+        Seeded(
+            "two tools on the same points",
+            (("contacts:", "  twin: {type: plane, touching: strip.top}\ncontacts:\n  - {surface: strip.top, against: twin}"),
+             ("{die: {y: -0.2}}", "{die: {y: -0.2}, twin: {y: -0.2}}")),
+            "12:5", ("press the same points", "keep one"), True,
+        ),
+    ],
+    "supports": [
+        Seeded(
+            "body free to slide", ((", strip.left: x", ""), (", friction: {type: coulomb, mu: 0.1}", "")), "4:3",
+            ("free to move along x", "hold it there with 'fixed'"),
+        ),
+        Seeded("body free to turn", (("strip.bottom: y, strip.left: x", "strip.bottom-left: xy"), ("strip.top, strip.right", "strip.right"),
+                ("touching: strip.top", "normal: [-1, 0], at: [9, 0]"), ("{y: -0.2}", "{x: -5}")), "4:3", ("turn about", "until a tool touches"), True),
+        Seeded(
+            "body free along its axis", (("plane strain", "axisymmetric"), ("strip.bottom: y, ", ""), ("touching: strip.top", "normal: [0, -1], at: [0, 3]")),
+            "4:3", ("move along the axis y",), True,
+        ),
+        Seeded(
+            "held nodes under the tool", (("strip.bottom: y,", "strip.bottom: y, strip.top: y,"),), "10:5",
+            ("is held along the normal of tool 'die'", "take the support off"),
+        ),
+    ],
+    "what only the run can tell": [
+        Seeded(
+            "tool that steps through the body in one increment",
+            (ELASTIC, ("n: [8, 4]", "n: [8, 1]"), ("[4, 2]", "[4, 0.5]"), ("strip.bottom: y, strip.left: x", "strip.left: xy, strip.right: xy"),
+             ("type: plane, touching: strip.top", "type: circle, radius: 1.0, at: [2, 4]"), ("strip.top, strip.right", "strip.top"),
+             ("{y: -0.2}", "{y: -8}"), ("increments: 4}", "increments: 1}\nnumerics: {max_cutbacks: 0}")),
+            "", ("passed through node",), False, "run",
+        ),
+        Seeded(
+            "tool pushed away from the body", (("move: {die: {y: -0.2}}", "push: {die: {y: 5}}"),), "", ("meets nothing", "sign"), False, "run",
+        ),
+        Seeded(
+            "penalty so soft that the tool sinks in",
+            (("mu: 0.1}", "mu: 0.1}, enforcement: {type: penalty, beta: 0.001}"),), "", ("inside the tool", "'beta'"), True, "run",
+        ),
+        Seeded(
+            "penalised support that hides the residual",
+            ((ELASTIC[0], "type: elastic, E: 1e3, nu: 0"),
+             ("contacts:", "  vice: {type: plane, normal: [1, 0], at: [0, 0]}\ncontacts:\n  - {surface: strip.left, against: vice, enforcement: {type: penalty, k_n: 1e6}}"),
+             ("strip.left: x", "strip.right: x"), ("{die: {y: -0.2}}", "{die: {y: -1e-9}, vice: {x: 0.2}}")),
+            "", ("not above what convergence leaves open", "forces are at work elsewhere"), True, "run",
+        ),
+        Seeded(
+            "contact that is never made",
+            (("touching: strip.top", "normal: [0, -1], at: [0, 2.5]"), ("strip.left: x", "strip.left: x, strip.right: {x: 0.01}")),
+            "", ("never touched", "met nothing"), True, "run",
+        ),
+        Seeded(
+            "body let go by its only support",
+            (("increments: 4}", "increments: 4}\n  - {name: up, move: {die: {y: 1}}, fixed: {strip.bottom: free, strip.left: free}, increments: 2}"),),
+            "", ("without its contacts body 'strip' can move along x and y and to turn", "support the body"), False, "run",
+        ),
+    ],
+}  # fmt: skip
+
+
+def case_of(seeded: Seeded) -> str:
+    """The good case with the mistake in it."""
+    text = CASE
+    for old, new in seeded.changes:
+        assert old in text, old
+        text = text.replace(old, new, 1)
+    return text
+
+
+def said(seeded: Seeded, folder: Path) -> tuple[int, list[str]]:
+    """Exit code, and the lines told about a seeded mistake, the file called ``case.yaml``."""
+    path = folder / "case.yaml"
+    path.write_text(case_of(seeded), encoding="utf-8")
+    options = [
+        "--out",
+        str(folder / "out"),
+        "--quiet",
+        "--set",
+        "output.pictures=false",
+        "--set",
+        "output.report=false",
+    ]
+    result = CliRunner().invoke(app, [seeded.verb, str(path), *(options if seeded.verb == "run" else [])])
+    lines = [re.sub(r"\x1b\[[0-9;]*m", "", line).replace(str(path), "case.yaml") for line in result.stderr.splitlines()]
+    return result.exit_code, [line for line in lines if line.strip()]
+
+
+def the_line(seeded: Seeded, lines: list[str]) -> str:
+    """The line that tells of the mistake; '' if none has its words."""
+    return next((line for line in lines if all(word in line for word in seeded.words)), "")

@@ -1,0 +1,106 @@
+"""Every seeded mistake is answered with place and remedy, the table of the docs is theirs, good cases are left alone."""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+import re
+from pathlib import Path
+
+import pytest
+from seeded import CASE, SEEDED, said, the_line
+
+import prensa as pr
+from prensa.bench import robustness
+from prensa.fem.preflight import preflight
+from prensa.model.schema import loads, warnings_of
+
+ROOT = Path(__file__).parents[2]
+ALL = [s for items in SEEDED.values() for s in items]
+_SAID: dict[str, str] = {}
+
+
+@pytest.mark.parametrize("seeded", ALL, ids=[s.what for s in ALL])
+def test_a_seeded_mistake_is_named_with_place_and_remedy(seeded, tmp_path):
+    """The line stands at the place of the mistake and has its words; an error ends the program, a warning does not."""
+    code, lines = said(seeded, tmp_path)
+    line = the_line(seeded, lines)
+    assert line, lines
+    assert line.startswith(f"case.yaml:{seeded.place}: " if seeded.place else "")
+    assert (code == 0) == seeded.warns
+    assert "Traceback" not in "".join(lines)
+    _SAID[seeded.what] = line
+
+
+def test_the_page_of_mistakes_is_up_to_date(tmp_path):
+    """``guide/mistakes.md`` has every answer word for word (numbers of a run apart); if not, run ``docs/make_mistakes.py``."""
+    for seeded in ALL:
+        if seeded.what not in _SAID:  # tests may be spread over several processes
+            _SAID[seeded.what] = the_line(seeded, said(seeded, tmp_path)[1])
+    page = (ROOT / "docs" / "guide" / "mistakes.md").read_text(encoding="utf-8")
+    assert f"```yaml\n{CASE}```" in page
+    rows = dict(re.findall(r"^\| (.*?) \| `(.*)` \|$", page, flags=re.MULTILINE))
+    assert list(rows) == [s.what for s in ALL]
+    for seeded in ALL:
+        shown, now = rows[seeded.what], _SAID[seeded.what].replace("|", "\\|")
+        if seeded.verb == "run":
+            shown, now = (re.sub(r"-?\d[\d.e+-]*", "#", text) for text in (shown, now))
+        assert shown == now
+
+
+# ------------------------------------------------------------------------------------------------------- no false alarms
+def alarms(problem: pr.Problem) -> list[str]:
+    return [*map(str, preflight(pr.discretise(problem))), *warnings_of(problem)]
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.yaml")), ids=lambda p: p.stem)
+def test_an_example_raises_no_alarm(path):
+    """Not a word about a good case."""
+    assert alarms(pr.load(path).problem) == []
+
+
+def test_the_good_case_raises_no_alarm():
+    """The case that the mistakes are made in has none."""
+    assert alarms(loads(CASE).problem) == []
+
+
+def test_random_problems_raise_no_alarm():
+    """Nor about random problems (their coefficients of friction of up to 5 apart)."""
+    for suite in ("elastic", "plastic"):
+        for number in range(20):
+            assert [a for a in alarms(robustness.draw(suite, 5, number)) if "coefficient above 2" not in a] == []
+
+
+def test_verification_cases_raise_no_alarm(monkeypatch):
+    """Nor about the first problem of each verification case."""
+
+    class Seen(Exception):
+        pass
+
+    found: dict[str, list[str]] = {}
+    now = ""
+
+    def look(problem, *_, **__):
+        found[now] = alarms(getattr(problem, "problem", problem))
+        raise Seen
+
+    import prensa.solver.march
+    import prensa.verify as package
+    from prensa.verify import table
+
+    for module in [
+        importlib.import_module(f"{package.__name__}.{m.name}") for m in pkgutil.iter_modules(package.__path__)
+    ]:
+        if hasattr(module, "solve"):
+            monkeypatch.setattr(module, "solve", look)
+    monkeypatch.setattr(pr, "solve", look)  # before the module: the package takes it from there when first asked
+    monkeypatch.setattr(prensa.solver.march, "solve", look)
+    quick = [c for c in table.select(None) if not c.slow]
+    for case in quick:
+        now = case.name
+        try:
+            list(case.function())
+        except Seen:
+            continue
+    assert len(found) > 0.6 * len(quick)
+    assert {k: v for k, v in found.items() if v} == {}
