@@ -38,7 +38,8 @@ def problem(
     space, kinematics, geometry, element, material, tool, friction, enforcement, follower=False, rule="nodal"
 ):  # fmt: skip
     axi = space == "axisymmetric"
-    block = pr.Body(pr.Rectangle(size=(4.0, 4.0), n=(9, 4), origin=(0.5 if axi else 0.0, 0.0)), material, element)
+    n = (9, 4) if element.startswith("q4") else (5, 3)
+    block = pr.Body(pr.Rectangle(size=(4.0, 4.0), n=n, origin=(0.5 if axi else 0.0, 0.0)), material, element)
     loads = {"block.right": pr.Load(pressure=5.0, shear=2.0)} if follower else {}
     return pr.Problem(
         "tangent", space=space, kinematics=kinematics, contact_geometry=geometry, bodies={"block": block},
@@ -145,7 +146,7 @@ def test_integration_rules(space, mode, rule):
     assert (closed & ~slip).any()
 
 
-ELEMENTS = ["q4", "q4_fbar"]
+ELEMENTS = ["q4", "q4_fbar", "t3", "t6", "q8", "q8_full"]
 
 
 @pytest.mark.parametrize("element", ELEMENTS)

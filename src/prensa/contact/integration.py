@@ -3,7 +3,9 @@
 A point lies at x = Σ N_a x_a of the surface nodes that carry it, its force goes to them with the same N_a, so that the
 virtual work ∫ t·δu dΓ ≈ Σ w_q t_q·δu_q decides everything. The rules (the paper's open question, docs/theory/contact.md):
 
-* ``nodal`` (trapezoid): a point a node, w_A = ∫ N_A dΓ exactly, thickness or 2πr inside; n + 1 constraints, n + 1 nodes;
+* ``nodal`` (trapezoid): a point a node, w_A = ∫ N_A dΓ exactly, thickness or 2πr inside; n + 1 constraints, n + 1 nodes.
+  On quadratic edges N_A is the quadratic shape function, 1/6, 4/6, 1/6 of a straight edge: all positive, and a uniform pressure
+  is the pressure of every point, which piecewise linear N_A (1/4, 1/2, 1/4) would report as 2/3 and 4/3 of it;
 * ``gauss1``, ``gauss2``, ``gauss3``: Gauss points of each edge; ``simpson``: nodes and middles of the edges;
 * ``kikuchi``: the points of ``gauss2``, whose pressures are then projected to the nodes with the trapezoid-lumped mass, our
   reading of Kikuchi (1982, Int. J. Numer. Methods Eng. 18, 343-350).
@@ -11,11 +13,14 @@ virtual work ∫ t·δu dΓ ≈ Σ w_q t_q·δu_q decides everything. The rules 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from prensa.mesh.mesh import areas, corner_cells, segments, sides
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -29,8 +34,7 @@ GAUSS: dict[str, tuple[tuple[float, ...], tuple[float, ...]]] = {
 GAUSS["kikuchi"] = GAUSS["gauss2"]
 
 
-@dataclass(frozen=True)
-class Shares:
+class Shares(NamedTuple):
     """Parts of edges that points stand for: (s,) point, edge, factor of its length.
 
     ``at``: place ξ on the edge where 2πr is taken; ``place``: where the point lies.
@@ -47,9 +51,10 @@ class Shares:
 class Points:
     """k contact points on a surface of n nodes.
 
-    ``nodes`` (n,) global numbers in walking order, ``edges`` (m, 2) with the body on the left; ``support`` (k, a) nodes
-    that carry a point and ``N`` (k, a) their shape values; ``depth`` (k,) size of the adjacent elements into the body, in
-    the initial mesh; ``shares``: the parts of the edges that make the weights.
+    ``nodes`` (n,) global numbers in walking order, ``edges`` (m, 2) with the body on the left (of quadratic ones the two
+    pieces between neighbouring nodes); ``support`` (k, a) nodes that carry a point and ``N`` (k, a) their shape values;
+    ``depth`` (k,) size of the adjacent elements into the body, in the initial mesh; ``shares``: the parts of the edges that
+    make the weights, ``lumped`` those of the nodes.
     """
 
     rule: str
@@ -59,6 +64,7 @@ class Points:
     N: Array
     depth: Array
     shares: Shares
+    lumped: Shares
     axisymmetric: bool
     thickness: float
 
@@ -73,9 +79,11 @@ class Points:
 
     def weights(self, x: Array) -> Array:
         """Areas (k,) of the points on node positions x (n, 2) of the whole system."""
-        s = self.shares
+        return self._areas(x, self.shares, len(self))
+
+    def _areas(self, x: Array, s: Shares, n: int) -> Array:
         parts = s.factor * self._measure(x, s.edge, s.at)
-        return np.asarray(np.bincount(s.point, parts, len(self)), dtype=np.float64)
+        return np.asarray(np.bincount(s.point, parts, n), dtype=np.float64)
 
     def slopes(self, x: Array) -> Array:
         """∂w/∂x (s, 2, 2) of the shares' areas on positions x (n, 2): share, end of its edge that moves, axis."""
@@ -93,12 +101,7 @@ class Points:
 
     def tributary(self, x: Array) -> Array:
         """∫ N_A dΓ (n,) of the surface nodes on positions x of the whole system: the trapezoid-lumped mass, exact."""
-        m = np.arange(len(self.edges))
-        out = np.zeros(len(x))
-        # ∫ N r dΓ of a linear edge is half the length times r at a third from the node
-        np.add.at(out, self.edges[:, 0], 0.5 * self._measure(x, m, np.full(len(m), 1 / 3)))
-        np.add.at(out, self.edges[:, 1], 0.5 * self._measure(x, m, np.full(len(m), 2 / 3)))
-        return out[self.nodes]
+        return self._areas(x, self.lumped, len(self.nodes))
 
     def at(self, values: Array) -> Array:
         """Nodal values (n, …) of the whole system interpolated to the points (k, …)."""
@@ -172,27 +175,29 @@ def point_normals(points: Points, x: Array) -> Array:
 
 
 def behind(edges: Index, cells: Index) -> Index:
-    """Elements (m,) of which the oriented edges (m, 2) are a side, cells (e, a)."""
-    a = cells.shape[1]
-    sides = np.concatenate([cells[:, [i, (i + 1) % a]] for i in range(a)])
-    owner = {(p, q): e % len(cells) for e, (p, q) in enumerate(sides.tolist())}
-    return np.array([owner[p, q] for p, q in edges.tolist()], dtype=np.int64)
+    """Elements (m,) of which the oriented edges (m, 2|3), or their pieces (m, 2), are a side, cells (e, a)."""
+    some = sides(cells)
+    number = np.repeat(np.arange(len(cells)), some.shape[1])
+    flat = some.reshape(-1, some.shape[2])
+    owner = dict(zip(map(tuple, flat[:, :2].tolist()), number.tolist()))
+    if flat.shape[1] == 3:
+        owner |= dict(zip(map(tuple, segments(flat).tolist()), np.repeat(number, 2).tolist()))
+    return np.array([owner[p, q] for p, q in edges[:, :2].tolist()], dtype=np.int64)
 
 
 def depth_of(edges: Index, cells: Index, points: Array) -> Array:
-    """Size (m,) into the body of the element behind each surface edge: area over edge length."""
-    x = points[cells[behind(edges, cells)]]
-    d1, d2 = x[:, 2] - x[:, 0], x[:, 3] - x[:, 1]
+    """Size (m,) into the body of the element behind each surface edge (m, 2|3): area over length, twice that of a triangle."""
     length = np.hypot(*(points[edges[:, 1]] - points[edges[:, 0]]).T)
-    return np.asarray(0.5 * (d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0]) / length)
+    twice = 2.0 if len(corner_cells(cells)[0]) == 3 else 1.0
+    return np.asarray(twice * areas(points, cells)[behind(edges, cells)] / length)
 
 
 def points_of(
     rule: str, X: Array, nodes: Index, edges: Index, depth: Array, axisymmetric: bool, thickness: float
 ) -> Points:
-    """Contact points of a rule on a surface: X (all nodes, 2) initial positions, depth (m,) behind the edges.
+    """Contact points of a rule on a surface: X (all nodes, 2) initial positions, edges (m, 2|3), depth (m,) behind them.
 
-    A point that has no area (Simpson's on the axis of revolution) is left out.
+    A point that has no area (on the axis of revolution Simpson's, and that of a quadratic edge) is left out.
 
     Raises
     ------
@@ -202,6 +207,10 @@ def points_of(
     """
     number = np.full(int(nodes.max()) + 1, -1, dtype=np.int64)
     number[nodes] = np.arange(len(nodes))
+    quadratic = edges.shape[1] == 3
+    middle = edges[:, 2:].ravel()
+    if quadratic:
+        edges, depth = segments(edges), np.repeat(depth, 2)
     walking = np.argsort(number[edges[:, 0]], kind="stable")
     edges, depth = edges[walking], depth[walking]
     m = len(edges)
@@ -211,10 +220,14 @@ def points_of(
     at_nodes = total[nodes] / np.bincount(ends, minlength=len(number))[nodes]
     third = np.repeat([1 / 3, 2 / 3], m)
     nodal = Shares(number[ends], np.tile(every, 2), np.full(2 * m, 0.5), third, np.repeat([0.0, 1.0], m))
+    if quadratic:
+        # Simpson's points are the nodes: the product of a quadratic N_A and a linear radius is integrated exactly
+        nodal = nodal._replace(factor=np.where(np.isin(ends, middle), 2 / 3, 1 / 3), at=nodal.place)
     if rule == "nodal":
-        return Points(
-            rule, nodes, edges, nodes[:, None], np.ones((len(nodes), 1)), at_nodes, nodal, axisymmetric, thickness
+        points = Points(
+            rule, nodes, edges, nodes[:, None], np.ones((len(nodes), 1)), at_nodes, nodal, nodal, axisymmetric, thickness
         )
+        return _with_area(points, X)
     if rule == "simpson":
         return _simpson(X, nodes, edges, depth, at_nodes, nodal, axisymmetric, thickness)
     place, factor = GAUSS[rule]
@@ -223,8 +236,9 @@ def points_of(
     edge = np.repeat(every, q)
     shares = Shares(np.arange(m * q), edge, np.tile(factor, m), xi, xi)
     return Points(
-        rule, nodes, edges, edges[edge], np.stack([1 - xi, xi], axis=1), depth[edge], shares, axisymmetric, thickness
-    )
+        rule, nodes, edges, edges[edge], np.stack([1 - xi, xi], axis=1), depth[edge], shares, nodal, axisymmetric,
+        thickness,
+    )  # fmt: skip
 
 
 def _simpson(
@@ -243,16 +257,23 @@ def _simpson(
         np.repeat([0.0, 1.0, 0.5], m),
         np.repeat([0.0, 1.0, 0.5], m),
     )
-    points = Points(
-        "simpson", nodes, edges, support, N, np.concatenate([at_nodes, depth]), shares, axisymmetric, thickness
-    )
-    weight = points.weights(X)
     along = np.argsort(np.concatenate([np.arange(n), nodal.point[:m] + 0.5]), kind="stable")
+    points = Points(
+        "simpson", nodes, edges, support, N, np.concatenate([at_nodes, depth]), shares, nodal, axisymmetric, thickness
+    )
+    return _with_area(points, X, along)
+
+
+def _with_area(points: Points, X: Array, along: Index | None = None) -> Points:
+    """The points that have an area on positions X, in the order ``along``."""
+    weight = points.weights(X)
+    along = np.arange(len(points)) if along is None else along
     along = along[weight[along] > 1e-12 * weight.max()]
-    new = np.full(n + m, -1)
+    new = np.full(len(points), -1)
     new[along] = np.arange(len(along))
-    s = new[shares.point] >= 0
-    shares = Shares(new[shares.point[s]], shares.edge[s], shares.factor[s], shares.at[s], shares.place[s])
-    return Points(
-        "simpson", nodes, edges, support[along], N[along], points.depth[along], shares, axisymmetric, thickness
+    s = points.shares
+    kept = new[s.point] >= 0
+    shares = Shares(new[s.point[kept]], s.edge[kept], s.factor[kept], s.at[kept], s.place[kept])
+    return replace(
+        points, support=points.support[along], N=points.N[along], depth=points.depth[along], shares=shares
     )

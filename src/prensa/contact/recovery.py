@@ -1,8 +1,9 @@
 """Recovered stresses: least-squares patches over the integration points, or extrapolated and averaged at the nodes.
 
-Zienkiewicz & Zhu (1992): around each interior node the stress of the integration points is fitted by a polynomial, which
-is evaluated at the nodes of the patch; a node on the boundary averages the patches that contain it. Nodes that no
-interior patch reaches fit the elements at hand. `smoothed` is the older route, the one that the paper took.
+Zienkiewicz & Zhu (1992): around each interior corner node the stress of the integration points is fitted by a polynomial of
+the element's order, which is evaluated at the nodes of the patch; a node on the boundary and a mid-side node average the
+patches that contain them. Nodes that no interior patch reaches fit the elements at hand, by fewer terms where those do not
+determine all. `smoothed` is the older route, the one that the paper took.
 """
 
 from __future__ import annotations
@@ -11,51 +12,71 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from prensa.mesh.mesh import boundary_edges, corner_cells
+
 Array = NDArray[np.float64]
+
+TERMS = {3: 3, 4: 4, 6: 6, 8: 6}  # of 1, s, t, st, s², t²; the bilinear element has the first four
+RANK = 1e-10  # ratio of eigenvalues of the normal equations below which the points do not determine the terms
 
 
 @njit(cache=True)
-def _fit(members, X, values, centre, size, coefs):
-    """Least squares of [1, ξ, η, ξη] over the points of the member elements → coefs (4, values); False if singular."""
-    M = np.zeros((4, 4))
-    B = np.zeros((4, values.shape[2]))
-    basis = np.empty(4)
-    basis[0] = 1.0
+def _basis(s, t, out):
+    out[0] = 1.0
+    out[1] = s
+    out[2] = t
+    out[3] = s * t
+    out[4] = s * s
+    out[5] = t * t
+
+
+@njit(cache=True)
+def _fit(members, X, values, centre, sx, sy, terms, coefs):
+    """Least squares over the points of the member elements → coefs (6, values), those of missing terms zero."""
+    basis = np.empty(6)
+    M = np.zeros((6, 6))
+    B = np.zeros((6, values.shape[2]))
     for e in members:
         for q in range(X.shape[1]):
-            basis[1] = (X[e, q, 0] - centre[0]) / size
-            basis[2] = (X[e, q, 1] - centre[1]) / size
-            basis[3] = basis[1] * basis[2]
-            for i in range(4):
-                for j in range(4):
+            _basis((X[e, q, 0] - centre[0]) / sx, (X[e, q, 1] - centre[1]) / sy, basis)
+            for i in range(6):
+                for j in range(6):
                     M[i, j] += basis[i] * basis[j]
                 for c in range(values.shape[2]):
                     B[i, c] += basis[i] * values[e, q, c]
-    if abs(np.linalg.det(M)) < 1e-14:
-        return False
-    coefs[:, :] = np.linalg.solve(M, B)
-    return True
+    coefs[:, :] = 0.0
+    for n in (6, 4, 3, 1):
+        if n > terms:
+            continue
+        part = np.ascontiguousarray(M[:n, :n])
+        eigen = np.linalg.eigvalsh(part)
+        if eigen[0] > RANK * eigen[n - 1]:
+            coefs[:n, :] = np.linalg.solve(part, np.ascontiguousarray(B[:n, :]))
+            return
 
 
 @njit(cache=True)
-def _patches(first, members, interior, cells, x, X, values, out, count):
+def _patches(first, members, interior, cells, x, X, values, terms, out, count):
     n = x.shape[0]
-    coefs = np.zeros((4, values.shape[2]))
+    coefs = np.zeros((6, values.shape[2]))
+    basis = np.empty(6)
     for stage in range(2):
         for v in range(n):
             if (stage == 0 and not interior[v]) or (stage == 1 and count[v] > 0):
                 continue
             patch = members[first[v] : first[v + 1]]
-            size = 0.0
+            sx = sy = 0.0
             for e in patch:
                 for a in range(cells.shape[1]):
-                    size = max(size, abs(x[cells[e, a], 0] - x[v, 0]), abs(x[cells[e, a], 1] - x[v, 1]))
-            if size == 0.0 or not _fit(patch, X, values, x[v], size, coefs):
+                    sx = max(sx, abs(x[cells[e, a], 0] - x[v, 0]))
+                    sy = max(sy, abs(x[cells[e, a], 1] - x[v, 1]))
+            if sx == 0.0 or sy == 0.0:
                 continue
+            _fit(patch, X, values, x[v], sx, sy, terms, coefs)
             for e in patch:
                 for a in range(cells.shape[1]):
                     w = cells[e, a]
-                    # an interior node trusts its own patch alone; a boundary node collects what reaches it
+                    # an interior corner trusts its own patch alone; other nodes collect what reaches them
                     if w != v and (interior[w] or stage == 1):
                         continue
                     seen = False
@@ -67,29 +88,26 @@ def _patches(first, members, interior, cells, x, X, values, out, count):
                                 seen = True
                     if seen:
                         continue
-                    s = (x[w, 0] - x[v, 0]) / size
-                    t = (x[w, 1] - x[v, 1]) / size
+                    _basis((x[w, 0] - x[v, 0]) / sx, (x[w, 1] - x[v, 1]) / sy, basis)
                     for c in range(values.shape[2]):
-                        val = coefs[0, c] + coefs[1, c] * s + coefs[2, c] * t + coefs[3, c] * s * t
-                        out[w, c] += val
+                        for i in range(6):
+                            out[w, c] += coefs[i, c] * basis[i]
                     count[w] += 1
 
 
 def recover(x: Array, cells: NDArray[np.int64], X: Array, values: Array) -> Array:
-    """Nodal values (n, v) from point values (e, q, v) at positions X (e, q, 2); x (n, 2) nodes, cells (e, a)."""
+    """Nodal values (n, v) from point values (e, q, v) at positions X (e, q, 2); x (n, 2) nodes, cells (e, 3|4|6|8)."""
     n, a = len(x), cells.shape[1]
     order = np.argsort(cells.ravel(), kind="stable")
     members = (order // a).astype(np.int64)
     first = np.concatenate([[0], np.cumsum(np.bincount(cells.ravel(), minlength=n))]).astype(np.int64)
-    edges = np.sort(np.concatenate([cells[:, [i, (i + 1) % a]] for i in range(a)]), axis=1)
-    key, times = np.unique(edges[:, 0] * np.int64(n) + edges[:, 1], return_counts=True)
-    interior = np.ones(n, dtype=np.bool_)
-    outer = key[times == 1]
-    interior[outer // n] = False
-    interior[outer % n] = False
-    interior &= np.diff(first) > 0
+    interior = np.zeros(n, dtype=np.bool_)
+    interior[corner_cells(cells)] = True
+    interior[boundary_edges(cells)] = False
     out, count = np.zeros((n, values.shape[2])), np.zeros(n, dtype=np.int64)
-    _patches(first, members, interior, cells, x, np.ascontiguousarray(X), np.ascontiguousarray(values), out, count)
+    _patches(
+        first, members, interior, cells, x, np.ascontiguousarray(X), np.ascontiguousarray(values), TERMS[a], out, count
+    )
     return out / np.maximum(count, 1)[:, None]
 
 
@@ -98,7 +116,7 @@ def smoothed(x: Array, cells: NDArray[np.int64], X: Array, values: Array) -> Arr
 
     "Los puntos de integración del elemento … llevados a los nodos de contacto mediante interpolación y posterior
     suavización" (the paper); Hinton and Campbell (1974). The field of an element is the least-squares bilinear one
-    of its points, which for 2 × 2 points goes through them.
+    of its points (of triangles the linear one), which for 2 × 2 points goes through them.
     """
     corners = x[cells]
     centre = corners.mean(axis=1, keepdims=True)
@@ -106,7 +124,7 @@ def smoothed(x: Array, cells: NDArray[np.int64], X: Array, values: Array) -> Arr
 
     def basis(p: Array) -> Array:
         s, t = np.moveaxis((p - centre) / size, -1, 0)
-        return np.stack([np.ones_like(s), s, t, s * t], axis=-1)
+        return np.stack([np.ones_like(s), s, t, s * t][: 3 if cells.shape[1] in (3, 6) else 4], axis=-1)
 
     at_corners = basis(corners) @ (np.linalg.pinv(basis(X)) @ values)
     out = np.zeros((len(x), values.shape[2]))

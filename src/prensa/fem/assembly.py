@@ -9,8 +9,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from prensa.elements import q4
-from prensa.materials.laws import At, Material, Out
+from prensa.fem.formulation import Chunk, Element, Failure, Mode, workspace
+from prensa.materials.laws import At, Material
+from prensa.mesh.mesh import corner_cells
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -105,19 +106,17 @@ def make_pattern(
 
 @dataclass(frozen=True)
 class Block:
-    """Elements of one body: global ``cells`` (m, 4), ``X`` (m, 4, 2), law, formulation, slots (m, 8, 8), dofs (m, 8).
+    """Elements of one body, a nodes and q points each: global ``cells`` (m, a), ``X`` (m, a, 2), law, formulation.
 
-    ``volume`` (m, 4): initial volumes of the points, thickness or 2πr inside.
+    slots (m, 2a, 2a), dofs (m, 2a); ``volume`` (m, q): initial volumes of the points, thickness or 2πr inside.
     """
 
     body: str
     cells: Index
     X: Array
     law: Material
-    bar: bool
-    finite: bool
-    axisymmetric: bool
-    scale: float
+    element: Element
+    mode: Mode
     dofs: NDArray[np.int64]
     slots: NDArray[np.int32]
     volume: Array
@@ -125,49 +124,53 @@ class Block:
     def __len__(self) -> int:
         return len(self.cells)
 
+    @property
+    def corners(self) -> Index:
+        """Corner nodes (m, 3|4) of the elements."""
+        return corner_cells(self.cells)
+
+    @property
+    def virgin(self) -> Array:
+        """History (m, q, h) of the undeformed body."""
+        return np.zeros((*self.volume.shape, self.law.size + self.element.extra(self.mode)))
+
+    def at_law(self, history: Array) -> Array:
+        """The law's columns (m, q, law.size) of a history, contiguous."""
+        return np.ascontiguousarray(history[..., : self.law.size])
+
+    def positions(self, x: Array) -> Array:
+        """Places (m, q, 2) of the integration points on node positions x (n, 2) of the whole system."""
+        return np.ascontiguousarray(np.einsum("qa,mad->mqd", self.element.N, x[self.cells]))
+
 
 class Sweep(NamedTuple):
-    """Result of a sweep: total Σ |element forces| and new history (m, 4, h); bad element or −1."""
+    """Result of a sweep: total Σ |element forces|, new history (m, q, h), and what failed."""
 
     force_scale: float
     history: Array
-    failed: int
+    failed: Failure | None
 
 
 def sweep(block: Block, x_n: Array, du: Array, old: Array, at: At, r: Array, data: Array | None) -> Sweep:
     """Add internal forces to r (ndof,) and, unless data is None, the stiffness to data (nnz,).
 
-    x_n (n, 2): configuration that increments refer to; du (n, 2): increments of the nodes; old (m, 4, h) history.
+    x_n (n, 2): configuration that increments refer to; du (n, 2): increments of the nodes; old (m, q, h) history.
     """
     m = len(block)
     new = np.empty_like(old)
     total = 0.0
     c = min(CHUNK, m)
-    h, w, alpha = np.empty((c, 4, 5)), np.empty((c, 4)), np.empty((c, 4))
-    P, A = np.empty((c, 4, 5)), np.empty((c, 4, 5, 5))
-    r_e, K_e, size = np.empty((c, 8)), np.empty((c, 8, 8)), np.empty(c)
-    flags, points = np.empty(c, dtype=np.bool_), np.empty(4 * c, dtype=np.bool_)
+    work = workspace(block.element, c)
     for first in range(0, m, c):
-        last = min(first + c, m)
-        k = last - first
-        x, d = x_n[block.cells[first:last]], du[block.cells[first:last]]
-        flags[:] = False
-        points[:] = False
-        q4.kinematics(
-            x, d, block.axisymmetric, block.finite, block.bar, block.scale, h[:k], w[:k], alpha[:k], flags[:k]
-        )
-        if flags[:k].any():
-            return Sweep(np.nan, new, first + int(np.argmax(flags[:k])))
-        out = Out(P[:k].reshape(-1, 5), A[:k].reshape(-1, 5, 5), new[first:last].reshape(4 * k, -1), points[: 4 * k])
-        block.law.update(h[:k].reshape(-1, 5), old[first:last].reshape(4 * k, -1), at, out)
-        if points[: 4 * k].any():
-            return Sweep(np.nan, new, first + int(np.argmax(points[: 4 * k])) // 4)
-        q4.integrate(
-            x, d, block.axisymmetric, block.finite, block.bar, w[:k], alpha[:k], P[:k], A[:k], size[:k],
-            data is not None, r_e[:k], K_e[:k],
-        )  # fmt: skip
-        total += float(size[:k].sum())
-        scatter_vector(r_e[:k], block.dofs[first:last], r)
+        rows = slice(first, min(first + c, m))
+        cells = block.cells[rows]
+        chunk = Chunk(block.X[rows], x_n[cells], du[cells], old[rows], new[rows])
+        w = work.first(len(cells))
+        failure = block.element.respond(chunk, block.law, at, block.mode, w, data is not None)
+        if failure:
+            return Sweep(np.nan, new, Failure(first + failure.element, failure.why))
+        total += float(w.size.sum())
+        scatter_vector(w.r, block.dofs[rows], r)
         if data is not None:
-            scatter_matrix(K_e[:k], block.slots[first:last], data)
-    return Sweep(total, new, -1)
+            scatter_matrix(w.K, block.slots[rows], data)
+    return Sweep(total, new, None)

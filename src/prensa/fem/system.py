@@ -14,10 +14,10 @@ from prensa.contact.enforcement import ContactForces, Scale, forces, multiplier_
 from prensa.contact.integration import Points, behind, depth_of, node_normals, point_normals, points_of
 from prensa.contact.pairing import Pairs, current_pairs, reference_pairs
 from prensa.contact.recovery import recover
-from prensa.elements import q4
 from prensa.errors import PrensaError
 from prensa.fem import loads as fem_loads
 from prensa.fem.assembly import Block, Pattern, make_pattern, scatter_matrix, slots, sweep
+from prensa.fem.formulation import Mode, element_of
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
 from prensa.friction.coulomb import Coulomb
@@ -209,11 +209,9 @@ class System:
         out = np.empty(self.nodes)
         for b, h in zip(self.blocks, history):
             first, last = int(b.cells.min()), int(b.cells.max()) + 1
-            points = np.empty((len(b), 4, 2))
-            q4.point_positions(b.X, points)
-            ratio = b.law.thickness(h)
+            ratio = b.law.thickness(b.at_law(h))
             assert ratio is not None
-            nodal = recover(self.X[first:last], b.cells - first, points, ratio[..., None])[:, 0]
+            nodal = recover(self.X[first:last], b.cells - first, b.positions(self.X), ratio[..., None])[:, 0]
             # a patch may overshoot at a corner, no point's thickness is outside what the points have
             out[first:last] = self.problem.thickness * np.clip(nodal, ratio.min(), ratio.max())
         return out
@@ -248,7 +246,7 @@ class System:
             contact[s.rows, 2] = pairs.s
         return State(
             u=u, du=np.zeros(self.ndof), dt_last=0.0,
-            history=tuple(np.zeros((len(b), 4, b.law.size)) for b in self.blocks),
+            history=self.initial_history,
             contact=contact, lam=np.zeros((n_points, 2)), energy=np.zeros(6), work=np.zeros(self.ndof),
             clock=np.zeros(5), anchor=u.copy(),
         )  # fmt: skip
@@ -311,12 +309,10 @@ class System:
         at = At(c.dt, c.time, stiffness)
         for block, old in zip(self.blocks, base):
             out = sweep(block, c.x_n, du, old, at, r, data)
-            if out.failed >= 0:
-                x = self.X[block.cells[out.failed]].mean(axis=0)
-                why = (
-                    f"element {out.failed} of {block.body} (initially near {x[0]:.4g}, {x[1]:.4g}) turned inside out "
-                    "or its material law failed"
-                )
+            if out.failed:
+                x = self.X[block.cells[out.failed.element]].mean(axis=0)
+                where = f"element {out.failed.element} of {block.body} (initially near {x[0]:.4g}, {x[1]:.4g})"
+                why = f"{where} {out.failed.why}"
                 return Evaluation(r, data, np.inf, (), (), r, why)
             history.append(out.history)
             scale += out.force_scale
@@ -368,7 +364,7 @@ class System:
     @cached_property
     def initial_history(self) -> tuple[Array, ...]:
         """Histories of the virgin material."""
-        return tuple(np.zeros((len(b), 4, b.law.size)) for b in self.blocks)
+        return tuple(b.virgin for b in self.blocks)
 
     def _external(self, c: Circumstances, u: Array, data: Array | None) -> Array:
         f = np.zeros(self.ndof)
@@ -406,12 +402,8 @@ class System:
         key = f"volume {body}"
         if key not in self._edge_slots:
             block = next(b for b in self.blocks if b.body == body)
-            xi = np.array([-1.0, 1.0, 1.0, -1.0]) / np.sqrt(3.0)
-            eta = np.array([-1.0, -1.0, 1.0, 1.0]) / np.sqrt(3.0)
-            s, t = np.sqrt(3.0) * xi, np.sqrt(3.0) * eta
-            N = 0.25 * (1 + xi[:, None] * s) * (1 + eta[:, None] * t)
             out = np.zeros(len(self.meshes[body].points))
-            np.add.at(out, block.cells - self.offsets[body], block.volume @ N)
+            np.add.at(out, block.cells - self.offsets[body], block.volume @ block.element.N)
             self._edge_slots[key] = out
         return self._edge_slots[key]
 
@@ -460,13 +452,13 @@ class System:
         number = next(i for i, b in enumerate(self.blocks) if b.body == s.body)
         history = state.history[number][s.behind]
         law: Any = self.blocks[number].law
-        k = law.shear_strength(history.reshape(-1, law.size)).reshape(len(s.behind), -1).mean(axis=1)
+        k = law.shear_strength(history.reshape(-1, history.shape[-1])).reshape(len(s.behind), -1).mean(axis=1)
         part = s.points.shares
         return np.bincount(part.point, k[part.edge]) / np.bincount(part.point)
 
     def elastic_energy(self, history: tuple[Array, ...]) -> float:
         """∫ψ dV of a committed history, from the laws' energy functions."""
-        return float(sum((b.volume * b.law.energy(h)).sum() for b, h in zip(self.blocks, history)))
+        return float(sum((b.volume * b.law.energy(b.at_law(h))).sum() for b, h in zip(self.blocks, history)))
 
     def plastic_work(self, history: tuple[Array, ...]) -> float:
         """Accumulated plastic dissipation of a committed history."""
@@ -575,25 +567,20 @@ def discretise(problem: model.Problem) -> System:
     pattern = make_pattern(cells, total, len(tools), near, [_coupled(s, total) for s in surfaces if s.exact])
     blocks = []
     for (name, body), c in zip(problem.bodies.items(), cells):
-        dofs = (2 * c[:, :, None] + np.arange(2)).reshape(-1, 8)
-        slot = np.empty((len(c), 8, 8), dtype=np.int32)
+        element = element_of(body.element_in(problem.space))
+        dofs = (2 * c[:, :, None] + np.arange(2)).reshape(len(c), -1)
+        slot = np.empty((*dofs.shape, dofs.shape[1]), dtype=np.int32)
         slots(pattern.indptr, pattern.indices, dofs, slot)
-        scale = 2 * np.pi if axisymmetric else problem.thickness
-        h, w, alpha = np.empty((len(c), 4, 5)), np.empty((len(c), 4)), np.empty((len(c), 4))
-        bad = np.zeros(len(c), dtype=bool)
-        q4.kinematics(X[c], np.zeros((len(c), 4, 2)), axisymmetric, False, False, scale, h, w, alpha, bad)
-        if bad.any():
-            e = int(np.argmax(bad))
+        mode = Mode(axisymmetric, problem.kinematics == "finite", 2 * np.pi if axisymmetric else problem.thickness)
+        volume, folded = element.volumes(X[c], mode)
+        if folded.any():
+            e = int(np.argmax(folded))
             raise MeshError(
                 f"bodies.{name}.mesh: element {e} near ({X[c[e], 0].mean():g}, {X[c[e], 1].mean():g}) is folded "
                 "(negative Jacobian at an integration point)"
             )
-        blocks.append(
-            Block(
-                name, c, X[c], material_of(body.material, problem.kinematics, problem.space),
-                body.element_in(problem.space) == "q4_fbar", problem.kinematics == "finite", axisymmetric, scale, dofs, slot, w,
-            )
-        )  # fmt: skip
+        law = material_of(body.material, problem.kinematics, problem.space)
+        blocks.append(Block(name, c, X[c], law, element, mode, dofs, slot, volume))
     system = System(problem, meshes, offsets, X, blocks, tools, surfaces, pattern, total)
     for name in [*problem.fixed, *(k for s in problem.steps for k in s.fixed)]:
         system.boundary_nodes(name)

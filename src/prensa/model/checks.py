@@ -165,6 +165,14 @@ def _contacts(p: Any) -> Iterator[Finding]:
         for k, s in enumerate(c.surface):
             yield from _boundary(p, s, (*path, "surface", k))
         bodies = {s.partition(".")[0] for s in c.surface}
+        if c.integration != "nodal":
+            for name in bodies:
+                element = p.bodies[name].element_in(p.space) if p.bodies.get(name) is not None else ""
+                if element[:2] in ("t6", "q8"):
+                    yield Finding(
+                        (*path, "integration"),
+                        f"{c.integration!r} is a rule of straight edges and {element} has quadratic ones; use 'nodal'",
+                    )
         if len(bodies) > 1 and all(b in p.bodies for b in bodies):
             yield Finding((*path, "surface"), "one contact surface belongs to one body; write two contacts")
         if c.against not in p.tools:

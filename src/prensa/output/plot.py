@@ -16,6 +16,7 @@ from prensa.errors import PrensaError
 from prensa.model.checks import suggest
 from prensa.model.problem import Problem
 from prensa.output import style
+from prensa.output.cells import around, outline, triangles
 from prensa.output.outline import outlines
 from prensa.solver.increment import STATUS, BodyState, ContactState, Increment
 
@@ -290,16 +291,12 @@ def _closed_range(s: Array, status: NDArray[Any]) -> tuple[float, float]:
     return max(float(closed.min()) - margin, float(s.min())), min(float(closed.max()) + margin, float(s.max()))
 
 
-def _triangles(cells: NDArray[np.int64]) -> NDArray[np.int64]:
-    return np.vstack([cells[:, [0, 1, 2]], cells[:, [0, 2, 3]]])
-
-
 def _coloured(axes: Axes, body: BodyState, value: Array, side: float, limits: tuple[float, float], name: str) -> Any:
     from matplotlib.tri import Triangulation
 
-    triangles = Triangulation(side * body.x[:, 0], body.x[:, 1], _triangles(body.cells))
+    covered = Triangulation(side * body.x[:, 0], body.x[:, 1], triangles(body.cells))
     return axes.tripcolor(
-        triangles, value, shading="gouraud", vmin=limits[0], vmax=limits[1], cmap=name, rasterized=True
+        covered, value, shading="gouraud", vmin=limits[0], vmax=limits[1], cmap=name, rasterized=True
     )
 
 
@@ -309,21 +306,14 @@ def _edges(axes: Axes, body: BodyState, side: float, mesh: bool) -> None:
 
     mirror = np.array([side, 1.0])
     if mesh:
-        axes.add_collection(PolyCollection(list(body.x[body.cells] * mirror), facecolors="none", edgecolors="k",
+        axes.add_collection(PolyCollection(list(body.x[around(body.cells)] * mirror), facecolors="none", edgecolors="k",
                                            linewidths=0.25, alpha=0.35))  # fmt: skip
-    edges = boundary_edges(body.cells)
+    edges = outline(body.cells)
     initial, current = body.X[edges] * mirror, body.x[edges] * mirror
     axes.add_collection(
         LineCollection(list(initial), colors="0.45", linewidths=0.6, linestyles=[(0, (5, 4))], zorder=0.5)
     )
     axes.add_collection(LineCollection(list(current), colors="0.1", linewidths=0.8, zorder=3))
-
-
-def boundary_edges(cells: NDArray[np.int64]) -> NDArray[np.int64]:
-    """(b, 2) edges that belong to one cell only, of quadrilaterals (m, 4)."""
-    edges = cells[:, [0, 1, 1, 2, 2, 3, 3, 0]].reshape(-1, 2)
-    _, first, count = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
-    return edges[first[count == 1]]
 
 
 def _range(values: list[Array], field: str) -> tuple[float, float]:

@@ -16,6 +16,7 @@ import meshio
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.output.cells import VTK
 from prensa.output.files import numbered, replacing, write_text
 from prensa.solver.increment import BodyState, Increment
 
@@ -55,11 +56,11 @@ def write_fields(path: Path, increment: Increment) -> Path:
     """Write one increment as a ``.vtu`` file, atomically; returns *path*."""
     bodies = list(increment.bodies.values())
     offset = np.cumsum([0, *(len(b.X) for b in bodies)])
-    cells = np.vstack([b.cells + o for b, o in zip(bodies, offset)])
+    cells = [(VTK[b.cells.shape[1]], b.cells + o) for b, o in zip(bodies, offset)]
     thin = [b.thickness for b in bodies if b.thickness is not None]
     mesh = meshio.Mesh(
         points=_stack(bodies, lambda b: _vector(b.x)),
-        cells=[("quad", cells)],
+        cells=cells,
         point_data={
             "displacement": _stack(bodies, lambda b: _vector(b.displacement)),
             "reaction": _stack(bodies, lambda b: _vector(b.reaction)),
@@ -69,7 +70,7 @@ def write_fields(path: Path, increment: Increment) -> Path:
             "contact_pressure": np.concatenate([_contact_pressure(increment, name) for name in increment.bodies]),
             **({"thickness": np.concatenate(thin)} if thin else {}),
         },
-        cell_data={"body": [np.repeat(np.arange(len(bodies), dtype=np.int32), [len(b.cells) for b in bodies])]},
+        cell_data={"body": [np.full(len(b.cells), k, dtype=np.int32) for k, b in enumerate(bodies)]},
     )
     with replacing(path) as temporary:
         mesh.write(temporary, file_format="vtu", binary=True, compression="zlib")

@@ -101,9 +101,9 @@ class ContactState:
 
 @dataclass(frozen=True)
 class BodyState:
-    """One body: n nodes, m cells (quadrilaterals, counter-clockwise).
+    """One body: n nodes, m cells of 3, 4, 6 or 8 nodes (corners counter-clockwise, then mid-side nodes).
 
-    ``X``, ``x`` (n, 2); ``cells`` (m, 4); ``reaction`` (n, 2) force of the supports on the node (0 where free);
+    ``X``, ``x`` (n, 2); ``cells`` (m, a); ``reaction`` (n, 2) force of the supports on the node (0 where free);
     ``stress`` (n, 4) recovered Cauchy stress xx, yy, zz, xy; ``mises`` (n,); ``plastic_strain`` (n,) equivalent;
     ``thickness`` (n,) current, in plane stress (None elsewhere).
     """

@@ -81,7 +81,7 @@ def solve(
 
 
 def _least_corner(x: Array) -> Array:
-    """Least corner triangle of quadrilaterals x (e, 4, 2) over the mean of the four: 0 at 180°, negative beyond → (e,)."""
+    """Least corner triangle of polygons x (e, 3|4, 2) over the mean of all: 0 at 180°, negative beyond → (e,)."""
     before, after = x - np.roll(x, 1, axis=1), np.roll(x, -1, axis=1) - x
     area = before[..., 0] * after[..., 1] - before[..., 1] * after[..., 0]
     return np.asarray(area.min(axis=1) / np.maximum(np.abs(area.mean(axis=1)), 1e-300))
@@ -150,12 +150,13 @@ class _March:
             return
         x, x_n = self.system.positions(trial.u), self.system.positions(state.u)
         for block, new, was in zip(self.system.blocks, trial.evaluation.history, state.history):
-            corner = _least_corner(x[block.cells])
+            corners = block.corners
+            corner = _least_corner(x[corners])
             worst = int(np.argmin(corner))
             if corner[worst] < FOLDED:
                 at = self.system.X[block.cells[worst]].mean(axis=0)
                 where = f"element {worst} of {block.body} (initially near {at[0]:.4g}, {at[1]:.4g})"
-                if corner[worst] < _least_corner(x_n[block.cells[[worst]]])[0] - JUMP:
+                if corner[worst] < _least_corner(x_n[corners[[worst]]])[0] - JUMP:
                     trial.converged, trial.reason = False, f"{where} folded over"
                     return
                 if not self.told_of_folding:

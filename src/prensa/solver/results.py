@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.recovery import recover, smoothed
-from prensa.elements import q4
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
 from prensa.fem.system import Evaluation, System
@@ -52,7 +51,9 @@ def contact_states(system: System, state: State, e: Evaluation) -> dict[str, Con
     for s, f in zip(system.surfaces, e.contacts):
         nodes, pairs = s.points.nodes, system.node_pairs(s, state.u)
         area, weight = system.tributary(s, where, depth), system.weights(s, where, depth)
-        pressure, shear = (s.points.to_nodes(v) / area for v in (f.weight * f.p, f.area * f.t))
+        # a node without area (on the axis, of a quadratic edge) is told what its neighbour is
+        of = _with_area(area)
+        pressure, shear = (s.points.to_nodes(v)[of] / area[of] for v in (f.weight * f.p, f.area * f.t))
         from_stress = _pressure_of(patches[nodes], pairs.n)
         frictionless = not f.t.any() and not f.slip.any()
         status = np.where(f.p > 0, np.where(f.slip | frictionless, 2, 1), 0).astype(np.int8)
@@ -60,11 +61,11 @@ def contact_states(system: System, state: State, e: Evaluation) -> dict[str, Con
         if s.points.rule == "kikuchi":
             p, t = ((s.points.N * v[s.points.slots]).sum(axis=1) for v in (pressure, shear))
         # a node slips when all the closed points that it carries do
-        sticks, closed = s.points.any_at_nodes(status == 1), s.points.any_at_nodes(status > 0)
+        sticks, closed = s.points.any_at_nodes(status == 1)[of], s.points.any_at_nodes(status > 0)[of]
         out[s.name] = ContactState(
             surface="+".join(s.description.surface), tool=system.tools[s.tool].name, body=s.body,
             node=nodes - system.offsets[s.body], X=system.X[nodes], x=x[nodes], gap=pairs.g, pressure=pressure,
-            shear=shear, slip=s.points.to_nodes(f.weight * f.kappa) / s.points.to_nodes(f.weight),
+            shear=shear, slip=s.points.to_nodes(f.weight * f.kappa)[of] / s.points.to_nodes(f.weight)[of],
             status=np.where(closed, np.where(sticks, 1, 2), 0).astype(np.int8), weight=area,
             force=s.points.to_nodes(f.F[:, :2]), pressure_from_stress=from_stress,
             pressure_smoothed=_pressure_of(smooth[nodes], pairs.n),
@@ -72,6 +73,14 @@ def contact_states(system: System, state: State, e: Evaluation) -> dict[str, Con
             points=PointValues(s.points.at(system.X), s.points.at(x), f.g, p, t, f.kappa, status, weight),
         )  # fmt: skip
     return out
+
+
+def _with_area(area: Array) -> NDArray[np.int64]:
+    """Number (n,) of each surface node, or of the next one along the surface where it has no area."""
+    of = np.arange(len(area))
+    bare = np.flatnonzero(area <= 1e-12 * area.max())
+    of[bare] = np.where(bare + 1 < len(area), bare + 1, bare - 1)
+    return of
 
 
 def _pressure_of(stress: Array, n: Array) -> Array:
@@ -85,7 +94,7 @@ def nodal_stress(system: System, state: State, e: Evaluation, recovery: Recovery
     x = system.positions(state.u) if system.problem.kinematics == "finite" else system.X
     out = np.zeros((system.nodes, 4))
     for b, h in zip(system.blocks, e.history):
-        values = b.law.cauchy(h.reshape(-1, h.shape[-1])).reshape(len(b), 4, 4)
+        values = b.law.cauchy(b.at_law(h).reshape(-1, b.law.size)).reshape(len(b), -1, 4)
         out[_own(b)] = _recovered(x, b, values, recovery)
     return out
 
@@ -95,10 +104,8 @@ def _own(b: Any) -> Any:
 
 
 def _recovered(x: Array, b: Any, values: Array, recovery: Recovery | None = None) -> Array:
-    points = np.empty((len(b), 4, 2))
-    q4.point_positions(x[b.cells], points)
     own = _own(b)
-    return (recovery or recover)(x[own], b.cells - own.start, points, values)
+    return (recovery or recover)(x[own], b.cells - own.start, b.positions(x), values)
 
 
 def body_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> dict[str, BodyState]:

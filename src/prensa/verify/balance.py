@@ -26,7 +26,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 import prensa as pr
-from prensa.elements import q4
 from prensa.fem.schedule import BoundaryLoad, plan_step
 from prensa.fem.system import System, discretise
 from prensa.solver.increment import Increment
@@ -67,9 +66,7 @@ def boundary_load(system: System, x: Array, load: BoundaryLoad, t: float) -> Arr
 def body_force(system: System, x: Array, body: str, b: Array) -> Array:
     """Resultant (3,) of a force per initial volume b (2,) on a body in the configuration x (n, 2)."""
     block = next(k for k in system.blocks if k.body == body)
-    points = np.empty((len(block), 4, 2))
-    q4.point_positions(x[block.cells], points)
-    return wrench(points.reshape(-1, 2), block.volume.reshape(-1, 1) * b)
+    return wrench(block.positions(x).reshape(-1, 2), block.volume.reshape(-1, 1) * b)
 
 
 def imbalance(system: System, inc: Increment) -> tuple[float, float]:

@@ -1,0 +1,93 @@
+"""Shape functions and integration points of the isoparametric elements, as tables that the kernels read.
+
+Nodes: corners counter-clockwise, then mid-side nodes in the order of the sides. Triangles in area coordinates
+L = (1 − ξ − η, ξ, η), quadrilaterals on [−1, 1]² (Zienkiewicz & Taylor 2000, The Finite Element Method, vol. 1, ch. 8, 9).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_XI = np.array([-1.0, 1.0, 1.0, -1.0, 0.0, 1.0, 0.0, -1.0])
+_ETA = np.array([-1.0, -1.0, 1.0, 1.0, -1.0, 0.0, 1.0, 0.0])
+
+
+class Table(NamedTuple):
+    """N (q, a), slopes dN (q, a, 2) in ξ, η and weights (q,) at the integration points ``at`` (q, 2)."""
+
+    N: Array
+    dN: Array
+    weight: Array
+    at: Array
+
+
+def t3(xi: float, eta: float) -> tuple[Array, Array]:
+    """N (3,), dN (3, 2) of the linear triangle."""
+    return np.array([1.0 - xi - eta, xi, eta]), np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
+
+
+def t6(xi: float, eta: float) -> tuple[Array, Array]:
+    """N (6,), dN (6, 2) of the quadratic triangle."""
+    L, dL = t3(xi, eta)
+    a, b = [0, 1, 2], [1, 2, 0]
+    N = np.concatenate([L * (2.0 * L - 1.0), 4.0 * L[a] * L[b]])
+    dN = np.concatenate([(4.0 * L - 1.0)[:, None] * dL, 4.0 * (dL[a] * L[b][:, None] + L[a][:, None] * dL[b])])
+    return N, dN
+
+
+def q4(xi: float, eta: float) -> tuple[Array, Array]:
+    """N (4,), dN (4, 2) of the bilinear quadrilateral."""
+    s, t = _XI[:4], _ETA[:4]
+    N = 0.25 * (1.0 + s * xi) * (1.0 + t * eta)
+    return N, 0.25 * np.stack([s * (1.0 + t * eta), t * (1.0 + s * xi)], axis=1)
+
+
+def q8(xi: float, eta: float) -> tuple[Array, Array]:
+    """N (8,), dN (8, 2) of the serendipity quadrilateral."""
+    s, t = _XI[:4], _ETA[:4]
+    corner = 0.25 * (1.0 + s * xi) * (1.0 + t * eta) * (s * xi + t * eta - 1.0)
+    dcorner = 0.25 * np.stack(
+        [s * (1.0 + t * eta) * (2.0 * s * xi + t * eta), t * (1.0 + s * xi) * (2.0 * t * eta + s * xi)], axis=1
+    )
+    N, dN = np.empty(8), np.empty((8, 2))
+    N[:4], dN[:4] = corner, dcorner
+    for a in (4, 6):
+        N[a] = 0.5 * (1.0 - xi * xi) * (1.0 + _ETA[a] * eta)
+        dN[a] = -xi * (1.0 + _ETA[a] * eta), 0.5 * _ETA[a] * (1.0 - xi * xi)
+    for a in (5, 7):
+        N[a] = 0.5 * (1.0 + _XI[a] * xi) * (1.0 - eta * eta)
+        dN[a] = 0.5 * _XI[a] * (1.0 - eta * eta), -eta * (1.0 + _XI[a] * xi)
+    return N, dN
+
+
+_SHAPES = {3: t3, 6: t6, 4: q4, 8: q8}
+
+
+def square(n: int) -> tuple[Array, Array]:
+    """N × n Gauss points (n², 2) of the square and their weights; 2 × 2 counter-clockwise from (−, −) like the corners."""
+    x, w = np.polynomial.legendre.leggauss(n)
+    xi, eta = np.meshgrid(x, x)
+    weight = np.outer(w, w).ravel()
+    at = np.stack([xi.ravel(), eta.ravel()], axis=1)
+    order = [0, 1, 3, 2] if n == 2 else list(range(n * n))
+    return at[order], weight[order]
+
+
+def triangle(points: int) -> tuple[Array, Array]:
+    """1 point (degree 1) or 3 inside (degree 2) of the triangle, and their weights (sum ½)."""
+    if points == 1:
+        return np.full((1, 2), 1.0 / 3.0), np.array([0.5])
+    a, b = 1.0 / 6.0, 2.0 / 3.0
+    return np.array([[a, a], [b, a], [a, b]]), np.full(3, 1.0 / 6.0)
+
+
+def table(nodes: int, rule: tuple[Array, Array]) -> Table:
+    """Table of the element with that many nodes at the points of a rule."""
+    at, weight = rule
+    values = [_SHAPES[nodes](float(p[0]), float(p[1])) for p in at]
+    return Table(np.array([v[0] for v in values]), np.array([v[1] for v in values]), weight, at)

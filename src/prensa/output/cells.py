@@ -1,0 +1,37 @@
+"""How cells are drawn and named, by their number of nodes: the polygon around, triangles inside, the type in VTK."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Index = NDArray[np.int64]
+
+VTK = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"}
+"""Names of meshio for the cell types of VTK."""
+
+_AROUND = {3: [0, 1, 2], 4: [0, 1, 2, 3], 6: [0, 3, 1, 4, 2, 5], 8: [0, 4, 1, 5, 2, 6, 3, 7]}
+_INSIDE = {
+    3: [[0, 1, 2]],
+    4: [[0, 1, 2], [0, 2, 3]],
+    6: [[0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5]],
+    8: [[0, 4, 7], [4, 1, 5], [5, 2, 6], [6, 3, 7], [4, 5, 7], [5, 6, 7]],
+}
+
+
+def around(cells: Index) -> Index:
+    """Nodes (m, a) of cells in walking order around each, mid-side nodes between their corners."""
+    return cells[:, _AROUND[cells.shape[1]]]
+
+
+def triangles(cells: Index) -> Index:
+    """Triangles (k, 3) that cover the cells."""
+    return np.vstack([cells[:, t] for t in _INSIDE[cells.shape[1]]])
+
+
+def outline(cells: Index) -> Index:
+    """Pieces (b, 2) of the sides that belong to one cell only."""
+    ring = around(cells)
+    edges = np.stack([ring, np.roll(ring, -1, axis=1)], axis=-1).reshape(-1, 2)
+    _, first, count = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
+    return edges[first[count == 1]]
