@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
-import re
 import typing
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -101,7 +100,7 @@ def _described(cls: type) -> Iterator[str]:
         yield f"`type: {kind}`"
         yield ""
     doc = inspect.getdoc(cls) or ""
-    yield re.sub(r" \(THEORY [\d, ]+\)", "", doc.replace("``", "`"))
+    yield doc.replace("``", "`")
     yield ""
     yield "| key | value | unit | default |"
     yield "|---|---|---|---|"

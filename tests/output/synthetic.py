@@ -6,7 +6,17 @@ import numpy as np
 
 import prensa as pr
 from prensa.fem.state import State
-from prensa.solver.increment import BodyState, ContactState, Force, Increment, Place, PointValues, Statistics, ToolState
+from prensa.solver.increment import (
+    BodyState,
+    ContactState,
+    Force,
+    Increment,
+    Place,
+    PointValues,
+    Reaction,
+    Statistics,
+    ToolState,
+)
 
 CONTACT = "block.top-cylinder"
 
@@ -77,6 +87,7 @@ def increment(number: int = 10, total: int = 10, n: tuple[int, int] = (48, 24), 
         step="press", step_number=0, number=number, time=t, tools={"cylinder": tool},
         energy={"external": force * t, "elastic": 0.8 * force * t, "plastic": 0.1 * force * t, "friction": 0.08 * force * t,
                 "contact": 0.02 * force * t, "imbalance": 1e-9 * force * t},
+        supports={"block.bottom": Reaction(0.0, -force), "block.left": Reaction(1.0, 0.0)},
         statistics=Statistics(6, int(number == 4), residuals[-1], 0, residuals, (9, 4, 1, 0, 0, 0)),
         state=committed(number, t), end_of_step=number == total,
         _contacts=lambda: {CONTACT: state}, _bodies=lambda: {"block": body},

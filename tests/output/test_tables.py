@@ -23,7 +23,8 @@ def test_columns_of_the_history_are_the_stable_names(tmp_path):
         "cylinder.ux,cylinder.uy,cylinder.rz,cylinder.fx,cylinder.fy,cylinder.mz,"
         "block.top-cylinder.area,"
         "energy.external,energy.elastic,energy.plastic,energy.friction,energy.contact,energy.imbalance,"
-        "iterations,cutbacks"
+        "iterations,cutbacks,"
+        "fixed.block.bottom.fx,fixed.block.bottom.fy,fixed.block.left.fx,fixed.block.left.fy"
     )
 
 

@@ -287,3 +287,16 @@ def test_an_impossible_motion_fails_with_a_post_mortem_and_keeps_the_last_increm
         good.extend(pr.solve(p, pr.Numerics(max_cutbacks=2)))
     assert caught.value.last is not None
     assert caught.value.last.time < 1.0
+
+
+def test_supports_carry_what_the_tools_press():
+    """The forces of all supports and tools balance to 1e-9, and a support that another step releases carries nothing."""
+    hold, let = pr.Step("hold", move={"punch": {"y": -0.2}}), pr.Step("let", fixed={"block.left": "free"})
+    problem = pressed([hold, let], fixed={"block.bottom": "y", "block.left": "x", "block.bottom-right": "x"})
+    *_, inc = pr.solve(problem)
+    F, held = inc.force("punch"), inc.supports
+    assert list(held) == ["block.bottom", "block.left", "block.bottom-right"]
+    assert sum(r.y for r in held.values()) == pytest.approx(F.y, rel=1e-9)
+    assert sum(r.x for r in held.values()) == pytest.approx(F.x, abs=1e-9 * F.y)
+    assert held["block.left"] == (0.0, 0.0)
+    assert held["block.bottom"].x == 0.0

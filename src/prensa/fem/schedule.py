@@ -50,11 +50,15 @@ def integrated(value: Any, start: float, t0: float, t1: float) -> Course:
 
 @dataclass
 class Prescribed:
-    """Group of unknowns that follow one course, each from its own start: value = start + share · (course − origin)."""
+    """Group of unknowns that follow one course, each from its own start: value = start + share · (course − origin).
+
+    ``support``: name of the boundary and axis, 'x' or 'y', that it holds; None for tools and the axis of revolution.
+    """
 
     dofs: Index
     start: Array
     course: Course | None = None
+    support: tuple[str, str] | None = None
 
     def at(self, t: float, t0: float, t1: float) -> Array:
         """Values (k,) at time t."""
@@ -148,16 +152,16 @@ def plan_step(system: Any, number: int, anchor: Array) -> StepPlan:
     groups: list[Prescribed] = []
     taken = np.zeros(system.ndof, dtype=bool)
 
-    def add(dofs: Index, c: Course | None) -> None:
+    def add(dofs: Index, c: Course | None, support: tuple[str, str] | None = None) -> None:
         dofs = dofs[~taken[dofs]]
         taken[dofs] = True
         if len(dofs):
-            groups.append(Prescribed(dofs, anchor[dofs].copy(), c))
+            groups.append(Prescribed(dofs, anchor[dofs].copy(), c, support))
 
     for (name, axis), (value, since) in supports.items():
         dofs = 2 * system.boundary_nodes(name) + "xy".index(axis)
         held = value == "held" or (since < number and not isinstance(value, tuple))
-        add(dofs, None if held else course(value, 0.0, t0, t1))
+        add(dofs, None if held else course(value, 0.0, t0, t1), (name, axis))
     add(2 * system.axis_nodes, None)
     step = p.steps[number]
     push: dict[int, Course] = {}

@@ -1,6 +1,6 @@
 """One return map for every friction law: stick or slip, the slip increment, the traction and its exact tangent.
 
-Elastic-plastic analogy (paper eqs. 9-23), integrated by backward Euler in the tool frame; THEORY section 4.
+Elastic-plastic analogy (paper eqs. 9-23), integrated by backward Euler in the tool frame; see docs/theory/contact.md.
 """
 
 from __future__ import annotations

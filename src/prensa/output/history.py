@@ -18,6 +18,7 @@ from prensa.errors import PrensaError
 from prensa.model.problem import Problem
 from prensa.output.files import file_name, numbered, replacing
 from prensa.solver.increment import STATUS, ContactState, Increment
+from prensa.solver.results import support_names
 
 HISTORY = "history.csv"
 CONVERGENCE = "convergence.csv"
@@ -35,22 +36,24 @@ def history_columns(problem: Problem) -> list[str]:
     """Names of the columns of ``history.csv``, in order: they follow from the description alone."""
     tools = [f"{tool}.{c}" for tool in problem.tools for c in ("ux", "uy", "rz", "fx", "fy", "mz")]
     areas = [f"{contact.name}.area" for contact in problem.contacts]
+    supports = [f"fixed.{name}.{c}" for name in support_names(problem) for c in ("fx", "fy")]
     energies = [f"energy.{name}" for name in ENERGIES]
     bodies = problem.bodies if problem.space == "plane stress" else ()
     thickness = [f"{body}.thickness.{c}" for body in bodies for c in ("min", "max")]
-    return ["step", "increment", "time", *tools, *areas, *thickness, *energies, "iterations", "cutbacks"]
+    return ["step", "increment", "time", *tools, *areas, *thickness, *energies, "iterations", "cutbacks", *supports]
 
 
 def history_row(problem: Problem, increment: Increment) -> list[Any]:
     """Values of one row of ``history.csv``, in the order of `history_columns`."""
     tools = [v for tool in problem.tools for v in (*increment.tools[tool].place, *increment.tools[tool].force)]
+    supports = [v for name in support_names(problem) for v in increment.supports[name]]
     areas = [increment.contacts[contact.name].area for contact in problem.contacts]
     depths = [increment.bodies[body].thickness for body in problem.bodies] if problem.space == "plane stress" else []
     thickness = [v for t in depths if t is not None for v in (t.min(), t.max())]
     energies = [increment.energy.get(name, 0.0) for name in ENERGIES]
     cost = increment.statistics
     head = [increment.step, increment.number, increment.time]
-    return [*head, *tools, *areas, *thickness, *energies, cost.iterations, cost.cutbacks]
+    return [*head, *tools, *areas, *thickness, *energies, cost.iterations, cost.cutbacks, *supports]
 
 
 class History:

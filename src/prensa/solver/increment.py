@@ -123,6 +123,13 @@ class BodyState:
         return self.x - self.X
 
 
+class Reaction(NamedTuple):
+    """Force of a support on the body."""
+
+    x: float
+    y: float
+
+
 @dataclass(frozen=True)
 class Statistics:
     """Cost of an increment: Newton iterations (rejected attempts included), cut-backs, final relative residual."""
@@ -148,6 +155,8 @@ class Increment:
     tools: Mapping[str, ToolState]
     energy: Mapping[str, float]
     """external, elastic, plastic, friction, contact, imbalance."""
+    supports: Mapping[str, Reaction]
+    """By boundary: what it holds; a node of two boundaries counts for the first that holds it in that direction."""
     statistics: Statistics
     state: State
     end_of_step: bool

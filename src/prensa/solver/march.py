@@ -20,7 +20,7 @@ from prensa.model import problem as model
 from prensa.solver.approach import approach, first_touch
 from prensa.solver.increment import BodyState, Increment, Monitor, Progress, Statistics
 from prensa.solver.newton import Reduced, Reporter, Trial, attempt
-from prensa.solver.results import body_states, contact_states, tool_forces, tool_states
+from prensa.solver.results import body_states, contact_states, support_forces, tool_forces, tool_states
 from prensa.solver.watch import doubts, hint, passed_through, unmet, where
 
 log = logging.getLogger("prensa")
@@ -295,7 +295,7 @@ class _March:
 
         return Increment(
             plan.name, plan.number + 1, int(state.clock[1]), float(state.clock[2]), tool_states(system, state, e),
-            dict(zip(names, state.energy.tolist())), statistics, state, ended,
+            dict(zip(names, state.energy.tolist())), support_forces(system, e, plan), statistics, state, ended,
             lambda: contact_states(system, state, e), bodies,
         )  # fmt: skip
 

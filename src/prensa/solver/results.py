@@ -12,7 +12,8 @@ from prensa.contact.recovery import recover, smoothed
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
 from prensa.fem.system import Evaluation, System
-from prensa.solver.increment import BodyState, ContactState, Force, Place, PointValues, ToolState
+from prensa.model.problem import Problem
+from prensa.solver.increment import BodyState, ContactState, Force, Place, PointValues, Reaction, ToolState
 
 Array = NDArray[np.float64]
 Recovery = Callable[[Array, NDArray[np.int64], Array, Array], Array]
@@ -24,6 +25,22 @@ def tool_forces(system: System, e: Evaluation) -> dict[str, Force]:
     for s, f in zip(system.surfaces, e.contacts):
         total[system.tools[s.tool].name] += f.F[:, 2:].sum(axis=0)
     return {k: Force(*map(float, v)) for k, v in total.items()}
+
+
+def support_forces(system: System, e: Evaluation, plan: StepPlan) -> dict[str, Reaction]:
+    """Force of each support on the body; supports of other steps are there with zeros, so that the names never change."""
+    problem = system.problem
+    total = {name: [0.0, 0.0] for name in support_names(problem)}
+    for group in plan.groups:
+        if group.support is not None:
+            name, axis = group.support
+            total[name]["xy".index(axis)] += float(e.r[group.dofs].sum())
+    return {name: Reaction(*v) for name, v in total.items()}
+
+
+def support_names(problem: Problem) -> list[str]:
+    """Boundaries and points that are held in some step, in the order of the description."""
+    return list(dict.fromkeys([*problem.fixed, *(name for step in problem.steps for name in step.fixed)]))
 
 
 def tool_states(system: System, state: State, e: Evaluation) -> dict[str, ToolState]:
