@@ -1,4 +1,4 @@
-"""Coulomb friction with slip hardening: τ_y = μ(κ) p, κ the accumulated slip (paper eqs. 11-21; see docs/theory/errata.md)."""
+"""Coulomb friction with slip hardening: τ_y = μ(κ) p, κ the accumulated slip (paper eqs. 11-21, corrected)."""
 
 from __future__ import annotations
 
