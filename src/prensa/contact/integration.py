@@ -225,7 +225,16 @@ def points_of(
         nodal = nodal._replace(factor=np.where(np.isin(ends, middle), 2 / 3, 1 / 3), at=nodal.place)
     if rule == "nodal":
         points = Points(
-            rule, nodes, edges, nodes[:, None], np.ones((len(nodes), 1)), at_nodes, nodal, nodal, axisymmetric, thickness
+            rule,
+            nodes,
+            edges,
+            nodes[:, None],
+            np.ones((len(nodes), 1)),
+            at_nodes,
+            nodal,
+            nodal,
+            axisymmetric,
+            thickness,
         )
         return _with_area(points, X)
     if rule == "simpson":
@@ -274,6 +283,4 @@ def _with_area(points: Points, X: Array, along: Index | None = None) -> Points:
     s = points.shares
     kept = new[s.point] >= 0
     shares = Shares(new[s.point[kept]], s.edge[kept], s.factor[kept], s.at[kept], s.place[kept])
-    return replace(
-        points, support=points.support[along], N=points.N[along], depth=points.depth[along], shares=shares
-    )
+    return replace(points, support=points.support[along], N=points.N[along], depth=points.depth[along], shares=shares)

@@ -189,9 +189,7 @@ class Solid:
         h, w = np.empty((len(X), self.points, 5)), np.empty((len(X), self.points))
         failed = np.zeros(len(X), dtype=np.bool_)
         t = _TABLES[self.name]
-        solid.kinematics(
-            X, np.zeros_like(X), t.N, t.dN, t.weight, mode.axisymmetric, False, mode.scale, h, w, failed
-        )
+        solid.kinematics(X, np.zeros_like(X), t.N, t.dN, t.weight, mode.axisymmetric, False, mode.scale, h, w, failed)
         return w, failed
 
     def respond(self, c: Chunk, law: Material, at: At, mode: Mode, work: Work, stiffness: bool) -> Failure | None:
@@ -205,9 +203,7 @@ class Solid:
             return Failure(int(np.argmax(work.flags)), INVERTED)
         if failure := material(c, law, at, work):
             return failure
-        solid.integrate(
-            c.x, t.N, t.dN, mode.axisymmetric, work.w, work.P, work.A, work.size, stiffness, work.r, work.K
-        )
+        solid.integrate(c.x, t.N, t.dN, mode.axisymmetric, work.w, work.P, work.A, work.size, stiffness, work.r, work.K)
         return None
 
 

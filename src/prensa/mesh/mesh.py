@@ -57,7 +57,9 @@ class Mesh:
         if name in self.corners:
             return np.array([self.corners[name]])
         if name not in self.edges:
-            raise MeshError(f"{f'{written!r}: ' * bool(written)}unknown boundary {name!r}{suggest(name, [*self.edges, *self.corners])}")
+            raise MeshError(
+                f"{f'{written!r}: ' * bool(written)}unknown boundary {name!r}{suggest(name, [*self.edges, *self.corners])}"
+            )
         return ordered_nodes(self.edges[name])
 
 

@@ -295,9 +295,7 @@ def _coloured(axes: Axes, body: BodyState, value: Array, side: float, limits: tu
     from matplotlib.tri import Triangulation
 
     covered = Triangulation(side * body.x[:, 0], body.x[:, 1], triangles(body.cells))
-    return axes.tripcolor(
-        covered, value, shading="gouraud", vmin=limits[0], vmax=limits[1], cmap=name, rasterized=True
-    )
+    return axes.tripcolor(covered, value, shading="gouraud", vmin=limits[0], vmax=limits[1], cmap=name, rasterized=True)
 
 
 def _edges(axes: Axes, body: BodyState, side: float, mesh: bool) -> None:
