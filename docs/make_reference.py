@@ -29,7 +29,7 @@ SECTIONS: dict[str, tuple[type, ...]] = {
         model.Perfect, model.Linear, model.Ludwik, model.Swift, model.Voce, model.HockettSherby, model.JohnsonCook,
         model.FlowTable,
     ),
-    "Tools": (model.Plane, model.Circle, model.Stamp, model.Ring),
+    "Tools": (model.Plane, model.Circle, model.Stamp, model.Ring, model.Profile, model.Arc, model.Polygon),
     "Contacts": (model.Contact, model.Penalty, model.Augmented, model.Exact),
     "Friction": (model.Coulomb, model.MuLinear, model.MuExponential, model.MuTable, model.Shear),
     "Supports, motions and loads": (model.Fixed, model.Motion, model.Push, model.Load),
@@ -41,10 +41,11 @@ VALUES = {
     ("Contact", "surface"): "boundary `body.name` or list of them",
     ("Contact", "against"): "name of a tool",
     ("Coulomb", "mu"): "{}, or the name of a CSV file of κ, μ",
+    **{(t, "fillet"): "number ≥ 0, or a list with one for each point" for t in ("Profile", "Polygon")},
     ("Step", "friction"): "names of contacts: [Coulomb](#coulomb), [Shear](#shear) or `null`",
     **{
         (t, k): "boundary `body.name`"
-        for t in ("Plane", "Circle", "Stamp", "Ring")
+        for t in ("Plane", "Circle", "Stamp", "Ring", "Profile", "Polygon")
         for k in ("touching", "above", "below")
     },
 }
@@ -54,7 +55,7 @@ UNITS = {
     ("MuLinear", "slope"): "1/length",
     ("JohnsonCook", "rate0"): "1/time",
 }
-DEFAULTS = {("Step", "increments"): "automatic"}
+DEFAULTS = {("Step", "increments"): "automatic", ("Profile", "fillet"): "automatic", ("Polygon", "fillet"): "automatic"}
 
 OPENING = """\
 # Reference of the case file

@@ -21,6 +21,19 @@ TOOLS = {
     "tilted plane": lambda axi: pr.Plane(normal=(-0.2, -1.0), at=(0.0, 4.3)),
     "circle": lambda axi: pr.Circle(radius=6.0, at=(0.0 if axi else 1.0, 9.9)),
     "stamp": lambda axi: pr.Stamp(width=4.0, fillet=1.0, at=(0.0 if axi else 1.5, 3.9)),
+    "cavity": lambda axi: pr.Circle(radius=6.0, concave=True, at=(0.0, -0.12) if axi else (2.0, -1.79)),
+    "profile": lambda axi: pr.Profile(
+        points=((-1.0, 1.0), pr.Arc(through=(0.5, 0.0), to=(2.0, 0.6)), (3.0, 0.0), (4.5, 1.5)),
+        fillet=0.5,
+        at=(0.0, 3.85),
+    ),
+    "polygon": lambda axi: pr.Polygon(points=((0.5, 0.0), (3.3, 0.2), (2.0, 2.0)), fillet=0.4, at=(0.2, 3.85)),
+    "hole": lambda axi: pr.Profile(
+        points=((-3, 1), (7, 1.05), (7, -9), (-3, -9)), fillet=3.0, closed=True, at=(0.2, 2.9)
+    ),
+    "sharp polygon": lambda axi: pr.Polygon(
+        points=((0.6, 0.1), (2.15, -0.1), (3.5, 0.2), (2.0, 2.0)), fillet=0.0, at=(0.25 if axi else 0.15, 3.95)
+    ),
     "ring": lambda axi: pr.Ring(inner=1.0, outer=3.5, fillet=0.6, at=(0.0, 3.9)),
 }
 FRICTION = {

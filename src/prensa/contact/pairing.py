@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.tools.analytic import Tool, turned
-from prensa.tools.place import gap_along
 
 Array = NDArray[np.float64]
 
@@ -73,7 +72,7 @@ def reference_pairs(shape: Tool, X: Array, normal: Array, u: Array, at: Array, p
     for nu in np.unique(normal, axis=0):
         rows = (normal == nu).all(axis=1)
         local = (X[rows] - centre) @ R
-        h[rows] = gap_along(shape, np.zeros(2), local, nu @ R, limit)
+        h[rows] = shape.along(local, nu @ R, limit)
         hit = np.where(np.isfinite(h[rows]), h[rows], 0.0)
         N[rows] = shape.closest(local + hit[:, None] * (nu @ R)).n @ R.T
     n = -normal

@@ -27,7 +27,7 @@ from prensa.materials.laws import At, material_of
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import Mesh, MeshError, ordered_nodes
 from prensa.model import problem as model
-from prensa.tools.analytic import Circle, Flat
+from prensa.tools.analytic import Circle
 from prensa.tools.place import PlacedTool, ToolError, place
 
 log = logging.getLogger("prensa")
@@ -82,6 +82,7 @@ class Surface:
         return Scale(k_n, np.maximum(k_t, k_t_least), h, unit)
 
 
+ROUNDING = 0.25  # fillet over element depth of corners that are not given one: a sharp one has no normal to slide on
 EPS = float(np.finfo(np.float64).eps)
 ROUND_OFF = 0.25  # share of ε E* size, per node, that the forces of a body at rest miss: all the strain there is then
 ROUND = 8.0  # round-off of a gap or slip over ε × size
@@ -318,7 +319,7 @@ class System:
             scale += out.force_scale
         results = []
         for s, w, sc, law in zip(self.surfaces, c.weights, c.scales, c.laws):
-            period = 2 * np.pi * self.cylinder(s.tool)
+            period = self.tools[s.tool].shape.period
             held = None if hold is None else hold[s.rows]
             follows = law is not None and law.per_current_area and self.problem.kinematics == "finite"
             area = self.weights(s, self.positions(u), c.depth) if follows else None
@@ -465,7 +466,7 @@ class System:
         return float(sum((b.volume * h[..., 5]).sum() for b, h in zip(self.blocks, history) if b.law.plastic))
 
 
-def _refuse_edges_on_points(tool: PlacedTool, points: Points, X: Array) -> None:
+def _refuse_edges_on_points(tool: PlacedTool, points: Points, X: Array, normal: Array) -> None:
     """A sharp edge over a contact point has no equilibrium on the moved surface: the point drops off, and comes back.
 
     Raises
@@ -474,14 +475,12 @@ def _refuse_edges_on_points(tool: PlacedTool, points: Points, X: Array) -> None:
         Naming the tool, the node and the fillet to give.
 
     """
-    shape = tool.shape
-    if not isinstance(shape, Flat) or shape.fillet > 0:
-        return
-    along = (X - tool.at) @ np.array([-shape.ny, shape.nx])
-    for edge in (shape.a, shape.b):
-        inside = along.min() + 1e-9 < edge < along.max() - 1e-9
-        k = int(np.argmin(np.abs(along - edge)))
-        if inside and abs(along[k] - edge) < 0.02 * points.depth[k]:
+    for *edge, ex, ey in tool.shape.edges:
+        along = (X - tool.at - edge) @ np.array([ex, ey])
+        inside = along.min() + 1e-9 < 0.0 < along.max() - 1e-9
+        k = int(np.argmin(np.abs(along)))
+        facing = ey * normal[k, 0] - ex * normal[k, 1] < 0.0
+        if inside and facing and abs(along[k]) < 0.02 * points.depth[k]:
             what = "node" if points.rule == "nodal" else "contact point"
             raise ToolError(
                 f"tools.{tool.name}: its sharp edge lies over the {what} at ({X[k, 0]:g}, {X[k, 1]:g}), which would drop "
@@ -499,6 +498,13 @@ def _pair_dofs(s: Surface, nodes: int) -> Index:
 def _coupled(s: Surface, nodes: int) -> Index:
     """Unknowns (k, 2a + 5) that each point of an exact contact couples: nodes, tool, its two multipliers."""
     return np.concatenate([_pair_dofs(s, nodes), np.arange(s.unknowns.start, s.unknowns.stop).reshape(-1, 2)], axis=1)
+
+
+def _rounding(problem: model.Problem, t: int, surfaces: list[Surface]) -> float:
+    """Radius of the corners of a tool without fillets of its own: none where the surface stays where it is."""
+    if problem.contact_geometry == "reference":
+        return 0.0
+    return ROUNDING * min((float(s.points.depth.min()) for s in surfaces if s.tool == t), default=0.0)
 
 
 def discretise(problem: model.Problem) -> System:
@@ -525,9 +531,8 @@ def discretise(problem: model.Problem) -> System:
             )
         offsets[name], total = total, total + len(meshes[name].points)
     X = np.concatenate([m.points for m in meshes.values()])
-    tools = [place(name, d, meshes) for name, d in problem.tools.items()]
     surfaces: list[Surface] = []
-    first, own = 0, 2 * total + 3 * len(tools)
+    first, own = 0, 2 * total + 3 * len(problem.tools)
     for contact in problem.contacts:
         owner = contact.surface[0].partition(".")[0]
         mesh = meshes[owner]
@@ -557,8 +562,13 @@ def discretise(problem: model.Problem) -> System:
         )  # fmt: skip
         first += len(points)
         own += 2 * len(points) if exact else 0
-        if problem.contact_geometry == "current":
-            _refuse_edges_on_points(tools[tool], points, points.at(X))
+    tools = [
+        place(name, d, meshes, _rounding(problem, t, surfaces)) for t, (name, d) in enumerate(problem.tools.items())
+    ]
+    if problem.contact_geometry == "current":
+        for surface in surfaces:
+            points = surface.points
+            _refuse_edges_on_points(tools[surface.tool], points, points.at(X), surface.normal)
     cells = [m.cells + offsets[name] for name, m in meshes.items()]
     near = [
         np.unique(np.concatenate([s.points.nodes for s in surfaces if s.tool == t] or [np.zeros(0, dtype=np.int64)]))

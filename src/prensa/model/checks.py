@@ -7,6 +7,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from prensa.model.chain import ChainError, outline_of
+
 if TYPE_CHECKING:
     from prensa.model.problem import Problem
 
@@ -141,6 +143,14 @@ def _tool(p: Any, path: tuple[str | int, ...], tool: Any) -> Iterator[Finding]:
         yield Finding(path, f"tool {path[-1]!r} has no place; give 'at', 'touching', 'above' or 'below'")
     for w in placed:
         yield from _boundary(p, getattr(tool, w), (*path, w))
+    if tool.type in ("profile", "polygon"):
+        try:
+            outline_of(tool)
+        except ChainError as error:
+            where: tuple[str | int, ...] = (*path, error.key)
+            if error.point is not None and (error.key == "points" or isinstance(tool.fillet, tuple)):
+                where = (*where, error.point)
+            yield Finding(where, str(error))
     if tool.type == "ring" and p.space not in ("axisymmetric", None):
         yield Finding((*path, "type"), "a ring stamp needs 'space: axisymmetric'; use stamps in plane problems")
     key = "facing" if hasattr(tool, "facing") else "normal"

@@ -245,6 +245,10 @@ def _expected_of_union(annotation: Any) -> str:
             return "a number, a mapping of a hardening law or the name of a CSV file"
         held = "'held', " if "held" in named else ""
         return f"{held}{one} or a table [[time, value], …]"
+    if "arc" in named:
+        return "a point [x, y] or an arc with through and to"
+    if "each" in named:
+        return "a length or a list with one for each point"
     if "grade" in named:
         return "the name of an edge or a corner, or a mapping with x, y and ratio"
     return f"a mapping with 'type' ({_listed(list(named), 'or')})"

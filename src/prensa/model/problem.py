@@ -590,9 +590,13 @@ class Plane:
 
 @described
 class Circle:
-    """Rigid cylinder (plane problems) or sphere (axisymmetric); the reference point is its centre."""
+    """Rigid cylinder (plane problems) or sphere (axisymmetric); the reference point is its centre.
+
+    ``concave``: a round cavity instead, with the tool outside the radius and the bodies inside.
+    """
 
     radius: Annotated[Length, Field(gt=0)]
+    concave: bool = False
     at: tuple[Length, Length] | None = None
     touching: str | None = None
     above: str | None = None
@@ -646,7 +650,67 @@ class Ring:
         return self
 
 
-Tool = Annotated[Plane | Circle | Stamp | Ring, Field(discriminator="type")]
+@described
+class Arc:
+    """Arc of a profile from the point before it ``through`` a point to its end ``to``."""
+
+    through: tuple[Length, Length]
+    to: tuple[Length, Length]
+
+
+def _vertex_kind(value: Any) -> str:
+    return "point" if isinstance(value, list | tuple) else "arc"
+
+
+Vertex = Annotated[
+    Annotated[tuple[Length, Length], Tag("point")] | Annotated[Arc, Tag("arc")], Discriminator(_vertex_kind)
+]
+
+
+def _fillet_kind(value: Any) -> str:
+    return "each" if isinstance(value, list | tuple) else "one"
+
+
+Radius = Annotated[Length, Field(ge=0)]
+FilletValue = Annotated[
+    Annotated[Radius, Tag("one")] | Annotated[tuple[Radius, ...], Tag("each")], Discriminator(_fillet_kind)
+]
+
+
+@described
+class Profile:
+    """Rigid tool bounded by a chain of lines and arcs: somebody who walks along ``points`` has the tool on the left.
+
+    ``points`` are corners in the frame of the tool (its reference point is the origin), or arcs to the next corner. An
+    open profile goes on straight beyond both ends; a ``closed`` one returns to its first point, and is a cavity (bodies
+    inside) if walked clockwise. ``fillet``: radius of the rounding of its corners, one for all or one for each point;
+    0 is sharp. Not given, a corner that moves on a surface is rounded with a quarter of an element.
+    """
+
+    points: tuple[Vertex, ...]
+    fillet: FilletValue | None = None
+    closed: bool = False
+    at: tuple[Length, Length] | None = None
+    touching: str | None = None
+    above: str | None = None
+    below: str | None = None
+    type: Literal["profile"] = "profile"
+
+
+@described
+class Polygon:
+    """Rigid polygon with corners ``points`` in the frame of the tool, in any direction around; ``fillet`` as in `Profile`."""
+
+    points: tuple[tuple[Length, Length], ...]
+    fillet: FilletValue | None = None
+    at: tuple[Length, Length] | None = None
+    touching: str | None = None
+    above: str | None = None
+    below: str | None = None
+    type: Literal["polygon"] = "polygon"
+
+
+Tool = Annotated[Plane | Circle | Stamp | Ring | Profile | Polygon, Field(discriminator="type")]
 
 
 # ------------------------------------------------------------------------------------------------------------ contact
@@ -915,9 +979,9 @@ class Case:
 
 
 __all__ = [
-    "J2", "Annulus", "ArcSide", "Augmented", "Body", "Case", "Circle", "Contact", "Coulomb", "Disc", "Elastic",
-    "Exact", "File", "Fixed", "FlowTable", "Grade", "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik",
-    "Motion", "MuExponential", "MuLinear", "MuTable", "NeoHooke", "Numerics", "Output", "Patch", "Penalty", "Perfect",
-    "Plane", "Points", "Problem", "Push", "Rectangle", "Ring", "Shear", "SplineSide", "StVenantKirchhoff", "Stamp",
-    "Step", "Swift", "Units", "Voce",
+    "J2", "Annulus", "Arc", "ArcSide", "Augmented", "Body", "Case", "Circle", "Contact", "Coulomb", "Disc",
+    "Elastic", "Exact", "File", "Fixed", "FlowTable", "Grade", "HockettSherby", "JohnsonCook", "Linear", "Load",
+    "Ludwik", "Motion", "MuExponential", "MuLinear", "MuTable", "NeoHooke", "Numerics", "Output", "Patch",
+    "Penalty", "Perfect", "Plane", "Points", "Polygon", "Problem", "Profile", "Push", "Rectangle", "Ring", "Shear",
+    "SplineSide", "StVenantKirchhoff", "Stamp", "Step", "Swift", "Units", "Voce",
 ]  # fmt: skip

@@ -11,7 +11,7 @@ For points ξ (k, 2) in the tool frame (origin at the reference point, axes turn
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,8 +37,30 @@ class Tool(Protocol):
     def radius(self) -> float:
         """Smallest radius of curvature of a convex part (inf for flats, 0 for sharp edges)."""
 
+    @property
+    def period(self) -> float:
+        """Length of a closed surface, across which s jumps; inf of others."""
+
+    @property
+    def edges(self) -> Array:
+        """Sharp convex edges (k, 4): place, and the unit vector along e across the mean normal."""
+
+    @property
+    def cavity(self) -> bool:
+        """Whether the tool is all around and the body inside."""
+
+    @property
+    def centre(self) -> Array:
+        """Middle (2,) of a closed surface, the reference point of others."""
+
     def closest(self, xi: Array) -> Closest:
         """Points (k, 2) in the tool frame → closest-point data."""
+
+    def along(self, xi: Array, direction: Array, limit: float) -> Array:
+        """Distance (k,) from points (k, 2) along a unit vector to the surface, negative from inside.
+
+        Infinite where the ray misses it, or beyond ``limit``.
+        """
 
 
 def turned(n: Array) -> Array:
@@ -46,8 +68,48 @@ def turned(n: Array) -> Array:
     return np.stack([-n[:, 1], n[:, 0]], axis=1)
 
 
+def newton_along(shape: Tool, xi: Array, direction: Array, limit: float) -> Array:
+    """`Tool.along` of a convex shape: Newton on the signed distance along the ray.
+
+    Exact in one step on flats, monotone and quadratic on convex arcs.
+    """
+    h = np.zeros(len(xi))
+    miss = np.zeros(len(xi), dtype=bool)
+    for _ in range(60):
+        close = shape.closest(xi + h[:, None] * direction)
+        slope = close.n @ direction
+        step = np.where(slope < -1e-9, close.g / np.where(slope < -1e-9, -slope, 1.0), 0.0)
+        miss |= (slope >= -1e-9) & (np.abs(close.g) > 1e-12 * limit)
+        h = np.where(miss, h, h + step)
+        miss |= h > limit
+        if (miss | (np.abs(step) <= 1e-15 * limit)).all():
+            break
+    return np.where(miss, np.inf, h)
+
+
+class _Analytic:
+    """What the shapes without a chain have in common."""
+
+    cavity = False
+    period = np.inf
+
+    @property
+    def edges(self) -> Array:
+        """None."""
+        return np.zeros((0, 4))
+
+    @property
+    def centre(self) -> Array:
+        """The reference point."""
+        return np.zeros(2)
+
+    def along(self: Any, xi: Array, direction: Array, limit: float) -> Array:
+        """By Newton."""
+        return newton_along(self, xi, direction, limit)
+
+
 @dataclass(frozen=True)
-class Plane:
+class Plane(_Analytic):
     """Half-space below the line through the reference point with outward normal (nx, ny), unit length."""
 
     nx: float
@@ -61,10 +123,15 @@ class Plane:
 
 
 @dataclass(frozen=True)
-class Circle:
+class Circle(_Analytic):
     """Disc of radius R about the reference point; s = R φ, measured from the lowest point of the circle."""
 
     radius: float
+
+    @property
+    def period(self) -> float:  # type: ignore[override]
+        """Circumference."""
+        return 2 * np.pi * self.radius
 
     def closest(self, xi: Array) -> Closest:
         """Points (k, 2) → `Closest`; the centre itself counts as below it."""
@@ -76,7 +143,36 @@ class Circle:
 
 
 @dataclass(frozen=True)
-class Flat:
+class Hollow(_Analytic):
+    """Everything outside a circle of radius R about the reference point; s = −R φ from its lowest point."""
+
+    R: float
+    radius: float = np.inf
+    cavity = True
+
+    @property
+    def period(self) -> float:  # type: ignore[override]
+        """Circumference."""
+        return 2 * np.pi * self.R
+
+    def closest(self, xi: Array) -> Closest:
+        """Points (k, 2) → `Closest`; the centre itself counts as below it."""
+        r = np.hypot(xi[:, 0], xi[:, 1])
+        safe = np.where(r > 0, r, 1.0)
+        out = np.where((r > 0)[:, None], xi / safe[:, None], np.array([0.0, -1.0]))
+        phi = np.arctan2(out[:, 0], -out[:, 1])
+        return Closest(self.R - r, -out, -1.0 / np.maximum(r, 1e-3 * self.R), -self.R * phi)
+
+    def along(self, xi: Array, direction: Array, limit: float) -> Array:
+        """To the far side of the circle, the only one that a ray from a body can meet from within."""
+        b, off = xi @ direction, xi[:, 0] * direction[1] - xi[:, 1] * direction[0]
+        rest = self.R**2 - off**2
+        h = np.sqrt(np.maximum(rest, 0.0)) - b
+        return np.where((rest < 0) | (h > limit), np.inf, h)
+
+
+@dataclass(frozen=True)
+class Flat(_Analytic):
     """Flat face between ``a`` and ``b`` along e, looking along n (unit), edges rounded with ``fillet``; endless behind.
 
     The reference point lies on the face line; ``a`` and ``b`` are coordinates along e = n turned by +90°.
@@ -93,6 +189,12 @@ class Flat:
     def radius(self) -> float:
         """Fillet radius."""
         return self.fillet
+
+    @property
+    def edges(self) -> Array:
+        """Both edges if they are sharp."""
+        e = np.array([-self.ny, self.nx])
+        return np.array([[*(x * e), *e] for x in (self.a, self.b) if self.fillet == 0.0]).reshape(-1, 4)
 
     def closest(self, xi: Array) -> Closest:
         """Points (k, 2) → `Closest`."""

@@ -10,7 +10,9 @@ from numpy.typing import NDArray
 
 from prensa.errors import PrensaError
 from prensa.mesh.mesh import Mesh
-from prensa.tools.analytic import Circle, Flat, Plane, Tool
+from prensa.model.chain import outline_of
+from prensa.tools.analytic import Circle, Flat, Hollow, Plane, Tool
+from prensa.tools.chain import Chain
 
 Array = NDArray[np.float64]
 
@@ -37,13 +39,15 @@ def surface_normal(points: Array, edges: NDArray[np.int64]) -> Array:
     return n / np.linalg.norm(n)
 
 
-def _shape(d: Any, direction: Array) -> Tool:
+def _shape(d: Any, direction: Array, rounding: float) -> Tool:
     nx, ny = direction
     match d.type:
         case "plane":
             return Plane(nx, ny)
         case "circle":
-            return Circle(d.radius)
+            return Hollow(d.radius) if d.concave else Circle(d.radius)
+        case "profile" | "polygon":
+            return Chain(*outline_of(d, rounding))
         case "stamp":
             return Flat(nx, ny, -0.5 * d.width, 0.5 * d.width, d.fillet)
         case "ring":
@@ -53,32 +57,15 @@ def _shape(d: Any, direction: Array) -> Tool:
     raise TypeError(f"unknown tool {d!r}")
 
 
-def gap_along(shape: Tool, at: Array, points: Array, direction: Array, limit: float) -> Array:
-    """Distance h (k,) from each point along the unit direction to the tool's surface; inf where the ray misses it.
-
-    Newton on the signed distance along the ray: exact in one step on flats, monotone and quadratic on convex arcs.
-    """
-    h = np.zeros(len(points))
-    miss = np.zeros(len(points), dtype=bool)
-    for _ in range(60):
-        close = shape.closest(points + h[:, None] * direction - at)
-        slope = close.n @ direction
-        step = np.where(slope < -1e-9, close.g / np.where(slope < -1e-9, -slope, 1.0), 0.0)
-        miss |= (slope >= -1e-9) & (np.abs(close.g) > 1e-12 * limit)
-        h = np.where(miss, h, h + step)
-        miss |= h > limit
-        if (miss | (np.abs(step) <= 1e-15 * limit)).all():
-            break
-    return np.where(miss, np.inf, h)
-
-
-def place(name: str, d: Any, meshes: dict[str, Mesh]) -> PlacedTool:
+def place(name: str, d: Any, meshes: dict[str, Mesh], rounding: float = 0.0) -> PlacedTool:
     """Place the tool *d*; see `prensa.Plane` and the others for the meaning of the keys.
+
+    ``rounding``: radius of the corners of a profile or polygon that has no fillets of its own.
 
     Raises
     ------
     ToolError
-        If the tool can never touch the boundary it is to be placed at.
+        If the tool can never touch the boundary it is to be placed at, or stands in it when it does.
 
     """
     target = d.touching or d.above or d.below
@@ -97,20 +84,46 @@ def place(name: str, d: Any, meshes: dict[str, Mesh]) -> PlacedTool:
             outward = surface_normal(mesh.points, mesh.edges[edge])
     given = getattr(d, "normal", None) if d.type == "plane" else getattr(d, "facing", None)
     direction = np.array(given, dtype=np.float64) if given is not None else -outward
+    if d.type in ("profile", "polygon"):
+        direction = np.array([0.0, -1.0])  # its points say where it looks
     direction = direction / np.linalg.norm(direction)
     at = np.array(d.at if d.at is not None else (0.0, 0.0), dtype=np.float64)
-    shape = _shape(d, direction)
+    shape = _shape(d, direction, rounding)
     if not target:
         return PlacedTool(name, shape, at, direction, d)
     points = mesh.points[mesh.nodes(edge)]
-    # from far outside, move in along −outward until the first node touches
-    size = float(np.ptp(mesh.points, axis=0).max()) + 2.0 * (d.radius if d.type == "circle" else 0.0)
+    size = float(np.ptp(mesh.points, axis=0).max()) + 2.0 * _extent(shape)
     reach = 10.0 * size + float(np.abs(points - at).max())
-    far = at + (reach - at @ outward + (points @ outward).max()) * outward
-    gaps = gap_along(shape, far, points, outward, 10.0 * reach)
+    if shape.cavity:
+        # around the boundary, until the first node touches the far wall
+        middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+        start = at + ((middle - at - shape.centre) @ outward) * outward
+    else:
+        # from far outside, move in along −outward until the first node touches
+        start = at + (reach - at @ outward + (points @ outward).max()) * outward
+    gaps = shape.along(points - start, outward, 10.0 * reach)
     if not np.isfinite(gaps).any():
+        walk = ""
+        if d.type == "profile":
+            walk = "; or its points are in the wrong order: somebody who walks along them has the tool on the left"
         raise ToolError(
             f"tools.{name}: moving along {(-outward).tolist()} the {d.type} never meets {target!r}; "
-            "change 'at' (its position across that direction) or its direction"
+            f"change 'at' (its position across that direction) or its direction{walk}"
         )
-    return PlacedTool(name, shape, far - gaps.min() * outward, direction, d)
+    where = start - gaps.min() * outward
+    inside = float(-shape.closest(points - where).g.min())
+    if inside > 1e-6 * size:
+        k = int(np.argmin(shape.closest(points - where).g))
+        raise ToolError(
+            f"tools.{name}: moved along {(-outward).tolist()} until it touches {target!r}, the {d.type} has the node at "
+            f"({points[k, 0]:g}, {points[k, 1]:g}) inside by {inside:.3g}: the boundary does not fit into it; change its "
+            "shape, 'at', or the order of its points (somebody who walks along them has the tool on the left)"
+        )
+    return PlacedTool(name, shape, where, direction, d)
+
+
+def _extent(shape: Tool) -> float:
+    """Size of a shape that has one."""
+    if isinstance(shape, Chain):
+        return 2.0 * shape.size
+    return shape.radius if isinstance(shape, Circle) else shape.R if isinstance(shape, Hollow) else 0.0

@@ -1,0 +1,119 @@
+"""A tool bounded by a chain of lines and arcs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.model.chain import SMOOTH, Piece, box_of, corner, signed_area
+from prensa.tools import projection
+from prensa.tools.analytic import Closest
+
+Array = NDArray[np.float64]
+
+
+class Chain:
+    """A rigid tool on the left of a chain of `Piece`s (tool frame), endless where its first and last pieces are.
+
+    ``radius``: smallest radius of curvature of a convex part, 0 with sharp convex corners; ``period``: length of a
+    closed chain, inf of an open one; ``cavity``: whether it is closed with the tool outside; ``size``: a length;
+    ``edges`` (k, 4): sharp convex corners and unit vectors across their mean normals; ``centre`` (2,) of a closed one.
+    """
+
+    def __init__(self, pieces: Sequence[Piece], closed: bool) -> None:
+        self.pieces, self.closed = tuple(pieces), closed
+        ends = np.array([p.at(t) for p in pieces for t in (p.lo, p.hi) if np.isfinite(t)] or [pieces[0].origin])
+        self.size = float(max(np.abs(ends).max(), 1e-300))
+        self.centre = 0.5 * (ends.min(axis=0) + ends.max(axis=0))
+        self.period = sum(p.length for p in pieces) if closed else np.inf
+        self.cavity = closed and signed_area(pieces) < 0
+        self._table = np.array([self._row(i) for i in range(len(pieces))])
+        self._lengths()
+
+    def _row(self, i: int) -> Array:
+        p, row = self.pieces[i], np.zeros(projection.COLUMNS)
+        row[projection.X], row[projection.Y] = p.origin
+        row[projection.LO], row[projection.HI] = p.lo, p.hi
+        row[projection.DX], row[projection.DY] = p.direction
+        if p.radius:
+            middle = p.angle + p.side * 0.5 * (p.lo + p.hi) / p.radius
+            half = 0.5 * p.length
+            row[[projection.DX, projection.DY, projection.COS]] = (
+                np.cos(middle),
+                np.sin(middle),
+                np.cos(half / p.radius),
+            )
+            row[[projection.R, projection.SIDE, projection.HALF]] = p.radius, p.side, half
+        for t, xy, normal, smooth, j in (
+            (p.lo, [projection.AX, projection.AY], [projection.NAX, projection.NAY], projection.SA, i - 1),
+            (p.hi, [projection.BX, projection.BY], [projection.NBX, projection.NBY], projection.SB, i + 1),
+        ):
+            if not np.isfinite(t):
+                continue
+            row[xy] = p.at(t)
+            q = self.pieces[j % len(self.pieces)]
+            first, second = (q, p) if j < i else (p, q)
+            a, b = np.array(first.tangent(first.hi)), np.array(second.tangent(second.lo))
+            mean = a + b
+            row[normal] = np.array([mean[1], -mean[0]]) / np.hypot(*mean)
+            row[smooth] = abs(corner(first, second)) <= SMOOTH
+        return row
+
+    def _lengths(self) -> None:
+        s = 0.0
+        for p, row in zip(self.pieces, self._table):
+            if not np.isfinite(p.lo):
+                s = p.hi if np.isfinite(p.hi) else 0.0
+                row[projection.S] = 0.0
+                continue
+            row[projection.S] = s + row[projection.HALF] if p.radius else s - p.lo
+            s += p.length
+
+    @cached_property
+    def _boxes(self) -> Array:
+        """Heap of boxes (least x, largest x, least y, largest y); leaves are the pieces, the empty ones never near."""
+        leaves = 1 << max(len(self.pieces) - 1, 0).bit_length()
+        boxes = np.tile([np.inf, -np.inf, np.inf, -np.inf], (2 * leaves, 1))
+        slack = 1e-12 * self.size
+        for i, p in enumerate(self.pieces):
+            x0, x1, y0, y1 = box_of(p)
+            boxes[leaves + i] = x0 - slack, x1 + slack, y0 - slack, y1 + slack
+        for i in range(leaves - 1, 0, -1):
+            a, b = boxes[2 * i], boxes[2 * i + 1]
+            boxes[i] = min(a[0], b[0]), max(a[1], b[1]), min(a[2], b[2]), max(a[3], b[3])
+        return boxes
+
+    def closest(self, xi: Array) -> Closest:
+        """Points (k, 2) → `Closest`."""
+        k = len(xi)
+        out = Closest(np.empty(k), np.empty((k, 2)), np.empty(k), np.empty(k))
+        projection.closest(self._table, self._boxes, self.size, np.ascontiguousarray(xi), *out)
+        return out
+
+    def along(self, xi: Array, direction: Array, limit: float) -> Array:
+        """Distance (k,) along the unit direction to the surface, negative from inside; inf where a ray misses it."""
+        h = np.empty(len(xi))
+        inside = self.closest(xi).g < 0.0
+        slack = 1e-12 * (self.size + limit)
+        projection.ray(self._table, self._boxes, slack, np.ascontiguousarray(xi), inside, direction[0], direction[1], h)
+        return np.where(h > limit, np.inf, h)
+
+    @cached_property
+    def radius(self) -> float:
+        """Smallest radius of curvature of a convex part."""
+        return min([p.radius for p in self.pieces if p.side > 0] + [0.0] * bool(len(self.edges)), default=np.inf)
+
+    @cached_property
+    def edges(self) -> Array:
+        """Sharp convex corners (k, 4): place, and the unit vector along the walk across the mean normal."""
+        out = []
+        around = (*self.pieces, self.pieces[0]) if self.closed else self.pieces
+        for p, q in pairwise(around):
+            if corner(p, q) > SMOOTH:
+                mean = np.array(p.tangent(p.hi)) + np.array(q.tangent(q.lo))
+                out.append([*q.at(q.lo), *(mean / np.hypot(*mean))])
+        return np.array(out).reshape(-1, 4)
