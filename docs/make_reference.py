@@ -22,7 +22,7 @@ SECTIONS: dict[str, tuple[type, ...]] = {
     "The problem": (model.Problem, model.Units, model.Step),
     "Bodies and meshes": (
         model.Body, model.Rectangle, model.Grade, model.Disc, model.Annulus, model.Patch, model.ArcSide, model.SplineSide,
-        model.Points, model.File,
+        model.Points, model.File, model.Tie,
     ),
     "Materials": (model.Elastic, model.NeoHooke, model.StVenantKirchhoff, model.J2),
     "Flow curves": (

@@ -153,6 +153,7 @@ def plan_step(system: Any, number: int, anchor: Array) -> StepPlan:
     taken = np.zeros(system.ndof, dtype=bool)
 
     def add(dofs: Index, c: Course | None, support: tuple[str, str] | None = None) -> None:
+        dofs = system.owners(dofs)
         dofs = dofs[~taken[dofs]]
         taken[dofs] = True
         if len(dofs):

@@ -20,6 +20,7 @@ from prensa.fem.assembly import Block, Pattern, make_pattern, scatter_matrix, sl
 from prensa.fem.formulation import Mode, element_of
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
+from prensa.fem.ties import Ties, held_components, make_ties
 from prensa.friction.coulomb import Coulomb
 from prensa.friction.return_map import Friction
 from prensa.friction.shear import Shear
@@ -141,6 +142,7 @@ class System:
     surfaces: list[Surface]
     pattern: Pattern
     nodes: int
+    ties: Ties | None = None
     _edge_slots: dict[str, Any] = field(default_factory=dict)
 
     # ------------------------------------------------------------------------------------------------------ indices
@@ -193,6 +195,18 @@ class System:
             if s.exact:
                 out[s.rows] = u[s.unknowns].reshape(-1, 2) * (s.modulus / s.points.depth)[:, None]
         return out
+
+    def followed(self, u: Array) -> Array:
+        """Unknowns (ndof,) with tied nodes put where their masters take them."""
+        return u if self.ties is None else self.ties.followed(u)
+
+    def collected(self, r: Array) -> Array:
+        """Forces (ndof,) with those on tied nodes handed over to their masters."""
+        return r if self.ties is None else self.ties.collected(r)
+
+    def owners(self, dofs: Index) -> Index:
+        """Unknowns with those of nodes that a tie has made one replaced by the one that stands for them."""
+        return dofs if self.ties is None else np.unique(self.ties.owner[dofs])
 
     def positions(self, u: Array) -> Array:
         """Node positions (n, 2) for unknowns u (ndof,)."""
@@ -531,6 +545,7 @@ def discretise(problem: model.Problem) -> System:
             )
         offsets[name], total = total, total + len(meshes[name].points)
     X = np.concatenate([m.points for m in meshes.values()])
+    ties, X = make_ties(problem, meshes, offsets, X, held_components(problem, meshes, offsets, X))
     surfaces: list[Surface] = []
     first, own = 0, 2 * total + 3 * len(problem.tools)
     for contact in problem.contacts:
@@ -591,7 +606,7 @@ def discretise(problem: model.Problem) -> System:
             )
         law = material_of(body.material, problem.kinematics, problem.space)
         blocks.append(Block(name, c, X[c], law, element, mode, dofs, slot, volume))
-    system = System(problem, meshes, offsets, X, blocks, tools, surfaces, pattern, total)
+    system = System(problem, meshes, offsets, X, blocks, tools, surfaces, pattern, total, ties)
     for name in [*problem.fixed, *(k for s in problem.steps for k in s.fixed)]:
         system.boundary_nodes(name)
     for name in [*problem.loads, *(k for s in problem.steps for k in s.loads)]:

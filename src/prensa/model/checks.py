@@ -69,6 +69,7 @@ def find(p: Any) -> Iterator[Finding]:
             yield from _tool(p, ("tools", key), tool)
     yield from _contacts(p)
     yield from _friction(p)
+    yield from _ties(p)
     yield from _supports(p, p, ())
     seen: set[str] = set()
     for i, step in enumerate(p.steps):
@@ -218,6 +219,16 @@ def _friction(p: Any) -> Iterator[Finding]:
         for name, law in step.friction.items() if step is not None else ():
             c = next((c for c in p.contacts if c is not None and c.name == name), None)
             yield from needs(law, c, ("steps", i, "friction", name))
+
+
+def _ties(p: Any) -> Iterator[Finding]:
+    for i, tie in enumerate(p.ties):
+        if tie is None:
+            continue
+        for key in ("slave", "master"):
+            yield from _boundary(p, getattr(tie, key), ("ties", i, key))
+        if tie.slave.partition(".")[0] == tie.master.partition(".")[0]:
+            yield Finding(("ties", i, "master"), "a tie joins two bodies; both sides are of the same one")
 
 
 def _supports(p: Any, owner: Any, path: tuple[str | int, ...]) -> Iterator[Finding]:

@@ -21,7 +21,15 @@ from prensa.model.text import Node
 from prensa.model.units import Dimension
 
 SECTIONS = ("numerics", "output")
-_ONE = {"bodies": "body", "tools": "tool", "contacts": "contact", "steps": "step", "loads": "load", "fixed": "support"}
+_ONE = {
+    "bodies": "body",
+    "tools": "tool",
+    "contacts": "contact",
+    "ties": "tie",
+    "steps": "step",
+    "loads": "load",
+    "fixed": "support",
+}
 
 
 @lru_cache

@@ -782,6 +782,19 @@ class Contact:
         return "+".join(self.surface) + "-" + self.against
 
 
+@described
+class Tie:
+    """Two bodies joined along a boundary of each, without slip or opening: the ``slave`` side follows the ``master`` side.
+
+    Nodes at the same places become one. Otherwise every slave node follows as a weighted mean of the master's nodes (dual
+    mortar conditions, exactly eliminated): the finer side, or the softer body, is the slave, and it lies on the master all
+    along.
+    """
+
+    slave: str
+    master: str
+
+
 # -------------------------------------------------------------------------------------------------- motion and loads
 def _support_kind(value: Any) -> str:
     return "held" if value == "held" else _value_kind(value)
@@ -923,6 +936,7 @@ class Problem:
     steps: tuple[Step, ...]
     tools: Mapping[str, Tool] = field(default_factory=dict)
     contacts: tuple[Contact, ...] = ()
+    ties: tuple[Tie, ...] = ()
     fixed: Mapping[str, FixedValue] = field(default_factory=dict)
     loads: Mapping[str, Load] = field(default_factory=dict)
     body_force: Mapping[str, tuple[BodyForceValue, BodyForceValue]] = field(default_factory=dict)
@@ -979,9 +993,9 @@ class Case:
 
 
 __all__ = [
-    "J2", "Annulus", "Arc", "ArcSide", "Augmented", "Body", "Case", "Circle", "Contact", "Coulomb", "Disc",
-    "Elastic", "Exact", "File", "Fixed", "FlowTable", "Grade", "HockettSherby", "JohnsonCook", "Linear", "Load",
-    "Ludwik", "Motion", "MuExponential", "MuLinear", "MuTable", "NeoHooke", "Numerics", "Output", "Patch",
-    "Penalty", "Perfect", "Plane", "Points", "Polygon", "Problem", "Profile", "Push", "Rectangle", "Ring", "Shear",
-    "SplineSide", "StVenantKirchhoff", "Stamp", "Step", "Swift", "Units", "Voce",
+    "J2", "Annulus", "Arc", "ArcSide", "Augmented", "Body", "Case", "Circle", "Contact", "Coulomb", "Disc", "Elastic",
+    "Exact", "File", "Fixed", "FlowTable", "Grade", "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik",
+    "Motion", "MuExponential", "MuLinear", "MuTable", "NeoHooke", "Numerics", "Output", "Patch", "Penalty", "Perfect",
+    "Plane", "Points", "Polygon", "Problem", "Profile", "Push", "Rectangle", "Ring", "Shear", "SplineSide",
+    "StVenantKirchhoff", "Stamp", "Step", "Swift", "Tie", "Units", "Voce",
 ]  # fmt: skip

@@ -221,7 +221,7 @@ class _March:
             contact[s.rows] = np.stack([f.t, f.kappa, f.s, (f.p > 0).astype(float)], axis=1)
             lam[s.rows, 0], lam[s.rows, 1] = f.p, f.t
         work = e.f_ext.copy()
-        work[plan.fixed] += e.r[plan.fixed]
+        work[plan.fixed] += system.collected(e.r)[plan.fixed]
         energy = self.ledger(old, c, trial, e, work)
         ended = c.time >= plan.t1
         step, anchor = (plan.number + 1, trial.u) if ended else (plan.number, old.anchor)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from prensa.contact.pairing import Pairs
 from prensa.fem.system import Circumstances, Evaluation, Surface, System
 from prensa.model import problem as model
+from prensa.solver.eliminated import Tied
 from prensa.solver.linear import Factorisation, SingularError
 from prensa.solver.multipliers import BlockedError, Equations, determined
 
@@ -54,19 +55,23 @@ class Reduced:
         mask = np.ones(n, dtype=bool)
         mask[fixed] = False
         self.free = np.flatnonzero(mask)
-        number = np.full(n, -1, dtype=np.int64)
-        number[self.free] = np.arange(len(self.free))
         indptr, indices = system.pattern.indptr, system.pattern.indices
         cols = np.repeat(np.arange(n), np.diff(indptr))
-        self.entries = np.flatnonzero(mask[indices] & mask[cols])
-        count = np.bincount(number[cols[self.entries]], minlength=len(self.free))
-        self.factorisation = Factorisation(
-            len(self.free),
-            np.concatenate([[0], np.cumsum(count)]).astype(np.int32),
-            number[indices[self.entries]].astype(np.int32),
-            numerics.solver,
-            numerics.threads,
-        )
+        self.tied: Tied | None = None
+        if system.ties is not None:
+            self.tied = Tied(system.ties, n, fixed, indices, cols)
+            self.free = self.tied.free
+            pattern = self.tied.indptr, self.tied.indices
+        else:
+            number = np.full(n, -1, dtype=np.int64)
+            number[self.free] = np.arange(len(self.free))
+            self.entries = np.flatnonzero(mask[indices] & mask[cols])
+            count = np.bincount(number[cols[self.entries]], minlength=len(self.free))
+            pattern = (
+                np.concatenate([[0], np.cumsum(count)]).astype(np.int32),
+                number[indices[self.entries]].astype(np.int32),
+            )
+        self.factorisation = Factorisation(len(self.free), *pattern, numerics.solver, numerics.threads)
         # rows of rotations are moments: divided by a length they are forces
         weight = np.ones(n)
         for t in range(len(system.tools)):
@@ -82,7 +87,19 @@ class Reduced:
 
     def norm(self, r: Array) -> float:
         """Sum of the absolute free residuals, moments divided by a length."""
-        return float(np.abs(self.weight * r[self.free]).sum())
+        return float(np.abs(self.weight * self.part(r)).sum())
+
+    def part(self, r: Array) -> Array:
+        """Residuals of the free unknowns, those of tied nodes with their masters'."""
+        return r[self.free] if self.tied is None else self.tied.part(r)
+
+    def whole(self, x: Array, n: int) -> Array:
+        """All unknowns (n,) from the free ones, zero where prescribed."""
+        if self.tied is not None:
+            return self.tied.whole(x)
+        out = np.zeros(n)
+        out[self.free] = x
+        return out
 
     def apply(self, data: Array, delta: Array) -> Array:
         """K δ with the whole matrix."""
@@ -93,16 +110,13 @@ class Reduced:
     def solve(self, e: Evaluation, b: Array) -> Array:
         """Free unknowns (n,) with K_ff x_f = b_f for the matrix of an evaluation, zero where prescribed."""
         assert e.data is not None
-        x = np.zeros(len(b))
         data = determined(e, b, self.equations) if self.equations else e.data
-        x[self.free] = self.factorisation.solve(data[self.entries], b[self.free])
-        return x
+        values = data[self.entries] if self.tied is None else self.tied.values(data)
+        return self.whole(self.factorisation.solve(values, self.part(b)), len(b))
 
     def again(self, b: Array) -> Array:
         """As `solve`, with the last factors, unchecked: only for corrections whose effect is looked at."""
-        x = np.zeros(len(b))
-        x[self.free] = self.factorisation.again(b[self.free])
-        return x
+        return self.whole(self.factorisation.again(self.part(b)), len(b))
 
 
 class Reporter(NamedTuple):
@@ -150,6 +164,7 @@ def _start(
         u[reduced.fixed] = values
         _keep_on_tools(system, c, u)
         u[reduced.fixed] = values
+        u = system.followed(u)
         with report.timed("assembly"):
             e = system.evaluate(c, u, lam)
         if not e.failed:
@@ -158,6 +173,7 @@ def _start(
             guess = u, e
     delta = np.zeros(system.ndof)
     delta[reduced.fixed] = values - start[reduced.fixed]
+    delta = system.followed(delta)
     with report.timed("assembly"):
         base = system.evaluate(c, start, lam)
     if base.failed or base.data is None:
@@ -342,7 +358,7 @@ def _along(system: System, c: Circumstances, u: Array, step: Array, lam: Array) 
         linear = _linear_gap(system, s, system.node_pairs(s, u), step, delta[nodes])
         after = system.node_pairs(s, moved)
         nodal[nodes] += np.where(stays, linear - after.g, 0.0)[:, None] * after.n
-    return moved
+    return system.followed(moved)
 
 
 def _linear_gap(system: System, s: Surface, before: Pairs, step: Array, moved: Array) -> Array:

@@ -31,10 +31,11 @@ def support_forces(system: System, e: Evaluation, plan: StepPlan) -> dict[str, R
     """Force of each support on the body; supports of other steps are there with zeros, so that the names never change."""
     problem = system.problem
     total = {name: [0.0, 0.0] for name in support_names(problem)}
+    r = system.collected(e.r)
     for group in plan.groups:
         if group.support is not None:
             name, axis = group.support
-            total[name]["xy".index(axis)] += float(e.r[group.dofs].sum())
+            total[name]["xy".index(axis)] += float(r[group.dofs].sum())
     return {name: Reaction(*v) for name, v in total.items()}
 
 
@@ -131,7 +132,7 @@ def body_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> 
     where = x if system.problem.kinematics == "finite" else system.X
     stress = nodal_stress(system, state, e)
     support = np.zeros(system.ndof)
-    support[plan.fixed] = e.r[plan.fixed]
+    support[plan.fixed] = system.collected(e.r)[plan.fixed]
     reaction = support[: 2 * system.nodes].reshape(-1, 2)
     thickness = system.depth_in(e.history) if system.problem.space == "plane stress" else None
     out = {}

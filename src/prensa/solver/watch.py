@@ -124,7 +124,7 @@ def where(system: System, c: Circumstances, reduced: Reduced, trial: Trial) -> s
     e = system.evaluate(c, trial.u, trial.lam, stiffness=False)
     if e.failed or not len(reduced.free):
         return ""
-    dof = int(reduced.free[np.argmax(np.abs(reduced.weight * e.r[reduced.free]))])
+    dof = int(reduced.free[np.argmax(np.abs(reduced.weight * reduced.part(e.r)))])
     for s in system.surfaces:
         if s.exact and dof in range(s.unknowns.start, s.unknowns.stop):
             dof = int(system.pair_dofs(s)[(dof - s.unknowns.start) // 2, 0])
