@@ -28,7 +28,7 @@ def modes(system: System) -> Iterator[Notice]:
     told: set[str] = set()
     for number in range(len(system.problem.steps)):
         plan = plan_step(system, number, anchor)
-        for name in system.problem.bodies:
+        for name in dict.fromkeys(system.tied_bodies(b)[0] for b in system.problem.bodies):
             held = _support_rows(system, name, plan)
             resting = [_contact_rows(system, name, plan, touching) for touching in (True, False)]
             for rows, fatal in ((resting[1], True), (resting[0], False)):
@@ -56,7 +56,7 @@ def free_to_move(system: System, body: str, c: Any, contacts: bool = True) -> st
     """
     rows = [_support_rows(system, body, c.plan)]
     for s, law in zip(system.surfaces, c.laws):
-        if s.body == body and contacts:
+        if s.body in system.tied_bodies(body) and contacts:
             closed = c.state.contact[s.rows, 3] > 0
             pairs = system.pairs(s, c.state.u)
             x = s.points.at(system.X)[closed]
@@ -66,9 +66,15 @@ def free_to_move(system: System, body: str, c: Any, contacts: bool = True) -> st
     return _free(system, body, np.concatenate(rows))
 
 
+def _nodes(system: System, body: str) -> NDArray[np.int64]:
+    """Nodes of a body and of those tied to it: they move as one."""
+    return np.concatenate(
+        [system.offsets[b] + np.arange(len(system.meshes[b].points)) for b in system.tied_bodies(body)]
+    )
+
+
 def _frame(system: System, body: str) -> tuple[Array, Array, float]:
-    first = system.offsets[body]
-    x = system.X[first : first + len(system.meshes[body].points)]
+    x = system.X[_nodes(system, body)]
     return x, x.mean(axis=0), float(np.ptp(x, axis=0).max())
 
 
@@ -80,8 +86,7 @@ def _rows(system: System, body: str, x: Array, n: Array) -> Array:
 
 
 def _support_rows(system: System, body: str, plan: StepPlan) -> Array:
-    first = system.offsets[body]
-    dofs = plan.fixed[(plan.fixed >= 2 * first) & (plan.fixed < 2 * (first + len(system.meshes[body].points)))]
+    dofs = plan.fixed[np.isin(plan.fixed // 2, _nodes(system, body))]
     return _rows(system, body, system.X[dofs // 2], np.eye(2)[dofs % 2])
 
 
@@ -92,7 +97,7 @@ def _contact_rows(system: System, body: str, plan: StepPlan, touching: bool) -> 
     """
     rows = [np.zeros((0, 3))]
     for s, law in zip(system.surfaces, plan.friction):
-        if s.body != body:
+        if s.body not in system.tied_bodies(body):
             continue
         tool = system.tools[s.tool]
         x = system.X[s.points.nodes]

@@ -208,6 +208,14 @@ class System:
         """Unknowns with those of nodes that a tie has made one replaced by the one that stands for them."""
         return dofs if self.ties is None else np.unique(self.ties.owner[dofs])
 
+    def tied_bodies(self, body: str) -> list[str]:
+        """A body and those that ties join to it, in the order of the description."""
+        group = {body}
+        pairs = [{t.slave.partition(".")[0], t.master.partition(".")[0]} for t in self.problem.ties]
+        for _ in pairs:
+            group |= {b for pair in pairs if pair & group for b in pair}
+        return [b for b in self.problem.bodies if b in group]
+
     def positions(self, u: Array) -> Array:
         """Node positions (n, 2) for unknowns u (ndof,)."""
         return self.X + u[: 2 * self.nodes].reshape(-1, 2)
