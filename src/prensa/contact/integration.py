@@ -179,10 +179,18 @@ def behind(edges: Index, cells: Index) -> Index:
     some = sides(cells)
     number = np.repeat(np.arange(len(cells)), some.shape[1])
     flat = some.reshape(-1, some.shape[2])
-    owner = dict(zip(map(tuple, flat[:, :2].tolist()), number.tolist()))
     if flat.shape[1] == 3:
-        owner |= dict(zip(map(tuple, segments(flat).tolist()), np.repeat(number, 2).tolist()))
-    return np.array([owner[p, q] for p, q in edges[:, :2].tolist()], dtype=np.int64)
+        flat, number = np.concatenate([flat[:, :2], segments(flat)]), np.concatenate([number, np.repeat(number, 2)])
+    base = int(cells.max()) + 1
+    # few of the sides are edges of the surface: the others need not be sorted
+    near = np.zeros(base, dtype=bool)
+    near[edges[:, :2]] = True
+    mine = near[flat[:, 0]] & near[flat[:, 1]]
+    keys, owner = flat[mine, 0] * base + flat[mine, 1], number[mine]
+    order = np.argsort(keys)
+    wanted = edges[:, 0] * base + edges[:, 1]
+    place = order[np.searchsorted(keys, wanted, sorter=order)]
+    return np.asarray(owner[place], dtype=np.int64)
 
 
 def depth_of(edges: Index, cells: Index, points: Array) -> Array:

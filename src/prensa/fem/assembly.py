@@ -57,11 +57,34 @@ def scatter_matrix(K, slot, data):
 
 
 @njit(cache=True)
+def gather(values, cells, out):
+    """out[e, a] = values[cells[e, a]] for values (n, 2), cells (m, a)."""
+    for e in range(cells.shape[0]):
+        for a in range(cells.shape[1]):
+            out[e, a, 0] = values[cells[e, a], 0]
+            out[e, a, 1] = values[cells[e, a], 1]
+
+
+@njit(cache=True)
 def scatter_vector(r, dofs, out):
     """out[dofs] += r for r, dofs (e, m)."""
     for e in range(r.shape[0]):
         for i in range(r.shape[1]):
             out[dofs[e, i]] += r[e, i]
+
+
+@njit(cache=True)
+def _blocks_of_two(indptr, indices, out_indptr, out_indices):
+    """Pattern of nodes (compressed columns, sorted) → pattern of their two unknowns each, sorted."""
+    n = 0
+    out_indptr[0] = 0
+    for node in range(len(indptr) - 1):
+        for i in range(2):
+            for k in range(indptr[node], indptr[node + 1]):
+                out_indices[n] = 2 * indices[k]
+                out_indices[n + 1] = 2 * indices[k] + 1
+                n += 2
+            out_indptr[2 * node + 1 + i] = n
 
 
 def make_pattern(
@@ -71,21 +94,19 @@ def make_pattern(
 
     ``coupled``: further groups of unknowns (k, m), each row coupled with itself; they may lie beyond those of the tools.
     """
-    from scipy.sparse import coo_matrix, csr_matrix
+    from scipy.sparse import coo_matrix, csc_matrix, csr_matrix
 
-    rows, cols = [np.arange(nodes)], [np.arange(nodes)]
-    for c in cells:
-        m = len(c)
-        incidence = csr_matrix(
-            (np.ones(c.size, dtype=np.int8), c.ravel(), np.arange(0, c.size + 1, c.shape[1])), (m, nodes)
-        )
-        graph = (incidence.T.astype(np.int32) @ incidence.astype(np.int32)).tocoo()
-        rows.append(graph.row)
-        cols.append(graph.col)
-    i, j = np.concatenate(rows).astype(np.int64), np.concatenate(cols).astype(np.int64)
-    I = (2 * i[:, None, None] + np.arange(2)[:, None] + np.zeros(2, dtype=np.int64)).ravel()
-    J = (2 * j[:, None, None] + np.arange(2) + np.zeros((2, 1), dtype=np.int64)).ravel()
-    more_i, more_j = [I], [J]
+    # each node is an element of its own too: one that no cell has keeps its place on the diagonal
+    members = np.concatenate([*(c.ravel() for c in cells), np.arange(nodes)]).astype(np.int32)
+    sizes = np.concatenate([*(np.full(len(c), c.shape[1]) for c in cells), np.ones(nodes, dtype=np.int64)])
+    ends = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int32)
+    incidence = csr_matrix((np.ones(len(members), dtype=np.int32), members, ends), (len(sizes), nodes))
+    graph = (incidence.T @ incidence).tocsc()
+    graph.sort_indices()
+    indptr, indices = np.empty(2 * nodes + 1, dtype=np.int32), np.empty(4 * graph.nnz, dtype=np.int32)
+    _blocks_of_two(graph.indptr, graph.indices, indptr, indices)
+    more_i: list[Index] = []
+    more_j: list[Index] = []
     for t, near in enumerate(tool_nodes):
         own = 2 * nodes + 3 * t + np.arange(3)
         dofs = np.concatenate([2 * near, 2 * near + 1])
@@ -98,10 +119,15 @@ def make_pattern(
         more_i.append(np.repeat(group, group.shape[1], axis=1).ravel())
         more_j.append(np.tile(group, group.shape[1]).ravel())
         n = max(n, int(group.max(initial=-1)) + 1)
-    i, j = np.concatenate(more_i), np.concatenate(more_j)
-    matrix = coo_matrix((np.ones(len(i), dtype=np.int8), (i, j)), (n, n)).tocsc()
-    matrix.sort_indices()
-    return Pattern(n, matrix.indptr.astype(np.int32), matrix.indices.astype(np.int32))
+    if n > 2 * nodes:
+        i, j = np.concatenate(more_i), np.concatenate(more_j)
+        beyond = coo_matrix((np.ones(len(i), dtype=np.int8), (i, j)), (n, n)).tocsc()
+        beyond.data[:] = 1
+        indptr = np.concatenate([indptr, np.full(n - 2 * nodes, indptr[-1], dtype=np.int32)])
+        matrix = csc_matrix((np.ones(len(indices), dtype=np.int8), indices, indptr), (n, n)) + beyond
+        matrix.sort_indices()
+        indptr, indices = matrix.indptr, matrix.indices
+    return Pattern(n, indptr.astype(np.int32), indices.astype(np.int32))
 
 
 @dataclass(frozen=True)
@@ -161,10 +187,14 @@ def sweep(block: Block, x_n: Array, du: Array, old: Array, at: At, r: Array, dat
     total = 0.0
     c = min(CHUNK, m)
     work = workspace(block.element, c)
+    x, d = np.empty((2, c, block.cells.shape[1], 2))
     for first in range(0, m, c):
         rows = slice(first, min(first + c, m))
         cells = block.cells[rows]
-        chunk = Chunk(block.X[rows], x_n[cells], du[cells], old[rows], new[rows])
+        k = len(cells)
+        gather(x_n, cells, x)
+        gather(du, cells, d)
+        chunk = Chunk(block.X[rows], x[:k], d[:k], old[rows], new[rows])
         w = work.first(len(cells))
         failure = block.element.respond(chunk, block.law, at, block.mode, w, data is not None)
         if failure:
