@@ -460,14 +460,15 @@ Material = Annotated[Elastic | NeoHooke | StVenantKirchhoff | J2, Field(discrimi
 class Body:
     """Deformable body: a mesh of one material and ``element``.
 
-    ``q4_fbar`` does not lock in volume and bears large compression; ``q8`` (2 × 2 points) and ``t6`` are quadratic; ``q4``,
-    ``t3`` and ``q8_full`` (3 × 3 points) are the textbook elements, which lock in plastic flow.
+    ``q4_fbar`` does not lock in volume and bears large plastic flow; ``q4_enhanced`` does not lock in bending either;
+    ``q8`` (2 × 2 points) and ``t6`` are quadratic; ``q4``, ``t3`` and ``q8_full`` (3 × 3 points) are the textbook elements,
+    which lock in plastic flow.
     Without ``element``: ``q4_fbar``, and ``q4`` in plane stress, where nothing locks in volume and F-bar has no meaning.
     """
 
     mesh: Mesh
     material: Material
-    element: Literal["q4_fbar", "q4", "t3", "t6", "q8", "q8_full"] | None = None
+    element: Literal["q4_fbar", "q4_enhanced", "q4", "t3", "t6", "q8", "q8_full"] | None = None
 
     def element_in(self, space: str) -> str:
         """Name of the element in a problem of that ``space``, the default filled in."""
