@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
+from scipy.special import ellipk
 from scipy.stats import spearmanr
 
 import prensa as pr
@@ -184,7 +185,13 @@ def rules_and_penalties(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator
                 known: Any = "report" if (rule, beta, where) in NOT_REPRODUCED else "absolute"
                 # a third, and half a unit of the recorded figure's last digit
                 allowed = reference / 3 + (0.5 if reference >= 60 else 0.05)
-                yield row(f"RMS error of p at the {where}, % of p0: {rule}, β = {beta:g}", reference, 100 * value, allowed, known)
+                yield row(
+                    f"RMS error of p at the {where}, % of p0: {rule}, β = {beta:g}",
+                    reference,
+                    100 * value,
+                    allowed,
+                    known,
+                )
     for beta in BETAS:
         value = 100 * outcome(pressed("kikuchi", pr.Penalty(beta=beta), E_scale=E_scale), balance, E_scale).at_points
         yield row(f"RMS error of p at the points, % of p0: kikuchi, β = {beta:g}", 2.0, value, 0.0, "at most")
@@ -216,4 +223,55 @@ def error_bar(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     yield row("the same with the element of the edge", 0.7, spearmanr(*every.T).statistic, 0.0, "report")
     yield row("least error bar / p0", 1e-3, pairs[:, 0].min(), 0.0, "at least")
     yield row("error bar / true error, mean", 1.0, (pairs[:, 0] / pairs[:, 1]).mean(), 0.0, "report")
+    yield from balance.rows()
+
+
+# ---------------------------------------------------------------------------------------- stick zone of a flat punch
+def flat_punch(n: int, mu: float, E_scale: float = 1.0) -> pr.Problem:
+    """Half of a rigid flat punch of half-width 1 on a block of 100 × 100, pressed with friction, exact contact."""
+    mesh = pr.Rectangle(
+        size=(100, 100), n=(n, 3 * n // 4), origin=(0, -100), grade=pr.Grade(x=(0.42, 1.0), y=(0.0,), ratio=200)
+    )
+    return pr.Problem(
+        "flat punch with friction", kinematics="small", contact_geometry="reference",
+        bodies={"block": pr.Body(mesh, pr.Elastic(1000.0 * E_scale, 0.3))},
+        tools={"punch": pr.Stamp(width=2.0, touching="block.top")},
+        contacts=(pr.Contact("block.top", "punch", friction=pr.Coulomb(mu), enforcement=pr.Exact()),),
+        fixed={"block.bottom": "xy", "block.left": "x"},
+        steps=(pr.Step("press", move={"punch": pr.Motion(y=-0.01)}, increments=2),),
+    )  # fmt: skip
+
+
+def stick_edge(inc: Increment, mu: float) -> float:
+    """Half-width of the stick zone: 1 − |t|/μp vanishes there like a square root, so its square is extrapolated to zero."""
+    c = inc.contacts["block.top-punch"]
+    order = np.argsort(c.X[:, 0])
+    x, p, t = c.X[order, 0], c.pressure[order], np.abs(c.shear[order])
+    last = int(np.flatnonzero(c.status[order] == 1)[-1])
+    f = (1.0 - t[last - 1 : last + 1] / (mu * p[last - 1 : last + 1])) ** 2
+    return float(x[last] + f[1] * (x[last] - x[last - 1]) / (f[0] - f[1]))
+
+
+def spence_stick_edge(mu: float, nu: float) -> float:
+    """Stick half-width of a flat punch, half-width 1, pressed with friction on a half-plane: K'(c)/K(c) = β/μ.
+
+    Spence (1973, Proc. Camb. Phil. Soc. 73, 249-268), in Johnson (1985, Contact Mechanics, chapter 5), with
+    β = (1 − 2ν)/(2(1 − ν)); approximate, as it leaves out what the shear does to the pressure.
+    """
+    beta = (1 - 2 * nu) / (2 * (1 - nu))
+    return float(brentq(lambda c: ellipk(1 - c * c) / ellipk(c * c) - beta / mu, 1e-9, 1 - 1e-12))
+
+
+@case("stick zone of a flat punch", suite="friction", slow=True)
+def stick_zone(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
+    """The edge of the stick zone of a flat punch pressed with friction converges with the mesh."""
+    balance = Balance()
+    mu = 0.2 * mu_scale
+    meshes = (40, 80, 160)
+    c = [stick_edge(balance.last(flat_punch(n, mu, E_scale)), mu) for n in meshes]
+    for n, value in zip(meshes, c):
+        yield row(f"edge of the stick zone / half-width, n = {n}", c[-1], value, 0.0, "report")
+    rate = float(np.log2(abs(c[0] - c[1]) / abs(c[1] - c[2])))
+    yield row("rate of its convergence", 0.8, rate, 0.0, "at least")
+    yield row("edge on the finest mesh against Spence's half-plane", spence_stick_edge(mu, NU), c[-1], 0.04, "absolute")
     yield from balance.rows()
