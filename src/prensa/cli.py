@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -79,7 +79,8 @@ def run(
             typer.echo(_placed(warning, case, changes, "warning: "), err=True)
         from prensa.output.run import run as run_case
 
-        run_case(loaded, out=folder, quiet=quiet, source=case)
+        with _compiling_told(quiet):
+            run_case(loaded, out=folder, quiet=quiet, source=case)
 
 
 @app.command()
@@ -91,7 +92,8 @@ def resume(
     with _told(folder):
         from prensa.output.run import resume as resume_run
 
-        resume_run(folder, quiet=quiet)
+        with _compiling_told(quiet):
+            resume_run(folder, quiet=quiet)
 
 
 @app.command()
@@ -177,6 +179,15 @@ def _placed(message: str, case: Path | None, changes: list[str] | None, kind: st
 
     text = located(message, case, changes or ())
     return kind + text if text == message else text.replace(message, kind + message)
+
+
+def _compiling_told(quiet: bool) -> AbstractContextManager[None]:
+    """A line on the terminal when kernels have to be compiled, unless quiet."""
+    from contextlib import nullcontext
+
+    from prensa.kernels.compiling import announced
+
+    return nullcontext() if quiet else announced(lambda line: typer.echo(line, err=True))
 
 
 def _code(error: Exception) -> int:

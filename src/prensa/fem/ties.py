@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import block_diag, coo_matrix, csr_matrix, identity
-from scipy.spatial import cKDTree
 
 from prensa.mesh.mesh import COINCIDENT, Mesh, MeshError, ordered_nodes
 from prensa.model import problem as model
@@ -168,6 +167,8 @@ def _closed(n: int, rows: Index, cols: Index, values: Array) -> csr_matrix:
 def _pairs(X: Array, slave: _Side, master: _Side) -> tuple[Index, NDArray[np.bool_]]:
     """Nearest master node (k,) of each slave node, and whether it is at the same place (k,)."""
     size = COINCIDENT * 10 * float(np.ptp(X, axis=0).max())
+    from scipy.spatial import cKDTree
+
     distance, near = cKDTree(X[master.nodes]).query(X[slave.nodes])
     return master.nodes[near], distance <= size
 

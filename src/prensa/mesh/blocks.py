@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from prensa.mesh.convert import Between, Draft
 from prensa.mesh.mesh import COINCIDENT, Array, Index, MeshError, boundary_edges, edges_between, oriented
@@ -186,6 +185,8 @@ class _ArcCurve(_Curve):
 
 class _SplineCurve(_Curve):
     def __init__(self, points: Array) -> None:
+        from scipy.interpolate import CubicSpline
+
         chord = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
         self.spline = CubicSpline(chord / chord[-1], points)
         fine = np.linspace(0.0, 1.0, 2001)

@@ -11,7 +11,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from prensa.errors import PrensaError
 from prensa.model.checks import suggest
@@ -193,6 +192,8 @@ def _check_joints(points: Array, outline: Index) -> None:
     """Nodes of the outline at one place, and nodes in the middle of a side: the mesh is open there."""
     nodes = np.unique(outline)
     size = float(np.ptp(points, axis=0).max())
+    from scipy.spatial import cKDTree
+
     tree = cKDTree(points[nodes])
     pairs = tree.query_pairs(COINCIDENT * size, output_type="ndarray")
     if len(pairs):

@@ -167,6 +167,7 @@ class Factorisation:
             try:
                 if self._factor is None:
                     self._factor = self._analyze()
+                self._solve = None  # the old factors go before the new ones come
                 solve = self._factor(values)
                 x = np.asarray(solve(b))
                 for _ in range(3):

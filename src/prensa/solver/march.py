@@ -214,8 +214,8 @@ class _March:
     def commit(
         self, old: State, plan: StepPlan, c: Circumstances, trial: Trial, spent: int, cutbacks: int
     ) -> tuple[State, Increment]:
-        e = trial.evaluation
-        assert e is not None
+        assert trial.evaluation is not None
+        e = trial.evaluation._replace(data=None)  # increments that are kept must not keep their matrices
         system = self.system
         contact, lam = old.contact.copy(), trial.lam.copy()
         for s, f in zip(system.surfaces, e.contacts):

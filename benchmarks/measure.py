@@ -1,0 +1,151 @@
+"""One measurement a process, printed as a line of JSON: ``python benchmarks/measure.py limit hertz 20000``.
+
+Processor time of one thread (set OMP_NUM_THREADS=1). ``run.py`` calls this for the whole table.
+
+* ``limit hertz|upsetting UNKNOWNS [INCREMENTS]``: a history beside its factorisations and solves alone;
+* ``iteration ELEMENTS [symmetric]``: one Newton iteration (evaluation, factorisation, solve) on a square block;
+* ``memory UNKNOWNS``: peak of a run above what the packages take, beside that of the factorisation alone;
+* ``condensed UNKNOWNS INCREMENTS``: a linear elastic history beside one factorisation;
+* ``start``: seconds of ``import prensa``, and from the command to the first iteration with kernels compiled before or not.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import common
+import numpy as np
+
+import prensa as pr
+
+
+def of_limit(name: str, unknowns: str, most: str = "") -> dict[str, Any]:
+    common.warm(common.sized(name, 200 if name == "upsetting" else 400, 0.5))
+    c = common.cost(common.sized(name, int(unknowns)), most=int(most) if most else None)
+    return {
+        "unknowns": c.unknowns, "increments": c.increments, "iterations": c.iterations, "total": c.total,
+        "limit": c.limit.seconds, "outside": c.outside, "ratio": c.ratio, "factorisations": c.limit.factorisations,
+    }  # fmt: skip
+
+
+def of_iteration(elements: str, kind: str = "") -> dict[str, Any]:
+    from prensa.fem.schedule import plan_step
+    from prensa.solver.newton import Reduced
+
+    n = round(float(elements) ** 0.5)
+    problem = common.hertz((n, n), 0.5)
+    if kind:
+        body = problem.bodies["block"]
+        problem = replace(problem, bodies={"block": replace(body, element="q4")})
+    common.warm(common.hertz((7, 6), 0.5))
+    system = pr.discretise(problem)
+    state = system.initial()
+    plan = plan_step(system, 0, state.anchor)
+    c = system.circumstances(state, plan, 1.0)
+    reduced = Reduced(system, plan.fixed, pr.Numerics())
+    # a state in the middle of the press, from which an iteration is like any other
+    u = state.u.copy()
+    u[plan.fixed] = 0.1 * plan.values(1.0)
+    u[1 : 2 * system.nodes : 2] = -0.05 * (system.X[:, 1] / 40.0)
+    best: dict[str, float] = {}
+    with common.limit() as spent:
+        for _ in range(4):
+            before, start = replace(spent), time.process_time()
+            e = system.evaluate(c, u, state.lam)
+            evaluated = time.process_time()
+            reduced.solve(e, -e.r)
+            total = time.process_time() - start - (spent.analysis - before.analysis)
+            if not best or total < best["iteration"]:
+                best = {
+                    "iteration": total, "evaluation": evaluated - start,
+                    "factorisation": spent.factorisation - before.factorisation,
+                    "solves": spent.substitution - before.substitution,
+                }  # fmt: skip
+    return {"elements": n * n, "unknowns": system.ndof, "kind": kind or "unsymmetric"} | best
+
+
+def of_memory(unknowns: str) -> dict[str, Any]:
+    import resource
+
+    import rslab
+    from scipy.sparse import csc_matrix
+
+    from prensa.solver import linear
+
+    def peak() -> float:
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+    common.warm(common.hertz((7, 6), 0.5))
+    plans: list[dict[str, int]] = []
+    plain = linear.BACKENDS["rslab"]
+
+    def planned(a: linear.Structure) -> linear.Factor:
+        pattern = csc_matrix((np.ones(len(a.indices)), a.indices, a.indptr), (a.n, a.n))
+        path, options = ("ldlt", {}) if a.symmetric else ("lu", {"matching": False})
+        symbolic = rslab.analyze(pattern, path=path, threads=1, **options)
+            pattern, path="ldlt" if a.symmetric else "lu", threads=1, **({} if a.symmetric else {"matching": False})
+        )
+        plans.append(symbolic.memory_plan())
+        return plain(a)
+
+    linear.BACKENDS["rslab"] = planned
+    before = peak()
+    c = common.cost(common.sized("hertz", int(unknowns), 0.5), pr.Numerics(solver="rslab"), 1)
+    rise, own = peak() - before, max(p["peak_bytes"] for p in plans) / 2**20
+    return {"unknowns": c.unknowns, "peak_MiB": rise, "factorisation_MiB": own, "ratio": rise / own}
+
+
+def of_condensed(unknowns: str, increments: str) -> dict[str, Any]:
+    n = round((float(unknowns) / 2) ** 0.5)
+    problem = common.elastic_history((n, n), int(increments))
+    common.warm(common.elastic_history((8, 8), 2))
+    out: dict[str, Any] = {"increments": int(increments)}
+    with common.limit() as spent:
+        start = time.process_time()
+        for k, inc in enumerate(pr.solve(problem)):
+            if (k + 1) % max(int(increments) // 5, 1) == 0:
+                inc.bodies  # noqa: B018  (fields, recovered when asked for)
+        out |= {"total": time.process_time() - start, "limit": spent.seconds}
+    with common.limit() as spent:
+        system = pr.discretise(problem)
+        next(iter(pr.solve(system, pr.Numerics(condense="off"))))
+    out["unknowns"] = system.ndof
+    out["one_factorisation"] = spent.factorisation / spent.factorisations
+    out["ratio"] = out["total"] / out["one_factorisation"]
+    return out
+
+
+def of_start() -> dict[str, Any]:
+    def seconds(command: list[str], **more: str) -> float:
+        start = time.perf_counter()
+        subprocess.run(command, check=True, env=os.environ | more, stdout=subprocess.DEVNULL)
+        return time.perf_counter() - start
+
+    case = Path(__file__).parent / "first_iteration.yaml"
+    out: dict[str, Any] = {}
+    out["import"] = min(seconds([sys.executable, "-c", "import prensa"]) for _ in range(3))
+    with tempfile.TemporaryDirectory() as folder:
+        first = [sys.executable, str(Path(__file__).parent / "first_iteration.py"), str(case)]
+        out["cold"] = seconds(first, NUMBA_CACHE_DIR=folder)
+        out["warm"] = min(seconds(first, NUMBA_CACHE_DIR=folder) for _ in range(3))
+    return out
+
+
+MEASURES = {
+    "limit": of_limit,
+    "iteration": of_iteration,
+    "memory": of_memory,
+    "condensed": of_condensed,
+    "start": of_start,
+}
+
+if __name__ == "__main__":
+    print(json.dumps(MEASURES[sys.argv[1]](*sys.argv[2:])))
