@@ -24,7 +24,7 @@ def _parameters(names: set[str]) -> list[object]:
 
 
 ELASTIC = {n for n, c in cases().items() if c.suite in ("contact", "friction")} - FRICTION - INDIFFERENT
-ELASTIC |= {"rules and penalties on example 1"}
+ELASTIC |= {"integration rules and penalties"}
 
 
 @pytest.mark.parametrize("case", _parameters(ELASTIC))

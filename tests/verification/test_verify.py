@@ -58,7 +58,9 @@ def test_selection_by_suite_by_name_and_by_part_of_a_name() -> None:
     """A suite, a case or a part of its name chooses; an unknown one is told what there is."""
     assert {c.suite for c in table.select("friction")} == {"friction"}
     assert [c.name for c in table.select("sliding wedge")] == ["sliding wedge"]
-    assert len(table.select("Example 1")) == 3
+    found = {c.name for c in table.select("Example 1")}
+    assert found >= {"example 1, reference geometry", "example 1, neo-Hooke"}
+    assert all("example 1" in name for name in found)
     with pytest.raises(ValueError, match=r"suites: .*friction"):
         table.select("fricton")
 
