@@ -91,8 +91,6 @@ def of_memory(unknowns: str) -> dict[str, Any]:
         pattern = csc_matrix((np.ones(len(a.indices)), a.indices, a.indptr), (a.n, a.n))
         path, options = ("ldlt", {}) if a.symmetric else ("lu", {"matching": False})
         symbolic = rslab.analyze(pattern, path=path, threads=1, **options)
-            pattern, path="ldlt" if a.symmetric else "lu", threads=1, **({} if a.symmetric else {"matching": False})
-        )
         plans.append(symbolic.memory_plan())
         return plain(a)
 
