@@ -29,7 +29,7 @@ SECTIONS: dict[str, tuple[type, ...]] = {
         model.Perfect, model.Linear, model.Ludwik, model.Swift, model.Voce, model.HockettSherby, model.JohnsonCook,
         model.FlowTable,
     ),
-    "Tools": (model.Plane, model.Circle, model.Stamp, model.Ring, model.Profile, model.Arc, model.Polygon),
+    "Tools": (model.Plane, model.Circle, model.Stamp, model.Ring, model.Profile, model.Arc, model.Polygon, model.Springs),
     "Contacts": (model.Contact, model.Penalty, model.Augmented, model.Exact),
     "Friction": (model.Coulomb, model.MuLinear, model.MuExponential, model.MuTable, model.Shear),
     "Supports, motions and loads": (model.Fixed, model.Motion, model.Push, model.Load),

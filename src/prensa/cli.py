@@ -246,5 +246,6 @@ def _doing(step: Step) -> str:
 
     kinds = ("move", "velocity", "push", "fixed", "loads", "body_force", "friction")
     acts = [f"{kind} {brief(getattr(step, kind))}" for kind in kinds if getattr(step, kind)]
-    acts.append(f"{step.increments} increments" if step.increments else "increments chosen on the way")
+    many = "" if step.increments == 1 else "s"
+    acts.append(f"{step.increments} increment{many}" if step.increments else "increments chosen on the way")
     return ", ".join(acts)

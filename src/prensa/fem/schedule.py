@@ -87,7 +87,8 @@ class BoundaryLoad:
 class StepPlan:
     """Everything prescribed in one step; ``t0``, ``t1`` its times.
 
-    ``fixed`` (k,) prescribed unknowns in increasing order; ``push`` tool unknowns with force courses.
+    ``fixed`` (k,) prescribed unknowns in increasing order; ``push`` tool unknowns with force courses; ``springs`` tool
+    unknowns that hang on a spring, with its stiffness and the course of its mount.
     """
 
     name: str
@@ -100,6 +101,7 @@ class StepPlan:
     body_force: dict[str, tuple[Course, Course]]
     friction: list[Any]
     increments: int | None
+    springs: dict[int, tuple[float, Course]] = field(default_factory=dict)
     fixed: Index = field(init=False)
 
     def __post_init__(self) -> None:
@@ -113,10 +115,20 @@ class StepPlan:
             return np.zeros(0)
         return np.concatenate([g.at(t, self.t0, self.t1) for g in self.groups])[self._order]
 
+    @property
+    def moved(self) -> Index:
+        """Unknowns whose motion is given: prescribed ones, then those on springs, whose mounts move."""
+        return np.concatenate([self.fixed, np.array(list(self.springs), dtype=np.int64)])
+
+    def motion(self, t: float) -> Array:
+        """Values of the unknowns ``moved`` at time t; of a spring that of its mount."""
+        return np.concatenate([self.values(t), [mount(t) for _, mount in self.springs.values()]])
+
     def corners(self) -> Array:
         """Times inside the step at which a table has a corner: increments end there."""
         times = [g.course.times for g in self.groups if g.course is not None and len(g.course.times) < 500]
         times += [c.times for c in self.push.values()]
+        times += [c.times for _, c in self.springs.values() if len(c.times) < 500]
         for load in self.loads.values():
             times += [c.times for c in (load.pressure, load.shear, load.tx, load.ty)]
         times += [c.times for pair in self.body_force.values() for c in pair]
@@ -166,13 +178,17 @@ def plan_step(system: Any, number: int, anchor: Array) -> StepPlan:
     add(2 * system.axis_nodes, None)
     step = p.steps[number]
     push: dict[int, Course] = {}
+    springs: dict[int, tuple[float, Course]] = {}
     for t, name in enumerate(p.tools):
         for k, key in enumerate(("x", "y", "rz")):
             dof = system.tool_dof(t) + k
             move = getattr(step.move.get(name), key, None)
             speed = getattr(step.velocity.get(name), key, None)
             force = getattr(step.push.get(name), "m" if key == "rz" else key, None)
-            if force is not None:
+            stiffness = getattr(p.tools[name].spring, key, None)
+            if stiffness is not None:
+                springs[dof] = stiffness, _mount(p, name, key, number)
+            elif force is not None:
                 start = _push_before(p, name, key, number)
                 push[dof] = course(force, start, t0, t1)
             elif speed is not None:
@@ -187,8 +203,23 @@ def plan_step(system: Any, number: int, anchor: Array) -> StepPlan:
                 )
     return StepPlan(
         step.name, number, t0, t1, groups, push, _loads(system, number), _body_forces(p, number), _friction(p, number),
-        step.increments,
+        step.increments, springs,
     )  # fmt: skip
+
+
+def _mount(p: model.Problem, tool: str, key: str, number: int) -> Course:
+    """Course in step *number* of the mount of a tool: what its steps move, held where not mentioned."""
+    now = _zero()
+    for k, step in enumerate(p.steps[: number + 1]):
+        move, speed = (getattr(kind.get(tool), key, None) for kind in (step.move, step.velocity))
+        start, t0 = now(float(k)), float(k)
+        if move is not None:
+            now = course(move, start, t0, t0 + 1.0)
+        elif speed is not None:
+            now = integrated(speed, start, t0, t0 + 1.0)
+        else:
+            now = Course(np.array([t0]), np.array([start]))
+    return now
 
 
 def _push_before(p: model.Problem, tool: str, key: str, number: int) -> float:

@@ -412,6 +412,10 @@ class System:
             nodal[first : first + len(self.meshes[body].points)] += self._node_volumes(body)[:, None] * b
         for dof, course in c.plan.push.items():
             f[dof] += course(c.time)
+        for dof, (stiffness, mount) in c.plan.springs.items():
+            f[dof] += stiffness * (mount(c.time) - u[dof])
+            if data is not None:
+                data[self._load_slots(f"spring {dof}", np.array([[dof]]))] += stiffness
         return f
 
     def _load_slots(self, name: str, dofs: Index) -> NDArray[np.int32]:

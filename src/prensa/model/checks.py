@@ -144,6 +144,12 @@ def _tool(p: Any, path: tuple[str | int, ...], tool: Any) -> Iterator[Finding]:
         yield Finding(path, f"tool {path[-1]!r} has no place; give 'at', 'touching', 'above' or 'below'")
     for w in placed:
         yield from _boundary(p, getattr(tool, w), (*path, w))
+    if tool.spring is not None:
+        for name in ("x", "y", "rz"):
+            if p.space == "axisymmetric" and name != "y" and getattr(tool.spring, name) is not None:
+                yield Finding((*path, "spring", name), "in axisymmetry a tool moves along y only", at_key=True)
+        if tool.spring == type(tool.spring)():
+            yield Finding((*path, "spring"), "a spring needs a stiffness: x, y or rz")
     if tool.type in ("profile", "polygon"):
         try:
             outline_of(tool)
@@ -255,6 +261,12 @@ def _step(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding]:
                 if p.space == "axisymmetric" and name != "y":
                     yield Finding((*here, name), "in axisymmetry a tool moves along y only", at_key=True)
                 freedom = "rz" if name == "m" else name
+                if kind == "push" and getattr(getattr(p.tools[key], "spring", None), freedom, None) is not None:
+                    message = (
+                        f"{freedom} of tool {key!r} is mounted on a spring; 'move' its mount instead (by force over "
+                        "stiffness for a preload)"
+                    )
+                    yield Finding((*here, name), message, at_key=True)
                 if (other := given.setdefault((key, freedom), kind)) != kind:
                     message = f"{freedom} of tool {key!r} is given by '{other}' and by '{kind}'; keep one"
                     yield Finding((*here, name), message, at_key=True)

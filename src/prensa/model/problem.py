@@ -26,8 +26,10 @@ from prensa.model.units import (
     ForceUnit,
     Length,
     LengthUnit,
+    Moment,
     Number,
     Pressure,
+    SpringStiffness,
     Stiffness,
     Strain,
     Whole,
@@ -78,15 +80,15 @@ if TYPE_CHECKING:  # a type checker cannot follow the function
     AngleValue: TypeAlias = _Value
     PressureValue: TypeAlias = _Value
     ForceValue: TypeAlias = _Value
+    MomentValue: TypeAlias = _Value
     BodyForceValue: TypeAlias = _Value
-    FloatValue: TypeAlias = _Value
 else:
     DisplacementValue = value_of(Displacement)
     AngleValue = value_of(Angle)
     PressureValue = value_of(Pressure)
     ForceValue = value_of(Force)
+    MomentValue = value_of(Moment)
     BodyForceValue = value_of(BodyForce)
-    FloatValue = value_of(Number)
 
 
 def _as_names(value: Any) -> Any:
@@ -578,6 +580,19 @@ Friction = Annotated[Annotated[Coulomb, Tag("coulomb")] | Annotated[Shear, Tag("
 
 # -------------------------------------------------------------------------------------------------------------- tools
 @described
+class Springs:
+    """Springs on which a tool is mounted, for each of its motions: ``x``, ``y`` and rotation ``rz`` (moment per rad).
+
+    The tool hangs on a mount; ``move`` and ``velocity`` of such a motion move the mount. In plane problems stiffnesses are
+    those of the whole thickness.
+    """
+
+    x: Annotated[SpringStiffness, Field(gt=0)] | None = None
+    y: Annotated[SpringStiffness, Field(gt=0)] | None = None
+    rz: Annotated[Moment, Field(gt=0)] | None = None
+
+
+@described
 class Plane:
     """Rigid half-space. ``normal``: outward normal (towards the bodies)."""
 
@@ -586,6 +601,7 @@ class Plane:
     touching: str | None = None
     above: str | None = None
     below: str | None = None
+    spring: Springs | None = None
     type: Literal["plane"] = "plane"
 
 
@@ -602,6 +618,7 @@ class Circle:
     touching: str | None = None
     above: str | None = None
     below: str | None = None
+    spring: Springs | None = None
     type: Literal["circle"] = "circle"
 
 
@@ -619,6 +636,7 @@ class Stamp:
     touching: str | None = None
     above: str | None = None
     below: str | None = None
+    spring: Springs | None = None
     type: Literal["stamp"] = "stamp"
 
     @model_validator(mode="after")
@@ -640,6 +658,7 @@ class Ring:
     touching: str | None = None
     above: str | None = None
     below: str | None = None
+    spring: Springs | None = None
     type: Literal["ring"] = "ring"
 
     @model_validator(mode="after")
@@ -660,7 +679,7 @@ class Arc:
 
 
 def _vertex_kind(value: Any) -> str:
-    return "point" if isinstance(value, list | tuple) else "arc"
+    return "arc" if isinstance(value, dict | Arc) else "point"
 
 
 Vertex = Annotated[
@@ -695,6 +714,7 @@ class Profile:
     touching: str | None = None
     above: str | None = None
     below: str | None = None
+    spring: Springs | None = None
     type: Literal["profile"] = "profile"
 
 
@@ -708,6 +728,7 @@ class Polygon:
     touching: str | None = None
     above: str | None = None
     below: str | None = None
+    spring: Springs | None = None
     type: Literal["polygon"] = "polygon"
 
 
@@ -864,11 +885,15 @@ Velocity = Annotated[Motion, BeforeValidator(_per_second)]
 
 @described
 class Push:
-    """Force on a tool at its reference point and moment ``m``: per unit thickness (plane), whole 2π (axisymmetric)."""
+    """Force on a tool at its reference point and moment ``m``; 0 leaves the tool free to move along or to turn.
+
+    In plane problems of the whole ``thickness`` (so per unit thickness where that is 1); strings may be per length of
+    thickness too, such as ``-35 N/mm``. In axisymmetry of the whole circumference.
+    """
 
     x: ForceValue | None = None
     y: ForceValue | None = None
-    m: FloatValue | None = None
+    m: MomentValue | None = None
 
 
 @described
@@ -997,6 +1022,6 @@ __all__ = [
     "J2", "Annulus", "Arc", "ArcSide", "Augmented", "Body", "Case", "Circle", "Contact", "Coulomb", "Disc", "Elastic",
     "Exact", "File", "Fixed", "FlowTable", "Grade", "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik",
     "Motion", "MuExponential", "MuLinear", "MuTable", "NeoHooke", "Numerics", "Output", "Patch", "Penalty", "Perfect",
-    "Plane", "Points", "Polygon", "Problem", "Profile", "Push", "Rectangle", "Ring", "Shear", "SplineSide",
+    "Plane", "Points", "Polygon", "Problem", "Profile", "Push", "Rectangle", "Ring", "Shear", "SplineSide", "Springs",
     "StVenantKirchhoff", "Stamp", "Step", "Swift", "Tie", "Units", "Voce",
 ]  # fmt: skip

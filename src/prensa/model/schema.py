@@ -22,6 +22,7 @@ from prensa.model.messages import mistakes
 from prensa.model.overrides import override
 from prensa.model.places import SECTIONS, bare, hints, is_names, root
 from prensa.model.problem import Case, Fixed, Problem, Units
+from prensa.model.units import Length
 
 __all__ = ["CaseError", "brief", "dump", "load", "loads", "warnings_of"]
 
@@ -159,13 +160,19 @@ def _adapter(kind: Any) -> TypeAdapter[Any]:
     return TypeAdapter(kind)
 
 
-def _units(data: dict[str, Any]) -> dict[str, str]:
-    """The system to convert to; mm and N where the case's own units are wrong, so that the rest can be checked."""
+def _units(data: dict[str, Any]) -> dict[str, Any]:
+    """The system to convert to and the thickness of plane problems; mm and N where those are wrong, to check the rest."""
     try:
         units = _adapter(Units).validate_python(data.get("units", {}))
     except ValidationError:
         units = Units()
-    return {"length": units.length, "force": units.force}
+    known: dict[str, Any] = {"length": units.length, "force": units.force}
+    if data.get("space") != "axisymmetric":
+        try:
+            known["thickness"] = _adapter(Length).validate_python(data.get("thickness", 1.0), context={"units": known})
+        except ValidationError:
+            known["thickness"] = 1.0
+    return known
 
 
 # ----------------------------------------------------------------------------------- what can be said of a broken case

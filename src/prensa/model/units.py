@@ -12,6 +12,7 @@ from __future__ import annotations
 import difflib
 import math
 import re
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
@@ -36,6 +37,8 @@ PRESSURE = Dimension("a stress", 1, -2, "10 GPa")
 STIFFNESS = Dimension("a pressure per length", 1, -3, "1e3 MPa/mm")
 BODY_FORCE = Dimension("a force per volume", 1, -3, "77 kN/m^3")
 FORCE = Dimension("a force", 1, 0, "2 kN")
+SPRING = Dimension("a force per length", 1, -1, "2 kN/mm")
+MOMENT = Dimension("a moment", 1, 1, "3 kN*mm")
 STRAIN = Dimension("a strain", 0, 0, "0.2 %")
 ANGLE = Dimension("an angle", 0, 0, "10 deg")
 
@@ -147,7 +150,12 @@ def factor(text: str, length: str, force: str, dimension: tuple[int, int]) -> fl
         raise ValueError(f"{text!r} is too large a number") from None
 
 
-def _convert(dimension: Dimension) -> Any:
+def _convert(dimension: Dimension, per_depth: bool = False) -> Any:
+    """Validator of a number of that dimension; ``per_depth``: in plane problems also one per length of thickness.
+
+    Plain numbers and quantities of the dimension itself are those of the whole thickness.
+    """
+
     def convert(value: Any, info: ValidationInfo) -> Any:
         if isinstance(value, bool):
             raise PydanticKnownError("float_type")
@@ -161,6 +169,11 @@ def _convert(dimension: Dimension) -> Any:
             return factor(value, units["length"], units["force"], (dimension.force, dimension.length))
         except ValueError as error:
             reason = str(error)
+            depth = units.get("thickness")
+            if per_depth and depth is not None and "wrong unit" in reason:
+                with suppress(ValueError):
+                    per = (dimension.force, dimension.length - 1)
+                    return depth * factor(value, units["length"], units["force"], per)
             if "did you mean" in reason:
                 raise ValueError(f"{value!r}: {reason}") from None
             raise ValueError(f"{value!r} is not {dimension.name} ({reason}); {remedy}") from None
@@ -184,6 +197,8 @@ Displacement = Annotated[float, LENGTH, _convert(LENGTH)]
 Pressure = Annotated[float, PRESSURE, _convert(PRESSURE)]
 Stiffness = Annotated[float, STIFFNESS, _convert(STIFFNESS)]
 BodyForce = Annotated[float, BODY_FORCE, _convert(BODY_FORCE)]
-Force = Annotated[float, FORCE, _convert(FORCE)]
+Force = Annotated[float, FORCE, _convert(FORCE, per_depth=True)]
+Moment = Annotated[float, MOMENT, _convert(MOMENT, per_depth=True)]
+SpringStiffness = Annotated[float, SPRING, _convert(SPRING)]
 Strain = Annotated[float, STRAIN, _convert(STRAIN)]
 Angle = Annotated[float, ANGLE, _convert(ANGLE)]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from prensa.errors import PrensaError
 from prensa.model.problem import Problem
 from prensa.output.files import file_name, numbered, replacing
-from prensa.solver.increment import STATUS, ContactState, Increment
+from prensa.solver.increment import STATUS, ContactState, Force, Increment
 from prensa.solver.results import support_names
 
 HISTORY = "history.csv"
@@ -36,16 +36,31 @@ def history_columns(problem: Problem) -> list[str]:
     """Names of the columns of ``history.csv``, in order: they follow from the description alone."""
     tools = [f"{tool}.{c}" for tool in problem.tools for c in ("ux", "uy", "rz", "fx", "fy", "mz")]
     areas = [f"{contact.name}.area" for contact in problem.contacts]
+    springs = [f"{tool}.spring.{c}" for tool, c, _ in _springs(problem)]
     supports = [f"fixed.{name}.{c}" for name in support_names(problem) for c in ("fx", "fy")]
     energies = [f"energy.{name}" for name in ENERGIES]
     bodies = problem.bodies if problem.space == "plane stress" else ()
     thickness = [f"{body}.thickness.{c}" for body in bodies for c in ("min", "max")]
-    return ["step", "increment", "time", *tools, *areas, *thickness, *energies, "iterations", "cutbacks", *supports]
+    return [
+        "step",
+        "increment",
+        "time",
+        *tools,
+        *areas,
+        *thickness,
+        *energies,
+        "iterations",
+        "cutbacks",
+        *supports,
+        *springs,
+    ]
 
 
 def history_row(problem: Problem, increment: Increment) -> list[Any]:
     """Values of one row of ``history.csv``, in the order of `history_columns`."""
     tools = [v for tool in problem.tools for v in (*increment.tools[tool].place, *increment.tools[tool].force)]
+    forces = {name: tool.spring or Force(0.0, 0.0, 0.0) for name, tool in increment.tools.items()}
+    springs = [forces[tool][k] for tool, _, k in _springs(problem)]
     supports = [v for name in support_names(problem) for v in increment.supports[name]]
     areas = [increment.contacts[contact.name].area for contact in problem.contacts]
     depths = [increment.bodies[body].thickness for body in problem.bodies] if problem.space == "plane stress" else []
@@ -53,7 +68,18 @@ def history_row(problem: Problem, increment: Increment) -> list[Any]:
     energies = [increment.energy.get(name, 0.0) for name in ENERGIES]
     cost = increment.statistics
     head = [increment.step, increment.number, increment.time]
-    return [*head, *tools, *areas, *thickness, *energies, cost.iterations, cost.cutbacks, *supports]
+    return [*head, *tools, *areas, *thickness, *energies, cost.iterations, cost.cutbacks, *supports, *springs]
+
+
+def _springs(problem: Problem) -> list[tuple[str, str, int]]:
+    """Tool, name of the component and its number in `Force`, of every spring."""
+    keys = (("x", "fx"), ("y", "fy"), ("rz", "mz"))
+    return [
+        (t, c, k)
+        for t, d in problem.tools.items()
+        for k, (key, c) in enumerate(keys)
+        if d.spring is not None and getattr(d.spring, key) is not None
+    ]
 
 
 class History:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -32,12 +34,12 @@ def first_touch(system: System, state: State, plan: StepPlan, end: float) -> tup
     notes: list[str] = []
     for s in system.surfaces:
         dof = system.tool_dof(s.tool)
-        if (state.contact[s.rows, 3] > 0).any() or not np.isin([dof, dof + 1], plan.fixed).all():
+        if (state.contact[s.rows, 3] > 0).any() or not np.isin([dof, dof + 1], plan.moved).all():
             continue
 
         def apart(t: float, s: Surface = s) -> bool:
             u = state.u.copy()
-            u[plan.fixed] = plan.values(t)
+            u[plan.moved] = plan.motion(t)
             return float(system.pairs(s, u).g.min()) > 0
 
         if not apart(now):
@@ -60,7 +62,7 @@ def _looks(system: System, s: Surface, state: State, plan: StepPlan, end: float)
     if radius == np.inf:
         return 1
     dof = system.tool_dof(s.tool)
-    place = dict(zip(plan.fixed.tolist(), plan.values(end).tolist()))
+    place = dict(zip(plan.moved.tolist(), plan.motion(end).tolist()))
     way = float(np.hypot(place[dof] - state.u[dof], place[dof + 1] - state.u[dof + 1]))
     return min(1 + int(2 * way / radius), 200)
 
@@ -68,7 +70,8 @@ def _looks(system: System, s: Surface, state: State, plan: StepPlan, end: float)
 def approach(system: System, c: Circumstances) -> tuple[Array, list[str]]:
     """Unknowns (ndof,) to start from: pushed tools that touch nothing are brought to rest on the penalty springs.
 
-    The springs stand on the bodies as they are, so the start is in equilibrium with the tool's force.
+    The springs stand on the bodies as they are, so the start is in equilibrium with the tool's force, or with its moment
+    if that is all that drives it.
 
     Raises
     ------
@@ -79,36 +82,43 @@ def approach(system: System, c: Circumstances) -> tuple[Array, list[str]]:
     u = c.state.u
     notes = []
     for t, tool in enumerate(system.tools):
-        dof = system.tool_dof(t)
-        force = np.array([c.plan.push[d](c.time) if d in c.plan.push else 0.0 for d in (dof, dof + 1)])
+        dofs = system.tool_dof(t) + np.arange(3)
+        force = np.array([c.plan.push[d](c.time) if d in c.plan.push else 0.0 for d in dofs.tolist()])
+        turns = not force[:2].any()
+        force[2] *= turns
         mine = [(i, s) for i, s in enumerate(system.surfaces) if s.tool == t]
         if not force.any() or not mine or any((c.state.contact[s.rows, 3] > 0).any() for _, s in mine):
             continue
         size = float(np.linalg.norm(force))
         direction = force / size
         v = u.copy()
-        origin = u[dof : dof + 2]
+        origin = u[dofs]
 
-        def yields(d: float, v: Array = v, dof: int = dof, origin: Array = origin, direction: Array = direction,
+        def yields(d: float, v: Array = v, dofs: Any = dofs, origin: Array = origin, direction: Array = direction,
                    size: float = size, mine: list[tuple[int, Surface]] = mine) -> bool:  # fmt: skip
-            v[dof : dof + 2] = origin + d * direction
+            v[dofs] = origin + d * direction
             total = 0.0
             for i, s in mine:
                 pairs = system.pairs(s, v)
                 p = c.scales[i].k_n * np.maximum(-pairs.g, 0.0)
-                total += float((c.weights[i] * p * (pairs.n @ direction)).sum())
+                total -= float((c.weights[i] * p * (pairs.Fn[:, 2:] @ direction)).sum())
             return total < size
 
-        far = 1e-6 * system.length
+        far, limit = (1e-6, 2 * np.pi) if turns else (1e-6 * system.length, 100 * system.length)
         while yields(far):
             far *= 2
-            if far > 100 * system.length:
+            if far > limit:
+                way = (
+                    f"is turned {'counter-' if force[2] > 0 else ''}clockwise by a moment"
+                    if turns
+                    else f"is pushed along {np.round(direction[:2], 6).tolist()}"
+                )
                 raise SolveError(
-                    f"tool {tool.name!r} is pushed along {np.round(direction, 6).tolist()} but meets nothing there; "
-                    "check the sign of its force and where it is placed"
+                    f"tool {tool.name!r} {way} but meets nothing there; check the sign of its "
+                    f"{'moment' if turns else 'force'} and where it is placed"
                 )
         _, rest = _bisect(yields, 0.0, far)
         u = v
-        u[dof : dof + 2] = origin + rest * direction
+        u[dofs] = origin + rest * direction
         notes.append(f"{tool.name} is driven by force and touched nothing: brought into contact over {rest:.4g}")
     return u, notes

@@ -37,6 +37,8 @@ class Place(NamedTuple):
 class ToolState:
     """A tool: ``at`` (2,) initial reference point, ``place`` displacement, ``force`` of the bodies on it.
 
+    ``spring``: force of the springs that it is mounted on, on the tool (None: on none).
+
     ``direction`` (2,) outward normal of the face of a plane, stamp or ring before any rotation (``place.rz`` turns it).
     """
 
@@ -44,6 +46,7 @@ class ToolState:
     place: Place
     force: Force
     direction: tuple[float, float] = (0.0, -1.0)
+    spring: Force | None = None
 
 
 @dataclass(frozen=True)

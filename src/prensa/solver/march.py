@@ -185,14 +185,24 @@ class _March:
         return min(AUTO_FIRST, self.travel_limit(plan))
 
     def travel_limit(self, plan: StepPlan) -> float:
-        """Duration in which no prescribed tool moves more than a share of the contact element size."""
+        """Duration in which no prescribed tool moves more than a share of the contact element size.
+
+        A turn moves the tool by its angle times the distance of the farthest contact point from the reference point.
+        """
         limit = 0.1
+        t = np.linspace(plan.t0, plan.t1, 65)
+        path = np.array([plan.motion(ti) for ti in t])
         for s in self.system.surfaces:
             first = self.system.tool_dof(s.tool)
-            rows = np.flatnonzero((plan.fixed >= first) & (plan.fixed < first + 2))
-            t = np.linspace(plan.t0, plan.t1, 65)
-            path = np.array([plan.values(ti)[rows] for ti in t])
-            speed = np.abs(np.diff(path, axis=0)).max(initial=0.0) / (t[1] - t[0])
+            arm = self.system.X[s.points.nodes] - self.system.tools[s.tool].at
+            reach = np.array([1.0, 1.0, float(np.hypot(*arm.T).max())])
+            own = path[:, (plan.moved >= first) & (plan.moved < first + 3)]
+            speed = float(
+                (
+                    reach[plan.moved[(plan.moved >= first) & (plan.moved < first + 3)] - first]
+                    * np.abs(np.diff(own, axis=0))
+                ).max(initial=0.0)
+            ) / (t[1] - t[0])
             if speed > 0:
                 limit = min(limit, TRAVEL * float(s.points.depth.min()) / speed)
         return limit
@@ -278,6 +288,11 @@ class _March:
             if s.description.enforcement.type == "penalty":
                 stored += float(0.5 * (f.weight * f.p**2 / sc.k_n + f.area * f.t**2 / sc.k_t).sum())
         energy[4] = stored
+        for dof, (stiffness, _) in c.plan.springs.items():
+            # work[dof] is the force of a spring: what it stores, and with that the work done at its mount
+            was, now = 0.5 * old.work[dof] ** 2 / stiffness, 0.5 * work[dof] ** 2 / stiffness
+            energy[0] += now - was
+            energy[1] += now
         energy[5] = energy[0] - energy[1:5].sum()
         return energy
 

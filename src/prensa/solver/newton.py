@@ -24,6 +24,8 @@ GOOD = 0.05  # relative residual of the extrapolation below which nothing better
 TIGHT = 1e-12  # penetration and elastic slip over the element depth that exact contacts reach
 FINE = 1e-11  # relative residual to which converged unknowns are improved: sums over all nodes need these digits
 NEAR = 1e-5  # relative residual from which on the factors at hand may finish the work
+FAR = 1e3  # way over the size of the bodies in one increment of what nothing holds …
+SPIN = 10.0  # … and its turn (rad)
 CORRECTIONS = 4  # substitutions, with an evaluation each, that cost as much as a factorisation with its own
 PATIENCE = 6  # iterations in which the least residual must at least halve: beyond, a smaller increment is cheaper
 WATCH = 2  # full steps taken on trust although the residual grows, when points open or close …
@@ -183,6 +185,8 @@ def _start(
         return *guess, False
     with report.timed("factorisation and solve"):
         step = reduced.solve(base, -r)
+    if _runaway(system, reduced.fixed, step):
+        return start + delta, None, True
     return start + delta + step, None, True
 
 
@@ -278,6 +282,9 @@ def _newton(
         status = now
         trial.u = u
         report.iteration(trial, e)
+        trial.reason = _runaway(system, reduced.fixed, u - c.state.u)
+        if trial.reason:
+            return None
         if (
             relative <= max(numerics.tolerance, NEAR if iteration and numerics.reuse_factors else 0.0)
             or norm <= e.floor
@@ -301,11 +308,8 @@ def _newton(
         with report.timed("factorisation and solve"):
             step = reduced.solve(e, -e.r)
         trial.iterations += 1
-        if np.abs(step[: 2 * system.nodes]).max(initial=0.0) > 1e3 * system.length:
-            trial.reason = (
-                "a displacement a thousand times the size of the bodies: some body or tool is free to move without "
-                "resistance; support it, or hold it until contact does"
-            )
+        trial.reason = _runaway(system, reduced.fixed, step)
+        if trial.reason:
             return None
         if norm < best:
             best, anchor, watched = norm, (u, step), 0
@@ -330,6 +334,26 @@ def _newton(
         f"no convergence in {numerics.max_iterations} iterations (relative residual {trial.residuals[-1]:.1e})"
     )
     return None
+
+
+def _runaway(system: System, fixed: Index, step: Array) -> str:
+    """Why a change of the unknowns (ndof,) is too large to be meant: what is free to move; '' if it is not."""
+    step = step.copy()
+    step[fixed] = 0.0
+    for t, tool in enumerate(system.tools):
+        x, y, rz = np.abs(step[system.tool_dof(t) :][:3])
+        if max(x, y) > FAR * system.length or rz > SPIN:
+            what = "turn" if rz > SPIN else "move along " + ("x" if x > y else "y")
+            return (
+                f"tool {tool.name!r} is free to move without resistance (to {what}): less force or moment, or hold it until "
+                "contact does"
+            )
+    if np.abs(step[: 2 * system.nodes]).max(initial=0.0) > FAR * system.length:
+        return (
+            "a displacement a thousand times the size of the bodies: some body or tool is free to move without "
+            "resistance; support it, or hold it until contact does"
+        )
+    return ""
 
 
 def reversed_slip(before: NDArray[np.int8] | None, now: NDArray[np.int8]) -> NDArray[np.bool_]:

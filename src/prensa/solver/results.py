@@ -50,11 +50,17 @@ def tool_states(system: System, state: State, e: Evaluation) -> dict[str, ToolSt
     out = {}
     for t, tool in enumerate(system.tools):
         first = system.tool_dof(t)
+        mounted = getattr(tool.description, "spring", None)
+        spring = None
+        if mounted is not None:
+            given = [getattr(mounted, key) is not None for key in ("x", "y", "rz")]
+            spring = Force(*(float(v) if g else 0.0 for v, g in zip(e.f_ext[first : first + 3], given)))
         out[tool.name] = ToolState(
             tool.at,
             Place(*map(float, state.u[first : first + 3])),
             force[tool.name],
             (float(tool.direction[0]), float(tool.direction[1])),
+            spring,
         )
     return out
 

@@ -103,6 +103,10 @@ def imbalance(system: System, inc: Increment) -> tuple[float, float]:
         t, component = divmod(dof - 2 * system.nodes, 3)
         force = list(inc.tools.values())[t].force
         gaps.append(np.eye(3)[component] * (force[component] + course(inc.time)))
+    for dof in plan.springs:
+        t, component = divmod(dof - 2 * system.nodes, 3)
+        tool = list(inc.tools.values())[t]
+        gaps.append(np.eye(3)[component] * (tool.force[component] + (tool.spring or tool.force)[component]))
     if system.axisymmetric:
         gaps = [g * np.array([0.0, 1.0, 0.0]) for g in gaps]
     largest = max(float(np.hypot(a[0], a[1])) for a in [*actions, *tools.values()])
