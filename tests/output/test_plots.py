@@ -53,7 +53,7 @@ def test_a_profile_shows_both_pressures_and_the_reference():
     contact = synthetic.increment().contacts[synthetic.CONTACT]
     axes = plot.pressure(contact, synthetic.problem(), {"Hertz": lambda x: 1e3 + 0 * x}).axes[0]
     labels = axes.get_legend_handles_labels()[1]
-    assert labels == ["p, nodal forces", "p, recovered stress", "|shear|, nodal forces", "Hertz"]
+    assert labels == ["p, nodal forces", "p, recovered stress", "p, smoothed stress", "|shear|, nodal forces", "Hertz"]
 
 
 def test_a_profile_without_contact_says_so(tmp_path):

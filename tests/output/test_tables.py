@@ -1,3 +1,4 @@
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -80,12 +81,29 @@ def test_contact_table_has_the_stable_columns_and_reads_back(tmp_path):
     contact = synthetic.increment(10).contacts[synthetic.CONTACT]
     path = history.write_contact(tmp_path, synthetic.CONTACT, 3, contact)
     assert path == tmp_path / "contact" / "block.top-cylinder" / "0003.csv"
-    assert path.read_text().splitlines()[0] == "node,x,y,gap,pressure,shear,slip,status,pressure_from_stress"
+    columns = "node,x,y,gap,pressure,shear,slip,status,pressure_from_stress,pressure_smoothed,error,X,Y"
+    assert path.read_text().splitlines()[0] == columns
     table = history.read_contact(path)
-    for name in ("gap", "pressure", "shear", "slip", "pressure_from_stress"):
+    for name in ("gap", "pressure", "shear", "slip", "pressure_from_stress", "pressure_smoothed", "error"):
         assert np.array_equal(table[name], getattr(contact, name))
     assert np.array_equal(np.column_stack([table["x"], table["y"]]), contact.x)
+    assert np.array_equal(np.column_stack([table["X"], table["Y"]]), contact.X)
     assert set(table["status"]) == {"open", "stick", "slip"}
+    assert [p.name for p in path.parent.iterdir()] == ["0003.csv"]
+
+
+def test_integration_points_have_a_table_of_their_own(tmp_path):
+    """NNNN.points.csv holds what the law says at the points where these are not the nodes, and goes with its increment."""
+    contact = synthetic.increment(10).contacts[synthetic.CONTACT]
+    q = contact.points
+    between = dataclasses.replace(q, X=0.5 * (q.X + np.roll(q.X, 1, axis=0)))
+    path = history.write_contact(tmp_path, synthetic.CONTACT, 3, dataclasses.replace(contact, points=between))
+    table = history.read_contact(path.with_name("0003.points.csv"))
+    for name in ("gap", "pressure", "shear", "slip", "weight"):
+        assert np.array_equal(table[name], getattr(between, name))
+    assert np.array_equal(np.column_stack([table["X"], table["Y"]]), between.X)
+    history.forget_contacts_after(tmp_path, 2)
+    assert not path.parent.exists()
 
 
 def test_a_folder_without_history_says_so(tmp_path):

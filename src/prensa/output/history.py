@@ -23,8 +23,13 @@ from prensa.solver.results import support_names
 HISTORY = "history.csv"
 CONVERGENCE = "convergence.csv"
 CONTACT = "contact"
+POINTS = ".points.csv"
 ENERGIES = ("external", "elastic", "plastic", "friction", "contact", "imbalance")
-CONTACT_COLUMNS = ("node", "x", "y", "gap", "pressure", "shear", "slip", "status", "pressure_from_stress")
+CONTACT_COLUMNS = (
+    "node", "x", "y", "gap", "pressure", "shear", "slip", "status", "pressure_from_stress", "pressure_smoothed", "error",
+    "X", "Y",
+)  # fmt: skip
+POINT_COLUMNS = ("x", "y", "gap", "pressure", "shear", "slip", "status", "weight", "X", "Y")
 CONVERGENCE_COLUMNS = ("increment", "iteration", "residual", "changes")
 
 _WORDS = {"step", "status"}
@@ -158,16 +163,30 @@ def read_convergence(directory: str | Path) -> dict[str, NDArray[Any]]:
 
 # ------------------------------------------------------------------------------------------------------------ contacts
 def write_contact(directory: Path, name: str, number: int, contact: ContactState) -> Path:
-    """Write ``contact/<name>/NNNN.csv``: one row per contact point, in order along the surface, at current positions."""
-    path = directory / CONTACT / file_name(name) / f"{number:04d}.csv"
-    status = [STATUS[s] for s in contact.status]
-    columns = (contact.node, contact.x[:, 0], contact.x[:, 1], contact.gap, contact.pressure, contact.shear,
-               contact.slip, status, contact.pressure_from_stress)  # fmt: skip
+    """Write ``contact/<name>/NNNN.csv``: one row per contact node, in order along the surface.
+
+    Where the integration points are not the nodes, also ``NNNN.points.csv``, one row per point.
+    """
+    folder = directory / CONTACT / file_name(name)
+    path = folder / f"{number:04d}.csv"
+    c, q = contact, contact.points
+    words = [[STATUS[s] for s in status] for status in (c.status, q.status)]
+    _write(path, CONTACT_COLUMNS, (
+        c.node, c.x[:, 0], c.x[:, 1], c.gap, c.pressure, c.shear, c.slip, words[0], c.pressure_from_stress,
+        c.pressure_smoothed, c.error, c.X[:, 0], c.X[:, 1],
+    ))  # fmt: skip
+    if not np.array_equal(q.X, c.X):
+        _write(folder / f"{number:04d}{POINTS}", POINT_COLUMNS, (
+            q.x[:, 0], q.x[:, 1], q.gap, q.pressure, q.shear, q.slip, words[1], q.weight, q.X[:, 0], q.X[:, 1],
+        ))  # fmt: skip
+    return path
+
+
+def _write(path: Path, names: Sequence[str], columns: Iterable[Iterable[Any]]) -> None:
     with replacing(path) as temporary, open(temporary, "w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(CONTACT_COLUMNS)
+        writer.writerow(names)
         writer.writerows([_text(v) for v in row] for row in zip(*columns))
-    return path
 
 
 def read_contact(path: str | Path) -> dict[str, NDArray[Any]]:
@@ -178,9 +197,10 @@ def read_contact(path: str | Path) -> dict[str, NDArray[Any]]:
 def forget_contacts_after(directory: Path, number: int) -> None:
     """Remove the contact tables of increments later than *number*; other files there are left alone."""
     for folder in sorted((directory / CONTACT).glob("*/")):
-        for n, path in numbered(folder, ".csv"):
-            if n > number and path.read_bytes().startswith(",".join(CONTACT_COLUMNS).encode()):
-                path.unlink()
+        for suffix, columns in ((".csv", CONTACT_COLUMNS), (POINTS, POINT_COLUMNS)):
+            for n, path in numbered(folder, suffix):
+                if n > number and path.read_bytes().startswith(",".join(columns).encode()):
+                    path.unlink()
         if not any(folder.iterdir()):
             folder.rmdir()
 

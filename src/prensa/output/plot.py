@@ -105,9 +105,10 @@ def field_values(body: BodyState, field: str) -> Array:
 def pressure(
     contact: ContactState, problem: Problem, reference: Mapping[str, Curve] | None = None, title: str = ""
 ) -> Figure:
-    """Profile along the surface: pressure from nodal forces, from recovered stress, and the shear traction.
+    """Profile along the surface: pressure from nodal forces, from stresses, at the integration points, and the shear.
 
-    The recovered stress is shown where the surfaces touch; the band between the two pressures is their disagreement.
+    Stresses are shown where the surfaces touch; the band between the first two pressures is their disagreement, the error
+    bar. The integration points are shown where they are not the nodes.
 
     Parameters
     ----------
@@ -131,6 +132,11 @@ def pressure(
         axes.fill_between(s, p, stress, color=style.BLUE, alpha=0.15, linewidth=0, where=closed.tolist())
         axes.plot(s, p, "o-", color=style.BLUE, label="p, nodal forces")
         axes.plot(s, stress, "--", color=style.ORANGE, linewidth=1.2, label="p, recovered stress")
+        smooth = np.where(closed, contact.pressure_smoothed[order], np.nan)
+        axes.plot(s, smooth, ":", color=style.PURPLE, linewidth=1.2, label="p, smoothed stress")
+        if not np.array_equal(contact.points.X, contact.X):
+            at = np.interp(_arc(contact.points.x, contact.x), _arc(contact.x, contact.x), abscissa(contact, problem)[0])
+            axes.plot(at, contact.points.pressure, "x", color="0.45", markersize=4, label="p, integration points")
         if shear.max(initial=0.0) > 1e-9 * max(p.max(initial=0.0), 1e-300):
             axes.plot(s, shear, "s-", color=style.GREEN, markersize=2.5, linewidth=1.2, label="|shear|, nodal forces")
         top = max(p[shown].max(initial=0.0), np.nanmax(stress[closed], initial=0.0))
@@ -146,6 +152,16 @@ def pressure(
         axes.set_title(title or f"{contact.surface} on {contact.tool}")
         _legend(axes)
     return figure
+
+
+def _arc(x: Array, along: Array) -> Array:
+    """Arc length (k,) of points x (k, 2) on the polygon along (n, 2), by their nearest edge."""
+    a, d = along[:-1], np.diff(along, axis=0)
+    size = np.hypot(*d.T)
+    share = np.clip(((x[:, None] - a) * d).sum(axis=2) / size**2, 0.0, 1.0)
+    edge = np.argmin(np.hypot(*np.moveaxis(x[:, None] - a - share[..., None] * d, -1, 0)), axis=1)
+    start = np.concatenate([[0.0], np.cumsum(size)])
+    return np.asarray(start[edge] + share[np.arange(len(x)), edge] * size[edge])
 
 
 def abscissa(contact: ContactState, problem: Problem) -> tuple[Array, str]:

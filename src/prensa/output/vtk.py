@@ -67,7 +67,10 @@ def write_fields(path: Path, increment: Increment) -> Path:
             "stress": _stack(bodies, lambda b: np.pad(b.stress, ((0, 0), (0, 2)))),
             "mises": _stack(bodies, lambda b: b.mises),
             "plastic_strain": _stack(bodies, lambda b: b.plastic_strain),
-            "contact_pressure": np.concatenate([_contact_pressure(increment, name) for name in increment.bodies]),
+            "contact_pressure": _on_surfaces(increment, "pressure"),
+            "contact_pressure_from_stress": _on_surfaces(increment, "pressure_from_stress"),
+            "contact_pressure_smoothed": _on_surfaces(increment, "pressure_smoothed"),
+            "contact_error": _on_surfaces(increment, "error"),
             **({"thickness": np.concatenate(thin)} if thin else {}),
         },
         cell_data={"body": [np.full(len(b.cells), k, dtype=np.int32) for k, b in enumerate(bodies)]},
@@ -91,13 +94,12 @@ def _stack(bodies: list[BodyState], values: object) -> Array:
     return np.concatenate([values(b) for b in bodies])  # type: ignore[operator]
 
 
-def _contact_pressure(increment: Increment, body: str) -> Array:
-    """(n,) pressure at the nodes of a body, the larger where a node touches two tools."""
-    out = np.zeros(len(increment.bodies[body].X))
+def _on_surfaces(increment: Increment, name: str) -> Array:
+    """(n,) a nodal value of the contacts where they are closed, the larger where a node touches two tools, else 0."""
+    out = {body: np.zeros(len(state.X)) for body, state in increment.bodies.items()}
     for contact in increment.contacts.values():
-        if contact.body == body:
-            np.maximum.at(out, contact.node, contact.pressure)
-    return out
+        np.maximum.at(out[contact.body], contact.node, np.where(contact.status > 0, getattr(contact, name), 0.0))
+    return np.concatenate(list(out.values()))
 
 
 def _times_until(directory: Path, last: int) -> dict[str, float]:
