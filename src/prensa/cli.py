@@ -123,25 +123,50 @@ def verify(
 
 @app.command()
 def bench(
-    what: Annotated[str, typer.Argument(help="What to measure: robustness.")] = "robustness",
-    count: Annotated[int, typer.Option(help="Number of random problems of each suite.")] = 60,
-    seed: Annotated[int, typer.Option(help="Seed of the problems.")] = 0,
-    report_file: Annotated[Path | None, typer.Option("--report", help="Write the outcomes to this CSV file.")] = None,
+    what: Annotated[str, typer.Argument(help="What to measure: robustness or fuzz.")] = "robustness",
+    count: Annotated[int, typer.Option(help="Number of random problems of each suite, or of inputs.")] = 60,
+    seed: Annotated[str, typer.Option(help="Seed, a number; 'commit' takes it from the hash of the commit.")] = "0",
+    report_file: Annotated[
+        Path | None, typer.Option("--report", help="Write the outcomes to this file, .csv or .md.")
+    ] = None,
 ) -> None:
-    """Solve random problems on default settings and check every answer."""
-    if what != "robustness":
-        typer.echo(f"unknown benchmark {what!r}; known: 'robustness'", err=True)
+    """Solve random problems on default settings and check every answer, or try to break the reader with broken inputs."""
+    if what not in ("robustness", "fuzz"):
+        typer.echo(f"unknown benchmark {what!r}; known: 'robustness', 'fuzz'", err=True)
         raise typer.Exit(BAD_INPUT)
     with _told():
         from prensa.bench import robustness
 
-        tallies = [robustness.run(suite, count, seed, _outcome) for suite in ("elastic", "plastic")]
-        for t in tallies:
-            shares = ", ".join(f"{s} {t.share(s):.1%}" for s in ("right", "failed", "wrong"))
-            typer.echo(f"{t.suite}: {count} problems, seed {seed}: {shares}")
-        if report_file is not None:
-            robustness.write(report_file, tallies)
-    raise typer.Exit(FAILED if any(t.share("wrong") for t in tallies) else 0)
+        number, commit = robustness.commit_seed() if seed == "commit" else (_whole(seed), "")
+        if what == "fuzz":
+            bad = _fuzz(count, number)
+        else:
+            tallies = [robustness.run(suite, count, number, _outcome) for suite in ("elastic", "plastic")]
+            for t in tallies:
+                shares = ", ".join(f"{s} {t.share(s):.1%}" for s in ("right", "failed", "wrong"))
+                typer.echo(f"{t.suite}: {count} problems, seed {number}: {shares}")
+            if report_file is not None:
+                robustness.write(report_file, tallies, commit)
+            bad = any(t.share("wrong") for t in tallies)
+    raise typer.Exit(FAILED if bad else 0)
+
+
+def _whole(seed: str) -> int:
+    from prensa.errors import PrensaError
+
+    if not seed.isdigit():
+        raise PrensaError(f"--seed is {seed!r}; it must be a whole number or 'commit'")
+    return int(seed)
+
+
+def _fuzz(count: int, seed: int) -> bool:
+    """Whether an input was a defect."""
+    from prensa.bench import fuzz
+
+    report = fuzz.run(count, seed, typer.echo)
+    counts = ", ".join(f"{report.counts[k]} {k}" for k in ("read", "refused", "failed"))
+    typer.echo(f"{count} inputs, seed {seed}: {counts}; the slowest took {report.slowest:.2f} s")
+    return bool(report.defects)
 
 
 def _outcome(outcome: Outcome) -> None:

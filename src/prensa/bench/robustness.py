@@ -1,7 +1,7 @@
 """Random contact problems on default settings, every answer checked.
 
 A problem is drawn from tool shape, motion (press, press and slide, turn, push by force, release), friction (none to
-sticking, hardening, softening), kinematics, material, element, grading and distortion of the mesh, steps that are often
+sticking, hardening, softening, shear factor), mode, material, element, grading and distortion of the mesh, steps that are often
 too large on purpose, and units. Converged is not enough: equilibrium, complementarity, the friction bound, the sign of
 the dissipations and the volume of every element are checked at every increment, and a sample is run again at half the
 step and ten times the penalty.
@@ -22,11 +22,14 @@ from numpy.typing import NDArray
 import prensa as pr
 from prensa.errors import PrensaError
 from prensa.fem.system import discretise
+from prensa.friction.coulomb import Coulomb
+from prensa.friction.shear import Shear
 from prensa.solver.increment import Increment
 
 Array = NDArray[np.float64]
 SYSTEMS = {"mm-N": (1.0, 1.0), "m-N": (1e-3, 1.0), "inch-lbf": (1 / 25.4, 1 / 4.4482216152605)}
 COMPARED = 10  # every so many problems are run again, finer and stiffer
+CLOSING = 0.75  # change at the next halving of the step, over the change at the first, of a sequence that converges
 AGREE = 0.05  # relative difference of the largest tool force allowed between the two
 
 
@@ -62,56 +65,52 @@ def draw(suite: str, seed: int, number: int) -> pr.Problem:
     system = str(rng.choice(list(SYSTEMS)))
     L, F = SYSTEMS[system]
     P = F / L**2
-    space = str(rng.choice(["plane strain", "axisymmetric"]))
+    space = str(rng.choice(["plane strain", "axisymmetric", "plane stress"], p=[0.45, 0.4, 0.15]))
     axi = space == "axisymmetric"
     plastic = suite == "plastic"
     kinematics = "finite" if plastic or rng.random() < 0.5 else "small"
     geometry = "reference" if kinematics == "small" and rng.random() < 0.5 else "current"
     E = 10 ** rng.uniform(3, 5.3) * P
     nu = float(rng.uniform(0.0, 0.45))
-    material: Any = pr.Elastic(E, nu)
-    if plastic:
-        material = pr.J2(E, nu, _flow(rng, E))
-    elif kinematics == "finite" and rng.random() < 0.5:
-        material = pr.NeoHooke(E, nu)
+    s0 = float(rng.uniform(0.001, 0.005)) * E
+    material = _material(rng, plastic, kinematics, E, nu, s0)
     width, height = float(rng.uniform(8, 20)), float(rng.uniform(5, 15))
     nx, ny = int(rng.integers(8, 17)), int(rng.integers(5, 13))
-    origin = (float(rng.choice([0.0, 2.0])) if axi else 0.0, 0.0)
-    body = pr.Body(
-        _mesh(rng, width * L, height * L, nx, ny, origin[0] * L),
-        material,
-        "q4_fbar" if plastic or rng.random() < 0.6 else "q4",
-    )
-    h = width / nx
-    tool, flat, most = _tool(rng, axi, width, h, L)
+    origin = float(rng.choice([0.0, 2.0])) if axi else 0.0
+    locks = space != "plane stress"
+    element: Any = "q4" if not locks or (not plastic and rng.random() < 0.4) else "q4_fbar"
+    body = pr.Body(_mesh(rng, width * L, height * L, nx, ny, origin * L), material, element)
+    tool, flat, most = _tool(rng, axi, width, width / nx, L)
     depth = float(rng.uniform(0.02, most)) * height * L
-    mu = _friction(rng, depth, L)
     motion = str(rng.choice(["press", "press and slide", "turn", "push", "release"]))
     if axi and motion in ("press and slide", "turn"):
         motion = "press"
-    if flat and motion == "turn":
-        motion = "press and slide"
+    law = _friction(rng, depth, L, plastic, E)
     increments = int(rng.integers(2, 9)) if rng.random() < 0.7 else None
-    steps = _steps(rng, motion, depth, width * L, E, increments, axi)
+    strength, share = (s0, (0.05, 0.6)) if plastic else (E, (1e-4, 2e-3))
+    steps = _steps(rng, motion, depth, width * L, strength, share, increments, axi, flat)
     sides = ["body.top", "body.right"] if rng.random() < (0.8 if plastic else 0.2) and flat else ["body.top"]
-    fixed = {"body.bottom": "xy" if rng.random() < 0.5 else "y", "body.left": "x"}
-    if motion == "press and slide":
-        fixed["body.bottom"] = "xy"
+    fixed = {"body.bottom": "xy" if motion == "press and slide" or rng.random() < 0.5 else "y", "body.left": "x"}
     return pr.Problem(
-        f"{number}: {tool.type}, {motion}, {'frictionless' if mu is None else 'friction'}, {kinematics}-{geometry}, "
-        f"{space}, {material.type}, {system}",
+        f"{number}: {tool.type}, {motion}, {_name(law)}, {kinematics}-{geometry}, {space}, {material.type}, {element}, {system}",
         space=space, kinematics=kinematics, contact_geometry=geometry, bodies={"body": body}, tools={"tool": tool},
-        contacts=(pr.Contact(tuple(sides), "tool", friction=mu),), fixed=fixed, steps=tuple(steps),
+        contacts=(pr.Contact(tuple(sides), "tool", friction=law),), fixed=fixed, steps=tuple(steps),
         units=pr.Units(*system.split("-")),
     )  # fmt: skip
 
 
-def _flow(rng: np.random.Generator, E: float) -> Any:
-    s0 = float(rng.uniform(0.001, 0.005)) * E
+def _material(rng: np.random.Generator, plastic: bool, kinematics: str, E: float, nu: float, s0: float) -> Any:
+    if plastic:
+        return pr.J2(E, nu, _flow(rng, E, s0))
+    return pr.NeoHooke(E, nu) if kinematics == "finite" and rng.random() < 0.5 else pr.Elastic(E, nu)
+
+
+def _flow(rng: np.random.Generator, E: float, s0: float) -> Any:
     return [
         pr.Perfect(s0), pr.Linear(s0, 0.01 * E), pr.Ludwik(s0, 2 * s0, 0.3), pr.Swift(3 * s0, 0.01, 0.2),
-        pr.Voce(s0, s0, 8.0),
-    ][rng.integers(5)]  # fmt: skip
+        pr.Voce(s0, s0, 8.0), pr.HockettSherby(s0, 2 * s0, 3.0, 0.8), pr.JohnsonCook(s0, s0, 0.4, 0.02, 0.1),
+        pr.FlowTable(((0.0, s0), (0.1, 1.6 * s0), (0.4, 2.2 * s0), (1.0, 2.6 * s0))),
+    ][rng.integers(8)]  # fmt: skip
 
 
 def _mesh(rng: np.random.Generator, width: float, height: float, nx: int, ny: int, x0: float) -> Any:
@@ -159,42 +158,64 @@ def _tool(rng: np.random.Generator, axi: bool, width: float, h: float, L: float)
     )
 
 
-def _friction(rng: np.random.Generator, depth: float, L: float) -> Any:
-    """None, weak, strong, sticking, hardening, softening.
+def _friction(rng: np.random.Generator, depth: float, L: float, plastic: bool, E: float) -> Any:
+    """None, weak, strong, sticking, hardening (exponential, linear, table), softening, shear factor.
 
     Softening stays slower than the body's own stiffness, (μ0 − μ∞) p/u0 < E/height with p ≈ E depth/height: beyond that
     the quasi-static answer jumps (stick-slip), and no increment, however small, follows a jump.
     """
-    kind = rng.integers(6)
-    if kind == 0:
-        return None
-    if kind == 1:
-        return pr.Coulomb(float(rng.uniform(0.02, 0.2)))
-    if kind == 2:
-        return pr.Coulomb(float(rng.uniform(0.2, 0.6)))
-    if kind == 3:
-        return pr.Coulomb(float(rng.uniform(1.0, 5.0)))
     low, high = float(rng.uniform(0.05, 0.15)), float(rng.uniform(0.2, 0.5))
-    if kind == 4:
-        return pr.Coulomb(pr.MuExponential(low, high, float(rng.uniform(0.05, 1.0)) * L))
-    return pr.Coulomb(pr.MuExponential(high, low, float(rng.uniform(1.5, 10.0)) * depth))
+    slip = float(rng.uniform(0.05, 1.0)) * L
+    match rng.integers(9):
+        case 0:
+            return None
+        case 1:
+            return pr.Coulomb(float(rng.uniform(0.02, 0.2)))
+        case 2:
+            return pr.Coulomb(float(rng.uniform(0.2, 0.6)))
+        case 3:
+            return pr.Coulomb(float(rng.uniform(1.0, 5.0)))
+        case 4:
+            return pr.Coulomb(pr.MuExponential(low, high, slip))
+        case 5:
+            return pr.Coulomb(pr.MuLinear(low, (high - low) / slip, high))
+        case 6:
+            return pr.Coulomb(pr.MuTable((0.0, 0.5 * slip, 2 * slip), (low, 0.8 * high, high)))
+        case 7:
+            return pr.Coulomb(pr.MuExponential(high, low, float(rng.uniform(1.5, 10.0)) * depth))
+    return pr.Shear(float(rng.uniform(0.05, 1.0)), None if plastic else float(rng.uniform(1e-3, 1e-2)) * E)
+
+
+def _name(law: Any) -> str:
+    if law is None:
+        return "frictionless"
+    if law.type == "shear":
+        return "shear factor"
+    match law.mu:
+        case pr.MuExponential() if law.mu.mu_inf < law.mu.mu0:
+            return "softening"
+        case float():
+            return "sticking" if law.mu >= 1 else "Coulomb"
+    return "hardening"
 
 
 def _steps(
-    rng: np.random.Generator, motion: str, depth: float, width: float, E: float, increments: int | None, axi: bool
-) -> Iterator[pr.Step]:
+    rng: np.random.Generator, motion: str, depth: float, width: float, strength: float, share: tuple[float, float],
+    increments: int | None, axi: bool, flat: bool,
+) -> Iterator[pr.Step]:  # fmt: skip
+    """Steps of a motion; a force stays below what a plastic body of that flow stress can carry."""
     if motion == "push":
         area = width if not axi else np.pi * width**2
-        yield pr.Step(
-            "push", push={"tool": pr.Push(y=-float(rng.uniform(1e-4, 2e-3)) * E * area)}, increments=increments
-        )
+        force = float(rng.uniform(*share)) * strength * area
+        yield pr.Step("push", push={"tool": pr.Push(y=-force)}, increments=increments)
         return
     yield pr.Step("press", move={"tool": pr.Motion(y=-depth)}, increments=increments)
     if motion == "press and slide":
         x = float(rng.uniform(0.2, 1.5)) * depth * float(rng.choice([-1, 1]))
         yield pr.Step("slide", move={"tool": pr.Motion(x=x)}, increments=increments)
     elif motion == "turn":
-        yield pr.Step("turn", move={"tool": pr.Motion(rz=float(rng.uniform(-0.05, 0.05)))}, increments=increments)
+        most = 0.5 * depth / width if flat else 0.05
+        yield pr.Step("turn", move={"tool": pr.Motion(rz=float(rng.uniform(-most, most)))}, increments=increments)
     elif motion == "release":
         yield pr.Step("release", move={"tool": pr.Motion(y=0.2 * depth)}, increments=increments)
 
@@ -226,9 +247,10 @@ def check(system: Any, inc: Increment, peak: float) -> str:
         law = s.description.friction
         if law is None:
             bound = np.zeros_like(c.pressure)
+        elif law.type == "shear":  # k only grows: that of the state reached bounds that of the start of the increment
+            k = s.points.to_nodes(system.shear_strength(s, law, inc.state)) / s.points.to_nodes(np.ones(len(s.points)))
+            bound = Shear(law.m, k).bound(np.full_like(c.pressure, np.inf), c.slip)[0] * (c.pressure > 0)
         else:
-            from prensa.friction.coulomb import Coulomb
-
             bound = Coulomb(law.mu).bound(c.pressure, c.slip)[0]
         if (np.abs(c.shear) > bound + 1e-9 * max(float(bound.max()), 1e-300)).any():
             return "friction above its bound"
@@ -258,9 +280,9 @@ def solve_checked(p: pr.Problem) -> tuple[float, int, int, str]:
     return peak, iterations, cutbacks, ""
 
 
-def finer(p: pr.Problem) -> pr.Problem:
-    """The same problem at half the step and ten times the penalty."""
-    steps = tuple(replace(s, increments=2 * s.increments if s.increments else 80) for s in p.steps)
+def finer(p: pr.Problem, factor: int = 2) -> pr.Problem:
+    """The same problem at 1/``factor`` of the step and ten times the penalty."""
+    steps = tuple(replace(s, increments=factor * (s.increments or 40)) for s in p.steps)
     contacts = tuple(
         replace(c, enforcement=pr.Penalty(beta=10 * c.enforcement.beta, beta_T=10 * c.enforcement.beta_T))
         for c in p.contacts
@@ -269,29 +291,56 @@ def finer(p: pr.Problem) -> pr.Problem:
 
 
 def judge(p: pr.Problem, number: int, compare: bool) -> Outcome:
-    """Solve and check one problem."""
+    """Solve and check one problem; ``compare``: also against half the step and ten times the penalty.
+
+    Steps are too large on purpose, so that the two may differ by the error of the first. Then a third run, at a quarter of
+    the step, decides: a sequence that closes in on something is a coarse answer, one that does not is a wrong one.
+    """
     start = time.process_time()
     try:
         peak, iterations, cutbacks, wrong = solve_checked(p)
     except PrensaError as error:
         return Outcome(number, p.name, "failed", str(error), seconds=time.process_time() - start)
-    status = "wrong" if wrong else "right"
+    status, words = ("wrong" if wrong else "right"), wrong
     if compare and not wrong:
         try:
-            again, _, _, _ = solve_checked(finer(p))
-            # a force-driven tool has its force given; the comparison is then of the balance only
-            if abs(again - peak) > AGREE * max(again, peak):
-                status, wrong = (
-                    "wrong",
-                    f"peak force {peak:.4g}, at half the step and ten times the penalty {again:.4g}",
-                )
+            again, _, _, worse = solve_checked(finer(p))
+            if worse:
+                status, words = "wrong", f"at half the step and ten times the penalty: {worse}"
+            elif abs(again - peak) > AGREE * max(again, peak):
+                last, _, _, _ = solve_checked(finer(p, 4))
+                words = f"peak force {peak:.4g}, at half the step and ten times the penalty {again:.4g}, at a quarter {last:.4g}"
+                if abs(last - again) > CLOSING * abs(again - peak):
+                    status = "wrong"
         except PrensaError as error:
-            wrong = f"(the finer run used for comparison failed: {error})"
-    return Outcome(number, p.name, status, wrong, iterations, cutbacks, time.process_time() - start)
+            words = f"(the finer run used for comparison failed: {error})"
+    return Outcome(number, p.name, status, words, iterations, cutbacks, time.process_time() - start)
 
 
-def write(path: Path, tallies: list[Tally]) -> None:
-    """Write the outcomes of several suites to a CSV file."""
+def commit_seed(folder: Path | None = None) -> tuple[int, str]:
+    """The commit that is measured and the seed taken from its hash: nobody chose the problems.
+
+    Raises
+    ------
+    PrensaError
+        Where the package does not run from a git checkout.
+
+    """
+    import subprocess
+
+    where = folder or Path(__file__).parent
+    try:
+        out = subprocess.run(["git", "-C", str(where), "rev-parse", "HEAD"], capture_output=True, text=True, check=True)
+    except (OSError, subprocess.CalledProcessError):
+        raise PrensaError("--seed commit needs prensa to run from a git checkout; give a number instead") from None
+    return int(out.stdout[:8], 16), out.stdout.strip()[:12]
+
+
+def write(path: Path, tallies: list[Tally], commit: str = "") -> None:
+    """Write the outcomes of several suites: every one to a ``.csv`` file, the shares and the failures to a Markdown page."""
+    if path.suffix == ".md":
+        path.write_text(_page(tallies, commit), encoding="utf-8")
+        return
     with path.open("w", newline="") as file:
         out = csv.writer(file)
         out.writerow(["suite", "seed", "number", "kind", "status", "iterations", "cutbacks", "seconds", "words"])
@@ -302,10 +351,34 @@ def write(path: Path, tallies: list[Tally]) -> None:
                 )
 
 
-def run(suite: str, count: int, seed: int, report: Callable[[Outcome], None] = lambda _: None) -> Tally:
-    """Draw and judge *count* problems."""
+def _page(tallies: list[Tally], commit: str) -> str:
+    """The published table: shares, cost, and every problem that was not answered rightly, with its post-mortem."""
+    lines = [
+        "# Random problems on default settings", "",
+        f"Made by `prensa bench robustness --seed {'commit' if commit else tallies[0].seed} --report`"
+        + (f" at commit {commit}; the seed is the beginning of its hash." if commit else "."), "",
+        "| suite | seed | problems | right | given up | wrong | iterations | cut-backs | seconds each |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]  # fmt: skip
+    for t in tallies:
+        n = max(len(t.outcomes), 1)
+        mean = [sum(getattr(o, k) for o in t.outcomes) / n for k in ("iterations", "cutbacks", "seconds")]
+        shares = " | ".join(f"{t.share(s):.1%}" for s in ("right", "failed", "wrong"))
+        lines.append(
+            f"| {t.suite} | {t.seed} | {len(t.outcomes)} | {shares} | {mean[0]:.0f} | {mean[1]:.1f} | {mean[2]:.1f} |"
+        )
+    lines += ["", f"Every {COMPARED}th problem is run again at half the step and ten times the penalty.", ""]
+    for title, status in (("Wrong", "wrong"), ("Given up, with what was said", "failed"), ("Coarse", "right")):
+        found = [(t, o) for t in tallies for o in t.outcomes if o.status == status and o.words]
+        if found:
+            lines += [f"## {title}", "", *(f"- {t.suite} {o.kind}: {o.words}" for t, o in found), ""]
+    return "\n".join(lines)
+
+
+def run(suite: str, count: int, seed: int, report: Callable[[Outcome], None] = lambda _: None, first: int = 0) -> Tally:
+    """Draw and judge *count* problems, beginning with number *first*."""
     tally = Tally(suite, seed)
-    for number in range(count):
+    for number in range(first, first + count):
         outcome = judge(draw(suite, seed, number), number, number % COMPARED == 0)
         tally.outcomes.append(outcome)
         report(outcome)

@@ -1,0 +1,342 @@
+# ruff: noqa: E501 (a case with long lines)
+"""Broken inputs: mutated case files and mesh files must be read or refused in words, quickly, in little memory.
+
+A case is mutated as text (characters, tokens, lines, indentation) or as a tree (values, keys and branches removed,
+copied, exchanged, replaced by hostile ones), a mesh file as text. What is read is discretised and checked as well, up to the
+first increment. Anything but an answer or a `PrensaError` counts as a defect: another exception, more than `LIMIT`
+seconds of processor time, more than `MEMORY` bytes.
+"""
+
+from __future__ import annotations
+
+import resource
+import signal
+import tempfile
+import time
+import traceback
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from prensa.errors import PrensaError
+
+LIMIT = 1.0  # processor seconds that a mistake may take to be told
+PATIENCE = 10.0  # seconds after which an input is given up
+MEMORY = 2 << 30  # bytes of address space above what is in use before
+ELEMENTS = 20_000  # a case that asks for more is right, and takes as long as its size: it is read but not meshed
+
+TOKENS = (
+    "0", "-1", "1e308", "-1e308", "5e-324", "1e999", ".nan", "-.inf", "99999999999999999999", "1e5", "0.0", "-0.0", "1_000",
+    "0x7f", "0o17", "1:30", "3 mm", "10 GPa", "1 deg", "-3 parsec", "1e400 mm", "mm", "null", "~", "true", "no", "[]", "{}",
+    "''", '""', "'x", "[[]]", "[0, 1", "{a: }", "*a", "&a 1", "!!float 1", "<<", "? a", "|", ">", "%YAML 1.1", "---", "...",
+    "held", "free", "xy", "body", "body.top", "body.nothing", ".", "..", "body.", "tool", "table.csv", "/dev/null", "mesh.msh",
+    "\u0000", "\ufeff", "\u2028", "\U0001f528", "ö" * 40, "a" * 5000, "[" * 60, "{a: " * 60, "1" * 400,
+)  # fmt: skip
+
+EXTRA = """\
+name: every kind of entry
+units: {length: m, force: kN}
+space: plane stress
+thickness: 2 mm
+bodies:
+  a:
+    mesh: {type: points, points: [[0, 0], [1, 0], [1, 1], [0, 1], [2, 0], [2, 1]], cells: [[0, 1, 2, 3], [1, 4, 5, 2]], boundaries: {top: [3, 2, 5], bottom: [0, 1, 4], end: [4, 5], corner: [0]}}
+    material: {type: j2, E: 70 GPa, nu: 0.3, flow: {type: table, points: [[0, 1e5], [0.1, 2e5], [1, 3e5]]}}
+  b:
+    mesh: {type: rectangle, size: [1 m, 50 cm], n: [4, 3], origin: [0, 2], grade: {x: [0.5], y: [2], ratio: 3}}
+    material: {type: elastic, E: 1e6, nu: 0.2}
+tools:
+  press: {type: stamp, width: 2.5, fillet: 0.1, at: [1, 0], touching: a.top}
+  wheel: {type: circle, radius: 0.3, at: [1, 0], below: b.bottom}
+contacts:
+  - {surface: [a.top, a.end], against: press, friction: {type: coulomb, mu: {mu0: 0.1, mu_inf: 0.3, u0: 1 mm}}, enforcement: {type: augmented, beta: 20}}
+  - {surface: b.bottom, against: wheel, friction: {type: shear, m: 0.3, k: 1 MPa}, integration: gauss2}
+fixed: {a.bottom: {x: held, y: 0.0}, b.top: xy}
+loads: {a.end: {pressure: [[0, 0], [3, 1 kPa]]}}
+body_force: {a: [0, -1]}
+friction: {mu: 0.1}
+steps:
+  - {name: one, move: {press: {y: -0.01, rz: 1 deg}}, velocity: {wheel: {y: 1 mm/s}}, increments: 3}
+  - {name: two, push: {press: {y: -3 N}}, fixed: {a.bottom: free}, friction: {b.bottom-wheel: null}}
+  - {name: three, loads: {b.left: {traction: [0, [[2, 0], [3, 1]]], follower: false}}, fixed: {a.bottom: {y: [[2, 0], [3, 0]]}}}
+numerics: {tolerance: 1e-8, max_cutbacks: 3}
+output: {fields: 0, pictures: false}
+"""
+FROM_FILE = """\
+name: mesh of a file
+bodies: {body: {mesh: {type: file, path: FILE}, material: {type: elastic, E: 1000, nu: 0.3}}}
+fixed: {body.bottom: xy}
+steps: [{name: rest}]
+"""
+GMSH = """\
+$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$PhysicalNames
+2
+1 1 "bottom"
+2 2 "body"
+$EndPhysicalNames
+$Nodes
+6
+1 0 0 0
+2 1 0 0
+3 2 0 0
+4 0 1 0
+5 1 1 0
+6 2 1 0
+$EndNodes
+$Elements
+4
+1 1 2 1 1 1 2
+2 1 2 1 1 2 3
+3 3 2 2 1 1 2 5 4
+4 3 2 2 1 2 3 6 5
+$EndElements
+"""
+ABAQUS = """\
+*HEADING
+*NODE
+1, 0., 0.
+2, 1., 0.
+3, 2., 0.
+4, 0., 1.
+5, 1., 1.
+6, 2., 1.
+*ELEMENT, TYPE=CPE4, ELSET=body
+1, 1, 2, 5, 4
+2, 2, 3, 6, 5
+*NSET, NSET=bottom
+1, 2, 3
+"""
+
+
+class TimeOutError(BaseException):
+    """An input took longer than `PATIENCE`; no handler on the way may swallow it."""
+
+
+@dataclass
+class Report:
+    """Outcomes: how many were ``read``, ``refused`` and ``failed``; each defect with its input; slowest time (s)."""
+
+    counts: Counter[str] = field(default_factory=Counter)
+    defects: list[tuple[int, str, str]] = field(default_factory=list)
+    slowest: float = 0.0
+
+
+# -------------------------------------------------------------------------------------------------------------- corpus
+def corpus() -> list[str]:
+    """Good cases to start from: random problems, and one with an entry of every kind."""
+    from prensa.bench.robustness import draw
+    from prensa.model.schema import dump
+
+    texts = [dump(draw(suite, 7, k)) for suite in ("elastic", "plastic") for k in range(8)]
+    return [EXTRA, *(t for t in texts if len(t) < 2500)]
+
+
+# ----------------------------------------------------------------------------------------------------------- mutations
+def mutate_text(rng: np.random.Generator, text: str) -> str:
+    """One to four changes of a text: characters, tokens, lines, indentation, or its end cut off."""
+    for _ in range(int(rng.choice([1, 1, 2, 4]))):
+        text = _CHANGES[rng.integers(len(_CHANGES))](rng, text) or "\n"
+    return text
+
+
+def _character(rng: np.random.Generator, text: str) -> str:
+    i = int(rng.integers(len(text)))
+    options = (int(rng.integers(32, 127)), int(rng.integers(1, 0x2FF)), ord(text[rng.integers(len(text))]))
+    new = chr(options[rng.integers(3)])
+    return text[:i] + new + text[i + int(rng.integers(2)) :]
+
+
+def _token(rng: np.random.Generator, text: str) -> str:
+    import re
+
+    spots = list(re.finditer(r"[\w.+-]+", text))
+    if not spots:
+        return text
+    spot = spots[rng.integers(len(spots))]
+    other = (
+        spots[rng.integers(len(spots))].group()
+        if rng.random() < 0.3
+        else str(rng.choice(np.array(TOKENS, dtype=object)))
+    )
+    return text[: spot.start()] + other + text[spot.end() :]
+
+
+def _line(rng: np.random.Generator, text: str) -> str:
+    lines = text.split("\n")
+    i, j = (int(k) for k in rng.integers(len(lines), size=2))
+    match rng.integers(5):
+        case 0:
+            del lines[i]
+        case 1:
+            lines.insert(i, lines[j])
+        case 2:
+            lines[i], lines[j] = lines[j], lines[i]
+        case 3:
+            lines[i] = " " * int(rng.integers(1, 5)) + lines[i]
+        case _:
+            lines[i] = lines[i].lstrip()
+    return "\n".join(lines)
+
+
+def _cut(rng: np.random.Generator, text: str) -> str:
+    i, j = sorted(int(k) for k in rng.integers(len(text) + 1, size=2))
+    return text[:i] if rng.random() < 0.3 else text[:i] + text[j:] if rng.random() < 0.5 else text[:j] + text[i:]
+
+
+_CHANGES: tuple[Callable[[np.random.Generator, str], str], ...] = (
+    _character,
+    _token,
+    _token,
+    _token,
+    _line,
+    _line,
+    _cut,
+)
+
+
+def mutate_tree(rng: np.random.Generator, text: str) -> str:
+    """One to three changes of the tree of a case: values, keys and branches."""
+    from prensa.model import text as yaml
+
+    tree = yaml.read(text, "<fuzz>")[0].plain()
+    for _ in range(int(rng.choice([1, 1, 2, 3]))):
+        spots = list(_spots(tree))
+        holder, key = spots[rng.integers(len(spots))]
+        other, there = spots[rng.integers(len(spots))]
+        match rng.integers(6):
+            case 0:
+                del holder[key]
+            case 1:
+                holder[key] = other[there] if not _inside(other[there], holder) else None
+            case 2 if isinstance(holder, dict):
+                holder[str(rng.choice(np.array(TOKENS, dtype=object)))[:200]] = holder.pop(key)
+            case 3 if isinstance(holder, list):
+                holder.extend([holder[key]] * int(rng.choice([1, 2, 60])))
+            case _:
+                holder[key] = _value(rng, holder[key])
+        if not tree:
+            break
+    return yaml.write(tree) if tree else "\n"
+
+
+def _spots(tree: Any) -> Iterator[tuple[Any, Any]]:
+    for key in list(tree) if isinstance(tree, dict) else range(len(tree)):
+        yield tree, key
+        if isinstance(tree[key], dict | list):
+            yield from _spots(tree[key])
+
+
+def _inside(branch: Any, holder: Any) -> bool:
+    """Whether *holder* is part of *branch*: putting it there would make a ring."""
+    return branch is holder or (
+        isinstance(branch, dict | list)
+        and any(_inside(b, holder) for b in (branch.values() if isinstance(branch, dict) else branch))
+    )
+
+
+def _value(rng: np.random.Generator, old: Any) -> Any:
+    hostile: tuple[Any, ...] = (0, -1, 1e308, -1e308, 5e-324, 1e-30, 1e30, 2**31, 2**63, 10**25, True, None, "", "x", [], {}, [[]], {"type": "x"},
+               "1e999 mm", "nan", [0] * 3, [[0, 0]], 1e5, 3, 0.5, -0.5)  # fmt: skip
+    if isinstance(old, int | float) and not isinstance(old, bool) and rng.random() < 0.7:
+        return type(old)(old * rng.choice([-1.0, 0.1, 0.5, 2.0, 10.0, 1e3, 1e-6])) if abs(old) < 1e15 else 0
+    return hostile[rng.integers(len(hostile))]
+
+
+# ------------------------------------------------------------------------------------------------------------- running
+def read(text: str, folder: Path) -> str:
+    """Read, mesh and check a case, as ``prensa check`` does: 'read', or 'refused' in words; raises what is a defect."""
+    from prensa.fem.preflight import preflight
+    from prensa.fem.system import discretise
+    from prensa.model.schema import loads, warnings_of
+
+    try:
+        problem = loads(text, "case.yaml", folder).problem
+        warnings_of(problem)
+        if sum(_elements(b.mesh) for b in problem.bodies.values()) <= ELEMENTS and len(problem.steps) <= 100:
+            preflight(discretise(problem))
+    except PrensaError as error:
+        if not str(error).strip():
+            raise AssertionError("an error without words") from error
+        return "refused"
+    return "read"
+
+
+def _elements(mesh: Any) -> int:
+    n = getattr(mesh, "n", None)
+    if isinstance(n, tuple):
+        return int(np.prod([float(k) for k in n]))
+    return int(n) ** 2 if isinstance(n, int) else 0
+
+
+def inputs(count: int, seed: int, folder: Path) -> Iterator[str]:
+    """*count* mutated cases; every tenth reads a mutated mesh file of *folder*."""
+    rng = np.random.default_rng(seed)
+    texts = corpus()
+    for number in range(count):
+        if number % 10 == 9:
+            name, mesh = (("mesh.msh", GMSH), ("mesh.inp", ABAQUS))[rng.integers(2)]
+            (folder / name).write_text(mutate_text(rng, mesh), encoding="utf-8", errors="replace")
+            yield FROM_FILE.replace("FILE", name)
+            continue
+        text = texts[rng.integers(len(texts))] if rng.random() < 0.7 else EXTRA
+        yield (mutate_tree if rng.random() < 0.5 else mutate_text)(rng, text)
+
+
+def run(count: int, seed: int, told: Callable[[str], None] = lambda _: None) -> Report:
+    """Try *count* inputs; each defect is told when it is found."""
+    report = Report()
+    with tempfile.TemporaryDirectory() as name, np.errstate(all="ignore"):
+        folder = Path(name)
+        read(EXTRA, folder)  # compiles the kernels: what they take is no input's fault
+        read(_file_case(folder), folder)
+        for number, text in enumerate(inputs(count, seed, folder)):
+            begun = time.process_time()
+            try:
+                with _bounded():
+                    outcome = read(text, folder)
+            except (Exception, TimeOutError) as error:
+                outcome = "failed"
+                place = traceback.extract_tb(error.__traceback__)[-1]
+                words = f"{type(error).__name__}: {str(error)[:200]} ({Path(place.filename).name}:{place.lineno})"
+                report.defects.append((number, words, text))
+            spent = time.process_time() - begun
+            if outcome != "failed" and spent > LIMIT:
+                outcome = "failed"
+                report.defects.append((number, f"took {spent:.1f} s", text))
+            if outcome == "failed":
+                told(f"input {number}: {report.defects[-1][1]}")
+            report.slowest = max(report.slowest, spent)
+            report.counts[outcome] += 1
+    return report
+
+
+def _file_case(folder: Path) -> str:
+    (folder / "mesh.msh").write_text(GMSH)
+    return FROM_FILE.replace("FILE", "mesh.msh")
+
+
+@contextmanager
+def _bounded() -> Iterator[None]:
+    """Bound the processor time and the address space of a block."""
+
+    def late(*_: object) -> None:
+        raise TimeOutError(f"not finished after {PATIENCE:g} s")
+
+    used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    before, handler = resource.getrlimit(resource.RLIMIT_AS), signal.signal(signal.SIGVTALRM, late)
+    resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, before[1]))
+    signal.setitimer(signal.ITIMER_VIRTUAL, PATIENCE)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+        signal.signal(signal.SIGVTALRM, handler)
+        resource.setrlimit(resource.RLIMIT_AS, before)

@@ -1,0 +1,186 @@
+"""Run ≡ run with increments rejected and retried ≡ forked ≡ resumed ≡ killed and resumed, bit for bit, on one thread."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import prensa as pr
+from prensa.fem.system import discretise
+from prensa.output.checkpoint import read_checkpoint, write_checkpoint
+from prensa.output.run import resume, run
+from prensa.solver import march
+
+FRICTION = (
+    None, pr.Coulomb(0.3), pr.Coulomb(3.0), pr.Coulomb(pr.MuExponential(0.1, 0.4, 0.05)), pr.Shear(0.4, k=20.0),
+    pr.Coulomb(pr.MuExponential(0.4, 0.2, 1.0)),
+)  # fmt: skip
+MATERIALS = (
+    pr.Elastic(1000.0, 0.3), pr.J2(1000.0, 0.3, pr.Swift(20.0, 0.01, 0.2)), 
+    pr.J2(1000.0, 0.3, pr.JohnsonCook(5.0, 5.0, 0.5, 0.02, 0.1)),
+)  # fmt: skip
+ENFORCEMENT = (pr.Penalty(), pr.Augmented(), pr.Exact())
+MODES = (("small", "reference"), ("small", "current"), ("finite", "current"))
+
+
+@st.composite
+def problems(draw) -> pr.Problem:
+    """A small block pressed, then slid or let go, by a tool that moves or is pushed."""
+    axi = draw(st.booleans())
+    kinematics, geometry = draw(st.sampled_from(MODES))
+    tool = draw(st.sampled_from((pr.Plane(touching="b.top"), pr.Circle(radius=2.0, touching="b.top"))))
+    first = draw(st.sampled_from(({"move": {"t": pr.Motion(y=-0.06)}}, {"push": {"t": pr.Push(y=-8.0)}})))
+    second = {"move": {"t": pr.Motion(**({"y": -0.02} if axi else {"x": 0.03}))}}
+    increments = draw(st.sampled_from((1, 3, None)))
+    return pr.Problem(
+        "p", space="axisymmetric" if axi else "plane strain", kinematics=kinematics, contact_geometry=geometry,
+        bodies={"b": pr.Body(pr.Rectangle(size=(2, 1), n=(6, 3)), draw(st.sampled_from(MATERIALS)))}, tools={"t": tool},
+        contacts=(
+            pr.Contact("b.top", "t", friction=draw(st.sampled_from(FRICTION)), enforcement=draw(st.sampled_from(ENFORCEMENT))),
+        ),
+        fixed={"b.bottom": "xy"},
+        steps=(pr.Step("one", increments=increments, **first), pr.Step("two", increments=increments, **second)),
+    )  # fmt: skip
+
+
+def solved(problem, start=None) -> list:
+    """Committed states; a run that is given up counts up to there."""
+    states = []
+    try:
+        states.extend(inc.state for inc in pr.solve(discretise(problem), start=start))
+    except pr.CaseError:
+        raise
+    except Exception as error:
+        assert "What to try" in str(error)
+    return states
+
+
+def same(a, b) -> bool:
+    a, b = a.arrays(), b.arrays()
+    return list(a) == list(b) and all(a[k].tobytes() == b[k].tobytes() for k in a)
+
+
+def all_same(a, b) -> bool:
+    return len(a) == len(b) and all(map(same, a, b))
+
+
+HYPOTHESIS = settings(
+    max_examples=25, deadline=None, derandomize=True,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
+)  # fmt: skip
+
+
+@HYPOTHESIS
+@given(problem=problems(), share=st.floats(0.0, 1.0))
+def test_forked_and_resumed_runs_are_the_run(problem, share, tmp_path):
+    """From any committed state, at hand or read back from a checkpoint, every later state has the same bits."""
+    states = solved(problem)
+    if not states:
+        return
+    k = min(int(share * len(states)), len(states) - 1)
+    assert all_same(solved(problem, states[k]), states[k + 1 :])
+    path = write_checkpoint(tmp_path / "checkpoint.h5", pr.Case(problem), states[k])
+    case, state = read_checkpoint(path)
+    assert same(state, states[k])
+    assert all_same(solved(case.problem, state), states[k + 1 :])
+
+
+@HYPOTHESIS
+@given(problem=problems(), seed=st.integers(0, 2**32 - 1))
+def test_increments_rejected_and_retried_change_nothing(problem, seed):
+    """Attempts that are thrown away, at the same size or at others, leave no trace in what follows."""
+    states = solved(problem)
+    rng = np.random.default_rng(seed)
+    attempt = march.attempt
+
+    def twice(system, c, reduced, start, numerics, report):
+        for share in (1.0, float(rng.uniform(0.1, 0.9)))[: rng.integers(3)]:
+            now = float(c.state.clock[2])
+            other = system.circumstances(c.state, c.plan, now + share * (c.time - now))
+            attempt(system, other, reduced, start, numerics, report)
+        return attempt(system, c, reduced, start, numerics, report)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(march, "attempt", twice)
+        assert all_same(solved(problem), states)
+
+
+# ------------------------------------------------------------------------------------------------------------- SIGKILL
+KILLS = 20
+
+
+def small() -> pr.Case:
+    body = pr.Body(pr.Rectangle(size=(2, 1), n=(6, 4)), pr.J2(1000.0, 0.3, pr.Voce(5.0, 5.0, 8.0)))
+    problem = pr.Problem(
+        "killed", bodies={"b": body}, tools={"t": pr.Plane(touching="b.top")},
+        contacts=(pr.Contact(("b.top", "b.right"), "t", friction=pr.Coulomb(0.3)),),
+        fixed={"b.bottom": "y", "b.left": "x"},
+        steps=(
+            pr.Step("press", move={"t": pr.Motion(y=-0.2)}, increments=12),
+            pr.Step("back", move={"t": pr.Motion(y=-0.19)}, increments=6),
+        ),
+    )  # fmt: skip
+    return pr.Case(problem, output=pr.Output(pictures=False, report=False))
+
+
+def results(folder: Path) -> dict[str, bytes]:
+    """Everything a run leaves but what tells of its wall time, the state array by array."""
+    out = {
+        str(p.relative_to(folder)): p.read_bytes()
+        for p in folder.rglob("*")
+        if p.is_file() and p.suffix in (".csv", ".vtu", ".pvd")
+    }
+    _, state = read_checkpoint(folder / "checkpoint.h5")
+    return out | {k: a.tobytes() for k, a in state.arrays().items()}
+
+
+def killed(work, after: float) -> bool:
+    """Run *work* in a process of its own and kill it after so many seconds; whether it was still at work."""
+    child = os.fork()
+    if child == 0:
+        try:
+            work()
+        finally:
+            os._exit(0)
+    end = time.monotonic() + after
+    while time.monotonic() < end:
+        if os.waitpid(child, os.WNOHANG)[0]:
+            return False
+        time.sleep(0.001)
+    os.kill(child, signal.SIGKILL)
+    return bool(os.WIFSIGNALED(os.waitpid(child, 0)[1]))
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork and SIGKILL")
+def test_a_run_killed_at_random_moments_ends_the_same(tmp_path):
+    """SIGKILL at 20 random moments of runs and of resumed runs: whatever was on the disk, the end is the same, bit for bit."""
+    rng = np.random.default_rng(20)
+    run(small(), tmp_path / "warm", quiet=True)
+    begun = time.monotonic()
+    run(small(), tmp_path / "whole", quiet=True)
+    whole, length = results(tmp_path / "whole"), time.monotonic() - begun
+    kills, folders = 0, 0
+    while kills < KILLS and folders < 4 * KILLS:
+        folder = tmp_path / str(folders)
+        folders += 1
+        alive = killed(partial(run, small(), folder, quiet=True), rng.uniform(0, length))
+        kills += alive
+        while alive and (folder / "checkpoint.h5").exists() and rng.random() < 0.5:
+            alive = killed(partial(resume, folder, quiet=True), rng.uniform(0, length))
+            kills += alive
+        if (folder / "checkpoint.h5").exists():
+            resume(folder, quiet=True)
+        else:
+            run(small(), folder, quiet=True)
+        ended = results(folder)
+        assert sorted(ended) == sorted(whole)
+        assert [name for name in whole if ended[name] != whole[name]] == []
+    assert kills >= KILLS
