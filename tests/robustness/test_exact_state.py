@@ -24,7 +24,7 @@ FRICTION = (
     pr.Coulomb(pr.MuExponential(0.4, 0.2, 1.0)),
 )  # fmt: skip
 MATERIALS = (
-    pr.Elastic(1000.0, 0.3), pr.J2(1000.0, 0.3, pr.Swift(20.0, 0.01, 0.2)), 
+    pr.Elastic(1000.0, 0.3), pr.J2(1000.0, 0.3, pr.Swift(20.0, 0.01, 0.2)),
     pr.J2(1000.0, 0.3, pr.JohnsonCook(5.0, 5.0, 0.5, 0.02, 0.1)),
 )  # fmt: skip
 ENFORCEMENT = (pr.Penalty(), pr.Augmented(), pr.Exact())
@@ -184,3 +184,18 @@ def test_a_run_killed_at_random_moments_ends_the_same(tmp_path):
         assert sorted(ended) == sorted(whole)
         assert [name for name in whole if ended[name] != whole[name]] == []
     assert kills >= KILLS
+
+
+def test_factors_of_earlier_attempts_are_not_used(monkeypatch):
+    """A run that starts within the tolerance is improved with factors of its own: a resumed one has no others."""
+    from prensa.solver import newton
+
+    monkeypatch.setattr(newton, "FINE", 1e-30)  # whatever is converged is improved once more
+    problem = pr.Problem(
+        "linear", kinematics="small", bodies={"b": pr.Body(pr.Rectangle(size=(2, 1), n=(6, 3)), pr.Elastic(1000.0, 0.3))},
+        fixed={"b.bottom": "xy"}, loads={"b.top": pr.Load(pressure=1.0, follower=False)},
+        steps=(pr.Step("one", increments=7),),
+    )  # fmt: skip
+    states = solved(problem)
+    for k in range(len(states) - 1):
+        assert all_same(solved(problem, states[k]), states[k + 1 :])

@@ -133,13 +133,20 @@ class Factorisation:
         self.structure = Structure(n, indptr, indices, symmetric, threads)
         names = available(solver)
         kinds = [True, False] if symmetric else [False]
-        self.order = [(name, kind) for name in names for kind in kinds if not (kind and name == "superlu")]
+        self.first = [(name, kind) for name in names for kind in kinds if not (kind and name == "superlu")]
+        self.order = list(self.first)
         self._factor: Factor | None = None
         self._solve: Solve | None = None
 
+    def begin(self) -> None:
+        """Forget factors and fallbacks of earlier attempts, so that an attempt depends on its arguments alone."""
+        self._solve = None
+        if self.order != self.first:
+            self.order, self._factor = list(self.first), None
+
     @property
     def factored(self) -> bool:
-        """Whether there are factors of an earlier `solve` to use `again`."""
+        """Whether there are factors of an earlier `solve` of this attempt to use `again`."""
         return self._solve is not None
 
     def again(self, b: Array) -> Array:

@@ -209,6 +209,7 @@ def attempt(
     system: System, c: Circumstances, reduced: Reduced, start: Array, numerics: model.Numerics, report: Reporter
 ) -> Trial:
     """Try to solve the increment; the committed state is not touched."""
+    reduced.factorisation.begin()
     lam = first_multipliers(system, c)
     trial = Trial(False, "", start, None, lam, 0)
     try:
