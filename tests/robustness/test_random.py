@@ -29,7 +29,7 @@ def test_the_checks_can_fail():
     from prensa.fem.system import discretise
     from prensa.solver.march import solve
 
-    p = robustness.draw("elastic", 1, 1)
+    p = robustness.draw("elastic", 1, 4)
     system = discretise(p)
     *_, inc = solve(system)
     tool = inc.tools["tool"]
