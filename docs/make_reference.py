@@ -19,7 +19,7 @@ from prensa.model.units import Dimension
 PAGE = Path(__file__).parent / "guide" / "reference.md"
 
 SECTIONS: dict[str, tuple[type, ...]] = {
-    "The problem": (model.Problem, model.Units, model.Step),
+    "The problem": (model.Problem, model.Units, model.Start, model.Step),
     "Bodies and meshes": (
         model.Body, model.Rectangle, model.Grade, model.Disc, model.Annulus, model.Patch, model.ArcSide, model.SplineSide,
         model.Points, model.File, model.Tie,

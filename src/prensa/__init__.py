@@ -11,7 +11,7 @@ _MODEL = (
     "Exact", "File", "Fixed", "FlowTable", "Grade", "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik",
     "Motion", "MuExponential", "MuLinear", "MuTable", "NeoHooke", "Numerics", "Output", "Patch", "Penalty", "Perfect",
     "Plane", "Points", "Polygon", "Problem", "Profile", "Push", "Rectangle", "Ring", "Shear", "SplineSide", "Springs",
-    "StVenantKirchhoff", "Stamp", "Step", "Swift", "Tie", "Units", "Voce",
+    "StVenantKirchhoff", "Stamp", "Start", "Step", "Swift", "Tie", "Units", "Voce",
 )  # fmt: skip
 _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "load": "prensa.model.schema",

@@ -145,9 +145,11 @@ MU_TABLE = {"kappa": [0.0, 0.5, 2], "mu": [0.3, 0.2, 0.1]}
 @pytest.mark.parametrize("cls", CLASSES, ids=lambda c: c.__name__)
 @settings(max_examples=20, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
 @given(data=st.data())
-def test_every_class_survives_writing_and_reading(cls, data):
+def test_every_class_survives_writing_and_reading(tmp_path_factory, cls, data):
     """What is written of a description is read back as an equal one, whatever its values and optional keys."""
-    plain = {pr.FlowTable: FLOW_TABLE, pr.MuTable: MU_TABLE, pr.File: FILE}.get(cls) or data.draw(descriptions(cls))
+    run = {"run": str(tmp_path_factory.getbasetemp())}
+    (tmp_path_factory.getbasetemp() / "checkpoint.h5").touch()
+    plain = {pr.FlowTable: FLOW_TABLE, pr.MuTable: MU_TABLE, pr.File: FILE, pr.Start: run}.get(cls) or data.draw(descriptions(cls))
     adapter = TypeAdapter(vocabulary.FixedValue if cls is pr.Fixed else cls)  # 'xy' is read where it is used
     try:
         description = adapter.validate_python(plain, context={"units": {"length": "mm", "force": "N"}})

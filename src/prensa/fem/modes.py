@@ -24,7 +24,7 @@ CLOSED = 1e-6  # gap over element depth below which a tool counts as touching, o
 
 def modes(system: System) -> Iterator[Notice]:
     """Rigid-body motions of each body that nothing resists: named, fatal when not even a contact can."""
-    anchor = np.zeros(system.ndof)
+    anchor = system.initial().u
     told: set[str] = set()
     for number in range(len(system.problem.steps)):
         plan = plan_step(system, number, anchor)
@@ -100,8 +100,9 @@ def _contact_rows(system: System, body: str, plan: StepPlan, touching: bool) -> 
         if s.body not in system.tied_bodies(body):
             continue
         tool = system.tools[s.tool]
-        x = system.X[s.points.nodes]
-        pairs = current_pairs(tool.shape, x, tool.at, np.zeros(3))
+        u = system.initial().u
+        x = system.positions(u)[s.points.nodes]
+        pairs = current_pairs(tool.shape, x, tool.at, u[system.tool_dof(s.tool) :][:3])
         seen = np.ones(len(x), dtype=bool)
         pushed = any(system.tool_dof(s.tool) + k in plan.push for k in range(2))
         if touching and not pushed:

@@ -169,10 +169,13 @@ def _sizes(system: System) -> Iterator[Notice]:
 # ------------------------------------------------------------------------------------------------------- the beginning
 def _beginning(system: System) -> Iterator[Notice]:
     """Overclosure and tools that look the wrong way, before anything moves."""
+    start = system.initial()
     for s in system.surfaces:
         tool = system.tools[s.tool]
         nodes = s.points.nodes
-        pairs = current_pairs(tool.shape, system.X[nodes], tool.at, np.zeros(3))
+        pairs = current_pairs(
+            tool.shape, system.positions(start.u)[nodes], tool.at, start.u[system.tool_dof(s.tool) :][:3]
+        )
         facing = (pairs.n * s.node_normal).sum(axis=1)
         name, surface = tool.name, "+".join(s.description.surface)
         if (facing > 0.5).all():
@@ -187,7 +190,7 @@ def _beginning(system: System) -> Iterator[Notice]:
             continue
         depth = -pairs.g / float(s.points.depth.min())
         k = int(np.argmax(depth))
-        if depth[k] > CLOSED:
+        if depth[k] > CLOSED and not (start.contact[s.rows, 3] > 0).any():
             x, y = system.X[nodes[k]]
             n = pairs.n[k]
             yield Notice(
@@ -209,7 +212,7 @@ class _Moment(NamedTuple):
 
 
 def _moments(system: System) -> Iterator[_Moment]:
-    anchor, known = np.zeros(system.ndof), np.ones(len(system.tools), dtype=bool)
+    anchor, known = system.initial().u, np.ones(len(system.tools), dtype=bool)
     for number in range(len(system.problem.steps)):
         plan = plan_step(system, number, anchor)
         for t in range(len(system.tools)):

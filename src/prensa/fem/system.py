@@ -143,6 +143,8 @@ class System:
     pattern: Pattern
     nodes: int
     ties: Ties | None = None
+    beginning: State | None = None
+    release: Array | None = None
     _edge_slots: dict[str, Any] = field(default_factory=dict)
 
     # ------------------------------------------------------------------------------------------------------ indices
@@ -260,7 +262,11 @@ class System:
 
     # -------------------------------------------------------------------------------------------------------- state
     def initial(self) -> State:
-        """The undeformed state at time 0."""
+        """The state at time 0: undeformed, or where an earlier run ended."""
+        return self.beginning or self.virgin()
+
+    def virgin(self) -> State:
+        """The undeformed state."""
         n_points = sum(len(s.points) for s in self.surfaces)
         u = np.zeros(self.ndof)
         contact = np.zeros((n_points, 4))
@@ -416,6 +422,8 @@ class System:
             f[dof] += stiffness * (mount(c.time) - u[dof])
             if data is not None:
                 data[self._load_slots(f"spring {dof}", np.array([[dof]]))] += stiffness
+        if self.release is not None and c.time < 1.0:
+            f += (1.0 - c.time) * self.release  # what held the bodies in an earlier run is let go during the first step
         return f
 
     def _load_slots(self, name: str, dofs: Index) -> NDArray[np.int32]:
@@ -542,6 +550,8 @@ def discretise(problem: model.Problem) -> System:
         For a boundary that does not exist, a mesh that cannot be computed on, a tool that cannot be placed.
 
     """
+    from prensa.fem.start import earlier_run
+
     axisymmetric = problem.space == "axisymmetric"
     meshes: dict[str, Mesh] = {}
     offsets, total = {}, 0
@@ -589,8 +599,12 @@ def discretise(problem: model.Problem) -> System:
         )  # fmt: skip
         first += len(points)
         own += 2 * len(points) if exact else 0
+    earlier = earlier_run(problem, meshes)
+    shapes = meshes if earlier is None else earlier.shapes(meshes)
     tools = [
-        place(name, d, meshes, _rounding(problem, t, surfaces)) for t, (name, d) in enumerate(problem.tools.items())
+        (earlier.tool(name, d) if earlier is not None else None)
+        or place(name, d, shapes, _rounding(problem, t, surfaces))
+        for t, (name, d) in enumerate(problem.tools.items())
     ]
     if problem.contact_geometry == "current":
         for surface in surfaces:
@@ -623,4 +637,6 @@ def discretise(problem: model.Problem) -> System:
         system.boundary_nodes(name)
     for name in [*problem.loads, *(k for s in problem.steps for k in s.loads)]:
         system.boundary_edges(name)
+    if earlier is not None:
+        system.beginning, system.release = earlier.begin(system)
     return system

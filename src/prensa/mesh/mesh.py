@@ -7,6 +7,7 @@ Cells list their corners counter-clockwise and then, in quadratic ones, the mid-
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -60,6 +61,13 @@ class Mesh:
                 f"{f'{written!r}: ' * bool(written)}unknown boundary {name!r}{suggest(name, [*self.edges, *self.corners])}"
             )
         return ordered_nodes(self.edges[name])
+
+
+def displaced(mesh: Mesh, points: Array) -> Mesh:
+    """The mesh with its nodes elsewhere; a deformed shape is not checked as a new mesh is."""
+    moved = copy(mesh)
+    object.__setattr__(moved, "points", points)
+    return moved
 
 
 def corner_cells(cells: Index) -> Index:

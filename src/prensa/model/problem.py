@@ -804,6 +804,36 @@ class Contact:
         return "+".join(self.surface) + "-" + self.against
 
 
+def _run_folder(run: Any, info: Any) -> Any:
+    from prensa.model.tables import found_run
+
+    return found_run(run, info.context) if isinstance(run, str) else run
+
+
+@described
+class Start:
+    """The case begins where an earlier run ended: ``run`` is its folder of results, relative to the case file.
+
+    Bodies of the same name have the same mesh, material and element, and begin with their displacements and histories; tools
+    of the same name and description begin where they were left, their contacts as they were; other tools are placed on the
+    deformed bodies. What held the bodies and is no longer there is let go linearly during the first step. ``digest`` is
+    filled in by the program: a run is resumed only from the run that it began with.
+    """
+
+    run: Annotated[str, BeforeValidator(_run_folder)]
+    digest: str | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> Start:
+        from prensa.model.tables import digest_of
+
+        digest = digest_of(f"{self.run}/checkpoint.h5")
+        if self.digest not in (None, digest):
+            raise ValueError(f"the run in {self.run!r} has changed since this case was written; run the case again")
+        object.__setattr__(self, "digest", digest)
+        return self
+
+
 @described
 class Tie:
     """Two bodies joined along a boundary of each, without slip or opening: the ``slave`` side follows the ``master`` side.
@@ -972,6 +1002,7 @@ class Problem:
     contact_geometry: Literal["current", "reference"] = "current"
     thickness: Annotated[Length, Field(gt=0)] = 1.0
     units: Units = field(default_factory=Units)
+    start: Start | None = None
 
     @model_validator(mode="after")
     def _check(self) -> Problem:
@@ -1023,5 +1054,5 @@ __all__ = [
     "Exact", "File", "Fixed", "FlowTable", "Grade", "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik",
     "Motion", "MuExponential", "MuLinear", "MuTable", "NeoHooke", "Numerics", "Output", "Patch", "Penalty", "Perfect",
     "Plane", "Points", "Polygon", "Problem", "Profile", "Push", "Rectangle", "Ring", "Shear", "SplineSide", "Springs",
-    "StVenantKirchhoff", "Stamp", "Step", "Swift", "Tie", "Units", "Voce",
+    "StVenantKirchhoff", "Stamp", "Start", "Step", "Swift", "Tie", "Units", "Voce",
 ]  # fmt: skip

@@ -64,6 +64,29 @@ def found_file(path: str, context: Any, what: str) -> str:
     return str(file.resolve())
 
 
+def found_run(run: str, context: Any) -> str:
+    """Absolute path of a folder of results that a description names; relative paths are the case file's.
+
+    Raises
+    ------
+    ValueError
+        If it is no folder or holds no checkpoint.
+
+    """
+    base = Path(context["folder"]) if context and context.get("folder") is not None else Path()
+    folder = base / run
+    try:
+        if not folder.is_dir():
+            raise ValueError(
+                f"there is no folder {run!r}; run the earlier case first (paths are relative to the case file)"
+            )
+        if not (folder / "checkpoint.h5").is_file():
+            raise ValueError(f"the folder {run!r} holds no checkpoint.h5; is it the folder of a run?")
+    except OSError as error:
+        raise ValueError(f"{run!r} cannot be read: {error}") from None
+    return str(folder.resolve())
+
+
 def digest_of(path: str) -> str:
     """SHA-256 of a file (hexadecimal)."""
     try:

@@ -85,6 +85,8 @@ def run(case: Case, out: str | Path | None = None, quiet: bool = False, source: 
     system = discretise(case.problem)  # a case that cannot run leaves earlier results alone
     refuse(preflight(system))
     directory = Path(out) if out is not None else Path("results") / file_name(case.problem.name)
+    if case.problem.start is not None and Path(case.problem.start.run) == directory.resolve():
+        raise PrensaError(f"{directory}: the case starts from the run in this folder; give another one for its results")
     remove_results(directory)
     made = {"discretisation": clocks.perf_counter() - began}
     return _Run(directory, case, system, None, quiet, {"source": str(source or ""), "timings": made}).execute()

@@ -30,7 +30,7 @@ def block(name: str, element: str | None, E_scale: float) -> pr.Problem:
     material = pr.Elastic(E=example1.E * E_scale, nu=example1.NU)
     steps = tuple(example1.press(d) for d in tables.EXAMPLE1_DELTA)
     problem = example1.problem((1, 1), "small", "reference", material, steps)
-    return replace(problem, bodies={"block": pr.Body(mesh(name), material, element)})  # type: ignore[arg-type]
+    return replace(problem, bodies={"block": pr.Body(mesh(name), material, element)})
 
 
 @case("example 1 on meshes of files", suite="contact")

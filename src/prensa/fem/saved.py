@@ -1,0 +1,93 @@
+"""Reading of ``checkpoint.h5``: the case and its last committed state, for a resume and for cases that start from a run.
+
+Layout of the file: attributes ``format``, ``version`` (of the layout), ``prensa`` (of the package), ``input_hash`` (of
+the case) and ``state_hash`` (of the arrays); data set ``case`` (YAML text); group ``state`` (one data set per array of
+`State.arrays`).
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa import __version__
+from prensa.errors import PrensaError
+from prensa.fem.state import State
+from prensa.model.problem import Case
+
+CHECKPOINT = "checkpoint.h5"
+FORMAT = "prensa checkpoint"
+VERSION = 1
+
+log = logging.getLogger(__name__)
+
+
+def text_hash(text: str) -> str:
+    """SHA-256 of *text* (hexadecimal)."""
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def read_checkpoint(path: str | Path) -> tuple[Case, State]:
+    """Return (case, state) of a checkpoint.
+
+    Raises
+    ------
+    PrensaError
+        If the file is missing, cut off, no checkpoint of prensa, of another layout, or does not match its own hashes.
+
+    """
+    from prensa.model.schema import loads
+
+    text, arrays = _read(Path(path))
+    return loads(text), State.from_arrays(arrays)
+
+
+def _read(path: Path) -> tuple[str, dict[str, NDArray[Any]]]:
+    again = "run the case again"
+    if not path.is_file():
+        raise PrensaError(f"{path}: there is no checkpoint; start with 'prensa run'")
+    if not h5py.is_hdf5(path):
+        raise PrensaError(f"{path}: this is not an HDF5 file, or its beginning is damaged; {again}")
+    try:
+        with h5py.File(path, "r") as file:
+            _check_origin(path, dict(file.attrs))
+            text = str(file["case"].asstr()[()])
+            arrays = {name: np.array(data) for name, data in file["state"].items()}
+            hashes = file.attrs["input_hash"], file.attrs["state_hash"]
+    except (OSError, KeyError, RuntimeError, TypeError, ValueError) as error:
+        raise PrensaError(f"{path}: the file is cut off or damaged ({error}); {again}") from error
+    if hashes[0] != text_hash(text):
+        raise PrensaError(f"{path}: the stored case was changed after the run (its hash does not match); {again}")
+    if hashes[1] != arrays_hash(arrays):
+        raise PrensaError(f"{path}: the stored state is damaged (its hash does not match); {again}")
+    return text, arrays
+
+
+def _check_origin(path: Path, attributes: dict[str, Any]) -> None:
+    if attributes.get("format") != FORMAT:
+        raise PrensaError(f"{path}: this HDF5 file was not written by prensa; give the folder of a run")
+    version = int(attributes.get("version", 0))
+    if version != VERSION:
+        raise PrensaError(
+            f"{path}: checkpoint layout {version}, written by prensa {attributes.get('prensa')}; this is prensa "
+            f"{__version__}, which reads layout {VERSION}: resume with the version that wrote it or run the case again"
+        )
+    if attributes.get("prensa") != __version__:
+        log.warning("%s was written by prensa %s; prensa %s may continue it with other last digits",
+                    path, attributes.get("prensa"), __version__)  # fmt: skip
+
+
+def arrays_hash(arrays: dict[str, NDArray[Any]]) -> str:
+    """SHA-256 of named arrays: names, shapes, types and values."""
+    digest = hashlib.sha256()
+    for name in sorted(arrays):
+        array = np.ascontiguousarray(arrays[name])
+        digest.update(f"{name} {arrays[name].shape} {array.dtype.str}\n".encode())
+        digest.update(array.tobytes())
+    return digest.hexdigest()

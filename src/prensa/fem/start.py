@@ -1,0 +1,211 @@
+"""Cases that begin where an earlier run ended: springback, several stages.
+
+The state is carried, not re-made: nodes keep their initial positions X and their displacements, points their histories, so
+that volumes, stiffnesses and energies are those of the earlier run to the last digit. Forces that are no longer applied
+(tools, loads and supports that the new case does not have) would be a jump at time 0; they are kept as dead forces and
+let go linearly during the first step, which cut-backs can then resolve.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.errors import PrensaError
+from prensa.fem.saved import CHECKPOINT, read_checkpoint
+from prensa.fem.schedule import StepPlan, plan_step
+from prensa.fem.state import State
+from prensa.fem.system import Circumstances, Evaluation, Surface, System, discretise
+from prensa.mesh.mesh import Mesh, displaced
+from prensa.model import problem as model
+from prensa.tools.place import PlacedTool
+
+Array = NDArray[np.float64]
+
+NOTHING = 1e-8  # share of all forces below which there is nothing to let go: the residual of a converged state
+
+
+class StartError(PrensaError):
+    """A case that does not go together with the run that it starts from; the message names what differs."""
+
+
+@dataclass(frozen=True)
+class Earlier:
+    """An earlier run: its system, its last state, and the bodies (in both cases) that go on from there."""
+
+    system: System
+    state: State
+    bodies: tuple[str, ...]
+
+    def displacement(self, body: str) -> Array:
+        """Displacements (n, 2) of the nodes of a body at the end of the run."""
+        first = 2 * self.system.offsets[body]
+        return self.state.u[first : first + 2 * len(self.system.meshes[body].points)].reshape(-1, 2)
+
+    def shapes(self, meshes: dict[str, Mesh]) -> dict[str, Mesh]:
+        """Meshes as the run left them, for placing tools."""
+        return {
+            name: displaced(m, m.points + self.displacement(name)) if name in self.bodies else m
+            for name, m in meshes.items()
+        }
+
+    def tool(self, name: str, description: Any) -> PlacedTool | None:
+        """The tool of the run, if it has one of that name and description."""
+        return next((t for t in self.system.tools if t.name == name and t.description == description), None)
+
+    def surface(self, s: Surface, system: System) -> Surface | None:
+        """The contact of the run that goes on in contact *s* of the new system."""
+        tool = system.tools[s.tool]
+        if s.body not in self.bodies or self.tool(tool.name, tool.description) is None:
+            return None
+        for old in self.system.surfaces:
+            same = old.name == s.name and type(old.description.enforcement) is type(s.description.enforcement)
+            if same and old.description.integration == s.description.integration:
+                return old
+        return None
+
+    def begin(self, system: System) -> tuple[State, Array | None]:
+        """State at time 0 of the new system, and the forces (ndof,) to be let go, or None."""
+        new = system.virgin()
+        u, contact, lam = self._moved(self.state.u, system), new.contact.copy(), new.lam.copy()
+        history = list(new.history)
+        for number, block in enumerate(system.blocks):
+            if block.body in self.bodies:
+                history[number] = self.state.history[[b.body for b in self.system.blocks].index(block.body)]
+        for s in system.surfaces:
+            before = self.surface(s, system)
+            if before is None:
+                contact[s.rows, 2] = system.pairs(s, u).s
+                continue
+            contact[s.rows], lam[s.rows] = self.state.contact[before.rows], self.state.lam[before.rows]
+            if s.exact:
+                u[s.unknowns] = self.state.u[before.unknowns]
+        state = replace(new, u=u, anchor=u.copy(), history=tuple(history), contact=contact, lam=lam)
+        return self._balanced(system, state)
+
+    def _balanced(self, system: System, state: State) -> tuple[State, Array | None]:
+        """The state with its forces and energies, and what has to be added so that nothing jumps at time 0.
+
+        The weights of the contact points move on with the committed shape: a contact that goes on begins its next increment
+        with that jump in any run, and it is no force that is let go.
+        """
+        plan, e, c = _at_rest(system, state, 0, state.anchor, 0.0)
+        number = min(int(self.state.clock[0]), len(self.system.problem.steps) - 1)
+        _, old, at_end = _at_rest(self.system, self.state, number, self.state.anchor, float(self.state.clock[2]))
+        inner, inner_old = (s.collected(v.r + v.f_ext) for s, v in ((system, e), (self.system, old)))
+        release = system.collected(e.r - self._moved(self._jump(system, at_end, old), system))
+        work = self._moved(self.state.work, system) + inner - self._moved(inner_old, system)
+        release[plan.fixed] = 0.0
+        end = 2 * system.nodes + 3 * len(system.tools)
+        release[end:] = work[end:] = 0.0  # equations of multipliers are no forces
+        elastic, plastic = system.elastic_energy(state.history), system.plastic_work(state.history)
+        stored = sum(
+            float(0.5 * (f.weight * f.p**2 / sc.k_n + f.area * f.t**2 / sc.k_t).sum())
+            for s, f, sc in zip(system.surfaces, e.contacts, c.scales)
+            if s.description.enforcement.type == "penalty"
+        )
+        if len(system.surfaces) == len(self.system.surfaces) and all(self.surface(s, system) for s in system.surfaces):
+            stored = float(self.state.energy[4])
+        friction, imbalance = (float(self.state.energy[k]) for k in (3, 5))
+        spent = elastic + plastic + friction + stored
+        energy = np.array([spent + imbalance, elastic, plastic, friction, stored, imbalance])
+        state = replace(state, work=work, energy=energy)
+        return state, release if np.abs(release).sum() > NOTHING * e.scale else None
+
+    def _jump(self, system: System, c: Circumstances, now: Evaluation) -> Array:
+        """Forces (ndof,) of the contacts that go on, with the weights of the last increment less those of the next."""
+        old = self.system
+        out = np.zeros(old.ndof)
+        kept = [before.name for s in system.surfaces if (before := self.surface(s, system)) is not None]
+        if not kept or old.problem.kinematics == "small":
+            return out
+        x = old.positions(self.state.u - self.state.du)
+        last = replace(c, weights=[old.weights(s, x, c.depth) for s in old.surfaces])
+        lam = self.state.lam.copy()
+        for s, f, scale in zip(old.surfaces, now.contacts, c.scales):
+            if not s.exact:  # so that the pressure is the committed one, whatever the multipliers were on the way to it
+                lam[s.rows, 0] += np.where(self.state.contact[s.rows, 3] > 0, scale.k_n * f.g, 0.0)
+        then = old.evaluate(last, self.state.u, lam, stiffness=False)
+        for s, a, b in zip(old.surfaces, then.contacts, now.contacts):
+            if s.name in kept:
+                F, _ = s.points.spread(a.F - b.F, a.K)
+                np.add.at(out, old.pair_dofs(s), F)
+        return out
+
+    def _moved(self, values: Array, system: System) -> Array:
+        """Values (ndof,) of the earlier unknowns at the places of the same bodies and tools in the new system."""
+        out = np.zeros(system.ndof)
+        for body in self.bodies:
+            n = 2 * len(system.meshes[body].points)
+            first, old = 2 * system.offsets[body], 2 * self.system.offsets[body]
+            out[first : first + n] = values[old : old + n]
+        for t, tool in enumerate(system.tools):
+            if self.tool(tool.name, tool.description) is not None:
+                number = list(self.system.problem.tools).index(tool.name)
+                out[system.tool_dof(t) :][:3] = values[self.system.tool_dof(number) :][:3]
+        return out
+
+
+def _first_multipliers(system: System, state: State) -> Array:
+    """Committed tractions; λ_n = 0 for plain penalty."""
+    lam = state.lam.copy()
+    for s in system.surfaces:
+        if s.description.enforcement.type == "penalty":
+            lam[s.rows, 0] = 0.0
+    return lam
+
+
+def _at_rest(
+    system: System, state: State, number: int, anchor: Array, time: float
+) -> tuple[StepPlan, Evaluation, Circumstances]:
+    """Plan of a step, and the forces of a committed state in it when nothing moves."""
+    plan = plan_step(system, number, anchor)
+    c = replace(system.circumstances(state, plan, time), dt=1.0)
+    e = system.evaluate(c, state.u, _first_multipliers(system, state), stiffness=False)
+    if e.failed:
+        raise StartError(f"start: {e.failed} in the state that the earlier run left")
+    return plan, e, c
+
+
+def earlier_run(problem: model.Problem, meshes: dict[str, Mesh]) -> Earlier | None:
+    """The run that a problem starts from, if any.
+
+    Raises
+    ------
+    StartError
+        If the two cases do not go together.
+
+    """
+    if problem.start is None:
+        return None
+    case, state = read_checkpoint(Path(problem.start.run) / CHECKPOINT)
+    before = case.problem
+    system = discretise(before)
+    for key in ("space", "kinematics", "contact_geometry", "thickness", "units"):
+        if getattr(before, key) != getattr(problem, key):
+            raise StartError(
+                f"start: the earlier run has {key} {getattr(before, key)!r}, this case another; make them equal"
+            )
+    bodies = tuple(name for name in problem.bodies if name in before.bodies)
+    if not bodies:
+        raise StartError(
+            f"start: no body of this case is in the earlier run, which has {', '.join(map(repr, before.bodies))}"
+        )
+    for name in bodies:
+        new, old = problem.bodies[name], before.bodies[name]
+        if new.material != old.material or new.element_in(problem.space) != old.element_in(before.space):
+            raise StartError(
+                f"start: body {name!r} has another material or element in the earlier run; make them equal"
+            )
+        a, b = meshes[name], system.meshes[name]
+        if not (np.array_equal(a.points, b.points) and np.array_equal(a.cells, b.cells)):
+            raise StartError(
+                f"start: body {name!r} has another mesh in the earlier run; give the mesh that it began with"
+            )
+    if problem.ties != before.ties:
+        raise StartError("start: the ties differ from those of the earlier run; bodies are tied from the beginning")
+    return Earlier(system, state, bodies)

@@ -1,0 +1,128 @@
+"""A case that starts from an earlier run goes on exactly where that run ended, with other tools and steps if wanted."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import prensa as pr
+from prensa.errors import PrensaError
+from prensa.model.schema import loads
+from prensa.output.history import read_history
+
+STEEL = pr.J2(E=70e3, nu=0.33, flow=pr.Voce(60.0, 120.0, 8.0))
+PRESS = pr.Step("press", move={"punch": pr.Motion(y=-0.35)}, increments=4)
+RELEASE = pr.Step("release", move={"punch": pr.Motion(y=0.05)}, increments=4)
+
+
+def case(*steps: pr.Step, enforcement=None, **more) -> pr.Case:
+    """A block pressed by a cylinder with friction, in plane strain."""
+    problem = {
+        "bodies": {"block": pr.Body(pr.Rectangle(size=(4, 3), n=(8, 6), grade="top-left"), STEEL)},
+        "tools": {"punch": pr.Circle(radius=2.0, touching="block.top")},
+        "contacts": (pr.Contact("block.top", "punch", pr.Coulomb(0.2), enforcement=enforcement or pr.Penalty()),),
+        "fixed": {"block.bottom": "xy", "block.left": "x"},
+    }
+    return pr.Case(
+        pr.Problem("indent", steps=steps, **problem | more), output=pr.Output(fields=0, pictures=False, report=False)
+    )
+
+
+@pytest.mark.parametrize("enforcement", [pr.Penalty(), pr.Augmented(), pr.Exact()], ids=lambda e: e.type)
+def test_press_and_release_in_two_cases_are_those_of_one(tmp_path, enforcement):
+    """Forces, shapes, stresses, energies: the same to the last digits as in one run of both steps."""
+    whole = pr.run(case(PRESS, RELEASE, enforcement=enforcement), tmp_path / "whole", quiet=True)
+    pr.run(case(PRESS, enforcement=enforcement), tmp_path / "press", quiet=True)
+    second = case(RELEASE, enforcement=enforcement, start=pr.Start(str(tmp_path / "press")))
+    assert pr.discretise(second.problem).release is None, "nothing has to be let go"
+    after = pr.run(second, tmp_path / "release", quiet=True)
+    a, b = whole.increment, after.increment
+    for key in ("u", "contact", "lam", "energy"):
+        x, y = getattr(a.state, key), getattr(b.state, key)
+        assert np.abs(x - y).max() <= 1e-10 * np.abs(x).max(), key
+    for x, y in zip(a.state.history, b.state.history, strict=True):
+        assert np.abs(x - y).max() <= 1e-10 * np.abs(x).max()
+    forces = whole.history["punch.fy"][whole.history["step"] == "release"], after.history["punch.fy"]
+    assert np.allclose(*forces, rtol=1e-9, atol=1e-9 * abs(whole.history["punch.fy"]).max())
+
+
+def test_tools_that_are_gone_are_let_go_during_the_first_step(tmp_path):
+    """Springback without the punch ends in the shape that lifting the punch leaves; the ledger closes."""
+    elastic = {"contacts": (pr.Contact("block.top", "punch"),)}
+    whole = pr.run(case(PRESS, RELEASE, **elastic), tmp_path / "whole", quiet=True).increment
+    pr.run(case(PRESS, **elastic), tmp_path / "press", quiet=True)
+    free = case(pr.Step("springback", increments=4), tools={}, contacts=(), start=pr.Start(str(tmp_path / "press")))
+    system = pr.discretise(free.problem)
+    pressed = pr.discretise(case(PRESS).problem)
+    assert system.release is not None and pressed.release is None
+    after = pr.run(free, tmp_path / "free", quiet=True).increment
+    spring = np.abs(system.initial().u[: 2 * system.nodes] - after.state.u).max()
+    assert spring > 1e-3
+    assert np.abs(whole.state.u[: 2 * system.nodes] - after.state.u).max() < 1e-3 * spring
+    for name in ("external", "elastic", "plastic", "imbalance"):  # what coarse increments miss is missed in both
+        assert after.energy[name] == pytest.approx(whole.energy[name], abs=5e-4 * whole.energy["plastic"])
+    last = read_history(tmp_path / "press")
+    assert system.release[1::2].sum() == pytest.approx(-last["punch.fy"][-1], rel=0.02), (
+        "the punch's force, at new weights"
+    )
+
+
+def test_other_tools_are_placed_on_the_deformed_body(tmp_path):
+    """A plane that touches the pressed surface stands at its highest node; a second body is virgin."""
+    pr.run(case(PRESS), tmp_path / "press", quiet=True)
+    bodies = case(PRESS).problem.bodies | {"new": pr.Body(pr.Rectangle((1, 1), (2, 2), origin=(9, 0)), STEEL)}
+    second = case(
+        pr.Step("flatten", move={"plate": pr.Motion(y=-0.05)}, increments=2), bodies=bodies,
+        tools={"plate": pr.Plane(above="block.top")}, contacts=(pr.Contact("block.top", "plate"),),
+        fixed={"block.bottom": "xy", "block.left": "x", "new.bottom": "xy"}, start=pr.Start(str(tmp_path / "press")),
+    )  # fmt: skip
+    system = pr.discretise(second.problem)
+    top = system.positions(system.initial().u)[system.boundary_nodes("block.top"), 1].max()
+    assert system.tools[0].at[1] == pytest.approx(top, rel=1e-12) and top > 3.0
+    assert not system.initial().history[1].any()
+    inc = pr.run(second, tmp_path / "flatten", quiet=True).increment
+    assert inc.force("plate").y > 0 and not inc.bodies["new"].displacement.any()
+
+
+def test_a_case_in_a_file_names_the_run_beside_it_and_resumes(tmp_path):
+    """The folder is relative to the case file; a resumed second stage is the uninterrupted one; changed runs are noticed."""
+    pr.run(case(PRESS), tmp_path / "press", quiet=True)
+    text = pr.dump(case(RELEASE)) + "start: {run: press}\n"
+    (tmp_path / "release.yaml").write_text(text)
+    second = pr.load(tmp_path / "release.yaml")
+    assert second.problem.start == pr.Start(str(tmp_path / "press"))
+    assert loads(pr.dump(second)) == second
+    with pytest.raises(PrensaError, match="starts from the run in this folder"):
+        pr.run(second, tmp_path / "press", quiet=True)
+    result = pr.run(second, tmp_path / "release", quiet=True)
+    from prensa.output.checkpoint import read_checkpoint
+    from prensa.solver.march import solve
+
+    first = next(iter(solve(second.problem)))
+    *_, last = solve(second.problem, start=first.state)
+    assert np.array_equal(last.state.u, result.increment.state.u)
+    assert read_checkpoint(tmp_path / "release" / "checkpoint.h5")[0] == second
+    pr.run(case(replace(PRESS, increments=3)), tmp_path / "press", quiet=True)
+    with pytest.raises(pr.CaseError, match="has changed since"):
+        read_checkpoint(tmp_path / "release" / "checkpoint.h5")
+    with pytest.raises(pr.CaseError, match=r"release.yaml:\d+:\d+: .*no folder 'pres'"):
+        (tmp_path / "release.yaml").write_text(text.replace("run: press", "run: pres"))
+        pr.load(tmp_path / "release.yaml")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"kinematics": "small"}, "has kinematics 'finite'"),
+        ({"bodies": {"block": pr.Body(pr.Rectangle((4, 3), (8, 7)), STEEL)}}, "another mesh"),
+        ({"bodies": {"block": pr.Body(pr.Rectangle((4, 3), (8, 6), grade="top-left"), pr.Elastic(7e4, 0.33))}}, "another mater"),
+        ({"bodies": {"block": pr.Body(pr.Rectangle((4, 3), (8, 6), grade="top-left"), STEEL, "q4")}}, "element"),
+    ],
+)  # fmt: skip
+def test_cases_that_do_not_go_together_are_refused(tmp_path, change, words):
+    """The message names what differs."""
+    pr.run(case(PRESS), tmp_path / "press", quiet=True)
+    with pytest.raises(PrensaError, match=words):
+        pr.discretise(case(RELEASE, start=pr.Start(str(tmp_path / "press")), **change).problem)
