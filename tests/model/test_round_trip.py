@@ -149,7 +149,9 @@ def test_every_class_survives_writing_and_reading(tmp_path_factory, cls, data):
     """What is written of a description is read back as an equal one, whatever its values and optional keys."""
     run = {"run": str(tmp_path_factory.getbasetemp())}
     (tmp_path_factory.getbasetemp() / "checkpoint.h5").touch()
-    plain = {pr.FlowTable: FLOW_TABLE, pr.MuTable: MU_TABLE, pr.File: FILE, pr.Start: run}.get(cls) or data.draw(descriptions(cls))
+    plain = {pr.FlowTable: FLOW_TABLE, pr.MuTable: MU_TABLE, pr.File: FILE, pr.Start: run}.get(cls) or data.draw(
+        descriptions(cls)
+    )
     adapter = TypeAdapter(vocabulary.FixedValue if cls is pr.Fixed else cls)  # 'xy' is read where it is used
     try:
         description = adapter.validate_python(plain, context={"units": {"length": "mm", "force": "N"}})
