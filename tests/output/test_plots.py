@@ -49,7 +49,7 @@ def test_labels_carry_the_units_of_the_case():
 
 
 def test_a_profile_shows_both_pressures_and_the_reference():
-    """Nodal forces, recovered stress, shear and a given reference are four labelled curves."""
+    """Nodal forces, recovered stress, smoothed stress, shear and a given reference are labelled curves."""
     contact = synthetic.increment().contacts[synthetic.CONTACT]
     axes = plot.pressure(contact, synthetic.problem(), {"Hertz": lambda x: 1e3 + 0 * x}).axes[0]
     labels = axes.get_legend_handles_labels()[1]

@@ -190,6 +190,12 @@ def _contacts(p: Any) -> Iterator[Finding]:
                         (*path, "integration"),
                         f"{c.integration!r} is a rule of straight edges and {element} has quadratic ones; use 'nodal'",
                     )
+        if c.enforcement.type == "exact" and c.integration not in ("nodal", "gauss1"):
+            yield Finding(
+                (*path, "integration"),
+                f"{c.integration!r} has more points than the surface has nodes, so that exact multipliers are not unique; "
+                "use 'nodal', or 'enforcement: penalty' or 'augmented'",
+            )
         if len(bodies) > 1 and all(b in p.bodies for b in bodies):
             yield Finding((*path, "surface"), "one contact surface belongs to one body; write two contacts")
         if c.against not in p.tools:
