@@ -38,6 +38,7 @@ def of_limit(name: str, unknowns: str, most: str = "") -> dict[str, Any]:
 
 def of_iteration(elements: str, kind: str = "") -> dict[str, Any]:
     from prensa.fem.schedule import plan_step
+    from prensa.fem.symmetry import is_symmetric
     from prensa.solver.newton import Reduced
 
     n = round(float(elements) ** 0.5)
@@ -50,7 +51,7 @@ def of_iteration(elements: str, kind: str = "") -> dict[str, Any]:
     state = system.initial()
     plan = plan_step(system, 0, state.anchor)
     c = system.circumstances(state, plan, 1.0)
-    reduced = Reduced(system, plan.fixed, pr.Numerics())
+    reduced = Reduced(system, plan.fixed, pr.Numerics(), is_symmetric(system, plan))
     # a state in the middle of the press, from which an iteration is like any other
     u = state.u.copy()
     u[plan.fixed] = 0.1 * plan.values(1.0)

@@ -92,6 +92,9 @@ class Element(Protocol):
     def extra(self, mode: Mode) -> int:
         """History columns of the element itself."""
 
+    def symmetric(self, mode: Mode) -> bool:
+        """Whether its stiffness is symmetric when that of the law is."""
+
     def volumes(self, X: Array, mode: Mode) -> tuple[Array, Flags]:
         """Initial volumes (k, q) of the points and flags (k,) of folded elements."""
 
@@ -133,6 +136,10 @@ class Q4Bar:
     def extra(self, mode: Mode) -> int:
         """No history of its own."""
         return 0
+
+    def symmetric(self, mode: Mode) -> bool:
+        """B-bar derives from an energy, F-bar does not."""
+        return not mode.finite
 
     def volumes(self, X: Array, mode: Mode) -> tuple[Array, Flags]:
         """Initial volumes (k, 4) and flags (k,) of folded elements."""
@@ -187,6 +194,10 @@ class Solid:
         """No history of its own."""
         return 0
 
+    def symmetric(self, mode: Mode) -> bool:
+        """Always: forces and stiffness are derivatives of the strains."""
+        return True
+
     def volumes(self, X: Array, mode: Mode) -> tuple[Array, Flags]:
         """Initial volumes (k, q) and flags (k,) of folded elements."""
         h, w = np.empty((len(X), self.points, 5)), np.empty((len(X), self.points))
@@ -228,6 +239,10 @@ class Q4Enhanced:
     def extra(self, mode: Mode) -> int:
         """F − I and the columns that the modes need."""
         return 5 + -(-enhanced.MODES[mode.axisymmetric] // self.points)
+
+    def symmetric(self, mode: Mode) -> bool:
+        """Always: the modes are eliminated from a symmetric system."""
+        return True
 
     def volumes(self, X: Array, mode: Mode) -> tuple[Array, Flags]:
         """Initial volumes (k, 4) and flags (k,) of folded elements."""

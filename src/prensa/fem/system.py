@@ -471,12 +471,24 @@ class System:
             self._edge_slots[key] = out
         return self._edge_slots[key]
 
+    @staticmethod
+    def frictionless(description: Any) -> bool:
+        """Whether a friction description says that there is none."""
+        match description:
+            case model.Coulomb():
+                return bool(description.mu == 0)
+            case model.Shear():
+                return bool(description.m == 0)
+        return description is None
+
     def _law(self, s: Surface, description: Any, state: State) -> Friction | None:
         """Friction of a contact during an increment from *state*; shear yield stresses are those of its start."""
+        if self.frictionless(description):
+            return None
         match description:
-            case model.Coulomb() if description.mu != 0:
+            case model.Coulomb():
                 return Coulomb(description.mu)
-            case model.Shear() if description.m != 0:
+            case model.Shear():
                 return Shear(description.m, self.shear_strength(s, description, state))
         return None
 

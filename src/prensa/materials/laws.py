@@ -51,6 +51,10 @@ class Material(Protocol):
         """Whether history 4 and 5 are the equivalent plastic strain and the plastic work per initial volume."""
 
     @property
+    def symmetric(self) -> bool:
+        """Whether A (n, 5, 5) is symmetric at every state."""
+
+    @property
     def E(self) -> float:
         """Young's modulus."""
 
@@ -83,6 +87,11 @@ class _Isotropic:
     finite: bool
     size: int = field(default=4, init=False)
     plastic: bool = field(default=False, init=False)
+
+    @property
+    def symmetric(self) -> bool:
+        """True: stresses derive from an energy."""
+        return True
 
     def thickness(self, history: Array) -> Array | None:
         """None: the law does not change the thickness that the element integrates over."""
@@ -186,6 +195,11 @@ class J2(_Isotropic):
     yield_on_cauchy: bool = True
     size: int = field(default=6, init=False)
     plastic: bool = field(default=True, init=False)
+
+    @property
+    def symmetric(self) -> bool:
+        """Unless the limit is one of the Cauchy stress in finite strain, which makes flow depend on the volume."""
+        return not (self.finite and self.yield_on_cauchy)
 
     def principal(
         self, eps: Array, frame: Array, old: Array, at: At, tau: Array, dtau: Array, eps_e: Array, out: Out

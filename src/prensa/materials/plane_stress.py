@@ -42,6 +42,11 @@ class PlaneStress:
         return self.law.plastic
 
     @property
+    def symmetric(self) -> bool:
+        """As the law: eliminating a stress keeps symmetry."""
+        return self.law.symmetric
+
+    @property
     def E(self) -> float:
         """Young's modulus."""
         return self.law.E

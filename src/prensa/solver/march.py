@@ -15,6 +15,7 @@ from prensa.errors import SolveError, refuse
 from prensa.fem.preflight import preflight
 from prensa.fem.schedule import StepPlan, plan_step
 from prensa.fem.state import State
+from prensa.fem.symmetry import is_symmetric
 from prensa.fem.system import Circumstances, Evaluation, System, discretise
 from prensa.model import problem as model
 from prensa.solver.approach import approach, first_touch
@@ -102,8 +103,13 @@ class _March:
         steps = self.system.problem.steps
         for number in range(int(state.clock[0]), len(steps)):
             plan = plan_step(self.system, number, state.anchor)
-            if self.reduced is None or not np.array_equal(self.reduced.fixed, plan.fixed):
-                self.reduced = Reduced(self.system, plan.fixed, self.numerics)
+            symmetric = is_symmetric(self.system, plan)
+            if (
+                self.reduced is None
+                or self.reduced.symmetric != symmetric
+                or not np.array_equal(self.reduced.fixed, plan.fixed)
+            ):
+                self.reduced = Reduced(self.system, plan.fixed, self.numerics, symmetric)
             while state.clock[2] < plan.t1:
                 state, increment = self.advance(state, plan)
                 self.last = increment

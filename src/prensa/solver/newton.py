@@ -51,7 +51,7 @@ class Trial:
 class Reduced:
     """The free part of the system: indices of free unknowns, their sub-matrix, its factorisation analysed once."""
 
-    def __init__(self, system: System, fixed: Index, numerics: model.Numerics):
+    def __init__(self, system: System, fixed: Index, numerics: model.Numerics, symmetric: bool = False):
         n = system.ndof
         self.fixed = fixed
         mask = np.ones(n, dtype=bool)
@@ -73,7 +73,8 @@ class Reduced:
                 np.concatenate([[0], np.cumsum(count)]).astype(np.int32),
                 number[indices[self.entries]].astype(np.int32),
             )
-        self.factorisation = Factorisation(len(self.free), *pattern, numerics.solver, numerics.threads)
+        self.factorisation = Factorisation(len(self.free), *pattern, numerics.solver, numerics.threads, symmetric)
+        self.symmetric = symmetric
         # rows of rotations are moments: divided by a length they are forces
         weight = np.ones(n)
         for t in range(len(system.tools)):
