@@ -237,6 +237,7 @@ def _left(folder: Path | None) -> str:
 # ------------------------------------------------------------------------------------------------------- what would run
 def _plan(system: System) -> Iterator[str]:
     """Lines about a discretised problem: bodies, tools in their places, contacts, steps, size."""
+    from prensa.mesh.quality import quality
     from prensa.model.schema import brief
 
     p = system.problem
@@ -248,6 +249,7 @@ def _plan(system: System) -> Iterator[str]:
         (x0, y0), (x1, y1) = mesh.points.min(axis=0), mesh.points.max(axis=0)
         yield f"body {name}: {len(mesh.cells)} elements {body.element_in(p.space)}, {len(mesh.points)} nodes"
         yield f"  x {x0:g} … {x1:g}, y {y0:g} … {y1:g}; {brief(body.material)}"
+        yield f"  {quality(mesh).line()}"
     for tool in system.tools:
         place = f"reference point at ({tool.at[0]:.6g}, {tool.at[1]:.6g})"
         dx, dy = tool.direction + 0.0  # no minus before a zero

@@ -18,6 +18,7 @@ from prensa.fem.modes import CLOSED, modes
 from prensa.fem.schedule import StepPlan, plan_step
 from prensa.fem.system import Surface, System
 from prensa.materials.hardening import flow_curve
+from prensa.mesh.quality import quality
 from prensa.tools.analytic import Circle, Flat, Plane
 
 Array = NDArray[np.float64]
@@ -33,7 +34,7 @@ def preflight(system: System) -> list[Notice]:
     """All notices on a discretised problem, the fatal ones first."""
     beginning = [*_sizes(system), *_beginning(system)]
     found = [
-        *_flow_curves(system), *_tables(system), *_lengths(system), *beginning,
+        *_flow_curves(system), *_tables(system), *_lengths(system), *_shapes(system), *beginning,
         *([] if any(n.fatal for n in beginning) else _passage(system)), *modes(system),
     ]  # fmt: skip
     return sorted(found, key=lambda n: not n.fatal)
@@ -139,6 +140,11 @@ def _lengths(system: System) -> Iterator[Notice]:
                         yield Notice(
                             path, f"a travel of {most:.4g} {unit} past bodies of {size:.4g} {unit}; is the unit right?"
                         )
+
+
+def _shapes(system: System) -> Iterator[Notice]:
+    for name, mesh in system.meshes.items():
+        yield from (Notice(f"bodies.{name}.mesh", words) for words in quality(mesh).warnings())
 
 
 def _sizes(system: System) -> Iterator[Notice]:

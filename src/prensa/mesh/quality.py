@@ -1,0 +1,77 @@
+"""Shape of the elements of a mesh in numbers: scaled Jacobians and aspect ratios, and where the worst one is.
+
+Scaled Jacobian (P. Knupp 2000): at each corner the sine of the angle between the two sides (the tangents of curved ones),
+of a triangle over that of 60°; of an element the least of its corners: 1 is a rectangle or an equilateral triangle, 0 a corner
+of 0° or 180°, negative one that is turned over.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.mesh.mesh import CORNERS, KINDS, Array, Mesh, corner_cells, sides
+
+POOR = 0.2  # scaled Jacobian below which stresses of an element are poor
+LONG = 50.0  # longest over shortest side above which an element is told of
+
+
+@dataclass(frozen=True)
+class Quality:
+    """``jacobian``, ``aspect`` (m,) of the elements; ``centre`` (m, 2)."""
+
+    kind: str
+    jacobian: Array
+    aspect: Array
+    centre: NDArray[np.float64]
+
+    @property
+    def worst(self) -> int:
+        """The element with the least scaled Jacobian."""
+        return int(np.argmin(self.jacobian))
+
+    def where(self, e: int) -> str:
+        """An element by its number and place."""
+        return f"element {e} near ({self.centre[e, 0]:.4g}, {self.centre[e, 1]:.4g})"
+
+    def line(self) -> str:
+        """All of it in one line."""
+        return (
+            f"{self.kind}: scaled Jacobian {self.jacobian.min():.3g} … {self.jacobian.max():.3g}, aspect ratio "
+            f"{self.aspect.min():.3g} … {self.aspect.max():.3g}; worst: {self.where(self.worst)}"
+        )
+
+    def warnings(self) -> list[str]:
+        """What is likely to spoil results, with a remedy."""
+        said = []
+        bad = int((self.jacobian < POOR).sum())
+        if bad:
+            least = self.jacobian[self.worst]
+            said.append(
+                f"{bad} of {len(self.jacobian)} elements have a scaled Jacobian below {POOR}, the least {least:.2g} is that of "
+                f"{self.where(self.worst)}: stresses are poor there; mesh it again with better angles"
+            )
+        k = int(np.argmax(self.aspect))
+        if self.aspect[k] > LONG:
+            said.append(
+                f"{self.where(k)} is {self.aspect[k]:.3g} times longer than wide: it bends and locks like a needle; use more "
+                "elements along its long side or a smaller grading ratio"
+            )
+        return said
+
+
+def quality(mesh: Mesh) -> Quality:
+    """Quality of every element of a mesh."""
+    cells = corner_cells(mesh.cells)
+    x, c = mesh.points[cells], CORNERS[mesh.cells.shape[1]]
+    after, before = np.roll(x, -1, axis=1) - x, np.roll(x, 1, axis=1) - x
+    length = np.hypot(after[..., 0], after[..., 1])
+    if mesh.cells.shape[1] > c:
+        middle = mesh.points[sides(mesh.cells)[..., 2]]  # half the tangents at the ends: 4 m − 3 a − b
+        after, before = 4 * (middle - x) - after, 4 * (np.roll(middle, 1, axis=1) - x) - before
+    cross = after[..., 0] * before[..., 1] - after[..., 1] * before[..., 0]
+    sine = cross / np.maximum(np.linalg.norm(after, axis=2) * np.linalg.norm(before, axis=2), 1e-300)
+    jacobian = sine.min(axis=1) * (2 / np.sqrt(3.0) if c == 3 else 1.0)
+    return Quality(KINDS[mesh.cells.shape[1]], jacobian, length.max(axis=1) / length.min(axis=1), x.mean(axis=1))
