@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.output import plot, style
+from prensa.output.cells import around, outline, triangles
 from prensa.verify.table import Row, cells
 
 if TYPE_CHECKING:
@@ -84,18 +85,17 @@ def saved(made: Figure, path: Path) -> None:
 
 
 def section(axes: Axes, x: Array, cells: NDArray[np.int64], values: Array, limits: tuple[float, float]) -> Any:
-    """Draw a body: (n, 2) places, (m, 4) quadrilaterals, (n,) *values* in colours between *limits*; returns the mappable."""
+    """Draw a body: (n, 2) places, (m, a) cells, (n,) *values* in colours between *limits*; returns the mappable."""
     from matplotlib.collections import LineCollection, PolyCollection
     from matplotlib.tri import Triangulation
 
-    triangles = np.vstack([cells[:, [0, 1, 2]], cells[:, [0, 2, 3]]])
-    drawn = axes.tripcolor(Triangulation(x[:, 0], x[:, 1], triangles), values, shading="gouraud", vmin=limits[0],
+    drawn = axes.tripcolor(Triangulation(x[:, 0], x[:, 1], triangles(cells)), values, shading="gouraud", vmin=limits[0],
                            vmax=limits[1], cmap=style.SEQUENTIAL, rasterized=True)  # fmt: skip
     if len(cells) <= 1500:
         axes.add_collection(
-            PolyCollection(list(x[cells]), facecolors="none", edgecolors="k", linewidths=0.25, alpha=0.35)
+            PolyCollection(list(x[around(cells)]), facecolors="none", edgecolors="k", linewidths=0.25, alpha=0.35)
         )
-    axes.add_collection(LineCollection(list(x[plot.boundary_edges(cells)]), colors="0.1", linewidths=0.8))
+    axes.add_collection(LineCollection(list(x[outline(cells)]), colors="0.1", linewidths=0.8))
     axes.set_aspect("equal")
     axes.grid(False)
     return drawn

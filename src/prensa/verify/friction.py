@@ -136,13 +136,14 @@ def dragged_strip(material: pr.J2 | pr.Elastic, law: pr.Shear, kinematics: Liter
 def shear_factor(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """A die that drags a strip along feels m k A, A the present area: k = σ_y/√3 of a perfectly plastic strip, or given."""
     balance = Balance()
-    m, s0, k = 0.3 * mu_scale, 100.0, 40.0
+    m, s0, k = 0.3, 100.0, 40.0
+    law, given = pr.Shear(m * mu_scale), pr.Shear(m * mu_scale, k)
     plastic = pr.J2(1e5 * E_scale, 0.3, pr.Perfect(s0))
     elastic = pr.Elastic(1e3 * E_scale, 0.3)
     cases: tuple[tuple[str, pr.Problem, float], ...] = (
-        ("plastic, finite strain", dragged_strip(plastic, pr.Shear(m), "finite"), s0 / math.sqrt(3.0)),
-        ("plastic, small strain", dragged_strip(plastic, pr.Shear(m), "small"), s0 / math.sqrt(3.0)),
-        ("elastic, k given, finite strain", dragged_strip(elastic, pr.Shear(m, k), "finite"), k),
+        ("plastic, finite strain", dragged_strip(plastic, law, "finite"), s0 / math.sqrt(3.0)),
+        ("plastic, small strain", dragged_strip(plastic, law, "small"), s0 / math.sqrt(3.0)),
+        ("elastic, k given, finite strain", dragged_strip(elastic, given, "finite"), k),
     )
     for name, problem, strength in cases:
         inc = balance.last(problem)
