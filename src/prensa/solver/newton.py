@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from prensa.contact.pairing import Pairs
 from prensa.fem.system import Circumstances, Evaluation, Surface, System
 from prensa.model import problem as model
+from prensa.solver.continuation import ROUGH, stages, stiffened
 from prensa.solver.eliminated import Tied
 from prensa.solver.linear import Factorisation, SingularError
 from prensa.solver.multipliers import BlockedError, Equations, determined
@@ -209,13 +211,37 @@ def _keep_on_tools(system: System, c: Circumstances, u: Array) -> None:
 def attempt(
     system: System, c: Circumstances, reduced: Reduced, start: Array, numerics: model.Numerics, report: Reporter
 ) -> Trial:
-    """Try to solve the increment; the committed state is not touched."""
+    """Try to solve the increment, with stiffening contacts if they ask for it; the committed state is not touched."""
+    trial = _attempt(system, c, [], reduced, start, numerics, report)
+    path = [] if trial.converged else stages(system, c)
+    if not path:
+        return trial
+    again = _attempt(system, c, path, reduced, start, numerics, report)
+    again.iterations += trial.iterations
+    return again
+
+
+def _attempt(
+    system: System,
+    c: Circumstances,
+    path: list[Circumstances],
+    reduced: Reduced,
+    start: Array,
+    numerics: model.Numerics,
+    report: Reporter,
+) -> Trial:
+    """One attempt; ``path``: circumstances to be solved roughly before, each from the answer to the last."""
     reduced.factorisation.begin()
     lam = first_multipliers(system, c)
     trial = Trial(False, "", start, None, lam, 0)
     try:
-        u, e, solved = _start(system, c, reduced, start, lam, numerics, report)
+        u, e, solved = _start(system, path[0] if path else c, reduced, start, lam, numerics, report)
         trial.iterations += int(solved)
+        rough = replace(numerics, tolerance=ROUGH)
+        for now, then in pairwise([*path, c]):
+            if _newton(system, now, reduced, u, e, lam, rough, report, trial) is None:
+                return trial
+            u, e = stiffened(system, now, then, trial.u), None
         while True:
             e = _newton(system, c, reduced, u, e, lam, numerics, report, trial)
             if e is None:

@@ -1,0 +1,61 @@
+"""Continuation in the penalty: an increment that fails is tried again with soft contacts that stiffen stage by stage."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.contact.enforcement import Scale
+from prensa.fem.system import Circumstances, Surface, System
+from prensa.model import problem as model
+
+Array = NDArray[np.float64]
+
+SOFT = 10.0  # β of the first stage
+SOFT_T = 1.0  # β_T of the first stage
+ROUGH = 1e-4  # relative residual to which a stage before the last is solved
+
+
+def stages(system: System, c: Circumstances) -> list[Circumstances]:
+    """Circumstances of the stages before the last one: stiffnesses capped at E*/h × (10, 1) × factorᵏ; empty without need.
+
+    The factor is each contact's ``continuation``; contacts without it keep their stiffness.
+    """
+    out: list[Circumstances] = []
+    while len(out) < 64:
+        scales = [_capped(s, scale, c, i, len(out)) for i, (s, scale) in enumerate(zip(system.surfaces, c.scales))]
+        if all(a is b for a, b in zip(scales, c.scales)):
+            break
+        out.append(replace(c, scales=scales))
+    return out
+
+
+def _capped(s: Surface, scale: Scale, c: Circumstances, i: int, stage: int) -> Scale:
+    """Stiffnesses of a contact in a stage; the same object when nothing is capped."""
+    enforcement = s.description.enforcement
+    if not isinstance(enforcement, model.Penalty) or enforcement.continuation <= 1:
+        return scale
+    growth = enforcement.continuation**stage
+    k_n = np.minimum(scale.k_n, SOFT * growth * scale.unit)
+    law = c.laws[i]
+    # a softening law has the k_T that it needs
+    k_t = scale.k_t if law is not None and law.hardens else np.minimum(scale.k_t, SOFT_T * growth * scale.unit)
+    if np.array_equal(k_n, scale.k_n) and np.array_equal(k_t, scale.k_t):
+        return scale
+    return replace(scale, k_n=k_n, k_t=k_t)
+
+
+def stiffened(system: System, now: Circumstances, then: Circumstances, u: Array) -> Array:
+    """Unknowns of a solved stage moved to where the next one has the same pressures: penetrations shrink as k_n grows."""
+    u = u.copy()
+    nodal = u[: 2 * system.nodes].reshape(-1, 2)
+    for s, a, b in zip(system.surfaces, now.scales, then.scales):
+        if a is b:
+            continue
+        pairs = system.pairs(s, u)
+        free = ~np.isin(system.pair_dofs(s)[:, :2], now.plan.fixed).any(axis=1)
+        inside = np.where(free & np.isfinite(pairs.g), np.minimum(pairs.g, 0.0), 0.0)
+        nodal[s.points.nodes] += ((a.k_n / b.k_n - 1.0) * inside)[:, None] * pairs.n
+    return u
