@@ -143,7 +143,9 @@ def test_integration_rules(space, mode, rule):
     """Within 1e-6 of differences for every rule × geometry × enforcement, two friction laws; stick and slip occur."""
     axi = space == "axisymmetric"
     closed, slip = [], []
-    enforcements = (pr.Penalty(beta_T=60.0), pr.Augmented(beta=20.0, beta_T=60.0))
+    enforcements = [pr.Penalty(beta_T=60.0), pr.Augmented(beta=20.0, beta_T=60.0)]
+    if rule == "gauss1":  # the others have more points than nodes: refused in the exact form
+        enforcements.append(pr.Exact(beta=20.0, beta_T=60.0))
     for i, (tool, friction, enforcement) in enumerate(
         itertools.product(("tilted plane", "circle"), ("hardening", "shear"), enforcements)
     ):

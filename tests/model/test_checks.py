@@ -75,6 +75,16 @@ def test_a_likely_slip_is_a_warning(old, new, words):
         assert word in said[0]
 
 
+def test_exact_enforcement_refuses_rules_with_more_points_than_nodes():
+    """The message stands at the rule and gives the reason; the nodal rule and one point an edge are accepted."""
+    for rule in ("gauss2", "gauss3", "simpson", "kikuchi"):
+        text = CASE.replace("against: punch,", f"against: punch, enforcement: {{type: exact}}, integration: {rule},")
+        with pytest.raises(pr.CaseError, match=rf"^u\.yaml:14:\d+: {rule} has more points.*over-constrained.*'nodal'"):
+            loads(text, "u.yaml")
+        for accepted in (text.replace(rule, "gauss1"), text.replace(rule, "nodal"), text.replace("exact", "augmented")):
+            loads(accepted)
+
+
 def test_a_shear_factor_needs_a_shear_yield_stress():
     """A factor m on an elastic body is refused where it is written: in the contact, for all, in a step; k mends it."""
     elastic = CASE.replace(

@@ -61,7 +61,7 @@ class Scale:
 
 def forces(
     pairs: Pairs, weight: Array, scale: Scale, lam: Array, committed: Array, law: Friction | None, period: float,
-    hold: NDArray[np.bool_] | None = None, area: Array | None = None,
+    hold: NDArray[np.bool_] | None = None, area: Array | None = None, lagged: bool = False,
 ) -> ContactForces:  # fmt: skip
     """Contact forces on the pair coordinates and their exact, unsymmetric stiffness.
 
@@ -70,6 +70,8 @@ def forces(
     area (k,): weight of the tangential traction where it is not that of the pressure (a limit per current area); its
     dependence on the positions is not in K (see `stretching`).
     ``period``: length of a closed tool's surface, across which the coordinate jumps.
+    ``lagged``: stiffness of the paper (24)-(26), k_n n⊗n + k_TT e⊗e: friction at the pressure of the last iterate and
+    the tool's curvature are in the forces only.
     """
     k = len(weight)
     p_trial = lam[:, 0] - scale.k_n * pairs.g  # −inf where a ray misses the tool
@@ -86,7 +88,7 @@ def forces(
             ds = ds - period * np.round(ds / period)
         out = return_map(law, lam[:, 1:2], ds[:, None], p, touching, committed[:, 1], scale.k_t, hold)
         t, kappa, slip = out.t[:, 0], out.kappa, out.slip
-        dt = out.dt_dp * dp
+        dt = np.zeros_like(dp) if lagged else out.dt_dp * dp
         dt[:, 1] -= out.dt_dg[:, 0, 0] / scale.k_t  # the trial traction is λ_T − k_T Δg_T
         dt[:, 2:] += out.dt_dg[:, 0] * pairs.ds
     area = weight if area is None else area
@@ -94,7 +96,7 @@ def forces(
     F = P * pairs.Fn + T * pairs.Ft
     dP, dT = weight[:, None] * dp, area[:, None] * dt
     dF = pairs.Fn[:, :, None] * dP[:, None, 2:] + pairs.Ft[:, :, None] * dT[:, None, 2:]
-    if pairs.moving:
+    if pairs.moving and not lagged:
         v = P * pairs.e - T * pairs.n
         arm = pairs.arm
         turned = np.concatenate([v, -v, -(arm[:, :1] * v[:, 1:] - arm[:, 1:] * v[:, :1])], axis=1)

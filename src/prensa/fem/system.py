@@ -115,7 +115,8 @@ class Circumstances:
     """What an evaluation depends on besides the unknowns: committed state, plan of the step, time, and derived arrays.
 
     Fixed during an increment: ``weights`` and ``scales`` of the contacts on the committed configuration, laws; ``depth``
-    (n,) thickness at the nodes at the last commit, None in axisymmetry.
+    (n,) thickness at the nodes at the last commit, None in axisymmetry; ``lagged``: the contact stiffness is the paper's
+    symmetric one (see `forces`).
     """
 
     state: State
@@ -127,6 +128,7 @@ class Circumstances:
     laws: list[Friction | None]
     x_n: Array
     depth: Array | None
+    lagged: bool = False
 
 
 @dataclass
@@ -352,7 +354,7 @@ class System:
             follows = law is not None and law.per_current_area and self.problem.kinematics == "finite"
             area = self.weights(s, self.positions(u), c.depth) if follows else None
             pairs = self.pairs(s, u)
-            f = forces(pairs, w, sc, lam[s.rows], c.state.contact[s.rows], law, period, held, area)
+            f = forces(pairs, w, sc, lam[s.rows], c.state.contact[s.rows], law, period, held, area, c.lagged)
             floor += EPS * float((w * sc.k_n)[f.p > 0].sum()) * reach
             if not np.isfinite(f.K).all():
                 return Evaluation(
@@ -369,7 +371,7 @@ class System:
             np.subtract.at(r, self.pair_dofs(s), F)
             if data is not None:
                 scatter_matrix(K, self.pair_slots(s), data)
-                if follows:
+                if follows and not c.lagged:
                     t = f.t * s.points.at(self.share(c.depth))
                     slopes = s.points.slopes(self.positions(u))
                     scatter_matrix(stretching(t, pairs, s.points.shares, slopes), self._stretch_slots(s), data)

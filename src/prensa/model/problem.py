@@ -1020,7 +1020,8 @@ class Numerics:
 
     ``tolerance``: residual over the sum of absolute element forces; ``max_cutbacks``: how often an increment may be
     halved; ``reuse_factors``: finish nearly converged iterates with the factors at hand; ``solver``: ``auto`` takes
-    PARDISO when installed, else rslab, else SuperLU.
+    PARDISO when installed, else rslab, else SuperLU. ``iteration``: ``newton`` with the exact tangent, or ``paper``: the
+    founding paper's, whose contact matrix is symmetric because friction takes the pressure of the last iterate; for comparison.
     """
 
     tolerance: Annotated[Number, Field(gt=0, le=1e-4)] = 1e-9
@@ -1029,6 +1030,7 @@ class Numerics:
     line_search: bool = True
     predictor: bool = True
     reuse_factors: bool = True
+    iteration: Literal["newton", "paper"] = "newton"
     solver: Literal["auto", "pardiso", "rslab", "superlu"] = "auto"
     threads: Annotated[Whole, Field(ge=1)] = 1
 

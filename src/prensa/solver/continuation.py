@@ -54,8 +54,9 @@ def stiffened(system: System, now: Circumstances, then: Circumstances, u: Array)
     for s, a, b in zip(system.surfaces, now.scales, then.scales):
         if a is b:
             continue
-        pairs = system.pairs(s, u)
-        free = ~np.isin(system.pair_dofs(s)[:, :2], now.plan.fixed).any(axis=1)
+        pairs, nodes = system.node_pairs(s, u), s.points.nodes
+        free = ~np.isin(2 * nodes[:, None] + np.arange(2), now.plan.fixed).any(axis=1)
         inside = np.where(free & np.isfinite(pairs.g), np.minimum(pairs.g, 0.0), 0.0)
-        nodal[s.points.nodes] += ((a.k_n / b.k_n - 1.0) * inside)[:, None] * pairs.n
+        softer = s.points.to_nodes(a.k_n / b.k_n) / s.points.to_nodes(np.ones(len(s.points)))
+        nodal[nodes] += ((softer - 1.0) * inside)[:, None] * pairs.n
     return u

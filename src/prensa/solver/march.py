@@ -6,6 +6,7 @@ import logging
 import time as clocks
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -125,7 +126,7 @@ class _March:
         spent, cutbacks = 0, 0
         while True:
             end, notes = first_touch(self.system, state, plan, self.target(plan, now, dt))
-            c = self.system.circumstances(state, plan, end)
+            c = replace(self.system.circumstances(state, plan, end), lagged=self.numerics.iteration == "paper")
             origin, more = approach(self.system, c)
             for message in notes + more:
                 self.note(state, plan, message)
