@@ -52,7 +52,7 @@ def last(p, numerics=None):
 def test_stages_solve_what_newton_alone_does_not(beta):
     """A plate that Newton fails on at a large beta, uncut, is solved by stages, and the stiff limit is what comes out."""
     uncut = pr.Numerics(max_cutbacks=0)
-    with pytest.raises(SolveError, match="stagnates|no convergence"):
+    with pytest.raises(SolveError, match=r"stagnates|no convergence"):
         last(plate(pr.Penalty(beta, continuation=1.0)), uncut)
     inc = last(plate(pr.Penalty(beta)), uncut)
     soft = last(plate(pr.Penalty(100.0)), uncut)
