@@ -86,7 +86,7 @@ class Surface:
 ROUNDING = 0.25  # fillet over element depth of corners that are not given one: a sharp one has no normal to slide on
 EPS = float(np.finfo(np.float64).eps)
 ROUND_OFF = 0.25  # share of ε E* size, per node, that the forces of a body at rest miss: all the strain there is then
-ROUND = 8.0  # round-off of a gap or slip over ε × size
+ROUND = 1.0  # round-off of a gap or slip over ε × size
 NOTHING = 1e-8  # forces of strains below this need no relative accuracy: an unloaded body has no force to compare with
 
 

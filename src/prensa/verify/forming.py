@@ -55,7 +55,7 @@ def at(reductions: tuple[float, ...], increments: list[Increment]) -> list[Incre
 
 def upsetting(
     n: tuple[int, int], mu: float, flow: Flow = LUDWIK, *, space: str = "axisymmetric", graded: bool = False,
-    enforcement: pr.Penalty | pr.Augmented | None = None, increments: int | None = None, yield_on: str = "cauchy",
+    enforcement: pr.Penalty | pr.Augmented | pr.Exact | None = None, increments: int | None = None, yield_on: str = "cauchy",
     E_scale: float = 1.0, reductions: tuple[float, ...] = REDUCTIONS,
 ) -> pr.Problem:  # fmt: skip
     """Quarter of a cylinder (or strip) R = 10, half height 7.5 between flat dies; its free side may fold onto the die."""
