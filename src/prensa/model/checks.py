@@ -200,12 +200,6 @@ def _contacts(p: Any) -> Iterator[Finding]:
             yield Finding((*path, "surface"), "one contact surface belongs to one body; write two contacts")
         if c.against not in p.tools:
             yield Finding((*path, "against"), f"unknown tool {c.against!r}{suggest(c.against, p.tools)}")
-        if c.enforcement.type == "exact" and c.integration not in ("nodal", "gauss1"):
-            yield Finding(
-                (*path, "integration"),
-                f"{c.integration} has more points than the surface has nodes: exact enforcement of a condition at each is "
-                "over-constrained; use 'nodal', or 'penalty'",
-            )
 
 
 def _friction(p: Any) -> Iterator[Finding]:
