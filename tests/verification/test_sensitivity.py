@@ -6,7 +6,13 @@ import pytest
 
 from prensa.verify.table import Case, cases
 
-FRICTION = {"sliding wedge", "shear factor", "Cattaneo-Mindlin", "slip hardening, return map", "slip hardening, dragged body"}
+FRICTION = {
+    "sliding wedge",
+    "shear factor",
+    "Cattaneo-Mindlin",
+    "slip hardening, return map",
+    "slip hardening, dragged body",
+}
 """Closed forms in which only the friction enters."""
 
 INDIFFERENT = {"balance, every kind of load"}
