@@ -150,7 +150,7 @@ def depths(found: list[Stage], ours: list[Stage], path: Path) -> None:
     """The paper's figure 4: peak pressure by depth; Hertz departs from the layer, not from the mesh alone."""
     with style.styled():
         made, axes = figure(5.4, 3.4)
-        fine = np.linspace(0.02, 2.1, 60)
+        fine = np.linspace(0.02, 2.1, 25)
         layers = [layer_line(R=R, H=H, E=E, nu=NU, delta=float(d)) for d in fine]
         axes.plot(fine, [s.p0 for s in layers], color=style.BLACK, linewidth=1.0, label="elastic layer")
         axes.plot(
