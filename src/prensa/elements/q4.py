@@ -6,7 +6,9 @@ configuration x_n (updated Lagrangian); in small strain that is X.
 
 F-bar (de Souza Neto, Perić, Dutko & Owen 1996): f̄ = α f with α = (J₀/J)^(1/m), J₀ at the centroid; m = 3 in
 axisymmetry (hoop component included), m = 2 in plane strain (in-plane block). Forces r_a = ∫ c P̄ ∇N_a dV with
-c = α^(1−m), which is ∫ σ(f̄) ∇N_a dv. In small strain it is B-bar (Hughes 1980), symmetric.
+c = α^(1−m), which is ∫ σ(f̄) ∇N_a dv. In small strain it is B-bar
+(Hughes 1980), symmetric, with the volume average of the dilatation: that of the centroid, the same in plane strain, would fail
+the patch test in axisymmetry.
 """
 
 from __future__ import annotations
@@ -62,6 +64,36 @@ def _gradient_of(e, du, N, dN, r, axisymmetric):
     return h11, h12, h21, h22, h33
 
 
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _divergence(h11, h12, h21, h22, h33, N, dN, r, axisymmetric, finite, g):
+    """G (8,) = f⁻ᵀ : ∂f/∂u, the derivative of ln det f with respect to the nodal increments (its trace in small strain)."""
+    if finite:
+        det = (1.0 + h11) * (1.0 + h22) - h12 * h21
+        i11, i12, i21, i22 = (1.0 + h22) / det, -h12 / det, -h21 / det, (1.0 + h11) / det
+    else:
+        i11, i12, i21, i22 = 1.0, 0.0, 0.0, 1.0
+    for a in range(4):
+        g[2 * a] = i11 * dN[a, 0] + i21 * dN[a, 1]
+        g[2 * a + 1] = i12 * dN[a, 0] + i22 * dN[a, 1]
+        if axisymmetric:
+            g[2 * a] += N[a] / r / (1.0 + h33 if finite else 1.0)
+
+
+@njit(cache=True, error_model="numpy")
+def _mean_divergence(x, e, axisymmetric, N, dN, g, mean):
+    """Mean (8,) = volume average of the virtual divergence of small strain; g (8,) scratch."""
+    mean[:] = 0.0
+    total = 0.0
+    for q in range(4):
+        det, r = _gradients(x, e, _XI[q] * _G, _ETA[q] * _G, axisymmetric, N, dN)
+        _divergence(0.0, 0.0, 0.0, 0.0, 0.0, N, dN, r, axisymmetric, False, g)
+        total += det * r
+        for i in range(8):
+            mean[i] += det * r * g[i]
+    for i in range(8):
+        mean[i] /= total
+
+
 @njit(cache=True, error_model="numpy")
 def kinematics(x, du, axisymmetric, finite, bar, scale, h, w, alpha, failed):
     """X (e, 4, 2) committed positions, du (e, 4, 2) increments → h (e, 4, 5), w (e, 4) volumes, alpha (e, 4), failed (e,).
@@ -71,20 +103,22 @@ def kinematics(x, du, axisymmetric, finite, bar, scale, h, w, alpha, failed):
     """
     N = np.empty(4)
     dN = np.empty((4, 2))
+    g, g0 = np.empty(8), np.empty(8)
     m = 3.0 if axisymmetric else 2.0
     for e in range(x.shape[0]):
         ln0 = 0.0
-        if bar:
+        if bar and finite:
             det, r = _gradients(x, e, 0.0, 0.0, axisymmetric, N, dN)
             h11, h12, h21, h22, h33 = _gradient_of(e, du, N, dN, r, axisymmetric)
-            if finite:
-                jm = det_minus_one(h11, h12, h21, h22, h33)
-                if not jm > -1.0:
-                    failed[e] = True
-                    jm = 0.0
-                ln0 = math.log1p(jm)
-            else:
-                ln0 = h11 + h22 + h33
+            jm = det_minus_one(h11, h12, h21, h22, h33)
+            if not jm > -1.0:
+                failed[e] = True
+                jm = 0.0
+            ln0 = math.log1p(jm)
+        elif bar:
+            _mean_divergence(x, e, axisymmetric, N, dN, g, g0)
+            for a in range(4):
+                ln0 += g0[2 * a] * du[e, a, 0] + g0[2 * a + 1] * du[e, a, 1]
         for q in range(4):
             det, r = _gradients(x, e, _XI[q] * _G, _ETA[q] * _G, axisymmetric, N, dN)
             w[e, q] = scale * det * r
@@ -117,21 +151,6 @@ def kinematics(x, du, axisymmetric, finite, bar, scale, h, w, alpha, failed):
             alpha[e, q] = 1.0 + a1
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
-def _divergence(h11, h12, h21, h22, h33, N, dN, r, axisymmetric, finite, g):
-    """G (8,) = f⁻ᵀ : ∂f/∂u, the derivative of ln det f with respect to the nodal increments (its trace in small strain)."""
-    if finite:
-        det = (1.0 + h11) * (1.0 + h22) - h12 * h21
-        i11, i12, i21, i22 = (1.0 + h22) / det, -h12 / det, -h21 / det, (1.0 + h11) / det
-    else:
-        i11, i12, i21, i22 = 1.0, 0.0, 0.0, 1.0
-    for a in range(4):
-        g[2 * a] = i11 * dN[a, 0] + i21 * dN[a, 1]
-        g[2 * a + 1] = i12 * dN[a, 0] + i22 * dN[a, 1]
-        if axisymmetric:
-            g[2 * a] += N[a] / r / (1.0 + h33 if finite else 1.0)
-
-
 @njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"})
 def integrate(x, du, axisymmetric, finite, bar, w, alpha, P, A, forces, stiffness, r_out, K_out):
     """P (e, 4, 5), A (e, 4, 5, 5) → r_out (e, 8) internal forces, and with ``stiffness`` K_out (e, 8, 8), exact.
@@ -154,10 +173,12 @@ def integrate(x, du, axisymmetric, finite, bar, w, alpha, P, A, forces, stiffnes
         r_out[e, :] = 0.0
         if stiffness:
             K_out[e, :, :] = 0.0
-        if bar:
+        if bar and finite:
             _, r = _gradients(x, e, 0.0, 0.0, axisymmetric, N, dN)
             h11, h12, h21, h22, h33 = _gradient_of(e, du, N, dN, r, axisymmetric)
             _divergence(h11, h12, h21, h22, h33, N, dN, r, axisymmetric, finite, g0)
+        elif bar:
+            _mean_divergence(x, e, axisymmetric, N, dN, g, g0)
         total = 0.0
         for q in range(4):
             _, r = _gradients(x, e, _XI[q] * _G, _ETA[q] * _G, axisymmetric, N, dN)

@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 
 MAX_ITERATIONS = 60
 STRESS = 1e-14  # σ₃₃ over the largest in-plane stress that counts as zero …
+FLOOR = 1e-11  # … or that counts as zero when Newton no longer lowers it …
 STEP = 1e-15  # … or a correction that round-off of the strains makes
 
 
@@ -110,7 +111,7 @@ class PlaneStress:
         out.failed[~np.isfinite(x)] = True
         x = np.where(np.isfinite(x), x, 0.0)
         lo, hi = np.full(n, -np.inf), np.full(n, np.inf)
-        rows = np.arange(n)
+        rows, best = np.arange(n), np.full(n, np.inf)
         for _ in range(MAX_ITERATIONS):
             k = len(rows)
             trial = Out(
@@ -128,6 +129,9 @@ class PlaneStress:
             with np.errstate(invalid="ignore", divide="ignore"):
                 step = -force / slope
             done = np.abs(force) <= STRESS * np.abs(trial.P[:, :4]).max(axis=1)
+            # a return map that stops at its own round-off leaves no better zero than the last
+            done |= (np.abs(force) >= best[rows]) & (np.abs(force) <= FLOOR * np.abs(trial.P[:, :4]).max(axis=1))
+            best[rows] = np.abs(force)
             done |= np.abs(step) <= STEP * np.abs(stretch[rows]).max(axis=1)
             out.failed[rows[trial.failed]] = True
             go = ~(done | trial.failed)

@@ -1,0 +1,80 @@
+"""Bodies driven through prescribed displacements of single nodes, which no description has: for patch tests and bending."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csc_matrix
+from scipy.sparse.linalg import splu
+
+import prensa as pr
+from prensa.fem.schedule import plan_step
+from prensa.fem.system import Evaluation, discretise
+
+Array = NDArray[np.float64]
+
+
+class Drive:
+    """One body without tools; ``reaction`` (n, 2) holds the forces on the nodes at the last `to`."""
+
+    def __init__(self, body: pr.Body, space: str, kinematics: str) -> None:
+        problem = pr.Problem(
+            "drive", bodies={"body": body}, space=space, kinematics=kinematics,
+            steps=(pr.Step("only"),),
+        )  # fmt: skip
+        self.system = discretise(problem)
+        self.plan = plan_step(self.system, 0, np.zeros(self.system.ndof))
+        self.state = self.system.initial()
+        self.X = self.system.X
+        self.reaction = np.zeros_like(self.X)
+
+    def to(self, time: float, dofs: NDArray[np.int64], values: Array) -> Evaluation:
+        """Newton to equilibrium at *time* with unknowns dofs (k,) at values (k,), then commit.
+
+        Raises
+        ------
+        RuntimeError
+            If it does not converge in 30 iterations.
+
+        """
+        system, state = self.system, self.state
+        c = system.circumstances(state, self.plan, time)
+        free = np.setdiff1d(np.arange(system.ndof), dofs)
+        u, step = state.u, np.zeros(system.ndof)
+        step[dofs] = values - u[dofs]
+        for _ in range(30):
+            e = system.evaluate(c, u, state.lam)
+            if e.failed:
+                raise RuntimeError(e.failed)
+            if not step[dofs].any() and np.linalg.norm(e.r[free]) <= 1e-11 * e.scale:
+                clock = state.clock.copy()
+                clock[2] = time
+                self.state = replace(state, u=u, history=e.history, clock=clock)
+                self.reaction = e.r.reshape(-1, 2)
+                return e
+            assert e.data is not None
+            pattern = system.pattern
+            K = csc_matrix((e.data, pattern.indices, pattern.indptr), (system.ndof, system.ndof))
+            # what is prescribed moves with the first step, by the stiffness of the committed state
+            step[free] = -splu(K[free][:, free].tocsc()).solve((e.r + K @ step)[free])
+            u = u + step
+            step = np.zeros(system.ndof)
+        raise RuntimeError("no equilibrium in 30 iterations")
+
+    def outline(self) -> NDArray[np.int64]:
+        """Unknowns (k,) of the nodes on the boundary."""
+        edges = self.system.meshes["body"].edges
+        nodes = np.unique(np.concatenate([e.ravel() for e in edges.values()]))
+        return (2 * nodes[:, None] + np.arange(2)).ravel()
+
+    def cauchy(self) -> Array:
+        """Cauchy stress (points, 4) xx, yy, zz, xy at the integration points."""
+        (block,) = self.system.blocks
+        return block.law.cauchy(block.at_law(self.state.history[0]).reshape(-1, block.law.size))
+
+    def imbalance(self) -> float:
+        """Resultant of the forces on the nodes over the sum of their sizes; axial in axisymmetry."""
+        r = self.reaction[:, 1:] if self.system.axisymmetric else self.reaction
+        return float(np.abs(r.sum(axis=0)).max() / np.abs(r).sum())

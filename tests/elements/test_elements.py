@@ -1,0 +1,139 @@
+"""What every element inherits: no stress from rotation, purity, recovery, output; and the claims of the enhanced one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import meshio
+import numpy as np
+import pytest
+
+import prensa as pr
+from prensa.contact.recovery import recover
+from prensa.fem.state import State
+from prensa.output.vtk import write_fields
+from prensa.verify.drive import Drive
+from prensa.verify.elements import SPACES, elements_in, quadrilaterals
+
+STEEL = pr.Elastic(200e3, 0.3)
+COMBINATIONS = [(e, s) for s in SPACES for e in elements_in(s)]
+
+
+@pytest.mark.parametrize(("element", "space"), [c for c in COMBINATIONS if c[1] != "axisymmetric"])
+def test_a_rigid_rotation_gives_no_stress(element, space):
+    """A distorted body turned by 70° is free of stress, and of forces, to 1e-10 of the modulus."""
+    drive = Drive(pr.Body(quadrilaterals((3, 2), (3.0, 2.0), bent=0.2), STEEL, element), space, "finite")
+    c, s = np.cos(1.2), np.sin(1.2)
+    u = (drive.X @ np.array([[c, s], [-s, c]]) - drive.X).ravel()
+    drive.to(1.0, np.arange(drive.system.ndof), u)
+    assert np.abs(drive.cauchy()).max() <= 1e-10 * STEEL.E
+    assert np.abs(drive.reaction).max() <= 1e-10 * STEEL.E
+
+
+@pytest.mark.parametrize(("element", "space"), COMBINATIONS)
+def test_a_response_is_pure(element, space):
+    """The same arguments give the same residual, stiffness and history, bit for bit, whatever was evaluated before."""
+    material = pr.J2(200e3, 0.3, pr.Swift(565.0, 0.007, 0.26))
+    drive = Drive(pr.Body(quadrilaterals((2, 2), (2.0, 2.0), bent=0.2, x0=1.0), material, element), space, "finite")
+    rng = np.random.default_rng(0)
+    drive.to(0.5, np.arange(drive.system.ndof), 0.01 * rng.normal(size=drive.system.ndof))
+    c = drive.system.circumstances(drive.state, drive.plan, 1.0)
+    u, v = (drive.state.u + 0.01 * rng.normal(size=drive.system.ndof) for _ in range(2))
+    first = drive.system.evaluate(c, u, drive.state.lam)
+    assert not first.failed
+    drive.system.evaluate(c, v, drive.state.lam)
+    # a state that went through a file is the same state
+    c = drive.system.circumstances(State.from_arrays(drive.state.arrays()), drive.plan, 1.0)
+    again = drive.system.evaluate(c, u, drive.state.lam)
+    assert np.array_equal(first.r, again.r)
+    assert np.array_equal(first.data, again.data)
+    assert np.array_equal(first.history[0], again.history[0])
+    assert np.array_equal(drive.system.evaluate(c, u, drive.state.lam, stiffness=False).r, first.r)
+
+
+@pytest.mark.parametrize("element", ["t3", "q4", "t6", "q8", "q8_full"])
+def test_recovery_returns_polynomials_of_the_elements_order(element):
+    """Point values of a field that is linear (T3), bilinear (Q4) or quadratic are recovered at every node to 1e-9."""
+    drive = Drive(pr.Body(quadrilaterals((5, 4), (5.0, 2.0), bent=0.2), STEEL, element), "plane strain", "small")
+    (block,) = drive.system.blocks
+
+    def field(x):
+        s, t = x[..., 0], x[..., 1]
+        linear = 1.0 + 2.0 * s - 3.0 * t
+        if element == "t3":
+            return linear
+        return linear + s * t if element == "q4" else linear + s * t - 0.5 * s**2 + 0.7 * t**2
+
+    nodal = recover(drive.X, block.cells, block.positions(drive.X), field(block.positions(drive.X))[..., None])
+    assert np.abs(nodal[:, 0] - field(drive.X)).max() <= 1e-9 * 30
+
+
+@pytest.mark.parametrize(
+    ("element", "cell"), [("t3", "triangle"), ("t6", "triangle6"), ("q8", "quad8"), ("q4_enhanced", "quad")]
+)
+def test_fields_and_pictures_of_every_cell(element, cell, tmp_path):
+    """The file of fields has the cell type of VTK and all nodes; the picture of the same increment is drawn."""
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    from prensa.output.plot import deformed
+
+    body = pr.Body(pr.Rectangle(size=(2, 1), n=(3, 2)), STEEL, element)
+    p = pr.Problem(
+        "one", space="plane stress", bodies={"b": body}, tools={"t": pr.Plane(touching="b.top")},
+        contacts=(pr.Contact("b.top", "t", friction=pr.Coulomb(0.2)),), fixed={"b.bottom": "xy"},
+        steps=(pr.Step("s", move={"t": pr.Motion(y=-0.01)}, increments=1),),
+    )  # fmt: skip
+    *_, inc = pr.solve(p)
+    path = write_fields(tmp_path / "0001.vtu", inc)
+    mesh = meshio.read(path)
+    assert [c.type for c in mesh.cells] == [cell]
+    assert len(mesh.points) == len(inc.bodies["b"].X)
+    assert mesh.point_data["thickness"].min() > 1.0  # a pressed sheet grows thicker
+    assert deformed(inc, p).axes
+
+
+def test_elastic_answers_of_the_enhanced_element_do_not_depend_on_the_increments():
+    """Bent and compressed neo-Hooke: one increment and seven end with the same inner nodes and forces, to 1e-9."""
+    ends = []
+    for steps in (1, 7):
+        mesh = quadrilaterals((4, 3), (4.0, 3.0), bent=0.2)
+        drive = Drive(pr.Body(mesh, pr.NeoHooke(1000.0, 0.3), "q4_enhanced"), "plane strain", "finite")
+        x, y = drive.X.T
+        target = np.stack([0.05 * x * y, -0.2 * y - 0.025 * x**2], axis=1).ravel()
+        outline = drive.outline()
+        for k in range(1, steps + 1):
+            drive.to(k / steps, outline, k / steps * target[outline])
+        ends.append((drive.state.u, drive.reaction))
+    assert np.abs(ends[0][0] - ends[1][0]).max() <= 1e-9
+    assert np.abs(ends[0][1] - ends[1][1]).max() <= 1e-9 * np.abs(ends[0][1]).max()
+
+
+@pytest.mark.parametrize("material", [pr.Elastic(1000.0, 0.3), pr.NeoHooke(1000.0, 0.495)])
+def test_the_enhanced_element_has_no_hourglass_in_large_compression(material):
+    """A 2 × 2 block pressed homogeneously to 60 % keeps a positive definite tangent and a uniform stress."""
+    drive = Drive(pr.Body(pr.Rectangle(size=(1, 1), n=(2, 2)), material, "q4_enhanced"), "plane strain", "finite")
+    bottom, top = (np.flatnonzero(drive.X[:, 1] == y) for y in (0.0, 1.0))
+    left = np.flatnonzero(drive.X[:, 0] == 0.0)
+    dofs = np.concatenate([2 * left, 2 * bottom + 1, 2 * top + 1])
+    from scipy.sparse import csc_matrix
+
+    free = np.setdiff1d(np.arange(drive.system.ndof), dofs)
+    for k in range(1, 13):
+        values = np.concatenate([np.zeros(len(left) + len(bottom)), np.full(len(top), -0.05 * k)])
+        e = drive.to(0.01 * k, dofs, values)
+        pattern = drive.system.pattern
+        K = csc_matrix((e.data, pattern.indices, pattern.indptr)).toarray()[np.ix_(free, free)]
+        assert np.linalg.eigvalsh(0.5 * (K + K.T))[0] > 0.01 * material.E
+    stress = drive.cauchy()
+    assert np.abs(stress - stress.mean(axis=0)).max() <= 1e-8 * np.abs(stress).max()
+
+
+def test_rules_of_straight_edges_are_refused_on_quadratic_ones():
+    """Gauss points of contact on T6 or Q8 are refused with the remedy."""
+    body = pr.Body(pr.Rectangle(size=(2, 1), n=(3, 2)), STEEL, "t6")
+    p = pr.Problem(
+        "one", bodies={"b": body}, tools={"t": pr.Plane(touching="b.top")}, contacts=(pr.Contact("b.top", "t"),),
+        steps=(pr.Step("s"),),
+    )  # fmt: skip
+    with pytest.raises(ValueError, match="'gauss2' is a rule of straight edges and t6 has quadratic ones; use 'nodal'"):
+        replace(p, contacts=(replace(p.contacts[0], integration="gauss2"),))
