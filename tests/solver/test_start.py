@@ -13,8 +13,8 @@ from prensa.model.schema import loads
 from prensa.output.history import read_history
 
 STEEL = pr.J2(E=70e3, nu=0.33, flow=pr.Voce(60.0, 120.0, 8.0))
-PRESS = pr.Step("press", move={"punch": pr.Motion(y=-0.35)}, increments=4)
-RELEASE = pr.Step("release", move={"punch": pr.Motion(y=0.05)}, increments=4)
+PRESS = pr.Step("press", move={"punch": pr.Motion(y=-0.1)}, increments=4)
+RELEASE = pr.Step("release", move={"punch": pr.Motion(y=0.02)}, increments=3)
 
 
 def case(*steps: pr.Step, enforcement=None, **more) -> pr.Case:
@@ -53,7 +53,7 @@ def test_tools_that_are_gone_are_let_go_during_the_first_step(tmp_path):
     elastic = {"contacts": (pr.Contact("block.top", "punch"),)}
     whole = pr.run(case(PRESS, RELEASE, **elastic), tmp_path / "whole", quiet=True).increment
     pr.run(case(PRESS, **elastic), tmp_path / "press", quiet=True)
-    free = case(pr.Step("springback", increments=4), tools={}, contacts=(), start=pr.Start(str(tmp_path / "press")))
+    free = case(pr.Step("springback", increments=3), tools={}, contacts=(), start=pr.Start(str(tmp_path / "press")))
     system = pr.discretise(free.problem)
     pressed = pr.discretise(case(PRESS).problem)
     assert system.release is not None and pressed.release is None
@@ -61,9 +61,13 @@ def test_tools_that_are_gone_are_let_go_during_the_first_step(tmp_path):
     spring = np.abs(system.initial().u[: 2 * system.nodes] - after.state.u).max()
     assert spring > 1e-3
     assert np.abs(whole.state.u[: 2 * system.nodes] - after.state.u).max() < 1e-3 * spring
-    for name in ("external", "elastic", "plastic", "imbalance"):  # what coarse increments miss is missed in both
-        assert after.energy[name] == pytest.approx(whole.energy[name], abs=5e-4 * whole.energy["plastic"])
+    for name in ("elastic", "plastic"):
+        assert after.energy[name] == pytest.approx(whole.energy[name], abs=1e-4 * whole.energy["plastic"])
     last = read_history(tmp_path / "press")
+    missed = last["energy.imbalance"][-1]
+    assert after.energy["imbalance"] == pytest.approx(missed, abs=1e-3 * last["energy.external"][-1]), (
+        "nothing is added"
+    )
     assert system.release[1::2].sum() == pytest.approx(-last["punch.fy"][-1], rel=0.02), (
         "the punch's force, at new weights"
     )
@@ -74,7 +78,7 @@ def test_other_tools_are_placed_on_the_deformed_body(tmp_path):
     pr.run(case(PRESS), tmp_path / "press", quiet=True)
     bodies = case(PRESS).problem.bodies | {"new": pr.Body(pr.Rectangle((1, 1), (2, 2), origin=(9, 0)), STEEL)}
     second = case(
-        pr.Step("flatten", move={"plate": pr.Motion(y=-0.05)}, increments=2), bodies=bodies,
+        pr.Step("flatten", move={"plate": pr.Motion(y=-0.01)}, increments=2), bodies=bodies,
         tools={"plate": pr.Plane(above="block.top")}, contacts=(pr.Contact("block.top", "plate"),),
         fixed={"block.bottom": "xy", "block.left": "x", "new.bottom": "xy"}, start=pr.Start(str(tmp_path / "press")),
     )  # fmt: skip
@@ -104,7 +108,7 @@ def test_a_case_in_a_file_names_the_run_beside_it_and_resumes(tmp_path):
     *_, last = solve(second.problem, start=first.state)
     assert np.array_equal(last.state.u, result.increment.state.u)
     assert read_checkpoint(tmp_path / "release" / "checkpoint.h5")[0] == second
-    pr.run(case(replace(PRESS, increments=3)), tmp_path / "press", quiet=True)
+    pr.run(case(replace(PRESS, increments=5)), tmp_path / "press", quiet=True)
     with pytest.raises(pr.CaseError, match="has changed since"):
         read_checkpoint(tmp_path / "release" / "checkpoint.h5")
     with pytest.raises(pr.CaseError, match=r"release.yaml:\d+:\d+: .*no folder 'pres'"):
