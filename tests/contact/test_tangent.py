@@ -252,3 +252,16 @@ def test_tool_force_and_moment_are_the_sum_of_the_nodal_ones(rule):
     nodal = points.to_nodes(f.F[:, :2])
     assert np.allclose(-nodal.sum(0), f.F[:, 2:4].sum(0), rtol=1e-13)
     assert np.isclose(-(arm[:, 0] * nodal[:, 1] - arm[:, 1] * nodal[:, 0]).sum(), f.F[:, 4].sum(), rtol=1e-12)
+
+
+@pytest.mark.parametrize("mode", MODES, ids="-".join)
+def test_springs_of_tools(mode):
+    """Within 1e-6 of differences with the tool on springs in all its motions."""
+    from dataclasses import replace
+
+    base = problem(
+        "plane strain", *mode, "q4", MATERIALS["elastic"], TOOLS["circle"](False), FRICTION["coulomb"], pr.Penalty()
+    )
+    tool = replace(base.tools["tool"], spring=pr.Springs(x=300.0, y=500.0, rz=2000.0))
+    steps = (pr.Step("one", move={"tool": pr.Motion(x=0.1, y=-0.1, rz=0.01)}),)
+    check(replace(base, tools={"tool": tool}, steps=steps), seed=0)

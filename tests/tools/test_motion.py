@@ -276,3 +276,18 @@ def test_mistakes_are_told_with_their_place(old, new, message):
     with pytest.raises(CaseError, match=message) as caught:
         loads(CASE.replace(old, new), "case.yaml")
     assert "case.yaml:" in str(caught.value)
+
+
+def test_check_counts_one_increment_as_one(tmp_path):
+    """'1 increment', not '1 increments', and what a chain is besides its place."""
+    from typer.testing import CliRunner
+
+    from prensa.cli import app
+
+    path = tmp_path / "push.yaml"
+    chain = "type: polygon, fillet: 0.25, points: [[0, 0], [4, 0], [2, 3]], at: [1, 0], touching: block.top"
+    text = CASE.replace("type: plane, touching: block.top", chain).replace("-35 N/mm}}}", "-35 N/mm}}, increments: 1}")
+    path.write_text(text, encoding="utf-8")
+    said = CliRunner().invoke(app, ["check", str(path)]).output
+    assert "1 increment\n" in said
+    assert "convex radii from 0.25 up" in said
