@@ -7,6 +7,7 @@ The paper integrated the penalty terms at all Gauss points, found "inadmissible"
 
 from __future__ import annotations
 
+import contextlib
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -16,10 +17,12 @@ import numpy as np
 from common import beside, figure, options, saved, told
 
 import prensa as pr
+from prensa.bench.robustness import draw
+from prensa.errors import SolveError
 from prensa.output import style
 from prensa.reference import LayerLine, hertz_line, layer_line, tables
 from prensa.solver.increment import ContactState
-from prensa.verify import example2, rules
+from prensa.verify import example2, friction, rules
 from prensa.verify.example1 import NU, E, H, R
 from prensa.verify.table import Row, row
 
@@ -108,6 +111,35 @@ def table(quick: bool) -> Iterator[Row]:
                 else:
                     allowed = 1 / 3 + (0.5 if reference >= 60 else 0.05) / reference
                     yield row(name, reference, 100 * value, allowed)
+
+
+def solved(problem: pr.Problem, iteration: str) -> tuple[float, int]:
+    """Share of the history that an iteration gets through, and the iterations that it took."""
+    reached, spent = 0.0, 0
+    numerics = pr.Numerics(iteration=iteration, max_cutbacks=3)  # type: ignore[arg-type]
+    with contextlib.suppress(SolveError):
+        for inc in pr.solve(problem, numerics):
+            reached, spent = inc.time / len(problem.steps), spent + inc.statistics.iterations
+    return reached, spent
+
+
+def iterations(count: int) -> Iterator[Row]:
+    """Newton beside the paper's iteration (symmetric matrix, pressure of the last iterate in the friction)."""
+    plate = friction.plate(16, 1.0, 1.0)
+    (reached, _), (theirs, _) = solved(plate, "newton"), solved(plate, "paper")
+    yield row("plate pushed on a plane, μ = 1: share of the history, Newton", 1.0, reached, 1e-12)
+    yield beside("  the paper's iteration", 1.0, theirs)
+    for suite in ("elastic", "plastic")[: 1 if count < 8 else 2]:
+        n = count if suite == "elastic" else count // 4
+        ours, paper = ([solved(draw(suite, 0, k), i) for k in range(n)] for i in ("newton", "paper"))
+        both = [k for k in range(n) if ours[k][0] == paper[k][0] == 1.0]
+        yield beside(f"{n} random {suite} problems solved: Newton", n, sum(v[0] == 1.0 for v in ours))
+        yield beside("  the paper's iteration", n, sum(v[0] == 1.0 for v in paper))
+        yield beside(
+            "  iterations where both get through: Newton, paper",
+            sum(ours[k][1] for k in both),
+            sum(paper[k][1] for k in both),
+        )
 
 
 # ---------------------------------------------------------------------------------------------------------- pictures
@@ -234,6 +266,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     failed = told("Example 1 on 178 elements, beside the elastic layer", list(paper(found, ours)))
     measured = list(table(chosen.quick))
     failed += told("Rules × penalties, 16 contact elements, beside the recorded figures", measured)
+    failed += told("Newton beside the paper's iteration", list(iterations(4 if chosen.quick else 24)))
     profiles(found, ours, chosen.out / "example1.png")
     depths(found, ours, chosen.out / "depth.png")
     ring_picture(chosen.out / "example2.png")
