@@ -64,13 +64,13 @@ def places(pieces, which, t):
 
 def brute_distance(pieces, x):
     """Unsigned distances (k,): every piece sampled, then golden section in the bracket of its best sample."""
-    grid, t = sampled(pieces, 101)
+    grid, t = sampled(pieces, 61)
     d = np.hypot(*np.moveaxis(x[:, None, None] - grid[None], -1, 0))
     j = d.argmin(axis=2)
     which = np.broadcast_to(np.arange(len(pieces)), j.shape).ravel()
     j, y, q = j.ravel(), np.repeat(x, len(pieces), axis=0), 0.5 * (np.sqrt(5) - 1)
-    lo, hi = t[which, np.maximum(j - 1, 0)], t[which, np.minimum(j + 1, 100)]
-    for _ in range(60):
+    lo, hi = t[which, np.maximum(j - 1, 0)], t[which, np.minimum(j + 1, 60)]
+    for _ in range(42):  # the distance is flat at its least: half the digits of the place give all of it
         a, b = hi - q * (hi - lo), lo + q * (hi - lo)
         da, db = (np.hypot(*(y - places(pieces, which, v)).T) for v in (a, b))
         lo, hi = np.where(da < db, lo, a), np.where(da < db, b, hi)
