@@ -23,7 +23,6 @@ import prensa as pr
 from prensa.errors import PrensaError
 from prensa.fem.system import discretise
 from prensa.friction.coulomb import Coulomb
-from prensa.friction.shear import Shear
 from prensa.solver.increment import Increment
 
 Array = NDArray[np.float64]
@@ -247,9 +246,14 @@ def check(system: Any, inc: Increment, peak: float) -> str:
         law = s.description.friction
         if law is None:
             bound = np.zeros_like(c.pressure)
-        elif law.type == "shear":  # k only grows: that of the state reached bounds that of the start of the increment
-            k = s.points.to_nodes(system.shear_strength(s, law, inc.state)) / s.points.to_nodes(np.ones(len(s.points)))
-            bound = Shear(law.m, k).bound(np.full_like(c.pressure, np.inf), c.slip)[0] * (c.pressure > 0)
+        elif law.type == "shear":
+            # the traction at the points: in plane stress its area has the thickness of the start of the increment. k only
+            # grows: that of the state reached bounds that of the start
+            k = system.shear_strength(s, law, inc.state)
+            t, p = np.abs(inc.state.lam[s.rows, 1]), inc.state.lam[s.rows, 0]
+            if (t > law.m * k * (p > 0) * (1 + 1e-9)).any():
+                return "friction above its bound"
+            continue
         else:
             bound = Coulomb(law.mu).bound(c.pressure, c.slip)[0]
         if (np.abs(c.shear) > bound + 1e-9 * max(float(bound.max()), 1e-300)).any():

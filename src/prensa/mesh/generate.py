@@ -46,11 +46,12 @@ def rectangle(m: model.Rectangle) -> Draft:
 
 def from_points(m: model.Points, nodes: int) -> Mesh:
     """Mesh of a `prensa.Points` in cells of *nodes* nodes: a boundary of one node becomes a named point."""
-    points, cells = np.array(m.points, dtype=np.float64), np.array(m.cells, dtype=np.int64)
-    bad = (cells < 0) | (cells >= len(points))
-    if bad.any():
-        e = int(np.argmax(bad.any(axis=1)))
-        raise MeshError(f"element {e} refers to a node outside 0 … {len(points) - 1}: {cells[e].tolist()}")
+    points, last = np.array(m.points, dtype=np.float64), len(m.points) - 1
+    named = {f"element {e}": c for e, c in enumerate(m.cells)} | {f"boundary {k!r}": b for k, b in m.boundaries.items()}
+    for what, some in named.items():  # in Python: numbers may be too large for any array
+        if not all(0 <= n <= last for n in some):
+            raise MeshError(f"{what} refers to a node outside 0 … {last}: {str(list(some))[:80]}")
+    cells = np.array(m.cells, dtype=np.int64)
     outline = boundary_edges(cells)
     edges, corners = {}, {}
     for name, some in m.boundaries.items():

@@ -21,6 +21,7 @@ Index = NDArray[np.int64]
 
 CORNERS = {3: 3, 4: 4, 6: 3, 8: 4}  # corners of a cell, by its nodes
 KINDS = {3: "T3", 4: "Q4", 6: "T6", 8: "Q8"}
+LARGEST = 1e100  # coordinate, in any unit: squares and cubes of it are still numbers
 COINCIDENT = 1e-7  # distance, of the size of the mesh, below which two nodes are at one place
 
 
@@ -152,6 +153,10 @@ def check(mesh: Mesh) -> None:
     points, cells = mesh.points, mesh.cells
     if not np.isfinite(points).all():
         raise MeshError(f"node {int(np.argwhere(~np.isfinite(points))[0, 0])} has a coordinate that is not a number")
+    far = np.abs(points).max(axis=1, initial=0.0)
+    if (far > LARGEST).any():
+        n = int(np.argmax(far))
+        raise MeshError(f"node {n} at {points[n].tolist()} is farther out than any length that can be computed with")
     if len(cells) == 0:
         raise MeshError("the mesh has no element")
     if cells.shape[1] not in CORNERS:

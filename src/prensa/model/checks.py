@@ -267,7 +267,10 @@ def _step(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding]:
                 if p.space == "axisymmetric" and name != "y":
                     yield Finding((*here, name), "in axisymmetry a tool moves along y only", at_key=True)
                 freedom = "rz" if name == "m" else name
-                if kind == "push" and getattr(getattr(p.tools[key], "spring", None), freedom, None) is not None:
+                if (
+                    kind == "push"
+                    and getattr(getattr(dict(p.tools).get(key), "spring", None), freedom, None) is not None
+                ):
                     message = (
                         f"{freedom} of tool {key!r} is mounted on a spring; 'move' its mount instead (by force over "
                         "stiffness for a preload)"

@@ -248,7 +248,7 @@ class _Run:
         summary = self._summarise(status, reason)  # before the pictures: they may take long
         if self.case.output.pictures:
             with self.timer("pictures"):
-                for message in pictures.write_pictures(self.directory, self.case, self.last):
+                for message in pictures.write_pictures(self.directory, self.case, self._shown(status)):
                     log.warning("%s", message)
             summary = self._summarise(status, reason)
         if self.case.output.report:
@@ -257,6 +257,14 @@ class _Run:
         log.info("wall time by section\n%s", runlog.wall_times(self._timings()))
         self.bar.say(f"{status}: {summary['totals']['increments']} increments, {self.directory}")
         return summary
+
+    def _shown(self, status: str) -> Increment | None:
+        """The increment to draw: the last good one, the initial state if the first one failed."""
+        if self.last is not None or self.start is not None or status != "failed":
+            return self.last
+        from prensa.solver.march import at_rest
+
+        return at_rest(self.system)
 
     def _check_energy(self) -> None:
         table = history.read_history(self.directory)

@@ -83,6 +83,15 @@ def solve(
     return _March(system, numerics or model.Numerics(), monitor, timer or Timer()).run(start or system.initial())
 
 
+def at_rest(system: System) -> Increment | None:
+    """The initial state as an increment, number 0: what there is to look at when the first increment fails; None if nothing."""
+    march, state = _March(system, model.Numerics(), None, Timer()), system.initial()
+    plan = plan_step(system, 0, state.anchor)
+    e = system.evaluate(system.circumstances(state, plan, 0.0), state.u, state.lam, stiffness=False)
+    trial = Trial(True, "", state.u, e, state.lam, 0)
+    return None if e.failed else march.increment(state, plan, e, trial, 0, 0, False)
+
+
 def _least_corner(x: Array) -> Array:
     """Least corner triangle of polygons x (e, 3|4, 2) over the mean of all: 0 at 180°, negative beyond → (e,)."""
     before, after = x - np.roll(x, 1, axis=1), np.roll(x, -1, axis=1) - x
