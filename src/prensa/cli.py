@@ -129,6 +129,7 @@ def bench(
     report_file: Annotated[
         Path | None, typer.Option("--report", help="Write the outcomes to this file, .csv or .md.")
     ] = None,
+    enforcement: Annotated[str, typer.Option(help="Of all contacts: penalty, augmented or exact.")] = "penalty",
 ) -> None:
     """Solve random problems on default settings and check every answer, or try to break the reader with broken inputs."""
     if what not in ("robustness", "fuzz"):
@@ -137,11 +138,17 @@ def bench(
     with _told():
         from prensa.bench import robustness
 
+        if enforcement not in robustness.ENFORCEMENTS:
+            typer.echo(f"unknown enforcement {enforcement!r}; known: {', '.join(robustness.ENFORCEMENTS)}", err=True)
+            raise typer.Exit(BAD_INPUT)
         number, commit = robustness.commit_seed() if seed == "commit" else (_whole(seed), "")
         if what == "fuzz":
             bad = _fuzz(count, number)
         else:
-            tallies = [robustness.run(suite, count, number, _outcome) for suite in ("elastic", "plastic")]
+            tallies = [
+                robustness.run(suite, count, number, _outcome, enforcement=enforcement)
+                for suite in ("elastic", "plastic")
+            ]
             for t in tallies:
                 shares = ", ".join(f"{s} {t.share(s):.1%}" for s in ("right", "failed", "wrong"))
                 typer.echo(f"{t.suite}: {count} problems, seed {number}: {shares}")

@@ -16,6 +16,13 @@ def test_random_problems(suite, least):
     assert all(o.words for o in tally.outcomes if o.status == "failed")
 
 
+def test_random_problems_with_exact_enforcement():
+    """Multipliers are no less robust than penalties: nine elastic problems and two plastic ones are all right."""
+    for suite, count in (("elastic", 9), ("plastic", 2)):
+        tally = robustness.run(suite, count, seed=5, first=1, enforcement="exact")
+        assert [o.words for o in tally.outcomes if o.status != "right"] == []
+
+
 def test_a_problem_is_the_same_for_the_same_seed():
     """The suite is reproducible: number and seed say everything."""
     assert robustness.draw("plastic", 3, 7) == robustness.draw("plastic", 3, 7)

@@ -285,13 +285,20 @@ def solve_checked(p: pr.Problem) -> tuple[float, int, int, str]:
 
 
 def finer(p: pr.Problem, factor: int = 2) -> pr.Problem:
-    """The same problem at 1/``factor`` of the step and ten times the penalty."""
+    """The same problem at 1/``factor`` of the step and ten times the penalty (the default one for other enforcements)."""
     steps = tuple(replace(s, increments=factor * (s.increments or 40)) for s in p.steps)
-    contacts = tuple(
-        replace(c, enforcement=pr.Penalty(beta=10 * c.enforcement.beta, beta_T=10 * c.enforcement.beta_T))
-        for c in p.contacts
-    )
+    now = [c.enforcement if isinstance(c.enforcement, pr.Penalty) else pr.Penalty() for c in p.contacts]
+    stiff = [pr.Penalty(beta=10 * e.beta, beta_T=10 * e.beta_T) for e in now]
+    contacts = tuple(replace(c, enforcement=e) for c, e in zip(p.contacts, stiff))
     return replace(p, steps=steps, contacts=contacts)
+
+
+ENFORCEMENTS = {"penalty": pr.Penalty(), "augmented": pr.Augmented(), "exact": pr.Exact()}
+
+
+def enforced(p: pr.Problem, enforcement: str) -> pr.Problem:
+    """The problem with all its contacts enforced in one of the forms of `ENFORCEMENTS`."""
+    return replace(p, contacts=tuple(replace(c, enforcement=ENFORCEMENTS[enforcement]) for c in p.contacts))
 
 
 def judge(p: pr.Problem, number: int, compare: bool) -> Outcome:
@@ -379,11 +386,14 @@ def _page(tallies: list[Tally], commit: str) -> str:
     return "\n".join(lines)
 
 
-def run(suite: str, count: int, seed: int, report: Callable[[Outcome], None] = lambda _: None, first: int = 0) -> Tally:
-    """Draw and judge *count* problems, beginning with number *first*."""
+def run(
+    suite: str, count: int, seed: int, report: Callable[[Outcome], None] = lambda _: None, first: int = 0,
+    enforcement: str = "penalty",
+) -> Tally:  # fmt: skip
+    """Draw and judge *count* problems, beginning with number *first*; ``enforcement``: one of `ENFORCEMENTS`."""
     tally = Tally(suite, seed)
     for number in range(first, first + count):
-        outcome = judge(draw(suite, seed, number), number, number % COMPARED == 0)
+        outcome = judge(enforced(draw(suite, seed, number), enforcement), number, number % COMPARED == 0)
         tally.outcomes.append(outcome)
         report(outcome)
     return tally
