@@ -257,6 +257,10 @@ def _plan(system: System) -> Iterator[str]:
         yield f"body {name}: {len(mesh.cells)} elements {body.element_in(p.space)}, {len(mesh.points)} nodes"
         yield f"  x {x0:g} … {x1:g}, y {y0:g} … {y1:g}; {brief(body.material)}"
         yield f"  {quality(mesh).line()}"
+    if p.start is not None:
+        yield f"starts from the run in {p.start.run}"
+    for tie in p.ties:
+        yield f"tie: {tie.slave} follows {tie.master}"
     for tool in system.tools:
         place = f"reference point at ({tool.at[0]:.6g}, {tool.at[1]:.6g})"
         yield f"tool {tool.name}: {tool.description.type}, {place}{_shape(tool)}"
