@@ -7,7 +7,7 @@ export OMP_NUM_THREADS ?= 1
 # processes of the tests and of the verification table
 JOBS ?= 2
 
-.PHONY: demo test verify lint clean
+.PHONY: demo test verify bench lint clean
 
 $(VENV)/installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -27,6 +27,9 @@ test: lint  ## lint, types, and the whole test suite
 
 verify: $(VENV)/installed  ## the verification table, every case against its reference
 	$(BIN)/prensa verify --jobs $(JOBS)
+
+bench: $(VENV)/installed  ## benchmarks/RESULTS.md: against the factorisations alone, CalculiX, felupe; a quarter of an hour
+	$(BIN)/python benchmarks/run.py
 
 clean:
 	rm -rf $(VENV) results .pytest_cache .mypy_cache .ruff_cache

@@ -1,4 +1,4 @@
-"""Elastic laws: Hooke in small strain; Hencky, neo-Hooke, St. Venant-Kirchhoff in principal strains in finite strain."""
+"""Elastic laws: Hooke in small strain; neo-Hooke; Hencky and St. Venant-Kirchhoff in principal strains."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import math
 
 import numpy as np
 from numba import njit
+
+from prensa.kernels.tensor import det_minus_one
 
 
 @njit(cache=True, error_model="numpy")
@@ -44,16 +46,57 @@ def hencky(eps, lam, mu, tau, dtau, eps_e):
 
 
 @njit(cache=True, error_model="numpy")
-def neo_hooke(eps, lam, mu, tau, dtau, eps_e):
-    """ψ = μ/2 (I₁ − 3) − μ ln J + λ/2 (ln J)²: τ_i = μ (e^{2ε_i} − 1) + λ tr ε; arrays as in `hencky`."""
-    for i in range(eps.shape[0]):
-        p = lam * (eps[i, 0] + eps[i, 1] + eps[i, 2])
-        for k in range(3):
-            tau[i, k] = p + mu * math.expm1(2.0 * eps[i, k])
-            eps_e[i, k] = eps[i, k]
-            for m in range(3):
-                dtau[i, k, m] = lam
-            dtau[i, k, k] += 2.0 * mu * math.exp(2.0 * eps[i, k])
+def neo_hooke(h, old, lam, mu, P, A, new, failed, tangent):
+    """ψ = μ/2 (I₁ − 3) − μ ln J + λ/2 (ln J)², without principal axes, which it does not need.
+
+    h (n, 5) = f − I, old (n, 4) b_n − I as 11, 22, 33, 12 → P (n, 5) per committed volume, new (n, 4), failed (n,), and if
+    ``tangent`` A (n, 5, 5): P = [μ (b − I) + λ ln J I] f⁻ᵀ/J_n = [μ f b_n − (μ − λ ln J) f⁻ᵀ]/J_n, whence
+    A_iJkL = [μ δ_ik b_n,JL + λ g_iJ g_kL + (μ − λ ln J) g_iL g_kJ]/J_n with g = f⁻ᵀ.
+    """
+    g = np.empty((2, 2))
+    b_n = np.empty((2, 2))
+    for i in range(h.shape[0]):
+        h11, h12, h21, h22, h33 = h[i, 0], h[i, 1], h[i, 2], h[i, 3], h[i, 4]
+        o11, o22, o33, o12 = old[i, 0], old[i, 1], old[i, 2], old[i, 3]
+        f11, f22, f33 = 1.0 + h11, 1.0 + h22, 1.0 + h33
+        a11, a12 = f11 * o11 + h12 * o12, f11 * o12 + h12 * o22
+        a21, a22 = h21 * o11 + f22 * o12, h21 * o12 + f22 * o22
+        b11 = a11 * f11 + a12 * h12 + 2.0 * h11 + h11 * h11 + h12 * h12
+        b12 = a11 * h21 + a12 * f22 + h12 + h21 + h11 * h21 + h12 * h22
+        b22 = a21 * h21 + a22 * f22 + 2.0 * h22 + h21 * h21 + h22 * h22
+        b33 = f33 * f33 * o33 + 2.0 * h33 + h33 * h33
+        jac = det_minus_one(h11, h12, h21, h22, h33)
+        before = det_minus_one(o11, o12, o12, o22, o33)
+        if not (jac > -1.0 and f33 > 0.0 and before > -1.0):
+            failed[i] = True
+            jac = before = 0.0
+        ln_n = 0.5 * math.log1p(before)
+        ln_j = ln_n + math.log1p(jac)
+        jn = math.exp(-ln_n)
+        d = f11 * f22 - h12 * h21
+        g[0, 0], g[0, 1], g[1, 0], g[1, 1] = f22 / d, -h21 / d, -h12 / d, f11 / d
+        g33 = 1.0 / f33
+        p = lam * ln_j
+        t11, t12, t22 = mu * b11 + p, mu * b12, mu * b22 + p
+        P[i, 0] = jn * (t11 * g[0, 0] + t12 * g[1, 0])
+        P[i, 1] = jn * (t11 * g[0, 1] + t12 * g[1, 1])
+        P[i, 2] = jn * (t12 * g[0, 0] + t22 * g[1, 0])
+        P[i, 3] = jn * (t12 * g[0, 1] + t22 * g[1, 1])
+        P[i, 4] = jn * (mu * b33 + p) * g33
+        new[i, 0], new[i, 1], new[i, 2], new[i, 3] = b11, b22, b33, b12
+        if not tangent:
+            continue
+        m, n, s = jn * mu, jn * lam, jn * (mu - p)
+        b_n[0, 0], b_n[0, 1], b_n[1, 0], b_n[1, 1] = 1.0 + o11, o12, o12, 1.0 + o22
+        for a in range(2):
+            for b in range(2):
+                for c in range(2):
+                    for e in range(2):
+                        A[i, 2 * a + b, 2 * c + e] = n * g[a, b] * g[c, e] + s * g[a, e] * g[c, b]
+                for e in range(2):
+                    A[i, 2 * a + b, 2 * a + e] += m * b_n[b, e]
+                A[i, 2 * a + b, 4] = A[i, 4, 2 * a + b] = n * g[a, b] * g33
+        A[i, 4, 4] = m * (1.0 + o33) + (n + s) * g33 * g33
 
 
 @njit(cache=True)

@@ -161,11 +161,9 @@ class Hencky(_Isotropic):
 class NeoHooke(_Isotropic):
     """Compressible neo-Hooke."""
 
-    def principal(
-        self, eps: Array, frame: Array, old: Array, at: At, tau: Array, dtau: Array, eps_e: Array, out: Out
-    ) -> None:
-        """Trial principal strains (n, 3) → stresses, slopes, elastic strains."""
-        elastic.neo_hooke(eps, self.lam, self.mu, tau, dtau, eps_e)
+    def update(self, h: Array, old: Array, at: At, out: Out) -> None:
+        """H (n, 5) = f − I, old (n, 4) → out; see `Material`."""
+        elastic.neo_hooke(h, old, self.lam, self.mu, out.P, out.A, out.new, out.failed, at.tangent)
 
     def energy(self, history: Array) -> Array:
         """Elastic energy per initial volume, (..., h) → (...)."""
