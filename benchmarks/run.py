@@ -7,13 +7,21 @@ after the other, with one thread.
 
 from __future__ import annotations
 
+import argparse
 import datetime
+import json
 import os
+import subprocess
 import sys
+import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import common
+import numpy as np
+
+import prensa as pr
 
 HERE = Path(__file__).parent
 ENVIRONMENT = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
@@ -22,6 +30,202 @@ Rows = list[list[str]]
 
 def measured(script: str, *words: object, python: str = sys.executable) -> dict[str, Any]:
     """The line of JSON that a script of this folder prints, or why there is none."""
+    command = [python, "-W", "ignore", str(HERE / script), *map(str, words)]
+    done = subprocess.run(command, capture_output=True, text=True, env=ENVIRONMENT, check=False)
+    if done.returncode:
+        return {"skipped": (done.stderr.strip().splitlines() or ["failed"])[-1]}
+    return dict(json.loads(done.stdout.strip().splitlines()[-1]))
+
+
+def table(title: str, head: list[str], rows: Rows, note: str = "") -> str:
+    """A section with a table."""
+    lines = [f"## {title}", "", f"| {' | '.join(head)} |", f"|{'---|' * len(head)}"]
+    lines += [f"| {' | '.join(r)} |" for r in rows]
+    return "\n".join([*lines, "", note]).rstrip() + "\n"
+
+
+def against_the_limit(quick: bool) -> str:
+    """Histories beside their factorisations and solves."""
+    rows: Rows = []
+    for name in ("hertz", "upsetting"):
+        for unknowns, most in (
+            (2e4, 3 if quick else ""),
+            *([] if quick else [(1e5, 4 if name == "upsetting" else "")]),
+        ):
+            m = measured("measure.py", "limit", name, int(unknowns), most)
+            if "skipped" in m:
+                rows.append([name, f"{unknowns:.0f}", m["skipped"], "", "", "", "", ""])
+                continue
+            part = f"first {m['increments']}" if most else f"{m['increments']}"
+            rows.append([
+                name, str(m["unknowns"]), part, str(m["iterations"]), f"{m['total']:.1f}", f"{m['limit']:.1f}",
+                f"**{m['ratio']:.2f}**", "2.5" if unknowns < 5e4 else "1.5",
+            ])  # fmt: skip
+    head = ["history", "unknowns", "increments", "iterations", "total, s", "limit, s", "ratio", "goal"]
+    return table(
+        "Against the factorisations and solves alone", head, rows,
+        "Total: from the description on (meshing, pattern, evaluations, everything). Limit: what the linear solver spends in "
+        "the same run on one analysis, the factorisations and the substitutions.",
+    )  # fmt: skip
+
+
+def growth(quick: bool) -> str:
+    """Cost against size, and the exponent of what is not the linear solver."""
+    sizes = (1e3, 1e4, 3e4) if quick else (1e3, 1e4, 1e5, 1e6)
+    rows: Rows = []
+    points = []
+    for size in sizes:
+        m = measured("measure.py", "limit", "hertz", int(size), 1)
+        if "skipped" in m:
+            rows.append([f"{size:.0f}", m["skipped"], "", "", ""])
+            continue
+        each = m["outside"] / m["iterations"]
+        points.append((m["unknowns"], each))
+        rows.append([
+            str(m["unknowns"]), str(m["iterations"]), f"{m['total']:.2f}", f"{m['outside']:.2f}", f"{1e3 * each:.1f}"
+        ])  # fmt: skip
+    note = ""
+    if len(points) > 2:
+        x, y = np.log(np.array(points[1:])).T
+        note = (
+            f"Work outside the linear solver per iteration grows with exponent **{np.polyfit(x, y, 1)[0]:.2f}** from "
+            f"{points[1][0]} unknowns on (goal: ≤ 1.05; below that size it is mostly Python)."
+        )
+    head = ["unknowns", "iterations", "total, s", "outside the solver, s", "outside per iteration, ms"]
+    return table("Cost against size: first increment of the Hertz block", head, rows, note)
+
+
+def newton(quick: bool) -> str:
+    """One Newton iteration at 100 000 Q4."""
+    rows: Rows = []
+    for kind, goal in (("", "0.9"), ("symmetric", "0.6")):
+        m = measured("measure.py", "iteration", 10_000 if quick else 100_000, kind)
+        rows.append(
+            [str(m["elements"]), "LDLᵀ" if kind else "LU"]
+            + [f"{m[k]:.2f}" for k in ("evaluation", "factorisation", "solves")]
+            + [f"**{m['iteration']:.2f}**", goal]
+            if "skipped" not in m
+            else [kind, m["skipped"], "", "", "", "", goal]
+        )
+    head = ["Q4", "factors", "evaluation, s", "factorisation, s", "solves, s", "iteration, s", "goal"]
+    return table("One Newton iteration", head, rows)
+
+
+def memory(quick: bool) -> str:
+    """Peak memory beside the factorisation's own."""
+    rows: Rows = []
+    for size in (1e4,) if quick else (1e5, 3e5):
+        m = measured("measure.py", "memory", int(size))
+        rows.append(
+            [str(m["unknowns"]), f"{m['peak_MiB']:.0f}", f"{m['factorisation_MiB']:.0f}", f"**{m['ratio']:.2f}**", "2"]
+            if "skipped" not in m
+            else [f"{size:.0f}", m["skipped"], "", "", "2"]
+        )
+    return table(
+        "Memory", ["unknowns", "peak of the run, MiB", "peak of its factorisation, MiB", "ratio", "goal"], rows
+    )
+
+
+def start(quick: bool) -> str:
+    """Start-up times, of the wall."""
+    m = measured("measure.py", "start")
+    if "skipped" in m:
+        return table("Start-up", ["what", "s"], [["", m["skipped"]]])
+    rows = [
+        ["`import prensa`", f"**{m['import']:.2f}**", "0.4"],
+        ["command to first iteration, kernels on the disk", f"**{m['warm']:.2f}**", "1.5"],
+        ["command to first iteration, kernels compiled", f"**{m['cold']:.1f}**", "25"],
+    ]
+    return table("Start-up (wall time)", ["what", "s", "goal"], rows)
+
+
+def at(depths: list[float], forces: list[float], wanted: float) -> str:
+    """A force at a depth, if it was reached."""
+    found = [f for d, f in zip(depths, forces) if abs(d - wanted) < 1e-9]
+    return f"{found[0]:.0f}" if found else "not reached"
+
+
+def hertz_of_peers(quick: bool, felupe: str) -> str:
+    """Hertz block to 8 mm: prensa, CalculiX, felupe."""
+    n = (28, 24) if quick else (112, 91)
+    ours = measured("peers.py", "hertz", *n)
+    rows: Rows = []
+
+    def add(name: str, m: dict[str, Any]) -> None:
+        if "skipped" in m:
+            rows.append([name, m["skipped"], "", "", "", ""])
+            return
+        base = ours["seconds"]
+        forces = [at(m["depth"], m["force"], d) for d in (1.0, 4.0, 8.0)]
+        rows.append([name, f"{m['seconds']:.1f}", f"**{m['seconds'] / base:.1f}**", *forces])
+
+    add("prensa, F-bar (default)", ours)
+    add("prensa, plain Q4", measured("peers.py", "hertz", *n, "q4"))
+    add("CalculiX", measured("calculix.py", "hertz", *n, 900))
+    with tempfile.TemporaryDirectory() as folder:
+        system = pr.discretise(common.hertz(n))
+        mesh = Path(folder) / "mesh.npz"
+        edges = {e: system.boundary_nodes(f"block.{e}") for e in ("top", "bottom", "left")}
+        np.savez(mesh, X=system.X, cells=system.blocks[0].cells, **edges)
+        for substeps in (8, 16, 32):
+            m = measured("felupe_hertz.py", mesh, substeps, python=felupe)
+            if m.get("ended", "completed") == "completed":
+                break
+    add(f"felupe, {substeps} substeps", m)
+    head = ["program", "processor time, s", "over prensa", "P at 1 mm", "P at 4 mm", "P at 8 mm"]
+    return table(
+        f"Hertz block, {n[0] * n[1]} Q4, neo-Hooke to 8 mm", head, rows,
+        "Goal: at least ten times. CalculiX has another volumetric energy (see `calculix.py`), whence its lower force at "
+        "8 mm; felupe's energy is the same.",
+    )  # fmt: skip
+
+
+def upsetting_of_peers(quick: bool) -> str:
+    """Frictional upsetting: prensa, CalculiX."""
+    n = (16, 12) if quick else (32, 24)
+    rows: Rows = []
+    ours = measured("peers.py", "upsetting", *n)
+    theirs = measured("calculix.py", "upsetting", *n, 900)
+    for name, m in (("prensa", ours), ("CalculiX", theirs)):
+        if "skipped" in m:
+            rows.append([name, m["skipped"], "", "", "", ""])
+            continue
+        forces = m["force"]
+        rows.append(
+            [name, f"{m['seconds']:.1f}", f"**{m['seconds'] / ours['seconds']:.1f}**"]
+            + [at(m["depth"], forces, 7.5 * r) for r in (0.1, 0.3, 0.5)]
+        )
+    from prensa.reference import tables
+
+    known = tables.UPSETTING_FORCE_MU_01["cauchy"]
+    rows.append(
+        ["independent solver", "", "", *(f"{1e3 * known[r]:.0f}" if r in known else "" for r in (0.1, 0.3, 0.5))]
+    )
+    ended = theirs.get("ended", "")
+    head = ["program", "processor time, s", "over prensa", "F at 10 %", "F at 30 %", "F at 50 %"]
+    return table(
+        f"Upsetting, {n[0]} × {n[1]}, μ = 0.1 to 50 %", head, rows,
+        f"Goal: at least five times. CalculiX: {ended}." if ended else "Goal: at least five times.",
+    )  # fmt: skip
+
+
+def main() -> None:
+    """Measure and write."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--only", nargs="*", default=[])
+    parser.add_argument("--felupe", default=os.environ.get("FELUPE_PYTHON", sys.executable))
+    parser.add_argument("--out", type=Path, default=HERE / "RESULTS.md")
+    a = parser.parse_args()
+    parts: dict[str, Callable[[], str]] = {
+        "hertz": lambda: hertz_of_peers(a.quick, a.felupe),
+        "upsetting": lambda: upsetting_of_peers(a.quick),
+        "limit": lambda: against_the_limit(a.quick),
+        "newton": lambda: newton(a.quick),
+        "growth": lambda: growth(a.quick),
+        "memory": lambda: memory(a.quick),
+        "start": lambda: start(a.quick),
+    }
     words = ["--quick"] * a.quick + (["--only", *a.only] if a.only else [])
     command = f"python benchmarks/run.py {' '.join(words)}" if words else "make bench"
     text = (
