@@ -31,7 +31,7 @@ def test_a_failed_run_is_told_and_kept(tmp_path):
         run(crushed(pr.Step("press", move={"t": pr.Motion(y=-0.004)}, increments=2)), tmp_path, quiet=True)
     text = str(caught.value)
     assert re.match(r"step 'crush', time [\d.]+: ", text)
-    assert re.search(r"(element \d+ of b \(initially near|node \d+ of 'b' at \()-?[\d.]+, -?[\d.]+\)", text)
+    assert re.search(r"(element \d+ of b \(initially near |node \d+ of 'b' at \()-?[\d.]+, -?[\d.]+\)", text)
     assert "What to try: " in text
     last = caught.value.last
     assert f"The last good state is that of time {last.time:.6g} (increment {last.number})" in text
