@@ -33,7 +33,7 @@ RECORDED: dict[str, tuple[tuple[float, float], ...]] = {
     "nodal": ((1.6, 0.7), (1.3, 0.2), (1.3, 0.2)),
 }
 # beyond a third: that figure hangs on the Gauss point nearest to the edge of contact, 2 % to 6 % as a/h goes from 9.3 to 9.45
-MESHES = (4.0, 3.2, 2.5, 1.75, 1.25, 0.85)  # widths of the contact elements, half-width 12.2
+MESHES = tuple(4.0 * 2.0 ** (-0.5 * k) for k in range(7))  # widths of the contact elements; half-width 12.2
 NOT_REPRODUCED = {("gauss2", 10.0, "points")}
 
 
@@ -201,28 +201,49 @@ def rules_and_penalties(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator
 
 
 # ------------------------------------------------------------------------------------------------------ error bar
-def bar_and_error(found: Pressed, within: float = 0.95) -> tuple[float, float]:
-    """RMS of the error bar |λ − n·σ*n| and of the true error of λ over p0, at nodes closer than *within* half-widths.
+def averaged(layer: LayerLine, x: Array) -> Array:
+    """∫ N_A p dΓ / ∫ N_A dΓ (n,) of the layer's pressure on nodes x (n,) from 0 on: what λ_A stands for."""
+    xi, w = np.polynomial.legendre.leggauss(60)
+    xi, w = 0.5 * (xi + 1.0), 0.5 * w
+    h = np.diff(x)[:, None]
+    p = layer.pressure((x[:-1, None] + h * xi).ravel()).reshape(len(h), -1)
+    force, area = np.zeros((2, len(x)))
+    for ends, N in ((slice(None, -1), 1.0 - xi), (slice(1, None), xi)):
+        force[ends] += (h * w * N * p).sum(axis=1)
+        area[ends] += (h * w * N).sum(axis=1)
+    return force / area
 
-    At the edge the pressure has a vertical tangent: there the true error says where the edge falls in its element.
+
+def bars_and_errors(found: Pressed) -> tuple[float, float, float, float]:
+    """RMS over p0 of the error bar |λ − n·σ*n| and the true error of λ, twice.
+
+    First against the layer's pressure at the nodes within 0.95 half-widths (at the edge it has a vertical tangent and no
+    nodal value is its own), then against the layer's averages over the shape functions at all closed nodes.
     """
-    c = found.contact
-    inside = c.X[:, 0] < within * found.layer.a
-    bar = float(np.sqrt(np.mean(c.error[inside] ** 2))) / found.layer.p0
-    return bar, found.rms(c.X, c.pressure, within)
+    c, layer = found.contact, found.layer
+    order = np.argsort(c.X[:, 0])
+    x, p, bar, closed = c.X[order, 0], c.pressure[order], c.error[order], c.status[order] > 0
+    inside = x < 0.95 * layer.a
+
+    def rms(v: Array, where: NDArray[np.bool_]) -> float:
+        return float(np.sqrt(np.mean(v[where] ** 2))) / layer.p0
+
+    exact, means = layer.pressure(x), averaged(layer, x)
+    return rms(bar, inside), rms(p - exact, inside), rms(bar, closed), rms(p - means, closed)
 
 
 @case("error bar of the contact pressure", suite="rules", slow=True)
 def error_bar(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """The error bar ranks meshes and rules as the true error against the layer does, and is not zero where λ is right."""
     balance = Balance()
-    found = [outcome(pressed(rule, pr.Penalty(), h, E_scale=E_scale), balance) for h in MESHES for rule in RULES]
-    pairs = np.array([bar_and_error(f) for f in found])
-    every = np.array([bar_and_error(f, 1.0) for f in found])
-    yield row("rank correlation of error bar and true error", 0.7, spearmanr(*pairs.T).statistic, 0.0, "at least")
-    yield row("the same with the element of the edge", 0.7, spearmanr(*every.T).statistic, 0.0, "report")
-    yield row("least error bar / p0", 1e-3, pairs[:, 0].min(), 0.0, "at least")
-    yield row("error bar / true error, mean", 1.0, (pairs[:, 0] / pairs[:, 1]).mean(), 0.0, "report")
+    # the nodal pressures of kikuchi are those of gauss2
+    found = [outcome(pressed(rule, pr.Penalty(), h, E_scale=E_scale), balance) for h in MESHES for rule in RULES[:5]]
+    values = np.array([bars_and_errors(f) for f in found])
+    inner, every = (spearmanr(values[:, k], values[:, k + 1]).statistic for k in (0, 2))
+    yield row("rank correlation of error bar and true error, within 0.95 a", 0.7, inner, 0.0, "at least")
+    yield row("the same with the element of the edge, against averages", 0.7, every, 0.0, "at least")
+    yield row("least error bar / p0", 1e-3, values[:, 0].min(), 0.0, "at least")
+    yield row("error bar / true error, median", 1.0, np.median(values[:, 2] / values[:, 3]), 0.0, "report")
     yield from balance.rows()
 
 
