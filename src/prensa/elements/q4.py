@@ -236,17 +236,3 @@ def integrate(x, du, axisymmetric, finite, bar, w, alpha, P, A, forces, stiffnes
                     for i in range(8):
                         K_out[e, i, j] += g[i] * t
         forces[e] = total
-
-
-@njit(cache=True, error_model="numpy")
-def point_positions(x, out):
-    """X (e, 4, 2) → out (e, 4, 2), positions of the integration points."""
-    for e in range(x.shape[0]):
-        for q in range(4):
-            sx = sy = 0.0
-            for a in range(4):
-                n = 0.25 * (1.0 + _XI[a] * _XI[q] * _G) * (1.0 + _ETA[a] * _ETA[q] * _G)
-                sx += n * x[e, a, 0]
-                sy += n * x[e, a, 1]
-            out[e, q, 0] = sx
-            out[e, q, 1] = sy
