@@ -222,9 +222,9 @@ def main() -> None:
         "upsetting": lambda: upsetting_of_peers(a.quick),
         "limit": lambda: against_the_limit(a.quick),
         "newton": lambda: newton(a.quick),
-        "growth": lambda: growth(a.quick),
-        "memory": lambda: memory(a.quick),
         "start": lambda: start(a.quick),
+        "memory": lambda: memory(a.quick),
+        "growth": lambda: growth(a.quick),
     }
     words = ["--quick"] * a.quick + (["--only", *a.only] if a.only else [])
     command = f"python benchmarks/run.py {' '.join(words)}" if words else "make bench"

@@ -117,8 +117,7 @@ def material(c: Chunk, law: Material, at: At, work: Work) -> Failure | None:
     work.points[:] = False
     out = Out(work.P.reshape(n, 5), work.A.reshape(n, 5, 5), c.new.reshape(n, -1), work.points.reshape(n))
     law.update(work.h.reshape(n, 5), c.old.reshape(n, -1), at, out)
-    bad = work.points.any(axis=1)
-    return Failure(int(np.argmax(bad)), LAW) if bad.any() else None
+    return Failure(int(np.argmax(work.points.any(axis=1))), LAW) if work.points.any() else None
 
 
 @dataclass(frozen=True)
