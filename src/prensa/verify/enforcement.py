@@ -57,7 +57,7 @@ def cylinder(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
 def friction(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """Exact, augmented and penalty (β = β_T = 200) agree on the plate within 0.1 %; exact: no gap, |t| ≤ μp, no elastic slip.
 
-    The plate is light-handed on its plane: with the default β_T = 3 the elastic slip takes 0.7 % of the friction force.
+    With the default β_T = 3 the elastic slip of the penalty form would take 0.5 % of the friction force.
     """
     balance = Balance()
     n, h = 48, 40 / 48
