@@ -262,6 +262,8 @@ def _passage(system: System) -> Iterator[Notice]:
     yield from told.values()
     worst = _worst(pressed)
     for (number, k), (depth, t, node) in worst.items():
+        if k < 0 and not isinstance(system.tools[system.surfaces[number].tool].shape, Plane):
+            continue  # what is no half-space may stand beside them, or the body yield in between
         if k >= 0 and (number, -1) in worst:
             continue  # the tool goes beyond the supports: said once
         i, s = number, system.surfaces[number]
