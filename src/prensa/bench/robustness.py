@@ -79,7 +79,7 @@ def draw(suite: str, seed: int, number: int) -> pr.Problem:
     locks = space != "plane stress"
     element: Any = "q4" if not locks or (not plastic and rng.random() < 0.4) else "q4_fbar"
     body = pr.Body(_mesh(rng, width * L, height * L, nx, ny, origin * L), material, element)
-    tool, flat, most = _tool(rng, axi, width, width / nx, L)
+    tool, flat, most = _tool(rng, axi, width, width / nx, origin, L)
     depth = float(rng.uniform(0.02, most)) * height * L
     motion = str(rng.choice(["press", "press and slide", "turn", "push", "release"]))
     if axi and motion in ("press and slide", "turn"):
@@ -137,13 +137,14 @@ def _mesh(rng: np.random.Generator, width: float, height: float, nx: int, ny: in
     return rectangle
 
 
-def _tool(rng: np.random.Generator, axi: bool, width: float, h: float, L: float) -> tuple[Any, bool, float]:
+def _tool(rng: np.random.Generator, axi: bool, width: float, h: float, x0: float, L: float) -> tuple[Any, bool, float]:
     """A tool, whether it is flat over the whole body, and the largest sensible depth as a share of the height."""
     kind = str(rng.choice(["plane", "circle", "stamp", "ring"] if axi else ["plane", "circle", "stamp"]))
     if kind == "plane":
         return pr.Plane(touching="body.top"), True, 0.3
     if kind == "circle":
-        return pr.Circle(radius=float(rng.uniform(2.5 * h, 2 * width)) * L, touching="body.top"), False, 0.15
+        radius = max(float(rng.uniform(2.5 * h, 2 * width)), 1.2 * x0)  # larger than the bore of a ring
+        return pr.Circle(radius=radius * L, touching="body.top"), False, 0.15
     if kind == "stamp":
         w = float(rng.uniform(0.4, 1.2)) * width
         fillet = float(rng.uniform(1.0, 2.0)) * h

@@ -294,9 +294,13 @@ def _held(
         return
     nodes, axis = dofs // 2, dofs % 2
     tool = system.tools[s.tool]
-    pairs = current_pairs(tool.shape, x[nodes], tool.at, m.u[system.tool_dof(s.tool) :][:3])
+    place = m.u[system.tool_dof(s.tool) :][:3]
+    pairs = current_pairs(tool.shape, x[nodes], tool.at, place)
     h = float(s.points.depth.min())
-    for k in np.flatnonzero((pairs.g < -REACH * h) & (np.abs(pairs.n[np.arange(len(dofs)), axis]) > ALONG)):
+    deep = (pairs.g < -REACH * h) & (np.abs(pairs.n[np.arange(len(dofs)), axis]) > ALONG)
+    # beside the contact surface, a tool that came across the normal has pushed the free body ahead of it
+    came = (pairs.n @ place[:2] >= -0.5 * pairs.g) | np.isin(nodes, s.points.nodes)
+    for k in np.flatnonzero(deep & came):
         key = (i, int(nodes[k]) if nodes[k] in s.points.nodes else -1 - int(nodes[k]))
         if -pairs.g[k] > pressed.get(key, (0.0, 0.0, 0))[0]:
             pressed[key] = (float(-pairs.g[k]), m.t, int(nodes[k]))
