@@ -741,7 +741,8 @@ class Penalty:
     """Penalty enforcement; k_n = beta E*/h and k_T = beta_T E*/h with E* = E/(1 − ν²), h the depth of the elements behind.
 
     ``k_n`` and ``k_T`` set absolute stiffnesses (pressure per length) instead, to reproduce published work.
-    ``continuation``: an attempt that fails is repeated from beta = 10 and beta_T = 1 upwards by this factor; 1: never.
+    ``continuation``: after two cut-backs, an attempt that fails is repeated from beta = 10 and beta_T = 1 upwards by this
+    factor; 1: never.
     """
 
     beta: Annotated[Number, Field(gt=0)] = 100.0

@@ -35,6 +35,7 @@ SPREAD = 0.95  # … that this share of the points stays below (a singular corne
 FOLDED = -0.1  # area of a corner's triangle over the mean of the four below which an element is folded over
 JUMP = 0.5  # fall of that measure in one increment that is no gradual folding
 ABSURD = 1.0  # equivalent plastic strain at any point in one increment beyond which it is refused
+SHORTEN = 2  # cut-backs before an increment is tried with contacts that stiffen: most failures need the cut
 EASY, TARGET = 5, 7  # Newton iterations below which the step grows, above which it shrinks
 
 
@@ -140,7 +141,10 @@ class _March:
             for message in notes + more:
                 self.note(state, plan, message)
             assert self.reduced is not None
-            trial = attempt(self.system, c, self.reduced, origin, self.numerics, self.reporter(state, plan, end))
+            soften = cutbacks >= min(SHORTEN, self.numerics.max_cutbacks)
+            trial = attempt(
+                self.system, c, self.reduced, origin, self.numerics, self.reporter(state, plan, end), soften
+            )
             spent += trial.iterations
             self.refuse_the_absurd(state, trial)
             if trial.converged:

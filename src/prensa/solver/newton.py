@@ -209,11 +209,15 @@ def _keep_on_tools(system: System, c: Circumstances, u: Array) -> None:
 
 
 def attempt(
-    system: System, c: Circumstances, reduced: Reduced, start: Array, numerics: model.Numerics, report: Reporter
-) -> Trial:
-    """Try to solve the increment, with stiffening contacts if they ask for it; the committed state is not touched."""
+    system: System, c: Circumstances, reduced: Reduced, start: Array, numerics: model.Numerics, report: Reporter,
+    soften: bool = True,
+) -> Trial:  # fmt: skip
+    """Try to solve the increment; the committed state is not touched.
+
+    soften: whether a failure is followed by another try with contacts that stiffen stage by stage, if they ask for it.
+    """
     trial = _attempt(system, c, [], reduced, start, numerics, report)
-    path = [] if trial.converged else stages(system, c)
+    path = stages(system, c) if soften and not trial.converged else []
     if not path:
         return trial
     again = _attempt(system, c, path, reduced, start, numerics, report)
