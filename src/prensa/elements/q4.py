@@ -1,4 +1,4 @@
-"""4-node quadrilateral, 2 × 2 Gauss points, plain or F-bar, in plane strain and axisymmetry, small and finite strain.
+"""4-node quadrilateral, 2 × 2 Gauss points, with F-bar, in plane strain and axisymmetry, small and finite strain.
 
 Two batch kernels bracket the material: `kinematics` turns nodal increments into h = f − I at the points, `integrate`
 turns stresses P and tangents A = ∂P/∂f into nodal forces and stiffnesses. Everything refers to the last committed
@@ -95,11 +95,11 @@ def _mean_divergence(x, e, axisymmetric, N, dN, g, mean):
 
 
 @njit(cache=True, error_model="numpy")
-def kinematics(x, du, axisymmetric, finite, bar, scale, h, w, alpha, failed):
+def kinematics(x, du, axisymmetric, finite, scale, h, w, alpha, failed):
     """X (e, 4, 2) committed positions, du (e, 4, 2) increments → h (e, 4, 5), w (e, 4) volumes, alpha (e, 4), failed (e,).
 
-    ``scale`` multiplies the volumes (thickness, or 2π in axisymmetry). With ``bar``, h is that of f̄ and alpha − 1 is
-    what F-bar added. failed marks elements with det f ≤ 0 (or an inverted committed shape) at a point.
+    ``scale`` multiplies the volumes (thickness, or 2π in axisymmetry). h is that of f̄ and alpha − 1 is what F-bar
+    added. failed marks elements with det f ≤ 0 (or an inverted committed shape) at a point.
     """
     N = np.empty(4)
     dN = np.empty((4, 2))
@@ -107,7 +107,7 @@ def kinematics(x, du, axisymmetric, finite, bar, scale, h, w, alpha, failed):
     m = 3.0 if axisymmetric else 2.0
     for e in range(x.shape[0]):
         ln0 = 0.0
-        if bar and finite:
+        if finite:
             det, r = _gradients(x, e, 0.0, 0.0, axisymmetric, N, dN)
             h11, h12, h21, h22, h33 = _gradient_of(e, du, N, dN, r, axisymmetric)
             jm = det_minus_one(h11, h12, h21, h22, h33)
@@ -115,7 +115,7 @@ def kinematics(x, du, axisymmetric, finite, bar, scale, h, w, alpha, failed):
                 failed[e] = True
                 jm = 0.0
             ln0 = math.log1p(jm)
-        elif bar:
+        else:
             _mean_divergence(x, e, axisymmetric, N, dN, g, g0)
             for a in range(4):
                 ln0 += g0[2 * a] * du[e, a, 0] + g0[2 * a + 1] * du[e, a, 1]
@@ -125,23 +125,21 @@ def kinematics(x, du, axisymmetric, finite, bar, scale, h, w, alpha, failed):
             if not w[e, q] > 0.0:
                 failed[e] = True
             h11, h12, h21, h22, h33 = _gradient_of(e, du, N, dN, r, axisymmetric)
-            a1 = 0.0
             if finite:
                 jm = det_minus_one(h11, h12, h21, h22, h33)
                 if not (jm > -1.0 and h33 > -1.0):
                     failed[e] = True
                     jm = 0.0
-                if bar:
-                    a1 = math.expm1((ln0 - math.log1p(jm)) / m)
-                    h11, h12, h21, h22 = (
-                        h11 + a1 * (1.0 + h11),
-                        h12 * (1.0 + a1),
-                        h21 * (1.0 + a1),
-                        h22 + a1 * (1.0 + h22),
-                    )
-                    if axisymmetric:
-                        h33 += a1 * (1.0 + h33)
-            elif bar:
+                a1 = math.expm1((ln0 - math.log1p(jm)) / m)
+                h11, h12, h21, h22 = (
+                    h11 + a1 * (1.0 + h11),
+                    h12 * (1.0 + a1),
+                    h21 * (1.0 + a1),
+                    h22 + a1 * (1.0 + h22),
+                )
+                if axisymmetric:
+                    h33 += a1 * (1.0 + h33)
+            else:
                 a1 = (ln0 - (h11 + h22 + h33)) / m
                 h11 += a1
                 h22 += a1
@@ -152,7 +150,7 @@ def kinematics(x, du, axisymmetric, finite, bar, scale, h, w, alpha, failed):
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"})
-def integrate(x, du, axisymmetric, finite, bar, w, alpha, P, A, forces, stiffness, r_out, K_out):
+def integrate(x, du, axisymmetric, finite, w, alpha, P, A, forces, stiffness, r_out, K_out):
     """P (e, 4, 5), A (e, 4, 5, 5) → r_out (e, 8) internal forces, and with ``stiffness`` K_out (e, 8, 8), exact.
 
     forces (e,) receives Σ |r| before the points cancel each other: the scale against which a residual is small.
@@ -173,11 +171,11 @@ def integrate(x, du, axisymmetric, finite, bar, w, alpha, P, A, forces, stiffnes
         r_out[e, :] = 0.0
         if stiffness:
             K_out[e, :, :] = 0.0
-        if bar and finite:
+        if finite:
             _, r = _gradients(x, e, 0.0, 0.0, axisymmetric, N, dN)
             h11, h12, h21, h22, h33 = _gradient_of(e, du, N, dN, r, axisymmetric)
             _divergence(h11, h12, h21, h22, h33, N, dN, r, axisymmetric, finite, g0)
-        elif bar:
+        else:
             _mean_divergence(x, e, axisymmetric, N, dN, g, g0)
         total = 0.0
         for q in range(4):
@@ -187,21 +185,20 @@ def integrate(x, du, axisymmetric, finite, bar, w, alpha, P, A, forces, stiffnes
                     H[a] = N[a] / r
             al = 1.0
             wc = w[e, q]
-            if bar:
-                h11, h12, h21, h22, h33 = _gradient_of(e, du, N, dN, r, axisymmetric)
-                _divergence(h11, h12, h21, h22, h33, N, dN, r, axisymmetric, finite, g)
-                for i in range(8):
-                    g[i] = (g0[i] - g[i]) / m
-                if finite:
-                    al = alpha[e, q]
-                    wc /= al * al if axisymmetric else al
-                    f[0], f[1], f[2], f[3] = 1.0 + h11, h12, h21, 1.0 + h22
-                    f[4] = 1.0 + h33 if axisymmetric else 0.0
-                else:
-                    f[0], f[1], f[2], f[3], f[4] = 1.0, 0.0, 0.0, 1.0, 1.0 if axisymmetric else 0.0
+            h11, h12, h21, h22, h33 = _gradient_of(e, du, N, dN, r, axisymmetric)
+            _divergence(h11, h12, h21, h22, h33, N, dN, r, axisymmetric, finite, g)
+            for i in range(8):
+                g[i] = (g0[i] - g[i]) / m
+            if finite:
+                al = alpha[e, q]
+                wc /= al * al if axisymmetric else al
+                f[0], f[1], f[2], f[3] = 1.0 + h11, h12, h21, 1.0 + h22
+                f[4] = 1.0 + h33 if axisymmetric else 0.0
+            else:
+                f[0], f[1], f[2], f[3], f[4] = 1.0, 0.0, 0.0, 1.0, 1.0 if axisymmetric else 0.0
             p0, p1, p2, p3, p4 = P[e, q, 0], P[e, q, 1], P[e, q, 2], P[e, q, 3], P[e, q, 4]
             # B-bar is variational: its virtual gradients carry g too; F-bar integrates the true virtual work
-            trace = p0 + p3 + (p4 if axisymmetric else 0.0) if bar and not finite else 0.0
+            trace = 0.0 if finite else p0 + p3 + (p4 if axisymmetric else 0.0)
             for a in range(4):
                 rx = dN[a, 0] * p0 + dN[a, 1] * p1 + H[a] * p4 + g[2 * a] * trace
                 ry = dN[a, 0] * p2 + dN[a, 1] * p3 + g[2 * a + 1] * trace
@@ -212,12 +209,11 @@ def integrate(x, du, axisymmetric, finite, bar, w, alpha, P, A, forces, stiffnes
                 continue
             for k in range(5):
                 s = 0.0
-                if bar:
-                    for n in range(5):
-                        s += A[e, q, k, n] * f[n]
-                    s *= al
-                    if finite:
-                        s += (1.0 - m) * P[e, q, k]
+                for n in range(5):
+                    s += A[e, q, k, n] * f[n]
+                s *= al
+                if finite:
+                    s += (1.0 - m) * P[e, q, k]
                 Af[k] = wc * s
             wa = wc * al
             for k in range(5):
@@ -230,7 +226,7 @@ def integrate(x, du, axisymmetric, finite, bar, w, alpha, P, A, forces, stiffnes
                 for j in range(8):
                     K_out[e, 2 * a, j] += dx * AG[0, j] + dy * AG[1, j] + ha * AG[4, j]
                     K_out[e, 2 * a + 1, j] += dx * AG[2, j] + dy * AG[3, j]
-            if bar and not finite:
+            if not finite:
                 for j in range(8):
                     t = AG[0, j] + AG[3, j] + (AG[4, j] if axisymmetric else 0.0)
                     for i in range(8):

@@ -121,8 +121,8 @@ def material(c: Chunk, law: Material, at: At, work: Work) -> Failure | None:
 
 
 @dataclass(frozen=True)
-class Q4Bar:
-    """4-node quadrilateral with F-bar (small strain: B-bar), by its own fast kernels."""
+class _Q4:
+    """What every 4-node quadrilateral with 2 × 2 points has in common."""
 
     nodes: int = 4
     points: int = 4
@@ -132,6 +132,15 @@ class Q4Bar:
         """Shape functions at the points (4, 4)."""
         return _TABLES["q4"].N
 
+    def volumes(self, X: Array, mode: Mode) -> tuple[Array, Flags]:
+        """Initial volumes (k, 4) and flags (k,) of folded elements."""
+        return Solid("q4").volumes(X, mode)
+
+
+@dataclass(frozen=True)
+class Q4Bar(_Q4):
+    """4-node quadrilateral with F-bar (small strain: B-bar), by its own fast kernels."""
+
     def extra(self, mode: Mode) -> int:
         """No history of its own."""
         return 0
@@ -140,22 +149,16 @@ class Q4Bar:
         """B-bar derives from an energy, F-bar does not."""
         return not mode.finite
 
-    def volumes(self, X: Array, mode: Mode) -> tuple[Array, Flags]:
-        """Initial volumes (k, 4) and flags (k,) of folded elements."""
-        return Solid("q4").volumes(X, mode)
-
     def respond(self, c: Chunk, law: Material, at: At, mode: Mode, work: Work, stiffness: bool) -> Failure | None:
         """See `Element`."""
         axi, finite, scale = mode
         work.flags[:] = False
-        q4.kinematics(c.x, c.d, axi, finite, True, scale, work.h, work.w, work.alpha, work.flags)
+        q4.kinematics(c.x, c.d, axi, finite, scale, work.h, work.w, work.alpha, work.flags)
         if work.flags.any():
             return Failure(int(np.argmax(work.flags)), INVERTED)
         if failure := material(c, law, at, work):
             return failure
-        q4.integrate(
-            c.x, c.d, axi, finite, True, work.w, work.alpha, work.P, work.A, work.size, stiffness, work.r, work.K
-        )
+        q4.integrate(c.x, c.d, axi, finite, work.w, work.alpha, work.P, work.A, work.size, stiffness, work.r, work.K)
         return None
 
 
@@ -221,19 +224,11 @@ class Solid:
 
 
 @dataclass(frozen=True)
-class Q4Enhanced:
+class Q4Enhanced(_Q4):
     """4-node quadrilateral with enhanced strains, for bending; the internal modes are solved for at every evaluation.
 
     Its own history: F − I of each point (5 columns) and the modes, shared out over the points.
     """
-
-    nodes: int = 4
-    points: int = 4
-
-    @property
-    def N(self) -> Array:
-        """Shape functions at the points (4, 4)."""
-        return _TABLES["q4"].N
 
     def extra(self, mode: Mode) -> int:
         """F − I and the columns that the modes need."""
@@ -242,10 +237,6 @@ class Q4Enhanced:
     def symmetric(self, mode: Mode) -> bool:
         """Always: the modes are eliminated from a symmetric system."""
         return True
-
-    def volumes(self, X: Array, mode: Mode) -> tuple[Array, Flags]:
-        """Initial volumes (k, 4) and flags (k,) of folded elements."""
-        return Solid("q4").volumes(X, mode)
 
     def respond(self, c: Chunk, law: Material, at: At, mode: Mode, work: Work, stiffness: bool) -> Failure | None:
         """See `Element`."""

@@ -357,11 +357,7 @@ def other_example1(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]
         layer = ref.layer_line(R=example1.R, H=example1.H, E=example1.E, nu=NU, delta=1.0)
         a, h = example1.half_width(inc)
         yield row(f"{element}: half-width a, within an element", layer.a, a, h, "absolute")
-        c = inc.contacts["block.top-cylinder"]
-        inside = c.X[:, 0] < 0.95 * layer.a
-        exact = layer.pressure(c.X[inside, 0])
-        for name, pressure in (("nodal force", c.pressure), ("σ·n", c.pressure_from_stress)):
-            rms = float(np.sqrt(np.mean((pressure[inside] - exact) ** 2))) / layer.p0
+        for name, rms in example1.pressure_errors(inc.contacts["block.top-cylinder"], layer):
             yield row(f"{element}: RMS error of p from {name} / p0", 0.0, rms, 0.01, "absolute")
     yield from balance.rows()
 

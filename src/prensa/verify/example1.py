@@ -11,8 +11,8 @@ from collections.abc import Iterator
 import numpy as np
 
 import prensa as pr
-from prensa.reference import layer_line, tables
-from prensa.solver.increment import Increment
+from prensa.reference import LayerLine, layer_line, tables
+from prensa.solver.increment import ContactState, Increment
 from prensa.verify.balance import Balance
 from prensa.verify.table import Row, case, row
 
@@ -52,6 +52,14 @@ def half_width(inc: Increment) -> tuple[float, float]:
     return 0.5 * (x[k - 1] + x[k]), x[k] - x[k - 1]
 
 
+def pressure_errors(c: ContactState, layer: LayerLine) -> Iterator[tuple[str, float]]:
+    """RMS error / p0 within 0.95 of the layer's half-width: of the pressure from nodal forces, of that from stresses."""
+    inside = c.X[:, 0] < 0.95 * layer.a
+    exact = layer.pressure(c.X[inside, 0])
+    for name, pressure in (("nodal force", c.pressure), ("σ·n", c.pressure_from_stress)):
+        yield name, float(np.sqrt(np.mean((pressure[inside] - exact) ** 2))) / layer.p0
+
+
 @case("example 1, reference geometry", suite="contact")
 def reference_geometry(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """The linear Signorini problem gives the layer's force, half-width and pressure on 100 × 100 elements."""
@@ -66,10 +74,7 @@ def reference_geometry(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[
         c = inc.contacts["block.top-cylinder"]
         yield row(f"half-width a at δ = {d:g}, within an element", layer.a, a, h, "absolute")
         yield row(f"closed points in a at δ = {d:g}", 11, int((c.pressure > 0).sum()), 0.0, "at least")
-        inside = c.X[:, 0] < 0.95 * layer.a
-        exact = layer.pressure(c.X[inside, 0])
-        for name, pressure in (("nodal force", c.pressure), ("σ·n", c.pressure_from_stress)):
-            rms = float(np.sqrt(np.mean((pressure[inside] - exact) ** 2))) / layer.p0
+        for name, rms in pressure_errors(c, layer):
             yield row(f"RMS error of p from {name} / p0 at δ = {d:g}", 0.0, rms, 0.01, "absolute")
     yield from balance.rows()
 
