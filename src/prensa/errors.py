@@ -11,6 +11,10 @@ class PrensaError(Exception):
     """Base of every error that prensa raises on purpose; its text is meant for the user."""
 
 
+TOLD = 50  # mistakes of a case that are told at once
+LONG = 1000  # characters of a message
+
+
 @dataclass(frozen=True, order=True)
 class Mark:
     """A place in a case: ``source`` (file or override), ``line`` and ``column`` from 1 (0: the source as a whole)."""
@@ -31,15 +35,20 @@ class Mistake:
     message: str
 
     def __str__(self) -> str:
-        return f"{self.mark}: {self.message}"
+        words = self.message
+        if len(words) > LONG:  # somebody's whole file as one value
+            words = f"{words[: LONG // 2]} … {words[-LONG // 2 :]}"
+        return f"{self.mark}: {words}"
 
 
 class CaseError(PrensaError, ValueError):
-    """All the mistakes of a case; ``str`` is one line for each, ``file.yaml:12:5: message; remedy``."""
+    """All the mistakes of a case; ``str`` is one line for each of the first, ``file.yaml:12:5: message; remedy``."""
 
     def __init__(self, mistakes: Iterable[Mistake]) -> None:
         self.mistakes: tuple[Mistake, ...] = tuple(mistakes)
-        super().__init__("\n".join(map(str, self.mistakes)))
+        more = len(self.mistakes) - TOLD
+        rest = [f"… and {more} mistakes more"] if more > 0 else []
+        super().__init__("\n".join([*map(str, self.mistakes[:TOLD]), *rest]))
 
 
 class SolveError(PrensaError):

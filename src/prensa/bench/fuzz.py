@@ -2,7 +2,7 @@
 """Broken inputs: mutated case files and mesh files must be read or refused in words, quickly, in little memory.
 
 A case is mutated as text (characters, tokens, lines, indentation) or as a tree (values, keys and branches removed,
-copied, exchanged, replaced by hostile ones), a mesh file as text. What is read is discretised and checked as well, up to the
+copied, exchanged, replaced by hostile ones), a mesh file as text; some are blown up to megabytes. What is read is discretised and checked as well, up to the
 first increment. Anything but an answer or a `PrensaError` counts as a defect: another exception, more than `LIMIT`
 seconds of processor time, more than `MEMORY` bytes.
 """
@@ -202,6 +202,26 @@ _CHANGES: tuple[Callable[[np.random.Generator, str], str], ...] = (
 )
 
 
+def mutate_size(rng: np.random.Generator, text: str) -> str:
+    """One line, or a piece of it, or a token, repeated to a size between a hundred kilobytes and two megabytes."""
+    lines = text.split("\n")
+    i = int(rng.integers(len(lines)))
+    piece = lines[i]
+    match rng.integers(4):
+        case 0:
+            piece = str(rng.choice(np.array(TOKENS, dtype=object)))
+        case 1:
+            piece = piece[int(rng.integers(len(piece) + 1)) :]
+        case 2:
+            piece = " " * int(rng.integers(8)) + str(
+                rng.choice(["- 1", "- [0, 1]", "- a", "a: 1", "[1, 2],", "{a: 1},", "#", ""])
+            )
+    piece += str(rng.choice(["\n", "\n", " ", ""]))
+    size = int(10 ** rng.uniform(5.0, 6.3))
+    huge = piece * (size // max(len(piece), 1))
+    return "\n".join([*lines[: i + 1], huge, *lines[i + 1 :]])
+
+
 def mutate_tree(rng: np.random.Generator, text: str) -> str:
     """One to three changes of the tree of a case: values, keys and branches."""
     from prensa.model import text as yaml
@@ -277,17 +297,21 @@ def _elements(mesh: Any) -> int:
 
 
 def inputs(count: int, seed: int, folder: Path) -> Iterator[str]:
-    """*count* mutated cases; every tenth reads a mutated mesh file of *folder*."""
+    """*count* mutated cases; every tenth reads a mutated mesh file of *folder*, every fiftieth input is huge."""
     rng = np.random.default_rng(seed)
     texts = corpus()
     for number in range(count):
         if number % 10 == 9:
             name, mesh = (("mesh.msh", GMSH), ("mesh.inp", ABAQUS))[rng.integers(2)]
-            (folder / name).write_text(mutate_text(rng, mesh), encoding="utf-8", errors="replace")
+            changed = (mutate_size if number % 100 == 49 else mutate_text)(rng, mesh)
+            (folder / name).write_text(changed, encoding="utf-8", errors="replace")
             yield FROM_FILE.replace("FILE", name)
             continue
         text = texts[rng.integers(len(texts))] if rng.random() < 0.7 else EXTRA
-        yield (mutate_tree if rng.random() < 0.5 else mutate_text)(rng, text)
+        if number % 100 == 24:
+            yield mutate_size(rng, text)
+        else:
+            yield (mutate_tree if rng.random() < 0.5 else mutate_text)(rng, text)
 
 
 def run(count: int, seed: int, told: Callable[[str], None] = lambda _: None) -> Report:

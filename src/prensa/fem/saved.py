@@ -45,7 +45,7 @@ def read_checkpoint(path: str | Path) -> tuple[Case, State]:
     from prensa.model.schema import loads
 
     text, arrays = _read(Path(path))
-    return loads(text), State.from_arrays(arrays)
+    return loads(text, bounded=False), State.from_arrays(arrays)
 
 
 def _read(path: Path) -> tuple[str, dict[str, NDArray[Any]]]:

@@ -5,13 +5,14 @@ Format: C. Geuzaine & J.-F. Remacle, Gmsh reference manual, chapter "Gmsh file f
 
 from __future__ import annotations
 
-import shlex
+import re
 from collections.abc import Iterator
 
 from prensa.mesh.deck import Deck, FileError
 
 LINES, CELLS = {1: 2, 8: 3}, {2: 3, 3: 4, 9: 6, 16: 8, 10: 8}  # nodes kept, by element type (the middle of a Q9 is not)
 POINT, Q9 = 15, 10
+_NAME = re.compile(r"""(\d{1,9}) (\d{1,18}) (?:"([^"]*)"|'([^']*)'|([^"'\s]+))""")
 NODES = {1: 2, 8: 3, 2: 3, 3: 4, 9: 6, 16: 8, 10: 9, 15: 1}
 
 
@@ -113,12 +114,11 @@ def _sections(text: str) -> Iterator[tuple[str, _Lines]]:
 def _physical_names(lines: _Lines) -> dict[tuple[int, int], str]:
     out = {}
     for _ in lines.count(lines.integers(1)[0]):
-        words = lines.next()
-        try:
-            dimension, tag, name = shlex.split(" ".join(words))
-            out[int(dimension), int(tag)] = name
-        except ValueError:
-            raise FileError.at(lines.number, f'{" ".join(words)[:60]!r} is not: dimension tag "name"') from None
+        words = " ".join(lines.next())
+        match = _NAME.fullmatch(words)
+        if match is None:
+            raise FileError.at(lines.number, f'{words[:60]!r} is not: dimension tag "name"')
+        out[int(match[1]), int(match[2])] = match[3] or match[4] or match[5] or ""
     return out
 
 

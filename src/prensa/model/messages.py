@@ -10,6 +10,7 @@ from prensa.errors import Mistake
 from prensa.model.checks import Finding, FindingsError, suggest
 from prensa.model.places import Place, expected, fields_of, follow, is_names, tags
 
+MOST = 200  # errors that are explained: a table in the wrong place has thousands
 _BOUNDS = {
     "greater_than": ("gt", "greater than"),
     "greater_than_equal": ("ge", "at least"),
@@ -21,7 +22,7 @@ _KINDS = {"mesh": "mesh", "material": "material", "flow": "flow", "enforcement":
 
 def mistakes(errors: Iterable[Any], findings: Iterable[Finding], root: Place, known: list[Mistake]) -> list[Mistake]:
     """All the mistakes of a file in its order; *known* ones come from reading and hide what follows of them."""
-    errors = [e for e in errors if not isinstance(e.get("ctx", {}).get("error"), FindingsError)]
+    errors = [e for e in errors if not isinstance(e.get("ctx", {}).get("error"), FindingsError)][:MOST]
     places = [follow(root, _path(e["loc"]), tagged=True) for e in errors]
     said = {m.mark for m in known}
     found = set(known)

@@ -26,7 +26,7 @@ from prensa.model.units import Length
 
 __all__ = ["CaseError", "brief", "dump", "load", "loads", "warnings_of"]
 
-LIMIT = 16 << 20
+LIMIT = 4 << 20
 
 
 def load(path: str | Path, overrides: Iterable[str] = ()) -> Case:
@@ -55,8 +55,12 @@ def load(path: str | Path, overrides: Iterable[str] = ()) -> Case:
     return loads(_read(path), str(path), path.parent, overrides)
 
 
-def loads(text: str, name: str = "<text>", folder: str | Path | None = None, overrides: Iterable[str] = ()) -> Case:
+def loads(
+    text: str, name: str = "<text>", folder: str | Path | None = None, overrides: Iterable[str] = (), bounded: bool = True
+) -> Case:  # fmt: skip
     """Read the case of a YAML text; *name* stands in messages, friction tables are relative to *folder*.
+
+    ``bounded`` False reads texts of any size: those that `dump` wrote.
 
     Raises
     ------
@@ -64,7 +68,7 @@ def loads(text: str, name: str = "<text>", folder: str | Path | None = None, ove
         As `load`.
 
     """
-    tree, known = yaml.read(text, name)
+    tree, known = yaml.read(text, name, bounded=bounded)
     if tree.value is None:
         raise CaseError([*known, Mistake(Mark(name), "the file is empty; a case needs 'name', 'bodies' and 'steps'")])
     if not isinstance(tree.value, dict):
@@ -101,7 +105,9 @@ def _read(path: Path) -> str:
     except (OSError, ValueError) as error:
         raise wrong(f"cannot be read: {error}") from None
     if len(raw) > LIMIT:
-        raise wrong("larger than 16 MiB; a case file is short, is this the right file?")
+        raise wrong(
+            "larger than 4 MiB; a case file is short, is this the right file? If so, put its mesh into a .msh or .inp file"
+        )
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -2,7 +2,7 @@
 
 The events of ruamel.yaml are turned into nodes here rather than by its constructors: every node keeps its mark, all the
 mistakes of a file are collected, keys stay text (``y`` and ``on`` are no booleans), and what a case never needs
-(tags, NaN, deep nesting, aliases that multiply) is refused while it is still cheap.
+(tags, NaN, deep nesting, aliases that multiply, more text than a case has) is refused while it is still cheap.
 """
 
 from __future__ import annotations
@@ -13,10 +13,17 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from prensa.errors import CaseError, Mark, Mistake
+from prensa.model.rows import Run, numbers, taken_out
 
 DEPTH = 50
 COPIES = 100_000
-LINE = 200_000
+# What is read in a second at its slowest. Cases have some thousand characters and some hundred keys and values; rows of
+# numbers on lines of their own, '- [0, 1]', are cheap and come on top, enough for a mesh of seven thousand nodes.
+SIZE = 100_000
+VALUES = 8_000
+MISTAKES = 200
+NUMBERS = 40_000
+APART = "put a mesh into a file (.msh or .inp) and a table into a .csv file"
 WIDTH = 110
 
 _INT = re.compile(r"[-+]?[0-9]+")
@@ -81,55 +88,70 @@ def resolve(text: str) -> Any:
         For ``.nan``, ``.inf`` and numbers too large for a float.
 
     """
-    if text in _WORDS:
-        return _WORDS[text]
-    if _NOT_FINITE.fullmatch(text):
-        raise ValueError(f"{text} is not a finite number")
     if _INT.fullmatch(text) and len(text) <= 20:
         return int(text)
-    if _RADIX.fullmatch(text):
-        return int(text, 0)
     if _FLOAT.fullmatch(text):
         number = float(text)
         if abs(number) == float("inf"):
             raise ValueError(f"{text[:40]} is too large a number")
         return number
+    if text in _WORDS:
+        return _WORDS[text]
+    if _NOT_FINITE.fullmatch(text):
+        raise ValueError(f"{text} is not a finite number")
+    if _RADIX.fullmatch(text):
+        return int(text, 0)
     return text
 
 
-def read(text: str, source: str, marked: bool = True) -> tuple[Node, list[Mistake]]:
+def read(text: str, source: str, marked: bool = True, bounded: bool = True) -> tuple[Node, list[Mistake]]:
     """Tree of a YAML text and the mistakes that do not hinder reading on (duplicate keys, NaN).
 
-    ``marked`` False gives every node the whole *source* as its place (a value on the command line).
+    ``marked`` False gives every node the whole *source* as its place (a value on the command line); ``bounded`` False reads
+    texts of any size (what this program has written itself).
 
     Raises
     ------
     CaseError
-        If the text is not YAML, has several documents, tags, too deep nesting or runaway aliases.
+        If the text is not YAML, has several documents, tags, too deep nesting, runaway aliases, or is no case for its size.
 
     """
-    _refuse_monsters(text, source)
-    reader = _Reader(text, source, marked)
-    return reader.document(), reader.mistakes
-
-
-def _refuse_monsters(text: str, source: str) -> None:
-    """The scanner takes seconds over very long lines and deep brackets before it yields its first event."""
-    for number, line in enumerate(text.split("\n"), 1):
-        if len(line) > LINE:
-            message = f"a line of {len(line)} characters; a case has short lines, is this the right file?"
-            raise CaseError([Mistake(Mark(source, number, 1), message)])
-    if match := _BRACKETS.search(text):
+    if match := _BRACKETS.search(text):  # the scanner takes seconds over them before it yields its first event
         before = text[: match.start()]
         mark = Mark(source, before.count("\n") + 1, match.start() - before.rfind("\n"))
         raise CaseError([Mistake(mark, f"nested deeper than {DEPTH} levels; a case needs less than ten")])
+    short, runs = taken_out(text, NUMBERS if bounded else None)
+    if bounded:
+        _refuse_monsters(short, runs, source)
+    reader = _Reader(short, source, marked, bounded, runs)
+    try:
+        root = reader.document()
+    except CaseError as error:
+        if not any(run.line < error.mistakes[-1].mark.line for run in reader.runs.values()):
+            raise
+    if reader.runs:  # some were no lists: lines of a text
+        reader = _Reader(text, source, marked, bounded)
+        root = reader.document()
+    return root, reader.mistakes
+
+
+def _refuse_monsters(short: str, runs: dict[str, Run], source: str) -> None:
+    if sum(1 + row.count(",") for run in runs.values() for row in run.rows) > NUMBERS:
+        raise CaseError([Mistake(Mark(source), f"more than {NUMBERS} numbers in rows; {APART}")])
+    if (
+        size := len(short) - sum(len(run.rows) for run in runs.values())
+    ) > SIZE:  # every row leaves its end of line behind
+        message = f"{size} characters besides rows of numbers; a case has some thousand: is this the right file? If so, {APART}"
+        raise CaseError([Mistake(Mark(source), message)])
 
 
 class _Reader:
-    def __init__(self, text: str, source: str, marked: bool) -> None:
+    def __init__(self, text: str, source: str, marked: bool, bounded: bool, runs: dict[str, Run] | None = None) -> None:
         from ruamel.yaml import YAML
 
         self.source, self.marked = source, marked
+        self.left = VALUES if bounded else -1
+        self.runs = dict(runs or {})
         self.mistakes: list[Mistake] = []
         self.anchors: dict[str, Node | None] = {}
         self.copies = 0
@@ -156,6 +178,18 @@ class _Reader:
         except YAMLError as error:
             raise CaseError([Mistake(Mark(self.source), f"not readable as YAML: {error}")]) from None
 
+    def note(self, mark: Mark, message: str) -> None:
+        """A mistake that does not hinder reading on; many of one kind do."""
+        self.mistakes.append(Mistake(mark, message))
+        if len(self.mistakes) >= MISTAKES:
+            raise CaseError(self.mistakes)
+
+    def count(self, event: Any) -> None:
+        if self.left == 0:
+            message = f"more than {VALUES} keys and values before this one; a case has some hundred: {APART}, or write rows of "
+            raise self.refuse(event.start_mark, message + "numbers on lines of their own, '- [0, 1]'")
+        self.left -= 1
+
     def document(self) -> Node:
         from ruamel.yaml.events import DocumentEndEvent, DocumentStartEvent, StreamEndEvent, StreamStartEvent
 
@@ -175,6 +209,7 @@ class _Reader:
 
         if depth > DEPTH:
             raise self.refuse(event.start_mark, f"nested deeper than {DEPTH} levels; a case needs less than ten")
+        self.count(event)
         if isinstance(event, AliasEvent):
             return self.alias(event, depth)
         if event.tag is not None:
@@ -197,19 +232,33 @@ class _Reader:
         mark = self.mark(event.start_mark)
         if event.style:  # quoted and block scalars are text
             return Node(event.value, mark, event.value)
+        return self.plain(event.value, mark)
+
+    def plain(self, text: str, mark: Mark) -> Node:
         try:
-            return Node(resolve(event.value), mark, event.value)
+            return Node(resolve(text), mark, text)
         except ValueError as error:
-            self.mistakes.append(Mistake(mark, f"{error}; every number of a case is finite"))
-            return Node(None, mark, event.value)
+            self.note(mark, f"{error}; every number of a case is finite")
+            return Node(None, mark, text)
 
     def sequence(self, event: Any, depth: int) -> Node:
-        from ruamel.yaml.events import SequenceEndEvent
+        from ruamel.yaml.events import ScalarEvent, SequenceEndEvent
 
-        items = []
+        items: list[Node] = []
         while not isinstance(child := self.next(), SequenceEndEvent):
-            items.append(self.node(child, depth + 1))
+            if isinstance(child, ScalarEvent) and child.value in self.runs:
+                items += self.rows(child)
+            else:
+                items.append(self.node(child, depth + 1))
         return Node(items, self.mark(event.start_mark))
+
+    def rows(self, event: Any) -> Iterator[Node]:
+        """Items of the run that the event stands for; the numbers of a row have its place."""
+        for k, row in enumerate(self.runs.pop(event.value).rows):
+            place = event.start_mark
+            mark = Mark(self.source, place.line + 1 + k, place.column + 1) if self.marked else Mark(self.source)
+            found = [self.plain(number, mark) for number in numbers(row)]
+            yield Node(found, mark, height=1, size=1 + len(found)) if row.endswith(("]", "]\r")) else found[0]
 
     def mapping(self, event: Any, depth: int) -> Node:
         from ruamel.yaml.events import MappingEndEvent, ScalarEvent
@@ -218,15 +267,16 @@ class _Reader:
         while not isinstance(child := self.next(), MappingEndEvent):
             if not isinstance(child, ScalarEvent) or child.tag is not None:
                 raise self.refuse(child.start_mark, "a key is plain text here; write 'key: value'")
+            self.count(child)
             key, mark = child.value, self.mark(child.start_mark)
             value = self.node(self.next(), depth + 1)
             if key == "<<" and not child.style:
                 message = "merge keys ('<<') are not supported; repeat the entries or use an alias for the whole value"
-                self.mistakes.append(Mistake(mark, message))
+                self.note(mark, message)
             elif key in node.value:
                 first = f" (first at line {node.keys[key].line})" if self.marked else ""
                 message = f"the key {key!r} appears twice{first}; keep one"
-                self.mistakes.append(Mistake(mark, message))
+                self.note(mark, message)
             else:
                 node.value[key], node.keys[key] = value, mark
         return node

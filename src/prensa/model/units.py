@@ -102,6 +102,8 @@ def _unit(name: str) -> tuple[Fraction, int, int]:
 def _product(text: str) -> tuple[Fraction, int, int]:
     """SI value and exponents of a product of units such as ``N/mm^2``."""
     value, force, length, at = Fraction(1), 0, 0, 0
+    if len(text) > 100:
+        raise ValueError("no unit is as long as this")
     while at < len(text):
         match = _FACTOR.match(text, at)
         if match is None or (at == 0 and match[1]):
