@@ -270,9 +270,9 @@ def spence_stick_edge(mu: float, nu: float) -> float:
     """Stick half-width of a flat punch, half-width 1, pressed with friction on a half-plane: K'(c)/K(c) = β/μ.
 
     Spence (1973, Proc. Camb. Phil. Soc. 73, 249-268), in Johnson (1985, Contact Mechanics, chapter 5), with
-    β = (1 − 2ν)/(2(1 − ν)). The traction of |x| < c is bounded at ±c if ∫ f/√(c² − x²) dx = 0 over it, f/p0 being the strain
-    β/√(1 − x²) under the pressure less that of the sliding parts, μ/π ∫ sgn(s)/((x − s)√(1 − s²)) ds over c < |s| < 1; the
-    two give 2βK(c) and 2μK'(c). Approximate, as it leaves out what the shear does to the pressure.
+    β = (1 − 2ν)/(2(1 − ν)). Why: the traction in |x| < c is bounded at ±c if ∫ f/√(c² − x²) dx = 0 over it, with the strain
+    f/p0 = β/√(1 − x²) + μ/π ∫ sgn(s)/((x − s)√(1 − s²)) ds of the pressure and of the sliding parts, c < |s| < 1, and the two
+    terms give 2βK(c) and −2μK'(c). Approximate, as it leaves out what the shear does to the pressure.
     """
     beta = (1 - 2 * nu) / (2 * (1 - nu))
     return float(brentq(lambda c: ellipk(1 - c * c) / ellipk(c * c) - beta / mu, 1e-9, 1 - 1e-12))
