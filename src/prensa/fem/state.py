@@ -2,12 +2,39 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+
+
+class Recovered(Sequence[Array]):
+    """Histories, one (elements, points, h) array per block, that are computed when first asked for.
+
+    Only for bodies whose histories follow from their displacements alone; ``energy``: ∫ψ dV, known without them.
+    """
+
+    def __init__(self, compute: Callable[[], Sequence[Array]], energy: float) -> None:
+        self.energy = energy
+        self._compute = compute
+        self._arrays: Sequence[Array] | None = None
+
+    @property
+    def arrays(self) -> Sequence[Array]:
+        """The arrays."""
+        if self._arrays is None:
+            self._arrays = self._compute()
+        return self._arrays
+
+    def __getitem__(self, index: Any) -> Any:
+        return self.arrays[index]
+
+    def __len__(self) -> int:
+        return len(self.arrays)
 
 
 @dataclass(frozen=True)
@@ -25,7 +52,7 @@ class State:
     u: Array
     du: Array
     dt_last: float
-    history: tuple[Array, ...]
+    history: Sequence[Array]
     contact: Array
     lam: Array
     energy: Array

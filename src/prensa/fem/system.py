@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -19,7 +20,7 @@ from prensa.fem import loads as fem_loads
 from prensa.fem.assembly import Block, Pattern, make_pattern, scatter_matrix, slots, sweep
 from prensa.fem.formulation import Mode, element_of
 from prensa.fem.schedule import StepPlan
-from prensa.fem.state import State
+from prensa.fem.state import Recovered, State
 from prensa.fem.ties import Ties, held_components, make_ties
 from prensa.friction.coulomb import Coulomb
 from prensa.friction.return_map import Friction
@@ -102,12 +103,21 @@ class Evaluation(NamedTuple):
     r: Array
     data: Array | None
     scale: float
-    history: tuple[Array, ...]
+    history: Sequence[Array]
     contacts: tuple[ContactForces, ...]
     f_ext: Array
     failed: str
     floor: float = 0.0
     violation: float = 0.0
+
+
+class Bulk(NamedTuple):
+    """What the bodies' share of an evaluation is besides forces and stiffness; fields as in `Evaluation`."""
+
+    scale: float
+    floor: float
+    history: Sequence[Array]
+    failed: str = ""
 
 
 @dataclass
@@ -164,7 +174,7 @@ class System:
         """Whether x is a radius."""
         return self.problem.space == "axisymmetric"
 
-    @property
+    @cached_property
     def length(self) -> float:
         """Size of the bodies, the length by which moments are divided."""
         return float(np.ptp(self.X, axis=0).max())
@@ -229,7 +239,7 @@ class System:
         """Initial thickness at the nodes (n,); None in axisymmetry."""
         return None if self.axisymmetric else np.full(self.nodes, self.problem.thickness)
 
-    def depth_in(self, history: tuple[Array, ...]) -> Array | None:
+    def depth_in(self, history: Sequence[Array]) -> Array | None:
         """Thickness (n,) at the nodes with a committed history, recovered from the points in plane stress; `depth` else."""
         if self.problem.space != "plane stress":
             return self.depth
@@ -328,25 +338,13 @@ class System:
         """
         r = np.zeros(self.ndof)
         data = np.zeros(len(self.pattern.indices)) if stiffness else None
-        # linear elastic bodies in small strain answer to the total displacement: nothing accumulates
-        total = self.problem.kinematics == "small" and not self.has_memory
-        du = (u if total else u - c.state.u)[: 2 * self.nodes].reshape(-1, 2)
-        base = self.initial_history if total else c.state.history
-        history, scale, floor = [], NOTHING * self.stiffness, ROUND_OFF * EPS * self.stiffness * self.nodes
-        violation = 0.0
+        bulk = self.bulk(c, u, r, data)
+        if bulk.failed:
+            return Evaluation(r, data, np.inf, (), (), r, bulk.failed)
+        scale, floor, violation = NOTHING * self.stiffness + bulk.scale, bulk.floor, 0.0
         tools = slice(2 * self.nodes, 2 * self.nodes + 3 * len(self.tools))
         reach = self.length + float(np.abs(u[tools]).max(initial=0.0))
         lam = self.multipliers(u, lam)
-        at = At(c.dt, c.time, stiffness)
-        for block, old in zip(self.blocks, base):
-            out = sweep(block, c.x_n, du, old, at, r, data)
-            if out.failed:
-                x = self.X[block.cells[out.failed.element]].mean(axis=0)
-                where = f"element {out.failed.element} of {block.body} (initially near {x[0]:.4g}, {x[1]:.4g})"
-                why = f"{where} {out.failed.why}"
-                return Evaluation(r, data, np.inf, (), (), r, why)
-            history.append(out.history)
-            scale += out.force_scale
         results = []
         for s, w, sc, law in zip(self.surfaces, c.weights, c.scales, c.laws):
             period = self.tools[s.tool].shape.period
@@ -377,9 +375,27 @@ class System:
                     scatter_matrix(stretching(t, pairs, s.points.shares, slopes), self._stretch_slots(s), data)
             scale += float(np.abs(f.F[:, :2]).sum())
             results.append(f)
-        f_ext = self._external(c, u, data)
+        f_ext = self.external(c, u, data)
         scale += float(np.abs(f_ext[: 2 * self.nodes]).sum())
-        return Evaluation(r - f_ext, data, scale, tuple(history), tuple(results), f_ext, "", floor, violation)
+        return Evaluation(r - f_ext, data, scale, bulk.history, tuple(results), f_ext, "", floor, violation)
+
+    def bulk(self, c: Circumstances, u: Array, r: Array, data: Array | None) -> Bulk:
+        """Add the internal forces of the bodies to r (ndof,) and, unless it is None, their stiffness to data (nnz,)."""
+        # linear elastic bodies in small strain answer to the total displacement: nothing accumulates
+        total = self.problem.kinematics == "small" and not self.has_memory
+        du = (u if total else u - c.state.u)[: 2 * self.nodes].reshape(-1, 2)
+        base = self.initial_history if total else c.state.history
+        history, scale, floor = [], 0.0, ROUND_OFF * EPS * self.stiffness * self.nodes
+        at = At(c.dt, c.time, data is not None)
+        for block, old in zip(self.blocks, base):
+            out = sweep(block, c.x_n, du, old, at, r, data)
+            if out.failed:
+                x = self.X[block.cells[out.failed.element]].mean(axis=0)
+                where = f"element {out.failed.element} of {block.body} (initially near {x[0]:.4g}, {x[1]:.4g})"
+                return Bulk(scale, floor, (), f"{where} {out.failed.why}")
+            history.append(out.history)
+            scale += out.force_scale
+        return Bulk(scale, floor, tuple(history))
 
     @cached_property
     def stiffness(self) -> float:
@@ -397,7 +413,8 @@ class System:
         """Histories of the virgin material."""
         return tuple(b.virgin for b in self.blocks)
 
-    def _external(self, c: Circumstances, u: Array, data: Array | None) -> Array:
+    def external(self, c: Circumstances, u: Array, data: Array | None) -> Array:
+        """External forces (ndof,) at the end of an increment; their stiffness is added to data (nnz,) unless it is None."""
         f = np.zeros(self.ndof)
         nodal = f[: 2 * self.nodes].reshape(-1, 2)
         x = self.positions(u) if self.problem.kinematics == "finite" else self.X
@@ -505,12 +522,16 @@ class System:
         part = s.points.shares
         return np.bincount(part.point, k[part.edge]) / np.bincount(part.point)
 
-    def elastic_energy(self, history: tuple[Array, ...]) -> float:
-        """∫ψ dV of a committed history, from the laws' energy functions."""
+    def elastic_energy(self, history: Sequence[Array]) -> float:
+        """∫ψ dV of a committed history, from the laws' energy functions; of one not computed yet as it was found."""
+        if isinstance(history, Recovered):
+            return history.energy
         return float(sum((b.volume * b.law.energy(b.at_law(h))).sum() for b, h in zip(self.blocks, history)))
 
-    def plastic_work(self, history: tuple[Array, ...]) -> float:
+    def plastic_work(self, history: Sequence[Array]) -> float:
         """Accumulated plastic dissipation of a committed history."""
+        if not self.has_memory:
+            return 0.0
         return float(sum((b.volume * h[..., 5]).sum() for b, h in zip(self.blocks, history) if b.law.plastic))
 
 

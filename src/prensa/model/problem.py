@@ -1023,6 +1023,8 @@ class Numerics:
     halved; ``reuse_factors``: finish nearly converged iterates with the factors at hand; ``solver``: ``auto`` takes
     PARDISO when installed, else rslab, else SuperLU. ``iteration``: ``newton`` with the exact tangent, or ``paper``: the
     founding paper's, whose contact matrix is symmetric because friction takes the pressure of the last iterate; for comparison.
+    ``condense``: linear elastic bodies in small strain are factored once and condensed onto their contact unknowns: ``auto``
+    where it pays, ``true`` wherever it can be done (refused elsewhere), ``false`` never.
     """
 
     tolerance: Annotated[Number, Field(gt=0, le=1e-4)] = 1e-9
@@ -1032,6 +1034,7 @@ class Numerics:
     predictor: bool = True
     reuse_factors: bool = True
     iteration: Literal["newton", "paper"] = "newton"
+    condense: bool | Literal["auto"] = "auto"
     solver: Literal["auto", "pardiso", "rslab", "superlu"] = "auto"
     threads: Annotated[Whole, Field(ge=1)] = 1
 

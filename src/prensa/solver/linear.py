@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,10 +66,15 @@ def _rslab(a: Structure) -> Factor:
         indptr, indices, places = a.lower()
         lower = csc_matrix((np.ones(len(indices)), indices, indptr), (a.n, a.n))
         ldlt = rslab.analyze(lower, path="ldlt", threads=a.threads)
-        return lambda values: ldlt.factor(values[places]).solve
+        return lambda values: _columns(ldlt.factor(values[places]))
     pattern = csc_matrix((np.ones(len(a.indices)), a.indices, a.indptr), (a.n, a.n))
     symbolic = rslab.analyze(pattern, path="lu", threads=a.threads, matching=False)
-    return lambda values: symbolic.factor(values).solve
+    return lambda values: _columns(symbolic.factor(values))
+
+
+def _columns(factors: Any) -> Solve:
+    """Solve with rslab's factors for one right-hand side (n,) or for several at once (n, k)."""
+    return lambda b: factors.solve(b) if b.ndim == 1 else factors.solve_many(b)
 
 
 def _pardiso(a: Structure) -> Factor:
@@ -96,7 +101,7 @@ def _pardiso(a: Structure) -> Factor:
 
         def solve(b: Array) -> Array:
             solver.set_phase(33)
-            return np.asarray(solver._call_pardiso(matrix, np.ascontiguousarray(b))).ravel()
+            return np.asarray(solver._call_pardiso(matrix, np.asfortranarray(b))).reshape(b.shape, order="F")
 
         return solve
 
@@ -150,7 +155,7 @@ class Factorisation:
         return self._solve is not None
 
     def again(self, b: Array) -> Array:
-        """Solution (n,) with the factors of the last `solve`; its residual is not checked."""
+        """Solution of b (n,) or (n, k) with the factors of the last `solve`; its residual is not checked."""
         assert self._solve is not None
         return np.asarray(self._solve(b))
 

@@ -20,6 +20,7 @@ from prensa.fem.symmetry import is_symmetric
 from prensa.fem.system import Circumstances, Evaluation, System, discretise
 from prensa.model import problem as model
 from prensa.solver.approach import approach, first_touch
+from prensa.solver.condensed import Condensation, condensed, to_be_condensed
 from prensa.solver.increment import BodyState, Increment, Monitor, Progress, Statistics
 from prensa.solver.newton import Reduced, Reporter, Trial, attempt
 from prensa.solver.results import body_states, contact_states, support_forces, tool_forces, tool_states
@@ -81,7 +82,9 @@ def solve(
         refuse(notices)
         for notice in notices:
             log.warning("%s", notice)
-    return _March(system, numerics or model.Numerics(), monitor, timer or Timer()).run(start or system.initial())
+    march = _March(system, numerics or model.Numerics(), monitor, timer or Timer())
+    march.condense = to_be_condensed(system, march.numerics)
+    return march.run(start or system.initial())
 
 
 def at_rest(system: System) -> Increment | None:
@@ -105,6 +108,8 @@ class _March:
         self.system, self.numerics, self.timer = system, numerics, timer
         self.monitor = monitor or (lambda _: None)
         self.reduced: Reduced | None = None
+        self.condense = False
+        self.condensed: Condensation | None = None
         self.last: Increment | None = None
         self.told_of_folding = False
 
@@ -115,7 +120,10 @@ class _March:
         for number in range(int(state.clock[0]), len(steps)):
             plan = plan_step(self.system, number, state.anchor)
             symmetric = is_symmetric(self.system, plan)
-            if (
+            if self.condense:
+                with self.timer("condensation"):
+                    self.condensed = condensed(self.system, plan, self.numerics, self.condensed)
+            if self.condensed is None and (
                 self.reduced is None
                 or self.reduced.symmetric != symmetric
                 or not np.array_equal(self.reduced.fixed, plan.fixed)
@@ -140,11 +148,8 @@ class _March:
             origin, more = approach(self.system, c)
             for message in notes + more:
                 self.note(state, plan, message)
-            assert self.reduced is not None
             soften = cutbacks >= min(SHORTEN, self.numerics.max_cutbacks)
-            trial = attempt(
-                self.system, c, self.reduced, origin, self.numerics, self.reporter(state, plan, end), soften
-            )
+            trial = self.attempt(c, origin, self.reporter(state, plan, end), soften)
             spent += trial.iterations
             self.refuse_the_absurd(state, trial)
             if trial.converged:
@@ -154,6 +159,13 @@ class _March:
                 raise SolveError(self.post_mortem(plan, c, trial), self.last)
             cutbacks += 1
             dt = 0.5 * (end - now)
+
+    def attempt(self, c: Circumstances, origin: Array, report: Reporter, soften: bool) -> Trial:
+        """Outcome of one attempt, on the condensed system where there is one."""
+        if self.condensed is not None:
+            return self.condensed.attempt(attempt, c, origin, self.numerics, report, soften)
+        assert self.reduced is not None
+        return attempt(self.system, c, self.reduced, origin, self.numerics, report, soften)
 
     def refuse_the_absurd(self, state: State, trial: Trial) -> None:
         """Equilibrium is not enough: no element may be folded over, no point may flow by more than `ABSURD` at once.
@@ -283,10 +295,11 @@ class _March:
                 if trial.iterations <= TARGET + 3
                 else 0.7
             )
+            grown = zip(self.system.blocks, e.history, old.history) if self.system.has_memory else ()
             strain = max(
                 (
                     float(np.quantile(new[..., 4] - was[..., 4], SPREAD))
-                    for block, new, was in zip(self.system.blocks, e.history, old.history)
+                    for block, new, was in grown
                     if block.law.plastic
                 ),
                 default=0.0,
@@ -377,8 +390,10 @@ class _March:
 
     def post_mortem(self, plan: StepPlan, c: Circumstances, trial: Trial) -> str:
         """What failed, where, why, and what to try."""
-        assert self.reduced is not None
-        place = where(self.system, c, self.reduced, trial)
+        small = self.condensed.last if self.condensed is not None else None
+        reduced = self.reduced if small is None else small
+        assert reduced is not None
+        place = where(self.system if small is None else small.system, c, reduced, trial)
         last = (
             f"The last good state is that of time {self.last.time:.6g} (increment {self.last.number})." if self.last else
             "No increment of this run had converged before."
