@@ -89,7 +89,7 @@ def increment(number: int = 10, total: int = 10, n: tuple[int, int] = (48, 24), 
                 "contact": 0.02 * force * t, "imbalance": 1e-9 * force * t},
         supports={"block.bottom": Reaction(0.0, -force), "block.left": Reaction(1.0, 0.0)},
         statistics=Statistics(6, int(number == 4), residuals[-1], 0, residuals, (9, 4, 1, 0, 0, 0)),
-        state=committed(number, t), end_of_step=number == total,
+        end_of_step=number == total, _state=lambda: committed(number, t),
         _contacts=lambda: {CONTACT: state}, _bodies=lambda: {"block": body},
     )  # fmt: skip
 

@@ -42,11 +42,11 @@ class State:
     """A committed configuration. Arrays are never written again once they are here.
 
     ``u`` (ndof,) displacements of nodes (2 each) then tools (3 each) from the initial configuration; ``du`` (ndof,) the
-    last increment's change and ``dt_last`` its duration (for the predictor); ``history`` one (elements, points, h) array
-    per block, flattened together; ``contact`` one (points, 4) row per contact point: traction along the tangent,
-    accumulated slip, surface coordinate, closed or not; ``lam`` (points, 2) multipliers; ``energy`` (6,) ledger;
-    ``clock`` (step, number, time, dt, streak) of the marching; ``work`` (ndof,) forces of the last committed increment;
-    ``anchor`` (ndof,) the unknowns at the start of the present step.
+    last increment's change and ``dt_last`` its duration (for the predictor; of condensed bodies it is that of their
+    contact candidates alone); ``history`` one (elements, points, h) array per block, flattened together; ``contact`` one
+    (points, 4) row per contact point: traction along the tangent, accumulated slip, surface coordinate, closed or not;
+    ``lam`` (points, 2) multipliers; ``energy`` (6,) ledger; ``clock`` (step, number, time, dt, streak) of the marching;
+    ``work`` (ndof,) forces of the last committed increment; ``anchor`` (ndof,) the unknowns at the start of the present step.
     """
 
     u: Array

@@ -10,8 +10,8 @@ sides (no solver here gives a partial factorisation). With A the unknowns reache
 is the stiffness of the bodies as seen from A, everything else following. Newton, the contact laws and the march are those
 of any other problem: they see a `System` whose bodies answer by S, and a `Reduced` whose matrix is small and dense.
 
-An attempt starts with the blocks of the points that were closed at the last commit; one that touches a point beyond starts
-again with its blocks too. So the answer depends on the committed state alone, bit for bit, not on the way that led there.
+An attempt starts with the blocks of the points that are closed where it starts; one that touches a point beyond starts
+again with its blocks too. So its outcome depends on the committed state alone, bit for bit, not on the way that led there.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ import copy
 import logging
 from collections.abc import Callable
 from dataclasses import fields
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,6 +28,7 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dgetrf, dgetrs
 from scipy.sparse import csc_matrix, csr_matrix, identity
 
+from prensa.contact.enforcement import TOUCH
 from prensa.errors import PrensaError, SolveError
 from prensa.fem.assembly import Pattern
 from prensa.fem.modes import free_to_move
@@ -208,8 +210,12 @@ class Bodies:
         y = self.solved(f[self.free] - self.K_pf.T @ held)
         return Answer(y[self.places], f[self.near], self.K_pf @ y + self.K_pp @ held)
 
+    def loaded(self, c: Circumstances) -> bool:
+        """Whether loads may act on the bodies."""
+        return bool(c.plan.loads or c.plan.body_force or self.system.release is not None)
+
     def _loads(self, c: Circumstances) -> Array | None:
-        if not (c.plan.loads or c.plan.body_force or self.system.release is not None):
+        if not self.loaded(c):
             return None
         f = self.system.external(c, np.zeros(self.system.ndof), None)
         return self.system.collected(f)[: 2 * self.system.nodes]
@@ -319,9 +325,8 @@ class Small(Reduced):
         C = self.C[self.A]
         self.S = np.linalg.inv(0.5 * (C + C.T))
         self.columns = np.abs(self.S).sum(axis=0)
-        out = np.ones(whole.needs.shape[1], dtype=bool)
-        out[sorted(blocks)] = False
-        self.beyond = (whole.needs & out).any(axis=1)
+        missing: Flags = ~np.isin(np.arange(whole.needs.shape[1]), sorted(blocks))
+        self.beyond: Flags = np.asarray(whole.needs[:, missing].any(axis=1))
         idle = [np.arange(s.unknowns.start, s.unknowns.stop)[np.repeat(self.beyond[s.rows], 2)]
                 for s in system.surfaces if s.exact]  # fmt: skip
         others = np.setdiff1d(np.arange(n, system.ndof), np.concatenate([self.fixed, *idle]))
@@ -351,7 +356,7 @@ class Small(Reduced):
 
     def watch(self, e: Evaluation) -> None:
         """Raise `Beyond` if a point touches that the columns do not reach."""
-        touching = np.concatenate([np.zeros(0, dtype=bool), *(f.dp[:, 0] > 0 for f in e.contacts)])
+        touching: Flags = np.concatenate([np.zeros(0, dtype=np.bool_), *(f.dp[:, 0] > 0 for f in e.contacts)])
         if (touching & self.beyond).any():
             raise Beyond(self.blocks | self.whole_.blocks_of(touching))
 
@@ -414,7 +419,7 @@ class Condensation:
         for dof in self.touched:
             column = system.pattern.indices[system.pattern.indptr[dof] : system.pattern.indptr[dof + 1]]
             at = np.searchsorted(self.touched, column)
-            at = at[self.touched[np.minimum(at, len(self.touched) - 1)] == column]
+            at = at[self.touched.take(at, mode="clip") == column]
             places.append(at)
             count[dof] = len(at)
             ends.append(ends[-1] + len(at))
@@ -466,8 +471,11 @@ class Condensation:
         self, solve: Callable[..., Trial], c: Circumstances, start: Array, numerics: model.Numerics, report: Reporter,
         soften: bool,
     ) -> Trial:  # fmt: skip
-        """Outcome of an attempt ``solve`` on the condensed system, with all unknowns and histories if it converged."""
-        blocks = self.blocks_of(c.state.contact[:, 3] > 0)
+        """Outcome of an attempt ``solve`` on the condensed system."""
+        touching: Flags = c.state.contact[:, 3] > 0
+        for s, scale in zip(self.system.surfaces, c.scales):  # a pushed tool has been brought to rest on some points
+            touching[s.rows] |= self.system.pairs(s, start).g <= TOUCH * scale.h
+        blocks = self.blocks_of(touching)
         while True:
             with report.timed("condensation"):
                 small = self.last = self.on(blocks)
@@ -477,28 +485,42 @@ class Condensation:
                 blocks = beyond.blocks
                 continue
             if trial.converged:
-                with report.timed("condensation"):
-                    self._complete(small, c, trial)
+                self._complete(small, c, trial)
             return trial
 
     def _complete(self, small: Small, c: Circumstances, trial: Trial) -> None:
-        """Put every displacement where the contact forces take it; histories are left to those who ask for them."""
+        """Put what the next increment needs where the contact forces take it, and leave the rest to those who ask for it.
+
+        The rest stays where the last increment had it. Where loads act on the bodies, or supports have just let go, it is put
+        in its place at once: the work of those forces is needed.
+        """
         assert trial.evaluation is not None
         e, bodies, system = trial.evaluation, self.bodies, self.bodies.system
+        near, held = small.placed(c, trial.u), trial.u[bodies.held]
         f = e.f_ext.copy()
         for s, forces in zip(system.surfaces, e.contacts):
             np.add.at(f, system.pair_dofs(s), s.points.spread(forces.F, forces.K)[0])
-        f, u, held = system.collected(f), trial.u.copy(), trial.u[bodies.held]
-        u[bodies.free] = bodies.solved(f[bodies.free] - bodies.K_pf.T @ held)
-        u[small.reached] = trial.u[small.reached]
-        u = system.followed(u)
-        inner = bodies.K_pf @ u[bodies.free] + bodies.K_pp @ held
-        energy = 0.5 * float(u[bodies.free] @ f[bodies.free] + held @ inner)
+        f = system.collected(f)
+
+        @cache
+        def whole() -> Array:
+            u = near.copy()
+            u[bodies.free] = bodies.solved(f[bodies.free] - bodies.K_pf.T @ held)
+            u[bodies.near] = near[bodies.near]
+            return system.followed(u)
 
         def histories() -> Any:
-            return system.bulk(c, u, np.zeros(system.ndof), None).history
+            return system.bulk(c, whole(), np.zeros(system.ndof), None).history
 
-        trial.u, trial.evaluation = u, e._replace(history=Recovered(histories, energy))
+        if bodies.loaded(c) or c.state.work[bodies.free].any():
+            trial.u = whole()
+        else:
+            trial.u, trial.recover = c.state.u.copy(), whole
+            kept = np.concatenate([self.touched, bodies.held])
+            trial.u[kept] = near[kept]
+        answer, q = small.forces(c, near)
+        energy = 0.5 * float(trial.u[bodies.free] @ f[bodies.free] + held @ (answer.held + small.P @ q))
+        trial.evaluation = e._replace(history=Recovered(histories, energy))
 
 
 def condensed(

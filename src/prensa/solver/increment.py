@@ -161,14 +161,19 @@ class Increment:
     supports: Mapping[str, Reaction]
     """By boundary: what it holds; a node of two boundaries counts for the first that holds it in that direction."""
     statistics: Statistics
-    state: State
     end_of_step: bool
+    _state: Callable[[], State] = field(repr=False, compare=False)
     _contacts: Callable[[], Mapping[str, ContactState]] = field(repr=False, compare=False)
     _bodies: Callable[[], Mapping[str, BodyState]] = field(repr=False, compare=False)
 
     def force(self, tool: str) -> Force:
         """Force of the bodies on *tool*, positive along +axis (a punch pressing down feels a positive y)."""
         return self.tools[tool].force
+
+    @cached_property
+    def state(self) -> State:
+        """The committed state, from which the run can be continued; of condensed bodies recovered when first asked for."""
+        return self._state()
 
     @cached_property
     def contacts(self) -> Mapping[str, ContactState]:

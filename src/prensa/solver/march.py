@@ -7,6 +7,7 @@ import time as clocks
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -267,6 +268,8 @@ class _March:
         work[plan.fixed] += system.collected(e.r)[plan.fixed]
         energy = self.ledger(old, c, trial, e, work)
         ended = c.time >= plan.t1
+        if ended and trial.recover is not None:  # the next step may need unknowns that this one does not
+            trial.u, trial.recover = trial.recover(), None
         step, anchor = (plan.number + 1, trial.u) if ended else (plan.number, old.anchor)
         dt = 0.0 if ended else self.next_dt(old, plan, c, e, trial, cutbacks)
         number = old.clock[1] + 1
@@ -337,15 +340,19 @@ class _March:
         statistics = Statistics(
             spent, cutbacks, trial.residual, trial.augmentations, tuple(trial.residuals), tuple(trial.changes)
         )
-        system = self.system
+        system, recover = self.system, trial.recover
+
+        @cache
+        def whole() -> State:
+            return state if recover is None else replace(state, u=recover())
 
         def bodies() -> dict[str, BodyState]:
-            return body_states(system, state, e, plan)
+            return body_states(system, whole(), e, plan)
 
         return Increment(
             plan.name, plan.number + 1, int(state.clock[1]), float(state.clock[2]), tool_states(system, state, e),
-            dict(zip(names, state.energy.tolist())), support_forces(system, e, plan), statistics, state, ended,
-            lambda: contact_states(system, state, e), bodies,
+            dict(zip(names, state.energy.tolist())), support_forces(system, e, plan), statistics, ended,
+            whole, lambda: contact_states(system, whole(), e), bodies,
         )  # fmt: skip
 
     def reporter(self, state: State, plan: StepPlan, end: float) -> Reporter:

@@ -36,7 +36,10 @@ WATCH_FLIPS = 6  # … and when points reverse their slip
 
 @dataclass
 class Trial:
-    """Outcome of an attempt: converged or ``reason``; unknowns, evaluation there, multipliers, cost."""
+    """Outcome of an attempt: converged or ``reason``; unknowns, evaluation there, multipliers, cost.
+
+    ``recover``: gives all unknowns where u has only those that the next increment needs.
+    """
 
     converged: bool
     reason: str
@@ -48,6 +51,7 @@ class Trial:
     residuals: list[float] = field(default_factory=list)
     changes: list[int] = field(default_factory=list)
     augmentations: int = 0
+    recover: Callable[[], Array] | None = None
 
 
 class Reduced:
