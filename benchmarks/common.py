@@ -18,7 +18,10 @@ from prensa.verify.forming import upsetting
 
 @dataclass
 class Limit:
-    """Processor seconds inside the linear solver alone: analyses, factorisations, substitutions; how many there were."""
+    """Processor seconds inside the linear solver alone: analyses, factorisations, substitutions; how many there were.
+
+    ``columns``: right-hand sides of the substitutions with more than one.
+    """
 
     analysis: float = 0.0
     factorisation: float = 0.0
@@ -26,6 +29,7 @@ class Limit:
     analyses: int = 0
     factorisations: int = 0
     substitutions: int = 0
+    columns: int = 0
 
     @property
     def seconds(self) -> float:
@@ -52,7 +56,12 @@ def limit() -> Iterator[Limit]:
 
             def factored(values: Any) -> Any:
                 solve = timed("factorisation", "factorisations", factor, values)
-                return lambda b: timed("substitution", "substitutions", solve, b)
+
+                def substituted(b: Any) -> Any:
+                    out.columns += b.shape[1] if b.ndim > 1 else 0
+                    return timed("substitution", "substitutions", solve, b)
+
+                return substituted
 
             return factored
 
@@ -89,9 +98,10 @@ def elastic_history(n: tuple[int, int], increments: int) -> pr.Problem:
     return replace(p, friction=pr.Coulomb(0.2))
 
 
-def warm(problem: pr.Problem) -> None:
+def warm(problem: pr.Problem, numerics: pr.Numerics | None = None) -> None:
     """Solve a small problem, so that loading the kernels is not counted."""
-    list(pr.solve(problem))
+    for inc in pr.solve(problem, numerics):
+        inc.bodies  # noqa: B018
 
 
 @dataclass

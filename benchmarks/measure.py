@@ -5,7 +5,8 @@ Processor time of one thread (set OMP_NUM_THREADS=1). ``run.py`` calls this for 
 * ``limit hertz|upsetting UNKNOWNS [INCREMENTS]``: a history beside its factorisations and solves alone;
 * ``iteration ELEMENTS [symmetric]``: one Newton iteration (evaluation, factorisation, solve) on a square block;
 * ``memory UNKNOWNS``: peak of a run above what the packages take, beside that of the factorisation alone;
-* ``elastic UNKNOWNS INCREMENTS``: a linear elastic history with friction beside one factorisation;
+* ``elastic UNKNOWNS INCREMENTS [whole]``: a linear elastic history with friction beside one factorisation (LDLᵀ of the
+  bodies), fields five times; ``whole``: the same with the whole system solved in every iteration;
 * ``start``: seconds of ``import prensa``, and from the command to the first iteration with kernels compiled before or not.
 """
 
@@ -99,21 +100,40 @@ def of_memory(unknowns: str) -> dict[str, Any]:
     return {"unknowns": c.unknowns, "peak_MiB": rise, "factorisation_MiB": own, "ratio": rise / own}
 
 
-def of_elastic(unknowns: str, increments: str) -> dict[str, Any]:
+def of_elastic(unknowns: str, increments: str, whole: str = "") -> dict[str, Any]:
     n = round((float(unknowns) / 2) ** 0.5)
     problem = common.elastic_history((n, n), int(increments))
-    common.warm(common.elastic_history((8, 8), 2))
-    with common.limit() as spent:
-        start = time.process_time()
-        for k, inc in enumerate(pr.solve(problem)):
-            if (k + 1) % max(int(increments) // 5, 1) == 0:
-                inc.bodies  # noqa: B018  (fields, recovered when asked for)
-        total = time.process_time() - start
+    every = max(int(increments) // 5, 1)
+
+    def history(condense: bool) -> tuple[float, int, common.Limit, list[np.ndarray]]:
+        numerics = pr.Numerics(condense=condense)
+        common.warm(common.elastic_history((8, 8), 5), numerics)
+        with common.limit() as spent:
+            start, iterations, forces, energies = time.process_time(), 0, [], []
+            for k, inc in enumerate(pr.solve(problem, numerics)):
+                iterations += inc.statistics.iterations
+                forces.append(inc.force("cylinder"))
+                energies.append(list(inc.energy.values()))
+                if (k + 1) % every == 0:
+                    inc.bodies  # noqa: B018  (fields, recovered when asked for)
+            total = time.process_time() - start
+        return total, iterations, spent, [np.array(forces), np.array(energies)]
+
+    total, iterations, spent, values = history(True)
     one = spent.factorisation / spent.factorisations
-    return {
-        "unknowns": 2 * (n + 1) ** 2 + 3, "increments": int(increments), "total": total, "limit": spent.seconds,
-        "factorisations": spent.factorisations, "one_factorisation": one, "ratio": total / one,
+    out = {
+        "unknowns": 2 * (n + 1) ** 2 + 3, "increments": int(increments), "iterations": iterations, "total": total,
+        "one_factorisation": one, "ratio": total / one, "analysis": spent.analysis, "substitution": spent.substitution,
+        "factorisations": spent.factorisations, "columns": spent.columns,
     }  # fmt: skip
+    if whole:
+        seconds, _, other, expected = history(False)
+        difference = max(np.abs(a - b).max() / np.abs(b).max() for a, b in zip(values, expected))
+        out |= {
+            "whole": seconds, "whole_factorisations": other.factorisations,
+            "whole_one_factorisation": other.factorisation / other.factorisations, "difference": float(difference),
+        }  # fmt: skip
+    return out
 
 
 def of_start() -> dict[str, Any]:

@@ -18,7 +18,7 @@ from prensa.errors import SolveError
 from prensa.fem.system import discretise
 from prensa.output.checkpoint import read_checkpoint, write_checkpoint
 from prensa.output.run import resume, run
-from prensa.solver import march
+from prensa.solver import condensed, march
 
 FRICTION = (
     None, pr.Coulomb(0.3), pr.Coulomb(3.0), pr.Coulomb(pr.MuExponential(0.1, 0.4, 0.05)), pr.Shear(0.4, k=20.0),
@@ -33,17 +33,18 @@ MODES = (("small", "reference"), ("small", "current"), ("finite", "current"))
 
 
 @st.composite
-def problems(draw) -> pr.Problem:
-    """A small block pressed, then slid or let go, by a tool that moves or is pushed."""
+def problems(draw, linear: bool = False) -> pr.Problem:
+    """A small block pressed, then slid or let go, by a tool that moves or is pushed; linear: all but the contact is linear."""
     axi = draw(st.booleans())
-    kinematics, geometry = draw(st.sampled_from(MODES))
+    kinematics, geometry = draw(st.sampled_from(MODES[:2] if linear else MODES))
+    material = draw(st.sampled_from(MATERIALS[:1] if linear else MATERIALS))
     tool = draw(st.sampled_from((pr.Plane(touching="b.top"), pr.Circle(radius=2.0, touching="b.top"))))
     first = draw(st.sampled_from(({"move": {"t": pr.Motion(y=-0.06)}}, {"push": {"t": pr.Push(y=-8.0)}})))
     second = {"move": {"t": pr.Motion(**({"y": -0.02} if axi else {"x": 0.03}))}}
     increments = draw(st.sampled_from((1, 3, None)))
     return pr.Problem(
         "p", space="axisymmetric" if axi else "plane strain", kinematics=kinematics, contact_geometry=geometry,
-        bodies={"b": pr.Body(pr.Rectangle(size=(2, 1), n=(6, 3)), draw(st.sampled_from(MATERIALS)))}, tools={"t": tool},
+        bodies={"b": pr.Body(pr.Rectangle(size=(2, 1), n=(6, 3)), material)}, tools={"t": tool},
         contacts=(
             pr.Contact("b.top", "t", friction=draw(st.sampled_from(FRICTION)), enforcement=draw(st.sampled_from(ENFORCEMENT))),
         ),
@@ -52,11 +53,11 @@ def problems(draw) -> pr.Problem:
     )  # fmt: skip
 
 
-def solved(problem, start=None) -> list:
+def solved(problem, start=None, condense=False) -> list:
     """Committed states; a run that is given up counts up to there."""
     states = []
     try:
-        states.extend(inc.state for inc in pr.solve(discretise(problem), start=start))
+        states.extend(inc.state for inc in pr.solve(discretise(problem), pr.Numerics(condense=condense), start))
     except SolveError as error:
         assert "What to try" in str(error)
     return states
@@ -81,22 +82,48 @@ HYPOTHESIS = settings(
 @given(problem=problems(), share=st.floats(0.0, 1.0))
 def test_forked_and_resumed_runs_are_the_run(problem, share, tmp_path):
     """From any committed state, at hand or read back from a checkpoint, every later state has the same bits."""
-    states = solved(problem)
+    continued(problem, share, tmp_path, condense=False)
+
+
+@HYPOTHESIS
+@given(problem=problems(linear=True), share=st.floats(0.0, 1.0))
+def test_condensed_runs_that_are_forked_and_resumed_are_the_run(problem, share, tmp_path):
+    """The same where bodies are condensed, whatever columns had been made before."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(condensed, "BLOCK", 4)
+        continued(problem, share, tmp_path, condense=True)
+
+
+def continued(problem, share, folder, condense) -> None:
+    states = solved(problem, condense=condense)
     if not states:
         return
     k = min(int(share * len(states)), len(states) - 1)
-    assert all_same(solved(problem, states[k]), states[k + 1 :])
-    path = write_checkpoint(tmp_path / "checkpoint.h5", pr.Case(problem), states[k])
+    assert all_same(solved(problem, states[k], condense), states[k + 1 :])
+    path = write_checkpoint(folder / "checkpoint.h5", pr.Case(problem), states[k])
     case, state = read_checkpoint(path)
     assert same(state, states[k])
-    assert all_same(solved(case.problem, state), states[k + 1 :])
+    assert all_same(solved(case.problem, state, condense), states[k + 1 :])
 
 
 @HYPOTHESIS
 @given(problem=problems(), seed=st.integers(0, 2**32 - 1))
 def test_increments_rejected_and_retried_change_nothing(problem, seed):
     """Attempts that are thrown away, at the same size or at others, leave no trace in what follows."""
-    states = solved(problem)
+    retried(problem, seed, condense=False)
+
+
+@HYPOTHESIS
+@given(problem=problems(linear=True), seed=st.integers(0, 2**32 - 1))
+def test_condensed_increments_rejected_and_retried_change_nothing(problem, seed):
+    """The same where bodies are condensed: the columns that such attempts made change nothing."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(condensed, "BLOCK", 4)
+        retried(problem, seed, condense=True)
+
+
+def retried(problem, seed, condense) -> None:
+    states = solved(problem, condense=condense)
     rng = np.random.default_rng(seed)
     attempt = march.attempt
 
@@ -109,7 +136,7 @@ def test_increments_rejected_and_retried_change_nothing(problem, seed):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(march, "attempt", twice)
-        assert all_same(solved(problem), states)
+        assert all_same(solved(problem, condense=condense), states)
 
 
 # ------------------------------------------------------------------------------------------------------------- SIGKILL

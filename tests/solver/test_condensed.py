@@ -219,6 +219,18 @@ def test_loads_weights_and_moving_supports():
     )
 
 
+@pytest.mark.parametrize("enforcement", ENFORCEMENT)
+def test_contact_that_opens_again(enforcement):
+    """Points that leave the contact take their multipliers and their columns with them, and come back."""
+    steps = (
+        pr.Step("press", move={"t": pr.Motion(y=-0.06)}, increments=3),
+        pr.Step("lift", move={"t": pr.Motion(y=-0.005)}, increments=4),
+        pr.Step("again", move={"t": pr.Motion(y=-0.05, x=0.4)}, increments=4),
+    )
+    contact = pr.Contact("b.top", "t", friction=pr.Coulomb(0.3), enforcement=enforcement)
+    assert_same(pressed(bodies={"b": block((24, 6))}, contacts=(contact,), steps=steps))
+
+
 def test_without_contact_there_is_nothing_to_iterate_on():
     """Loads alone: one factorisation, one substitution an increment."""
     steps = (pr.Step("load", loads={"b.top": pr.Load(pressure=5.0)}, increments=5),)

@@ -19,7 +19,8 @@ from prensa.fem.assembly import Block
 from prensa.fem.formulation import Q4Bar
 from prensa.fem.schedule import StepPlan
 from prensa.fem.system import System
-from prensa.materials.laws import NeoHooke
+from prensa.materials.laws import Hencky, NeoHooke
+from prensa.materials.plane_stress import PlaneStress
 
 
 def is_symmetric(system: System, plan: StepPlan) -> bool:
@@ -30,6 +31,12 @@ def is_symmetric(system: System, plan: StepPlan) -> bool:
         and not any(load.follower for load in plan.loads.values())
         and (system.problem.contact_geometry == "current" or _tools_are_led(system, plan))
     )
+
+
+def is_linear(b: Block) -> bool:
+    """Whether the forces of a body are linear in its displacements: Hooke's law in small strain, in any element."""
+    law = b.law.law if isinstance(b.law, PlaneStress) else b.law
+    return isinstance(law, Hencky) and not b.mode.finite
 
 
 def _has_energy(b: Block) -> bool:

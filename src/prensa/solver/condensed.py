@@ -34,9 +34,8 @@ from prensa.fem.assembly import Pattern
 from prensa.fem.modes import free_to_move
 from prensa.fem.schedule import StepPlan, plan_step
 from prensa.fem.state import Recovered
+from prensa.fem.symmetry import is_linear
 from prensa.fem.system import EPS, Bulk, Circumstances, Evaluation, System
-from prensa.materials.laws import Hencky
-from prensa.materials.plane_stress import PlaneStress
 from prensa.model import problem as model
 from prensa.solver.linear import BACKWARD_ERROR, REFINE, Factorisation, SingularError
 from prensa.solver.multipliers import Equations, determined
@@ -63,8 +62,7 @@ def refusal(system: System) -> str:
     if system.problem.kinematics != "small":
         return "only bodies in small strain ('kinematics: small') are linear"
     for block in system.blocks:
-        law: Any = block.law
-        if not isinstance(law.law if isinstance(law, PlaneStress) else law, Hencky):
+        if not is_linear(block):
             return f"body {block.body!r} is not linear elastic"
     start = system.initial()
     for number in range(len(system.problem.steps)):
@@ -309,35 +307,38 @@ class Dense:
 class Small(Reduced):
     """The free unknowns of reached displacements, tools and multipliers, their dense matrix, and the system they belong to.
 
-    ``A``: places of the ``reached`` displacements among those near contact; ``S`` the bodies' stiffness there.
+    ``A``: places of the ``reached`` displacements among those near contact; ``S`` the bodies' stiffness there. ``beyond``
+    (points,): contact points that are not reached, ``idle`` the multipliers of those.
     """
 
-    def __init__(self, whole: Condensation, blocks: Blocks) -> None:
-        system, bodies = whole.system, whole.bodies
+    def __init__(self, base: Condensation, blocks: Blocks) -> None:
+        system, bodies = base.system, base.bodies
         n = 2 * system.nodes
         bodies.learn(blocks)
         self.system = copy.copy(system)
         self.system.small = self
-        self.whole_, self.bodies, self.blocks = whole, bodies, blocks
-        self.fixed, self.symmetric, self.tied = whole.fixed, False, None
+        self.base, self.bodies, self.blocks = base, bodies, blocks
+        self.fixed, self.symmetric, self.tied = base.fixed, False, None
         self.A = np.flatnonzero(np.isin(bodies.block, sorted(blocks)))
         self.reached, self.C, self.P = bodies.near[self.A], bodies.C[:, self.A], bodies.P[:, self.A]
         C = self.C[self.A]
         self.S = np.linalg.inv(0.5 * (C + C.T))
         self.columns = np.abs(self.S).sum(axis=0)
-        missing: Flags = ~np.isin(np.arange(whole.needs.shape[1]), sorted(blocks))
-        self.beyond: Flags = np.asarray(whole.needs[:, missing].any(axis=1))
-        idle = [np.arange(s.unknowns.start, s.unknowns.stop)[np.repeat(self.beyond[s.rows], 2)]
-                for s in system.surfaces if s.exact]  # fmt: skip
-        others = np.setdiff1d(np.arange(n, system.ndof), np.concatenate([self.fixed, *idle]))
+        missing: Flags = ~np.isin(np.arange(base.needs.shape[1]), sorted(blocks))
+        self.beyond: Flags = np.asarray(base.needs[:, missing].any(axis=1))
+        exact = [(np.arange(s.unknowns.start, s.unknowns.stop), s.rows) for s in system.surfaces if s.exact]
+        self.idle = np.concatenate(
+            [np.zeros(0, dtype=np.int64), *(k[np.repeat(self.beyond[rows], 2)] for k, rows in exact)]
+        )
+        others = np.setdiff1d(np.arange(n, system.ndof), np.concatenate([self.fixed, self.idle]))
         self.free = np.concatenate([self.reached, others])
         # touched unknowns from the free ones
-        k, a = len(whole.touched), len(self.A)
-        part = whole.by_near[:, self.A].tocoo()
-        rows = np.concatenate([part.row, np.searchsorted(whole.touched, others)])
+        k, a = len(base.touched), len(self.A)
+        part = base.by_near[:, self.A].tocoo()
+        rows = np.concatenate([part.row, np.searchsorted(base.touched, others)])
         cols = np.concatenate([part.col, a + np.arange(len(others))])
         self.G = csc_matrix((np.concatenate([part.data, np.ones(len(others))]), (rows, cols)), (k, a + len(others)))
-        self.weight, self.equations = whole.weight[self.free], whole.equations
+        self.weight, self.equations = base.weight[self.free], base.equations
         self.factorisation: Any = Dense()
 
     def forces(self, c: Circumstances, u: Array) -> tuple[Answer, Array]:
@@ -346,40 +347,41 @@ class Small(Reduced):
         return answer, self.S @ (u[self.reached] - answer.near[self.A])
 
     def placed(self, c: Circumstances, u: Array) -> Array:
-        """Unknowns u (ndof,) with all contact candidates where the reached ones take them."""
+        """Unknowns u (ndof,) with all contact candidates where the reached ones take them, and no force on the others."""
         answer, q = self.forces(c, u)
         near = answer.near + self.C @ q
         near[self.A] = u[self.reached]
         u = u.copy()
-        u[self.whole_.nodal] = self.whole_.by_near @ near + self.whole_.by_held @ u[self.bodies.held]
+        u[self.idle] = 0.0
+        u[self.base.nodal] = self.base.by_near @ near + self.base.by_held @ u[self.bodies.held]
         return u
 
     def watch(self, e: Evaluation) -> None:
         """Raise `Beyond` if a point touches that the columns do not reach."""
         touching: Flags = np.concatenate([np.zeros(0, dtype=np.bool_), *(f.dp[:, 0] > 0 for f in e.contacts)])
         if (touching & self.beyond).any():
-            raise Beyond(self.blocks | self.whole_.blocks_of(touching))
+            raise Beyond(self.blocks | self.base.blocks_of(touching))
 
     # ------------------------------------------------------------------------------------------------ as of any `Reduced`
     def part(self, r: Array) -> Array:
         """Residuals of the free unknowns, those of tied nodes with their masters'."""
-        return np.asarray(self.G.T @ r[self.whole_.touched])
+        return np.asarray(self.G.T @ r[self.base.touched])
 
     def whole(self, x: Array, n: int) -> Array:
         """Change of all unknowns (n,) from that of the free ones; displacements away from contact are left out."""
         out, a = np.zeros(n), len(self.A)
         near = self.C @ (self.S @ x[:a])
         near[self.A] = x[:a]
-        out[self.whole_.nodal] = self.whole_.by_near @ near
+        out[self.base.nodal] = self.base.by_near @ near
         out[self.free[a:]] = x[a:]
         return out
 
     def _contact(self, data: Array) -> csc_matrix:
-        return csc_matrix((data, *self.whole_.entries), (len(self.whole_.touched),) * 2)
+        return csc_matrix((data, *self.base.entries), (len(self.base.touched),) * 2)
 
     def apply(self, data: Array, delta: Array) -> Array:
         """K δ on reached, held and touched unknowns."""
-        out, touched = np.zeros(len(delta)), self.whole_.touched
+        out, touched = np.zeros(len(delta)), self.base.touched
         out[touched] = self._contact(data) @ delta[touched]
         answer = self.bodies.unloaded(delta[self.bodies.held])
         q = self.S @ (delta[self.reached] - answer.near[self.A])

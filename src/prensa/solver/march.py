@@ -267,14 +267,14 @@ class _March:
         work = e.f_ext.copy()
         work[plan.fixed] += system.collected(e.r)[plan.fixed]
         energy = self.ledger(old, c, trial, e, work)
-        ended = c.time >= plan.t1
+        ended, du = c.time >= plan.t1, trial.u - old.u
         if ended and trial.recover is not None:  # the next step may need unknowns that this one does not
             trial.u, trial.recover = trial.recover(), None
         step, anchor = (plan.number + 1, trial.u) if ended else (plan.number, old.anchor)
         dt = 0.0 if ended else self.next_dt(old, plan, c, e, trial, cutbacks)
         number = old.clock[1] + 1
         state = State(
-            u=trial.u, du=trial.u - old.u, dt_last=0.0 if ended else c.dt, history=e.history, contact=contact, lam=lam,
+            u=trial.u, du=du, dt_last=0.0 if ended else c.dt, history=e.history, contact=contact, lam=lam,
             energy=energy, work=work, clock=np.array([step, number, c.time, dt, 0.0]), anchor=anchor,
         )  # fmt: skip
         increment = self.increment(state, plan, e, trial, spent, cutbacks, ended)
