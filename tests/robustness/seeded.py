@@ -32,6 +32,16 @@ POINTS = "mesh: {type: rectangle, size: [4, 2], n: [8, 4]}"
 CYLINDER = ("type: plane, touching: strip.top", "type: circle, radius: 2, touching: strip.top")
 
 
+WEDGE = "type: profile, points: [[-9, 4], [0, 0], [9, 4]], fillet: 0.2, touching: strip.top"
+TINY = "type: polygon, points: [[0.4, 0], [0.6, 0], [0.6, 1], [0.4, 1]], fillet: 0.05, touching: strip.top"
+BLOCK = "type: polygon, points: [[-1, 0], [2, 0], [2, 1], [-1, 1]], fillet: 0, touching: strip.top"
+BRIDGE = (
+    ELASTIC, ("n: [8, 4]", "n: [8, 1]"), ("[4, 2]", "[4, 0.5]"), ("strip.top, strip.right", "strip.top"),
+    ("strip.bottom: y, strip.left: x", "strip.left: xy, strip.right: xy"), ("{y: -0.2}", "{y: -8}"),
+    ("increments: 4}", "increments: 1}\nnumerics: {max_cutbacks: 0}"),
+)  # fmt: skip
+
+
 class Seeded(NamedTuple):
     """``what`` in words, ``changes`` (old, new) of the case, ``place`` line:column or '' (a run's), ``words`` it must say.
 
@@ -185,6 +195,23 @@ SEEDED = {
             ("no contact is against this tool",), True,
         ),
         Seeded("tool radius below two elements", (CYLINDER, ("radius: 2", "radius: 0.8")), "8:23", ("two elements", "refine"), True),
+        Seeded("tip of a profile below two elements", ((CYLINDER[0], WEDGE),), "8:59", ("as sharp as a radius of", "'fillet' of 1"), True),
+        Seeded("polygon that fits between two nodes", ((CYLINDER[0], TINY),), "8:74", ("finds no node",)),
+        Seeded(
+            "sharp edge of a polygon over a node", ((CYLINDER[0], BLOCK),), "8:3", ("sharp edge", "give 'fillet"),
+        ),
+        Seeded(
+            "profile walked the wrong way round", ((CYLINDER[0], "type: profile, points: [[9, 4], [0, 0], [-9, 4]], fillet: 3, touching: strip.top"),),
+            "8:3", ("walks along them has the tool on the left",),
+        ),
+        Seeded(
+            "body that does not fit into its cavity", ((CYLINDER[0], "type: circle, radius: 3, concave: true, touching: strip.top"),),
+            "8:3", ("does not fit into it",),
+        ),
+        Seeded(
+            "polygon on the far side of the body", ((CYLINDER[0], "type: polygon, points: [[-6, -2], [6, -2], [6, -1], [-6, -1]], fillet: 0.4, at: [0, 0]"), ("[strip.top, strip.right]", "strip.top")),
+            "8:3", ("put it on the other side",),
+        ),
         Seeded("tool that fits between two nodes", (CYLINDER, ("radius: 2", "radius: 0.1")), "8:23", ("finds no node",)),
         Seeded("absolute penalty of the paper", (("mu: 0.1}", "mu: 0.1}, enforcement: {type: penalty, k_n: 1e10}"),), "10:91", ("k_n = 1e+10, beta = 6.5e+04", "leave it out"), True),
         Seeded("tool through the support", (("y: -0.2", "y: -2.5"),), "10:5", ("reaches 0.5 beyond node 7", "travel larger")),
@@ -222,9 +249,12 @@ SEEDED = {
     "what only the run can tell": [
         Seeded(
             "tool that steps through the body in one increment",
-            (ELASTIC, ("n: [8, 4]", "n: [8, 1]"), ("[4, 2]", "[4, 0.5]"), ("strip.bottom: y, strip.left: x", "strip.left: xy, strip.right: xy"),
-             ("type: plane, touching: strip.top", "type: circle, radius: 1.0, at: [2, 4]"), ("strip.top, strip.right", "strip.top"),
-             ("{y: -0.2}", "{y: -8}"), ("increments: 4}", "increments: 1}\nnumerics: {max_cutbacks: 0}")),
+            (*BRIDGE, ("type: plane, touching: strip.top", "type: circle, radius: 1.0, at: [2, 4]")),
+            "", ("passed through node",), False, "run",
+        ),
+        Seeded(
+            "polygon that steps through the body in one increment",
+            (*BRIDGE, ("type: plane, touching: strip.top", "type: polygon, points: [[-1, -0.6], [1, -0.6], [1, 0.6], [-1, 0.6]], fillet: 0.5, at: [2, 4]")),
             "", ("passed through node",), False, "run",
         ),
         Seeded(

@@ -20,6 +20,7 @@ from prensa.fem.system import Surface, System
 from prensa.materials.hardening import flow_curve
 from prensa.mesh.quality import quality
 from prensa.tools.analytic import Circle, Flat, Plane
+from prensa.tools.chain import Chain
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -27,6 +28,7 @@ Index = NDArray[np.int64]
 SAMPLES = 17  # moments a step at which the tools are looked at
 REACH = 0.01  # depth over element depth by which a tool may press a held node
 ALONG = 0.9  # cosine from which a support acts along a tool's normal
+TIP = 0.1  # distance from the end of a tool, over an element, at which its width is taken
 STRAINS = np.concatenate([[0.0], np.geomspace(1e-4, 3.0, 200)])  # at which flow curves are looked at
 
 
@@ -155,7 +157,9 @@ def _sizes(system: System) -> Iterator[Notice]:
         size, key = (shape.radius, "radius") if isinstance(shape, Circle) else (np.inf, "")
         if isinstance(shape, Flat):
             size, key = shape.b - shape.a, "width" if tool.description.type == "stamp" else "inner"
-        if size < 2 * h:
+        if isinstance(shape, Chain):
+            yield from _tip(system, s, shape, h)
+        elif size < 2 * h:
             what = "radius" if key == "radius" else "face"
             yield Notice(
                 f"tools.{tool.name}.{key}",
@@ -170,6 +174,27 @@ def _sizes(system: System) -> Iterator[Notice]:
             which = f"k_n = {k_n:.3g}, beta = {beta:.2g}" if k_n is not None else f"beta = {beta:.2g}"
             result = "iterations suffer and pressures oscillate" if beta > 1 else "the tool sinks in by whole elements"
             yield Notice(f"contacts.{i}.enforcement", f"{which}: {result}; leave it out (beta = 100)")
+
+
+def _tip(system: System, s: Surface, shape: Chain, h: float) -> Iterator[Notice]:
+    """The end of a chain of lines and arcs that is nearest to the surface: how wide it is a tenth of an element from its end."""
+    tool, start = system.tools[s.tool], system.initial()
+    if shape.cavity:
+        return
+    pairs = current_pairs(
+        shape, system.positions(start.u)[s.points.nodes], tool.at, start.u[system.tool_dof(s.tool) :][:3]
+    )
+    width, whole = shape.across(pairs.n[int(np.argmin(pairs.g))], TIP * h)
+    size = width**2 / (8 * TIP * h)  # the radius of a cylinder that is as wide there
+    if size < 2 * h:
+        surface = "+".join(s.description.surface)
+        yield Notice(
+            f"tools.{tool.name}.{'fillet' if tool.description.fillet is not None else 'points'}",
+            f"the end towards {surface!r} is as sharp as a radius of {size:.2g}, less than two elements, the smallest of which "
+            f"is {h:.4g} long: the tool finds no node to press on, or one; refine the surface there, or give a 'fillet' of "
+            f"{2 * h:.2g}",
+            whole < h,
+        )
 
 
 # ------------------------------------------------------------------------------------------------------- the beginning

@@ -547,9 +547,10 @@ def _refuse_edges_on_points(tool: PlacedTool, points: Points, X: Array, normal: 
     for *edge, ex, ey in tool.shape.edges:
         along = (X - tool.at - edge) @ np.array([ex, ey])
         inside = along.min() + 1e-9 < 0.0 < along.max() - 1e-9
-        k = int(np.argmin(np.abs(along)))
-        facing = ey * normal[k, 0] - ex * normal[k, 1] < 0.0
-        if inside and facing and abs(along[k]) < 0.02 * points.depth[k]:
+        facing = ey * normal[:, 0] - ex * normal[:, 1] < 0.0
+        over = np.flatnonzero(facing & (np.abs(along) < 0.02 * points.depth))
+        if inside and len(over):
+            k = over[np.argmin(np.hypot(*(X[over] - tool.at - edge).T))]
             what = "node" if points.rule == "nodal" else "contact point"
             raise ToolError(
                 f"tools.{tool.name}: its sharp edge lies over the {what} at ({X[k, 0]:g}, {X[k, 1]:g}), which would drop "

@@ -10,44 +10,53 @@ from numpy.typing import NDArray
 
 from prensa.fem.modes import free_to_move
 from prensa.fem.state import State
-from prensa.fem.system import Circumstances, Evaluation, System
+from prensa.fem.system import Circumstances, Evaluation, Surface, System
 
 if TYPE_CHECKING:
     from prensa.solver.newton import Reduced, Trial
 
 Array = NDArray[np.float64]
 
-THROUGH = 0.5  # depth over radius on the straight way between two places outside a cylinder: it has been passed through
+OPPOSITE = -0.5  # cosine between the normals where a straight way enters and leaves a tool: it has been passed through
+SHORT = 0.25  # way over element depth that passes through nothing
 SUNK = 0.1  # penetration over element depth worth a warning
 HIDDEN = 100.0  # a tool force below this many times the residual allowed is not a result
 
 
 def passed_through(system: System, state: State, u: Array) -> str:
-    """A contact point that got from one side of a cylinder to the other in a single increment; '' if none did.
+    """A contact point that got from one side of a tool to another in a single increment; '' if none did.
 
-    Both ends of the increment are free of contact, so no residual can tell.
+    Both ends of the increment are free of contact, so no residual can tell. Ways are straight in the frame of the tool.
     """
     for s in system.surfaces:
-        tool, radius = system.tools[s.tool], system.cylinder(s.tool)
-        if radius == np.inf:
+        tool, nodes, h = system.tools[s.tool], s.points.nodes, float(s.points.depth.min())
+        start, end = (_in_tool(system, s, v) for v in (state.u, u))
+        length = np.hypot(*(end - start).T)
+        if length.max() < SHORT * h:
             continue
-        dof, nodes = system.tool_dof(s.tool), s.points.nodes
-        before, after = system.positions(state.u)[nodes], system.positions(u)[nodes]
-        shift = (after - u[dof : dof + 2]) - (before - state.u[dof : dof + 2])
-        reach = float(np.hypot(*shift.T).max()) / radius
-        if reach < 2 * np.sqrt(1 - THROUGH**2):
-            continue
-        start = before - state.u[dof : dof + 2] - tool.at
-        share = np.linspace(0.0, 1.0, min(int(8 * reach) + 1, 256))
-        g = np.stack([tool.shape.closest(start + t * shift).g for t in share])
-        through = (g.min(axis=0) < -THROUGH * radius) & (np.minimum(g[0], g[-1]) > -0.1 * radius)
+        share = np.linspace(0.0, 1.0, min(int(8 * length.max() / h) + 8, 256))
+        way = start + share[:, None, None] * (end - start)
+        close = tool.shape.closest(way.reshape(-1, 2))
+        g, n = close.g.reshape(len(share), -1), close.n.reshape(way.shape)
+        inside, each = g < 0, np.arange(len(nodes))
+        enters, leaves = inside.argmax(axis=0), len(share) - 1 - inside[::-1].argmax(axis=0)
+        opposite = (n[enters, each] * n[leaves, each]).sum(axis=1) < OPPOSITE
+        through = inside.any(axis=0) & opposite & (np.minimum(g[0], g[-1]) > -0.05 * length)
         if through.any():
             k = int(np.flatnonzero(through)[0])
+            x, y = system.positions(state.u)[nodes[k]]
             return (
                 f"tool {tool.name!r} passed through node {nodes[k] - system.offsets[s.body]} of {s.body!r} at "
-                f"({before[k, 0]:.4g}, {before[k, 1]:.4g}) in one increment"
+                f"({x:.4g}, {y:.4g}) in one increment"
             )
     return ""
+
+
+def _in_tool(system: System, s: Surface, u: Array) -> Array:
+    """Places (k, 2) of the nodes of a surface in the frame of its tool."""
+    x, y, turn = u[system.tool_dof(s.tool) :][:3]
+    c, d = np.cos(turn), np.sin(turn)
+    return (system.positions(u)[s.points.nodes] - system.tools[s.tool].at - [x, y]) @ np.array([[c, -d], [d, c]])
 
 
 def doubts(system: System, c: Circumstances, e: Evaluation, residual: float, tolerance: float) -> Iterator[str]:

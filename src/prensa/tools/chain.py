@@ -102,6 +102,17 @@ class Chain:
         projection.ray(self._table, self._boxes, slack, np.ascontiguousarray(xi), inside, direction[0], direction[1], h)
         return np.where(h > limit, np.inf, h)
 
+    def across(self, direction: Array, depth: float) -> tuple[float, float]:
+        """Width of what lies within ``depth`` of the end in a unit direction, and of the whole (ends of open chains cut)."""
+        places = []
+        for p in self.pieces:
+            lo, hi = max(p.lo, -4 * self.size), min(p.hi, 4 * self.size)
+            places += [p.at(float(t)) for t in np.linspace(lo, hi, 257)]
+        x = np.array(places)
+        along, side = x @ direction, x @ np.array([-direction[1], direction[0]])
+        near = along >= along.max() - depth
+        return float(np.ptp(side[near])), float(np.ptp(side))
+
     @cached_property
     def radius(self) -> float:
         """Smallest radius of curvature of a convex part."""
