@@ -65,10 +65,11 @@ def test_the_good_case_raises_no_alarm():
 
 
 def test_random_problems_raise_no_alarm():
-    """Nor about random problems (their coefficients of friction of up to 5 apart)."""
+    """Nor about random problems (their coefficients of friction of up to 5 and meshes distorted on purpose apart)."""
     for suite in ("elastic", "plastic"):
         for number in range(20):
-            assert [a for a in alarms(robustness.draw(suite, 5, number)) if "coefficient above 2" not in a] == []
+            said = alarms(robustness.draw(suite, 5, number))
+            assert [a for a in said if "coefficient above 2" not in a and "scaled Jacobian" not in a] == []
 
 
 def test_verification_cases_raise_no_alarm(monkeypatch):

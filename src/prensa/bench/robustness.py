@@ -1,8 +1,9 @@
 """Random contact problems on default settings, every answer checked.
 
-A problem is drawn from tool shape, motion (press, press and slide, turn, push by force, release), friction (none to
-sticking, hardening, softening, shear factor), mode, material, element, grading and distortion of the mesh, steps that are often
-too large on purpose, and units. Converged is not enough: equilibrium, complementarity, the friction bound, the sign of
+A problem is drawn from tool shape, motion (press, press and slide, roll, turn, push by force, twist by moment, release), the
+springs the tool hangs on, friction (none to sticking, hardening, softening, shear factor), mode, material, element, grading and
+distortion of the mesh, steps that are often too large on purpose, and units. Elastic problems have any element, plastic ones
+those that do not lock. Converged is not enough: equilibrium, complementarity, the friction bound, the sign of
 the dissipations and the volume of every element are checked at every increment, and a sample is run again at half the
 step and ten times the penalty.
 """
@@ -58,6 +59,14 @@ class Tally:
         return sum(o.status == status for o in self.outcomes) / max(len(self.outcomes), 1)
 
 
+ANY = ("q4", "q4_enhanced", "t3", "t6", "q8", "q8_full")
+# by suite, out of and in plane stress; F-bar, the default, more often
+ELEMENTS = {
+    "elastic": (("q4_fbar", "q4_fbar", *ANY), ANY),
+    "plastic": (("q4_fbar", "q4_fbar", "q4_fbar", "q4_enhanced", "t6", "q8"), ("q4", "q4", "q4_enhanced", "t6", "q8")),
+}
+
+
 def draw(suite: str, seed: int, number: int) -> pr.Problem:
     """Problem *number* of a suite (``elastic`` or ``plastic``): the same for the same arguments."""
     rng = np.random.default_rng([seed, number, suite == "plastic"])
@@ -76,22 +85,30 @@ def draw(suite: str, seed: int, number: int) -> pr.Problem:
     width, height = float(rng.uniform(8, 20)), float(rng.uniform(5, 15))
     nx, ny = int(rng.integers(8, 17)), int(rng.integers(5, 13))
     origin = float(rng.choice([0.0, 2.0])) if axi else 0.0
-    locks = space != "plane stress"
-    element: Any = "q4" if not locks or (not plastic and rng.random() < 0.4) else "q4_fbar"
+    element: Any = str(rng.choice(ELEMENTS[suite][space == "plane stress"]))
+    if element[:2] in ("t6", "q8"):  # of twice the size: as many nodes
+        nx, ny = nx // 2 + 1, ny // 2 + 1
     body = pr.Body(_mesh(rng, width * L, height * L, nx, ny, origin * L), material, element)
-    tool, flat, most = _tool(rng, axi, width, width / nx, origin, L)
+    tool, flat, most = _tool(rng, axi, width, height, width / nx, origin, L)
     depth = float(rng.uniform(0.02, most)) * height * L
-    motion = str(rng.choice(["press", "press and slide", "turn", "push", "release"]))
-    if axi and motion in ("press and slide", "turn"):
-        motion = "press"
     law = _friction(rng, depth, L, plastic, E)
+    motion = _motion(rng, axi, tool, law)
+    if motion != "twist" and rng.random() < 0.15:
+        tool = replace(tool, spring=_springs(rng, axi, E, width * L))
     increments = int(rng.integers(2, 9)) if rng.random() < 0.7 else None
     strength, share = (s0, (0.05, 0.6)) if plastic else (E, (1e-4, 2e-3))
-    steps = _steps(rng, motion, depth, width * L, strength, share, increments, axi, flat)
-    sides = ["body.top", "body.right"] if rng.random() < (0.8 if plastic else 0.2) and flat else ["body.top"]
-    fixed = {"body.bottom": "xy" if motion == "press and slide" or rng.random() < 0.5 else "y", "body.left": "x"}
+    moment = (
+        float(rng.uniform(0.1, 0.5)) * _least(law) * getattr(tool, "radius", 0.0)
+    )  # per force, of what friction bears
+    steps = _steps(rng, motion, depth, width * L, strength, share, increments, axi, flat, moment, tool)
+    hollow = tool.type == "circle" and tool.concave
+    wide = flat or hollow or tool.type == "profile"
+    sides = ["body.top", "body.right"] if rng.random() < (0.8 if plastic else 0.2) and wide else ["body.top"]
+    tied = motion in ("press and slide", "roll", "twist")
+    fixed = {"body.bottom": "xy" if tied or rng.random() < 0.5 else "y", "body.left": "x"}
+    shape = ("hollow " if hollow else "") + tool.type + (" on springs" if tool.spring else "")
     return pr.Problem(
-        f"{number}: {tool.type}, {motion}, {_name(law)}, {kinematics}-{geometry}, {space}, {material.type}, {element}, {system}",
+        f"{number}: {shape}, {motion}, {_name(law)}, {kinematics}-{geometry}, {space}, {material.type}, {element}, {system}",
         space=space, kinematics=kinematics, contact_geometry=geometry, bodies={"body": body}, tools={"tool": tool},
         contacts=(pr.Contact(tuple(sides), "tool", friction=law),), fixed=fixed, steps=tuple(steps),
         units=pr.Units(*system.split("-")),
@@ -137,14 +154,91 @@ def _mesh(rng: np.random.Generator, width: float, height: float, nx: int, ny: in
     return rectangle
 
 
-def _tool(rng: np.random.Generator, axi: bool, width: float, h: float, x0: float, L: float) -> tuple[Any, bool, float]:
+def _motion(rng: np.random.Generator, axi: bool, tool: Any, law: Any) -> str:
+    """A motion that the problem has: friction must bear a moment, and a cylinder rolls."""
+    options = ["press", "push", "release"]
+    if not axi:
+        options += ["press and slide", "turn"]
+        if tool.type == "circle" and not tool.concave:
+            options += ["roll", *(["twist"] if _least(law) else [])]
+    return str(rng.choice(options))
+
+
+def _least(law: Any) -> float:
+    """The smallest coefficient that a Coulomb law can come to; 0 for others."""
+    match getattr(law, "mu", None):
+        case float() as mu:
+            return mu
+        case pr.MuExponential() as mu:
+            return min(mu.mu0, mu.mu_inf)
+        case pr.MuLinear() as mu:
+            return mu.mu0
+        case pr.MuTable() as mu:
+            return min(mu.mu)
+    return 0.0
+
+
+def _springs(rng: np.random.Generator, axi: bool, E: float, width: float) -> Any:
+    """A mount about as stiff as the body, along y, in rotation, or both."""
+    c = float(10 ** rng.uniform(-0.5, 1.0)) * E
+    if axi:
+        return pr.Springs(y=c * width)
+    which = rng.integers(3)
+    return pr.Springs(y=c if which != 1 else None, rz=c * width**2 if which else None)
+
+
+def _profile(rng: np.random.Generator, width: float, height: float, h: float, L: float) -> Any:
+    """A wedge with a round nose, a bulged face, or two flats with a step between them."""
+    w = float(rng.uniform(0.4, 0.9)) * width
+    match rng.integers(3):
+        case 0:
+            slope = float(rng.uniform(0.2, 0.8))
+            points: Any = ((-3 * width * L, 3 * width * slope * L), (0.0, 0.0), (3 * width * L, 3 * width * slope * L))
+            fillet = float(rng.uniform(2.5, 6.0)) * h
+        case 1:
+            bulge, top = float(rng.uniform(0.05, 0.2)) * w, height * L
+            points = ((-w * L, top), (-w * L, 0.0), pr.Arc(through=(0.0, -bulge * L), to=(w * L, 0.0)), (w * L, top))
+            fillet = float(rng.uniform(1.0, 2.0)) * h
+        case _:
+            a, step = float(rng.uniform(0.3, 0.6)) * width, float(rng.uniform(0.02, 0.08)) * height
+            b = a + step + h
+            points = ((-3 * width * L, 0.0), (a * L, 0.0), (b * L, step * L), (3 * width * L, step * L))
+            fillet = float(rng.uniform(1.0, 2.0)) * h
+    return pr.Profile(points=points, fillet=fillet * L, touching="body.top")
+
+
+def _polygon(rng: np.random.Generator, width: float, h: float, L: float) -> Any:
+    """A trapezium on its short side, or a square on its tip."""
+    a = float(rng.uniform(0.4, 1.0)) * width
+    if rng.random() < 0.5:
+        b = float(rng.uniform(0.1, 0.5)) * a
+        points = ((-a, 0.0), (a, 0.0), (a + b, 2 * a), (-a - b, 2 * a))
+        fillet = float(rng.uniform(1.0, 2.0)) * h
+    else:
+        points = ((0.0, -2 * a), (2 * a, 0.0), (0.0, 2 * a), (-2 * a, 0.0))
+        fillet = float(rng.uniform(2.5, 5.0)) * h
+    fillet = min(fillet, 0.4 * a)
+    return pr.Polygon(points=tuple((x * L, y * L) for x, y in points), fillet=fillet * L, touching="body.top")
+
+
+def _tool(
+    rng: np.random.Generator, axi: bool, width: float, height: float, h: float, x0: float, L: float
+) -> tuple[Any, bool, float]:
     """A tool, whether it is flat over the whole body, and the largest sensible depth as a share of the height."""
-    kind = str(rng.choice(["plane", "circle", "stamp", "ring"] if axi else ["plane", "circle", "stamp"]))
+    kinds = ["plane", "circle", "stamp", "profile", "polygon", "hollow", *(["ring"] if axi else [])]
+    kind = str(rng.choice(kinds))
     if kind == "plane":
         return pr.Plane(touching="body.top"), True, 0.3
     if kind == "circle":
         radius = max(float(rng.uniform(2.5 * h, 2 * width)), 1.2 * x0)  # larger than the bore of a ring
         return pr.Circle(radius=radius * L, touching="body.top"), False, 0.15
+    if kind == "hollow":  # wide enough for the far corner of the body below
+        radius = float(np.hypot(width + x0, rng.uniform(0.8, 3.0) * height))
+        return pr.Circle(radius=radius * L, concave=True, touching="body.top"), False, 0.15
+    if kind == "profile":
+        return _profile(rng, width, height, h, L), False, 0.12
+    if kind == "polygon":
+        return _polygon(rng, width, h, L), False, 0.12
     if kind == "stamp":
         w = float(rng.uniform(0.4, 1.2)) * width
         fillet = float(rng.uniform(1.0, 2.0)) * h
@@ -201,18 +295,29 @@ def _name(law: Any) -> str:
 
 def _steps(
     rng: np.random.Generator, motion: str, depth: float, width: float, strength: float, share: tuple[float, float],
-    increments: int | None, axi: bool, flat: bool,
+    increments: int | None, axi: bool, flat: bool, moment: float, tool: Any,
 ) -> Iterator[pr.Step]:  # fmt: skip
     """Steps of a motion; a force stays below what a plastic body of that flow stress can carry."""
-    if motion == "push":
+    sign = float(rng.choice([-1, 1]))
+    if motion in ("push", "twist"):
         area = width if not axi else np.pi * width**2
         force = float(rng.uniform(*share)) * strength * area
+        if motion == "push" and tool.spring is not None and tool.spring.y is not None:
+            # the mount is moved by what the spring would give under the force
+            yield pr.Step("push", move={"tool": pr.Motion(y=-min(force / tool.spring.y, depth))}, increments=increments)
+            return
         yield pr.Step("push", push={"tool": pr.Push(y=-force)}, increments=increments)
+        if motion == "twist":
+            push = pr.Push(y=-force, m=sign * moment * force)
+            yield pr.Step("twist", push={"tool": push}, increments=increments)
         return
     yield pr.Step("press", move={"tool": pr.Motion(y=-depth)}, increments=increments)
     if motion == "press and slide":
-        x = float(rng.uniform(0.2, 1.5)) * depth * float(rng.choice([-1, 1]))
+        x = float(rng.uniform(0.2, 1.5)) * depth * sign
         yield pr.Step("slide", move={"tool": pr.Motion(x=x)}, increments=increments)
+    elif motion == "roll":
+        x = float(rng.uniform(0.5, 3.0)) * depth * sign
+        yield pr.Step("roll", move={"tool": pr.Motion(x=x, rz=-x / tool.radius)}, increments=increments)
     elif motion == "turn":
         most = 0.5 * depth / width if flat else 0.05
         yield pr.Step("turn", move={"tool": pr.Motion(rz=float(rng.uniform(-most, most)))}, increments=increments)
@@ -230,7 +335,7 @@ def check(system: Any, inc: Increment, peak: float) -> str:
     if not max(force, moment) * min(now / max(peak, 1e-300), 1.0) <= 1e-7:
         return f"forces out of balance by {max(force, moment):.1e}"
     for s in system.surfaces:
-        c = inc.contacts[s.name]
+        c = inc.contacts[s.name].points
         h = s.points.depth
         if (c.pressure < 0).any():
             return "negative pressure"
@@ -264,8 +369,11 @@ def check(system: Any, inc: Increment, peak: float) -> str:
             return f"{key} dissipation {inc.energy[key]:.2e} is negative"
     for b in inc.bodies.values() if system.problem.kinematics == "finite" else ():  # small strain knows no shapes
         x = b.x[b.cells]
-        d1, d2 = x[:, 2] - x[:, 0], x[:, 3] - x[:, 1]
-        if (d1[:, 0] * d2[:, 1] - d1[:, 1] * d2[:, 0] <= 0).any():
+        corners = 3 if x.shape[1] in (3, 6) else 4
+        if x.shape[1] > corners:  # round the outline: corner, mid-side node, corner, …
+            x = x[:, np.arange(2 * corners).reshape(2, corners).T.ravel()]
+        y = np.roll(x, -1, axis=1)
+        if ((x[..., 0] * y[..., 1] - x[..., 1] * y[..., 0]).sum(axis=1) <= 0).any():
             return "an element has no volume"
     return ""
 
