@@ -144,7 +144,7 @@ def integrate(X, u, alpha, H, axisymmetric, finite, w, P, A, lo, r, K, forces, n
     """Forces r (e, 8 + m) on displacements and modes and K = ∂r/∂(u, α) from row and column lo on (8: the modes only).
 
     P (e, 4, 5) and A (e, 4, 5, 5) per initial volume; forces (e,) = Σ |r| on displacements before points cancel; noise
-    (e, 8 + m): stresses, and the round-off of A H, that a zero of r is made of.
+    (e, 8 + m): stresses, and the round-off of A H, that a zero of r is made of. H (e, 4, 5): the strains they come of, in size.
     """
     m = alpha.shape[1]
     n = 8 + m

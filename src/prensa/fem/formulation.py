@@ -287,7 +287,9 @@ class Q4Enhanced(_Q4):
             if finite:
                 enhanced.pull_back(Hn[rows], w.P, w.A)
             r, K, noise = np.empty((k, n)), np.empty((k, n, n)), np.empty((k, n))
-            enhanced.integrate(part.X, u[rows], alpha[rows], F, axi, finite, w.w, w.P, w.A, 8, r, K, w.size, noise)
+            # a body let go has no strain left, but the round-off of that which it had when the increment began
+            strain = np.abs(F) + np.abs(Hn[rows])
+            enhanced.integrate(part.X, u[rows], alpha[rows], strain, axi, finite, w.w, w.P, w.A, 8, r, K, w.size, noise)
             over = (np.abs(r[:, 8:]) / np.maximum(TOLERANCE * noise[:, 8:], 1e-300)).max(axis=1)
             done = (over <= 1.0) & ~bad
             some = rows[done]

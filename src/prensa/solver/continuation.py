@@ -57,6 +57,8 @@ def stiffened(system: System, now: Circumstances, then: Circumstances, u: Array)
         pairs, nodes = system.node_pairs(s, u), s.points.nodes
         free = ~np.isin(2 * nodes[:, None] + np.arange(2), now.plan.fixed).any(axis=1)
         inside = np.where(free & np.isfinite(pairs.g), np.minimum(pairs.g, 0.0), 0.0)
-        softer = s.points.to_nodes(a.k_n / b.k_n) / s.points.to_nodes(np.ones(len(s.points)))
+        share = s.points.to_nodes(np.ones(len(s.points)))
+        carries = share > 0  # the end on the axis of a quadratic edge carries no point
+        softer = np.where(carries, s.points.to_nodes(a.k_n / b.k_n) / np.where(carries, share, 1.0), 1.0)
         nodal[nodes] += ((softer - 1.0) * inside)[:, None] * pairs.n
     return u

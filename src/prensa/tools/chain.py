@@ -104,14 +104,21 @@ class Chain:
 
     def across(self, direction: Array, depth: float) -> tuple[float, float]:
         """Width of what lies within ``depth`` of the end in a unit direction, and of the whole (ends of open chains cut)."""
-        places = []
-        for p in self.pieces:
-            lo, hi = max(p.lo, -4 * self.size), min(p.hi, 4 * self.size)
-            places += [p.at(float(t)) for t in np.linspace(lo, hi, 257)]
-        x = np.array(places)
-        along, side = x @ direction, x @ np.array([-direction[1], direction[0]])
-        near = along >= along.max() - depth
-        return float(np.ptp(side[near])), float(np.ptp(side))
+        frame = np.array([direction, [-direction[1], direction[0]]]).T
+        ends = [(max(p.lo, -4 * self.size), min(p.hi, 4 * self.size)) for p in self.pieces]
+        count = [129 if p.radius else 2 for p in self.pieces]
+        lines = [
+            np.array([p.at(float(t)) for t in np.linspace(*end, n)]) @ frame
+            for p, end, n in zip(self.pieces, ends, count)
+        ]
+        whole = np.concatenate(lines)
+        level = whole[:, 0].max() - depth
+        near = [whole[whole[:, 0] >= level, 1]]
+        for line in lines:  # where a part passes the level
+            (a, p), (b, q) = line[:-1].T, line[1:].T
+            passes = (a - level) * (b - level) < 0
+            near.append((p + (q - p) * (a - level) / np.where(passes, a - b, 1.0))[passes])
+        return float(np.ptp(np.concatenate(near))), float(np.ptp(whole[:, 1]))
 
     @cached_property
     def radius(self) -> float:
