@@ -45,3 +45,19 @@ def test_the_checks_can_fail():
     assert robustness.check(system, inc) == ""
     assert robustness.unbalanced(system, inc) < allowed
     assert robustness.unbalanced(system, dataclasses.replace(inc, tools={"tool": spoilt})) > allowed
+
+
+def test_the_published_page_counts_failures_by_kind(tmp_path):
+    """Two reasons that differ in numbers and places are one kind; each is told in full below."""
+    words = [
+        "step 'press', time 0.7: element 153 of body (initially near 0.4673, 0.4191) turned inside out; more 'increments'",
+        "step 'push', time 0.2: element 7 of body (initially near 1, 2) turned inside out; more 'increments'",
+        "step 'push', time 0.2: the residual stagnates at 1.4e-09 of the forces; it is at node 7",
+    ]
+    outcomes = [robustness.Outcome(k, f"{k}: plane", "failed", w) for k, w in enumerate(words)]
+    robustness.write(tmp_path / "page.md", [robustness.Tally("plastic", 3, outcomes)], "abc")
+    page = (tmp_path / "page.md").read_text(encoding="utf-8")
+    assert "| plastic | element turned inside out | 2 |" in page
+    assert "| plastic | the residual stagnates of the forces | 1 |" in page
+    assert all(f"- plastic {k}: plane: {w}" in page for k, w in enumerate(words))
+    assert "commit abc" in page

@@ -11,7 +11,9 @@ step and ten times the penalty.
 from __future__ import annotations
 
 import csv
+import re
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -506,11 +508,22 @@ def _page(tallies: list[Tally], commit: str) -> str:
             f"| {t.suite} | {t.seed} | {len(t.outcomes)} | {shares} | {mean[0]:.0f} | {mean[1]:.1f} | {mean[2]:.1f} |"
         )
     lines += ["", f"Every {COMPARED}th problem is run again at half the step and ten times the penalty.", ""]
+    kinds = Counter((t.suite, _kind(o.words)) for t in tallies for o in t.outcomes if o.status != "right")
+    if kinds:
+        lines += ["| suite | kind of failure | problems |", "|---|---|---|"]
+        lines += [f"| {suite} | {kind} | {count} |" for (suite, kind), count in kinds.most_common()]
+        lines.append("")
     for title, status in (("Wrong", "wrong"), ("Given up, with what was said", "failed"), ("Coarse", "right")):
         found = [(t, o) for t in tallies for o in t.outcomes if o.status == status and o.words]
         if found:
             lines += [f"## {title}", "", *(f"- {t.suite} {o.kind}: {o.words}" for t, o in found), ""]
     return "\n".join(lines)
+
+
+def _kind(words: str) -> str:
+    """What a failure has in common with others: its reason without numbers and names."""
+    reason = re.sub(r"^step '.*?', time [^:]*: |^time [^:]*: ", "", words).partition(";")[0]
+    return re.sub(r" of body|'[^']*' ?", "", re.sub(r" (at|by) \d\S*| ?\([^)]*\)| \d+\b", "", reason))
 
 
 def run(
