@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
+from scipy.special import ellipk
 
 from prensa.reference import (
     MuConstant,
@@ -12,6 +14,7 @@ from prensa.reference import (
     capstan,
     cattaneo_mindlin,
     circular_path_lag,
+    flat_punch_stick,
     sliding_wedge,
     slip_hardening,
     wang_osakada,
@@ -165,3 +168,36 @@ def test_errors_name_the_argument(name, call):
     """A senseless argument is refused by name."""
     with pytest.raises(ValueError, match=f"^{name} = "):
         call()
+
+
+# --- flat punch ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("ratio", [0.4, 0.7, 1.2])
+def test_the_stick_zone_of_a_flat_punch_without_coupling_has_a_closed_form(ratio):
+    """K'(c)/K(c) = beta/mu where friction does not change the pressure, that is, for mu/beta fixed and nu close to 1/2.
+
+    With p = p0/sqrt(1 - x^2) the traction of |x| < c is bounded at its ends if int f/sqrt(c^2 - x^2) dx = 0 over it, with
+    f/p0 = beta/sqrt(1 - x^2) + mu/pi int sgn(s)/((x - s) sqrt(1 - s^2)) ds, c < |s| < 1; the terms give 2 beta K(c) and
+    -2 mu K'(c).
+    """
+    nu = 0.4999
+    beta = (1 - 2 * nu) / (2 * (1 - nu))
+    exact = brentq(lambda c: ellipk(1 - c * c) / ellipk(c * c) - 1 / ratio, 1e-9, 1 - 1e-12)
+    assert flat_punch_stick(ratio * beta, nu) == pytest.approx(exact, abs=1e-3)
+
+
+def test_the_stick_zone_of_a_flat_punch_does_not_hang_on_its_cells():
+    """Twice the cells change it by less than 1e-3; more friction makes it larger, more compressibility smaller."""
+    c = flat_punch_stick(0.2, 0.3)
+    assert flat_punch_stick(0.2, 0.3, 600) == pytest.approx(c, abs=1e-3)
+    assert flat_punch_stick(0.3, 0.3) > c > flat_punch_stick(0.2, 0.2)
+
+
+@pytest.mark.parametrize(
+    ("mu", "nu", "words"), [(0.0, 0.3, "mu"), (0.2, 0.5, "nothing slides"), (0.01, 0.0, "stick zone is smaller")]
+)
+def test_a_flat_punch_without_an_edge_of_stick_is_refused(mu, nu, words):
+    """No friction, no slip, or a zone below the cells: each is said."""
+    with pytest.raises(ValueError, match=words):
+        flat_punch_stick(mu, nu)

@@ -1,4 +1,4 @@
-"""Friction in closed form: partial slip of a cylinder, slip hardening of one point, wedge, circular path, capstan, die.
+"""Friction, mostly in closed form: partial slip, slip hardening of one point, wedge, circular path, capstan, die.
 
 Sign convention of this module: a traction is positive along the drag, that is, along positive displacement of the body.
 """
@@ -74,6 +74,57 @@ def cattaneo_mindlin(*, P: float, a: float, mu: float, Q: float, Q_max: float | 
         mu=mu,
         p0=2.0 * P / (math.pi * a),
     )
+
+
+def flat_punch_stick(mu: float, nu: float, n: int = 300) -> float:
+    """`mu` (-), `nu` (-) -> half-width of the stick zone over that of a rigid flat punch pressed on a half-plane.
+
+    Plane strain, sharp edges, friction from the first touch on; the load is proportional, so the zone does not move.
+    With beta = (1 - 2 nu)/(2 (1 - nu)), p the pressure and q the outward traction over the total force, 0 < x < 1,
+
+        1/pi int p ln|x - s| ds - beta int_0^x q ds = const,    beta int_0^x p ds + 1/pi int q ln|x - s| ds = 0 where it
+        sticks,    q = mu p where it slides,
+
+    by piecewise constants on `n` cells, dense at the edge; the edge of stick is where (1 - q/(mu p))^2 vanishes, which it
+    does linearly. Good to 1e-3. Without the term of q in the first equation it obeys K'(c)/K(c) = beta/mu.
+
+    Raises ValueError for mu or n not above 0 or nu outside [0, 0.5).
+    Source: Johnson (1985), Contact Mechanics, eq. (2.25); Spence (1973), Proc. Camb. Phil. Soc. 73, 249-268.
+    """
+    positive(mu=mu, n=n)
+    if not 0.0 <= nu < 0.5:
+        raise ValueError(f"nu = {nu!r}: at 0.5 and above nothing slides; give 0 <= nu < 0.5")
+    beta = (1.0 - 2.0 * nu) / (2.0 * (1.0 - nu))
+    ends = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, n + 1))
+    a, b = ends[:-1], ends[1:]
+    x, h = 0.5 * (a + b), b - a
+
+    def integral(y: Array) -> Array:
+        return np.asarray(y * np.log(np.abs(y)) - y)
+
+    here = integral(x[:, None] - a) - integral(x[:, None] - b)
+    mirrored = integral(x[:, None] + b) - integral(x[:, None] + a)
+    up_to = np.tril(np.ones((n, n)), -1) * h + np.diag(0.5 * h)
+    A = np.zeros((2 * n + 1, 2 * n + 1))
+    A[:n, :n], A[:n, n:-1], A[:n, -1] = (here + mirrored) / np.pi, -beta * up_to, 1.0
+    A[n:-1, :n], A[n:-1, n:-1] = beta * up_to, (here - mirrored) / np.pi
+    A[-1, :n] = h
+    right = np.append(np.zeros(2 * n), 0.5)
+    sticks = np.ones(n, dtype=bool)
+    while True:
+        slides = np.flatnonzero(~sticks)
+        A[n + slides] = 0.0
+        A[n + slides, n + slides], A[n + slides, slides] = 1.0, -mu
+        p, q = np.split(np.linalg.solve(A, right)[:-1], 2)
+        over = sticks & (q > mu * p)
+        if not over.any():
+            break
+        sticks &= ~over
+    m = int(np.count_nonzero(sticks))
+    if m < 2:
+        raise ValueError(f"n = {n!r}: the stick zone is smaller than two cells; give more, or a larger mu")
+    before, last = (1.0 - q[m - 2 : m] / (mu * p[m - 2 : m])) ** 2
+    return float(x[m - 1] + last * (x[m - 1] - x[m - 2]) / (before - last))
 
 
 # --- slip hardening of one point --------------------------------------------------------------------------------
