@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.sparse import csc_matrix
@@ -9,7 +11,7 @@ from scipy.sparse import csc_matrix
 import prensa as pr
 from prensa.errors import SolveError
 from prensa.fem.schedule import plan_step
-from prensa.solver.continuation import stages
+from prensa.solver.continuation import stages, stiffened
 
 ELASTIC = pr.Elastic(130_000.0, 0.2)
 
@@ -98,11 +100,26 @@ def test_the_stages_rise_to_what_was_asked_for():
         assert [float(s.k_t[0] / s.unit[0]) for s in path] == pytest.approx(k_t)
 
 
+@pytest.mark.parametrize("element", ["q4_fbar", "t6", "q8"])
+def test_stiffer_contacts_start_from_the_pressures_of_softer_ones(element):
+    """Penetrations are divided by the factor of k_n; a held node stays, that on the axis, which is no point of t6 and q8."""
+    body = pr.Body(pr.Rectangle(size=(4.0, 2.0), n=(4, 2)), pr.Elastic(1000.0, 0.3), element)
+    press = sliding().steps[:1]
+    system = pr.discretise(
+        replace(sliding(), space="axisymmetric", bodies={"block": body}, fixed={"block.bottom": "y"}, steps=press)
+    )
+    c = system.circumstances(system.initial(), plan_step(system, 0, np.zeros(system.ndof)), 1.0)
+    soft, s = stages(system, c)[0], system.surfaces[0]
+    u = system.initial().u.copy()
+    u[system.tool_dof(0) + 1] = -0.05
+    gap = system.node_pairs(s, stiffened(system, soft, c, u)).g
+    on_axis = system.X[s.points.nodes, 0] == 0.0
+    assert gap == pytest.approx(np.where(on_axis, -0.05, -0.005))
+
+
 # ------------------------------------------------------------------------------------------- the paper's iteration
 def matrix(p, lagged):
     """The matrix at a sliding state, prescribed unknowns included, and the number of body unknowns."""
-    from dataclasses import replace
-
     state = last(p).state
     system = pr.discretise(p)
     c = replace(system.circumstances(state, plan_step(system, 1, state.anchor), 2.0), lagged=lagged)

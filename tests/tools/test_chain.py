@@ -275,3 +275,19 @@ def test_automatic_fillets_fit_everywhere():
     tool = Chain(chain(teeth, None, False, 1.0), False)
     assert 0 < tool.radius < 0.1
     assert not len(tool.edges)
+
+
+def test_the_width_near_an_end_is_that_of_lines_and_arcs():
+    """A tenth from its end a square on its tip is 0.2 wide, a rounded one as its arc, one on its side as its face."""
+    down = np.array([0.0, -1.0])
+    tip = ((0.0, -2.0), (2.0, 0.0), (0.0, 2.0), (-2.0, 0.0))
+    side = ((-1.0, 0.0), (2.0, 0.0), (2.0, 1.0), (-1.0, 1.0))
+    wide = 2 * np.sqrt(2 * 0.5 * 0.1 - 0.1**2)
+    for points, fillet, width, whole in (
+        (tip, 0.0, 0.2, 4.0),
+        (tip, 0.5, wide, 4.0 - np.sqrt(2) + 1),
+        (side, 0.0, 3.0, 3.0),
+    ):
+        near, across = Chain(*outline_of(pr.Polygon(points=points, fillet=fillet))).across(down, 0.1)
+        assert near == pytest.approx(width, rel=1e-3)
+        assert across == pytest.approx(whole, rel=1e-3)
