@@ -126,7 +126,7 @@ def value(annotation: Any) -> str:
     if len(options := members(annotation)) > 1:
         return " or ".join(dict.fromkeys(value(o) for o in options))
     if literals := _literals(kind):
-        return ", ".join(f"`{v}`" for v in literals)
+        return ", ".join(f"`{str(v).lower() if isinstance(v, bool) else v}`" for v in literals)
     if is_names(annotation):
         return f"names: {value(typing.get_args(kind)[1])}"
     if typing.get_origin(kind) is tuple:

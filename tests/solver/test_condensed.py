@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.errors import PrensaError
+from prensa.errors import CaseError, PrensaError
 from prensa.fem.schedule import plan_step
 from prensa.fem.system import discretise
+from prensa.model.schema import loads
 from prensa.output.checkpoint import read_checkpoint, write_checkpoint
 from prensa.solver import condensed, linear
 from prensa.solver.newton import Reduced
@@ -343,3 +344,15 @@ def test_small_systems_and_single_increments_are_left_alone():
     once = replace(large, steps=(pr.Step("press", move={"t": pr.Motion(y=-0.01)}, increments=1),))
     decided = [condensed.to_be_condensed(discretise(p), pr.Numerics()) for p in (pressed(), large, once)]
     assert decided == [False, True, False]
+
+
+def test_the_words_of_the_option():
+    """``condense`` is auto, true or false in a file; anything else is told with its place."""
+    text = (
+        "name: t\nkinematics: small\nbodies: {b: {mesh: {type: rectangle, size: [2, 1], n: [2, 2]}, "
+        "material: {type: elastic, E: 1, nu: 0}}}\nfixed: {b.bottom: xy}\nsteps: [{name: s}]\nnumerics: {condense: WORD}\n"
+    )
+    read = [loads(text.replace("WORD", w)).numerics.condense for w in ("auto", "true", "false")]
+    assert read == ["auto", True, False]
+    with pytest.raises(CaseError, match=r":6:22: unknown condense 'maybe'; write 'auto' or 'true' or 'false'"):
+        loads(text.replace("WORD", "maybe"))

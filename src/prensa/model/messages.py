@@ -112,7 +112,8 @@ def _noun(place: Place) -> str:
 
 def _choice(error: Any, place: Place, above: Place) -> Mistake:
     value, key = error["input"], place.path[-1]
-    options = [w for w in error["ctx"]["expected"].replace(" or ", ", ").replace("'", "").split(", ") if w]
+    words = error["ctx"]["expected"].replace(" or ", ", ").replace("'", "").split(", ")
+    options = [w.lower() if w in ("True", "False") else w for w in words if w]
     if not isinstance(value, str):
         return Mistake(place.mark(), _wrong(error, place))
     noun = _noun(above) if key == "type" else str(key)

@@ -1034,7 +1034,7 @@ class Numerics:
     predictor: bool = True
     reuse_factors: bool = True
     iteration: Literal["newton", "paper"] = "newton"
-    condense: bool | Literal["auto"] = "auto"
+    condense: Literal["auto", True, False] = "auto"
     solver: Literal["auto", "pardiso", "rslab", "superlu"] = "auto"
     threads: Annotated[Whole, Field(ge=1)] = 1
 
