@@ -146,7 +146,10 @@ class Pressed:
 
     @property
     def at_points(self) -> float:
-        """RMS error / p0 at the integration points, each where it has moved to; nodes shared by two edges count in both."""
+        """RMS error / p0 at the integration points, each where it has moved to; nodes shared by two edges count in both.
+
+        The linear problem means initial places; the recorded figures contain more than their errors there (documentation).
+        """
         c, q = self.contact, self.contact.points
         twice = np.isin(np.round(q.X[:, 0], 9), np.round(c.X[c.X[:, 0] > 0, 0], 9)) & (len(q.X) > len(c.X))
         return self.rms(*(np.repeat(v, 1 + twice) for v in (q.X[:, 0], q.x[:, 0], q.pressure)))
