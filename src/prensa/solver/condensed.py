@@ -237,9 +237,7 @@ class CondensedSystem(System):
 
     small: Small
 
-    def evaluate(
-        self, c: Circumstances, u: Array, lam: Array, stiffness: bool = True, hold: Flags | None = None
-    ) -> Evaluation:
+    def evaluate(self, c: Circumstances, u: Array, lam: Array, *args: Any, **more: Any) -> Evaluation:
         """As `System.evaluate`.
 
         Raises
@@ -248,7 +246,7 @@ class CondensedSystem(System):
             If a point touches that the columns at hand do not reach.
 
         """
-        e = super().evaluate(c, self.small.placed(c, u), lam, stiffness, hold)
+        e = super().evaluate(c, self.small.placed(c, u), lam, *args, **more)
         if not e.failed:
             self.small.watch(e)
         return e
