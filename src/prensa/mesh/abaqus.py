@@ -23,7 +23,13 @@ class _Keyword:
     name: str
     parameters: dict[str, str]
     line: int
-    data: list[tuple[int, list[str]]] = field(default_factory=list)
+    lines: list[tuple[int, str]] = field(default_factory=list)
+
+    @property
+    def data(self) -> Iterator[tuple[int, list[str]]]:
+        """Numbers of the data lines and their words, split when asked for: a wrong line ends the reading."""
+        for number, line in self.lines:
+            yield number, [w.strip() for w in line.rstrip(",").split(",")]
 
     def numbers(self) -> list[int]:
         """All data as whole numbers."""
@@ -73,7 +79,7 @@ def _keywords(text: str) -> Iterator[_Keyword]:
             current = _Keyword(words[0].upper(), {k.strip().upper(): v.strip().strip('"') for k, _, v in pairs}, number)
             joined = ""
         elif current is not None:
-            current.data.append((number, [w.strip() for w in line.rstrip(",").split(",")]))
+            current.lines.append((number, line))
     if current is not None:
         yield current
 
@@ -124,7 +130,7 @@ def _instance(k: _Keyword, parts: dict[str, _Part], instances: dict[str, str]) -
     if part.instances > 1:
         raise FileError.at(k.line, f"part {k.parameters['PART']!r} is placed twice; export the assembly as one part")
     instances[k.parameters.get("NAME", "").upper()] = name
-    if len(k.data) > 1:
+    if len(k.lines) > 1:
         raise FileError.at(k.line, "the instance is rotated; export the assembly as one part")
     for line, words in k.data:
         part.moved = _place(line, words)
@@ -162,7 +168,7 @@ def _into(k: _Keyword, part: _Part) -> None:
             raise FileError.at(k.line, f"*{k.name} without a name")
         sets.setdefault(key, []).extend(_members(k, sets, part))
     elif k.parameters.get("TYPE", "ELEMENT").upper() == "NODE":
-        nodes = replace(k, data=[(line, words[:1]) for line, words in k.data])
+        nodes = replace(k, lines=[(line, text.partition(",")[0]) for line, text in k.lines])
         part.node_sets.setdefault(key, []).extend(_members(nodes, part.node_sets, part))
     else:
         part.surfaces.setdefault(key, []).extend(_sides(k, part))
