@@ -119,7 +119,7 @@ def _free(system: System, body: str, rows: Array) -> str:
     """The rigid-body motions outside the span of the rows, in words; '' if there is none."""
     if system.axisymmetric:
         return "" if (np.abs(rows[:, 1]) > 1e-6).any() else "move along the axis y"
-    _, values, v = np.linalg.svd(np.concatenate([rows, np.zeros((3, 3))]))
+    _, values, v = np.linalg.svd(np.concatenate([rows, np.zeros((3, 3))]), full_matrices=False)
     null = v[values <= 1e-6 * max(float(values[0]), 1e-300)] if values[0] > 0 else np.eye(3)
     if len(null) == 3:
         return "move along x and y and to turn"
