@@ -77,7 +77,7 @@ def limit() -> Iterator[Limit]:
 
 def hertz(n: tuple[int, int], depth: float = 8.0) -> pr.Problem:
     """Cylinder on the block of the founding paper, neo-Hooke, to 8 mm (depth 0.5: the first increment alone)."""
-    steps = tuple(example1.press(d, k) for d, k in ((0.5, 1), (1, 1), (2, 1), (4, 2), (8, 4)) if d <= depth)
+    steps = tuple(example1.press(d, k) for d, k in ((0.5, 1), (1, 1), (4, 1), (8, 1)) if d <= depth)
     return example1.problem(n, "finite", "current", pr.NeoHooke(E=example1.E, nu=example1.NU), steps)
 
 

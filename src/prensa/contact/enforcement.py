@@ -62,6 +62,7 @@ class Scale:
 def forces(
     pairs: Pairs, weight: Array, scale: Scale, lam: Array, committed: Array, law: Friction | None, period: float,
     hold: NDArray[np.bool_] | None = None, area: Array | None = None, lagged: bool = False,
+    closed: NDArray[np.bool_] | None = None,
 ) -> ContactForces:  # fmt: skip
     """Contact forces on the pair coordinates and their exact, unsymmetric stiffness.
 
@@ -72,12 +73,18 @@ def forces(
     ``period``: length of a closed tool's surface, across which the coordinate jumps.
     ``lagged``: stiffness of the paper (24)-(26), k_n n⊗n + k_TT e⊗e: friction at the pressure of the last iterate and
     the tool's curvature are in the forces only.
+    closed (k,): points that stay closed whatever their pressure, an override for the first guess of an increment, whose
+    tools stand deep in the bodies. Tractions beyond the elastic modulus E* = unit × h come from such overlaps; in the terms
+    of K that turn the frame they count as E* only, since they would outweigh the bodies.
     """
     k = len(weight)
     p_trial = lam[:, 0] - scale.k_n * pairs.g  # −inf where a ray misses the tool
     # a point that just touches resists like a closed one: the kink's other slope would leave a resting body free
     touching = p_trial >= -TOUCH * scale.k_n * scale.h
     p = np.maximum(p_trial, 0.0)
+    if closed is not None:
+        touching = touching | closed
+        p = np.where(closed, p_trial, p)
     dp, dt = np.zeros((2, k, 2 + pairs.dg.shape[1]))
     dp[:, 0] = touching
     dp[:, 2:] = np.where(touching, -scale.k_n, 0.0)[:, None] * pairs.dg
@@ -86,7 +93,7 @@ def forces(
         ds = pairs.s - committed[:, 2]
         if np.isfinite(period):
             ds = ds - period * np.round(ds / period)
-        out = return_map(law, lam[:, 1:2], ds[:, None], p, touching, committed[:, 1], scale.k_t, hold)
+        out = return_map(law, lam[:, 1:2], ds[:, None], np.maximum(p, 0.0), touching, committed[:, 1], scale.k_t, hold)
         t, kappa, slip = out.t[:, 0], out.kappa, out.slip
         dt = np.zeros_like(dp) if lagged else out.dt_dp * dp
         dt[:, 1] -= out.dt_dg[:, 0, 0] / scale.k_t  # the trial traction is λ_T − k_T Δg_T
@@ -97,6 +104,10 @@ def forces(
     dP, dT = weight[:, None] * dp, area[:, None] * dt
     dF = pairs.Fn[:, :, None] * dP[:, None, 2:] + pairs.Ft[:, :, None] * dT[:, None, 2:]
     if pairs.moving and not lagged:
+        if closed is not None:
+            modulus = scale.unit * scale.h
+            share = (modulus / np.maximum(np.hypot(p, t), modulus))[:, None]
+            P, T = share * P, share * T
         v = P * pairs.e - T * pairs.n
         arm = pairs.arm
         turned = np.concatenate([v, -v, -(arm[:, :1] * v[:, 1:] - arm[:, 1:] * v[:, :1])], axis=1)

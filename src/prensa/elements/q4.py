@@ -24,28 +24,32 @@ NODES, POINTS = 4, 4
 _G = 1.0 / math.sqrt(3.0)
 _XI = np.array([-1.0, 1.0, 1.0, -1.0])
 _ETA = np.array([-1.0, -1.0, 1.0, 1.0])
+# shape functions and their derivatives by ξ and η at the points and, number 4, at the centre: (5, 4) each
+_CENTRE = 4
+_AT = np.append(np.array([_XI, _ETA]) * _G, [[0.0], [0.0]], axis=1)
+_N = 0.25 * (1.0 + _XI * _AT[0][:, None]) * (1.0 + _ETA * _AT[1][:, None])
+_DX = 0.25 * _XI * (1.0 + _ETA * _AT[1][:, None])
+_DY = 0.25 * _ETA * (1.0 + _XI * _AT[0][:, None])
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _gradients(x, e, xi, eta, axisymmetric, N, dN):
-    """Shape functions N (4,), gradients dN (4, 2) in x at (xi, eta) of element e → Jacobian determinant and radius."""
+def _gradients(x, e, q, axisymmetric, N, dN):
+    """Shape functions N (4,), gradients dN (4, 2) in x at point q of element e → Jacobian determinant and radius."""
     j11 = j12 = j21 = j22 = r = 0.0
     for a in range(4):
-        N[a] = 0.25 * (1.0 + _XI[a] * xi) * (1.0 + _ETA[a] * eta)
-        dx = 0.25 * _XI[a] * (1.0 + _ETA[a] * eta)
-        dy = 0.25 * _ETA[a] * (1.0 + _XI[a] * xi)
-        dN[a, 0] = dx
-        dN[a, 1] = dy
+        N[a] = _N[q, a]
+        dx, dy = _DX[q, a], _DY[q, a]
         j11 += dx * x[e, a, 0]
         j12 += dx * x[e, a, 1]
         j21 += dy * x[e, a, 0]
         j22 += dy * x[e, a, 1]
         r += N[a] * x[e, a, 0]
     det = j11 * j22 - j12 * j21
+    j11, j12, j21, j22 = j11 / det, j12 / det, j21 / det, j22 / det
     for a in range(4):
-        dx, dy = dN[a, 0], dN[a, 1]
-        dN[a, 0] = (j22 * dx - j12 * dy) / det
-        dN[a, 1] = (-j21 * dx + j11 * dy) / det
+        dx, dy = _DX[q, a], _DY[q, a]
+        dN[a, 0] = j22 * dx - j12 * dy
+        dN[a, 1] = j11 * dy - j21 * dx
     return det, r if axisymmetric else 1.0
 
 
@@ -60,7 +64,8 @@ def _gradient_of(e, du, N, dN, r, axisymmetric):
         h21 += uy * dN[a, 0]
         h22 += uy * dN[a, 1]
         if axisymmetric:
-            h33 += ux * N[a] / r
+            h33 += ux * N[a]
+    h33 /= r
     return h11, h12, h21, h22, h33
 
 
@@ -72,11 +77,12 @@ def _divergence(h11, h12, h21, h22, h33, N, dN, r, axisymmetric, finite, g):
         i11, i12, i21, i22 = (1.0 + h22) / det, -h12 / det, -h21 / det, (1.0 + h11) / det
     else:
         i11, i12, i21, i22 = 1.0, 0.0, 0.0, 1.0
+    i33 = 1.0 / (r * (1.0 + h33 if finite else 1.0))
     for a in range(4):
         g[2 * a] = i11 * dN[a, 0] + i21 * dN[a, 1]
         g[2 * a + 1] = i12 * dN[a, 0] + i22 * dN[a, 1]
         if axisymmetric:
-            g[2 * a] += N[a] / r / (1.0 + h33 if finite else 1.0)
+            g[2 * a] += N[a] * i33
 
 
 @njit(cache=True, error_model="numpy")
@@ -85,7 +91,7 @@ def _mean_divergence(x, e, axisymmetric, N, dN, g, mean):
     mean[:] = 0.0
     total = 0.0
     for q in range(4):
-        det, r = _gradients(x, e, _XI[q] * _G, _ETA[q] * _G, axisymmetric, N, dN)
+        det, r = _gradients(x, e, q, axisymmetric, N, dN)
         _divergence(0.0, 0.0, 0.0, 0.0, 0.0, N, dN, r, axisymmetric, False, g)
         total += det * r
         for i in range(8):
@@ -108,7 +114,7 @@ def kinematics(x, du, axisymmetric, finite, scale, h, w, alpha, failed):
     for e in range(x.shape[0]):
         ln0 = 0.0
         if finite:
-            det, r = _gradients(x, e, 0.0, 0.0, axisymmetric, N, dN)
+            det, r = _gradients(x, e, _CENTRE, axisymmetric, N, dN)
             h11, h12, h21, h22, h33 = _gradient_of(e, du, N, dN, r, axisymmetric)
             jm = det_minus_one(h11, h12, h21, h22, h33)
             if not jm > -1.0:
@@ -120,7 +126,7 @@ def kinematics(x, du, axisymmetric, finite, scale, h, w, alpha, failed):
             for a in range(4):
                 ln0 += g0[2 * a] * du[e, a, 0] + g0[2 * a + 1] * du[e, a, 1]
         for q in range(4):
-            det, r = _gradients(x, e, _XI[q] * _G, _ETA[q] * _G, axisymmetric, N, dN)
+            det, r = _gradients(x, e, q, axisymmetric, N, dN)
             w[e, q] = scale * det * r
             if not w[e, q] > 0.0:
                 failed[e] = True
@@ -171,24 +177,27 @@ def integrate(x, du, axisymmetric, finite, w, alpha, P, A, forces, stiffness, r_
         r_out[e, :] = 0.0
         if stiffness:
             K_out[e, :, :] = 0.0
-        if finite:
-            _, r = _gradients(x, e, 0.0, 0.0, axisymmetric, N, dN)
+        if finite and stiffness:
+            _, r = _gradients(x, e, _CENTRE, axisymmetric, N, dN)
             h11, h12, h21, h22, h33 = _gradient_of(e, du, N, dN, r, axisymmetric)
             _divergence(h11, h12, h21, h22, h33, N, dN, r, axisymmetric, finite, g0)
-        else:
+        elif not finite:
             _mean_divergence(x, e, axisymmetric, N, dN, g, g0)
         total = 0.0
         for q in range(4):
-            _, r = _gradients(x, e, _XI[q] * _G, _ETA[q] * _G, axisymmetric, N, dN)
+            _, r = _gradients(x, e, q, axisymmetric, N, dN)
             if axisymmetric:
+                ir = 1.0 / r
                 for a in range(4):
-                    H[a] = N[a] / r
+                    H[a] = N[a] * ir
             al = 1.0
             wc = w[e, q]
-            h11, h12, h21, h22, h33 = _gradient_of(e, du, N, dN, r, axisymmetric)
-            _divergence(h11, h12, h21, h22, h33, N, dN, r, axisymmetric, finite, g)
-            for i in range(8):
-                g[i] = (g0[i] - g[i]) / m
+            h11 = h12 = h21 = h22 = h33 = 0.0
+            if stiffness or not finite:
+                h11, h12, h21, h22, h33 = _gradient_of(e, du, N, dN, r, axisymmetric)
+                _divergence(h11, h12, h21, h22, h33, N, dN, r, axisymmetric, finite, g)
+                for i in range(8):
+                    g[i] = (g0[i] - g[i]) / m
             if finite:
                 al = alpha[e, q]
                 wc /= al * al if axisymmetric else al

@@ -1020,7 +1020,7 @@ class Numerics:
     """How the problem is solved. The defaults are meant to stay; every threshold is dimensionless.
 
     ``tolerance``: residual over the sum of absolute element forces; ``max_cutbacks``: how often an increment may be
-    halved; ``reuse_factors``: finish nearly converged iterates with the factors at hand; ``solver``: ``auto`` takes
+    cut to a quarter; ``reuse_factors``: finish nearly converged iterates with the factors at hand; ``solver``: ``auto`` takes
     PARDISO when installed, else rslab, else SuperLU. ``iteration``: ``newton`` with the exact tangent, or ``paper``: the
     founding paper's, whose contact matrix is symmetric because friction takes the pressure of the last iterate; for comparison.
     ``condense``: linear elastic bodies in small strain are factored once and condensed onto their contact unknowns: ``auto``

@@ -31,12 +31,14 @@ log = logging.getLogger("prensa")
 Array = NDArray[np.float64]
 
 AUTO_FIRST = 0.0025  # first increment of a step without 'increments', as a share of the step
+LONGEST = 0.1  # automatic increment at most, as a share of the step
 TRAVEL = 0.3  # tool travel per automatic increment, in contact element sizes
 PLASTIC = 0.01  # equivalent plastic strain per automatic increment …
 SPREAD = 0.95  # … that this share of the points stays below (a singular corner would rule the step otherwise)
 FOLDED = -0.1  # area of a corner's triangle over the mean of the four below which an element is folded over
 JUMP = 0.5  # fall of that measure in one increment that is no gradual folding
 ABSURD = 1.0  # equivalent plastic strain at any point in one increment beyond which it is refused
+CUT = 0.25  # share of a rejected increment that is tried next: halves of what fails mostly fail too
 SHORTEN = 2  # cut-backs before an increment is tried with contacts that stiffen: most failures need the cut
 EASY, TARGET = 5, 7  # Newton iterations below which the step grows, above which it shrinks
 
@@ -159,7 +161,7 @@ class _March:
             if cutbacks == self.numerics.max_cutbacks:
                 raise SolveError(self.post_mortem(plan, c, trial), self.last)
             cutbacks += 1
-            dt = 0.5 * (end - now)
+            dt = CUT * (end - now)
 
     def attempt(self, c: Circumstances, origin: Array, report: Reporter, soften: bool) -> Trial:
         """Outcome of one attempt, on the condensed system where there is one."""
@@ -215,14 +217,21 @@ class _March:
     def first_dt(self, plan: StepPlan) -> float:
         if plan.increments:
             return (plan.t1 - plan.t0) / plan.increments
-        return min(AUTO_FIRST, self.travel_limit(plan))
+        return LONGEST if self.forgets(plan) else min(AUTO_FIRST, self.travel_limit(plan))
+
+    def forgets(self, plan: StepPlan) -> bool:
+        """Whether the answer does not depend on the way to it: elastic bodies without friction."""
+        return not self.system.has_memory and all(self.system.frictionless(f) for f in plan.friction)
 
     def travel_limit(self, plan: StepPlan) -> float:
         """Duration in which no prescribed tool moves more than a share of the contact element size.
 
-        A turn moves the tool by its angle times the distance of the farthest contact point from the reference point.
+        A turn moves the tool by its angle times the distance of the farthest contact point from the reference point. Where the
+        way does not matter, only the share of the step is bounded.
         """
-        limit = 0.1
+        limit = LONGEST
+        if self.forgets(plan):
+            return limit
         t = np.linspace(plan.t0, plan.t1, 65)
         path = np.array([plan.motion(ti) for ti in t])
         for s in self.system.surfaces:
@@ -405,8 +414,8 @@ class _March:
             f"The last good state is that of time {self.last.time:.6g} (increment {self.last.number})." if self.last else
             "No increment of this run had converged before."
         )  # fmt: skip
-        halved = f"The increment was halved {self.numerics.max_cutbacks} times without success."
+        cut = f"The increment was cut {self.numerics.max_cutbacks} times without success."
         return (
-            f"step {plan.name!r}, time {c.time:.6g}: {trial.reason}{'; ' + place if place else ''}. {halved} {last} "
+            f"step {plan.name!r}, time {c.time:.6g}: {trial.reason}{'; ' + place if place else ''}. {cut} {last} "
             f"What to try: {hint(trial.reason)}."
         )

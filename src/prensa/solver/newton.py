@@ -28,6 +28,7 @@ FINE = 1e-11  # relative residual to which converged unknowns are improved: sums
 NEAR = 1e-5  # relative residual from which on the factors at hand may finish the work
 FAR = 1e3  # way over the size of the bodies in one increment of what nothing holds …
 SPIN = 10.0  # … and its turn (rad)
+CLOSE = 2e-3  # relative residual from which an iteration is expected to come near: its stiffness will not be asked for
 CORRECTIONS = 4  # substitutions, with an evaluation each, that cost as much as a factorisation with its own
 PATIENCE = 6  # iterations in which the least residual must at least halve: beyond, a smaller increment is cheaper
 WATCH = 2  # full steps taken on trust although the residual grows, when points open or close …
@@ -164,10 +165,12 @@ def _start(
 ) -> tuple[Array, Evaluation | None, bool]:
     """First iterate: the last increment extrapolated, or the committed state moved by the linearised system.
 
+    That has the tools where they end, so that it closes all points that they would overlap; those that were closed stay so
+    and stick. Too many closed points open in the iterations that follow; too few would let the tool sink between them.
+
     Returns the iterate, its evaluation if it was made, and whether a linear solve was spent.
     """
     values = c.plan.values(c.time)
-    guess: tuple[Array, Evaluation] | None = None
     if numerics.predictor and c.state.dt_last > 0:
         u = start + (c.dt / c.state.dt_last) * c.state.du
         u[reduced.fixed] = values
@@ -176,25 +179,25 @@ def _start(
         u = system.followed(u)
         with report.timed("assembly"):
             e = system.evaluate(c, u, lam)
-        if not e.failed:
-            if reduced.norm(e.r) <= GOOD * e.scale:
-                return u, e, False
-            guess = u, e
-    delta = np.zeros(system.ndof)
+        # plastic points answer to a linear start as if they were elastic: even a poor extrapolation is better there
+        if not e.failed and (system.has_memory or reduced.norm(e.r) <= GOOD * e.scale):
+            return u, e, False
+    delta, tools = np.zeros(system.ndof), np.zeros(system.ndof)
     delta[reduced.fixed] = values - start[reduced.fixed]
-    delta = system.followed(delta)
+    tools[system.tool_dof(0) : system.tool_dof(len(system.tools))] = 1.0
+    start = start + tools * delta
+    delta = system.followed((1.0 - tools) * delta)
+    closed = c.state.contact[:, 3] > 0
     with report.timed("assembly"):
-        base = system.evaluate(c, start, lam)
+        base = system.evaluate(c, start, lam, hold=closed, closed=closed)
     if base.failed or base.data is None:
         return start + delta, None, False
     r = base.r + reduced.apply(base.data, delta)
-    if guess is not None and reduced.norm(guess[1].r) < reduced.norm(r):
-        return *guess, False
     with report.timed("factorisation and solve"):
         step = reduced.solve(base, -r)
     if _runaway(system, reduced.fixed, step):
         return start + delta, None, True
-    return start + delta + step, None, True
+    return _along(system, c, start, delta + step, lam), None, True
 
 
 def _keep_on_tools(system: System, c: Circumstances, u: Array) -> None:
@@ -300,7 +303,9 @@ def _newton(
     """
     status: NDArray[np.int8] | None = None
     best, anchor, watched = np.inf, None, 0
+    came_by: Array | None = None  # the last step, if its factors are at hand
     least: list[float] = []
+    closed = c.state.contact[:, 3] > 0
     for iteration in range(numerics.max_iterations):
         if e is None:
             with report.timed("assembly"):
@@ -308,13 +313,13 @@ def _newton(
         if e.failed:
             trial.reason = e.failed
             return None
-        assert e.data is not None
         norm = reduced.norm(e.r)
         relative = norm / e.scale if e.scale > 0 else 0.0
         now = signature(e)
         trial.residuals.append(relative)
         trial.changes.append(int((now != status).sum()) if status is not None else len(now))
         turned = reversed_slip(status, now)
+        settled = np.array_equal(now > 0, closed if status is None else status > 0)
         status = now
         trial.u = u
         report.iteration(trial, e)
@@ -325,7 +330,7 @@ def _newton(
             relative <= max(numerics.tolerance, NEAR if iteration and numerics.reuse_factors else 0.0)
             or norm <= e.floor
         ):
-            done = _finished(system, c, reduced, u, e, lam, numerics.tolerance, report, trial)
+            done = _finished(system, c, reduced, u, e, lam, numerics.tolerance, report, trial, came_by)
             if done is not None:
                 return done
         if not np.isfinite(norm):
@@ -335,6 +340,9 @@ def _newton(
         if len(least) > PATIENCE + 2 and least[-1] > 0.5 * least[-1 - PATIENCE]:
             trial.reason = f"the residual stagnates at {relative:.1e} of the forces"
             return None
+        if e.data is None:
+            with report.timed("assembly"):
+                e = system.evaluate(c, u, lam)
         if turned.any():
             # a point that slipped one way and now slips the other would flip for ever: it sticks for this solve
             with report.timed("assembly"):
@@ -351,7 +359,7 @@ def _newton(
             best, anchor, watched = norm, (u, step), 0
         moved_to = _along(system, c, u, step, lam)
         with report.timed("assembly"):
-            full = system.evaluate(c, moved_to, lam)
+            full = system.evaluate(c, moved_to, lam, stiffness=not (relative <= CLOSE and settled))
         size = reduced.norm(full.r) if not full.failed else np.inf
         after = now if full.failed else signature(full)
         flips = turned.any() or reversed_slip(now, after).any()
@@ -360,12 +368,13 @@ def _newton(
         trust |= discrete and watched < (WATCH_FLIPS if flips else WATCH)
         if trust and not full.failed:
             watched += size >= best
+            came_by = moved_to - u
             u, e = moved_to, full
             continue
         if full.failed or anchor is None:
             anchor = (u, step)
         u = _shortened(system, c, reduced, *anchor, lam, report)
-        e, best, watched, anchor, status = None, np.inf, 0, None, None
+        e, best, watched, anchor, status, came_by = None, np.inf, 0, None, None, None
     trial.reason = (
         f"no convergence in {numerics.max_iterations} iterations (relative residual {trial.residuals[-1]:.1e})"
     )
@@ -427,9 +436,29 @@ def _linear_gap(system: System, s: Surface, before: Pairs, step: Array, moved: A
     return np.asarray(before.g + (before.dg[:, :2] * moved).sum(axis=1) + before.dg[:, 2:] @ tool)
 
 
+class Secant:
+    """Steps of Broyden's first method on factors that stay: what each step did to the residual improves the next.
+
+    Broyden (1965); recursion on the steps alone after Kelley (1995, Iterative Methods for Linear and Nonlinear Equations, 7.3).
+    """
+
+    def __init__(self, first: Array | None) -> None:
+        self.steps = [] if first is None else [first]
+
+    def step(self, z: Array) -> Array:
+        """Step (n,) from z = −K₀⁻¹ r with the factors at hand."""
+        for s, then in pairwise(self.steps):
+            z = z + then * (float(s @ z) / float(s @ s))
+        if self.steps:
+            s = self.steps[-1]
+            z = z / (1.0 - float(s @ z) / float(s @ s))
+        self.steps.append(z)
+        return z
+
+
 def _finished(
     system: System, c: Circumstances, reduced: Reduced, u: Array, e: Evaluation, lam: Array, tolerance: float,
-    report: Reporter, trial: Trial,
+    report: Reporter, trial: Trial, came_by: Array | None,
 ) -> Evaluation | None:  # fmt: skip
     """A nearly converged iterate brought home with the factors at hand: a substitution costs next to nothing.
 
@@ -437,13 +466,14 @@ def _finished(
     improved further: the residual is summed over all nodes, so a tool's balance needs digits that the stop leaves open.
     """
     norm, rate = reduced.norm(e.r), 0.0
+    secant = Secant(came_by)
     while (
         (norm > FINE * e.scale or e.violation > TIGHT)
         and reduced.factorisation.factored
         and norm * rate**CORRECTIONS <= FINE * e.scale
     ):
         with report.timed("factorisation and solve"):
-            step = reduced.again(-e.r)
+            step = secant.step(reduced.again(-e.r))
         with report.timed("assembly"):
             better = system.evaluate(c, u + step, lam, stiffness=False)
         size = reduced.norm(better.r)
