@@ -25,7 +25,7 @@ from prensa.solver.condensed import Condensation, condensed, to_be_condensed
 from prensa.solver.increment import BodyState, Increment, Monitor, Progress, Statistics
 from prensa.solver.newton import Reduced, Reporter, Trial, attempt
 from prensa.solver.results import body_states, contact_states, support_forces, tool_forces, tool_states
-from prensa.solver.watch import doubts, hint, passed_through, unmet, where
+from prensa.solver.watch import doubts, hint, let_go, passed_through, unmet, where
 
 log = logging.getLogger("prensa")
 Array = NDArray[np.float64]
@@ -154,7 +154,7 @@ class _March:
             soften = cutbacks >= min(SHORTEN, self.numerics.max_cutbacks)
             trial = self.attempt(c, origin, self.reporter(state, plan, end), soften)
             spent += trial.iterations
-            self.refuse_the_absurd(state, trial)
+            self.refuse_the_absurd(c, trial)
             if trial.converged:
                 return self.commit(state, plan, c, trial, spent, cutbacks)
             self.say(state, plan, end, trial, "rejected", trial.reason)
@@ -170,7 +170,7 @@ class _March:
         assert self.reduced is not None
         return attempt(self.system, c, self.reduced, origin, self.numerics, report, soften)
 
-    def refuse_the_absurd(self, state: State, trial: Trial) -> None:
+    def refuse_the_absurd(self, c: Circumstances, trial: Trial) -> None:
         """Equilibrium is not enough: no element may be folded over, no point may flow by more than `ABSURD` at once.
 
         A corner of 180° is no fold: a free side that rolls onto a die makes such elements, and they answer well. A corner
@@ -179,13 +179,16 @@ class _March:
         """
         if not trial.converged or trial.evaluation is None:
             return
-        if through := passed_through(self.system, state, trial.u):
+        if through := passed_through(self.system, c.state, trial.u):
             trial.converged, trial.reason = False, through
+            return
+        if loose := let_go(self.system, c, trial.evaluation):
+            trial.converged, trial.reason = False, loose
             return
         if self.system.problem.kinematics == "small":
             return
-        x, x_n = self.system.positions(trial.u), self.system.positions(state.u)
-        for block, new, was in zip(self.system.blocks, trial.evaluation.history, state.history):
+        x, x_n = self.system.positions(trial.u), self.system.positions(c.state.u)
+        for block, new, was in zip(self.system.blocks, trial.evaluation.history, c.state.history):
             corners = block.corners
             corner = _least_corner(x[corners])
             worst = int(np.argmin(corner))

@@ -20,6 +20,7 @@ from prensa.solver.multipliers import BlockedError, Equations, determined
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 
 STEPS = (0.5, 0.25, 0.1, 0.03)  # line search, after the full step
 GOOD = 0.05  # relative residual of the extrapolation below which nothing better is looked for
@@ -162,13 +163,13 @@ def _start(
     lam: Array,
     numerics: model.Numerics,
     report: Reporter,
-) -> tuple[Array, Evaluation | None, bool]:
+) -> tuple[Array, Evaluation | None, Flags | None]:
     """First iterate: the last increment extrapolated, or the committed state moved by the linearised system.
 
     That has the tools where they end, so that it closes all points that they would overlap; those that were closed stay so
     and stick. Too many closed points open in the iterations that follow; too few would let the tool sink between them.
 
-    Returns the iterate, its evaluation if it was made, and whether a linear solve was spent.
+    Returns the iterate, its evaluation if it was made, and the points (points,) closed in the linear system if one was solved.
     """
     values = c.plan.values(c.time)
     if numerics.predictor and c.state.dt_last > 0:
@@ -181,7 +182,7 @@ def _start(
             e = system.evaluate(c, u, lam)
         # plastic points answer to a linear start as if they were elastic: even a poor extrapolation is better there
         if not e.failed and (system.has_memory or reduced.norm(e.r) <= GOOD * e.scale):
-            return u, e, False
+            return u, e, None
     delta, tools = np.zeros(system.ndof), np.zeros(system.ndof)
     delta[reduced.fixed] = values - start[reduced.fixed]
     tools[system.tool_dof(0) : system.tool_dof(len(system.tools))] = 1.0
@@ -191,13 +192,13 @@ def _start(
     with report.timed("assembly"):
         base = system.evaluate(c, start, lam, hold=closed, closed=closed)
     if base.failed or base.data is None:
-        return start + delta, None, False
+        return start + delta, None, None
     r = base.r + reduced.apply(base.data, delta)
     with report.timed("factorisation and solve"):
         step = reduced.solve(base, -r)
-    if _runaway(system, reduced.fixed, step):
-        return start + delta, None, True
-    return _along(system, c, start, delta + step, lam), None, True
+    far = _runaway(system, reduced.fixed, step)
+    start = start + delta if far else _along(system, c, start, delta + step, lam)
+    return start, None, np.concatenate([closed[:0], *(f.dp[:, 0] > 0 for f in base.contacts)])
 
 
 def _keep_on_tools(system: System, c: Circumstances, u: Array) -> None:
@@ -246,15 +247,15 @@ def _attempt(
     lam = first_multipliers(system, c)
     trial = Trial(False, "", start, None, lam, 0)
     try:
-        u, e, solved = _start(system, path[0] if path else c, reduced, start, lam, numerics, report)
-        trial.iterations += int(solved)
+        u, e, assumed = _start(system, path[0] if path else c, reduced, start, lam, numerics, report)
+        trial.iterations += int(assumed is not None)
         rough = replace(numerics, tolerance=ROUGH)
         for now, then in pairwise([*path, c]):
-            if _newton(system, now, reduced, u, e, lam, rough, report, trial) is None:
+            if _newton(system, now, reduced, u, e, lam, rough, report, trial, assumed) is None:
                 return trial
-            u, e = stiffened(system, now, then, trial.u), None
+            u, e, assumed = stiffened(system, now, then, trial.u), None, None
         while True:
-            e = _newton(system, c, reduced, u, e, lam, numerics, report, trial)
+            e = _newton(system, c, reduced, u, e, lam, numerics, report, trial, assumed)
             if e is None:
                 return trial
             u = trial.u
@@ -271,7 +272,7 @@ def _attempt(
             if trial.augmentations > limit:
                 trial.reason = f"the multipliers did not settle in {limit} updates; a larger beta converges faster"
                 return trial
-            lam, e = update, None
+            lam, e, assumed = update, None, None
     except BlockedError as error:
         trial.reason = str(error)
         return trial
@@ -293,8 +294,12 @@ def _newton(
     numerics: model.Numerics,
     report: Reporter,
     trial: Trial,
+    assumed: Flags | None,
 ) -> Evaluation | None:
     """Iterate to convergence (returns the evaluation, trial.u set) or fail (returns None, trial.reason set).
+
+    assumed (points,): u is the answer of a linear system in which these points were closed. Where one of them has opened, u is
+    not converged before its own matrix was solved: a body that nothing holds stands still wherever it is.
 
     A full step that opens or closes contact points may raise the residual and still be right (it is then a step of
     the active-set method), so up to `WATCH` of them are taken on trust before the search goes back to the best iterate
@@ -326,10 +331,9 @@ def _newton(
         trial.reason = _runaway(system, reduced.fixed, u - c.state.u)
         if trial.reason:
             return None
-        if (
-            relative <= max(numerics.tolerance, NEAR if iteration and numerics.reuse_factors else 0.0)
-            or norm <= e.floor
-        ):
+        near = relative <= max(numerics.tolerance, NEAR if iteration and numerics.reuse_factors else 0.0)
+        opened = iteration == 0 and assumed is not None and (assumed & (now == 0)).any()
+        if (near or norm <= e.floor) and not opened:
             done = _finished(system, c, reduced, u, e, lam, numerics.tolerance, report, trial, came_by)
             if done is not None:
                 return done
@@ -401,7 +405,7 @@ def _runaway(system: System, fixed: Index, step: Array) -> str:
     return ""
 
 
-def reversed_slip(before: NDArray[np.int8] | None, now: NDArray[np.int8]) -> NDArray[np.bool_]:
+def reversed_slip(before: NDArray[np.int8] | None, now: NDArray[np.int8]) -> Flags:
     """Points that slip along + in one signature and along − in the other."""
     if before is None:
         return np.zeros(len(now), dtype=bool)

@@ -59,6 +59,19 @@ def _in_tool(system: System, s: Surface, u: Array) -> Array:
     return (system.positions(u)[s.points.nodes] - system.tools[s.tool].at - [x, y]) @ np.array([[c, -d], [d, c]])
 
 
+def let_go(system: System, c: Circumstances, e: Evaluation) -> str:
+    """A body whose last contact opened in the increment though nothing else holds it; '' if there is none.
+
+    Its place means nothing then. The matrix need not be singular for that: stresses that stay inside resist a turn.
+    """
+    for body in system.problem.bodies:
+        mine = [(s, f) for s, f in zip(system.surfaces, e.contacts) if s.body in system.tied_bodies(body)]
+        held = any((c.state.contact[s.rows, 3] > 0).any() for s, _ in mine)
+        if held and not any((f.p > 0).any() for _, f in mine) and free_to_move(system, body, c, contacts=False):
+            return f"body {body!r} is free to move, since its last contact has opened; support it"
+    return ""
+
+
 def doubts(system: System, c: Circumstances, e: Evaluation, residual: float, tolerance: float) -> Iterator[str]:
     """Sentences about a converged increment that deserves less trust than its residual says."""
     forces = np.zeros((len(system.tools), 2))
