@@ -62,7 +62,7 @@ class Scale:
 def forces(
     pairs: Pairs, weight: Array, scale: Scale, lam: Array, committed: Array, law: Friction | None, period: float,
     hold: NDArray[np.bool_] | None = None, area: Array | None = None, lagged: bool = False,
-    closed: NDArray[np.bool_] | None = None,
+    before: Array | None = None,
 ) -> ContactForces:  # fmt: skip
     """Contact forces on the pair coordinates and their exact, unsymmetric stiffness.
 
@@ -73,16 +73,17 @@ def forces(
     ``period``: length of a closed tool's surface, across which the coordinate jumps.
     ``lagged``: stiffness of the paper (24)-(26), k_n n⊗n + k_TT e⊗e: friction at the pressure of the last iterate and
     the tool's curvature are in the forces only.
-    closed (k,): points that stay closed whatever their pressure, an override for the first guess of an increment, whose
-    tools stand deep in the bodies. Tractions beyond the elastic modulus E* = unit × h come from such overlaps; in the terms
-    of K that turn the frame they count as E* only, since they would outweigh the bodies.
+    before (k,): committed pressures, an override for the first guess of an increment, which has the tools deep in the bodies:
+    points that were closed stay so whatever their pressure, and in the terms of K that turn the frame tractions are the
+    committed ones, since those of the overlaps would outweigh the bodies.
     """
     k = len(weight)
     p_trial = lam[:, 0] - scale.k_n * pairs.g  # −inf where a ray misses the tool
     # a point that just touches resists like a closed one: the kink's other slope would leave a resting body free
     touching = p_trial >= -TOUCH * scale.k_n * scale.h
     p = np.maximum(p_trial, 0.0)
-    if closed is not None:
+    if before is not None:
+        closed = committed[:, 3] > 0
         touching = touching | closed
         p = np.where(closed, p_trial, p)
     dp, dt = np.zeros((2, k, 2 + pairs.dg.shape[1]))
@@ -104,10 +105,8 @@ def forces(
     dP, dT = weight[:, None] * dp, area[:, None] * dt
     dF = pairs.Fn[:, :, None] * dP[:, None, 2:] + pairs.Ft[:, :, None] * dT[:, None, 2:]
     if pairs.moving and not lagged:
-        if closed is not None:
-            modulus = scale.unit * scale.h
-            share = (modulus / np.maximum(np.hypot(p, t), modulus))[:, None]
-            P, T = share * P, share * T
+        if before is not None:
+            P, T = (weight * before)[:, None], (area * committed[:, 0])[:, None]
         v = P * pairs.e - T * pairs.n
         arm = pairs.arm
         turned = np.concatenate([v, -v, -(arm[:, :1] * v[:, 1:] - arm[:, 1:] * v[:, :1])], axis=1)

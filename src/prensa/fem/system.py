@@ -329,13 +329,14 @@ class System:
 
     def evaluate(
         self, c: Circumstances, u: Array, lam: Array, stiffness: bool = True, hold: NDArray[np.bool_] | None = None,
-        closed: NDArray[np.bool_] | None = None,
+        begin: bool = False,
     ) -> Evaluation:  # fmt: skip
         """Residual r = f_int − f_contact − f_ext of unknowns u (ndof,) and multipliers lam (points, 2), and its derivative.
 
         Contacts with exact enforcement have their multipliers in u and their equations in r; lam is not used there.
-        hold (points,): contact points made to stick, with which the solver breaks cycles; closed (points,): those kept
-        closed, with which it looks for a first guess. Pure: it answers the same for the same arguments whatever came before.
+        hold (points,): contact points made to stick, with which the solver breaks cycles; begin: points that were closed are
+        kept closed and stuck, with which it looks for a first guess (see `forces`). Pure: it answers the same for the same
+        arguments whatever came before.
         """
         r = np.zeros(self.ndof)
         data = np.zeros(len(self.pattern.indices)) if stiffness else None
@@ -349,11 +350,14 @@ class System:
         results = []
         for s, w, sc, law in zip(self.surfaces, c.weights, c.scales, c.laws):
             period = self.tools[s.tool].shape.period
-            held, kept = (None if flags is None else flags[s.rows] for flags in (hold, closed))
+            held = None if hold is None else hold[s.rows]
+            before = c.state.lam[s.rows, 0] if begin else None
+            if begin:
+                held = c.state.contact[s.rows, 3] > 0
             follows = law is not None and law.per_current_area and self.problem.kinematics == "finite"
             area = self.weights(s, self.positions(u), c.depth) if follows else None
             pairs = self.pairs(s, u)
-            f = forces(pairs, w, sc, lam[s.rows], c.state.contact[s.rows], law, period, held, area, c.lagged, kept)
+            f = forces(pairs, w, sc, lam[s.rows], c.state.contact[s.rows], law, period, held, area, c.lagged, before)
             # points that just touch are closed or open by the round-off of their gaps
             floor += EPS * float((w * sc.k_n)[f.dp[:, 0] > 0].sum()) * reach
             if not np.isfinite(f.K).all():

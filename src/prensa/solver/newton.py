@@ -188,9 +188,8 @@ def _start(
     tools[system.tool_dof(0) : system.tool_dof(len(system.tools))] = 1.0
     start = start + tools * delta
     delta = system.followed((1.0 - tools) * delta)
-    closed = c.state.contact[:, 3] > 0
     with report.timed("assembly"):
-        base = system.evaluate(c, start, lam, hold=closed, closed=closed)
+        base = system.evaluate(c, start, lam, begin=True)
     if base.failed or base.data is None:
         return start + delta, None, None
     r = base.r + reduced.apply(base.data, delta)
@@ -198,7 +197,7 @@ def _start(
         step = reduced.solve(base, -r)
     far = _runaway(system, reduced.fixed, step)
     start = start + delta if far else _along(system, c, start, delta + step, lam)
-    return start, None, np.concatenate([closed[:0], *(f.dp[:, 0] > 0 for f in base.contacts)])
+    return start, None, np.concatenate([np.zeros(0, dtype=np.bool_), *(f.dp[:, 0] > 0 for f in base.contacts)])
 
 
 def _keep_on_tools(system: System, c: Circumstances, u: Array) -> None:
