@@ -68,7 +68,9 @@ def pressed(integration: str, k_n: float | None) -> list[Stage]:
         fixed={"block.bottom": "y", "block.left": "x"},
         steps=tuple(pr.Step(f"to {d:g}", move={"cylinder": pr.Motion(y=-d)}, increments=1) for d in DEPTHS),
     )  # fmt: skip
-    ends = (inc for inc in pr.solve(problem) if inc.end_of_step)  # more constraints than nodes need a cut here and there
+    ends = (
+        inc for inc in pr.solve(problem) if inc.end_of_step
+    )  # more constraints than nodes need a cut here and there
     return [
         Stage(
             inc.contacts["block.top-cylinder"], layer_line(R=R, H=H, E=E, nu=NU, delta=d), 2 * inc.force("cylinder").y
