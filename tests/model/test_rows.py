@@ -78,7 +78,7 @@ def test_a_mesh_written_out_is_read_and_its_mistakes_have_their_lines():
     written = dump(problem)
     start = time.process_time()
     assert loads(written).problem == problem
-    assert time.process_time() - start < 2.0
+    assert time.process_time() - start < 10.0
     lines = written.splitlines()
     at = next(k for k, line in enumerate(lines) if "cells:" in line) + 100
     lines[at] = lines[at].replace("[", "[0.5, ")
