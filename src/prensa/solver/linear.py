@@ -82,6 +82,9 @@ def _pardiso(a: Structure) -> Factor:
     from scipy.sparse import csc_matrix, csr_matrix
 
     solver = pypardiso.PyPardisoSolver(mtype=-2 if a.symmetric else 11)
+    # its defaults but for scaling and matching, which would make the analysis, and with it a resumed run, depend on values
+    for number, value in {1: 1, 2: 2, 10: 8 if a.symmetric else 13, 11: 0, 13: 0, 21: 1}.items():
+        solver.set_iparm(number, value)
     indptr, indices, places = a.lower() if a.symmetric else (a.indptr, a.indices, None)
     analysed = False
 
@@ -98,6 +101,8 @@ def _pardiso(a: Structure) -> Factor:
             analysed = True
         solver.set_phase(22)
         solver._call_pardiso(matrix, np.zeros(a.n))
+        if perturbed := int(solver.get_iparm(14)):
+            raise ArithmeticError(f"{perturbed} pivots are zero")  # it goes on with others: the answer could be anything
 
         def solve(b: Array) -> Array:
             solver.set_phase(33)
