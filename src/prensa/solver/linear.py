@@ -102,7 +102,9 @@ def _pardiso(a: Structure) -> Factor:
         solver.set_phase(22)
         solver._call_pardiso(matrix, np.zeros(a.n))
         if perturbed := int(solver.get_iparm(14)):
-            raise ArithmeticError(f"{perturbed} pivots are zero")  # it goes on with others: the answer could be anything
+            raise ArithmeticError(
+                f"{perturbed} pivots are zero"
+            )  # it goes on with others: the answer could be anything
 
         def solve(b: Array) -> Array:
             solver.set_phase(33)
