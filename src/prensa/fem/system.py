@@ -110,6 +110,11 @@ class Evaluation(NamedTuple):
     floor: float = 0.0
     violation: float = 0.0
 
+    @property
+    def touching(self) -> NDArray[np.bool_]:
+        """Contact points (all,) that resist: closed, or just in touch."""
+        return np.concatenate([np.zeros(0, dtype=bool), *(f.dp[:, 0] > 0 for f in self.contacts)])
+
 
 class Bulk(NamedTuple):
     """What the bodies' share of an evaluation is besides forces and stiffness; fields as in `Evaluation`."""

@@ -38,8 +38,8 @@ from prensa.fem.symmetry import is_linear
 from prensa.fem.system import EPS, Bulk, Circumstances, Evaluation, System
 from prensa.model import problem as model
 from prensa.solver.linear import BACKWARD_ERROR, REFINE, Factorisation, SingularError
-from prensa.solver.multipliers import Equations, determined
-from prensa.solver.newton import Reduced, Reporter, Trial
+from prensa.solver.multipliers import determined
+from prensa.solver.newton import Reduced, Reporter, Trial, equations_of, weights_of
 
 log = logging.getLogger("prensa")
 Array = NDArray[np.float64]
@@ -356,9 +356,8 @@ class Small(Reduced):
 
     def watch(self, e: Evaluation) -> None:
         """Raise `Beyond` if a point touches that the columns do not reach."""
-        touching: Flags = np.concatenate([np.zeros(0, dtype=np.bool_), *(f.dp[:, 0] > 0 for f in e.contacts)])
-        if (touching & self.beyond).any():
-            raise Beyond(self.blocks | self.base.blocks_of(touching))
+        if (e.touching & self.beyond).any():
+            raise Beyond(self.blocks | self.base.blocks_of(e.touching))
 
     # ------------------------------------------------------------------------------------------------ as of any `Reduced`
     def part(self, r: Array) -> Array:
@@ -438,16 +437,7 @@ class Condensation:
             for node, N in zip(s.points.support.T, s.points.N.T):
                 for axis in range(2):
                     self.needs[s.rows] |= of[np.searchsorted(self.nodal, 2 * node + axis)] & (N != 0)[:, None]
-        mask = np.ones(system.ndof, dtype=bool)
-        mask[plan.fixed] = False
-        self.equations = [
-            Equations(i, s, s.points.at(system.X), self.system.pair_slots(s)[:, -2:], mask[system.extended_dofs(s)])
-            for i, s in enumerate(system.surfaces)
-            if s.exact
-        ]
-        self.weight = np.ones(system.ndof)  # moments divided by a length are forces
-        for t in range(len(system.tools)):
-            self.weight[system.tool_dof(t) + 2] = 1.0 / system.length
+        self.equations, self.weight = equations_of(self.system, plan.fixed), weights_of(system)
         self._recent: dict[Blocks, Small] = {}
         self.last = self.on(frozenset())
         log.info(

@@ -101,10 +101,9 @@ def _pardiso(a: Structure) -> Factor:
             analysed = True
         solver.set_phase(22)
         solver._call_pardiso(matrix, np.zeros(a.n))
-        if perturbed := int(solver.get_iparm(14)):
-            raise ArithmeticError(
-                f"{perturbed} pivots are zero"
-            )  # it goes on with others: the answer could be anything
+        # it replaces zero pivots and goes on: the answer could be anything
+        if replaced := int(solver.get_iparm(14)):
+            raise ArithmeticError(f"{replaced} pivots are zero")
 
         def solve(b: Array) -> Array:
             solver.set_phase(33)

@@ -31,6 +31,7 @@ FAR = 1e3  # way over the size of the bodies in one increment of what nothing ho
 SPIN = 10.0  # … and its turn (rad)
 CLOSE = 2e-3  # relative residual from which an iteration is expected to come near: its stiffness will not be asked for
 CORRECTIONS = 4  # substitutions, with an evaluation each, that cost as much as a factorisation with its own
+BEND = 0.1  # below, a step did next to nothing to the residual (round-off, say) and says nothing about the next
 PATIENCE = 6  # iterations in which the least residual must at least halve: beyond, a smaller increment is cheaper
 WATCH = 2  # full steps taken on trust although the residual grows, when points open or close …
 WATCH_FLIPS = 6  # … and when points reverse their slip
@@ -54,6 +55,25 @@ class Trial:
     changes: list[int] = field(default_factory=list)
     augmentations: int = 0
     recover: Callable[[], Array] | None = None
+
+
+def weights_of(system: System) -> Array:
+    """Weights (ndof,) with which residuals are summed: rows of rotations are moments, divided by a length they are forces."""
+    weight = np.ones(system.ndof)
+    for t in range(len(system.tools)):
+        weight[system.tool_dof(t) + 2] = 1.0 / system.length
+    return weight
+
+
+def equations_of(system: System, fixed: Index) -> list[Equations]:
+    """Multiplier equations of the exact contacts, with ``fixed`` unknowns prescribed."""
+    free = np.ones(system.ndof, dtype=bool)
+    free[fixed] = False
+    return [
+        Equations(i, s, s.points.at(system.X), system.pair_slots(s)[:, -2:], free[system.extended_dofs(s)])
+        for i, s in enumerate(system.surfaces)
+        if s.exact
+    ]
 
 
 class Reduced:
@@ -83,16 +103,8 @@ class Reduced:
             )
         self.factorisation = Factorisation(len(self.free), *pattern, numerics.solver, numerics.threads, symmetric)
         self.symmetric = symmetric
-        # rows of rotations are moments: divided by a length they are forces
-        weight = np.ones(n)
-        for t in range(len(system.tools)):
-            weight[system.tool_dof(t) + 2] = 1.0 / system.length
-        self.weight = weight[self.free]
-        self.equations = [
-            Equations(i, s, s.points.at(system.X), system.pair_slots(s)[:, -2:], mask[system.extended_dofs(s)])
-            for i, s in enumerate(system.surfaces)
-            if s.exact
-        ]
+        self.weight = weights_of(system)[self.free]
+        self.equations = equations_of(system, fixed)
         self.shape = (n, n)
         self.indptr, self.indices = indptr, indices
 
@@ -197,7 +209,7 @@ def _start(
         step = reduced.solve(base, -r)
     far = _runaway(system, reduced.fixed, step)
     start = start + delta if far else _along(system, c, start, delta + step, lam)
-    return start, None, np.concatenate([np.zeros(0, dtype=np.bool_), *(f.dp[:, 0] > 0 for f in base.contacts)])
+    return start, None, base.touching
 
 
 def _keep_on_tools(system: System, c: Circumstances, u: Array) -> None:
@@ -446,7 +458,7 @@ class Secant:
     """
 
     def __init__(self, first: Array | None) -> None:
-        self.steps = [] if first is None else [first]
+        self.steps = [] if first is None or not float(first @ first) > 0 else [first]
 
     def step(self, z: Array) -> Array:
         """Step (n,) from z = −K₀⁻¹ r with the factors at hand."""
@@ -454,7 +466,8 @@ class Secant:
             z = z + then * (float(s @ z) / float(s @ s))
         if self.steps:
             s = self.steps[-1]
-            z = z / (1.0 - float(s @ z) / float(s @ s))
+            bend = 1.0 - float(s @ z) / float(s @ s)
+            z = z / bend if abs(bend) > BEND else z
         self.steps.append(z)
         return z
 
