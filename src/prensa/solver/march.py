@@ -109,12 +109,13 @@ def _least_corner(x: Array) -> Array:
 class _March:
     def __init__(self, system: System, numerics: model.Numerics, monitor: Monitor | None, timer: Timer):
         self.system, self.numerics, self.timer = system, numerics, timer
-        self.monitor = monitor or (lambda _: None)
+        self.monitor, self.watched = monitor or (lambda _: None), monitor is not None
         self.reduced: Reduced | None = None
         self.condense = False
         self.condensed: Condensation | None = None
         self.last: Increment | None = None
         self.told_of_folding = False
+        self.longest = LONGEST  # increment of the present step
 
     # ---------------------------------------------------------------------------------------------------- marching
     def run(self, state: State) -> Iterator[Increment]:
@@ -132,6 +133,7 @@ class _March:
                 or not np.array_equal(self.reduced.fixed, plan.fixed)
             ):
                 self.reduced = Reduced(self.system, plan.fixed, self.numerics, symmetric)
+            self.longest = self.longest_in(plan)
             while state.clock[2] < plan.t1:
                 state, increment = self.advance(state, plan)
                 self.last = increment
@@ -218,9 +220,11 @@ class _March:
                 return
 
     def first_dt(self, plan: StepPlan) -> float:
-        if plan.increments:
-            return (plan.t1 - plan.t0) / plan.increments
-        return LONGEST if self.forgets(plan) else min(AUTO_FIRST, self.travel_limit(plan))
+        return self.longest if plan.increments or self.forgets(plan) else min(AUTO_FIRST, self.longest)
+
+    def longest_in(self, plan: StepPlan) -> float:
+        """Longest increment of a step: the one that was asked for, or what the tools' travel allows."""
+        return (plan.t1 - plan.t0) / plan.increments if plan.increments else self.travel_limit(plan)
 
     def forgets(self, plan: StepPlan) -> bool:
         """Whether the answer does not depend on the way to it: elastic bodies without friction."""
@@ -241,13 +245,9 @@ class _March:
             first = self.system.tool_dof(s.tool)
             arm = self.system.X[s.points.nodes] - self.system.tools[s.tool].at
             reach = np.array([1.0, 1.0, float(np.hypot(*arm.T).max())])
-            own = path[:, (plan.moved >= first) & (plan.moved < first + 3)]
-            speed = float(
-                (
-                    reach[plan.moved[(plan.moved >= first) & (plan.moved < first + 3)] - first]
-                    * np.abs(np.diff(own, axis=0))
-                ).max(initial=0.0)
-            ) / (t[1] - t[0])
+            own = (plan.moved >= first) & (plan.moved < first + 3)
+            way = reach[plan.moved[own] - first] * np.abs(np.diff(path[:, own], axis=0))
+            speed = float(way.max(initial=0.0)) / (t[1] - t[0])
             if speed > 0:
                 limit = min(limit, TRAVEL * float(s.points.depth.min()) / speed)
         return limit
@@ -299,7 +299,7 @@ class _March:
         self, old: State, plan: StepPlan, c: Circumstances, e: Evaluation, trial: Trial, cutbacks: int
     ) -> float:
         """Duration of the next increment from what this one cost."""
-        full = (plan.t1 - plan.t0) / plan.increments if plan.increments else self.travel_limit(plan)
+        full = self.longest
         tried = c.dt if cutbacks else max(c.dt, float(old.clock[3]))
         growth = 1.0 if cutbacks else 2.0 if trial.iterations <= TARGET else 1.0
         if not plan.increments:
@@ -369,7 +369,8 @@ class _March:
 
     def reporter(self, state: State, plan: StepPlan, end: float) -> Reporter:
         def iteration(trial: Trial, e: Evaluation) -> None:
-            self.say(state, plan, end, trial, "iteration", "", forces=tool_forces(self.system, e))
+            if self.watched:
+                self.say(state, plan, end, trial, "iteration", "", forces=tool_forces(self.system, e))
 
         return Reporter(iteration, self.timer)
 
