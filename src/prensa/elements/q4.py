@@ -33,110 +33,119 @@ _DY = 0.25 * _ETA * (1.0 + _XI * _AT[0][:, None])
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _gradients(x, e, q, axisymmetric, N, dN):
-    """Shape functions N (4,), gradients dN (4, 2) in x at point q of element e → Jacobian determinant and radius."""
+def _gradients(x, e, q, axisymmetric, G):
+    """∂N/∂x, ∂N/∂y and N/r (zero in plane problems) of element e at point q → G[q] (3, 4); Jacobian times radius (or 1)."""
     j11 = j12 = j21 = j22 = r = 0.0
     for a in range(4):
-        N[a] = _N[q, a]
         dx, dy = _DX[q, a], _DY[q, a]
-        j11 += dx * x[e, a, 0]
-        j12 += dx * x[e, a, 1]
-        j21 += dy * x[e, a, 0]
-        j22 += dy * x[e, a, 1]
-        r += N[a] * x[e, a, 0]
+        xa, ya = x[e, a, 0], x[e, a, 1]
+        j11 += dx * xa
+        j12 += dx * ya
+        j21 += dy * xa
+        j22 += dy * ya
+        r += _N[q, a] * xa
     det = j11 * j22 - j12 * j21
-    j11, j12, j21, j22 = j11 / det, j12 / det, j21 / det, j22 / det
+    inverse = 1.0 / det
+    j11, j12, j21, j22 = j11 * inverse, j12 * inverse, j21 * inverse, j22 * inverse
+    hoop = 1.0 / r if axisymmetric else 0.0
     for a in range(4):
         dx, dy = _DX[q, a], _DY[q, a]
-        dN[a, 0] = j22 * dx - j12 * dy
-        dN[a, 1] = j11 * dy - j21 * dx
-    return det, r if axisymmetric else 1.0
+        G[q, 0, a] = j22 * dx - j12 * dy
+        G[q, 1, a] = j11 * dy - j21 * dx
+        G[q, 2, a] = _N[q, a] * hoop
+    return det * r if axisymmetric else det
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _gradient_of(e, du, N, dN, r, axisymmetric):
-    """Components 11, 12, 21, 22, 33 of the displacement gradient of element e at a point."""
+def _gradient_of(e, du, q, G):
+    """Components 11, 12, 21, 22, 33 of the displacement gradient of element e at point q."""
     h11 = h12 = h21 = h22 = h33 = 0.0
     for a in range(4):
         ux, uy = du[e, a, 0], du[e, a, 1]
-        h11 += ux * dN[a, 0]
-        h12 += ux * dN[a, 1]
-        h21 += uy * dN[a, 0]
-        h22 += uy * dN[a, 1]
-        if axisymmetric:
-            h33 += ux * N[a]
-    h33 /= r
+        h11 += ux * G[q, 0, a]
+        h12 += ux * G[q, 1, a]
+        h21 += uy * G[q, 0, a]
+        h22 += uy * G[q, 1, a]
+        h33 += ux * G[q, 2, a]
     return h11, h12, h21, h22, h33
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _divergence(h11, h12, h21, h22, h33, N, dN, r, axisymmetric, finite, g):
-    """G (8,) = f⁻ᵀ : ∂f/∂u, the derivative of ln det f with respect to the nodal increments (its trace in small strain)."""
-    if finite:
-        det = (1.0 + h11) * (1.0 + h22) - h12 * h21
-        i11, i12, i21, i22 = (1.0 + h22) / det, -h12 / det, -h21 / det, (1.0 + h11) / det
-    else:
-        i11, i12, i21, i22 = 1.0, 0.0, 0.0, 1.0
-    i33 = 1.0 / (r * (1.0 + h33 if finite else 1.0))
+def _divergence(h11, h12, h21, h22, h33, q, G, g):
+    """G[q] = f⁻ᵀ : ∂f/∂u → g[q] (8,), the derivative of ln det f with respect to the nodal increments (of the trace at h = 0)."""
+    inverse = 1.0 / ((1.0 + h11) * (1.0 + h22) - h12 * h21)
+    i11, i12, i21, i22 = (1.0 + h22) * inverse, -h12 * inverse, -h21 * inverse, (1.0 + h11) * inverse
+    i33 = 1.0 / (1.0 + h33)
     for a in range(4):
-        g[2 * a] = i11 * dN[a, 0] + i21 * dN[a, 1]
-        g[2 * a + 1] = i12 * dN[a, 0] + i22 * dN[a, 1]
-        if axisymmetric:
-            g[2 * a] += N[a] * i33
+        dx, dy, hoop = G[q, 0, a], G[q, 1, a], G[q, 2, a]
+        g[q, 2 * a] = i11 * dx + i21 * dy + i33 * hoop
+        g[q, 2 * a + 1] = i12 * dx + i22 * dy
 
 
 @njit(cache=True, error_model="numpy")
-def _mean_divergence(x, e, axisymmetric, N, dN, g, mean):
-    """Mean (8,) = volume average of the virtual divergence of small strain; g (8,) scratch."""
-    mean[:] = 0.0
+def _mean_divergence(x, e, axisymmetric, G, g):
+    """Volume average of the virtual divergence of small strain → g[4] (8,), of the points → g[:4]; G (5, 3, 4) of the points."""
+    for i in range(8):
+        g[_CENTRE, i] = 0.0
     total = 0.0
     for q in range(4):
-        det, r = _gradients(x, e, q, axisymmetric, N, dN)
-        _divergence(0.0, 0.0, 0.0, 0.0, 0.0, N, dN, r, axisymmetric, False, g)
-        total += det * r
+        volume = _gradients(x, e, q, axisymmetric, G)
+        _divergence(0.0, 0.0, 0.0, 0.0, 0.0, q, G, g)
+        total += volume
         for i in range(8):
-            mean[i] += det * r * g[i]
+            g[_CENTRE, i] += volume * g[q, i]
     for i in range(8):
-        mean[i] /= total
+        g[_CENTRE, i] /= total
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _root_minus_one(delta, cubic):
+    """(1 + δ)^(1/2), or with ``cubic`` (1 + δ)^(1/3), less one, with all the digits that a small δ has."""
+    rho = 1.0 + delta
+    if not cubic:
+        return delta / (math.sqrt(rho) + 1.0)
+    if -0.25 < delta < 0.5:
+        # two steps of Halley's method, c ← c (c³ + 2ρ)/(2c³ + ρ), leave an error below 1e-17 from within 1 %
+        c = 1.0 + delta / 3.0
+        cube = c * c * c
+        c *= (cube + 2.0 * rho) / (2.0 * cube + rho)
+    else:
+        c = rho ** (1.0 / 3.0)
+    cube = c * c * c
+    c *= (cube + 2.0 * rho) / (2.0 * cube + rho)
+    return delta / (c * c + c + 1.0)
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"})
 def kinematics(x, du, axisymmetric, finite, scale, h, w, alpha, failed):
     """X (e, 4, 2) committed positions, du (e, 4, 2) increments → h (e, 4, 5), w (e, 4) volumes, alpha (e, 4), failed (e,).
 
     ``scale`` multiplies the volumes (thickness, or 2π in axisymmetry). h is that of f̄ and alpha − 1 is what F-bar
     added. failed marks elements with det f ≤ 0 (or an inverted committed shape) at a point.
     """
-    N = np.empty(4)
-    dN = np.empty((4, 2))
-    g, g0 = np.empty(8), np.empty(8)
-    m = 3.0 if axisymmetric else 2.0
+    G = np.empty((5, 3, 4))
+    g = np.empty((5, 8))
     for e in range(x.shape[0]):
-        ln0 = 0.0
+        # finite strain: det f − 1 at the centre; small strain: the mean dilatation
+        centre, bad = 0.0, False
         if finite:
-            det, r = _gradients(x, e, _CENTRE, axisymmetric, N, dN)
-            h11, h12, h21, h22, h33 = _gradient_of(e, du, N, dN, r, axisymmetric)
-            jm = det_minus_one(h11, h12, h21, h22, h33)
-            if not jm > -1.0:
-                failed[e] = True
-                jm = 0.0
-            ln0 = math.log1p(jm)
+            _gradients(x, e, _CENTRE, axisymmetric, G)
+            h11, h12, h21, h22, h33 = _gradient_of(e, du, _CENTRE, G)
+            centre = det_minus_one(h11, h12, h21, h22, h33)
+            bad = not centre > -1.0
         else:
-            _mean_divergence(x, e, axisymmetric, N, dN, g, g0)
+            _mean_divergence(x, e, axisymmetric, G, g)
             for a in range(4):
-                ln0 += g0[2 * a] * du[e, a, 0] + g0[2 * a + 1] * du[e, a, 1]
+                centre += g[_CENTRE, 2 * a] * du[e, a, 0] + g[_CENTRE, 2 * a + 1] * du[e, a, 1]
         for q in range(4):
-            det, r = _gradients(x, e, q, axisymmetric, N, dN)
-            w[e, q] = scale * det * r
-            if not w[e, q] > 0.0:
-                failed[e] = True
-            h11, h12, h21, h22, h33 = _gradient_of(e, du, N, dN, r, axisymmetric)
+            volume = scale * _gradients(x, e, q, axisymmetric, G)
+            w[e, q] = volume
+            bad |= not volume > 0.0
+            h11, h12, h21, h22, h33 = _gradient_of(e, du, q, G)
             if finite:
-                jm = det_minus_one(h11, h12, h21, h22, h33)
-                if not (jm > -1.0 and h33 > -1.0):
-                    failed[e] = True
-                    jm = 0.0
-                a1 = math.expm1((ln0 - math.log1p(jm)) / m)
+                here = det_minus_one(h11, h12, h21, h22, h33)
+                bad |= not (here > -1.0 and h33 > -1.0)
+                a1 = _root_minus_one((centre - here) / (1.0 + here), axisymmetric)
                 h11, h12, h21, h22 = (
                     h11 + a1 * (1.0 + h11),
                     h12 * (1.0 + a1),
@@ -146,13 +155,15 @@ def kinematics(x, du, axisymmetric, finite, scale, h, w, alpha, failed):
                 if axisymmetric:
                     h33 += a1 * (1.0 + h33)
             else:
-                a1 = (ln0 - (h11 + h22 + h33)) / m
+                a1 = (centre - (h11 + h22 + h33)) / (3.0 if axisymmetric else 2.0)
                 h11 += a1
                 h22 += a1
                 if axisymmetric:
                     h33 += a1
             h[e, q, 0], h[e, q, 1], h[e, q, 2], h[e, q, 3], h[e, q, 4] = h11, h12, h21, h22, h33
             alpha[e, q] = 1.0 + a1
+        if bad:
+            failed[e] = True
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"})
@@ -163,81 +174,99 @@ def integrate(x, du, axisymmetric, finite, w, alpha, P, A, forces, stiffness, r_
 
     With f̄ = α f, ∂f̄/∂u = α (G + f ⊗ g) and ∂c/∂u = c (1 − m) g, g = ∂ ln α/∂u (8,); rows of the virtual gradients G are
     sparse (node a: 11, 12, 33 with u_x and 21, 22 with u_y), which the products use.
+
+    Products are written out over the nodes on numbers read before: as far as a compiler knows, what is stored in one array
+    may be in another, and in a loop every number would be read again after every store.
     """
-    N = np.empty(4)
-    dN = np.empty((4, 2))
-    H = np.zeros(4)
-    g0 = np.zeros(8)
-    g = np.zeros(8)
-    f = np.zeros(5)
-    Af = np.zeros(5)
-    AG = np.zeros((5, 8))
-    m = 3.0 if axisymmetric else 2.0
+    G = np.empty((5, 3, 4))
+    g = np.empty((5, 8))
+    AG = np.empty((4, 5, 8))
+    part = 1.0 / 3.0 if axisymmetric else 0.5
+    one_less_m = -2.0 if axisymmetric else -1.0
     for e in range(x.shape[0]):
-        r_out[e, :] = 0.0
-        if stiffness:
-            K_out[e, :, :] = 0.0
-        if finite and stiffness:
-            _, r = _gradients(x, e, _CENTRE, axisymmetric, N, dN)
-            h11, h12, h21, h22, h33 = _gradient_of(e, du, N, dN, r, axisymmetric)
-            _divergence(h11, h12, h21, h22, h33, N, dN, r, axisymmetric, finite, g0)
-        elif not finite:
-            _mean_divergence(x, e, axisymmetric, N, dN, g, g0)
+        if not finite:
+            _mean_divergence(x, e, axisymmetric, G, g)
+        elif stiffness:
+            _gradients(x, e, _CENTRE, axisymmetric, G)
+            h11, h12, h21, h22, h33 = _gradient_of(e, du, _CENTRE, G)
+            _divergence(h11, h12, h21, h22, h33, _CENTRE, G, g)
+        for i in range(8):
+            r_out[e, i] = 0.0
         total = 0.0
         for q in range(4):
-            _, r = _gradients(x, e, q, axisymmetric, N, dN)
-            if axisymmetric:
-                ir = 1.0 / r
-                for a in range(4):
-                    H[a] = N[a] * ir
-            al = 1.0
-            wc = w[e, q]
-            h11 = h12 = h21 = h22 = h33 = 0.0
-            if stiffness or not finite:
-                h11, h12, h21, h22, h33 = _gradient_of(e, du, N, dN, r, axisymmetric)
-                _divergence(h11, h12, h21, h22, h33, N, dN, r, axisymmetric, finite, g)
-                for i in range(8):
-                    g[i] = (g0[i] - g[i]) / m
+            f0, f1, f2, f3, f4 = 1.0, 0.0, 0.0, 1.0, 1.0 if axisymmetric else 0.0
+            al, wc = 1.0, w[e, q]
             if finite:
+                _gradients(x, e, q, axisymmetric, G)
                 al = alpha[e, q]
                 wc /= al * al if axisymmetric else al
-                f[0], f[1], f[2], f[3] = 1.0 + h11, h12, h21, 1.0 + h22
-                f[4] = 1.0 + h33 if axisymmetric else 0.0
-            else:
-                f[0], f[1], f[2], f[3], f[4] = 1.0, 0.0, 0.0, 1.0, 1.0 if axisymmetric else 0.0
-            p0, p1, p2, p3, p4 = P[e, q, 0], P[e, q, 1], P[e, q, 2], P[e, q, 3], P[e, q, 4]
+            if finite and stiffness:
+                h11, h12, h21, h22, h33 = _gradient_of(e, du, q, G)
+                _divergence(h11, h12, h21, h22, h33, q, G, g)
+                f0, f1, f2, f3 = 1.0 + h11, h12, h21, 1.0 + h22
+                if axisymmetric:
+                    f4 = 1.0 + h33
+            if stiffness or not finite:
+                for i in range(8):
+                    g[q, i] = (g[_CENTRE, i] - g[q, i]) * part
+            p = (wc * P[e, q, 0], wc * P[e, q, 1], wc * P[e, q, 2], wc * P[e, q, 3], wc * P[e, q, 4])
             # B-bar is variational: its virtual gradients carry g too; F-bar integrates the true virtual work
-            trace = 0.0 if finite else p0 + p3 + (p4 if axisymmetric else 0.0)
+            trace = 0.0 if finite else p[0] + p[3] + (p[4] if axisymmetric else 0.0)
             for a in range(4):
-                rx = dN[a, 0] * p0 + dN[a, 1] * p1 + H[a] * p4 + g[2 * a] * trace
-                ry = dN[a, 0] * p2 + dN[a, 1] * p3 + g[2 * a + 1] * trace
-                r_out[e, 2 * a] += wc * rx
-                r_out[e, 2 * a + 1] += wc * ry
-                total += wc * (abs(rx) + abs(ry))
+                dx, dy, hoop = G[q, 0, a], G[q, 1, a], G[q, 2, a]
+                rx = dx * p[0] + dy * p[1] + hoop * p[4]
+                ry = dx * p[2] + dy * p[3]
+                if not finite:
+                    rx += g[q, 2 * a] * trace
+                    ry += g[q, 2 * a + 1] * trace
+                r_out[e, 2 * a] += rx
+                r_out[e, 2 * a + 1] += ry
+                total += abs(rx) + abs(ry)
             if not stiffness:
                 continue
-            for k in range(5):
-                s = 0.0
-                for n in range(5):
-                    s += A[e, q, k, n] * f[n]
-                s *= al
-                if finite:
-                    s += (1.0 - m) * P[e, q, k]
-                Af[k] = wc * s
             wa = wc * al
+            x0, x1, x2, x3 = G[q, 0, 0], G[q, 0, 1], G[q, 0, 2], G[q, 0, 3]
+            y0, y1, y2, y3 = G[q, 1, 0], G[q, 1, 1], G[q, 1, 2], G[q, 1, 3]
+            r0, r1, r2, r3 = G[q, 2, 0], G[q, 2, 1], G[q, 2, 2], G[q, 2, 3]
+            g0, g1, g2, g3, g4, g5, g6, g7 = g[q, 0], g[q, 1], g[q, 2], g[q, 3], g[q, 4], g[q, 5], g[q, 6], g[q, 7]
             for k in range(5):
-                a0, a1, a2, a3, a4 = A[e, q, k, 0], A[e, q, k, 1], A[e, q, k, 2], A[e, q, k, 3], A[e, q, k, 4]
-                for a in range(4):
-                    AG[k, 2 * a] = wa * (a0 * dN[a, 0] + a1 * dN[a, 1] + a4 * H[a]) + Af[k] * g[2 * a]
-                    AG[k, 2 * a + 1] = wa * (a2 * dN[a, 0] + a3 * dN[a, 1]) + Af[k] * g[2 * a + 1]
-            for a in range(4):
-                dx, dy, ha = dN[a, 0], dN[a, 1], H[a]
-                for j in range(8):
-                    K_out[e, 2 * a, j] += dx * AG[0, j] + dy * AG[1, j] + ha * AG[4, j]
-                    K_out[e, 2 * a + 1, j] += dx * AG[2, j] + dy * AG[3, j]
-            if not finite:
-                for j in range(8):
-                    t = AG[0, j] + AG[3, j] + (AG[4, j] if axisymmetric else 0.0)
-                    for i in range(8):
-                        K_out[e, i, j] += g[i] * t
+                a0, a1, a2, a3, a4 = (
+                    wa * A[e, q, k, 0], wa * A[e, q, k, 1], wa * A[e, q, k, 2], wa * A[e, q, k, 3], wa * A[e, q, k, 4],
+                )  # fmt: skip
+                s = a0 * f0 + a1 * f1 + a2 * f2 + a3 * f3 + a4 * f4
+                if finite:
+                    s += one_less_m * p[k]
+                AG[q, k, 0] = a0 * x0 + a1 * y0 + a4 * r0 + s * g0
+                AG[q, k, 1] = a2 * x0 + a3 * y0 + s * g1
+                AG[q, k, 2] = a0 * x1 + a1 * y1 + a4 * r1 + s * g2
+                AG[q, k, 3] = a2 * x1 + a3 * y1 + s * g3
+                AG[q, k, 4] = a0 * x2 + a1 * y2 + a4 * r2 + s * g4
+                AG[q, k, 5] = a2 * x2 + a3 * y2 + s * g5
+                AG[q, k, 6] = a0 * x3 + a1 * y3 + a4 * r3 + s * g6
+                AG[q, k, 7] = a2 * x3 + a3 * y3 + s * g7
         forces[e] = total
+        if not stiffness:
+            continue
+        for a in range(4):
+            x0, x1, x2, x3 = G[0, 0, a], G[1, 0, a], G[2, 0, a], G[3, 0, a]
+            y0, y1, y2, y3 = G[0, 1, a], G[1, 1, a], G[2, 1, a], G[3, 1, a]
+            r0, r1, r2, r3 = G[0, 2, a], G[1, 2, a], G[2, 2, a], G[3, 2, a]
+            for j in range(8):
+                K_out[e, 2 * a, j] = (
+                    (x0 * AG[0, 0, j] + y0 * AG[0, 1, j] + r0 * AG[0, 4, j])
+                    + (x1 * AG[1, 0, j] + y1 * AG[1, 1, j] + r1 * AG[1, 4, j])
+                    + (x2 * AG[2, 0, j] + y2 * AG[2, 1, j] + r2 * AG[2, 4, j])
+                    + (x3 * AG[3, 0, j] + y3 * AG[3, 1, j] + r3 * AG[3, 4, j])
+                )
+                K_out[e, 2 * a + 1, j] = (
+                    (x0 * AG[0, 2, j] + y0 * AG[0, 3, j])
+                    + (x1 * AG[1, 2, j] + y1 * AG[1, 3, j])
+                    + (x2 * AG[2, 2, j] + y2 * AG[2, 3, j])
+                    + (x3 * AG[3, 2, j] + y3 * AG[3, 3, j])
+                )
+        if not finite:
+            for q in range(4):
+                for j in range(8):
+                    t = AG[q, 0, j] + AG[q, 3, j] + (AG[q, 4, j] if axisymmetric else 0.0)
+                    for i in range(8):
+                        K_out[e, i, j] += g[q, i] * t
