@@ -15,7 +15,7 @@ from prensa.mesh.mesh import corner_cells
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-CHUNK = 512
+CHUNK = 1024
 
 
 class Pattern(NamedTuple):

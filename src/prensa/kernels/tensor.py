@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 from numba import njit
 
 COMPONENTS = 5
@@ -114,8 +113,6 @@ def stress_finite(h, frame, tau, dtau, eps_e, P, A, new, tangent):
     In principal axes dτ_ii = Σ_j D_ij l_jj, dτ_12 = s (b₂ l_12 + b₁ l_21) with l = df f⁻¹ and
     s = (τ₁ − τ₂)/(b₁ − b₂), and dP = (dτ − τ lᵀ) f⁻ᵀ/J_n (Miehe 1998; de Souza Neto, Perić & Owen 2008, ch. 14).
     """
-    R = np.empty((4, 4))
-    W = np.empty((4, 4))
     for i in range(h.shape[0]):
         h11, h12, h21, h22, h33 = h[i, 0], h[i, 1], h[i, 2], h[i, 3], h[i, 4]
         c, s = frame[i, 0], frame[i, 1]
@@ -123,19 +120,22 @@ def stress_finite(h, frame, tau, dtau, eps_e, P, A, new, tangent):
         b1, b2 = 1.0 + l1, 1.0 + l2
         t1, t2, t3 = tau[i, 0], tau[i, 1], tau[i, 2]
         jn = 1.0 / frame[i, 5]
-        det2 = (1.0 + h11) * (1.0 + h22) - h12 * h21
-        g11, g12, g21, g22 = (1.0 + h22) / det2, -h12 / det2, -h21 / det2, (1.0 + h11) / det2
+        inverse = 1.0 / ((1.0 + h11) * (1.0 + h22) - h12 * h21)
+        g11, g12, g21, g22 = (1.0 + h22) * inverse, -h12 * inverse, -h21 * inverse, (1.0 + h11) * inverse
         g33 = 1.0 / (1.0 + h33)
         # T = f⁻¹ Q with Q = [n₁ n₂]
         T11, T12 = g11 * c + g12 * s, -g11 * s + g12 * c
         T21, T22 = g21 * c + g22 * s, -g21 * s + g22 * c
-        # R[(iJ), (ab)] = Q_ia T_Jb, rows and columns 11, 12, 21, 22
-        R[0, 0], R[0, 1], R[0, 2], R[0, 3] = c * T11, c * T12, -s * T11, -s * T12
-        R[1, 0], R[1, 1], R[1, 2], R[1, 3] = c * T21, c * T22, -s * T21, -s * T22
-        R[2, 0], R[2, 1], R[2, 2], R[2, 3] = s * T11, s * T12, c * T11, c * T12
-        R[3, 0], R[3, 1], R[3, 2], R[3, 3] = s * T21, s * T22, c * T21, c * T22
+        # R[(iJ)][(ab)] = Q_ia T_Jb, rows and columns 11, 12, 21, 22; tuples, because what is stored in an array would have to
+        # be read again after every store into another
+        R = (
+            (c * T11, c * T12, -s * T11, -s * T12),
+            (c * T21, c * T22, -s * T21, -s * T22),
+            (s * T11, s * T12, c * T11, c * T12),
+            (s * T21, s * T22, c * T21, c * T22),
+        )
         for k in range(4):
-            P[i, k] = jn * (R[k, 0] * t1 + R[k, 3] * t2)
+            P[i, k] = jn * (R[k][0] * t1 + R[k][3] * t2)
         P[i, 4] = jn * t3 * g33
         e1, e2 = math.expm1(2.0 * eps_e[i, 0]), math.expm1(2.0 * eps_e[i, 1])
         new[i, 0] = c * c * e1 + s * s * e2
@@ -145,34 +145,36 @@ def stress_finite(h, frame, tau, dtau, eps_e, P, A, new, tangent):
         if not tangent:
             continue
         sh = _shear_slope(t1, t2, l1, l2, (dtau[i, 0, 0] - dtau[i, 0, 1]) / (2.0 * b1))
-        m00, m03 = dtau[i, 0, 0] - t1, dtau[i, 0, 1]
-        m30, m33 = dtau[i, 1, 0], dtau[i, 1, 1] - t2
-        m11, m12 = sh * b2, sh * b1 - t1
-        m21, m22 = sh * b2 - t2, sh * b1
+        m00, m03 = jn * (dtau[i, 0, 0] - t1), jn * dtau[i, 0, 1]
+        m30, m33 = jn * dtau[i, 1, 0], jn * (dtau[i, 1, 1] - t2)
+        m11, m12 = jn * sh * b2, jn * (sh * b1 - t1)
+        m21, m22 = jn * (sh * b2 - t2), jn * sh * b1
+        m04, m34 = jn * g33 * dtau[i, 0, 2], jn * g33 * dtau[i, 1, 2]
+        m40, m43 = jn * g33 * dtau[i, 2, 0], jn * g33 * dtau[i, 2, 1]
+        m44 = jn * g33 * g33 * (dtau[i, 2, 2] - t3)
         for k in range(4):
-            W[k, 0] = R[k, 0] * m00 + R[k, 3] * m30
-            W[k, 3] = R[k, 0] * m03 + R[k, 3] * m33
-            W[k, 1] = R[k, 1] * m11 + R[k, 2] * m21
-            W[k, 2] = R[k, 1] * m12 + R[k, 2] * m22
-        for k in range(4):
+            r0, r1, r2, r3 = R[k]
+            w0, w1 = r0 * m00 + r3 * m30, r1 * m11 + r2 * m21
+            w2, w3 = r1 * m12 + r2 * m22, r0 * m03 + r3 * m33
             for m in range(4):
-                A[i, k, m] = jn * (W[k, 0] * R[m, 0] + W[k, 1] * R[m, 1] + W[k, 2] * R[m, 2] + W[k, 3] * R[m, 3])
-            A[i, k, 4] = jn * g33 * (R[k, 0] * dtau[i, 0, 2] + R[k, 3] * dtau[i, 1, 2])
-            A[i, 4, k] = jn * g33 * (R[k, 0] * dtau[i, 2, 0] + R[k, 3] * dtau[i, 2, 1])
-        A[i, 4, 4] = jn * g33 * g33 * (dtau[i, 2, 2] - t3)
+                A[i, k, m] = w0 * R[m][0] + w1 * R[m][1] + w2 * R[m][2] + w3 * R[m][3]
+            A[i, k, 4] = r0 * m04 + r3 * m34
+            A[i, 4, k] = r0 * m40 + r3 * m43
+        A[i, 4, 4] = m44
 
 
 @njit(cache=True, error_model="numpy")
 def stress_small(h, frame, sigma, dsigma, eps_e, P, A, new, tangent):
     """Stress and, if ``tangent``, its derivative in small strain from principal values; arrays as in `stress_finite` (P = σ)."""
-    R = np.empty((4, 4))
     for i in range(h.shape[0]):
         c, s = frame[i, 0], frame[i, 1]
         t1, t2, t3 = sigma[i, 0], sigma[i, 1], sigma[i, 2]
-        R[0, 0], R[0, 1], R[0, 2], R[0, 3] = c * c, -c * s, -s * c, s * s
-        R[1, 0], R[1, 1], R[1, 2], R[1, 3] = c * s, c * c, -s * s, -s * c
-        R[2, 0], R[2, 1], R[2, 2], R[2, 3] = s * c, -s * s, c * c, -c * s
-        R[3, 0], R[3, 1], R[3, 2], R[3, 3] = s * s, s * c, c * s, c * c
+        R = (  # as in `stress_finite`
+            (c * c, -c * s, -s * c, s * s),
+            (c * s, c * c, -s * s, -s * c),
+            (s * c, -s * s, c * c, -c * s),
+            (s * s, s * c, c * s, c * c),
+        )
         P[i, 0] = c * c * t1 + s * s * t2
         P[i, 1] = P[i, 2] = c * s * (t1 - t2)
         P[i, 3] = s * s * t1 + c * c * t2
@@ -185,13 +187,14 @@ def stress_small(h, frame, sigma, dsigma, eps_e, P, A, new, tangent):
         if not tangent:
             continue
         sh = 0.5 * _shear_slope(t1, t2, frame[i, 2], frame[i, 3], dsigma[i, 0, 0] - dsigma[i, 0, 1])
+        m00, m03, m04 = dsigma[i, 0, 0], dsigma[i, 0, 1], dsigma[i, 0, 2]
+        m30, m33, m34 = dsigma[i, 1, 0], dsigma[i, 1, 1], dsigma[i, 1, 2]
+        m40, m43, m44 = dsigma[i, 2, 0], dsigma[i, 2, 1], dsigma[i, 2, 2]
         for k in range(4):
+            r0, r1, r2, r3 = R[k]
+            w0, w1, w3 = r0 * m00 + r3 * m30, sh * (r1 + r2), r0 * m03 + r3 * m33
             for m in range(4):
-                A[i, k, m] = (
-                    R[k, 0] * (dsigma[i, 0, 0] * R[m, 0] + dsigma[i, 0, 1] * R[m, 3])
-                    + R[k, 3] * (dsigma[i, 1, 0] * R[m, 0] + dsigma[i, 1, 1] * R[m, 3])
-                    + sh * (R[k, 1] + R[k, 2]) * (R[m, 1] + R[m, 2])
-                )
-            A[i, k, 4] = R[k, 0] * dsigma[i, 0, 2] + R[k, 3] * dsigma[i, 1, 2]
-            A[i, 4, k] = R[k, 0] * dsigma[i, 2, 0] + R[k, 3] * dsigma[i, 2, 1]
-        A[i, 4, 4] = dsigma[i, 2, 2]
+                A[i, k, m] = w0 * R[m][0] + w1 * (R[m][1] + R[m][2]) + w3 * R[m][3]
+            A[i, k, 4] = r0 * m04 + r3 * m34
+            A[i, 4, k] = r0 * m40 + r3 * m43
+        A[i, 4, 4] = m44

@@ -53,8 +53,6 @@ def neo_hooke(h, old, lam, mu, P, A, new, failed, tangent):
     ``tangent`` A (n, 5, 5): P = [μ (b − I) + λ ln J I] f⁻ᵀ/J_n = [μ f b_n − (μ − λ ln J) f⁻ᵀ]/J_n, whence
     A_iJkL = [μ δ_ik b_n,JL + λ g_iJ g_kL + (μ − λ ln J) g_iL g_kJ]/J_n with g = f⁻ᵀ.
     """
-    g = np.empty((2, 2))
-    b_n = np.empty((2, 2))
     for i in range(h.shape[0]):
         h11, h12, h21, h22, h33 = h[i, 0], h[i, 1], h[i, 2], h[i, 3], h[i, 4]
         o11, o22, o33, o12 = old[i, 0], old[i, 1], old[i, 2], old[i, 3]
@@ -70,32 +68,31 @@ def neo_hooke(h, old, lam, mu, P, A, new, failed, tangent):
         if not (jac > -1.0 and f33 > 0.0 and before > -1.0):
             failed[i] = True
             jac = before = 0.0
-        ln_n = 0.5 * math.log1p(before)
-        ln_j = ln_n + math.log1p(jac)
-        jn = math.exp(-ln_n)
-        d = f11 * f22 - h12 * h21
-        g[0, 0], g[0, 1], g[1, 0], g[1, 1] = f22 / d, -h21 / d, -h12 / d, f11 / d
+        jn = 1.0 / math.sqrt(1.0 + before)
+        # J² − 1 = (1 + before)(1 + jac)² − 1 without cancellation
+        p = 0.5 * lam * math.log1p(before + jac * (2.0 + jac) * (1.0 + before))
+        inverse = 1.0 / (f11 * f22 - h12 * h21)
+        g = ((f22 * inverse, -h21 * inverse), (-h12 * inverse, f11 * inverse))
         g33 = 1.0 / f33
-        p = lam * ln_j
-        t11, t12, t22 = mu * b11 + p, mu * b12, mu * b22 + p
-        P[i, 0] = jn * (t11 * g[0, 0] + t12 * g[1, 0])
-        P[i, 1] = jn * (t11 * g[0, 1] + t12 * g[1, 1])
-        P[i, 2] = jn * (t12 * g[0, 0] + t22 * g[1, 0])
-        P[i, 3] = jn * (t12 * g[0, 1] + t22 * g[1, 1])
+        t11, t12, t22 = jn * (mu * b11 + p), jn * mu * b12, jn * (mu * b22 + p)
+        P[i, 0] = t11 * g[0][0] + t12 * g[1][0]
+        P[i, 1] = t11 * g[0][1] + t12 * g[1][1]
+        P[i, 2] = t12 * g[0][0] + t22 * g[1][0]
+        P[i, 3] = t12 * g[0][1] + t22 * g[1][1]
         P[i, 4] = jn * (mu * b33 + p) * g33
         new[i, 0], new[i, 1], new[i, 2], new[i, 3] = b11, b22, b33, b12
         if not tangent:
             continue
         m, n, s = jn * mu, jn * lam, jn * (mu - p)
-        b_n[0, 0], b_n[0, 1], b_n[1, 0], b_n[1, 1] = 1.0 + o11, o12, o12, 1.0 + o22
+        b_n = ((m * (1.0 + o11), m * o12), (m * o12, m * (1.0 + o22)))
         for a in range(2):
             for b in range(2):
+                direct, crossed = n * g[a][b], (s * g[a][0], s * g[a][1])
                 for c in range(2):
                     for e in range(2):
-                        A[i, 2 * a + b, 2 * c + e] = n * g[a, b] * g[c, e] + s * g[a, e] * g[c, b]
-                for e in range(2):
-                    A[i, 2 * a + b, 2 * a + e] += m * b_n[b, e]
-                A[i, 2 * a + b, 4] = A[i, 4, 2 * a + b] = n * g[a, b] * g33
+                        value = direct * g[c][e] + crossed[e] * g[c][b]
+                        A[i, 2 * a + b, 2 * c + e] = value + b_n[b][e] if a == c else value
+                A[i, 2 * a + b, 4] = A[i, 4, 2 * a + b] = direct * g33
         A[i, 4, 4] = m * (1.0 + o33) + (n + s) * g33 * g33
 
 
