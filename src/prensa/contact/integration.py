@@ -105,6 +105,8 @@ class Points:
 
     def at(self, values: Array) -> Array:
         """Nodal values (n, …) of the whole system interpolated to the points (k, …)."""
+        if self.N.shape[1] == 1:  # points that are nodes
+            return values[self.support[:, 0]]
         return np.asarray(np.einsum("ka,ka...->k...", self.N, values[self.support]))
 
     @cached_property
@@ -123,7 +125,9 @@ class Points:
 
     def any_at_nodes(self, flags: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Whether some point (k,) with a share in the node (n,) has its flag set."""
-        return np.asarray(self.to_nodes(flags.astype(np.float64)) > 0)
+        out = np.zeros(len(self.nodes), dtype=bool)
+        out[self.slots[flags[:, None] & (self.N > 0)]] = True
+        return out
 
     def carry(self, more: int = 0) -> Array:
         """∂(x, y of the point; the rest)/∂(x, y of its a nodes; the rest), the rest the tool's 3 and ``more`` unknowns.

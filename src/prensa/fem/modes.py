@@ -59,7 +59,7 @@ def free_to_move(system: System, body: str, c: Any, contacts: bool = True) -> st
         if s.body in system.tied_bodies(body) and contacts:
             closed = c.state.contact[s.rows, 3] > 0
             pairs = system.pairs(s, c.state.u)
-            x = s.points.at(system.X)[closed]
+            x = s.X[closed]
             rows.append(_rows(system, body, x, pairs.n[closed]))
             if law is not None:
                 rows.append(_rows(system, body, x, pairs.e[closed]))

@@ -133,7 +133,7 @@ class Earlier:
         for s, a, b in zip(old.surfaces, then.contacts, now.contacts):
             if s.name in kept:
                 F, _ = s.points.spread(a.F - b.F, a.K)
-                np.add.at(out, old.pair_dofs(s), F)
+                np.add.at(out, s.dofs, F)
         return out
 
     def _moved(self, values: Array, system: System) -> Array:

@@ -17,7 +17,7 @@ from prensa.contact.pairing import Pairs, current_pairs, reference_pairs
 from prensa.contact.recovery import recover
 from prensa.errors import PrensaError
 from prensa.fem import loads as fem_loads
-from prensa.fem.assembly import Block, Pattern, make_pattern, scatter_matrix, slots, sweep
+from prensa.fem.assembly import Block, Pattern, make_pattern, scatter_matrix, scatter_vector, slots, sweep
 from prensa.fem.formulation import Mode, element_of
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import Recovered, State
@@ -41,8 +41,9 @@ Index = NDArray[np.int64]
 class Surface:
     """One contact: candidate points against a tool. ``first`` is the row of its first point in the state's arrays.
 
-    ``normal`` (k, 2) of the undeformed surface at the points, ``node_normal`` (n, 2) at its nodes; ``behind`` (m,):
-    elements of the body behind the edges.
+    ``X`` (k, 2) initial positions of the points, ``dofs`` (k, 2a + 3) unknowns of their pairs: x, y of each supporting
+    node, tool x, y, rz; ``normal`` (k, 2) of the undeformed surface at the points, ``node_normal`` (n, 2) at its nodes;
+    ``behind`` (m,): elements of the body behind the edges.
     ``multipliers``: number of its first multiplier unknown, two a point (normal, tangential); −1 if it has none.
     """
 
@@ -52,6 +53,8 @@ class Surface:
     tool: int
     points: Points
     first: int
+    X: Array
+    dofs: Index
     normal: Array
     node_normal: Array
     modulus: float
@@ -72,6 +75,13 @@ class Surface:
     def rows(self) -> slice:
         """Rows of this contact in `State.contact` and `State.lam`."""
         return slice(self.first, self.first + len(self.points))
+
+    @property
+    def coupled(self) -> Index:
+        """Unknowns of the pairs (k, 2a + 3), followed by the two multipliers where these are unknowns (k, 2a + 5)."""
+        if not self.exact:
+            return self.dofs
+        return np.hstack([self.dofs, np.arange(self.unknowns.start, self.unknowns.stop).reshape(-1, 2)])
 
     def scale(self, k_t_least: Array) -> Scale:
         """Penalty stiffnesses of the points: k_n = β E*/h, k_T = β_T E*/h, not below ``k_t_least`` (k,)."""
@@ -215,6 +225,12 @@ class System:
                 out[s.rows] = u[s.unknowns].reshape(-1, 2) * (s.modulus / s.points.depth)[:, None]
         return out
 
+    def supported(self, nodes: Index, plan: StepPlan) -> NDArray[np.bool_]:
+        """Whether nodes (k,) are held along x or y in a step."""
+        held = np.zeros(self.ndof, dtype=bool)
+        held[plan.fixed] = True
+        return held[2 * nodes] | held[2 * nodes + 1]
+
     def followed(self, u: Array) -> Array:
         """Unknowns (ndof,) with tied nodes put where their masters take them."""
         return u if self.ties is None else self.ties.followed(u)
@@ -317,7 +333,7 @@ class System:
     def pairs(self, s: Surface, u: Array) -> Pairs:
         """Gap and slip data of a contact at its integration points, for unknowns u."""
         displacement = s.points.at(u[: 2 * self.nodes].reshape(-1, 2))
-        return self._pairs(s, u, s.points.at(self.X), displacement, s.normal)
+        return self._pairs(s, u, s.X, displacement, s.normal)
 
     def node_pairs(self, s: Surface, u: Array) -> Pairs:
         """Gap and slip data of a contact at the nodes of its surface, whatever the rule."""
@@ -364,7 +380,7 @@ class System:
             pairs = self.pairs(s, u)
             f = forces(pairs, w, sc, lam[s.rows], c.state.contact[s.rows], law, period, held, area, c.lagged, before)
             # points that just touch are closed or open by the round-off of their gaps
-            floor += EPS * float((w * sc.k_n)[f.dp[:, 0] > 0].sum()) * reach
+            floor += EPS * float((w * sc.k_n * f.dp[:, 0]).sum()) * reach
             if not np.isfinite(f.K).all():
                 return Evaluation(
                     r, data, np.inf, (), (), r, f"friction of {s.name} softens too fast for its stiffness k_T"
@@ -377,7 +393,7 @@ class System:
                 size = max(reach, float(np.abs(self.X).max()), float(np.abs(self.tools[s.tool].at).max()))
                 violation = max(violation, float(((lengths - ROUND * EPS * size) / sc.h).max(initial=0.0)))
             F, K = s.points.spread(f.F, K)
-            np.subtract.at(r, self.pair_dofs(s), F)
+            scatter_vector(-F, s.dofs, r)
             if data is not None:
                 scatter_matrix(K, self.pair_slots(s), data)
                 if follows and not c.lagged:
@@ -472,18 +488,10 @@ class System:
             self._edge_slots[key] = out
         return self._edge_slots[key]
 
-    def pair_dofs(self, s: Surface) -> Index:
-        """Unknowns (k, 2a + 3) of the pairs of a contact: x, y of each supporting node, tool x, y, rz."""
-        return _pair_dofs(s, self.nodes)
-
-    def extended_dofs(self, s: Surface) -> Index:
-        """Unknowns of the pairs of a contact, followed by the two multipliers where these are unknowns."""
-        return _coupled(s, self.nodes) if s.exact else self.pair_dofs(s)
-
     def pair_slots(self, s: Surface) -> NDArray[np.int32]:
-        """Places (k, m, m) of the `extended_dofs` of the pairs in the matrix values."""
+        """Places (k, m, m) of the `Surface.coupled` unknowns of the pairs in the matrix values."""
         if s.name not in self._edge_slots:
-            dofs = self.extended_dofs(s)
+            dofs = s.coupled
             out = np.empty((len(dofs), dofs.shape[1], dofs.shape[1]), dtype=np.int32)
             slots(self.pattern.indptr, self.pattern.indices, np.ascontiguousarray(dofs), out)
             self._edge_slots[s.name] = out
@@ -569,16 +577,10 @@ def _refuse_edges_on_points(tool: PlacedTool, points: Points, X: Array, normal: 
             )
 
 
-def _pair_dofs(s: Surface, nodes: int) -> Index:
-    n = s.points.support
-    tool = 2 * nodes + 3 * s.tool + np.arange(3)
-    nodal = (2 * n[:, :, None] + np.arange(2)).reshape(len(n), -1)
-    return np.concatenate([nodal, np.broadcast_to(tool, (len(n), 3))], axis=1)
-
-
-def _coupled(s: Surface, nodes: int) -> Index:
-    """Unknowns (k, 2a + 5) that each point of an exact contact couples: nodes, tool, its two multipliers."""
-    return np.concatenate([_pair_dofs(s, nodes), np.arange(s.unknowns.start, s.unknowns.stop).reshape(-1, 2)], axis=1)
+def _pair_dofs(support: Index, tool: int) -> Index:
+    """Unknowns (k, 2a + 3) of pairs: x, y of the nodes ``support`` (k, a), the three of a tool from number ``tool`` on."""
+    nodal = (2 * support[:, :, None] + np.arange(2)).reshape(len(support), -1)
+    return np.hstack([nodal, np.broadcast_to(tool + np.arange(3), (len(support), 3))])
 
 
 def _rounding(problem: model.Problem, t: int, surfaces: list[Surface]) -> float:
@@ -639,7 +641,8 @@ def discretise(problem: model.Problem) -> System:
         exact = isinstance(contact.enforcement, model.Exact)
         surfaces.append(
             Surface(
-                contact.name, contact, owner, tool, points, first, point_normals(points, X),
+                contact.name, contact, owner, tool, points, first, points.at(X),
+                _pair_dofs(points.support, 2 * total + 3 * tool), point_normals(points, X),
                 node_normals(X, points.nodes, points.edges), law.modulus(), behind(points.edges - first_node, mesh.cells),
                 own if exact else -1,
             )
@@ -655,14 +658,13 @@ def discretise(problem: model.Problem) -> System:
     ]
     if problem.contact_geometry == "current":
         for surface in surfaces:
-            points = surface.points
-            _refuse_edges_on_points(tools[surface.tool], points, points.at(X), surface.normal)
+            _refuse_edges_on_points(tools[surface.tool], surface.points, surface.X, surface.normal)
     cells = [m.cells + offsets[name] for name, m in meshes.items()]
     near = [
         np.unique(np.concatenate([s.points.nodes for s in surfaces if s.tool == t] or [np.zeros(0, dtype=np.int64)]))
         for t in range(len(tools))
     ]
-    pattern = make_pattern(cells, total, len(tools), near, [_coupled(s, total) for s in surfaces if s.exact])
+    pattern = make_pattern(cells, total, len(tools), near, [s.coupled for s in surfaces if s.exact])
     blocks = []
     for (name, body), c in zip(problem.bodies.items(), cells):
         element = element_of(body.element_in(problem.space))

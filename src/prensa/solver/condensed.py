@@ -489,7 +489,7 @@ class Condensation:
         near, held = small.placed(c, trial.u), trial.u[bodies.held]
         f = e.f_ext.copy()
         for s, forces in zip(system.surfaces, e.contacts):
-            np.add.at(f, system.pair_dofs(s), s.points.spread(forces.F, forces.K)[0])
+            np.add.at(f, s.dofs, s.points.spread(forces.F, forces.K)[0])
         f = system.collected(f)
 
         @cache

@@ -55,7 +55,7 @@ def stiffened(system: System, now: Circumstances, then: Circumstances, u: Array)
         if a is b:
             continue
         pairs, nodes = system.node_pairs(s, u), s.points.nodes
-        free = ~np.isin(2 * nodes[:, None] + np.arange(2), now.plan.fixed).any(axis=1)
+        free = ~system.supported(nodes, now.plan)
         inside = np.where(free & np.isfinite(pairs.g), np.minimum(pairs.g, 0.0), 0.0)
         share = s.points.to_nodes(np.ones(len(s.points)))
         carries = share > 0  # the end on the axis of a quadratic edge carries no point

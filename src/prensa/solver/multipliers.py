@@ -26,14 +26,10 @@ class BlockedError(ArithmeticError):
 
 
 class Equations(NamedTuple):
-    """Of exact contact ``number``: places (k, 2, m) of its equations in the matrix, ``free`` (k, m) unknowns.
-
-    X (k, 2): initial positions of the points.
-    """
+    """Of exact contact ``number``: places (k, 2, m) of its equations in the matrix, ``free`` (k, m) unknowns."""
 
     number: int
     surface: Surface
-    X: Array
     slots: NDArray[np.int32]
     free: NDArray[np.bool_]
 
@@ -64,7 +60,7 @@ def determined(e: Evaluation, b: Array, equations: list[Equations]) -> Array:
         unmet = held & (asked > (MET * s.points.depth * f.weight * unit)[:, None])
         inside = held[:, 0] & (f.g < -MET * s.points.depth)
         if inside.any():
-            where = ", ".join(f"{v:.4g}" for v in eq.X[int(np.argmax(inside))])
+            where = ", ".join(f"{v:.4g}" for v in s.X[int(np.argmax(inside))])
             raise BlockedError(
                 f"the tool of {s.name} is driven into the point at ({where}), which a support holds: exact enforcement "
                 "cannot give way; free that point, leave it out of the contact surface, or use 'penalty'"

@@ -70,9 +70,7 @@ def equations_of(system: System, fixed: Index) -> list[Equations]:
     free = np.ones(system.ndof, dtype=bool)
     free[fixed] = False
     return [
-        Equations(i, s, s.points.at(system.X), system.pair_slots(s)[:, -2:], free[system.extended_dofs(s)])
-        for i, s in enumerate(system.surfaces)
-        if s.exact
+        Equations(i, s, system.pair_slots(s)[:, -2:], free[s.coupled]) for i, s in enumerate(system.surfaces) if s.exact
     ]
 
 
@@ -438,7 +436,7 @@ def _along(system: System, c: Circumstances, u: Array, step: Array, lam: Array) 
         linear = _linear_gap(system, s, system.pairs(s, u), step, s.points.at(delta))
         stays = s.points.any_at_nodes(after_lam[s.rows, 0] - scale.k_n * linear > 0)
         nodes = s.points.nodes
-        stays &= ~np.isin(2 * nodes[:, None] + np.arange(2), c.plan.fixed).any(axis=1)
+        stays &= ~system.supported(nodes, c.plan)
         linear = _linear_gap(system, s, system.node_pairs(s, u), step, delta[nodes])
         after = system.node_pairs(s, moved)
         nodal[nodes] += np.where(stays, linear - after.g, 0.0)[:, None] * after.n

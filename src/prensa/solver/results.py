@@ -94,7 +94,7 @@ def contact_states(system: System, state: State, e: Evaluation) -> dict[str, Con
             force=s.points.to_nodes(f.F[:, :2]), pressure_from_stress=from_stress,
             pressure_smoothed=_pressure_of(smooth[nodes], pairs.n),
             error=np.where(closed, np.abs(pressure - from_stress), 0.0), area=float(weight[f.p > 0].sum()),
-            points=PointValues(s.points.at(system.X), s.points.at(x), f.g, p, t, f.kappa, status, weight),
+            points=PointValues(s.X, s.points.at(x), f.g, p, t, f.kappa, status, weight),
         )  # fmt: skip
     return out
 

@@ -80,7 +80,7 @@ def doubts(system: System, c: Circumstances, e: Evaluation, residual: float, tol
         depth = np.where(f.p > 0, -f.g / scale.h, 0.0)
         k = int(np.argmax(depth))
         if depth[k] > SUNK:
-            x, node = s.points.at(system.X)[k], s.points.support[k, np.argmax(s.points.N[k])]
+            x, node = s.X[k], s.points.support[k, np.argmax(s.points.N[k])]
             yield (
                 f"contact {s.name}: node {node - system.offsets[s.body]} (initially at {x[0]:.4g}, {x[1]:.4g}) lies "
                 f"{-f.g[k]:.3g} inside the tool, {depth[k]:.2g} of an element: raise its stiffness 'beta', or use 'augmented'"
@@ -149,7 +149,7 @@ def where(system: System, c: Circumstances, reduced: Reduced, trial: Trial) -> s
     dof = int(reduced.free[np.argmax(np.abs(reduced.weight * reduced.part(e.r)))])
     for s in system.surfaces:
         if s.exact and dof in range(s.unknowns.start, s.unknowns.stop):
-            dof = int(system.pair_dofs(s)[(dof - s.unknowns.start) // 2, 0])
+            dof = int(s.dofs[(dof - s.unknowns.start) // 2, 0])
     if dof >= 2 * system.nodes:
         t, axis = divmod(dof - 2 * system.nodes, 3)
         return f"the largest residual is that of tool {system.tools[t].name!r} along {('x', 'y', 'rz')[axis]}"
