@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from prensa.contact.integration import Shares
@@ -24,26 +25,33 @@ TOUCH = 1e-10  # gap over element depth below which a point touches
 
 
 class ContactForces(NamedTuple):
-    """k points: p, t (tangential traction along e), kappa, s, g (k,); slip flags; F (k, 5) forces on q; K (k, 5, 5) = −∂F/∂q.
+    """k ``pairs``: p, t (tangential traction along e), kappa (k,); slip flags; F (k, 5) forces on q; K (k, 5, 5) = −∂F/∂q.
 
-    n, e (k, 2) are the frame in space; weight (k,) belongs to p, area (k,) to t: the same but for laws per current area.
+    weight (k,) belongs to p, area (k,) to t: the same but for laws per current area.
     dp, dt (k, 2 + 5): derivatives of p and t by λ_n, λ_T and q.
     """
 
+    pairs: Pairs
     p: Array
     t: Array
     kappa: Array
-    s: Array
-    g: Array
     slip: NDArray[np.bool_]
     F: Array
     K: Array
-    n: Array
-    e: Array
     weight: Array
     area: Array
     dp: Array
     dt: Array
+
+    @property
+    def g(self) -> Array:
+        """Gaps (k,)."""
+        return self.pairs.g
+
+    @property
+    def s(self) -> Array:
+        """Surface coordinates (k,)."""
+        return self.pairs.s
 
 
 @dataclass(frozen=True)
@@ -100,24 +108,42 @@ def forces(
         dt[:, 1] -= out.dt_dg[:, 0, 0] / scale.k_t  # the trial traction is λ_T − k_T Δg_T
         dt[:, 2:] += out.dt_dg[:, 0] * pairs.ds
     area = weight if area is None else area
-    P, T = (weight * p)[:, None], (area * t)[:, None]
-    F = P * pairs.Fn + T * pairs.Ft
-    dP, dT = weight[:, None] * dp, area[:, None] * dt
-    dF = pairs.Fn[:, :, None] * dP[:, None, 2:] + pairs.Ft[:, :, None] * dT[:, None, 2:]
+    P, T = weight * p, area * t
+    F, K = np.empty((k, 5)), np.empty((k, 5, 5))
+    _assemble(pairs.Fn, pairs.Ft, P, T, weight[:, None] * dp, area[:, None] * dt, F, K)
     if pairs.moving and not lagged:
         if before is not None:
-            P, T = (weight * before)[:, None], (area * committed[:, 0])[:, None]
-        v = P * pairs.e - T * pairs.n
-        arm = pairs.arm
-        turned = np.concatenate([v, -v, -(arm[:, :1] * v[:, 1:] - arm[:, 1:] * v[:, :1])], axis=1)
-        dF += turned[:, :, None] * pairs.turn[:, None, :]
-        traction = P * pairs.n + T * pairs.e
+            P, T = weight * before, area * committed[:, 0]
+        _turn(pairs.n, pairs.e, pairs.arm, pairs.turn, P, T, K)
+    return ContactForces(pairs, p, t, kappa, slip, F, K, weight, area, dp, dt)
+
+
+@njit(cache=True)
+def _assemble(Fn, Ft, P, T, dP, dT, F, K):
+    """Forces P, T (k,) along n and e, their derivatives (k, 2 + 5) → F, and K = −∂F/∂q while the frame stays."""
+    for k in range(len(P)):
+        for i in range(5):
+            F[k, i] = P[k] * Fn[k, i] + T[k] * Ft[k, i]
+            for j in range(5):
+                K[k, i, j] = -Fn[k, i] * dP[k, 2 + j] - Ft[k, i] * dT[k, 2 + j]
+
+
+@njit(cache=True)
+def _turn(n, e, arm, turn, P, T, K):
+    """Add to K what the turn of the frame and the change of the arm make of the forces P along n and T along e."""
+    v = np.empty(5)
+    for k in range(len(P)):
+        v[0], v[1] = P[k] * e[k, 0] - T[k] * n[k, 0], P[k] * e[k, 1] - T[k] * n[k, 1]
+        v[2], v[3], v[4] = -v[0], -v[1], arm[k, 1] * v[0] - arm[k, 0] * v[1]
+        for i in range(5):
+            for j in range(5):
+                K[k, i, j] -= v[i] * turn[k, j]
         # the arm moves with the body point and against the tool
-        dF[:, 4, 0] -= traction[:, 1]
-        dF[:, 4, 1] += traction[:, 0]
-        dF[:, 4, 2] += traction[:, 1]
-        dF[:, 4, 3] -= traction[:, 0]
-    return ContactForces(p, t, kappa, pairs.s, pairs.g, slip, F, -dF, pairs.n, pairs.e, weight, area, dp, dt)
+        x, y = P[k] * n[k, 0] + T[k] * e[k, 0], P[k] * n[k, 1] + T[k] * e[k, 1]
+        K[k, 4, 0] += y
+        K[k, 4, 1] -= x
+        K[k, 4, 2] -= y
+        K[k, 4, 3] += x
 
 
 def stretching(t: Array, pairs: Pairs, shares: Shares, slopes: Array) -> Array:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from prensa.tools.analytic import Tool, turned
@@ -51,12 +52,26 @@ def current_pairs(shape: Tool, x: Array, at: Array, place: Array) -> Pairs:
     R = np.array([[c, -s], [s, c]])
     arm = x - (at + place[:2])
     close = shape.closest(arm @ R)
-    n = close.n @ R.T
-    e = turned(n)
-    Fn, Ft = _generalised(n, arm), _generalised(e, arm)
-    turn = close.c[:, None] * Ft
-    turn[:, 4] += 1.0
-    return Pairs(close.g, close.s, n, e, Fn, (1.0 - close.g * close.c)[:, None] * Ft, Fn, Ft, turn, arm, True)
+    n, e = np.empty((2, *arm.shape))
+    Fn, Ft, ds, turn = np.empty((4, len(arm), 5))
+    _turn_into_space(close.g, close.c, close.n, R, arm, n, e, Fn, Ft, ds, turn)
+    return Pairs(close.g, close.s, n, e, Fn, ds, Fn, Ft, turn, arm, True)
+
+
+@njit(cache=True)
+def _turn_into_space(g, c, n_tool, R, arm, n, e, Fn, Ft, ds, turn):
+    """Normals in the tool frame → the frame in space, its forces, and what changes s and turns the frame."""
+    for k in range(len(g)):
+        n[k, 0] = R[0, 0] * n_tool[k, 0] + R[0, 1] * n_tool[k, 1]
+        n[k, 1] = R[1, 0] * n_tool[k, 0] + R[1, 1] * n_tool[k, 1]
+        e[k, 0], e[k, 1] = -n[k, 1], n[k, 0]
+        for v, F in ((n, Fn), (e, Ft)):
+            F[k, 0], F[k, 1], F[k, 2], F[k, 3] = v[k, 0], v[k, 1], -v[k, 0], -v[k, 1]
+            F[k, 4] = arm[k, 1] * v[k, 0] - arm[k, 0] * v[k, 1]
+        for i in range(5):
+            ds[k, i] = (1.0 - g[k] * c[k]) * Ft[k, i]
+            turn[k, i] = c[k] * Ft[k, i]
+        turn[k, 4] += 1.0
 
 
 def reference_pairs(shape: Tool, X: Array, normal: Array, u: Array, at: Array, place: Array, limit: float) -> Pairs:

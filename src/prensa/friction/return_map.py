@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import NamedTuple, Protocol
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -59,30 +60,41 @@ def return_map(
     A softening law needs k_T > |∂τ_y/∂κ| for the root to be unique; where it may not be, the tangent is NaN, which the
     solver takes as a failed evaluation.
     """
-    d = dg.shape[1]
     trial = np.where(touching[:, None], lam - k_t[:, None] * dg, 0.0)
     size = np.sqrt((trial**2).sum(axis=1))
     tau, dtau_p, dtau_k = law.bound(p, kappa)
     slip = touching & (size > (1.0 + ON_BOUND) * tau)
     if hold is not None:
         slip &= ~hold
-    T = np.divide(trial, size[:, None], out=np.zeros_like(trial), where=(size > 0)[:, None])
-    delta = np.where(slip & (p > 0), (size - tau) / k_t, 0.0)
-    if law.hardens and (slip & (p > 0)).any():
-        delta, tau, dtau_p, dtau_k = _hardening_root(law, size, tau, p, kappa, k_t, slip & (p > 0))
+    moves = slip & (p > 0)
+    delta = np.where(moves, (size - tau) / k_t, 0.0)
+    if law.hardens and moves.any():
+        delta, tau, dtau_p, dtau_k = _hardening_root(law, size, tau, p, kappa, k_t, moves)
     D = k_t + dtau_k
     if law.hardens:
         D = np.where(slip & (law.steepest(kappa) * p >= k_t), np.nan, D)
-    safe = np.where(size > 0, size, 1.0)
-    theta = np.where(slip, tau / safe, 1.0)
-    t = trial * theta[:, None]
-    eye = np.eye(d)
-    TT = T[:, :, None] * T[:, None, :]
-    stick_block = -k_t[:, None, None] * eye
-    slip_block = -((k_t * theta)[:, None, None] * (eye - TT) + (k_t * (1.0 - k_t / D))[:, None, None] * TT)
-    dt_dg = np.where(slip[:, None, None], slip_block, np.where(touching[:, None, None], stick_block, 0.0))
-    dt_dp = np.where(slip[:, None], (k_t * dtau_p / D)[:, None] * T, 0.0)
+    k, d = dg.shape
+    t, dt_dp, dt_dg = np.zeros((k, d)), np.zeros((k, d)), np.zeros((k, d, d))
+    _tractions(trial, size, tau, dtau_p, D, k_t, touching, slip, t, dt_dp, dt_dg)
     return Tangential(t, dt_dg, dt_dp, kappa + delta, slip)
+
+
+@njit(cache=True)
+def _tractions(trial, size, tau, dtau_p, D, k_t, touching, slip, t, dt_dp, dt_dg):
+    """Trial tractions → tractions on the bound or below it and their derivatives, which are zero where nothing touches."""
+    d = trial.shape[1]
+    for k in np.flatnonzero(touching):
+        theta = tau[k] / size[k] if slip[k] else 1.0
+        for i in range(d):
+            t[k, i] = theta * trial[k, i]
+            dt_dg[k, i, i] = -k_t[k]
+            if slip[k]:
+                Ti = trial[k, i] / size[k]
+                dt_dp[k, i] = k_t[k] * dtau_p[k] / D[k] * Ti
+                for j in range(d):
+                    TT = Ti * trial[k, j] / size[k]
+                    eye = 1.0 if i == j else 0.0
+                    dt_dg[k, i, j] = -k_t[k] * (theta * (eye - TT) + (1.0 - k_t[k] / D[k]) * TT)
 
 
 def _hardening_root(

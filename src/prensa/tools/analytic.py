@@ -118,8 +118,9 @@ class Plane(_Analytic):
 
     def closest(self, xi: Array) -> Closest:
         """Points (k, 2) → `Closest`."""
-        n = np.tile([self.nx, self.ny], (len(xi), 1))
-        return Closest(xi @ n[0] if len(xi) else np.zeros(0), n, np.zeros(len(xi)), xi @ np.array([-self.ny, self.nx]))
+        n = np.full((len(xi), 2), (self.nx, self.ny))
+        g, s = xi[:, 0] * self.nx + xi[:, 1] * self.ny, xi[:, 1] * self.nx - xi[:, 0] * self.ny
+        return Closest(g, n, np.zeros(len(xi)), s)
 
 
 @dataclass(frozen=True)
