@@ -110,6 +110,11 @@ class Points:
         return np.asarray(np.einsum("ka,ka...->k...", self.N, values[self.support]))
 
     @cached_property
+    def are_nodes(self) -> bool:
+        """Whether the points are the nodes of the surface, one by one."""
+        return self.N.shape[1] == 1 and np.array_equal(self.support[:, 0], self.nodes)
+
+    @cached_property
     def slots(self) -> Index:
         """Places (k, a) of the supporting nodes in ``nodes``."""
         number = np.full(int(self.nodes.max()) + 1, -1, dtype=np.int64)

@@ -206,7 +206,7 @@ def _start(
     with report.timed("factorisation and solve"):
         step = reduced.solve(base, -r)
     far = _runaway(system, reduced.fixed, step)
-    start = start + delta if far else _along(system, c, start, delta + step, lam)
+    start = start + delta if far else _along(system, c, base, start, delta + step, lam)
     return start, None, base.touching
 
 
@@ -370,7 +370,7 @@ def _newton(
             return None
         if norm < best:
             best, anchor, watched = norm, (u, step), 0
-        moved_to = _along(system, c, u, step, lam)
+        moved_to = _along(system, c, e, u, step, lam)
         with report.timed("assembly"):
             full = system.evaluate(c, moved_to, lam, stiffness=not (relative <= CLOSE and settled))
         size = reduced.norm(full.r) if not full.failed else np.inf
@@ -421,8 +421,8 @@ def reversed_slip(before: NDArray[np.int8] | None, now: NDArray[np.int8]) -> Fla
     return (before >= 2) & (now >= 2) & (before != now)
 
 
-def _along(system: System, c: Circumstances, u: Array, step: Array, lam: Array) -> Array:
-    """U + step, with closed contact nodes put at the gap that the linear model gave them.
+def _along(system: System, c: Circumstances, e: Evaluation, u: Array, step: Array, lam: Array) -> Array:
+    """U + step, with closed contact nodes put at the gap that the linear model gave them; e: the evaluation at u.
 
     A straight step along a curved tool changes the gap by d²/2R, more than the penetration p/k_n: without the correction
     a Newton step opens points that stay closed. Supported nodes are left where they are.
@@ -432,12 +432,13 @@ def _along(system: System, c: Circumstances, u: Array, step: Array, lam: Array) 
         return moved
     nodal, delta = (v[: 2 * system.nodes].reshape(-1, 2) for v in (moved, step))
     after_lam = system.multipliers(moved, lam)
-    for s, scale in zip(system.surfaces, c.scales):
-        linear = _linear_gap(system, s, system.pairs(s, u), step, s.points.at(delta))
+    for s, f, scale in zip(system.surfaces, e.contacts, c.scales):
+        linear = _linear_gap(system, s, f.pairs, step, s.points.at(delta))
         stays = s.points.any_at_nodes(after_lam[s.rows, 0] - scale.k_n * linear > 0)
         nodes = s.points.nodes
         stays &= ~system.supported(nodes, c.plan)
-        linear = _linear_gap(system, s, system.node_pairs(s, u), step, delta[nodes])
+        if not s.points.are_nodes:
+            linear = _linear_gap(system, s, system.node_pairs(s, u), step, delta[nodes])
         after = system.node_pairs(s, moved)
         nodal[nodes] += np.where(stays, linear - after.g, 0.0)[:, None] * after.n
     return system.followed(moved)
