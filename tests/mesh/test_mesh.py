@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 import prensa as pr
 from prensa.mesh.generate import mesh_of
@@ -12,8 +13,10 @@ from prensa.mesh.mesh import (
     MeshError,
     areas,
     boundary_edges,
+    coincident,
     oriented,
     segments,
+    within,
 )
 
 KINDS = {"t3": 3, "q4": 4, "t6": 6, "q8": 8}
@@ -108,6 +111,23 @@ def test_cells_that_go_clockwise_are_turned_round(element):
         c = cells.shape[1] // 2
         corner = mirrored[cells[:, :c]]
         assert np.allclose(mirrored[cells[:, c:]], 0.5 * (corner + np.roll(corner, -1, axis=1)), rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize("strips", [7, 2**20])
+def test_neighbours_are_those_of_a_tree(monkeypatch, strips):
+    """All points in each circle, none else, in order of the circles, however many are looked through at once."""
+    monkeypatch.setattr("prensa.mesh.mesh.STRIPS", strips)
+    rng = np.random.default_rng(5)
+    grid = np.stack(np.meshgrid(np.arange(6.0), np.arange(5.0)), axis=-1).reshape(-1, 2)
+    points = np.concatenate([grid, rng.uniform(0, 5, (40, 2)), grid[::4] + 1e-9])
+    centres, radii = rng.uniform(-1, 6, (30, 2)), rng.uniform(0, 2, 30)
+    i, j = within(points, centres, radii)
+    expected = cKDTree(points).query_ball_point(centres, radii)
+    assert (np.diff(i) >= 0).all()
+    assert [sorted(j[i == k].tolist()) for k in range(30)] == [sorted(e) for e in expected]
+    pairs = set(zip(*(x.tolist() for x in coincident(points, 1e-7)), strict=True))
+    assert pairs == {(k, 70 + k // 4) for k in range(0, 30, 4)}
+    assert len(within(points, np.array([[50.0, 50.0]]), np.ones(1))[0]) == 0
 
 
 def test_cells_of_two_kinds_are_refused_with_the_remedy():

@@ -18,6 +18,7 @@ from prensa.mesh.mesh import (
     Mesh,
     MeshError,
     boundary_edges,
+    coincident,
     edges_between,
     keys,
     oriented,
@@ -108,13 +109,14 @@ def _merged(
     points: Array, kinds: dict[int, Index], label: dict[int, int]
 ) -> tuple[Array, dict[int, Index], dict[int, int]]:
     """The same with nodes at one place made one."""
+    n = len(points)
+    pairs = coincident(points, COINCIDENT * float(np.ptp(points, axis=0).max()))
+    if not len(pairs[0]):
+        return points, kinds, label
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
-    from scipy.spatial import cKDTree
 
-    n = len(points)
-    near = cKDTree(points).query_pairs(COINCIDENT * float(np.ptp(points, axis=0).max()), output_type="ndarray")
-    graph = coo_matrix((np.ones(len(near)), (near[:, 0], near[:, 1])), (n, n))
+    graph = coo_matrix((np.ones(len(pairs[0])), pairs), (n, n))
     _, group = connected_components(graph, directed=False)
     _, first, number = np.unique(group, return_index=True, return_inverse=True)
     kinds = {k: number[c] for k, c in kinds.items()}
