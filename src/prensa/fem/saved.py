@@ -12,7 +12,6 @@ import logging
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -49,6 +48,8 @@ def read_checkpoint(path: str | Path) -> tuple[Case, State]:
 
 
 def _read(path: Path) -> tuple[str, dict[str, NDArray[Any]]]:
+    import h5py
+
     again = "run the case again"
     if not path.is_file():
         raise PrensaError(f"{path}: there is no checkpoint; start with 'prensa run'")

@@ -171,8 +171,8 @@ def _at_rest(
     return plan, e, c
 
 
-def earlier_run(problem: model.Problem, meshes: dict[str, Mesh]) -> Earlier | None:
-    """The run that a problem starts from, if any.
+def earlier_run(problem: model.Problem, start: model.Start, meshes: dict[str, Mesh]) -> Earlier:
+    """The run that a problem starts from.
 
     Raises
     ------
@@ -180,9 +180,7 @@ def earlier_run(problem: model.Problem, meshes: dict[str, Mesh]) -> Earlier | No
         If the two cases do not go together.
 
     """
-    if problem.start is None:
-        return None
-    case, state = read_checkpoint(Path(problem.start.run) / CHECKPOINT)
+    case, state = read_checkpoint(Path(start.run) / CHECKPOINT)
     before = case.problem
     system = discretise(before)
     for key in ("space", "kinematics", "contact_geometry", "thickness", "units"):

@@ -599,8 +599,6 @@ def discretise(problem: model.Problem) -> System:
         For a boundary that does not exist, a mesh that cannot be computed on, a tool that cannot be placed.
 
     """
-    from prensa.fem.start import earlier_run
-
     axisymmetric = problem.space == "axisymmetric"
     meshes: dict[str, Mesh] = {}
     offsets, total = {}, 0
@@ -649,7 +647,11 @@ def discretise(problem: model.Problem) -> System:
         )  # fmt: skip
         first += len(points)
         own += 2 * len(points) if exact else 0
-    earlier = earlier_run(problem, meshes)
+    earlier = None
+    if problem.start is not None:
+        from prensa.fem.start import earlier_run
+
+        earlier = earlier_run(problem, problem.start, meshes)
     shapes = meshes if earlier is None else earlier.shapes(meshes)
     tools = [
         (earlier.tool(name, d) if earlier is not None else None)

@@ -10,7 +10,6 @@ import numpy as np
 from prensa.mesh import blocks
 from prensa.mesh.convert import Draft, draft_of, finished, nodes_of
 from prensa.mesh.mesh import Array, Index, Mesh, MeshError, boundary_edges, edges_between
-from prensa.mesh.read import from_file
 from prensa.mesh.spacing import graded
 from prensa.model import problem as model
 
@@ -94,6 +93,8 @@ def mesh_of(description: Any, element: str = "q4", unit: str = "mm") -> Mesh:
         case model.Annulus():
             return finished(blocks.annulus(description), nodes)
         case model.File():
+            from prensa.mesh.read import from_file
+
             return from_file(description, nodes, unit)
         case model.Patch():
             return finished(blocks.patch(description), nodes)

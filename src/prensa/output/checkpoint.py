@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import h5py
-
 from prensa import __version__
 from prensa.fem.saved import CHECKPOINT, FORMAT, VERSION, arrays_hash, read_checkpoint, text_hash
 from prensa.fem.state import State
@@ -35,6 +33,8 @@ def write_checkpoint(path: str | Path, case: Case | str, state: State) -> Path:
         Committed state; its arrays are stored as they are.
 
     """
+    import h5py
+
     text = case if isinstance(case, str) else case_text(case)
     arrays = state.arrays()
     with replacing(Path(path)) as temporary, h5py.File(temporary, "w") as file:

@@ -12,7 +12,6 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-import meshio
 import numpy as np
 from numpy.typing import NDArray
 
@@ -54,6 +53,8 @@ class Fields:
 
 def write_fields(path: Path, increment: Increment) -> Path:
     """Write one increment as a ``.vtu`` file, atomically; returns *path*."""
+    import meshio
+
     bodies = list(increment.bodies.values())
     offset = np.cumsum([0, *(len(b.X) for b in bodies)])
     cells = [(VTK[b.cells.shape[1]], b.cells + o) for b, o in zip(bodies, offset)]
