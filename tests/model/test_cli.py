@@ -40,6 +40,28 @@ def test_help_and_version_come_at_once():
     assert prensa.__version__ in prensa_does("--version").stdout
 
 
+def test_the_first_iteration_waits_for_nothing_that_it_does_not_need(case, tmp_path):
+    """What draws, writes fields and checkpoints, reads meshes or looks up rare units is loaded when it is needed."""
+    code = """
+import logging, os, sys
+
+class Leave(logging.Handler):
+    def emit(self, record):
+        if ", iteration 0:" in record.getMessage() or ", iteration 1:" in record.getMessage():
+            print(sorted(sys.modules), flush=True)
+            os._exit(0)
+
+logging.getLogger("prensa").addHandler(Leave())
+from prensa.cli import main
+main()
+"""
+    words = ["run", str(case), "--out", str(tmp_path / "out"), "--quiet"]
+    out = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=True).stdout
+    assert "'prensa.solver.newton'" in out
+    late = ("h5py", "jinja2", "matplotlib", "meshio", "pint", "prensa.mesh.read", "scipy.interpolate", "scipy.spatial")
+    assert [name for name in late if f"'{name}'" in out] == []
+
+
 def test_check_says_what_would_run(case):
     """Bodies, placed tools, contacts, steps and the size are printed, and nothing is solved."""
     result = prensa_does("check", case, "--set", "bodies.billet.mesh.n=[4, 6]")
