@@ -6,9 +6,9 @@ import logging
 
 import numpy as np
 import pytest
-from scipy.sparse import csc_matrix, diags
+from scipy.sparse import csc_array, csc_matrix, diags, random_array, tril
 
-from prensa.solver.linear import Factorisation, SingularError, available
+from prensa.solver.linear import Factorisation, SingularError, Structure, available
 
 
 def matrix(n: int, skew: float = 0.0) -> csc_matrix:
@@ -49,3 +49,17 @@ def test_a_singular_matrix_is_refused_by_every_solver(symmetric):
         Factorisation(2, a.indptr, a.indices, symmetric=symmetric).solve(a.data, np.array([1.0, 1.0]))
     with pytest.raises(SingularError, match="not numbers"):
         Factorisation(2, a.indptr, a.indices, symmetric=symmetric).solve(np.full(4, np.nan), np.ones(2))
+
+
+def test_the_lower_triangle_is_that_of_scipy():
+    """Pointers, rows and values of the lower triangle, columns without a diagonal entry or without any included."""
+    rng = np.random.default_rng(3)
+    full = random_array((40, 40), density=0.05, rng=rng, format="csc")
+    full.sort_indices()
+    structure = Structure(40, full.indptr, full.indices, True, 1)
+    indptr, indices, inside = structure.lower()
+    expected = csc_array(tril(full))
+    expected.sort_indices()
+    assert (np.diff(full.indptr) == 0).any() and indptr.dtype == indices.dtype == np.int32
+    assert indptr.tolist() == expected.indptr.tolist() and indices.tolist() == expected.indices.tolist()
+    assert full.data[inside].tolist() == expected.data.tolist()

@@ -20,7 +20,7 @@ class Tied:
     values of the large one.
     """
 
-    def __init__(self, ties: Ties, n: int, fixed: Index, rows: NDArray[np.int32], cols: Index) -> None:
+    def __init__(self, ties: Ties, n: int, fixed: Index, rows: NDArray[np.int32], cols: NDArray[np.int32]) -> None:
         T = ties.free(n, fixed)
         T.sort_indices()
         self.matrix = T

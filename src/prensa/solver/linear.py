@@ -40,12 +40,17 @@ class Structure(NamedTuple):
     symmetric: bool
     threads: int
 
-    def lower(self) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.int64]]:
-        """Index pointers and row indices of the lower triangle, and its places in the values."""
-        columns = np.repeat(np.arange(self.n), np.diff(self.indptr))
-        places = np.flatnonzero(self.indices >= columns)
-        indptr = np.concatenate([[0], np.cumsum(np.bincount(columns[places], minlength=self.n))])
-        return indptr.astype(np.int32), self.indices[places], places
+    def lower(self) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.bool_]]:
+        """Index pointers and row indices of the lower triangle, and which of the values are in it."""
+        inside = self.indices >= np.repeat(np.arange(self.n, dtype=np.int32), np.diff(self.indptr))
+        return running(inside)[self.indptr], self.indices[inside], inside
+
+
+def running(flags: NDArray[np.bool_]) -> NDArray[np.int32]:
+    """Number (n + 1,) of flags (n,) that are set before each place."""
+    out = np.zeros(len(flags) + 1, dtype=np.int32)
+    np.cumsum(flags, out=out[1:])
+    return out
 
 
 def _superlu(a: Structure) -> Factor:
@@ -63,10 +68,10 @@ def _rslab(a: Structure) -> Factor:
     from scipy.sparse import csc_matrix
 
     if a.symmetric:
-        indptr, indices, places = a.lower()
+        indptr, indices, inside = a.lower()
         lower = csc_matrix((np.ones(len(indices)), indices, indptr), (a.n, a.n))
         ldlt = rslab.analyze(lower, path="ldlt", threads=a.threads)
-        return lambda values: _columns(ldlt.factor(values[places]))
+        return lambda values: _columns(ldlt.factor(values[inside]))
     pattern = csc_matrix((np.ones(len(a.indices)), a.indices, a.indptr), (a.n, a.n))
     symbolic = rslab.analyze(pattern, path="lu", threads=a.threads, matching=False)
     return lambda values: _columns(symbolic.factor(values))
@@ -85,13 +90,13 @@ def _pardiso(a: Structure) -> Factor:
     # its defaults but for scaling and matching, which would make the analysis, and with it a resumed run, depend on values
     for number, value in {1: 1, 2: 2, 10: 8 if a.symmetric else 13, 11: 0, 13: 0, 21: 1}.items():
         solver.set_iparm(number, value)
-    indptr, indices, places = a.lower() if a.symmetric else (a.indptr, a.indices, None)
+    indptr, indices, inside = a.lower() if a.symmetric else (a.indptr, a.indices, None)
     analysed = False
 
     def factor(values: Array) -> Solve:
         nonlocal analysed
-        if places is not None:  # the lower triangle by columns is the upper one by rows, which mtype −2 wants
-            matrix = csr_matrix((values[places], indices, indptr), (a.n, a.n))
+        if inside is not None:  # the lower triangle by columns is the upper one by rows, which mtype −2 wants
+            matrix = csr_matrix((values[inside], indices, indptr), (a.n, a.n))
         else:
             matrix = csc_matrix((values, indices, indptr), (a.n, a.n)).tocsr()
             matrix.sort_indices()

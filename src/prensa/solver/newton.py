@@ -15,7 +15,7 @@ from prensa.fem.system import Circumstances, Evaluation, Surface, System
 from prensa.model import problem as model
 from prensa.solver.continuation import ROUGH, stages, stiffened
 from prensa.solver.eliminated import Tied
-from prensa.solver.linear import Factorisation, SingularError
+from prensa.solver.linear import Factorisation, SingularError, running
 from prensa.solver.multipliers import BlockedError, Equations, determined
 
 Array = NDArray[np.float64]
@@ -84,21 +84,18 @@ class Reduced:
         mask[fixed] = False
         self.free = np.flatnonzero(mask)
         indptr, indices = system.pattern.indptr, system.pattern.indices
-        cols = np.repeat(np.arange(n), np.diff(indptr))
+        cols = np.repeat(np.arange(n, dtype=np.int32), np.diff(indptr))
         self.tied: Tied | None = None
         if system.ties is not None:
             self.tied = Tied(system.ties, n, fixed, indices, cols)
             self.free = self.tied.free
             pattern = self.tied.indptr, self.tied.indices
         else:
-            number = np.full(n, -1, dtype=np.int64)
-            number[self.free] = np.arange(len(self.free))
-            self.entries = np.flatnonzero(mask[indices] & mask[cols])
-            count = np.bincount(number[cols[self.entries]], minlength=len(self.free))
-            pattern = (
-                np.concatenate([[0], np.cumsum(count)]).astype(np.int32),
-                number[indices[self.entries]].astype(np.int32),
-            )
+            number = np.cumsum(mask, dtype=np.int32) - 1
+            self.entries = mask[indices] & mask[cols]  # as flags: their places take as much memory as the matrix
+            ends = running(self.entries)[indptr]
+            pattern = np.append(ends[self.free], ends[-1]), number[indices[self.entries]]
+        del cols
         self.factorisation = Factorisation(len(self.free), *pattern, numerics.solver, numerics.threads, symmetric)
         self.symmetric = symmetric
         self.weight = weights_of(system)[self.free]
