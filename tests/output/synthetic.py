@@ -98,7 +98,7 @@ def committed(number: int, time: float) -> State:
     """A state full of numbers that text would round."""
     rng = np.random.default_rng(number)
     return State(
-        u=rng.normal(size=40) * 1e-3, du=rng.normal(size=40) / 3, dt_last=1 / 3,
+        u=rng.normal(size=40) * 1e-3, du=rng.normal(size=40) / 3, dt_last=1 / 3, bend=rng.normal(size=40),
         history=(rng.normal(size=(4, 4, 7)), rng.normal(size=(2, 4, 3))), contact=rng.normal(size=(9, 4)), lam=np.zeros((9, 2)),
         energy=rng.normal(size=6), work=rng.normal(size=3), clock=np.array([0.0, number, time, 0.1, 2.0]),
         anchor=rng.normal(size=40),

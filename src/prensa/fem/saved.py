@@ -22,7 +22,7 @@ from prensa.model.problem import Case
 
 CHECKPOINT = "checkpoint.h5"
 FORMAT = "prensa checkpoint"
-VERSION = 1
+VERSION = 2  # 2: `State.bend`
 
 log = logging.getLogger(__name__)
 

@@ -307,7 +307,7 @@ class System:
             pairs = self.pairs(s, u)
             contact[s.rows, 2] = pairs.s
         return State(
-            u=u, du=np.zeros(self.ndof), dt_last=0.0,
+            u=u, du=np.zeros(self.ndof), dt_last=0.0, bend=np.zeros(self.ndof),
             history=self.initial_history,
             contact=contact, lam=np.zeros((n_points, 2)), energy=np.zeros(6), work=np.zeros(self.ndof),
             clock=np.zeros(5), anchor=u.copy(),

@@ -284,10 +284,11 @@ class _March:
             trial.u, trial.recover = trial.recover(), None
         step, anchor = (plan.number + 1, trial.u) if ended else (plan.number, old.anchor)
         dt = 0.0 if ended else self.next_dt(old, plan, c, e, trial, cutbacks)
+        bend, trust = old.bent(du, c.dt, system.nodes)
         number = old.clock[1] + 1
         state = State(
-            u=trial.u, du=du, dt_last=0.0 if ended else c.dt, history=e.history, contact=contact, lam=lam,
-            energy=energy, work=work, clock=np.array([step, number, c.time, dt, 0.0]), anchor=anchor,
+            u=trial.u, du=du, dt_last=0.0 if ended else c.dt, bend=bend, history=e.history, contact=contact, lam=lam,
+            energy=energy, work=work, clock=np.array([step, number, c.time, dt, trust]), anchor=anchor,
         )  # fmt: skip
         increment = self.increment(state, plan, e, trial, spent, cutbacks, ended)
         if ended:

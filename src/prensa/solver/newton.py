@@ -171,7 +171,7 @@ def _start(
     numerics: model.Numerics,
     report: Reporter,
 ) -> tuple[Array, Evaluation | None, Flags | None]:
-    """First iterate: the last increment extrapolated, or the committed state moved by the linearised system.
+    """First iterate: the last increments extrapolated, or the committed state moved by the linearised system.
 
     That has the tools where they end, so that it closes all points that they would overlap; those that were closed stay so
     and stick. Too many closed points open in the iterations that follow; too few would let the tool sink between them.
@@ -180,7 +180,7 @@ def _start(
     """
     values = c.plan.values(c.time)
     if numerics.predictor and c.state.dt_last > 0:
-        u = start + (c.dt / c.state.dt_last) * c.state.du
+        u = start + c.state.foretold(c.dt)
         u[reduced.fixed] = values
         _keep_on_tools(system, c, u)
         u[reduced.fixed] = values

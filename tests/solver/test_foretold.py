@@ -1,0 +1,74 @@
+"""The start of an increment: motions of second degree are foretold exactly, kinks are not carried on."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import prensa as pr
+from prensa.fem.state import State
+
+NODES = 3
+
+
+def after(state: State, u: np.ndarray, time: float) -> State:
+    """The state that follows with unknowns u at a time."""
+    dt = time - state.clock[2]
+    du = u - state.u
+    bend, trust = state.bent(du, dt, NODES)
+    clock = np.array([0.0, state.clock[1] + 1, time, dt, trust])
+    return replace(state, u=u, du=du, dt_last=dt, bend=bend, clock=clock)
+
+
+def at_rest(u: np.ndarray) -> State:
+    """The beginning of a step."""
+    none = np.zeros(0)
+    return State(u, np.zeros_like(u), 0.0, np.zeros_like(u), (), none, none, none, none, np.zeros(5), u)
+
+
+@pytest.fixture
+def course():
+    """A motion u(t) (2 · 3 + 3,) of second degree."""
+    a, v = np.random.default_rng(1).normal(size=(2, 2 * NODES + 3))
+    return lambda t: v * t + a * t * t
+
+
+def test_a_motion_of_second_degree_is_foretold_exactly(course):
+    """With unequal increments too, from the third on; before that the last increment is continued in proportion."""
+    state = at_rest(course(0.0))
+    for t in (0.1, 0.25):
+        state = after(state, course(t), t)
+        assert state.clock[4] == 0.0
+    straight = state.du * (0.2 / 0.15)
+    np.testing.assert_allclose(state.foretold(0.2), straight, rtol=1e-14)
+    for t, dt in ((0.3, 0.4), (0.7, 0.05)):
+        state = after(state, course(t), t)
+        assert state.clock[4] == pytest.approx(1.0, abs=1e-10)
+        np.testing.assert_allclose(state.u + state.foretold(dt), course(t + dt), rtol=1e-10)
+
+
+def test_a_kink_is_not_carried_on(course):
+    """When the velocity jumps, what the bend says of the jump is not trusted in the next increment."""
+    state = at_rest(course(0.0))
+    for t in (0.1, 0.2, 0.3):
+        state = after(state, course(t), t)
+    back = -np.sign(state.bend) * 50.0
+    state = after(state, state.u + back * 0.1, 0.4)
+    assert state.clock[4] == 0.0
+    np.testing.assert_allclose(state.foretold(0.1), state.du, rtol=1e-14)
+
+
+def test_a_steady_process_starts_closer_to_its_answer(monkeypatch):
+    """Upsetting: from the tenth increment on the first residual is less than 0.4 of that of the straight start."""
+    billet = pr.Body(pr.Rectangle(size=(10, 7.5), n=(2, 2)), pr.J2(200e3, 0.3, pr.Ludwik(250.0, 500.0, 0.3)))
+    problem = pr.Problem(
+        "upsetting", space="axisymmetric", bodies={"billet": billet}, tools={"punch": pr.Plane(touching="billet.top")},
+        contacts=(pr.Contact("billet.top", "punch"),), fixed={"billet.bottom": "y", "billet.left": "x"},
+        steps=(pr.Step("press", move={"punch": pr.Motion(y=-1.0)}, increments=30),),
+    )  # fmt: skip
+    first = np.array([i.statistics.residuals[0] for i in pr.solve(problem)])
+    monkeypatch.setattr(State, "bent", lambda self, du, dt, nodes: (np.zeros_like(du), 0.0))
+    straight = np.array([i.statistics.residuals[0] for i in pr.solve(problem)])
+    assert (first[9:] < 0.4 * straight[9:]).all()
