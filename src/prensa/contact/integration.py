@@ -106,7 +106,7 @@ class Points:
     def at(self, values: Array) -> Array:
         """Nodal values (n, …) of the whole system interpolated to the points (k, …)."""
         if self.N.shape[1] == 1:  # points that are nodes
-            return values[self.support[:, 0]]
+            return values.take(self.support[:, 0], axis=0)
         return np.asarray(np.einsum("ka,ka...->k...", self.N, values[self.support]))
 
     @cached_property

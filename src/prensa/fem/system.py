@@ -444,8 +444,8 @@ class System:
         """External forces (ndof,) at the end of an increment; their stiffness is added to data (nnz,) unless it is None."""
         f = np.zeros(self.ndof)
         nodal = f[: 2 * self.nodes].reshape(-1, 2)
-        x = self.positions(u) if self.problem.kinematics == "finite" else self.X
         for name, load in c.plan.loads.items():
+            x = self.positions(u) if self.problem.kinematics == "finite" else self.X
             p, q = load.pressure(c.time), load.shear(c.time)
             t = (load.tx(c.time), load.ty(c.time))
             live = load.follower and (p != 0.0 or q != 0.0)

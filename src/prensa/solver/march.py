@@ -100,10 +100,11 @@ def at_rest(system: System) -> Increment | None:
 
 
 def _least_corner(x: Array) -> Array:
-    """Least corner triangle of polygons x (e, 3|4, 2) over the mean of all: 0 at 180°, negative beyond → (e,)."""
-    before, after = x - np.roll(x, 1, axis=1), np.roll(x, -1, axis=1) - x
+    """Least corner triangle of polygons x (3|4, e, 2) over the mean of all: 0 at 180°, negative beyond → (e,)."""
+    after = np.roll(x, -1, axis=0) - x
+    before = np.roll(after, 1, axis=0)
     area = before[..., 0] * after[..., 1] - before[..., 1] * after[..., 0]
-    return np.asarray(area.min(axis=1) / np.maximum(np.abs(area.mean(axis=1)), 1e-300))
+    return np.asarray(area.min(axis=0) / np.maximum(np.abs(area.mean(axis=0)), 1e-300))
 
 
 class _March:
@@ -189,15 +190,15 @@ class _March:
             return
         if self.system.problem.kinematics == "small":
             return
-        x, x_n = self.system.positions(trial.u), self.system.positions(c.state.u)
+        x, x_n = self.system.positions(trial.u), c.x_n
         for block, new, was in zip(self.system.blocks, trial.evaluation.history, c.state.history):
-            corners = block.corners
-            corner = _least_corner(x[corners])
+            corners = block.corners.T
+            corner = _least_corner(x.take(corners, axis=0))
             worst = int(np.argmin(corner))
             if corner[worst] < FOLDED:
                 at = self.system.X[block.cells[worst]].mean(axis=0)
                 where = f"element {worst} of {block.body} (initially near {at[0]:.4g}, {at[1]:.4g})"
-                if corner[worst] < _least_corner(x_n[corners[[worst]]])[0] - JUMP:
+                if corner[worst] < _least_corner(x_n[corners[:, [worst]]])[0] - JUMP:
                     trial.converged, trial.reason = False, f"{where} folded over"
                     return
                 if not self.told_of_folding:
@@ -208,14 +209,14 @@ class _March:
                     )
             if not block.law.plastic:
                 continue
-            growth = (new[..., 4] - was[..., 4]).max(axis=1)
-            worst = int(np.argmax(growth))
-            if growth[worst] > ABSURD:
+            growth = new[..., 4] - was[..., 4]
+            if growth.max() > ABSURD:
+                worst = int(np.argmax(growth)) // growth.shape[1]
                 at = self.system.X[block.cells[worst]].mean(axis=0)
                 trial.converged = False
                 trial.reason = (
                     f"element {worst} of {block.body} (initially near {at[0]:.4g}, {at[1]:.4g}) flowed by "
-                    f"{growth[worst]:.2g} in one increment: it collapses"
+                    f"{growth.max():.2g} in one increment: it collapses"
                 )
                 return
 
