@@ -60,7 +60,7 @@ def of_iteration(elements: str, kind: str = "") -> dict[str, Any]:
             before, start = replace(spent), time.process_time()
             e = system.evaluate(c, u, state.lam)
             evaluated = time.process_time()
-            reduced.solve(e, -e.r)
+            reduced.solve(reduced.matrix(e, -e.r), -e.r)
             total = time.process_time() - start - (spent.analysis - before.analysis)
             if not best or total < best["iteration"]:
                 best = {

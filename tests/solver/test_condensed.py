@@ -252,7 +252,7 @@ def test_a_step_of_the_small_system_is_one_of_the_whole():
     reduced = Reduced(system, plan.fixed, WHOLE)
     b = np.zeros(system.ndof)
     b[whole.touched] = np.sin(np.arange(len(whole.touched)))
-    a, x = small.solve(e, b), reduced.solve(full, b)
+    a, x = small.solve(small.matrix(e, b), b), reduced.solve(reduced.matrix(full, b), b)
     assert np.abs((a - x)[whole.touched]).max() <= 1e-11 * np.abs(x).max()
     assert np.abs(e.r - full.r)[small.free].max() <= 1e-11 * e.scale
     assert np.abs(small.apply(e.data, x) - reduced.apply(full.data, x))[small.free].max() <= 1e-10 * np.abs(b).max()

@@ -386,14 +386,14 @@ class Small(Reduced):
         out[self.bodies.held] += answer.held + self.P @ q
         return out
 
-    def solve(self, e: Evaluation, b: Array) -> Array:
-        """All unknowns (n,) with K_ff x_f = b_f for the matrix of an evaluation, zero where prescribed."""
+    def matrix(self, e: Evaluation, b: Array) -> Array:
+        """K_ff, dense."""
         assert e.data is not None
         data = determined(e, b, self.equations) if self.equations else e.data
         M = (self.G.T @ self._contact(data) @ self.G).toarray()
         a = len(self.A)
         M[:a, :a] += self.S
-        return self.whole(self.factorisation.solve(M, self.part(b)), len(b))
+        return np.asarray(M)
 
 
 # --------------------------------------------------------------------------------------------------------- for the march

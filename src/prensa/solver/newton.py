@@ -125,12 +125,18 @@ class Reduced:
 
         return np.asarray(csc_matrix((data, self.indices, self.indptr), self.shape) @ delta)
 
-    def solve(self, e: Evaluation, b: Array) -> Array:
-        """Free unknowns (n,) with K_ff x_f = b_f for the matrix of an evaluation, zero where prescribed."""
+    def matrix(self, e: Evaluation, b: Array) -> Array:
+        """Values of K_ff for the matrix of an evaluation and the right-hand side b (ndof,) it is for; a copy.
+
+        With it the evaluation can let its own go before the factors come: a tenth of what a run takes at its peak.
+        """
         assert e.data is not None
         data = determined(e, b, self.equations) if self.equations else e.data
-        values = data[self.entries] if self.tied is None else self.tied.values(data)
-        return self.whole(self.factorisation.solve(values, self.part(b)), len(b))
+        return data[self.entries] if self.tied is None else self.tied.values(data)
+
+    def solve(self, matrix: Array, b: Array) -> Array:
+        """Free unknowns (ndof,) with K_ff x_f = b_f, zero where prescribed."""
+        return self.whole(self.factorisation.solve(matrix, self.part(b)), len(b))
 
     def again(self, b: Array) -> Array:
         """As `solve`, with the last factors, unchecked: only for corrections whose effect is looked at."""
@@ -201,7 +207,8 @@ def _start(
         return start + delta, None, None
     r = base.r + reduced.apply(base.data, delta)
     with report.timed("factorisation and solve"):
-        step = reduced.solve(base, -r)
+        matrix, base = reduced.matrix(base, -r), base._replace(data=None)
+        step = reduced.solve(matrix, -r)
     far = _runaway(system, reduced.fixed, step)
     start = start + delta if far else _along(system, c, base, start, delta + step, lam)
     return start, None, base.touching
@@ -253,15 +260,15 @@ def _attempt(
     lam = first_multipliers(system, c)
     trial = Trial(False, "", start, None, lam, 0)
     try:
-        u, e, assumed = _start(system, path[0] if path else c, reduced, start, lam, numerics, report)
+        u, *first, assumed = _start(system, path[0] if path else c, reduced, start, lam, numerics, report)
         trial.iterations += int(assumed is not None)
         rough = replace(numerics, tolerance=ROUGH)
         for now, then in pairwise([*path, c]):
-            if _newton(system, now, reduced, u, e, lam, rough, report, trial, assumed) is None:
+            if _newton(system, now, reduced, u, first, lam, rough, report, trial, assumed) is None:
                 return trial
-            u, e, assumed = stiffened(system, now, then, trial.u), None, None
+            u, first, assumed = stiffened(system, now, then, trial.u), [None], None
         while True:
-            e = _newton(system, c, reduced, u, e, lam, numerics, report, trial, assumed)
+            e = _newton(system, c, reduced, u, first, lam, numerics, report, trial, assumed)
             if e is None:
                 return trial
             u = trial.u
@@ -278,7 +285,7 @@ def _attempt(
             if trial.augmentations > limit:
                 trial.reason = f"the multipliers did not settle in {limit} updates; a larger beta converges faster"
                 return trial
-            lam, e, assumed = update, None, None
+            lam, first, assumed = update, [None], None
     except BlockedError as error:
         trial.reason = str(error)
         return trial
@@ -295,7 +302,7 @@ def _newton(
     c: Circumstances,
     reduced: Reduced,
     u: Array,
-    e: Evaluation | None,
+    first: list[Evaluation | None],
     lam: Array,
     numerics: model.Numerics,
     report: Reporter,
@@ -303,6 +310,8 @@ def _newton(
     assumed: Flags | None,
 ) -> Evaluation | None:
     """Iterate to convergence (returns the evaluation, trial.u set) or fail (returns None, trial.reason set).
+
+    first: the evaluation at u if there is one; it is taken out, so that its matrix is held nowhere else.
 
     assumed (points,): u is the answer of a linear system in which these points were closed. Where one of them has opened, u is
     not converged before its own matrix was solved: a body that nothing holds stands still wherever it is.
@@ -312,7 +321,7 @@ def _newton(
     and shortens its step (watchdog of Chamberlain et al. 1982); likewise while points reverse their slip. Any other step
     that raises the residual is shortened.
     """
-    status: NDArray[np.int8] | None = None
+    e, status = first.pop(), None
     best, anchor, watched = np.inf, None, 0
     came_by: Array | None = None  # the last step, if its factors are at hand
     least: list[float] = []
@@ -360,7 +369,9 @@ def _newton(
             if not held.failed:
                 e = held
         with report.timed("factorisation and solve"):
-            step = reduced.solve(e, -e.r)
+            matrix, e = reduced.matrix(e, -e.r), e._replace(data=None)
+            step = reduced.solve(matrix, -e.r)
+            del matrix
         trial.iterations += 1
         trial.reason = _runaway(system, reduced.fixed, step)
         if trial.reason:
@@ -380,6 +391,7 @@ def _newton(
             watched += size >= best
             came_by = moved_to - u
             u, e = moved_to, full
+            del full  # or its matrix would be kept with it
             continue
         if full.failed or anchor is None:
             anchor = (u, step)
@@ -499,7 +511,7 @@ def _finished(
         with report.timed("assembly"):
             here = system.evaluate(c, u, lam)
         with report.timed("factorisation and solve"):
-            step = reduced.solve(here, -here.r)
+            step = reduced.solve(reduced.matrix(here, -here.r), -here.r)
         trial.iterations += 1
         with report.timed("assembly"):
             better = system.evaluate(c, u + step, lam, stiffness=False)
