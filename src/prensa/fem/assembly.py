@@ -57,6 +57,33 @@ def scatter_matrix(K, slot, data):
 
 
 @njit(cache=True)
+def block_slots(indptr, indices, cells, out):
+    """Cells (e, a) → out (e, a, a): position in the matrix values of (first unknown of node i, first unknown of node j)."""
+    for e in range(cells.shape[0]):
+        for j in range(cells.shape[1]):
+            for i in range(cells.shape[1]):
+                out[e, i, j] = _find(indptr, indices, 2 * cells[e, i], 2 * cells[e, j])
+
+
+@njit(cache=True)
+def scatter_stiffness(K, cells, slot, indptr, data):
+    """Add K (e, 2a, 2a) to the matrix values; slot (e, a, a) of `block_slots`.
+
+    The two unknowns of a node are coupled with the same ones: of its two columns the second has the same rows as the first.
+    """
+    for e in range(K.shape[0]):
+        for j in range(cells.shape[1]):
+            column = 2 * cells[e, j]
+            length = indptr[column + 1] - indptr[column]
+            for i in range(cells.shape[1]):
+                k = slot[e, i, j]
+                data[k] += K[e, 2 * i, 2 * j]
+                data[k + 1] += K[e, 2 * i + 1, 2 * j]
+                data[k + length] += K[e, 2 * i, 2 * j + 1]
+                data[k + length + 1] += K[e, 2 * i + 1, 2 * j + 1]
+
+
+@njit(cache=True)
 def gather(values, cells, out):
     """out[e, a] = values[cells[e, a]] for values (n, 2), cells (m, a)."""
     for e in range(cells.shape[0]):
@@ -71,6 +98,15 @@ def scatter_vector(r, dofs, out):
     for e in range(r.shape[0]):
         for i in range(r.shape[1]):
             out[dofs[e, i]] += r[e, i]
+
+
+@njit(cache=True)
+def scatter_forces(r, cells, out):
+    """Add the forces r (e, 2a) on the nodes of cells (e, a) to those of all unknowns."""
+    for e in range(r.shape[0]):
+        for a in range(cells.shape[1]):
+            out[2 * cells[e, a]] += r[e, 2 * a]
+            out[2 * cells[e, a] + 1] += r[e, 2 * a + 1]
 
 
 @njit(cache=True)
@@ -134,7 +170,7 @@ def make_pattern(
 class Block:
     """Elements of one body, a nodes and q points each: global ``cells`` (m, a), ``X`` (m, a, 2), law, formulation.
 
-    slots (m, 2a, 2a), dofs (m, 2a); ``volume`` (m, q): initial volumes of the points, thickness or 2πr inside.
+    slots (m, a, a) of `block_slots`; ``volume`` (m, q): initial volumes of the points, thickness or 2πr inside.
     """
 
     body: str
@@ -143,7 +179,6 @@ class Block:
     law: Material
     element: Element
     mode: Mode
-    dofs: NDArray[np.int64]
     slots: NDArray[np.int32]
     volume: Array
 
@@ -177,8 +212,10 @@ class Sweep(NamedTuple):
     failed: Failure | None
 
 
-def sweep(block: Block, x_n: Array, du: Array, old: Array, at: At, r: Array, data: Array | None) -> Sweep:
-    """Add internal forces to r (ndof,) and, unless data is None, the stiffness to data (nnz,).
+def sweep(
+    block: Block, x_n: Array, du: Array, old: Array, at: At, r: Array, data: Array | None, pattern: Pattern
+) -> Sweep:
+    """Add internal forces to r (ndof,) and, unless data is None, the stiffness to data (nnz,) of the pattern.
 
     x_n (n, 2): configuration that increments refer to; du (n, 2): increments of the nodes; old (m, q, h) history.
     """
@@ -200,7 +237,7 @@ def sweep(block: Block, x_n: Array, du: Array, old: Array, at: At, r: Array, dat
         if failure:
             return Sweep(np.nan, new, Failure(first + failure.element, failure.why))
         total += float(w.size.sum())
-        scatter_vector(w.r, block.dofs[rows], r)
+        scatter_forces(w.r, cells, r)
         if data is not None:
-            scatter_matrix(w.K, block.slots[rows], data)
+            scatter_stiffness(w.K, cells, block.slots[rows], pattern.indptr, data)
     return Sweep(total, new, None)

@@ -17,7 +17,7 @@ from prensa.contact.pairing import Pairs, current_pairs, reference_pairs
 from prensa.contact.recovery import recover
 from prensa.errors import PrensaError
 from prensa.fem import loads as fem_loads
-from prensa.fem.assembly import Block, Pattern, make_pattern, scatter_matrix, scatter_vector, slots, sweep
+from prensa.fem.assembly import Block, Pattern, block_slots, make_pattern, scatter_matrix, scatter_vector, slots, sweep
 from prensa.fem.formulation import Mode, element_of
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import Recovered, State
@@ -415,7 +415,7 @@ class System:
         history, scale, floor = [], 0.0, ROUND_OFF * EPS * self.stiffness * self.nodes
         at = At(c.dt, c.time, data is not None)
         for block, old in zip(self.blocks, base):
-            out = sweep(block, c.x_n, du, old, at, r, data)
+            out = sweep(block, c.x_n, du, old, at, r, data, self.pattern)
             if out.failed:
                 x = self.X[block.cells[out.failed.element]].mean(axis=0)
                 where = f"element {out.failed.element} of {block.body} (initially near {x[0]:.4g}, {x[1]:.4g})"
@@ -670,9 +670,8 @@ def discretise(problem: model.Problem) -> System:
     blocks = []
     for (name, body), c in zip(problem.bodies.items(), cells):
         element = element_of(body.element_in(problem.space))
-        dofs = (2 * c[:, :, None] + np.arange(2)).reshape(len(c), -1)
-        slot = np.empty((*dofs.shape, dofs.shape[1]), dtype=np.int32)
-        slots(pattern.indptr, pattern.indices, dofs, slot)
+        slot = np.empty((*c.shape, c.shape[1]), dtype=np.int32)
+        block_slots(pattern.indptr, pattern.indices, c, slot)
         mode = Mode(axisymmetric, problem.kinematics == "finite", 2 * np.pi if axisymmetric else problem.thickness)
         volume, folded = element.volumes(X[c], mode)
         if folded.any():
@@ -682,7 +681,7 @@ def discretise(problem: model.Problem) -> System:
                 "(negative Jacobian at an integration point)"
             )
         law = material_of(body.material, problem.kinematics, problem.space)
-        blocks.append(Block(name, c, X[c], law, element, mode, dofs, slot, volume))
+        blocks.append(Block(name, c, X[c], law, element, mode, slot, volume))
     system = System(problem, meshes, offsets, X, blocks, tools, surfaces, pattern, total, ties)
     for name in [*problem.fixed, *(k for s in problem.steps for k in s.fixed)]:
         system.boundary_nodes(name)
