@@ -87,7 +87,6 @@ def run(
             loaded = load(case, changes or ())
             for warning in warnings_of(loaded.problem):
                 typer.echo(_placed(warning, case, changes, "warning: "), err=True)
-            import prensa.solver.march  # noqa: F401  (the run imports it)
             from prensa.output.run import run as run_case
 
         with _compiling_told(quiet):
@@ -102,7 +101,6 @@ def resume(
     """Continue a run from its last checkpoint, bit for bit."""
     with _told(folder):
         with _lasting():
-            import prensa.solver.march  # noqa: F401  (the run imports it)
             from prensa.output.run import resume as resume_run
 
         with _compiling_told(quiet):

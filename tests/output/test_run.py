@@ -199,7 +199,7 @@ def test_a_case_that_cannot_be_made_leaves_old_results_alone(tmp_path, monkeypat
     def discretise(problem):
         raise PrensaError("tools.punch: touches nothing")
 
-    monkeypatch.setattr("prensa.fem.system.discretise", discretise)
+    monkeypatch.setattr("prensa.output.run.discretise", discretise)
     with pytest.raises(PrensaError, match="touches nothing"):
         run(small(increments=2), tmp_path, quiet=True)
     assert files(tmp_path) == before

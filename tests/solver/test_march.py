@@ -10,6 +10,7 @@ import pytest
 import prensa as pr
 from prensa.errors import PrensaError, SolveError
 from prensa.fem.state import State
+from prensa.solver import march
 
 ELASTIC = pr.Elastic(1000.0, 0.3)
 
@@ -307,3 +308,20 @@ def test_supports_carry_what_the_tools_press():
     assert sum(r.x for r in held.values()) == pytest.approx(F.x, abs=1e-9 * F.y)
     assert held["block.left"] == (0.0, 0.0)
     assert held["block.bottom"].x == 0.0
+
+
+def test_increments_do_not_shrink_until_time_stands_still(monkeypatch):
+    """Where nothing goes on, whatever the increment, the run ends with what it has, and says so, while time still moves."""
+    attempt = march.attempt
+
+    def stuck(system, c, *args):
+        trial = attempt(system, c, *args)
+        return trial if c.time < 0.5 else replace(trial, converged=False, reason="no way past this")
+
+    monkeypatch.setattr(march, "attempt", stuck)
+    done = []
+    with pytest.raises(SolveError, match=r"no way past this.*too short by now for another cut.*last good state"):
+        done.extend(pr.solve(pressed(pr.Step("press", move={"punch": {"y": -0.1}}), kinematics="small")))
+    # `extend` keeps what came before the error
+    times = np.array([i.time for i in done])
+    assert (np.diff(times) > 0).all() and 0.5 - 1e-9 < times[-1] < 0.5 and len(times) < 100

@@ -11,23 +11,23 @@ import logging
 import time as clocks
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from prensa import __version__
-from prensa.errors import PrensaError
+from prensa.errors import PrensaError, refuse
+from prensa.fem.preflight import preflight
 from prensa.fem.state import State
+from prensa.fem.system import System, discretise
 from prensa.model.problem import Case
 from prensa.output import checkpoint, history, pictures, report, runlog, vtk
 from prensa.output.files import TEMPORARY, file_name, numbered, write_text
 from prensa.output.interrupt import Interruptible
 from prensa.output.progress import ProgressBar
 from prensa.solver.increment import Increment, Progress
-
-if TYPE_CHECKING:
-    from prensa.fem.system import System
+from prensa.solver.march import Timer, at_rest, solve
 
 log = logging.getLogger("prensa")
 
@@ -77,10 +77,6 @@ def run(case: Case, out: str | Path | None = None, quiet: bool = False, source: 
         After Ctrl-C, when everything is written; `resume` continues.
 
     """
-    from prensa.errors import refuse
-    from prensa.fem.preflight import preflight
-    from prensa.fem.system import discretise
-
     began = clocks.perf_counter()
     system = discretise(case.problem)  # a case that cannot run leaves earlier results alone
     refuse(preflight(system))
@@ -103,8 +99,6 @@ def resume(directory: str | Path, quiet: bool = False) -> RunResult:
         If there is no usable checkpoint, or as `run`.
 
     """
-    from prensa.fem.system import discretise
-
     directory = Path(directory)
     case, state = checkpoint.read_checkpoint(directory / checkpoint.CHECKPOINT)
     try:
@@ -150,8 +144,6 @@ class _Run:
     def __init__(
         self, directory: Path, case: Case, system: System, start: State | None, quiet: bool, before: dict[str, Any]
     ) -> None:
-        from prensa.solver.march import Timer
-
         self.directory, self.case, self.system, self.start, self.before = directory, case, system, start, before
         self.text = checkpoint.case_text(case)
         self.timer, self.began = Timer(), clocks.perf_counter()
@@ -190,8 +182,6 @@ class _Run:
         return RunResult(self.directory, status, self.last, summary)
 
     def _march(self) -> None:
-        from prensa.solver.march import solve
-
         log.info("prensa %s, case %r, input %s", __version__, self.case.problem.name, checkpoint.text_hash(self.text))
         keep = None
         if self.start is not None:
@@ -262,8 +252,6 @@ class _Run:
         """The increment to draw: the last good one, the initial state if the first one failed."""
         if self.last is not None or self.start is not None or status != "failed":
             return self.last
-        from prensa.solver.march import at_rest
-
         return at_rest(self.system)
 
     def _check_energy(self) -> None:

@@ -39,6 +39,7 @@ FOLDED = -0.1  # area of a corner's triangle over the mean of the four below whi
 JUMP = 0.5  # fall of that measure in one increment that is no gradual folding
 ABSURD = 1.0  # equivalent plastic strain at any point in one increment beyond which it is refused
 CUT = 0.25  # share of a rejected increment that is tried next: halves of what fails mostly fail too
+SHORTEST = 1e-12  # share of the step below which time would soon stand still: what needs that is a jump
 SHORTEN = 2  # cut-backs before an increment is tried with contacts that stiffen: most failures need the cut
 EASY, TARGET = 5, 7  # Newton iterations below which the step grows, above which it shrinks
 
@@ -161,10 +162,10 @@ class _March:
             if trial.converged:
                 return self.commit(state, plan, c, trial, spent, cutbacks)
             self.say(state, plan, end, trial, "rejected", trial.reason)
-            if cutbacks == self.numerics.max_cutbacks:
-                raise SolveError(self.post_mortem(plan, c, trial), self.last)
-            cutbacks += 1
             dt = CUT * (end - now)
+            if cutbacks == self.numerics.max_cutbacks or dt < SHORTEST * (plan.t1 - plan.t0):
+                raise SolveError(self.post_mortem(plan, c, trial, cutbacks), self.last)
+            cutbacks += 1
 
     def attempt(self, c: Circumstances, origin: Array, report: Reporter, soften: bool) -> Trial:
         """Outcome of one attempt, on the condensed system where there is one."""
@@ -410,7 +411,7 @@ class _March:
             )
         )
 
-    def post_mortem(self, plan: StepPlan, c: Circumstances, trial: Trial) -> str:
+    def post_mortem(self, plan: StepPlan, c: Circumstances, trial: Trial, cutbacks: int) -> str:
         """What failed, where, why, and what to try."""
         small = self.condensed.last if self.condensed is not None else None
         reduced = self.reduced if small is None else small
@@ -420,7 +421,9 @@ class _March:
             f"The last good state is that of time {self.last.time:.6g} (increment {self.last.number})." if self.last else
             "No increment of this run had converged before."
         )  # fmt: skip
-        cut = f"The increment was cut {self.numerics.max_cutbacks} times without success."
+        cut = f"The increment was cut {cutbacks} times without success."
+        if cutbacks < self.numerics.max_cutbacks:
+            cut += " It is too short by now for another cut: the body jumps here, or nothing can go on."
         return (
             f"step {plan.name!r}, time {c.time:.6g}: {trial.reason}{'; ' + place if place else ''}. {cut} {last} "
             f"What to try: {hint(trial.reason)}."
