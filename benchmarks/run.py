@@ -1,8 +1,8 @@
 """The whole table: ``make bench`` writes benchmarks/RESULTS.md. Peers that are not installed are left out, and it says so.
 
-``python benchmarks/run.py [--quick] [--only WORD …] [--felupe PYTHON]``: quick takes small sizes (minutes instead of a quarter
-of an hour); --felupe names an interpreter that has felupe (default: this one). Every row is a process of its own, one
-after the other, with one thread.
+``python benchmarks/run.py [--quick] [--only WORD …] [--felupe PYTHON] [--pardiso PYTHON]``: quick takes small sizes (minutes
+instead of a quarter of an hour); --felupe names an interpreter that has felupe (default: this one), --pardiso one that has
+prensa[mkl]. Every row is a process of its own, one after the other, with one thread.
 """
 
 from __future__ import annotations
@@ -121,19 +121,21 @@ def growth(quick: bool) -> str:
     return table("Cost against size: first increment of the Hertz block", head, rows, note)
 
 
-def newton(quick: bool) -> str:
-    """One Newton iteration at 100 000 Q4."""
+def newton(quick: bool, pardiso: str) -> str:
+    """One Newton iteration at 100 000 Q4, with rslab and, where there is an interpreter that has it, PARDISO."""
     rows: Rows = []
-    for kind, goal in (("", "0.9"), ("symmetric", "0.6")):
-        m = measured("measure.py", "iteration", 10_000 if quick else 100_000, kind)
-        rows.append(
-            [str(m["elements"]), "LDLᵀ" if kind else "LU"]
-            + [f"{m[k]:.2f}" for k in ("evaluation", "factorisation", "solves")]
-            + [f"**{m['iteration']:.2f}**", goal]
-            if "skipped" not in m
-            else [kind, m["skipped"], "", "", "", "", goal]
-        )
-    head = ["Q4", "factors", "evaluation, s", "factorisation, s", "solves, s", "iteration, s", "goal"]
+    ways = [("rslab", sys.executable, "LDLᵀ"), *([("PARDISO", pardiso, "LLᵀ")] if pardiso else [])]
+    for solver, python, factors in ways:
+        for kind, goal in (("", "0.9"), ("symmetric", "0.6")):
+            m = measured("measure.py", "iteration", 10_000 if quick else 100_000, kind, python=python)
+            rows.append(
+                [str(m["elements"]), solver, factors if kind else "LU"]
+                + [f"{m[k]:.2f}" for k in ("evaluation", "factorisation", "solves")]
+                + [f"**{m['iteration']:.2f}**", goal]
+                if "skipped" not in m
+                else [kind, solver, m["skipped"], "", "", "", "", goal]
+            )
+    head = ["Q4", "solver", "factors", "evaluation, s", "factorisation, s", "solves, s", "iteration, s", "goal"]
     return table("One Newton iteration", head, rows)
 
 
@@ -243,6 +245,7 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--only", nargs="*", default=[])
     parser.add_argument("--felupe", default=os.environ.get("FELUPE_PYTHON", sys.executable))
+    parser.add_argument("--pardiso", default=os.environ.get("PARDISO_PYTHON", ""))
     parser.add_argument("--out", type=Path, default=HERE / "RESULTS.md")
     a = parser.parse_args()
     parts: dict[str, Callable[[], str]] = {
@@ -250,7 +253,7 @@ def main() -> None:
         "upsetting": lambda: upsetting_of_peers(a.quick),
         "limit": lambda: against_the_limit(a.quick),
         "elastic": lambda: elastic(a.quick),
-        "newton": lambda: newton(a.quick),
+        "newton": lambda: newton(a.quick, a.pardiso),
         "start": lambda: start(a.quick),
         "memory": lambda: memory(a.quick),
         "growth": lambda: growth(a.quick),

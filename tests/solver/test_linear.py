@@ -23,12 +23,29 @@ def matrix(n: int, skew: float = 0.0) -> csc_matrix:
 def test_symmetric_and_general_factors_solve_a_symmetric_indefinite_matrix(solver):
     """LDLᵀ of the lower triangle and LU of the whole give the solution of a dense solve; new values reuse the analysis."""
     a, b = matrix(60), np.sin(np.arange(60.0))
-    for symmetric in (True, False):
-        f = Factorisation(60, a.indptr, a.indices, solver, symmetric=symmetric)
+    for symmetric, definite in ((True, True), (True, False), (False, False)):
+        f = Factorisation(60, a.indptr, a.indices, solver, symmetric=symmetric, definite=definite)
         for scale in (1.0, -3.0):
             x = f.solve(scale * a.data, b)
             np.testing.assert_allclose(x, np.linalg.solve(scale * a.toarray(), b), rtol=1e-11)
         np.testing.assert_allclose(f.again(2 * b), 2 * x, rtol=1e-11)
+
+
+@pytest.mark.parametrize("solver", available("auto"))
+def test_a_definite_matrix_is_solved_and_one_that_is_not_after_all_too(solver):
+    """LLᵀ where the solver has it; an indefinite matrix in between goes to LDLᵀ, and the next attempt begins anew."""
+    a = matrix(60)
+    definite = (a + diags(np.full(60, 10.0))).tocsc()
+    definite.sort_indices()
+    b = np.cos(np.arange(60.0))
+    f = Factorisation(60, a.indptr, a.indices, solver, symmetric=True, definite=True)
+    answers = []
+    for data in (definite.data, a.data, definite.data):
+        f.begin()
+        answers.append(f.solve(data, b))
+    np.testing.assert_allclose(answers[0], np.linalg.solve(definite.toarray(), b), rtol=1e-11)
+    np.testing.assert_allclose(answers[1], np.linalg.solve(a.toarray(), b), rtol=1e-11)
+    assert answers[0].tobytes() == answers[2].tobytes()
 
 
 def test_an_unsymmetric_matrix_said_to_be_symmetric_is_found_by_its_residual(caplog):
@@ -56,7 +73,7 @@ def test_the_lower_triangle_is_that_of_scipy():
     rng = np.random.default_rng(3)
     full = random_array((40, 40), density=0.05, rng=rng, format="csc")
     full.sort_indices()
-    structure = Structure(40, full.indptr, full.indices, True, 1)
+    structure = Structure(40, full.indptr, full.indices, "LDLᵀ", 1)
     indptr, indices, inside = structure.lower()
     expected = csc_array(tril(full))
     expected.sort_indices()

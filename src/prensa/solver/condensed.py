@@ -130,7 +130,13 @@ class Bodies:
         del K, rows
         self.size = float(abs(self.K).sum(axis=0).max()) if self.K.nnz else 0.0
         self.factorisation = Factorisation(
-            len(self.free), self.K.indptr, self.K.indices, numerics.solver, numerics.threads, symmetric=True
+            len(self.free),
+            self.K.indptr,
+            self.K.indices,
+            numerics.solver,
+            numerics.threads,
+            symmetric=True,
+            definite=True,
         )
         self.factorisation.solve(self.K.data, self.K @ np.ones(len(self.free)))
         number = np.full(n, -1, dtype=np.int64)

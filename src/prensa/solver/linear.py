@@ -3,13 +3,15 @@
 In ``auto`` the first that is installed of PARDISO, rslab, SuperLU is used, and the next one takes over when a residual
 is too large, with a line in the log: beta solvers are fast but are not believed.
 
-A matrix whose problem makes it symmetric is factored as LDLᵀ from its lower triangle, at half the cost of LU. The
-residual is that of the whole matrix: one that were not symmetric would fail the check and go to LU.
+A matrix whose problem makes it symmetric is factored as LDLᵀ from its lower triangle, at half the cost of LU, and where it
+is expected to be definite and the solver has it as LLᵀ, at a third. The residual is that of the whole matrix: one that were
+not symmetric would fail the check and go to LU.
 """
 
 from __future__ import annotations
 
 import logging
+import weakref
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -31,13 +33,16 @@ class SingularError(ArithmeticError):
     """No solver could factor the matrix to an acceptable residual."""
 
 
+GENERAL, SYMMETRIC, DEFINITE = "LU", "LDLᵀ", "LLᵀ"
+
+
 class Structure(NamedTuple):
-    """Pattern of a matrix, compressed sparse columns, sorted; whether its values are symmetric too; threads to use."""
+    """Structurally symmetric pattern of a matrix, compressed sparse columns, sorted; its ``kind`` of factors; threads to use."""
 
     n: int
     indptr: NDArray[np.int32]
     indices: NDArray[np.int32]
-    symmetric: bool
+    kind: str
     threads: int
 
     def lower(self) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.bool_]]:
@@ -72,7 +77,7 @@ def _rslab(a: Structure) -> Factor:
     import rslab
     from scipy.sparse import csc_matrix
 
-    if a.symmetric:
+    if a.kind == SYMMETRIC:
         indptr, indices, inside = a.lower()
         lower = csc_matrix((np.ones(len(indices)), indices, indptr), (a.n, a.n))
         ldlt = rslab.analyze(lower, path="ldlt", threads=a.threads, **RACE)
@@ -87,44 +92,62 @@ def _columns(factors: Any) -> Solve:
     return lambda b: factors.solve(b) if b.ndim == 1 else factors.solve_many(b)
 
 
-def _pardiso(a: Structure) -> Factor:
-    import pypardiso
-    from scipy.sparse import csc_matrix, csr_matrix
+MTYPES = {DEFINITE: 2, SYMMETRIC: -2, GENERAL: 11}
 
-    solver = pypardiso.PyPardisoSolver(mtype=-2 if a.symmetric else 11)
-    # its defaults but for scaling and matching, which would make the analysis, and with it a resumed run, depend on values
-    for number, value in {1: 1, 2: 2, 10: 8 if a.symmetric else 13, 11: 0, 13: 0, 21: 1}.items():
-        solver.set_iparm(number, value)
-    indptr, indices, inside = a.lower() if a.symmetric else (a.indptr, a.indices, None)
-    analysed = False
 
-    def factor(values: Array) -> Solve:
-        nonlocal analysed
-        if inside is not None:  # the lower triangle by columns is the upper one by rows, which mtype −2 wants
-            matrix = csr_matrix((values[inside], indices, indptr), (a.n, a.n))
-        else:
-            matrix = csc_matrix((values, indices, indptr), (a.n, a.n)).tocsr()
-            matrix.sort_indices()
-        if not analysed:
-            solver.set_phase(11)
-            solver._call_pardiso(matrix, np.zeros(a.n))
-            analysed = True
-        solver.set_phase(22)
-        solver._call_pardiso(matrix, np.zeros(a.n))
+class _Pardiso:
+    """PARDISO's handle for one pattern; its memory, which Python does not see, goes with it."""
+
+    def __init__(self, a: Structure) -> None:
+        import pypardiso
+        from pypardiso.pardiso_wrapper import PyPardisoError
+
+        self.solver = pypardiso.PyPardisoSolver(mtype=MTYPES[a.kind])
+        # its defaults but for scaling and matching, which would make the analysis, and with it a resumed run, depend on
+        # values; our columns are the rows of the transpose, so that is what LU factors (12: solve with its transpose)
+        tiny = 8 if a.kind == SYMMETRIC else 13
+        for number, value in {1: 1, 2: 2, 10: tiny, 11: 0, 12: 2 if a.kind == GENERAL else 0, 13: 0, 21: 1}.items():
+            self.solver.set_iparm(number, value)
+        self.error, self.n = PyPardisoError, a.n
+        # the lower triangle by columns is the upper one by rows, which the symmetric types want
+        self.inside: NDArray[np.bool_] | None = None
+        self.indptr, self.indices = a.indptr, a.indices
+        if a.kind != GENERAL:
+            self.indptr, self.indices, self.inside = a.lower()
+        self.analysed = False
+        weakref.finalize(self, self.solver.free_memory, everything=True).atexit = False
+
+    def call(self, phase: int, matrix: Any, b: Array) -> Array:
+        """One phase: 11 analysis, 22 factors, 33 solution."""
+        self.solver.set_phase(phase)
+        try:
+            return np.asarray(self.solver._call_pardiso(matrix, b))
+        except self.error as error:
+            raise ArithmeticError(str(error)) from None
+
+    def factor(self, values: Array) -> Solve:
+        """Factors of a matrix with these values."""
+        from scipy.sparse import csr_matrix
+
+        values = values if self.inside is None else values[self.inside]
+        matrix = csr_matrix((values, self.indices, self.indptr), (self.n, self.n))
+        if not self.analysed:
+            self.call(11, matrix, np.zeros(self.n))
+            self.analysed = True
+        self.call(22, matrix, np.zeros(self.n))
         # it replaces zero pivots and goes on: the answer could be anything
-        if replaced := int(solver.get_iparm(14)):
+        if replaced := int(self.solver.get_iparm(14)):
             raise ArithmeticError(f"{replaced} pivots are zero")
+        return lambda b: self.call(33, matrix, np.asfortranarray(b)).reshape(b.shape, order="F")
 
-        def solve(b: Array) -> Array:
-            solver.set_phase(33)
-            return np.asarray(solver._call_pardiso(matrix, np.asfortranarray(b))).reshape(b.shape, order="F")
 
-        return solve
-
-    return factor
+def _pardiso(a: Structure) -> Factor:
+    return _Pardiso(a).factor
 
 
 BACKENDS: dict[str, Callable[[Structure], Factor]] = {"superlu": _superlu, "rslab": _rslab, "pardiso": _pardiso}
+# factors that a solver has for symmetric matrices, the cheapest first; all have LU
+KINDS = {"superlu": (), "rslab": (SYMMETRIC,), "pardiso": (DEFINITE, SYMMETRIC)}
 
 
 def available(choice: str) -> list[str]:
@@ -140,7 +163,11 @@ def available(choice: str) -> list[str]:
 
 
 class Factorisation:
-    """Solver for matrices of one sparsity pattern (CSC ``indptr``, ``indices``, n × n), ``symmetric`` ones at half the cost."""
+    """Solver for matrices of one sparsity pattern (CSC ``indptr``, ``indices``, n × n).
+
+    ``symmetric``: their values are so too; ``definite``: most of those are expected to be positive definite. One that is
+    not goes to LDLᵀ, at the cost of an attempt that ends early.
+    """
 
     def __init__(
         self,
@@ -150,20 +177,22 @@ class Factorisation:
         solver: str = "auto",
         threads: int = 1,
         symmetric: bool = False,
+        definite: bool = False,
     ):
-        self.structure = Structure(n, indptr, indices, symmetric, threads)
-        names = available(solver)
-        kinds = [True, False] if symmetric else [False]
-        self.first = [(name, kind) for name in names for kind in kinds if not (kind and name == "superlu")]
+        self.structure = Structure(n, indptr, indices, GENERAL, threads)
+        self.first = [
+            (name, kind)
+            for name in available(solver)
+            for kind in (*(KINDS[name] if symmetric else ()), GENERAL)
+            if definite or kind != DEFINITE
+        ]
         self.order = list(self.first)
-        self._factor: Factor | None = None
+        self._factors: dict[tuple[str, str], Factor] = {}
         self._solve: Solve | None = None
 
     def begin(self) -> None:
         """Forget factors and fallbacks of earlier attempts, so that an attempt depends on its arguments alone."""
-        self._solve = None
-        if self.order != self.first:
-            self.order, self._factor = list(self.first), None
+        self._solve, self.order = None, list(self.first)
 
     @property
     def factored(self) -> bool:
@@ -175,9 +204,12 @@ class Factorisation:
         assert self._solve is not None
         return np.asarray(self._solve(b))
 
-    def _analyze(self) -> Factor:
-        name, symmetric = self.order[0]
-        return BACKENDS[name](self.structure._replace(symmetric=symmetric))
+    def _factor(self) -> Factor:
+        """Factoriser of the solver in turn, analysed when first asked for: that depends on the pattern alone."""
+        name, kind = self.order[0]
+        if self.order[0] not in self._factors:
+            self._factors[name, kind] = BACKENDS[name](self.structure._replace(kind=kind))
+        return self._factors[name, kind]
 
     def solve(self, values: Array, b: Array) -> Array:
         """Solution x (n,) of A x = b for the matrix values (nnz,); raises `SingularError`."""
@@ -193,10 +225,8 @@ class Factorisation:
         reason, fallback = "", 0
         while True:
             try:
-                if self._factor is None:
-                    self._factor = self._analyze()
                 self._solve = None  # the old factors go before the new ones come
-                solve = self._factor(values)
+                solve = self._factor()(values)
                 x = np.asarray(solve(b))
                 for _ in range(3):
                     r = b - A @ x
@@ -215,6 +245,5 @@ class Factorisation:
             # a singular matrix is singular for every solver: the next one confirms it, and only a success is kept
             fallback += 1
             self.order = self.order[1:] + self.order[:1]
-            self._factor = None
-            last, now = (f"{name} {'LDLᵀ' if kind else 'LU'}" for name, kind in (self.order[-1], self.order[0]))
+            last, now = (" ".join(way) for way in (self.order[-1], self.order[0]))
             log.info("linear solver: %s (%s); trying %s", last, reason, now)

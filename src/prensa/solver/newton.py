@@ -96,7 +96,11 @@ class Reduced:
             ends = running(self.entries)[indptr]
             pattern = np.append(ends[self.free], ends[-1]), number[indices[self.entries]]
         del cols
-        self.factorisation = Factorisation(len(self.free), *pattern, numerics.solver, numerics.threads, symmetric)
+        # multipliers make a matrix indefinite; without them that takes a free tool, or large compression
+        definite = not any(s.exact for s in system.surfaces)
+        self.factorisation = Factorisation(
+            len(self.free), *pattern, numerics.solver, numerics.threads, symmetric, definite
+        )
         self.symmetric = symmetric
         self.weight = weights_of(system)[self.free]
         self.equations = equations_of(system, fixed)
