@@ -79,7 +79,7 @@ def return_map(
     return Tangential(t, dt_dg, dt_dp, kappa + delta, slip)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _tractions(trial, size, tau, dtau_p, D, k_t, touching, slip, t, dt_dp, dt_dg):
     """Trial tractions → tractions on the bound or below it and their derivatives, which are zero where nothing touches."""
     d = trial.shape[1]
