@@ -25,18 +25,24 @@ class FlowParameters(NamedTuple):
     coefficients: NDArray[np.float64]
 
 
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _power(a, n):
+    """a^n of a > 0 to a few units of the last digit, a fifth faster than a power that is right to the last one."""
+    return math.exp(n * math.log(a))
+
+
 @njit(cache=True, error_model="numpy")
 def _ludwik(a: float, s0: float, K: float, n: float) -> tuple[float, float]:
     if a < _TINY:
         slope = K * _TINY ** (n - 1.0)
         return s0 + slope * a, slope
-    power = K * a**n
+    power = K * _power(a, n)
     return s0 + power, n * power / a
 
 
 @njit(cache=True, error_model="numpy")
 def _swift(a: float, K: float, e0: float, n: float) -> tuple[float, float]:
-    power = K * (e0 + a) ** n
+    power = K * _power(e0 + a, n)
     return power, n * power / (e0 + a)
 
 
@@ -51,7 +57,7 @@ def _hockett_sherby(a: float, s0: float, s_inf: float, b: float, n: float) -> tu
     if a < _TINY:
         slope = (s_inf - s0) * (1.0 - math.exp(-b * _TINY**n)) / _TINY
         return s0 + slope * a, slope
-    x = b * a**n
+    x = b * _power(a, n)
     decay = (s_inf - s0) * math.exp(-x)
     return s_inf - decay, decay * n * x / a
 

@@ -218,8 +218,9 @@ class Factorisation:
         n, indptr, indices = self.structure[:3]
         if n == 0:
             return np.zeros(0)
-        A = csc_matrix((values, indices, indptr), (n, n))
-        norm = (csc_matrix((np.abs(values), indices, indptr), (n, n)) @ np.ones(n)).max()
+        A = csc_matrix((np.abs(values), indices, indptr), (n, n))
+        norm = (A @ np.ones(n)).max()
+        A.data = values
         if not np.isfinite(norm):
             raise SingularError("the matrix has entries that are not numbers")
         reason, fallback = "", 0
