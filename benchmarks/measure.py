@@ -93,7 +93,7 @@ def of_memory(unknowns: str) -> dict[str, Any]:
     def planned(a: linear.Structure) -> int:
         pattern = csc_matrix((np.ones(len(a.indices)), a.indices, a.indptr), (a.n, a.n))
         path, options = ("ldlt", {}) if a.kind == linear.SYMMETRIC else ("lu", {"matching": False})
-        return int(rslab.analyze(pattern, path=path, threads=1, **options).memory_plan()["peak_bytes"])
+        return int(rslab.analyze(pattern, path=path, threads=1, **options, **linear.RACE).memory_plan()["peak_bytes"])
 
     linear.BACKENDS["rslab"] = noted
     before = peak()
