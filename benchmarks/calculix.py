@@ -78,8 +78,10 @@ def deck(
     return text
 
 
-def hertz(n: tuple[int, int]) -> tuple[str, tuple[float, ...], float]:
-    """Deck, depths, and factor to the force of the whole block."""
+def hertz(
+    n: tuple[int, int], depths: tuple[float, ...] = (0.5, 1.0, 2.0, 4.0, 8.0), first: float = 0.25
+) -> tuple[str, tuple[float, ...], float]:
+    """Deck, depths, and factor to the force of the whole block; ``first``: first increment as a share of a step."""
     problem = common.hertz(n)
     system = pr.discretise(problem)
     angle = np.linspace(0.0, 0.35, 701)  # 28 mm of arc, more than the contact has at 8 mm
@@ -90,8 +92,7 @@ def hertz(n: tuple[int, int]) -> tuple[str, tuple[float, ...], float]:
         "*SURFACE INTERACTION, NAME=PAIR\n*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n"
         f"{k_n}, 1e-4\n*CONTACT PAIR, INTERACTION=PAIR, TYPE=NODE TO SURFACE\nSLAVE, MASTER\n"
     )
-    depths = (0.5, 1.0, 2.0, 4.0, 8.0)
-    text = deck(problem, "CPE4", material, (x, y), ["top"], contact, depths, 0.25)
+    text = deck(problem, "CPE4", material, (x, y), ["top"], contact, depths, first)
     return text.replace("MATERIAL=BODYLAW", "MATERIAL=CIARLET_EL_BODY"), depths, 2.0
 
 
@@ -114,8 +115,9 @@ def press(n: tuple[int, int]) -> tuple[str, tuple[float, ...], float]:
     )  # fmt: skip
 
 
-def solve(text: str, limit: float) -> tuple[float, list[float], str]:
-    """Processor seconds, forces along y on the base at the ends of the steps, and how it ended."""
+def solve(text: str, limit: float) -> tuple[float, list[float], int, str]:
+    """Processor seconds, forces along y on the base at the ends of the steps, iterations, and how it ended."""
+    said = ""
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "case.inp").write_text(text)
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -123,6 +125,7 @@ def solve(text: str, limit: float) -> tuple[float, list[float], str]:
             done = subprocess.run(
                 ["ccx", "case"], cwd=folder, capture_output=True, text=True, timeout=limit, check=False
             )
+            said = done.stdout
             how = "completed" if done.returncode == 0 and "*ERROR" not in done.stdout else _error(done.stdout)
         except subprocess.TimeoutExpired:
             how = f"stopped after {limit:g} s"
@@ -131,7 +134,7 @@ def solve(text: str, limit: float) -> tuple[float, list[float], str]:
         printed = data.read_text() if data.exists() else ""
     rows = re.findall(r"total force[^\n]*\n\s*\n\s*(\S+)\s+(\S+)\s+(\S+)", printed)
     seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return seconds, [float(r[1]) for r in rows], how
+    return seconds, [float(r[1]) for r in rows], len(re.findall(r"^ *iteration +\d", said, re.MULTILINE)), how
 
 
 def _error(printed: str) -> str:
@@ -140,17 +143,24 @@ def _error(printed: str) -> str:
 
 
 def main(what: str, nx: int, ny: int, limit: float = 600.0) -> None:
-    """Print a line of JSON: seconds of CalculiX and the forces at the ends of its steps."""
+    """Print a line of JSON: seconds of CalculiX and the forces at the ends of its steps.
+
+    what: ``hertz``, ``upsetting``, or ``iteration``, the Hertz block to 0.5 mm in a single increment.
+    """
     if shutil.which("ccx") is None:
         print(json.dumps({"skipped": "ccx is not installed (Debian: apt-get install calculix-ccx)"}))
         return
-    text, depths, factor = (hertz if what == "hertz" else press)((nx, ny))
-    seconds, forces, how = solve(text, limit)
+    if what == "iteration":
+        text, depths, factor = hertz((nx, ny), (0.5,), 1.0)
+    else:
+        text, depths, factor = (hertz if what == "hertz" else press)((nx, ny))
+    seconds, forces, iterations, how = solve(text, limit)
     print(
-        json.dumps(
-            {"seconds": seconds, "ended": how, "depth": depths[: len(forces)], "force": [factor * f for f in forces]}
-        )
-    )
+        json.dumps({
+            "seconds": seconds, "ended": how, "depth": depths[: len(forces)], "force": [factor * f for f in forces],
+            "iterations": iterations, "iteration": seconds / max(iterations, 1),
+        })
+    )  # fmt: skip
 
 
 if __name__ == "__main__":

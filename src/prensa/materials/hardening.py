@@ -1,4 +1,4 @@
-"""Flow curves σ_y(ε̄, ε̄̇) and their slopes: one function a law, one line in `flow_stress`, one in `flow_parameters`."""
+"""Flow curves σ_y(ε̄, ε̄̇), slopes and curvatures: one function a law, one line in `flow_stress`, one in `flow_parameters`."""
 
 from __future__ import annotations
 
@@ -31,35 +31,39 @@ def _power(a, n):
     return math.exp(n * math.log(a))
 
 
-@njit(cache=True, error_model="numpy")
-def _ludwik(a: float, s0: float, K: float, n: float) -> tuple[float, float]:
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _ludwik(a: float, s0: float, K: float, n: float) -> tuple[float, float, float]:
     if a < _TINY:
         slope = K * _TINY ** (n - 1.0)
-        return s0 + slope * a, slope
-    power = K * _power(a, n)
-    return s0 + power, n * power / a
+        return s0 + slope * a, slope, 0.0
+    power, inverse = K * _power(a, n), 1.0 / a
+    slope = n * power * inverse
+    return s0 + power, slope, (n - 1.0) * slope * inverse
 
 
-@njit(cache=True, error_model="numpy")
-def _swift(a: float, K: float, e0: float, n: float) -> tuple[float, float]:
-    power = K * _power(e0 + a, n)
-    return power, n * power / (e0 + a)
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _swift(a: float, K: float, e0: float, n: float) -> tuple[float, float, float]:
+    power, inverse = K * _power(e0 + a, n), 1.0 / (e0 + a)
+    slope = n * power * inverse
+    return power, slope, (n - 1.0) * slope * inverse
 
 
-@njit(cache=True, error_model="numpy")
-def _voce(a: float, s0: float, Q: float, b: float, H: float) -> tuple[float, float]:
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _voce(a: float, s0: float, Q: float, b: float, H: float) -> tuple[float, float, float]:
     decay = math.exp(-b * a)
-    return s0 + Q * (1.0 - decay) + H * a, Q * b * decay + H
+    slope = Q * b * decay
+    return s0 + Q * (1.0 - decay) + H * a, slope + H, -b * slope
 
 
-@njit(cache=True, error_model="numpy")
-def _hockett_sherby(a: float, s0: float, s_inf: float, b: float, n: float) -> tuple[float, float]:
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _hockett_sherby(a: float, s0: float, s_inf: float, b: float, n: float) -> tuple[float, float, float]:
     if a < _TINY:
         slope = (s_inf - s0) * (1.0 - math.exp(-b * _TINY**n)) / _TINY
-        return s0 + slope * a, slope
+        return s0 + slope * a, slope, 0.0
     x = b * _power(a, n)
     decay = (s_inf - s0) * math.exp(-x)
-    return s_inf - decay, decay * n * x / a
+    slope = decay * n * x / a
+    return s_inf - decay, slope, slope * (n - 1.0 - n * x) / a
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -74,20 +78,22 @@ def _table(a, knots, coefficients):
             hi = mid
     d = min(a, knots[last]) - knots[lo]
     c0, c1, c2, c3 = coefficients[lo, 0], coefficients[lo, 1], coefficients[lo, 2], coefficients[lo, 3]
-    slope = (3.0 * c0 * d + 2.0 * c1) * d + c2 if a < knots[last] else 0.0
-    return ((c0 * d + c1) * d + c2) * d + c3, slope
+    value = ((c0 * d + c1) * d + c2) * d + c3
+    return (
+        (value, (3.0 * c0 * d + 2.0 * c1) * d + c2, 6.0 * c0 * d + 2.0 * c1) if a < knots[last] else (value, 0.0, 0.0)
+    )
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def flow_stress(kind, p, knots, coefficients, a, da, dt):
-    """Flow stress and its total derivative with respect to a at plastic strain a reached by da in the time dt.
+    """Flow stress and its first and second total derivatives by a at plastic strain a reached by da in the time dt.
 
     p: a tuple of five numbers, which a compiler keeps in registers (an array costs a loop over points twice the time).
     """
     if kind == PERFECT:
-        return p[0], 0.0
+        return p[0], 0.0, 0.0
     if kind == LINEAR:
-        return p[0] + p[1] * a, p[1]
+        return p[0] + p[1] * a, p[1], 0.0
     if kind == LUDWIK:
         return _ludwik(a, p[0], p[1], p[2])
     if kind == SWIFT:
@@ -97,12 +103,12 @@ def flow_stress(kind, p, knots, coefficients, a, da, dt):
     if kind == HOCKETT_SHERBY:
         return _hockett_sherby(a, p[0], p[1], p[2], p[3])
     if kind == JOHNSON_COOK:
-        s, ds = _ludwik(a, p[0], p[1], p[2])
+        s, ds, dds = _ludwik(a, p[0], p[1], p[2])
         rate = da / dt / p[4] if dt > 0.0 else 0.0
         if rate <= 1.0:
-            return s, ds
-        f = 1.0 + p[3] * math.log(rate)
-        return s * f, ds * f + s * p[3] / da
+            return s, ds, dds
+        f, df = 1.0 + p[3] * math.log(rate), p[3] / da
+        return s * f, ds * f + s * df, dds * f + (2.0 * ds - s / da) * df
     return _table(a, knots, coefficients)
 
 
