@@ -545,13 +545,13 @@ class System:
         """∫ψ dV of a committed history, from the laws' energy functions; of one not computed yet as it was found."""
         if isinstance(history, Recovered):
             return history.energy
-        return float(sum((b.volume * b.law.energy(b.at_law(h))).sum() for b, h in zip(self.blocks, history)))
+        return float(sum(np.vdot(b.volume, b.law.energy(b.at_law(h))) for b, h in zip(self.blocks, history)))
 
     def plastic_work(self, history: Sequence[Array]) -> float:
         """Accumulated plastic dissipation of a committed history."""
         if not self.has_memory:
             return 0.0
-        return float(sum((b.volume * h[..., 5]).sum() for b, h in zip(self.blocks, history) if b.law.plastic))
+        return float(sum(np.vdot(b.volume, h[..., 5]) for b, h in zip(self.blocks, history) if b.law.plastic))
 
 
 def _refuse_edges_on_points(tool: PlacedTool, points: Points, X: Array, normal: Array) -> None:

@@ -95,6 +95,19 @@ def trial_small(h, old, eps, frame, failed):
         frame[i, 5] = 1.0
 
 
+@njit(cache=True, error_model="numpy")
+def elastic_strains(history, finite, eps):
+    """Principal strains eps (n, 3) of histories (n, ≥4), b_e − I as 11, 22, 33, 12 (``finite``, logarithmic) or ε_e."""
+    for i in range(history.shape[0]):
+        l1, l2, _, _ = principal(history[i, 0], history[i, 1], history[i, 3])
+        l3 = history[i, 2]
+        if finite:
+            l1, l2, l3 = 0.5 * math.log1p(l1), 0.5 * math.log1p(l2), 0.5 * math.log1p(l3)
+        eps[i, 0] = l1
+        eps[i, 1] = l2
+        eps[i, 2] = l3
+
+
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _shear_slope(t1: float, t2: float, b1: float, b2: float, limit: float) -> float:
     """(τ₁ − τ₂)/(b₁ − b₂), by its limit where the eigenvalues coincide."""

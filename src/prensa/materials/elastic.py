@@ -114,10 +114,10 @@ def st_venant_kirchhoff(eps, lam, mu, tau, dtau, eps_e):
 
 def quadratic_energy(eps: np.ndarray, lam: float, mu: float) -> np.ndarray:
     """ψ = λ/2 (tr ε)² + μ ε:ε per initial volume; eps (..., 3) principal elastic strains → (...)."""
-    return np.asarray(0.5 * lam * eps.sum(-1) ** 2 + mu * (eps**2).sum(-1))
+    return np.asarray(0.5 * lam * (eps @ np.ones(3)) ** 2 + mu * np.einsum("...k,...k", eps, eps))
 
 
 def neo_hooke_energy(eps: np.ndarray, lam: float, mu: float) -> np.ndarray:
     """ψ of `neo_hooke` per initial volume; eps (..., 3) → (...)."""
-    ln_j = eps.sum(-1)
-    return np.asarray(0.5 * mu * np.expm1(2.0 * eps).sum(-1) - mu * ln_j + 0.5 * lam * ln_j**2)
+    ln_j = eps @ np.ones(3)
+    return np.asarray(0.5 * mu * np.expm1(2.0 * eps) @ np.ones(3) - mu * ln_j + 0.5 * lam * ln_j**2)

@@ -128,10 +128,9 @@ class _Isotropic:
 
     def elastic_strains(self, history: Array) -> Array:
         """Principal elastic strains (..., 3) of a committed history."""
-        b11, b22, b33, b12 = (history[..., k] for k in range(4))
-        mean, r = 0.5 * (b11 + b22), np.hypot(0.5 * (b11 - b22), b12)
-        principal = np.stack([mean + r, mean - r, b33], axis=-1)
-        return 0.5 * np.log1p(principal) if self.finite else principal
+        out = np.empty((*history.shape[:-1], 3))
+        tensor.elastic_strains(history.reshape(-1, history.shape[-1]), self.finite, out.reshape(-1, 3))
+        return out
 
     def energy(self, history: Array) -> Array:
         """Elastic energy per initial volume, (..., h) → (...)."""
