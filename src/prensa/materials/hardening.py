@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from prensa.model.problem import Flow
 
 PERFECT, LINEAR, LUDWIK, SWIFT, VOCE, HOCKETT_SHERBY, JOHNSON_COOK, TABLE = range(8)
-_TINY = 1e-12  # plastic strain below which a power law of infinite initial slope is its chord
+TINY = 1e-12  # plastic strain below which a power law of infinite initial slope is its chord
 
 
 class FlowParameters(NamedTuple):
@@ -33,8 +33,8 @@ def _power(a, n):
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _ludwik(a: float, s0: float, K: float, n: float) -> tuple[float, float, float]:
-    if a < _TINY:
-        slope = K * _TINY ** (n - 1.0)
+    if a < TINY:
+        slope = K * TINY ** (n - 1.0)
         return s0 + slope * a, slope, 0.0
     power, inverse = K * _power(a, n), 1.0 / a
     slope = n * power * inverse
@@ -57,8 +57,8 @@ def _voce(a: float, s0: float, Q: float, b: float, H: float) -> tuple[float, flo
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _hockett_sherby(a: float, s0: float, s_inf: float, b: float, n: float) -> tuple[float, float, float]:
-    if a < _TINY:
-        slope = (s_inf - s0) * (1.0 - math.exp(-b * _TINY**n)) / _TINY
+    if a < TINY:
+        slope = (s_inf - s0) * (1.0 - math.exp(-b * TINY**n)) / TINY
         return s0 + slope * a, slope, 0.0
     x = b * _power(a, n)
     decay = (s_inf - s0) * math.exp(-x)

@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numba import njit
 
-from prensa.materials.hardening import JOHNSON_COOK, flow_stress
+from prensa.materials.hardening import JOHNSON_COOK, TINY, flow_stress
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -27,12 +27,11 @@ def _return(todo, q, jac, G, kind, p, knots, coefs, old, dt, delta, y, dy):
     """Roots Δ of f = q − 3GΔ − J σ_y(a₀ + Δ) = 0 in (0, q/3G) by safeguarded steps of Halley (1694), with σ_y and its slope.
 
     todo: numbers of the points, overwritten; q, jac (n,); delta, y, dy (n,): starts, replaced by the roots (NaN if one does not
-    come), and the curve there. The last step is taken with the curve's Taylor polynomial of second degree at hand: a
-    relative 1e-5 or less on curves without kinks, 1e-8 on others, so that what it neglects is below round-off.
+    come), and the curve there. The last step is taken with the curve's Taylor polynomial of second degree at hand: on curves
+    without kinks when what it neglects, some σ_y′/x² of the step's third power, is round-off; on others below a relative 1e-8.
 
     Iterations go over all points, not the other way round: those of one point wait for each other, those of many overlap.
     """
-    close = 1e-5 if kind < JOHNSON_COOK else 1e-8
     lo, hi = np.zeros(len(q)), q / (3.0 * G)
     for _ in range(200):
         left = 0
@@ -42,7 +41,9 @@ def _return(todo, q, jac, G, kind, p, knots, coefs, old, dt, delta, y, dy):
             s, ds, dds = flow_stress(kind, p, knots, coefs, old[i, 4] + x, x, dt)
             f = q[i] - 3.0 * G * x - jac[i] * s
             newton, step = _steps(f, 3.0 * G + jac[i] * ds, jac[i] * dds)
-            if abs(newton) <= close * x:
+            smooth = kind < JOHNSON_COOK and old[i, 4] > TINY
+            neglected = jac[i] * max(abs(ds), abs(dds) * x) * abs(step * step * step)
+            if abs(newton) <= 1e-8 * x or (smooth and abs(newton) <= 0.01 * x and neglected <= 1e-14 * q[i] * x * x):
                 delta[i], y[i], dy[i] = x + step, s + (ds + 0.5 * dds * step) * step, ds + dds * step
                 continue
             if f > 0.0:
