@@ -116,6 +116,42 @@ def _root_minus_one(delta, cubic):
     return delta / (c * c + c + 1.0)
 
 
+# the derivative by ξ changes only with η and the other way round: number of their values at the points and at the centre
+_ROW, _COLUMN = np.array([0, 0, 1, 1, 2]), np.array([0, 1, 1, 0, 2])
+_FAR, _NEAR = 0.25 * (1.0 + _G), 0.25 * (1.0 - _G)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _slopes(v, e, i, S):
+    """Derivatives of component i of v (e, 4, 2) by ξ at η = −g, g, 0 → S[0] (3,), and by η at ξ = −g, g, 0 → S[1], g = 1/√3."""
+    v0, v1, v2, v3 = v[e, 0, i], v[e, 1, i], v[e, 2, i], v[e, 3, i]
+    for k in range(2):
+        a, b = (v1 - v0, v2 - v3) if k == 0 else (v3 - v0, v2 - v1)
+        S[k, 0], S[k, 1], S[k, 2] = _FAR * a + _NEAR * b, _NEAR * a + _FAR * b, 0.25 * (a + b)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _increment(x, du, e, q, axisymmetric, S):
+    """Jacobian times radius (or 1) and displacement gradient 11, 12, 21, 22, 33 of element e at point q.
+
+    S (4, 2, 3): `_slopes` of x, y and of their increments.
+    """
+    r, c = _ROW[q], _COLUMN[q]
+    x1, x2, y1, y2 = S[0, 0, r], S[0, 1, c], S[1, 0, r], S[1, 1, c]
+    u1, u2, v1, v2 = S[2, 0, r], S[2, 1, c], S[3, 0, r], S[3, 1, c]
+    det = x1 * y2 - y1 * x2
+    inverse = 1.0 / det
+    h11, h12 = (u1 * y2 - u2 * y1) * inverse, (u2 * x1 - u1 * x2) * inverse
+    h21, h22 = (v1 * y2 - v2 * y1) * inverse, (v2 * x1 - v1 * x2) * inverse
+    if not axisymmetric:
+        return det, h11, h12, h21, h22, 0.0
+    radius = u = 0.0
+    for a in range(4):
+        radius += _N[q, a] * x[e, a, 0]
+        u += _N[q, a] * du[e, a, 0]
+    return det * radius, h11, h12, h21, h22, u / radius
+
+
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
 def kinematics(x, du, axisymmetric, finite, scale, h, w, alpha, failed):
     """X (e, 4, 2) committed positions, du (e, 4, 2) increments → h (e, 4, 5), w (e, 4) volumes, alpha (e, 4), failed (e,).
@@ -125,12 +161,15 @@ def kinematics(x, du, axisymmetric, finite, scale, h, w, alpha, failed):
     """
     G = np.empty((5, 3, 4))
     g = np.empty((5, 8))
+    S = np.empty((4, 2, 3))
     for e in range(x.shape[0]):
+        for i in range(2):
+            _slopes(x, e, i, S[i])
+            _slopes(du, e, i, S[2 + i])
         # finite strain: det f − 1 at the centre; small strain: the mean dilatation
         centre, bad = 0.0, False
         if finite:
-            _gradients(x, e, _CENTRE, axisymmetric, G)
-            h11, h12, h21, h22, h33 = _gradient_of(e, du, _CENTRE, G)
+            _, h11, h12, h21, h22, h33 = _increment(x, du, e, _CENTRE, axisymmetric, S)
             centre = det_minus_one(h11, h12, h21, h22, h33)
             bad = not centre > -1.0
         else:
@@ -138,10 +177,10 @@ def kinematics(x, du, axisymmetric, finite, scale, h, w, alpha, failed):
             for a in range(4):
                 centre += g[_CENTRE, 2 * a] * du[e, a, 0] + g[_CENTRE, 2 * a + 1] * du[e, a, 1]
         for q in range(4):
-            volume = scale * _gradients(x, e, q, axisymmetric, G)
+            volume, h11, h12, h21, h22, h33 = _increment(x, du, e, q, axisymmetric, S)
+            volume *= scale
             w[e, q] = volume
             bad |= not volume > 0.0
-            h11, h12, h21, h22, h33 = _gradient_of(e, du, q, G)
             if finite:
                 here = det_minus_one(h11, h12, h21, h22, h33)
                 bad |= not (here > -1.0 and h33 > -1.0)
