@@ -25,7 +25,7 @@ from prensa.solver.condensed import Condensation, condensed, to_be_condensed
 from prensa.solver.increment import BodyState, Increment, Monitor, Progress, Statistics
 from prensa.solver.newton import Reduced, Reporter, Trial, attempt
 from prensa.solver.results import body_states, contact_states, support_forces, tool_forces, tool_states
-from prensa.solver.watch import doubts, hint, let_go, passed_through, unmet, where
+from prensa.solver.watch import doubts, hint, leaning, let_go, passed_through, unmet, where
 
 log = logging.getLogger("prensa")
 Array = NDArray[np.float64]
@@ -416,6 +416,8 @@ class _March:
         small = self.condensed.last if self.condensed is not None else None
         reduced = self.reduced if small is None else small
         assert reduced is not None
+        if "free to move" not in trial.reason and (loose := leaning(self.system, c)):
+            trial.reason = f"{loose} ({trial.reason})"
         place = where(self.system if small is None else small.system, c, reduced, trial)
         last = (
             f"The last good state is that of time {self.last.time:.6g} (increment {self.last.number})." if self.last else

@@ -72,6 +72,19 @@ def let_go(system: System, c: Circumstances, e: Evaluation) -> str:
     return ""
 
 
+def leaning(system: System, c: Circumstances) -> str:
+    """A body that nothing but its contact with a single tool keeps in place, which can only push it away; '' if there is none.
+
+    Loads may press it against the tool, so this is no error by itself; it is what a failed increment is most likely due to.
+    """
+    for body in system.problem.bodies:
+        mine = [s for s in system.surfaces if s.body in system.tied_bodies(body)]
+        touched = {system.tools[s.tool].name for s in mine if (c.state.contact[s.rows, 3] > 0).any()}
+        if len(touched) == 1 and free_to_move(system, body, c, contacts=False):
+            return f"body {body!r} is free to move: nothing but its contact with tool {touched.pop()!r} holds it"
+    return ""
+
+
 def doubts(system: System, c: Circumstances, e: Evaluation, residual: float, tolerance: float) -> Iterator[str]:
     """Sentences about a converged increment that deserves less trust than its residual says."""
     forces = np.zeros((len(system.tools), 2))
