@@ -12,6 +12,7 @@ import prensa as pr
 from prensa.errors import SolveError
 from prensa.fem.schedule import plan_step
 from prensa.solver.continuation import stages, stiffened
+from prensa.verify.forming import upsetting
 
 ELASTIC = pr.Elastic(130_000.0, 0.2)
 
@@ -152,3 +153,12 @@ def test_the_papers_iteration_ends_where_newton_does_but_later(enforcement):
     for a, b in zip(paper, newton, strict=True):
         assert np.allclose(a.force("tool")[:2], b.force("tool")[:2], atol=1e-7 * b.force("tool").y)
     assert sum(i.statistics.iterations for i in paper) >= 1.5 * sum(i.statistics.iterations for i in newton)
+
+
+@pytest.mark.parametrize("beta", [9e4, 1e6])
+def test_stiff_penalties_end_where_multipliers_do(beta):
+    """Gaps and slips have the round-off of positions: stiffness times that is what a residual can reach, and no failure."""
+    forces = {}
+    for law in (pr.Exact(), pr.Penalty(beta, 10.0 * beta)):
+        forces[law.type] = last(upsetting((8, 6), 0.3, enforcement=law, reductions=(0.02,))).force("punch").y
+    assert forces["penalty"] == pytest.approx(forces["exact"], rel=1e-6)
