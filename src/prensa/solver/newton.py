@@ -32,6 +32,7 @@ SPIN = 10.0  # … and its turn (rad)
 CLOSE = 2e-3  # relative residual from which an iteration is expected to come near: its stiffness will not be asked for
 CORRECTIONS = 4  # substitutions, with an evaluation each, that cost as much as a factorisation with its own
 BEND = 0.1  # below, a step did next to nothing to the residual (round-off, say) and says nothing about the next
+SOFT = 0.01  # penetration over element depth that default penalties stay below at any pressure that a body bears
 PATIENCE = 6  # iterations in which the least residual must at least halve: beyond, a smaller increment is cheaper
 WATCH = 2  # full steps taken on trust although the residual grows, when points open or close …
 WATCH_FLIPS = 6  # … and when points reverse their slip
@@ -221,14 +222,15 @@ def _start(
 def _keep_on_tools(system: System, c: Circumstances, u: Array) -> None:
     """Move extrapolated contact nodes along the tool normal: closed ones to their committed gap, others out of the tool.
 
-    A node that has just landed would otherwise be extrapolated deep into the tool, at the speed it came with.
+    A node that has just landed would otherwise be extrapolated deep into the tool, at the speed it came with. Where a soft
+    penalty lets the tool sink in, gaps go on growing, and nodes are left where the extrapolation has them.
     """
     nodal = u[: 2 * system.nodes].reshape(-1, 2)
     for s in system.surfaces:
         closed = s.points.any_at_nodes(c.state.contact[s.rows, 3] > 0)
         pairs, was = system.node_pairs(s, u), system.node_pairs(s, c.state.u).g
         target = np.where(closed, was, np.maximum(pairs.g, 0.0))
-        seen = np.isfinite(pairs.g) & np.isfinite(target)
+        seen = np.isfinite(pairs.g) & np.isfinite(target) & ~(closed & (was < -SOFT * s.points.depth.min()))
         move = np.where(seen, target, 0.0) - np.where(seen, pairs.g, 0.0)
         nodal[s.points.nodes] += move[:, None] * pairs.n
 
