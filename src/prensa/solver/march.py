@@ -39,6 +39,7 @@ FOLDED = -0.1  # area of a corner's triangle over the mean of the four below whi
 JUMP = 0.5  # fall of that measure in one increment that is no gradual folding
 ABSURD = 1.0  # equivalent plastic strain at any point in one increment beyond which it is refused
 CUT = 0.25  # share of a rejected increment that is tried next: halves of what fails mostly fail too
+LEAST = 1e-5  # share of the step below which increments become shorter by failure alone
 SHORTEST = 1e-12  # share of the step below which time would soon stand still: what needs that is a jump
 SHORTEN = 2  # cut-backs before an increment is tried with contacts that stiffen: most failures need the cut
 EASY, TARGET = 5, 7  # Newton iterations below which the step grows, above which it shrinks
@@ -324,7 +325,11 @@ class _March:
             )
             if strain > 0:
                 full = min(full, tried * max(PLASTIC / strain, 0.1))
-        return min(full, growth * (tried if tried > 0 else full))
+        # shorter increments are easier or better up to a point; beyond, they would not end
+        least = min(LEAST * (plan.t1 - plan.t0), self.longest)
+        if 0 < tried < least:
+            return min(least, (1.0 if cutbacks else 2.0) * tried)
+        return max(min(full, growth * (tried if tried > 0 else full)), least)
 
     def ledger(self, old: State, c: Circumstances, trial: Trial, e: Evaluation, work: Array) -> Array:
         """External, elastic, plastic, friction, contact energies and their imbalance after the increment."""

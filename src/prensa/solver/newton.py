@@ -229,8 +229,10 @@ def _keep_on_tools(system: System, c: Circumstances, u: Array) -> None:
     for s in system.surfaces:
         closed = s.points.any_at_nodes(c.state.contact[s.rows, 3] > 0)
         pairs, was = system.node_pairs(s, u), system.node_pairs(s, c.state.u).g
-        target = np.where(closed, was, np.maximum(pairs.g, 0.0))
-        seen = np.isfinite(pairs.g) & np.isfinite(target) & ~(closed & (was < -SOFT * s.points.depth.min()))
+        # an open node may lie inside: points of rules that are not the nodes, or of quadratic edges, are what contact holds
+        target = np.where(closed, was, np.maximum(pairs.g, np.minimum(was, 0.0)))
+        held = s.points.any_at_nodes(np.ones(len(s.points), dtype=bool))  # a node on the axis may have no area
+        seen = held & np.isfinite(pairs.g) & np.isfinite(target) & ~(closed & (was < -SOFT * s.points.depth.min()))
         move = np.where(seen, target, 0.0) - np.where(seen, pairs.g, 0.0)
         nodal[s.points.nodes] += move[:, None] * pairs.n
 
