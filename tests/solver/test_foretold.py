@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 import prensa as pr
+from prensa.fem.schedule import plan_step
 from prensa.fem.state import State
+from prensa.solver.newton import _keep_on_tools
 
 NODES = 3
 
@@ -72,3 +74,30 @@ def test_a_steady_process_starts_closer_to_its_answer(monkeypatch):
     monkeypatch.setattr(State, "bent", lambda self, du, dt, nodes: (np.zeros_like(du), 0.0))
     straight = np.array([i.statistics.residuals[0] for i in pr.solve(problem)])
     assert (first[9:] < 0.4 * straight[9:]).all()
+
+
+@pytest.mark.parametrize(
+    ("element", "rule"), [("t6", "nodal"), ("q8", "nodal"), ("q4_fbar", "gauss2"), ("q4_fbar", "nodal")]
+)
+def test_no_time_moves_no_node(element, rule):
+    """The start of an increment of no duration is the committed state: nodes that lie in the tool unheld are left there.
+
+    A node on the axis may have no area, and one of a quadratic edge or beside a point inside an edge may be in the tool and open.
+    """
+    p = pr.Problem(
+        "tip", space="axisymmetric",
+        bodies={"body": pr.Body(pr.Rectangle(size=(4, 4), n=(8, 8)), pr.J2(1000.0, 0.3, pr.Perfect(5.0)), element)},
+        tools={"ball": pr.Circle(radius=3.0, touching="body.top")},
+        contacts=[pr.Contact("body.top", "ball", integration=rule)],
+        fixed={"body.bottom": "y", "body.left": "x"},
+        steps=[pr.Step("press", move={"ball": {"y": -0.3}})],
+    )  # fmt: skip
+    system = pr.discretise(p)
+    *_, inc = pr.solve(system)
+    assert inc.time == 1.0
+    assert inc.number < 100
+    state = inc.state
+    c = system.circumstances(state, plan_step(system, 0, state.anchor), 1.0)
+    u = state.u.copy()
+    _keep_on_tools(system, c, u)
+    assert np.abs(u - state.u).max() <= 1e-13 * system.length
