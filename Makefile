@@ -28,7 +28,7 @@ test: lint  ## lint, types, and the whole test suite
 verify: $(VENV)/installed  ## the verification table, every case against its reference
 	$(BIN)/prensa verify --jobs $(JOBS)
 
-bench: $(VENV)/installed  ## benchmarks/RESULTS.md: against the factorisations alone, CalculiX, felupe; a quarter of an hour
+bench: $(VENV)/installed  ## benchmarks/RESULTS.md: against the factorisations alone, CalculiX, felupe; three quarters of an hour
 	$(BIN)/python benchmarks/run.py
 
 clean:

@@ -1,7 +1,7 @@
 """The whole table: ``make bench`` writes benchmarks/RESULTS.md. Peers that are not installed are left out, and it says so.
 
 ``python benchmarks/run.py [--quick] [--only WORD …] [--felupe PYTHON] [--pardiso PYTHON]``: quick takes small sizes (minutes
-instead of a quarter of an hour); --felupe names an interpreter that has felupe (default: this one), --pardiso one that has
+instead of three quarters of an hour); --felupe names an interpreter that has felupe (default: this one), --pardiso one that has
 prensa[mkl]. Every row is a process of its own, one after the other, with one thread.
 """
 
