@@ -422,7 +422,7 @@ class _March:
         reduced = self.reduced if small is None else small
         assert reduced is not None
         if "free to move" not in trial.reason and (loose := leaning(self.system, c)):
-            trial.reason = f"{loose} ({trial.reason})"
+            trial.reason = loose  # whatever came of it
         place = where(self.system if small is None else small.system, c, reduced, trial)
         last = (
             f"The last good state is that of time {self.last.time:.6g} (increment {self.last.number})." if self.last else
