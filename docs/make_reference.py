@@ -15,6 +15,7 @@ from typing import Any, Literal
 from prensa.model import problem as model
 from prensa.model.places import bare, hints, is_names, members, type_name
 from prensa.model.units import Dimension
+from prensa.registry import public
 
 PAGE = Path(__file__).parent / "guide" / "reference.md"
 
@@ -31,7 +32,7 @@ SECTIONS: dict[str, tuple[type, ...]] = {
     ),
     "Tools": (model.Plane, model.Circle, model.Stamp, model.Ring, model.Profile, model.Arc, model.Polygon, model.Springs),
     "Contacts": (model.Contact, model.Penalty, model.Augmented, model.Exact),
-    "Friction": (model.Coulomb, model.MuLinear, model.MuExponential, model.MuTable, model.Shear),
+    "Friction": tuple(dict(public("friction")).values()),
     "Supports, motions and loads": (model.Fixed, model.Motion, model.Push, model.Load),
     "How it is solved, and what is written": (model.Numerics, model.Output),
 }  # fmt: skip
@@ -42,7 +43,7 @@ VALUES = {
     ("Contact", "against"): "name of a tool",
     ("Coulomb", "mu"): "{}, or the name of a CSV file of κ, μ",
     **{(t, "fillet"): "number ≥ 0, or a list with one for each point" for t in ("Profile", "Polygon")},
-    ("Step", "friction"): "names of contacts: [Coulomb](#coulomb), [Shear](#shear) or `null`",
+    ("Step", "friction"): "names of contacts: a friction law or `null`",
     **{
         (t, k): "boundary `body.name`"
         for t in ("Plane", "Circle", "Stamp", "Ring", "Profile", "Polygon")
@@ -60,8 +61,8 @@ DEFAULTS = {("Step", "increments"): "automatic", ("Profile", "fillet"): "automat
 OPENING = """\
 # Reference of the case file
 
-Every key, as the program checks it. This page is written by `docs/make_reference.py` from the classes of
-`prensa.model.problem`; [Writing a case](cases.md) explains how they go together.
+Every key, as the program checks it. This page is written by `docs/make_reference.py` from the classes that
+describe a case; [Writing a case](cases.md) explains how they go together.
 
 A file holds the keys of [Problem](#problem) at its top level and, if wanted, the sections `numerics` and `output`. A class
 is the `type` of a mapping, a field is its key. *Unit* is the dimension of a number: a plain number is in the case's own
@@ -125,6 +126,8 @@ def value(annotation: Any) -> str:
         return f"{short}[{kind.__name__}](#{kind.__name__.lower()})"
     if len(options := members(annotation)) > 1:
         return " or ".join(dict.fromkeys(value(o) for o in options))
+    if kind is Any:
+        return "`module:Class`"
     if literals := _literals(kind):
         return ", ".join(f"`{str(v).lower() if isinstance(v, bool) else v}`" for v in literals)
     if is_names(annotation):

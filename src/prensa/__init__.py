@@ -7,10 +7,10 @@ from typing import Any
 __version__ = "0.1.0"
 
 _MODEL = (
-    "J2", "Annulus", "Arc", "ArcSide", "Augmented", "Body", "Case", "Circle", "Contact", "Coulomb", "Disc", "Elastic",
+    "J2", "Annulus", "Arc", "ArcSide", "Augmented", "Body", "Case", "Circle", "Contact", "Disc", "Elastic",
     "Exact", "File", "Fixed", "FlowTable", "Grade", "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik",
-    "Motion", "MuExponential", "MuLinear", "MuTable", "NeoHooke", "Numerics", "Output", "Patch", "Penalty", "Perfect",
-    "Plane", "Points", "Polygon", "Problem", "Profile", "Push", "Rectangle", "Ring", "Shear", "SplineSide", "Springs",
+    "Motion", "NeoHooke", "Numerics", "Output", "Patch", "Penalty", "Perfect",
+    "Plane", "Points", "Polygon", "Problem", "Profile", "Push", "Rectangle", "Ring", "SplineSide", "Springs",
     "StVenantKirchhoff", "Stamp", "Start", "Step", "Swift", "Tie", "Units", "Voce",
 )  # fmt: skip
 _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
@@ -20,17 +20,32 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "solve": "prensa.solver.march",
     "discretise": "prensa.fem.system",
     "run": "prensa.output.run",
+    "FrictionLaw": "prensa.friction.law",
 }
 
-__all__ = ["__version__", *sorted(_WHERE)]
+
+def __dir__() -> list[str]:
+    """Public names, those of the laws behind the doors included."""
+    from prensa.registry import public
+
+    return sorted({"__version__", *_WHERE, *(name for name, _ in public())})
 
 
 def __getattr__(name: str) -> Any:
     """Import a public name when it is first used: ``import prensa`` stays instant."""
-    if name not in _WHERE:
-        raise AttributeError(f"module 'prensa' has no attribute {name!r}")
-    import importlib
+    if name in _WHERE:
+        import importlib
 
-    value = getattr(importlib.import_module(_WHERE[name]), name)
+        value = getattr(importlib.import_module(_WHERE[name]), name)
+    elif name == "__all__":
+        value = __dir__()
+    else:
+        value = None
+        if not name.startswith("_"):
+            from prensa.registry import public
+
+            value = dict(public()).get(name)
+        if value is None:
+            raise AttributeError(f"module 'prensa' has no attribute {name!r}")
     globals()[name] = value
     return value

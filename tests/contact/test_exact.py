@@ -7,7 +7,7 @@ import pytest
 
 import prensa as pr
 from prensa.errors import PrensaError, SolveError
-from prensa.friction.coulomb import Coulomb
+from prensa.friction.law import At
 
 HARDENING = pr.Coulomb(pr.MuExponential(0.1, 0.4, 0.02))
 MODES = [("small", "reference"), ("small", "current"), ("finite", "current")]
@@ -53,7 +53,7 @@ def test_the_conditions_of_contact_hold_to_round_off(space, mode, pushed):
         closed, slide, stick = c.pressure > 0, c.status == 2, c.status == 1
         assert np.abs(c.gap[closed]).max() <= 1e-12 * h
         assert c.gap[~closed].min() >= -1e-12 * h
-        bound = Coulomb(HARDENING.mu).bound(c.pressure, c.slip)[0]
+        bound = HARDENING.bound(c.pressure, c.slip, At())[0]
         assert (np.abs(c.shear) <= bound * (1 + 1e-12)).all()
         assert np.abs(np.abs(c.shear) - bound)[slide].max(initial=0.0) <= 1e-12 * bound.max()
         rows = inc.state.contact

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 import prensa as pr
 from prensa.errors import PrensaError
 from prensa.fem.system import discretise
-from prensa.friction.coulomb import Coulomb
+from prensa.friction.law import At
 from prensa.solver.increment import Increment
 
 Array = NDArray[np.float64]
@@ -363,13 +363,13 @@ def check(system: Any, inc: Increment) -> str:
         elif law.type == "shear":
             # the traction at the points: in plane stress its area has the thickness of the start of the increment. k only
             # grows: that of the state reached bounds that of the start
-            k = system.shear_strength(s, law, inc.state)
+            k = np.full(len(s.points), law.k) if law.k is not None else system.shear_strength(s, inc.state)
             t, p = np.abs(inc.state.lam[s.rows, 1]), inc.state.lam[s.rows, 0]
             if (t > law.m * k * (p > 0) * (1 + 1e-9)).any():
                 return "friction above its bound"
             continue
         else:
-            bound = Coulomb(law.mu).bound(c.pressure, c.slip)[0]
+            bound = law.bound(c.pressure, c.slip, At())[0]
         if (np.abs(c.shear) > bound + 1e-9 * max(float(bound.max()), 1e-300)).any():
             return "friction above its bound"
     for key in ("plastic", "friction"):

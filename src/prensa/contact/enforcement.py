@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from prensa.contact.integration import Shares
 from prensa.contact.pairing import Pairs
-from prensa.friction.return_map import Friction, return_map
+from prensa.friction.law import At, FrictionLaw
+from prensa.friction.return_map import return_map
 
 Array = NDArray[np.float64]
 
@@ -27,7 +28,8 @@ TOUCH = 1e-10  # gap over element depth below which a point touches
 class ContactForces(NamedTuple):
     """k ``pairs``: p, t (tangential traction along e), kappa (k,); slip flags; F (k, 5) forces on q; K (k, 5, 5) = −∂F/∂q.
 
-    weight (k,) belongs to p, area (k,) to t: the same but for laws per current area.
+    weight (k,) belongs to p, area (k,) to t: the same but for laws that are not proportional to the pressure.
+    stretched (k,): ∂(a t)/∂a, force per area that the surface gains, where the areas are current ones; else None.
     dp, dt (k, 2 + 5): derivatives of p and t by λ_n, λ_T and q.
     """
 
@@ -42,6 +44,7 @@ class ContactForces(NamedTuple):
     area: Array
     dp: Array
     dt: Array
+    stretched: Array | None = None
 
     @property
     def g(self) -> Array:
@@ -68,7 +71,7 @@ class Scale:
 
 
 def forces(
-    pairs: Pairs, weight: Array, scale: Scale, lam: Array, committed: Array, law: Friction | None, period: float,
+    pairs: Pairs, weight: Array, scale: Scale, lam: Array, committed: Array, law: FrictionLaw | None, at: At, period: float,
     hold: NDArray[np.bool_] | None = None, area: Array | None = None, lagged: bool = False,
     before: Array | None = None,
 ) -> ContactForces:  # fmt: skip
@@ -76,8 +79,9 @@ def forces(
 
     weight (k,); lam (k, 2) multipliers normal, tangential; committed (k, 4): traction, accumulated slip, surface
     coordinate, closed; hold (k,): points made to stick (see `return_map`).
-    area (k,): weight of the tangential traction where it is not that of the pressure (a limit per current area); its
-    dependence on the positions is not in K (see `stretching`).
+    area (k,): current areas, to which the tractions of a law that is not proportional to the pressure belong, its bound being
+    that at the pressure per current area, P/a; None: those are ``weight``, or cancel. How areas depend on the positions is not
+    in K (see `stretching`).
     ``period``: length of a closed tool's surface, across which the coordinate jumps.
     ``lagged``: stiffness of the paper (24)-(26), k_n n⊗n + k_TT e⊗e: friction at the pressure of the last iterate and
     the tool's curvature are in the forces only.
@@ -97,14 +101,22 @@ def forces(
     dp, dt = np.zeros((2, k, 2 + pairs.dg.shape[1]))
     dp[:, 0] = touching
     dp[:, 2:] = np.where(touching, -scale.k_n, 0.0)[:, None] * pairs.dg
-    t, kappa, slip = np.zeros(k), committed[:, 1].copy(), np.zeros(k, dtype=bool)
+    t, kappa, slip, stretched = np.zeros(k), committed[:, 1].copy(), np.zeros(k, dtype=bool), None
     if law is not None:
         ds = pairs.s - committed[:, 2]
         if np.isfinite(period):
             ds = ds - period * np.round(ds / period)
-        out = return_map(law, lam[:, 1:2], ds[:, None], np.maximum(p, 0.0), touching, committed[:, 1], scale.k_t, hold)
+        pressure = np.maximum(p, 0.0)
+        if area is not None:
+            share = weight / area
+            pressure = pressure * share
+        out = return_map(law, at, lam[:, 1:2], ds[:, None], pressure, touching, committed[:, 1], scale.k_t, hold)
+        by_p = out.dt_dp
+        if area is not None:
+            by_p = by_p * share[:, None]
+            stretched = out.t[:, 0] - out.dt_dp[:, 0] * pressure
         t, kappa, slip = out.t[:, 0], out.kappa, out.slip
-        dt = np.zeros_like(dp) if lagged else out.dt_dp * dp
+        dt = np.zeros_like(dp) if lagged else by_p * dp
         dt[:, 1] -= out.dt_dg[:, 0, 0] / scale.k_t  # the trial traction is λ_T − k_T Δg_T
         dt[:, 2:] += out.dt_dg[:, 0] * pairs.ds
     area = weight if area is None else area
@@ -115,7 +127,7 @@ def forces(
         if before is not None:
             P, T = weight * before, area * committed[:, 0]
         _turn(pairs.n, pairs.e, pairs.arm, pairs.turn, P, T, K)
-    return ContactForces(pairs, p, t, kappa, slip, F, K, weight, area, dp, dt)
+    return ContactForces(pairs, p, t, kappa, slip, F, K, weight, area, dp, dt, stretched)
 
 
 @njit(cache=True)
@@ -147,9 +159,10 @@ def _turn(n, e, arm, turn, P, T, K):
 
 
 def stretching(t: Array, pairs: Pairs, shares: Shares, slopes: Array) -> Array:
-    """Stiffness (s, 7, 7) of the areas of the shares under tangential tractions t (k,), on (node a, node b, tool).
+    """Stiffness (s, 7, 7) of the areas of the shares where forces grow by t (k,) per area, on (node a, node b, tool).
 
-    slopes (s, 2, 2) as `Points.slopes`. F_T = t w(x) F_t, so −∂F_T/∂x has −t F_t ⊗ ∂w/∂x, which reaches over the edge.
+    slopes (s, 2, 2) as `Points.slopes`. F_T = a t(P/a) F_t, so −∂F_T/∂x has −(t − (P/a) ∂t/∂p) F_t ⊗ ∂a/∂x, which reaches
+    over the edge: all of t where the law says m k, nothing of it where it says μ p.
     """
     force = t[shares.point, None] * pairs.Ft[shares.point]
     columns = slopes.reshape(-1, 1, 4)

@@ -110,7 +110,7 @@ def _contact_rows(system: System, body: str, plan: StepPlan, touching: bool) -> 
         if pushed and not touching:
             seen = pairs.g <= np.inf
         rows.append(_rows(system, body, x[seen], pairs.n[seen]))
-        if law is not None and (getattr(law, "mu", None) != 0 and getattr(law, "m", None) != 0):
+        if not system.frictionless(law):
             rows.append(_rows(system, body, x[seen], pairs.e[seen]))
     return np.concatenate(rows)
 

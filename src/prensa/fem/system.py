@@ -22,9 +22,8 @@ from prensa.fem.formulation import Mode, element_of
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import Recovered, State
 from prensa.fem.ties import Ties, held_components, make_ties
-from prensa.friction.coulomb import Coulomb
-from prensa.friction.return_map import Friction
-from prensa.friction.shear import Shear
+from prensa.friction.law import At as FrictionAt
+from prensa.friction.law import FrictionLaw
 from prensa.materials.laws import At, material_of
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import Mesh, MeshError, ordered_nodes
@@ -150,7 +149,8 @@ class Circumstances:
     dt: float
     weights: list[Array]
     scales: list[Scale]
-    laws: list[Friction | None]
+    laws: list[FrictionLaw | None]
+    law_at: list[FrictionAt]
     x_n: Array
     depth: Array | None
     lagged: bool = False
@@ -319,15 +319,18 @@ class System:
         x_n = self.positions(state.u) if finite else self.X
         depth = self.depth_in(state.history) if finite else self.depth
         weights = [self.weights(s, x_n, depth) for s in self.surfaces]
-        laws = [self._law(s, d, state) for s, d in zip(self.surfaces, plan.friction)]
-        scales = []
+        dt = time - float(state.clock[2])
+        laws = [None if self.frictionless(d) else d for d in plan.friction]
+        law_at, scales = [], []
         for s, law in zip(self.surfaces, laws):
+            k = self.shear_strength(s, state) if law is not None and law.asks_for_k else None
+            law_at.append(FrictionAt(k, dt, time))
             least = np.zeros(len(s.points))
             if law is not None and law.hardens:
-                # a softening law needs k_T > |μ′| p for a unique root: take twice that at the committed pressures
-                least = 2.0 * law.steepest(state.contact[s.rows, 1]) * state.lam[s.rows, 0]
+                # a softening law needs k_T > |∂τ_y/∂κ| for a unique root: take twice that at the committed pressures
+                least = 2.0 * law.softening(state.lam[s.rows, 0], state.contact[s.rows, 1], law_at[-1])
             scales.append(s.scale(least))
-        return Circumstances(state, plan, time, time - float(state.clock[2]), weights, scales, laws, x_n, depth)
+        return Circumstances(state, plan, time, dt, weights, scales, laws, law_at, x_n, depth)
 
     # ----------------------------------------------------------------------------------------------------- residual
     def pairs(self, s: Surface, u: Array) -> Pairs:
@@ -369,16 +372,16 @@ class System:
         reach = self.length + float(np.abs(u[tools]).max(initial=0.0))
         lam = self.multipliers(u, lam)
         results = []
-        for s, w, sc, law in zip(self.surfaces, c.weights, c.scales, c.laws):
+        for s, w, sc, law, at in zip(self.surfaces, c.weights, c.scales, c.laws, c.law_at):
             period = self.tools[s.tool].shape.period
             held = None if hold is None else hold[s.rows]
             before = c.state.lam[s.rows, 0] if begin else None
             if begin:
                 held = c.state.contact[s.rows, 3] > 0
-            follows = law is not None and law.per_current_area and self.problem.kinematics == "finite"
+            follows = law is not None and not law.proportional and self.problem.kinematics == "finite"
             area = self.weights(s, self.positions(u), c.depth) if follows else None
             pairs = self.pairs(s, u)
-            f = forces(pairs, w, sc, lam[s.rows], c.state.contact[s.rows], law, period, held, area, c.lagged, before)
+            f = forces(pairs, w, sc, lam[s.rows], c.state.contact[s.rows], law, at, period, held, area, c.lagged, before)
             # points that just touch are closed or open by the round-off of their gaps; those that stick have that of their slips
             floor += EPS * float((w * sc.k_n * f.dp[:, 0] + f.area * sc.k_t * np.abs(f.dt[:, 1])).sum()) * reach
             if not np.isfinite(f.K).all():
@@ -396,8 +399,8 @@ class System:
             scatter_vector(-F, s.dofs, r)
             if data is not None:
                 scatter_matrix(K, self.pair_slots(s), data)
-                if follows and not c.lagged:
-                    t = f.t * s.points.at(self.share(c.depth))
+                if f.stretched is not None and not c.lagged:
+                    t = f.stretched * s.points.at(self.share(c.depth))
                     slopes = s.points.slopes(self.positions(u))
                     scatter_matrix(stretching(t, pairs, s.points.shares, slopes), self._stretch_slots(s), data)
             scale += float(np.abs(f.F[:, :2]).sum())
@@ -512,28 +515,10 @@ class System:
     @staticmethod
     def frictionless(description: Any) -> bool:
         """Whether a friction description says that there is none."""
-        match description:
-            case model.Coulomb():
-                return bool(description.mu == 0)
-            case model.Shear():
-                return bool(description.m == 0)
-        return description is None
+        return description is None or bool(description.frictionless)
 
-    def _law(self, s: Surface, description: Any, state: State) -> Friction | None:
-        """Friction of a contact during an increment from *state*; shear yield stresses are those of its start."""
-        if self.frictionless(description):
-            return None
-        match description:
-            case model.Coulomb():
-                return Coulomb(description.mu)
-            case model.Shear():
-                return Shear(description.m, self.shear_strength(s, description, state))
-        return None
-
-    def shear_strength(self, s: Surface, description: model.Shear, state: State) -> Array:
-        """Shear yield stress (points,): given, or the mean over the integration points of the elements behind."""
-        if description.k is not None:
-            return np.full(len(s.points), description.k)
+    def shear_strength(self, s: Surface, state: State) -> Array:
+        """Shear yield stress (points,) in a committed state: the mean over the integration points of the elements behind."""
         number = next(i for i, b in enumerate(self.blocks) if b.body == s.body)
         history = state.history[number][s.behind]
         law: Any = self.blocks[number].law

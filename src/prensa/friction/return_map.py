@@ -5,33 +5,17 @@ Elastic-plastic analogy (paper eqs. 9-23), integrated by backward Euler in the t
 
 from __future__ import annotations
 
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from prensa.friction.law import At, FrictionLaw, bounded
+
 Array = NDArray[np.float64]
 
 ON_BOUND = 1e-12  # a point that slid and has not moved yet is on the bound: it sticks, whatever the round-off says
-
-
-class Friction(Protocol):
-    """A law states its bound; it is pure."""
-
-    @property
-    def hardens(self) -> bool:
-        """Whether the bound depends on the slip."""
-
-    @property
-    def per_current_area(self) -> bool:
-        """Whether the bound is a traction per current area, which follows the stretch of the surface in the increment."""
-
-    def bound(self, p: Array, kappa: Array) -> tuple[Array, Array, Array]:
-        """Pressures (k,), accumulated slips (k,) → bound τ_y ≥ 0, ∂τ_y/∂p, ∂τ_y/∂κ."""
-
-    def steepest(self, kappa: Array) -> Array:
-        """Largest softening −∂²τ_y/∂κ∂p (k,) at or ahead of each slip."""
 
 
 class Tangential(NamedTuple):
@@ -45,7 +29,7 @@ class Tangential(NamedTuple):
 
 
 def return_map(
-    law: Friction, lam: Array, dg: Array, p: Array, touching: NDArray[np.bool_], kappa: Array, k_t: Array,
+    law: FrictionLaw, at: At, lam: Array, dg: Array, p: Array, touching: NDArray[np.bool_], kappa: Array, k_t: Array,
     hold: NDArray[np.bool_] | None = None,
 ) -> Tangential:  # fmt: skip
     """Traction t_T(Δg_T, p) from the committed traction (or multiplier).
@@ -62,17 +46,17 @@ def return_map(
     """
     trial = np.where(touching[:, None], lam - k_t[:, None] * dg, 0.0)
     size = np.sqrt((trial**2).sum(axis=1))
-    tau, dtau_p, dtau_k = law.bound(p, kappa)
+    tau, dtau_p, dtau_k = bounded(law, p, kappa, at)
     slip = touching & (size > (1.0 + ON_BOUND) * tau)
     if hold is not None:
         slip &= ~hold
     moves = slip & (p > 0)
     delta = np.where(moves, (size - tau) / k_t, 0.0)
     if law.hardens and moves.any():
-        delta, tau, dtau_p, dtau_k = _hardening_root(law, size, tau, p, kappa, k_t, moves)
+        delta, tau, dtau_p, dtau_k = _hardening_root(law, at, size, tau, p, kappa, k_t, moves)
     D = k_t + dtau_k
     if law.hardens:
-        D = np.where(slip & (law.steepest(kappa) * p >= k_t), np.nan, D)
+        D = np.where(slip & (law.softening(p, kappa, at) >= k_t), np.nan, D)
     k, d = dg.shape
     t, dt_dp, dt_dg = np.zeros((k, d)), np.zeros((k, d)), np.zeros((k, d, d))
     _tractions(trial, size, tau, dtau_p, D, k_t, touching, slip, t, dt_dp, dt_dg)
@@ -98,13 +82,13 @@ def _tractions(trial, size, tau, dtau_p, D, k_t, touching, slip, t, dt_dp, dt_dg
 
 
 def _hardening_root(
-    law: Friction, size: Array, tau0: Array, p: Array, kappa: Array, k_t: Array, slip: NDArray[np.bool_]
+    law: FrictionLaw, at: At, size: Array, tau0: Array, p: Array, kappa: Array, k_t: Array, slip: NDArray[np.bool_]
 ) -> tuple[Array, Array, Array, Array]:
     """Safeguarded Newton for Δλ of all points at once; the bracket is (0, |t_tr|/k_T)."""
     lo, hi = np.zeros_like(size), size / k_t
     x = np.where(slip, np.clip((size - tau0) / k_t, 0.0, hi), 0.0)
     for _ in range(100):
-        tau, dtau_p, dtau_k = law.bound(p, kappa + x)
+        tau, dtau_p, dtau_k = bounded(law, p, kappa + x, at)
         f = size - k_t * x - tau
         lo, hi = np.where(f > 0, x, lo), np.where(f > 0, hi, x)
         if (~slip | (np.abs(f) <= 2e-16 * size) | (hi - lo <= 2e-16 * hi)).all():
@@ -113,5 +97,5 @@ def _hardening_root(
         newton = x + f / np.where(D > 0, D, np.inf)
         inside = (newton > lo) & (newton < hi)
         x = np.where(slip & (np.abs(f) > 0), np.where(inside, newton, 0.5 * (lo + hi)), x)
-    tau, dtau_p, dtau_k = law.bound(p, kappa + x)
+    tau, dtau_p, dtau_k = bounded(law, p, kappa + x, at)
     return x, tau, dtau_p, dtau_k

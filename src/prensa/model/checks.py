@@ -207,13 +207,7 @@ def _friction(p: Any) -> Iterator[Finding]:
 
     def needs(law: Any, c: Any, path: tuple[str | int, ...]) -> Iterator[Finding]:
         body = p.bodies.get(c.surface[0].partition(".")[0]) if c is not None else None
-        if (
-            body is not None
-            and law is not None
-            and law.type == "shear"
-            and law.k is None
-            and body.material.type != "j2"
-        ):
+        if body is not None and law is not None and law.asks_for_k and body.material.type != "j2":
             message = (
                 f"the {body.material.type} body of {c.surface[0]!r} has no shear yield stress; give 'k', or use coulomb"
             )

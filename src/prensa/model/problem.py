@@ -13,16 +13,26 @@ import math
 from collections.abc import Mapping
 from dataclasses import field
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias, TypeVar, dataclass_transform
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
-from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
-from pydantic.dataclasses import dataclass
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
+from prensa.model.doors import union
+from prensa.model.fields import (
+    AngleValue,
+    BodyForceValue,
+    DisplacementValue,
+    ForceValue,
+    MomentValue,
+    PressureValue,
+    as_table,
+    described,
+    in_order,
+    value_kind,
+)
 from prensa.model.units import (
     Angle,
-    BodyForce,
     Displacement,
-    Force,
     ForceUnit,
     Length,
     LengthUnit,
@@ -34,61 +44,6 @@ from prensa.model.units import (
     Strain,
     Whole,
 )
-
-_FROZEN = ConfigDict(extra="forbid", arbitrary_types_allowed=False, allow_inf_nan=False)
-_T = TypeVar("_T")
-
-
-@dataclass_transform(frozen_default=True, field_specifiers=(field,))
-def described(cls: type[_T]) -> type[_T]:
-    """Make *cls* a frozen, strictly checked dataclass (unknown keys are errors)."""
-    return dataclass(frozen=True, config=_FROZEN)(cls)  # type: ignore[return-value]
-
-
-# --------------------------------------------------------------------------------------------- time-dependent values
-def _as_table(value: Any) -> Any:
-    """Accept lists of pairs as tables (YAML has no tuples)."""
-    if isinstance(value, list | tuple) and value and all(isinstance(p, list | tuple) for p in value):
-        return tuple(tuple(p) for p in value)
-    return value
-
-
-def _in_order(table: Any) -> Any:
-    """A course over time needs increasing times: it is a function."""
-    if any(b[0] <= a[0] for a, b in pairwise(table)):
-        raise ValueError("the times of a table must increase strictly")
-    return table
-
-
-def _value_kind(value: Any) -> str:
-    return "table" if isinstance(value, list | tuple) else "number"
-
-
-def value_of(number: Any) -> Any:
-    """Type of a quantity that may be a number (ramped over the step) or a table ((time, value), …) in global time."""
-    return Annotated[
-        Annotated[number, Tag("number")]
-        | Annotated[tuple[tuple[Number, number], ...], Field(min_length=2), AfterValidator(_in_order), Tag("table")],
-        Discriminator(_value_kind),
-        BeforeValidator(_as_table),
-    ]
-
-
-if TYPE_CHECKING:  # a type checker cannot follow the function
-    _Value: TypeAlias = float | tuple[tuple[float, float], ...]
-    DisplacementValue: TypeAlias = _Value
-    AngleValue: TypeAlias = _Value
-    PressureValue: TypeAlias = _Value
-    ForceValue: TypeAlias = _Value
-    MomentValue: TypeAlias = _Value
-    BodyForceValue: TypeAlias = _Value
-else:
-    DisplacementValue = value_of(Displacement)
-    AngleValue = value_of(Angle)
-    PressureValue = value_of(Pressure)
-    ForceValue = value_of(Force)
-    MomentValue = value_of(Moment)
-    BodyForceValue = value_of(BodyForce)
 
 
 def _as_names(value: Any) -> Any:
@@ -478,104 +433,10 @@ class Body:
 
 
 # ---------------------------------------------------------------------------------------------------------- friction
-@described
-class MuLinear:
-    """Linear slip hardening, μ(κ) = mu0 + slope κ, held at ``limit`` when given."""
-
-    mu0: Annotated[Number, Field(ge=0)]
-    slope: Number
-    limit: Annotated[Number, Field(ge=0)] | None = None
-
-    @model_validator(mode="after")
-    def _check(self) -> MuLinear:
-        if self.slope < 0 and self.limit is None:
-            raise ValueError("a softening law (slope < 0) needs a 'limit', the residual friction coefficient")
-        if self.limit is not None and (self.limit - self.mu0) * self.slope < 0:
-            raise ValueError("'limit' lies on the wrong side of mu0 for this slope")
-        return self
-
-
-@described
-class MuExponential:
-    """Exponential slip hardening or softening, μ(κ) = mu_inf − (mu_inf − mu0) e^(−κ/u0)."""
-
-    mu0: Annotated[Number, Field(ge=0)]
-    mu_inf: Annotated[Number, Field(ge=0)]
-    u0: Annotated[Length, Field(gt=0)]
-
-
-@described
-class MuTable:
-    """Measured μ(κ) at increasing slip ``kappa``; linear between, constant beyond the last (paper, ref. 11)."""
-
-    kappa: tuple[Length, ...]
-    mu: tuple[Annotated[Number, Field(ge=0)], ...]
-
-    @model_validator(mode="after")
-    def _check(self) -> MuTable:
-        if len(self.kappa) != len(self.mu) or len(self.mu) < 2:
-            raise ValueError("kappa and mu must have the same number of values, at least two")
-        if self.kappa[0] != 0.0 or any(b <= a for a, b in pairwise(self.kappa)):
-            raise ValueError("kappa must start at 0 and increase strictly")
-        return self
-
-
-def _mu_kind(value: Any) -> str:
-    if isinstance(value, dict):
-        if "slope" in value:
-            return "linear"
-        return "table" if "kappa" in value else "exponential"
-    if isinstance(value, MuLinear):
-        return "linear"
-    if isinstance(value, MuExponential):
-        return "exponential"
-    return "table" if isinstance(value, MuTable) else "number"
-
-
-def _read_mu(value: Any, info: Any) -> Any:
-    from prensa.model.tables import read_mu_table
-
-    return read_mu_table(value, info.context) if isinstance(value, str) else value
-
-
-MuLaw = Annotated[
-    Annotated[Annotated[Number, Field(ge=0)], Tag("number")]
-    | Annotated[MuLinear, Tag("linear")]
-    | Annotated[MuExponential, Tag("exponential")]
-    | Annotated[MuTable, Tag("table")],
-    Discriminator(_mu_kind),
-    BeforeValidator(_read_mu),
-]
-
-
-@described
-class Coulomb:
-    """Coulomb friction, |t_T| ≤ μ(κ) p with κ the accumulated slip: a number, a hardening law, or a CSV file κ, μ."""
-
-    mu: MuLaw
-    type: Literal["coulomb"] = "coulomb"
-
-
-@described
-class Shear:
-    """Constant shear factor, |t_T| ≤ m k per current area (Prandtl's and von Mises' friction of metal forming).
-
-    ``k``: shear yield stress of the body; without it, σ_y/√3 of the plastic material behind the surface, taken at the
-    start of each increment. Below the pressure k/10 the bound falls to zero with the pressure: what does not press does not
-    rub.
-    """
-
-    m: Annotated[Number, Field(ge=0, le=1)]
-    k: Annotated[Pressure, Field(gt=0)] | None = None
-    type: Literal["shear"] = "shear"
-
-
-def _friction_kind(value: Any) -> Any:
-    """Coulomb where the type is not given: ``friction: {mu: 0.3}``."""
-    return value.get("type", "coulomb") if isinstance(value, dict) else getattr(value, "type", "coulomb")
-
-
-Friction = Annotated[Annotated[Coulomb, Tag("coulomb")] | Annotated[Shear, Tag("shear")], Discriminator(_friction_kind)]
+if TYPE_CHECKING:  # members are known when the program runs
+    Friction: TypeAlias = Any
+else:
+    Friction = union("friction")
 
 
 # -------------------------------------------------------------------------------------------------------------- tools
@@ -852,15 +713,15 @@ class Tie:
 
 # -------------------------------------------------------------------------------------------------- motion and loads
 def _support_kind(value: Any) -> str:
-    return "held" if value == "held" else _value_kind(value)
+    return "held" if value == "held" else value_kind(value)
 
 
 SupportValue = Annotated[
     Annotated[Literal["held"], Tag("held")]
     | Annotated[Displacement, Tag("number")]
-    | Annotated[tuple[tuple[Number, Displacement], ...], Field(min_length=2), AfterValidator(_in_order), Tag("table")],
+    | Annotated[tuple[tuple[Number, Displacement], ...], Field(min_length=2), AfterValidator(in_order), Tag("table")],
     Discriminator(_support_kind),
-    BeforeValidator(_as_table),
+    BeforeValidator(as_table),
 ]
 
 
@@ -1058,9 +919,9 @@ class Case:
 
 
 __all__ = [
-    "J2", "Annulus", "Arc", "ArcSide", "Augmented", "Body", "Case", "Circle", "Contact", "Coulomb", "Disc", "Elastic",
+    "J2", "Annulus", "Arc", "ArcSide", "Augmented", "Body", "Case", "Circle", "Contact", "Disc", "Elastic",
     "Exact", "File", "Fixed", "FlowTable", "Grade", "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik",
-    "Motion", "MuExponential", "MuLinear", "MuTable", "NeoHooke", "Numerics", "Output", "Patch", "Penalty", "Perfect",
-    "Plane", "Points", "Polygon", "Problem", "Profile", "Push", "Rectangle", "Ring", "Shear", "SplineSide", "Springs",
+    "Motion", "NeoHooke", "Numerics", "Output", "Patch", "Penalty", "Perfect",
+    "Plane", "Points", "Polygon", "Problem", "Profile", "Push", "Rectangle", "Ring", "SplineSide", "Springs",
     "StVenantKirchhoff", "Stamp", "Start", "Step", "Swift", "Tie", "Units", "Voce",
 ]  # fmt: skip

@@ -241,7 +241,9 @@ def _plain(value: Any) -> Any:
         return _short(value)
     if dataclasses.is_dataclass(value):
         fields = sorted(dataclasses.fields(value), key=lambda f: f.name != "type")
-        return {f.name: _entry(f.name, getattr(value, f.name)) for f in fields if _needed(value, f)}
+        by_class = hasattr(value, "type") and all(f.name != "type" for f in fields)  # a user's own law
+        users = {"type": getattr(value, "type", "")} if by_class else {}
+        return users | {f.name: _entry(f.name, getattr(value, f.name)) for f in fields if _needed(value, f)}
     if isinstance(value, Mapping):
         return {str(k): _plain(v) for k, v in value.items()}
     if isinstance(value, list | tuple):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 import prensa as pr
 from prensa import reference as ref
-from prensa.friction.coulomb import Coulomb
+from prensa.friction.law import At
 from prensa.reference import tables
 from prensa.solver.increment import ContactState, Increment
 from prensa.verify import example1, forming
@@ -66,7 +66,7 @@ def friction(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     exact = balance.last(enforced(p, pr.Exact()))
     c = exact.contacts["plate.bottom-plane"]
     yield row("exact: penetration / h", 1e-12, penetration(c, h), 0.0, "at most")
-    bound = Coulomb(1.0 * mu_scale).bound(c.pressure, c.slip)[0]
+    bound = pr.Coulomb(1.0 * mu_scale).bound(c.pressure, c.slip, At())[0]
     over = float(np.maximum(np.abs(c.shear) - bound, 0.0).max() / bound.max())
     yield row("exact: traction above μp / largest μp", 1e-12, over, 0.0, "at most")
     slides, sticks = c.status == 2, c.status == 1

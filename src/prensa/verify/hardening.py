@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import prensa as pr
-from prensa.friction.coulomb import Coulomb
+from prensa.friction.law import At
 from prensa.friction.return_map import return_map
 from prensa.reference import MuConstant, MuExponential, MuLinear, SlipLaw, slip_hardening
 from prensa.verify.balance import Balance
@@ -83,7 +83,7 @@ def law_level(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """The return map alone follows the closed forms through a reversal, whatever the increments."""
     k_T = 500.0
     for name, (description, exact) in LAWS.items():
-        law = Coulomb(scaled(description, mu_scale).mu)
+        law = scaled(description, mu_scale)
         t_exact, kappa_exact = slip_hardening(PATH, p=PRESSURE, k_T=k_T, law=exact)
         worst_t, worst_k = 0.0, 0.0
         for parts in (1, 7, 40):
@@ -91,7 +91,7 @@ def law_level(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
             for end, want, path in zip(PATH, t_exact, kappa_exact):
                 for _ in range(parts):
                     dg = np.full((1, 1), -(end - at) / parts)  # the tool drags: the body lags behind it
-                    out = return_map(law, t, dg, np.array([PRESSURE]), np.array([True]), kappa, np.array([k_T]))
+                    out = return_map(law, At(), t, dg, np.array([PRESSURE]), np.array([True]), kappa, np.array([k_T]))
                     t, kappa = out.t, out.kappa
                 at = end
                 worst_t = max(worst_t, abs(float(t[0, 0]) / want - 1.0))

@@ -1,0 +1,112 @@
+"""What a friction law is: a bound on the tangential traction. The return map does the rest, one for all laws.
+
+A law of one's own derives from `FrictionLaw` and states its bound in NumPy; derivatives that it does not give are found by
+the complex step::
+
+    class Capped(pr.FrictionLaw):
+        mu: float
+        m: float
+
+        def bound(self, p, kappa, at):
+            return np.minimum(self.mu * p, self.m * at.k)
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.model.doors import Member
+
+Array = NDArray[np.float64]
+
+COMPLEX_STEP = 1e-30  # over the size of the argument: no digit is lost to a difference
+LEAST = 1e-9  # size of an argument that is zero
+DIFFERENCE = 6e-6  # cube root of round-off: step of the central difference where a law does not take complex numbers
+SLIPS = np.concatenate(
+    [[0.0], np.geomspace(1e-9, 1e9, 73)]
+)  # ahead of the present one, at which softening is looked for
+
+
+class At(NamedTuple):
+    """What a bound may depend on besides pressure and slip, fixed during an increment.
+
+    ``k`` (points,): shear yield stress of the body behind the surface at the start of the increment, None where the law does
+    not ask for it; ``dt``, ``time``: duration and end of the increment.
+    """
+
+    k: Array | None = None
+    dt: float = 0.0
+    time: float = 0.0
+
+    def repeated(self, times: int) -> At:
+        """The same for points that are listed several times over."""
+        return self if self.k is None else self._replace(k=np.tile(self.k, times))
+
+
+class FrictionLaw(Member, abstract=True):
+    """Base of all friction laws. A law is pure and frozen; its annotated fields are keys of the case file."""
+
+    door: ClassVar[str] = "friction"
+    proportional: ClassVar[bool] = False
+    """Whether the bound is proportional to the pressure, so that the area of the point cancels."""
+
+    @property
+    def hardens(self) -> bool:
+        """Whether the bound depends on the accumulated slip."""
+        return True
+
+    @property
+    def frictionless(self) -> bool:
+        """Whether the bound is zero everywhere."""
+        return False
+
+    @property
+    def asks_for_k(self) -> bool:
+        """Whether the bound depends on the shear yield stress ``at.k`` of the body."""
+        return False
+
+    def bound(self, p: Array, kappa: Array, at: At) -> Any:
+        """Bound τ_y ≥ 0 (k,) on the tangential traction at pressures p (k,) and accumulated slips kappa (k,).
+
+        Pressures and tractions are per current area. Returns τ_y alone, or (τ_y, ∂τ_y/∂p, ∂τ_y/∂κ).
+        """
+        raise NotImplementedError(f"{type(self).__name__} states no bound: define bound(self, p, kappa, at)")
+
+    def softening(self, p: Array, kappa: Array, at: At) -> Array:
+        """Largest −∂τ_y/∂κ (k,) ≥ 0 at or ahead of the slips: what the tangential stiffness has to exceed.
+
+        Sampled unless a law knows better.
+        """
+        if not self.hardens:
+            return np.zeros_like(p)
+        n = len(SLIPS)
+        slips = (kappa + SLIPS[:, None]).ravel()
+        slope = bounded(self, np.tile(p, n), slips, at.repeated(n))[2]
+        return np.maximum(-slope.reshape(n, -1).min(axis=0), 0.0)
+
+
+def bounded(law: FrictionLaw, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:
+    """τ_y, ∂τ_y/∂p, ∂τ_y/∂κ, each (k,): the law's own derivatives, or else those by complex step or central difference."""
+    out = law.bound(p, kappa, at)
+    if isinstance(out, tuple):
+        return out
+    tau = np.asarray(out, dtype=np.float64) + np.zeros_like(p)
+    slope = np.zeros_like(p) if not law.hardens else _derivative(lambda x: law.bound(p, x, at), kappa)
+    return tau, _derivative(lambda x: law.bound(x, kappa, at), p), slope
+
+
+def _derivative(f: Any, x: Array) -> Array:
+    """df/dx (k,) of a function of points; by complex step, or by central difference where it takes real numbers only."""
+    size = np.where(x > 0.0, x, LEAST)
+    h = COMPLEX_STEP * size
+    try:
+        y = np.asarray(f(x + 1j * h))
+    except TypeError:
+        y = np.zeros(0)
+    if np.iscomplexobj(y):
+        return np.asarray(y.imag / h) + np.zeros_like(x)
+    h = DIFFERENCE * size
+    return np.asarray((f(x + h) - f(np.maximum(x - h, 0.0))) / (x + h - np.maximum(x - h, 0.0))) + np.zeros_like(x)

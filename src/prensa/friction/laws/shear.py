@@ -1,0 +1,54 @@
+"""Constant shear factor, τ_y = m k: the surface layer of the workpiece yields before it slides.
+
+Prandtl (1923), von Mises (1925); see Avitzur (1968), Metal Forming, chapter 5. The bound is a traction per current area.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from prensa.friction.law import At, FrictionLaw
+from prensa.model.units import Number, Pressure
+
+Array = NDArray[np.float64]
+
+RAMP = 0.1  # pressure over k below which the bound falls linearly to zero: a jump at p = 0 would have no derivative
+
+
+class Shear(FrictionLaw):
+    """Constant shear factor, |t_T| ≤ m k per current area (Prandtl's and von Mises' friction of metal forming).
+
+    ``k``: shear yield stress of the body; without it, σ_y/√3 of the plastic material behind the surface, taken at the
+    start of each increment. Below the pressure k/10 the bound falls to zero with the pressure: what does not press does not
+    rub.
+    """
+
+    m: Annotated[Number, Field(ge=0, le=1)]
+    k: Annotated[Pressure, Field(gt=0)] | None = None
+    type: Literal["shear"] = "shear"
+
+    @property
+    def hardens(self) -> bool:
+        """False: the bound does not depend on the slip."""
+        return False
+
+    @property
+    def frictionless(self) -> bool:
+        """Whether the factor is 0."""
+        return self.m == 0
+
+    @property
+    def asks_for_k(self) -> bool:
+        """Whether the body has to give the shear yield stress."""
+        return self.k is None
+
+    def bound(self, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:
+        """Bound m k, on the ramp m p k/(k/10), and its partial derivatives by p and κ, each (k,)."""
+        k = at.k if self.k is None else np.full_like(p, self.k)
+        assert k is not None
+        full = RAMP * k
+        return self.m * k * np.minimum(p / full, 1.0), np.where(p < full, self.m / RAMP, 0.0), np.zeros_like(p)

@@ -1,0 +1,79 @@
+"""From a registry to a type of the vocabulary: the union of its members, open to users' own laws.
+
+Pydantic's tagged unions are closed. The last alternative here takes what no other does: ``type: my_module:MyLaw`` of a
+file, and objects of users' classes.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Annotated, Any, ClassVar, Union, dataclass_transform
+
+from pydantic import BeforeValidator, Discriminator, Tag, TypeAdapter, ValidationError, ValidationInfo
+
+from prensa.model.fields import described
+from prensa.registry import DOORS, Door, user_type
+
+USERS = "module:Class"
+"""Tag of the alternative for users' own laws."""
+
+
+def union(kind: str) -> Any:
+    """The type of a value that may be any member of the door of a kind."""
+    door = DOORS[kind]
+    alternatives = [Annotated[cls, Tag(name)] for name, cls in door.own().items()]
+    users = Annotated[Any, BeforeValidator(_user(door)), Tag(USERS)]
+    return Annotated[Union[(*alternatives, users)], Discriminator(_tag(door))]
+
+
+def _tag(door: Door) -> Callable[[Any], Any]:
+    def tag(value: Any) -> Any:
+        given = value.get("type", door.default) if isinstance(value, dict) else getattr(value, "type", door.default)
+        if isinstance(given, str) and given in door.own():
+            return given if isinstance(value, (dict, door.own()[given])) else USERS
+        theirs = isinstance(value, door.base_class()) or (isinstance(given, str) and ":" in given)
+        return USERS if theirs else given
+
+    return tag
+
+
+def _user(door: Door) -> Callable[[Any, ValidationInfo], Any]:
+    def read(value: Any, info: ValidationInfo) -> Any:
+        if not isinstance(value, dict):
+            if not isinstance(value, door.base_class()):
+                raise ValueError(
+                    f"{value!r} is no {door.kind}: it must derive from prensa.{door.base_class().__name__}"
+                )
+            return value
+        given = dict(value)
+        name = str(given.pop("type"))
+        cls = door.find(name, (info.context or {}).get("folder"))
+        try:
+            return TypeAdapter(cls).validate_python(given, context=info.context)
+        except ValidationError as error:
+            first = error.errors(include_url=False)[0]
+            where = ".".join(map(str, first["loc"]))
+            raise ValueError(f"{name}: {where + ': ' if where else ''}{first['msg']}") from None
+
+    return read
+
+
+@dataclass_transform(frozen_default=True, field_specifiers=(dataclasses.field,))
+class Member:
+    """Base of what stands behind a door: a subclass is a checked, frozen dataclass and is registered under its ``type``.
+
+    ``door``: the kind. A class without ``type`` is named ``module:Class`` in case files. ``abstract`` subclasses are neither.
+    """
+
+    door: ClassVar[str] = ""
+    type: str
+
+    def __init_subclass__(cls, abstract: bool = False, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        if abstract:
+            return
+        if "type" not in vars(cls) and not hasattr(cls, "__dataclass_fields__"):
+            cls.type = user_type(cls)
+        described(cls)
+        DOORS[cls.door].add(cls)

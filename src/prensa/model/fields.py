@@ -1,0 +1,71 @@
+"""What descriptions are made of: frozen, strictly checked dataclasses, and values that may change over time.
+
+Laws of other packages describe themselves with these, so nothing of the vocabulary is imported here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import field
+from itertools import pairwise
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypeVar, dataclass_transform
+
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag
+from pydantic.dataclasses import dataclass
+
+from prensa.model.units import Angle, BodyForce, Displacement, Force, Moment, Number, Pressure
+
+_FROZEN = ConfigDict(extra="forbid", arbitrary_types_allowed=False, allow_inf_nan=False)
+_T = TypeVar("_T")
+
+
+@dataclass_transform(frozen_default=True, field_specifiers=(field,))
+def described(cls: type[_T]) -> type[_T]:
+    """Make *cls* a frozen, strictly checked dataclass (unknown keys are errors)."""
+    return dataclass(frozen=True, config=_FROZEN)(cls)  # type: ignore[return-value]
+
+
+# --------------------------------------------------------------------------------------------- time-dependent values
+def as_table(value: Any) -> Any:
+    """Accept lists of pairs as tables (YAML has no tuples)."""
+    if isinstance(value, list | tuple) and value and all(isinstance(p, list | tuple) for p in value):
+        return tuple(tuple(p) for p in value)
+    return value
+
+
+def in_order(table: Any) -> Any:
+    """A course over time needs increasing times: it is a function."""
+    if any(b[0] <= a[0] for a, b in pairwise(table)):
+        raise ValueError("the times of a table must increase strictly")
+    return table
+
+
+def value_kind(value: Any) -> str:
+    """Tag of a value over time: a table or a number."""
+    return "table" if isinstance(value, list | tuple) else "number"
+
+
+def value_of(number: Any) -> Any:
+    """Type of a quantity that may be a number (ramped over the step) or a table ((time, value), …) in global time."""
+    return Annotated[
+        Annotated[number, Tag("number")]
+        | Annotated[tuple[tuple[Number, number], ...], Field(min_length=2), AfterValidator(in_order), Tag("table")],
+        Discriminator(value_kind),
+        BeforeValidator(as_table),
+    ]
+
+
+if TYPE_CHECKING:  # a type checker cannot follow the function
+    _Value: TypeAlias = float | tuple[tuple[float, float], ...]
+    DisplacementValue: TypeAlias = _Value
+    AngleValue: TypeAlias = _Value
+    PressureValue: TypeAlias = _Value
+    ForceValue: TypeAlias = _Value
+    MomentValue: TypeAlias = _Value
+    BodyForceValue: TypeAlias = _Value
+else:
+    DisplacementValue = value_of(Displacement)
+    AngleValue = value_of(Angle)
+    PressureValue = value_of(Pressure)
+    ForceValue = value_of(Force)
+    MomentValue = value_of(Moment)
+    BodyForceValue = value_of(BodyForce)
