@@ -7,9 +7,9 @@ from typing import Any
 __version__ = "0.1.0"
 
 _MODEL = (
-    "J2", "Annulus", "Arc", "ArcSide", "Augmented", "Body", "Case", "Circle", "Contact", "Disc", "Elastic",
-    "Exact", "File", "Fixed", "FlowTable", "Grade", "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik",
-    "Motion", "NeoHooke", "Numerics", "Output", "Patch", "Penalty", "Perfect",
+    "J2", "Annulus", "Arc", "ArcSide", "Body", "Case", "Circle", "Contact", "Disc", "Elastic",
+    "File", "Fixed", "FlowTable", "Grade", "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik",
+    "Motion", "NeoHooke", "Numerics", "Output", "Patch", "Perfect",
     "Plane", "Points", "Polygon", "Problem", "Profile", "Push", "Rectangle", "Ring", "SplineSide", "Springs",
     "StVenantKirchhoff", "Stamp", "Start", "Step", "Swift", "Tie", "Units", "Voce",
 )  # fmt: skip
@@ -21,6 +21,7 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "discretise": "prensa.fem.system",
     "run": "prensa.output.run",
     "FrictionLaw": "prensa.friction.law",
+    "Enforcement": "prensa.contact.method",
 }
 
 
