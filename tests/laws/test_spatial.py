@@ -133,7 +133,7 @@ def rotation(axis, angle):
 
 @pytest.mark.parametrize("case", FINITE, ids=name)
 def test_a_rotation_turns_the_stress_and_changes_nothing_else(case):
-    """f → Q f turns P into Q P and leaves the plastic strain alone, to 1e-10 (objectivity)."""
+    """F = Q f turns P into Q P and leaves the plastic strain alone, to 1e-10 (objectivity)."""
     law = material_of(*case, "3d")
     h, old = states(law, np.random.default_rng(3))
     base = update(law, h, old)
@@ -146,7 +146,7 @@ def test_a_rotation_turns_the_stress_and_changes_nothing_else(case):
 
 @pytest.mark.parametrize("case", LAWS, ids=name)
 def test_turned_axes_turn_the_answer(case):
-    """f → R f Rᵀ with the history turned alike gives R P Rᵀ, to 1e-10 (isotropy: no axis is special)."""
+    """A gradient R f Rᵀ with the history turned alike gives R P Rᵀ, to 1e-10 (isotropy: no axis is special)."""
     law = material_of(*case, "3d")
     h, old = states(law, np.random.default_rng(4))
     base = update(law, h, old)
@@ -242,7 +242,7 @@ def test_a_point_turned_inside_out_is_told(case):
 
 @pytest.mark.parametrize("case", PLASTIC, ids=name)
 def test_plastic_flow_keeps_the_volume_and_dissipates(case):
-    """ln det b_e (small strain: the trace) is that of the trial state to 1e-10, plastic strain and work grow together."""
+    """The logarithm of det b_e (small strain: the trace of ε_e) is the trial one to 1e-10; plastic strain and work grow."""
     law = material_of(*case, "3d")
     h, old = states(law, np.random.default_rng(9))
     out = update(law, h, old)

@@ -231,7 +231,8 @@ def _compose(i, values, Q, out):
 def _turn_tangent(i, Q, T, D, S, X, V, A):
     """A[(iJ)(kL)] = Q_ia T_Jb M_abcd Q_kc T_Ld → A[i] (9, 9).
 
-    M in principal axes has D_ab in (aa)(bb), S_ab in (ab)(ab) and X_ab in (ab)(ba). Q, T, D, S, X and the scratch V are (3, 3); the diagonals of S and X are not read.
+    M in principal axes has D_ab in (aa)(bb), S_ab in (ab)(ab) and X_ab in (ab)(ba).
+    Q, T, D, S, X and the scratch V are (3, 3); the diagonals of S and X are not read.
     """
     for k in range(3):
         for L in range(3):
