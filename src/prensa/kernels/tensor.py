@@ -10,8 +10,8 @@ import math
 
 from numba import njit
 
-COMPONENTS = 5
-"""Components of a (generally unsymmetric) 2-D tensor with the out-of-plane normal one."""
+FRAME = 6
+"""Columns of a frame: cos, sin of the first principal direction, b − I principal (3), J_n."""
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
