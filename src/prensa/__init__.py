@@ -18,7 +18,7 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "dump": "prensa.model.schema",
     "CaseError": "prensa.model.schema",
     "solve": "prensa.solver.march",
-    "discretise": "prensa.fem.system",
+    "discretise": "prensa.fem.discretise",
     "run": "prensa.output.run",
     "FrictionLaw": "prensa.friction.law",
     "Enforcement": "prensa.contact.method",

@@ -57,8 +57,8 @@ def check(case: CaseFile, changes: Changes = None) -> None:
 
         problem = load(case, changes or ()).problem
         from prensa.errors import refuse
+        from prensa.fem.discretise import discretise
         from prensa.fem.preflight import preflight
-        from prensa.fem.system import discretise
 
         system = discretise(problem)
         for line in _plan(system):

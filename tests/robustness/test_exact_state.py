@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 import prensa as pr
 from prensa.errors import SolveError
-from prensa.fem.system import discretise
+from prensa.fem.discretise import discretise
 from prensa.output.checkpoint import read_checkpoint, write_checkpoint
 from prensa.output.run import resume, run
 from prensa.solver import condensed, march
@@ -130,7 +130,7 @@ def retried(problem, seed, condense) -> None:
     def twice(system, c, *args):
         for share in (1.0, float(rng.uniform(0.1, 0.9)))[: rng.integers(3)]:
             now = float(c.state.clock[2])
-            other = system.circumstances(c.state, c.plan, now + share * (c.time - now))
+            other = system.context(c.state, c.plan, now + share * (c.time - now))
             attempt(system, other, *args)
         return attempt(system, c, *args)
 

@@ -33,7 +33,7 @@ def test_the_checks_can_fail():
     """Moving a contact force after the solution makes the check of equilibrium speak."""
     import dataclasses
 
-    from prensa.fem.system import discretise
+    from prensa.fem.discretise import discretise
     from prensa.solver.march import solve
 
     p = robustness.draw("elastic", 1, 4)

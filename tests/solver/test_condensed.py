@@ -10,8 +10,8 @@ import pytest
 
 import prensa as pr
 from prensa.errors import CaseError, PrensaError
-from prensa.fem.schedule import plan_step
-from prensa.fem.system import discretise
+from prensa.fem.discretise import discretise
+from prensa.fem.planning import plan_step
 from prensa.model.schema import loads
 from prensa.output.checkpoint import read_checkpoint, write_checkpoint
 from prensa.solver import condensed, linear
@@ -245,7 +245,7 @@ def test_a_step_of_the_small_system_is_one_of_the_whole():
     system = discretise(problem)
     *_, inc = solved(problem, CONDENSED)
     plan = plan_step(system, 1, inc.state.anchor)
-    c = system.circumstances(inc.state, plan, 2.0)
+    c = system.context(inc.state, plan, 2.0)
     whole = condensed.Condensation(system, plan, CONDENSED)
     small = whole.on(frozenset(range(whole.needs.shape[1])))
     e, full = small.system.evaluate(c, inc.state.u, inc.state.lam), system.evaluate(c, inc.state.u, inc.state.lam)

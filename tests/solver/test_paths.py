@@ -10,7 +10,7 @@ from scipy.sparse import csc_matrix
 
 import prensa as pr
 from prensa.errors import SolveError
-from prensa.fem.schedule import plan_step
+from prensa.fem.planning import plan_step
 from prensa.solver.continuation import stages, stiffened
 from prensa.verify.forming import upsetting
 
@@ -95,7 +95,7 @@ def test_the_stages_rise_to_what_was_asked_for():
         (pr.Coulomb(0.3), pr.Exact(), [], []),
     ):
         system = pr.discretise(sliding(enforcement=enforcement, law=law))
-        c = system.circumstances(system.initial(), plan_step(system, 0, np.zeros(system.ndof)), 0.5)
+        c = system.context(system.initial(), plan_step(system, 0, np.zeros(system.ndof)), 0.5)
         path = [stage.scales[0] for stage in stages(system, c)]
         assert [float(s.k_n[0] / s.unit[0]) for s in path] == pytest.approx(k_n)
         assert [float(s.k_t[0] / s.unit[0]) for s in path] == pytest.approx(k_t)
@@ -109,7 +109,7 @@ def test_stiffer_contacts_start_from_the_pressures_of_softer_ones(element):
     system = pr.discretise(
         replace(sliding(), space="axisymmetric", bodies={"block": body}, fixed={"block.bottom": "y"}, steps=press)
     )
-    c = system.circumstances(system.initial(), plan_step(system, 0, np.zeros(system.ndof)), 1.0)
+    c = system.context(system.initial(), plan_step(system, 0, np.zeros(system.ndof)), 1.0)
     soft, s = stages(system, c)[0], system.surfaces[0]
     u = system.initial().u.copy()
     u[system.tool_dof(0) + 1] = -0.05
@@ -123,7 +123,7 @@ def matrix(p, lagged):
     """The matrix at a sliding state, prescribed unknowns included, and the number of body unknowns."""
     state = last(p).state
     system = pr.discretise(p)
-    c = replace(system.circumstances(state, plan_step(system, 1, state.anchor), 2.0), lagged=lagged)
+    c = replace(system.context(state, plan_step(system, 1, state.anchor), 2.0), lagged=lagged)
     u = state.u.copy()
     u[system.tool_dof(0)] += 0.3
     e = system.evaluate(c, u, state.lam)

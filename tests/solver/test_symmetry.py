@@ -9,7 +9,7 @@ import pytest
 from scipy.sparse import csc_matrix
 
 import prensa as pr
-from prensa.fem.schedule import plan_step
+from prensa.fem.planning import plan_step
 from prensa.fem.symmetry import is_symmetric
 from prensa.solver.newton import Reduced
 
@@ -49,7 +49,7 @@ def skewness(p):
     rng = np.random.default_rng(1)
     plan, state = plan_step(system, 0, np.zeros(system.ndof)), system.initial()
     for t, size in ((0.3, 0.03), (0.6, 0.02)):
-        c = system.circumstances(state, plan, t)
+        c = system.context(state, plan, t)
         u = state.u + size * rng.normal(size=system.ndof)
         tool = system.tool_dof(0) + np.arange(3)
         u[tool] = [0.0, -0.1, 0.0] if system.axisymmetric else [0.01, -0.1, 0.02]

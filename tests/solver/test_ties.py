@@ -88,10 +88,10 @@ def test_a_matching_tie_is_the_mesh_in_one_piece():
 def test_the_matrix_without_tied_nodes_is_the_derivative_of_the_residual(kind):
     """Tᵀ K T agrees with central differences of Tᵀ r(T x) at a deformed state, in finite strain."""
     system = pr.discretise(stack(*MESHES[kind], (NeoHooke(1000.0, 0.3), NeoHooke(3000.0, 0.2)), kinematics="finite"))
-    from prensa.fem.schedule import plan_step
+    from prensa.fem.planning import plan_step
 
     state = system.initial()
-    c = system.circumstances(state, plan_step(system, 0, state.anchor), 1.0)
+    c = system.context(state, plan_step(system, 0, state.anchor), 1.0)
     reduced = Reduced(system, c.plan.fixed, pr.Numerics())
     rng = np.random.default_rng(0)
     x = 0.05 * rng.standard_normal(len(reduced.free))

@@ -8,9 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import SolveError
+from prensa.fem.context import Context
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
-from prensa.fem.system import Circumstances, Surface, System
+from prensa.fem.surface import Surface
+from prensa.fem.system import System
 
 Array = NDArray[np.float64]
 
@@ -67,7 +69,7 @@ def _looks(system: System, s: Surface, state: State, plan: StepPlan, end: float)
     return min(1 + int(2 * way / radius), 200)
 
 
-def approach(system: System, c: Circumstances) -> tuple[Array, list[str]]:
+def approach(system: System, c: Context) -> tuple[Array, list[str]]:
     """Unknowns (ndof,) to start from: pushed tools that touch nothing are brought to rest on the penalty springs.
 
     The springs stand on the bodies as they are, so the start is in equilibrium with the tool's force, or with its moment

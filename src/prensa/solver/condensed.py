@@ -31,11 +31,14 @@ from scipy.sparse import csc_matrix, csr_matrix, identity
 from prensa.contact.forces import TOUCH
 from prensa.errors import PrensaError, SolveError
 from prensa.fem.assembly import Pattern
+from prensa.fem.context import Context
 from prensa.fem.modes import free_to_move
-from prensa.fem.schedule import StepPlan, plan_step
+from prensa.fem.planning import plan_step
+from prensa.fem.schedule import StepPlan
 from prensa.fem.state import Recovered
+from prensa.fem.surface import EPS
 from prensa.fem.symmetry import is_linear
-from prensa.fem.system import EPS, Bulk, Circumstances, Evaluation, System
+from prensa.fem.system import Bulk, Evaluation, System
 from prensa.model import problem as model
 from prensa.solver.linear import BACKWARD_ERROR, REFINE, Factorisation, SingularError
 from prensa.solver.multipliers import determined
@@ -67,7 +70,7 @@ def refusal(system: System) -> str:
     start = system.initial()
     for number in range(len(system.problem.steps)):
         plan = plan_step(system, number, start.anchor)
-        c = system.circumstances(start, plan, plan.t1)
+        c = system.context(start, plan, plan.t1)
         for body in system.problem.bodies:
             if words := free_to_move(system, body, c, contacts=False):
                 return f"the supports alone leave body {body!r} free to {words} in step {plan.name!r}"
@@ -157,7 +160,7 @@ class Bodies:
         """Stiffness (n, n) of the bodies in the displacements, what belongs to tied nodes handed over to their masters."""
         system, n, zero = self.system, 2 * self.system.nodes, np.zeros(self.system.ndof)
         pattern, data = system.pattern, np.zeros(len(system.pattern.indices))
-        c = system.circumstances(system.initial(), plan, plan.t1)
+        c = system.context(system.initial(), plan, plan.t1)
         if failed := system.bulk(c, zero, zero.copy(), data).failed:
             raise SingularError(failed)
         K = csc_matrix((data, pattern.indices, pattern.indptr), (pattern.n, pattern.n))[:, :n][:n]
@@ -197,7 +200,7 @@ class Bodies:
             self.P[:, columns] = self.K_pf @ x
             self.known.add(block)
 
-    def answer(self, c: Circumstances, held: Array) -> Answer:
+    def answer(self, c: Context, held: Array) -> Answer:
         """The bodies without contact under the loads of an increment's end, with the held unknowns at ``held`` (p,)."""
         key = c.plan.number, c.time, held.tobytes()
         if key not in self._answers:
@@ -214,14 +217,14 @@ class Bodies:
         y = self.solved(f[self.free] - self.K_pf.T @ held)
         return Answer(y[self.places], f[self.near], self.K_pf @ y + self.K_pp @ held)
 
-    def loaded(self, c: Circumstances) -> bool:
+    def loaded(self, c: Context) -> bool:
         """Whether loads may act on the bodies."""
         return bool(c.plan.loads or c.plan.body_force or self.system.release is not None)
 
-    def _loads(self, c: Circumstances) -> Array | None:
+    def _loads(self, c: Context) -> Array | None:
         if not self.loaded(c):
             return None
-        f = self.system.external(c, np.zeros(self.system.ndof), None)
+        f = self.system.external(c, np.zeros(self.system.ndof))
         return self.system.collected(f)[: 2 * self.system.nodes]
 
 
@@ -243,7 +246,7 @@ class CondensedSystem(System):
 
     small: Small
 
-    def evaluate(self, c: Circumstances, u: Array, lam: Array, *args: Any, **more: Any) -> Evaluation:
+    def evaluate(self, c: Context, u: Array, lam: Array, *args: Any, **more: Any) -> Evaluation:
         """As `System.evaluate`.
 
         Raises
@@ -257,7 +260,7 @@ class CondensedSystem(System):
             self.small.watch(e)
         return e
 
-    def bulk(self, c: Circumstances, u: Array, r: Array, data: Array | None) -> Bulk:
+    def bulk(self, c: Context, u: Array, r: Array, data: Array | None) -> Bulk:
         """Internal forces on reached and held unknowns; all other displacements are in equilibrium. Nothing goes to data."""
         small, bodies = self.small, self.small.bodies
         answer, q = small.forces(c, u)
@@ -345,12 +348,12 @@ class Small(Reduced):
         self.weight, self.equations = base.weight[self.free], base.equations
         self.factorisation: Any = Dense()
 
-    def forces(self, c: Circumstances, u: Array) -> tuple[Answer, Array]:
+    def forces(self, c: Context, u: Array) -> tuple[Answer, Array]:
         """The answer without contact, and the forces q (A,) that put the reached unknowns where u has them."""
         answer = self.bodies.answer(c, u[self.bodies.held])
         return answer, self.S @ (u[self.reached] - answer.near[self.A])
 
-    def placed(self, c: Circumstances, u: Array) -> Array:
+    def placed(self, c: Context, u: Array) -> Array:
         """Unknowns u (ndof,) with all contact candidates where the reached ones take them, and no force on the others."""
         answer, q = self.forces(c, u)
         near = answer.near + self.C @ q
@@ -433,7 +436,7 @@ class Condensation:
         indptr = np.concatenate([[0], np.cumsum(count)]).astype(np.int32)
         pattern = Pattern(system.ndof, indptr, self.touched[at].astype(np.int32))
         given = {f.name: getattr(system, f.name) for f in fields(system)}
-        self.system = CondensedSystem(**given | {"pattern": pattern, "_edge_slots": {}})
+        self.system = CondensedSystem(**given | {"pattern": pattern, "_places": {}, "_volumes": {}})
         blocks = int(bodies.block.max(initial=-1)) + 1
         of = np.zeros((len(self.nodal), blocks), dtype=bool)
         link = self.by_near.tocoo()
@@ -464,7 +467,7 @@ class Condensation:
         return self._recent[blocks]
 
     def attempt(
-        self, solve: Callable[..., Trial], c: Circumstances, start: Array, numerics: model.Numerics, report: Reporter,
+        self, solve: Callable[..., Trial], c: Context, start: Array, numerics: model.Numerics, report: Reporter,
         soften: bool,
     ) -> Trial:  # fmt: skip
         """Outcome of an attempt ``solve`` on the condensed system."""
@@ -484,7 +487,7 @@ class Condensation:
                 self._complete(small, c, trial)
             return trial
 
-    def _complete(self, small: Small, c: Circumstances, trial: Trial) -> None:
+    def _complete(self, small: Small, c: Context, trial: Trial) -> None:
         """Put what the next increment needs where the contact forces take it, and leave the rest to those who ask for it.
 
         The rest stays where the last increment had it. Where loads act on the bodies, or supports have just let go, it is put

@@ -8,19 +8,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.forces import Scale
-from prensa.fem.system import Circumstances, Surface, System
+from prensa.fem.context import Context
+from prensa.fem.surface import Surface
+from prensa.fem.system import System
 
 Array = NDArray[np.float64]
 
 ROUGH = 1e-4  # relative residual to which a stage before the last is solved
 
 
-def stages(system: System, c: Circumstances) -> list[Circumstances]:
-    """Circumstances of the stages before the last one: stiffnesses capped at E*/h × (10, 1) × factorᵏ; empty without need.
+def stages(system: System, c: Context) -> list[Context]:
+    """Context of the stages before the last one: stiffnesses capped at E*/h × (10, 1) × factorᵏ; empty without need.
 
     The factor is each contact's ``continuation``; contacts without it keep their stiffness.
     """
-    out: list[Circumstances] = []
+    out: list[Context] = []
     while len(out) < 64:
         scales = [_capped(s, scale, c, i, len(out)) for i, (s, scale) in enumerate(zip(system.surfaces, c.scales))]
         if all(a is b for a, b in zip(scales, c.scales)):
@@ -29,13 +31,13 @@ def stages(system: System, c: Circumstances) -> list[Circumstances]:
     return out
 
 
-def _capped(s: Surface, scale: Scale, c: Circumstances, i: int, stage: int) -> Scale:
+def _capped(s: Surface, scale: Scale, c: Context, i: int, stage: int) -> Scale:
     """Stiffnesses of a contact in a stage; the same object when nothing is capped."""
     law = c.laws[i]
     return s.description.enforcement.softened(scale, stage, law is not None and law.hardens)
 
 
-def stiffened(system: System, now: Circumstances, then: Circumstances, u: Array) -> Array:
+def stiffened(system: System, now: Context, then: Context, u: Array) -> Array:
     """Unknowns of a solved stage moved to where the next one has the same pressures: penetrations shrink as k_n grows."""
     u = u.copy()
     nodal = u[: 2 * system.nodes].reshape(-1, 2)

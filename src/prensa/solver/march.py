@@ -14,11 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import SolveError, refuse
+from prensa.fem.context import Context
+from prensa.fem.discretise import discretise
+from prensa.fem.planning import plan_step
 from prensa.fem.preflight import preflight
-from prensa.fem.schedule import StepPlan, plan_step
+from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
 from prensa.fem.symmetry import is_symmetric
-from prensa.fem.system import Circumstances, Evaluation, System, discretise
+from prensa.fem.system import Evaluation, System
 from prensa.model import problem as model
 from prensa.solver.approach import approach, first_touch
 from prensa.solver.condensed import Condensation, condensed, to_be_condensed
@@ -96,7 +99,7 @@ def at_rest(system: System) -> Increment | None:
     """The initial state as an increment, number 0: what there is to look at when the first increment fails; None if nothing."""
     march, state = _March(system, model.Numerics(), None, Timer()), system.initial()
     plan = plan_step(system, 0, state.anchor)
-    e = system.evaluate(system.circumstances(state, plan, 0.0), state.u, state.lam, stiffness=False)
+    e = system.evaluate(system.context(state, plan, 0.0), state.u, state.lam, stiffness=False)
     trial = Trial(True, "", state.u, e, state.lam, 0)
     return None if e.failed else march.increment(state, plan, e, trial, 0, 0, False)
 
@@ -152,7 +155,7 @@ class _March:
         spent, cutbacks = 0, 0
         while True:
             end, notes = first_touch(self.system, state, plan, self.target(plan, now, dt))
-            c = replace(self.system.circumstances(state, plan, end), lagged=self.numerics.iteration == "paper")
+            c = replace(self.system.context(state, plan, end), lagged=self.numerics.iteration == "paper")
             origin, more = approach(self.system, c)
             for message in notes + more:
                 self.note(state, plan, message)
@@ -168,14 +171,14 @@ class _March:
                 raise SolveError(self.post_mortem(plan, c, trial, cutbacks), self.last)
             cutbacks += 1
 
-    def attempt(self, c: Circumstances, origin: Array, report: Reporter, soften: bool) -> Trial:
+    def attempt(self, c: Context, origin: Array, report: Reporter, soften: bool) -> Trial:
         """Outcome of one attempt, on the condensed system where there is one."""
         if self.condensed is not None:
             return self.condensed.attempt(attempt, c, origin, self.numerics, report, soften)
         assert self.reduced is not None
         return attempt(self.system, c, self.reduced, origin, self.numerics, report, soften)
 
-    def refuse_the_absurd(self, c: Circumstances, trial: Trial) -> None:
+    def refuse_the_absurd(self, c: Context, trial: Trial) -> None:
         """Equilibrium is not enough: no element may be folded over, no point may flow by more than `ABSURD` at once.
 
         A corner of 180° is no fold: a free side that rolls onto a die makes such elements, and they answer well. A corner
@@ -270,7 +273,7 @@ class _March:
 
     # ------------------------------------------------------------------------------------------------------- commit
     def commit(
-        self, old: State, plan: StepPlan, c: Circumstances, trial: Trial, spent: int, cutbacks: int
+        self, old: State, plan: StepPlan, c: Context, trial: Trial, spent: int, cutbacks: int
     ) -> tuple[State, Increment]:
         assert trial.evaluation is not None
         e = trial.evaluation._replace(data=None)  # increments that are kept must not keep their matrices
@@ -299,9 +302,7 @@ class _March:
         self.say(state, plan, c.time, trial, "accepted", "", forces={k: t.force for k, t in increment.tools.items()})
         return state, increment
 
-    def next_dt(
-        self, old: State, plan: StepPlan, c: Circumstances, e: Evaluation, trial: Trial, cutbacks: int
-    ) -> float:
+    def next_dt(self, old: State, plan: StepPlan, c: Context, e: Evaluation, trial: Trial, cutbacks: int) -> float:
         """Duration of the next increment from what this one cost."""
         full = self.longest
         tried = c.dt if cutbacks else max(c.dt, float(old.clock[3]))
@@ -331,7 +332,7 @@ class _March:
             return min(least, (1.0 if cutbacks else 2.0) * tried)
         return max(min(full, growth * (tried if tried > 0 else full)), least)
 
-    def ledger(self, old: State, c: Circumstances, trial: Trial, e: Evaluation, work: Array) -> Array:
+    def ledger(self, old: State, c: Context, trial: Trial, e: Evaluation, work: Array) -> Array:
         """External, elastic, plastic, friction, contact energies and their imbalance after the increment."""
         energy = old.energy.copy()
         energy[0] += 0.5 * float((old.work + work) @ (trial.u - old.u))
@@ -413,7 +414,7 @@ class _March:
             )
         )
 
-    def post_mortem(self, plan: StepPlan, c: Circumstances, trial: Trial, cutbacks: int) -> str:
+    def post_mortem(self, plan: StepPlan, c: Context, trial: Trial, cutbacks: int) -> str:
         """What failed, where, why, and what to try."""
         small = self.condensed.last if self.condensed is not None else None
         reduced = self.reduced if small is None else small

@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.fem.system import Evaluation, Surface
+from prensa.fem.surface import Surface
+from prensa.fem.system import Evaluation
 
 Array = NDArray[np.float64]
 

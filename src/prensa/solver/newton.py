@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.pairing import Pairs
-from prensa.fem.system import Circumstances, Evaluation, Surface, System
+from prensa.fem.context import Context
+from prensa.fem.surface import Surface
+from prensa.fem.system import Evaluation, System
 from prensa.model import problem as model
 from prensa.solver.continuation import ROUGH, stages, stiffened
 from prensa.solver.eliminated import Tied
@@ -166,7 +168,7 @@ def signature(e: Evaluation) -> NDArray[np.int8]:
 
 def _start(
     system: System,
-    c: Circumstances,
+    c: Context,
     reduced: Reduced,
     start: Array,
     lam: Array,
@@ -198,7 +200,7 @@ def _start(
     start = start + tools * delta
     delta = system.followed((1.0 - tools) * delta)
     with report.timed("assembly"):
-        base = system.evaluate(c, start, lam, begin=True)
+        base = system.evaluate(c, start, lam, guess=True)
     if base.failed or base.data is None:
         return start + delta, None, None
     r = base.r + reduced.apply(base.data, delta)
@@ -210,7 +212,7 @@ def _start(
     return start, None, base.touching
 
 
-def _keep_on_tools(system: System, c: Circumstances, u: Array) -> None:
+def _keep_on_tools(system: System, c: Context, u: Array) -> None:
     """Move extrapolated contact nodes along the tool normal: closed ones to their committed gap, others out of the tool.
 
     A node that has just landed would otherwise be extrapolated deep into the tool, at the speed it came with. Where a soft
@@ -229,7 +231,7 @@ def _keep_on_tools(system: System, c: Circumstances, u: Array) -> None:
 
 
 def attempt(
-    system: System, c: Circumstances, reduced: Reduced, start: Array, numerics: model.Numerics, report: Reporter,
+    system: System, c: Context, reduced: Reduced, start: Array, numerics: model.Numerics, report: Reporter,
     soften: bool = True,
 ) -> Trial:  # fmt: skip
     """Try to solve the increment; the committed state is not touched.
@@ -247,8 +249,8 @@ def attempt(
 
 def _attempt(
     system: System,
-    c: Circumstances,
-    path: list[Circumstances],
+    c: Context,
+    path: list[Context],
     reduced: Reduced,
     start: Array,
     numerics: model.Numerics,
@@ -294,7 +296,7 @@ def _attempt(
 
 def _newton(
     system: System,
-    c: Circumstances,
+    c: Context,
     reduced: Reduced,
     u: Array,
     first: list[Evaluation | None],
@@ -360,7 +362,7 @@ def _newton(
         if turned.any():
             # a point that slipped one way and now slips the other would flip for ever: it sticks for this solve
             with report.timed("assembly"):
-                held = system.evaluate(c, u, lam, hold=turned)
+                held = system.evaluate(c, u, lam, stick=turned)
             if not held.failed:
                 e = held
         with report.timed("factorisation and solve"):
@@ -425,7 +427,7 @@ def reversed_slip(before: NDArray[np.int8] | None, now: NDArray[np.int8]) -> Fla
     return (before >= 2) & (now >= 2) & (before != now)
 
 
-def _along(system: System, c: Circumstances, e: Evaluation, u: Array, step: Array, lam: Array) -> Array:
+def _along(system: System, c: Context, e: Evaluation, u: Array, step: Array, lam: Array) -> Array:
     """U + step, with closed contact nodes put at the gap that the linear model gave them; e: the evaluation at u.
 
     A straight step along a curved tool changes the gap by d²/2R, more than the penetration p/k_n: without the correction
@@ -476,7 +478,7 @@ class Secant:
 
 
 def _finished(
-    system: System, c: Circumstances, reduced: Reduced, u: Array, e: Evaluation, lam: Array, tolerance: float,
+    system: System, c: Context, reduced: Reduced, u: Array, e: Evaluation, lam: Array, tolerance: float,
     report: Reporter, trial: Trial, came_by: Array | None,
 ) -> Evaluation | None:  # fmt: skip
     """A nearly converged iterate brought home with the factors at hand: a substitution costs next to nothing.
@@ -519,7 +521,7 @@ def _finished(
 
 
 def _shortened(
-    system: System, c: Circumstances, reduced: Reduced, u: Array, step: Array, lam: Array, report: Reporter
+    system: System, c: Context, reduced: Reduced, u: Array, step: Array, lam: Array, report: Reporter
 ) -> Array:
     """The best of a few fractions of a step, by the residual; a failed evaluation is no candidate."""
     best, factor = np.inf, STEPS[-1]
@@ -532,7 +534,7 @@ def _shortened(
     return u + factor * step
 
 
-def _augment(system: System, c: Circumstances, e: Evaluation, lam: Array) -> tuple[Array, float]:
+def _augment(system: System, c: Context, e: Evaluation, lam: Array) -> tuple[Array, float]:
     """Updated multipliers and the largest change over its tolerance (≤ 1: settled; 0 without augmented contacts)."""
     update, worst = lam.copy(), 0.0
     for s, f, sc in zip(system.surfaces, e.contacts, c.scales):

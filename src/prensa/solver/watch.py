@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.fem.context import Context
 from prensa.fem.modes import free_to_move
 from prensa.fem.state import State
-from prensa.fem.system import Circumstances, Evaluation, Surface, System
+from prensa.fem.surface import Surface
+from prensa.fem.system import Evaluation, System
 
 if TYPE_CHECKING:
     from prensa.solver.newton import Reduced, Trial
@@ -59,7 +61,7 @@ def _in_tool(system: System, s: Surface, u: Array) -> Array:
     return (system.positions(u)[s.points.nodes] - system.tools[s.tool].at - [x, y]) @ np.array([[c, -d], [d, c]])
 
 
-def let_go(system: System, c: Circumstances, e: Evaluation) -> str:
+def let_go(system: System, c: Context, e: Evaluation) -> str:
     """A body whose last contact opened in the increment though nothing else holds it; '' if there is none.
 
     Its place means nothing then. The matrix need not be singular for that: stresses that stay inside resist a turn.
@@ -72,7 +74,7 @@ def let_go(system: System, c: Circumstances, e: Evaluation) -> str:
     return ""
 
 
-def leaning(system: System, c: Circumstances) -> str:
+def leaning(system: System, c: Context) -> str:
     """A body that nothing but its contact with a single tool keeps in place, which can only push it away; '' if there is none.
 
     Loads may press it against the tool, so this is no error by itself; it is what a failed increment is most likely due to.
@@ -85,7 +87,7 @@ def leaning(system: System, c: Circumstances) -> str:
     return ""
 
 
-def doubts(system: System, c: Circumstances, e: Evaluation, residual: float, tolerance: float) -> Iterator[str]:
+def doubts(system: System, c: Context, e: Evaluation, residual: float, tolerance: float) -> Iterator[str]:
     """Sentences about a converged increment that deserves less trust than its residual says."""
     forces = np.zeros((len(system.tools), 2))
     for s, f, scale in zip(system.surfaces, e.contacts, c.scales):
@@ -143,7 +145,7 @@ def hint(reason: str) -> str:
     return next((text for key, text in _HINTS if key in reason), _HINT)
 
 
-def where(system: System, c: Circumstances, reduced: Reduced, trial: Trial) -> str:
+def where(system: System, c: Context, reduced: Reduced, trial: Trial) -> str:
     """Where the last iterate of a failed attempt is worst: node, element, contact and tool, with coordinates; '' unknown."""
     if "free to move" in trial.reason:
         loose = [f"body {b!r} can {words}" for b in system.problem.bodies if (words := free_to_move(system, b, c))]

@@ -10,8 +10,9 @@ from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
 import prensa as pr
-from prensa.fem.schedule import plan_step
-from prensa.fem.system import Evaluation, discretise
+from prensa.fem.discretise import discretise
+from prensa.fem.planning import plan_step
+from prensa.fem.system import Evaluation
 
 Array = NDArray[np.float64]
 
@@ -53,7 +54,7 @@ class Drive:
 
     def _to(self, time: float, dofs: NDArray[np.int64], values: Array) -> Evaluation:
         system, state = self.system, self.state
-        c = system.circumstances(state, self.plan, time)
+        c = system.context(state, self.plan, time)
         free = np.setdiff1d(np.arange(system.ndof), dofs)
         u, step = state.u, np.zeros(system.ndof)
         step[dofs] = values - u[dofs]
