@@ -201,6 +201,12 @@ class Block:
     """Elements of one body, a nodes and q points each: global ``cells`` (m, a), ``X`` (m, a, d), law, formulation.
 
     slots (m, a, a) of `block_slots`; ``volume`` (m, q): initial volumes of the points, thickness or 2πr inside.
+
+    Raises
+    ------
+    ValueError
+        For a law whose tensors have other components than the element's.
+
     """
 
     body: str
@@ -211,6 +217,13 @@ class Block:
     mode: Mode
     slots: NDArray[np.int32]
     volume: Array
+
+    def __post_init__(self) -> None:
+        if self.law.layout != self.element.layout:
+            raise ValueError(
+                f"the element has the tensors of layout {self.element.layout.name!r}, the law those of "
+                f"{self.law.layout.name!r}; give material_of the space of the element"
+            )
 
     def __len__(self) -> int:
         return len(self.cells)
