@@ -11,7 +11,7 @@ import prensa as pr
 from prensa.elements.shapes import cube, h8, table
 from prensa.fem.assembly import Block, block_slots, make_pattern, sweep
 from prensa.fem.formulation import INVERTED, Mode, element_of
-from prensa.layout import SPATIAL
+from prensa.layout import SPATIAL, DofMap
 from prensa.materials.laws import At, material_of
 
 STEEL = pr.Elastic(200e3, 0.3)
@@ -36,7 +36,7 @@ def bricks(n, size, skew=0.0, seed=0):
 
 def block_of(X, cells, element, material, kinematics):
     """A block of bricks and the pattern of its system."""
-    pattern = make_pattern([cells], len(X), 0, [], d=3)
+    pattern = make_pattern([cells], DofMap(3, len(X)), [])
     slot = np.empty((*cells.shape, 8), dtype=np.int32)
     block_slots(pattern.indptr, pattern.indices, cells, slot, 3)
     formulation, mode = element_of(element), Mode(False, kinematics == "finite", 1.0)
@@ -158,7 +158,7 @@ def test_a_layer_of_bricks_in_plane_strain_is_a_layer_of_quadrilaterals(material
     number[front] = np.arange(len(front))
     flat = np.ascontiguousarray(X[front, :2])
     quads = number[cells[:, :4]]
-    plane = make_pattern([quads], len(flat), 0, [])
+    plane = make_pattern([quads], DofMap(2, len(flat)), [])
     slot = np.empty((*quads.shape, 4), dtype=np.int32)
     block_slots(plane.indptr, plane.indices, quads, slot)
     formulation, mode = element_of("q4"), Mode(False, False, 1.0)
@@ -315,7 +315,7 @@ def test_newton_ends_quadratically_on_a_barrelling_block(element):
 def test_a_pattern_of_three_unknowns_a_node_has_tools_of_six():
     """Each unknown of a node meets the three of its neighbours and all six of the tool whose candidate it is."""
     _, cells, _ = bricks((2, 1, 1), (2.0, 1.0, 1.0))
-    pattern = make_pattern([cells], 12, 1, [np.array([0, 3])], d=3)
+    pattern = make_pattern([cells], DofMap(3, 12, 1), [np.array([0, 3])])
     assert pattern.n == 36 + 6
     neighbours = [len(np.unique(cells[(cells == node).any(axis=1)])) for node in range(12)]
     for node in range(12):
