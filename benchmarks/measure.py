@@ -40,7 +40,7 @@ def of_limit(name: str, unknowns: str, most: str = "") -> dict[str, Any]:
 def of_iteration(elements: str, kind: str = "") -> dict[str, Any]:
     from prensa.fem.schedule import plan_step
     from prensa.fem.symmetry import is_symmetric
-    from prensa.solver.newton import Reduced
+    from prensa.solver.reduced import Reduced
 
     n = round(float(elements) ** 0.5)
     problem = common.hertz((n, n), 0.5)

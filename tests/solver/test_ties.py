@@ -13,7 +13,7 @@ from prensa.fem.ties import make_ties
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import MeshError, sides
 from prensa.model.problem import NeoHooke
-from prensa.solver.newton import Reduced
+from prensa.solver.reduced import Reduced
 
 TIE = (pr.Tie(slave="upper.bottom", master="lower.top"),)
 MESHES = {"matching": ((4, 2), (4, 3)), "nested": ((3, 2), (6, 3)), "free": ((5, 2), (3, 3)), "finer": ((4, 2), (7, 3))}

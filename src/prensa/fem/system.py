@@ -18,6 +18,7 @@ from prensa.contact.recovery import recover
 from prensa.errors import PrensaError
 from prensa.fem import loads as fem_loads
 from prensa.fem.assembly import Block, Pattern, block_slots, make_pattern, scatter_matrix, scatter_vector, slots, sweep
+from prensa.fem.failure import ElementFailed, FrictionTooSoft, NotEvaluated
 from prensa.fem.formulation import Mode, element_of
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import Recovered, State
@@ -104,7 +105,7 @@ NOTHING = 1e-8  # forces of strains below this need no relative accuracy: an unl
 class Evaluation(NamedTuple):
     """r (ndof,) residual; data (nnz,) its derivative or None; ``scale``: Σ |element forces| + |contact| + |external|.
 
-    history, contacts: trial values to commit; f_ext (ndof,); ``failed``: why it could not be evaluated, or '';
+    history, contacts: trial values to commit; f_ext (ndof,); ``failed``: why it could not be evaluated, or None;
     ``floor``: residual that round-off alone makes: positions carry ε × size, which moduli and penalties multiply;
     ``violation``: of the exact contacts, the largest penetration, elastic slip or multiplier of an open point (as the
     length it is divided to), over the element depth, beyond what round-off makes.
@@ -116,7 +117,7 @@ class Evaluation(NamedTuple):
     history: Sequence[Array]
     contacts: tuple[ContactForces, ...]
     f_ext: Array
-    failed: str
+    failed: NotEvaluated | None
     floor: float = 0.0
     violation: float = 0.0
 
@@ -132,7 +133,7 @@ class Bulk(NamedTuple):
     scale: float
     floor: float
     history: Sequence[Array]
-    failed: str = ""
+    failed: NotEvaluated | None = None
 
 
 @dataclass
@@ -382,9 +383,7 @@ class System:
             # points that just touch are closed or open by the round-off of their gaps; those that stick have that of their slips
             floor += EPS * float((w * sc.k_n * f.dp[:, 0] + f.area * sc.k_t * np.abs(f.dt[:, 1])).sum()) * reach
             if not np.isfinite(f.K).all():
-                return Evaluation(
-                    r, data, np.inf, (), (), r, f"friction of {s.name} softens too fast for its stiffness k_T"
-                )
+                return Evaluation(r, data, np.inf, (), (), r, FrictionTooSoft(s.name))
             K = f.K
             if s.exact:
                 R, K = multiplier_rows(f, pairs, lam[s.rows], sc)
@@ -404,7 +403,7 @@ class System:
             results.append(f)
         f_ext = self.external(c, u, data)
         scale += float(np.abs(f_ext[: 2 * self.nodes]).sum())
-        return Evaluation(r - f_ext, data, scale, bulk.history, tuple(results), f_ext, "", floor, violation)
+        return Evaluation(r - f_ext, data, scale, bulk.history, tuple(results), f_ext, None, floor, violation)
 
     def bulk(self, c: Circumstances, u: Array, r: Array, data: Array | None) -> Bulk:
         """Add the internal forces of the bodies to r (ndof,) and, unless it is None, their stiffness to data (nnz,)."""
@@ -417,9 +416,8 @@ class System:
         for block, old in zip(self.blocks, base):
             out = sweep(block, c.x_n, du, old, at, r, data, self.pattern)
             if out.failed:
-                x = self.X[block.cells[out.failed.element]].mean(axis=0)
-                where = f"element {out.failed.element} of {block.body} (initially near {x[0]:.4g}, {x[1]:.4g})"
-                return Bulk(scale, floor, (), f"{where} {out.failed.why}")
+                x, y = self.X[block.cells[out.failed.element]].mean(axis=0).tolist()
+                return Bulk(scale, floor, (), ElementFailed(out.failed.element, block.body, x, y, out.failed.why))
             history.append(out.history)
             scale += out.force_scale
         return Bulk(scale, floor, tuple(history))

@@ -10,55 +10,36 @@ from numpy.typing import NDArray
 from prensa.contact.enforcement import Scale
 from prensa.fem.system import Circumstances, Surface, System
 from prensa.model import problem as model
+from prensa.solver.policy import DEFAULT, Policy
 
 Array = NDArray[np.float64]
 
-SOFT = 10.0  # β of the first stage
-SOFT_T = 1.0  # β_T of the first stage
-ROUGH = 1e-4  # relative residual to which a stage before the last is solved
 
-
-def stages(system: System, c: Circumstances) -> list[Circumstances]:
-    """Circumstances of the stages before the last one: stiffnesses capped at E*/h × (10, 1) × factorᵏ; empty without need.
+def stages(system: System, c: Circumstances, policy: Policy = DEFAULT) -> list[Circumstances]:
+    """Increment contexts of the stages before the last one: stiffnesses capped at E*/h × (β, β_T) × factorᵏ; none without need.
 
     The factor is each contact's ``continuation``; contacts without it keep their stiffness.
     """
     out: list[Circumstances] = []
-    while len(out) < 64:
-        scales = [_capped(s, scale, c, i, len(out)) for i, (s, scale) in enumerate(zip(system.surfaces, c.scales))]
+    while len(out) < policy.stages:
+        scales = [
+            _capped(s, scale, law is not None and law.hardens, len(out), policy)
+            for s, scale, law in zip(system.surfaces, c.scales, c.laws)
+        ]
         if all(a is b for a, b in zip(scales, c.scales)):
             break
         out.append(replace(c, scales=scales))
     return out
 
 
-def _capped(s: Surface, scale: Scale, c: Circumstances, i: int, stage: int) -> Scale:
-    """Stiffnesses of a contact in a stage; the same object when nothing is capped."""
+def _capped(s: Surface, scale: Scale, hardens: bool, stage: int, policy: Policy) -> Scale:
+    """Stiffnesses of a contact in a stage; the same object when nothing is capped. A softening law has the k_T that it needs."""
     enforcement = s.description.enforcement
     if not isinstance(enforcement, model.Penalty) or enforcement.continuation <= 1:
         return scale
     growth = enforcement.continuation**stage
-    k_n = np.minimum(scale.k_n, SOFT * growth * scale.unit)
-    law = c.laws[i]
-    # a softening law has the k_T that it needs
-    k_t = scale.k_t if law is not None and law.hardens else np.minimum(scale.k_t, SOFT_T * growth * scale.unit)
+    k_n = np.minimum(scale.k_n, policy.soft * growth * scale.unit)
+    k_t = scale.k_t if hardens else np.minimum(scale.k_t, policy.soft_tangential * growth * scale.unit)
     if np.array_equal(k_n, scale.k_n) and np.array_equal(k_t, scale.k_t):
         return scale
     return replace(scale, k_n=k_n, k_t=k_t)
-
-
-def stiffened(system: System, now: Circumstances, then: Circumstances, u: Array) -> Array:
-    """Unknowns of a solved stage moved to where the next one has the same pressures: penetrations shrink as k_n grows."""
-    u = u.copy()
-    nodal = u[: 2 * system.nodes].reshape(-1, 2)
-    for s, a, b in zip(system.surfaces, now.scales, then.scales):
-        if a is b:
-            continue
-        pairs, nodes = system.node_pairs(s, u), s.points.nodes
-        free = ~system.supported(nodes, now.plan)
-        inside = np.where(free & np.isfinite(pairs.g), np.minimum(pairs.g, 0.0), 0.0)
-        share = s.points.to_nodes(np.ones(len(s.points)))
-        carries = share > 0  # the end on the axis of a quadratic edge carries no point
-        softer = np.where(carries, s.points.to_nodes(a.k_n / b.k_n) / np.where(carries, share, 1.0), 1.0)
-        nodal[nodes] += ((softer - 1.0) * inside)[:, None] * pairs.n
-    return u

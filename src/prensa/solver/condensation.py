@@ -19,7 +19,7 @@ from __future__ import annotations
 import copy
 import logging
 from collections.abc import Callable
-from dataclasses import fields
+from dataclasses import fields, replace
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -37,23 +37,17 @@ from prensa.fem.state import Recovered
 from prensa.fem.symmetry import is_linear
 from prensa.fem.system import EPS, Bulk, Circumstances, Evaluation, System
 from prensa.model import problem as model
-from prensa.solver.linear import BACKWARD_ERROR, REFINE, Factorisation, SingularError
+from prensa.solver.equilibrium import Equilibrium, NewtonResult
+from prensa.solver.linear import Factorisation, SingularError
 from prensa.solver.multipliers import determined
-from prensa.solver.newton import Reduced, Reporter, Trial, equations_of, weights_of
+from prensa.solver.policy import DEFAULT, Policy
+from prensa.solver.reduced import Reduced, equations_of, weights_of
 
 log = logging.getLogger("prensa")
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 Blocks = frozenset[int]
-
-BLOCK = 64  # columns made at once …
-ROOM = 2**25  # … at most so many numbers of them
-KEPT = 4  # answers to loads and supports that are kept: an increment asks for two again and again
-WORTH = 5000  # unknowns from which on factorisations cost enough to be saved
-COLUMN = 0.012  # cost of a column, in factorisations
-EACH = 2.5  # factorisations that an increment costs otherwise
-SOME = 10  # increments of a step that chooses its own
 
 
 # ---------------------------------------------------------------------------------------------------------- whether at all
@@ -74,15 +68,17 @@ def refusal(system: System) -> str:
     return ""
 
 
-def pays(system: System) -> bool:
+def pays(system: System, policy: Policy) -> bool:
     """Whether factorisations and the columns of all candidates cost less than the factorisations of all iterations."""
     steps = system.problem.steps
-    increments = sum(step.increments or SOME for step in steps)
+    increments = sum(step.increments or policy.usual_increments for step in steps)
     columns = sum(2 * len(s.points.nodes) for s in system.surfaces)
-    return system.ndof >= WORTH and EACH * increments >= len(steps) + COLUMN * columns
+    return system.ndof >= policy.worth_condensing and (
+        policy.increment_cost * increments >= len(steps) + policy.column_cost * columns
+    )
 
 
-def to_be_condensed(system: System, numerics: model.Numerics) -> bool:
+def to_be_condensed(system: System, numerics: model.Numerics, policy: Policy = DEFAULT) -> bool:
     """What ``numerics.condense`` comes to for a system: known from the description alone.
 
     Raises
@@ -91,7 +87,7 @@ def to_be_condensed(system: System, numerics: model.Numerics) -> bool:
         If it is asked for and cannot be done.
 
     """
-    if numerics.condense is False or (numerics.condense == "auto" and not pays(system)):
+    if numerics.condense is False or (numerics.condense == "auto" and not pays(system, policy)):
         return False
     reason = refusal(system)
     if reason and numerics.condense is True:
@@ -115,8 +111,8 @@ class Bodies:
     that contact candidates depend on, in order along the surfaces; ``block`` (a,) the block of each.
     """
 
-    def __init__(self, system: System, plan: StepPlan, numerics: model.Numerics) -> None:
-        self.system, n = system, 2 * system.nodes
+    def __init__(self, system: System, plan: StepPlan, numerics: model.Numerics, policy: Policy) -> None:
+        self.system, self.policy, n = system, policy, 2 * system.nodes
         self.follow = csr_matrix(identity(n)) if system.ties is None else system.ties.matrix
         own = self.follow.diagonal() != 0
         self.held = plan.fixed[plan.fixed < n]
@@ -137,6 +133,7 @@ class Bodies:
             numerics.threads,
             symmetric=True,
             definite=True,
+            policy=policy,
         )
         self.factorisation.solve(self.K.data, self.K @ np.ones(len(self.free)))
         number = np.full(n, -1, dtype=np.int64)
@@ -147,7 +144,7 @@ class Bodies:
         masters = masters[number[masters] >= 0]
         self.near = masters[np.sort(np.unique(masters, return_index=True)[1])].astype(np.int64)
         self.places = number[self.near]
-        a, width = len(self.near), max(1, min(BLOCK, ROOM // max(len(self.free), 1)))
+        a, width = len(self.near), max(1, min(policy.columns, policy.room // max(len(self.free), 1)))
         self.block = np.arange(a) // width
         self.known: set[int] = set()
         self.C, self.P = np.zeros((a, a), order="F"), np.zeros((len(self.held), a), order="F")
@@ -159,7 +156,7 @@ class Bodies:
         pattern, data = system.pattern, np.zeros(len(system.pattern.indices))
         c = system.circumstances(system.initial(), plan, plan.t1)
         if failed := system.bulk(c, zero, zero.copy(), data).failed:
-            raise SingularError(failed)
+            raise SingularError(str(failed))
         K = csc_matrix((data, pattern.indices, pattern.indptr), (pattern.n, pattern.n))[:, :n][:n]
         return K if system.ties is None else csc_matrix(self.follow.T @ K @ self.follow)
 
@@ -173,14 +170,14 @@ class Bodies:
 
         """
         x = self.factorisation.again(b) if len(b) else b
-        for _ in range(3):
+        for _ in range(self.policy.refinements):
             given, found = (b, x) if b.ndim == 1 else (b.sum(axis=1), x.sum(axis=1))
             missing = np.abs(given - self.K @ found).max(initial=0.0)
             error = missing / (self.size * np.abs(found).max(initial=0.0) + np.abs(given).max(initial=0.0) + 1e-300)
-            if not error > REFINE:
+            if not error > self.policy.refine:
                 break
             x = x + self.factorisation.again(b - self.K @ x)
-        if not error <= BACKWARD_ERROR:
+        if not error <= self.policy.backward_error:
             raise SolveError(
                 f"the bodies could not be condensed (backward error {error:.1e}); what to try: numerics: {{condense: false}}"
             )
@@ -201,7 +198,7 @@ class Bodies:
         """The bodies without contact under the loads of an increment's end, with the held unknowns at ``held`` (p,)."""
         key = c.plan.number, c.time, held.tobytes()
         if key not in self._answers:
-            while len(self._answers) >= KEPT:
+            while len(self._answers) >= self.policy.responses:
                 del self._answers[next(iter(self._answers))]
             self._answers[key] = self.unloaded(held, self._loads(c))
         return self._answers[key]
@@ -271,7 +268,8 @@ class CondensedSystem(System):
 class Dense:
     """Factors of a dense matrix, with the interface that attempts use of `Factorisation`."""
 
-    def __init__(self) -> None:
+    def __init__(self, policy: Policy) -> None:
+        self.policy = policy
         self._factors: tuple[Array, Any] | None = None
 
     def begin(self) -> None:
@@ -302,7 +300,7 @@ class Dense:
         x = x + self.again(b - M @ x)
         norm = np.abs(M).sum(axis=1).max()
         error = np.abs(b - M @ x).max() / (norm * np.abs(x).max() + np.abs(b).max() + 1e-300)
-        if not error <= BACKWARD_ERROR:
+        if not error <= self.policy.backward_error:
             self._factors = None
             raise SingularError(f"backward error {error:.1e}")
         return x
@@ -343,7 +341,7 @@ class Small(Reduced):
         cols = np.concatenate([part.col, a + np.arange(len(others))])
         self.G = csc_matrix((np.concatenate([part.data, np.ones(len(others))]), (rows, cols)), (k, a + len(others)))
         self.weight, self.equations = base.weight[self.free], base.equations
-        self.factorisation: Any = Dense()
+        self.factorisation: Any = Dense(base.policy)
 
     def forces(self, c: Circumstances, u: Array) -> tuple[Answer, Array]:
         """The answer without contact, and the forces q (A,) that put the reached unknowns where u has them."""
@@ -395,7 +393,7 @@ class Small(Reduced):
     def matrix(self, e: Evaluation, b: Array) -> Array:
         """K_ff, dense."""
         assert e.data is not None
-        data = determined(e, b, self.equations) if self.equations else e.data
+        data = determined(e, b, self.equations, self.base.policy) if self.equations else e.data
         M = (self.G.T @ self._contact(data) @ self.G).toarray()
         a = len(self.A)
         M[:a, :a] += self.S
@@ -411,8 +409,11 @@ class Condensation:
     ``needs`` (points, blocks): blocks of columns that a point must have to be in contact.
     """
 
-    def __init__(self, system: System, plan: StepPlan, numerics: model.Numerics) -> None:
-        self.fixed, self.bodies = plan.fixed, Bodies(system, plan, numerics)
+    def __init__(
+        self, system: System, plan: StepPlan, numerics: model.Numerics, policy: Policy = DEFAULT
+    ) -> None:  # fmt: skip
+        self.policy = policy
+        self.fixed, self.bodies = plan.fixed, Bodies(system, plan, numerics, policy)
         bodies, n = self.bodies, 2 * system.nodes
         self.nodal = np.union1d(bodies.candidates, bodies.near).astype(np.int64)
         self.touched = np.concatenate([self.nodal, np.arange(n, system.ndof)])
@@ -464,35 +465,35 @@ class Condensation:
         return self._recent[blocks]
 
     def attempt(
-        self, solve: Callable[..., Trial], c: Circumstances, start: Array, numerics: model.Numerics, report: Reporter,
-        soften: bool,
-    ) -> Trial:  # fmt: skip
+        self, solve: Callable[[Equilibrium, Array, bool], NewtonResult], eq: Equilibrium, start: Array, soften: bool
+    ) -> NewtonResult:
         """Outcome of an attempt ``solve`` on the condensed system."""
+        c = eq.context
         touching: Flags = c.state.contact[:, 3] > 0
         for s, scale in zip(self.system.surfaces, c.scales):  # a pushed tool has been brought to rest on some points
             touching[s.rows] |= self.system.pairs(s, start).g <= TOUCH * scale.h
         blocks = self.blocks_of(touching)
         while True:
-            with report.timed("condensation"):
+            with eq.report.timed("condensation"):
                 small = self.last = self.on(blocks)
             try:
-                trial = solve(small.system, c, small, start, numerics, report, soften)
+                result = solve(replace(eq, system=small.system, reduced=small), start, soften)
             except Beyond as beyond:
                 blocks = beyond.blocks
                 continue
-            if trial.converged:
-                self._complete(small, c, trial)
-            return trial
+            if result.converged:
+                self._complete(small, c, result)
+            return result
 
-    def _complete(self, small: Small, c: Circumstances, trial: Trial) -> None:
+    def _complete(self, small: Small, c: Circumstances, result: NewtonResult) -> None:
         """Put what the next increment needs where the contact forces take it, and leave the rest to those who ask for it.
 
         The rest stays where the last increment had it. Where loads act on the bodies, or supports have just let go, it is put
         in its place at once: the work of those forces is needed.
         """
-        assert trial.evaluation is not None
-        e, bodies, system = trial.evaluation, self.bodies, self.bodies.system
-        near, held = small.placed(c, trial.u), trial.u[bodies.held]
+        assert result.evaluation is not None
+        e, bodies, system = result.evaluation, self.bodies, self.bodies.system
+        near, held = small.placed(c, result.u), result.u[bodies.held]
         f = e.f_ext.copy()
         for s, forces in zip(system.surfaces, e.contacts):
             np.add.at(f, s.dofs, s.points.spread(forces.F, forces.K)[0])
@@ -509,24 +510,24 @@ class Condensation:
             return system.bulk(c, whole(), np.zeros(system.ndof), None).history
 
         if bodies.loaded(c) or c.state.work[bodies.free].any():
-            trial.u = whole()
+            result.u = whole()
         else:
-            trial.u, trial.recover = c.state.u.copy(), whole
+            result.u, result.recover = c.state.u.copy(), whole
             kept = np.concatenate([self.touched, bodies.held])
-            trial.u[kept] = near[kept]
+            result.u[kept] = near[kept]
         answer, q = small.forces(c, near)
-        energy = 0.5 * float(trial.u[bodies.free] @ f[bodies.free] + held @ (answer.held + small.P @ q))
-        trial.evaluation = e._replace(history=Recovered(histories, energy))
+        energy = 0.5 * float(result.u[bodies.free] @ f[bodies.free] + held @ (answer.held + small.P @ q))
+        result.evaluation = e._replace(history=Recovered(histories, energy))
 
 
 def condensed(
-    system: System, plan: StepPlan, numerics: model.Numerics, before: Condensation | None
+    system: System, plan: StepPlan, numerics: model.Numerics, before: Condensation | None, policy: Policy
 ) -> Condensation | None:
     """The condensation for a step, that of the step before where the supports are the same; None if K is singular."""
     if before is not None and np.array_equal(before.fixed, plan.fixed):
         return before
     try:
-        return Condensation(system, plan, numerics)
+        return Condensation(system, plan, numerics, policy)
     except SingularError as error:
         log.info("the bodies are not condensed: %s", error)
         return None
