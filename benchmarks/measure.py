@@ -49,7 +49,7 @@ def of_iteration(elements: str, kind: str = "") -> dict[str, Any]:
     state = system.initial()
     plan = plan_step(system, 0, state.anchor)
     c = system.circumstances(state, plan, 1.0)
-    reduced = Reduced(system, plan.fixed, pr.Numerics(), bool(kind) and is_symmetric(system, plan))
+    reduced = Reduced.of(system, plan.fixed, pr.Numerics(), bool(kind) and is_symmetric(system, plan))
     # a state in the middle of the press, from which an iteration is like any other
     u = state.u.copy()
     u[plan.fixed] = 0.1 * plan.values(1.0)

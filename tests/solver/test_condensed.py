@@ -243,15 +243,16 @@ def test_a_step_of_the_small_system_is_one_of_the_whole():
     plan = plan_step(system, 1, inc.state.anchor)
     c = system.circumstances(inc.state, plan, 2.0)
     whole = condensation.Condensation(system, plan, CONDENSED, NARROW)
-    small = whole.on(frozenset(range(whole.needs.shape[1])))
-    e, full = small.system.evaluate(c, inc.state.u, inc.state.lam), system.evaluate(c, inc.state.u, inc.state.lam)
-    reduced = Reduced(system, plan.fixed, WHOLE)
+    small = whole.on(frozenset(range(whole.needs.shape[1]))).reduced()
+    e, full = small.assembly.evaluate(c, inc.state.u, inc.state.lam), system.evaluate(c, inc.state.u, inc.state.lam)
+    reduced = Reduced.of(system, plan.fixed, WHOLE)
     b = np.zeros(system.ndof)
     b[whole.touched] = np.sin(np.arange(len(whole.touched)))
     a, x = small.solve(small.matrix(e, b), b), reduced.solve(reduced.matrix(full, b), b)
     assert np.abs((a - x)[whole.touched]).max() <= 1e-11 * np.abs(x).max()
     assert np.abs(e.r - full.r)[small.free].max() <= 1e-11 * e.scale
-    assert np.abs(small.apply(e.data, x) - reduced.apply(full.data, x))[small.free].max() <= 1e-10 * np.abs(b).max()
+    applied = small.assembly.apply(e.data, x) - reduced.assembly.apply(full.data, x)
+    assert np.abs(applied[small.free]).max() <= 1e-10 * np.abs(b).max()
 
 
 class Counted:

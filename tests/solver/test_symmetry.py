@@ -57,7 +57,7 @@ def skewness(p):
         assert not e.failed
         state = replace(state, u=u, history=e.history)
     assert any((f.p > 0).any() for f in e.contacts)
-    reduced = Reduced(system, plan.fixed, pr.Numerics())
+    reduced = Reduced.of(system, plan.fixed, pr.Numerics())
     K = csc_matrix((e.data, system.pattern.indices, system.pattern.indptr), (system.ndof,) * 2)
     K = K[reduced.free][:, reduced.free]
     return is_symmetric(system, plan), abs(K - K.T).max() / abs(K).max()

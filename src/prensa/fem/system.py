@@ -6,7 +6,7 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -136,6 +136,13 @@ class Bulk(NamedTuple):
     failed: NotEvaluated | None = None
 
 
+class BodyForces(Protocol):
+    """What stands in for the elements of a system: their forces by other means."""
+
+    def bulk(self, c: Circumstances, u: Array, r: Array, data: Array | None) -> Bulk:
+        """As `System.bulk`."""
+
+
 @dataclass
 class Circumstances:
     """What an evaluation depends on besides the unknowns: committed state, plan of the step, time, and derived arrays.
@@ -173,6 +180,7 @@ class System:
     ties: Ties | None = None
     beginning: State | None = None
     release: Array | None = None
+    bodies: BodyForces | None = None
     _edge_slots: dict[str, Any] = field(default_factory=dict)
 
     # ------------------------------------------------------------------------------------------------------ indices
@@ -407,6 +415,8 @@ class System:
 
     def bulk(self, c: Circumstances, u: Array, r: Array, data: Array | None) -> Bulk:
         """Add the internal forces of the bodies to r (ndof,) and, unless it is None, their stiffness to data (nnz,)."""
+        if self.bodies is not None:
+            return self.bodies.bulk(c, u, r, data)
         # linear elastic bodies in small strain answer to the total displacement: nothing accumulates
         total = self.problem.kinematics == "small" and not self.has_memory
         du = (u if total else u - c.state.u)[: 2 * self.nodes].reshape(-1, 2)

@@ -64,7 +64,7 @@ class Equilibrium:
     ) -> Evaluation:  # fmt: skip
         """Residual and, with ``stiffness``, its derivative; stick (points,): contact points that are forced to stick."""
         with self.report.timed(section):
-            return self.system.evaluate(self.context, u, lam, stiffness, stick, guess)
+            return self.reduced.assembly.evaluate(self.context, u, lam, stiffness, stick, guess)
 
     def norm(self, e: Evaluation) -> float:
         """Sum of the absolute free residuals; infinite where the residual could not be evaluated."""

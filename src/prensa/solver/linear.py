@@ -252,3 +252,48 @@ class Factorisation:
             raise ArithmeticError(f"backward error {error:.1e}")
         self._solve = solve
         return x
+
+
+class DenseFactors:
+    """Factors of a dense matrix, with what attempts use of the interface of `Factorisation`."""
+
+    def __init__(self, policy: Policy) -> None:
+        self.policy = policy
+        self._factors: tuple[Array, Any] | None = None
+
+    def begin(self) -> None:
+        """Forget the factors of earlier attempts."""
+        self._factors = None
+
+    @property
+    def factored(self) -> bool:
+        """Whether there are factors to use `again`."""
+        return self._factors is not None
+
+    def again(self, b: Array) -> Array:
+        """Solution with the factors of the last `solve`."""
+        from scipy.linalg.lapack import dgetrs
+
+        assert self._factors is not None
+        return np.asarray(dgetrs(*self._factors, b)[0]) if len(b) else b
+
+    def solve(self, M: Array, b: Array) -> Array:
+        """Solution of M x = b, refined once; raises `SingularError`."""
+        from scipy.linalg.lapack import dgetrf
+
+        if not len(b):
+            return b
+        if not np.isfinite(M).all():
+            raise SingularError("the matrix has entries that are not numbers")
+        lu, pivots, info = dgetrf(M)
+        if info > 0:
+            raise SingularError("a pivot is zero")
+        self._factors = lu, pivots
+        x = self.again(b)
+        x = x + self.again(b - M @ x)
+        norm = np.abs(M).sum(axis=1).max()
+        error = np.abs(b - M @ x).max() / (norm * np.abs(x).max() + np.abs(b).max() + 1e-300)
+        if not error <= self.policy.backward_error:
+            self._factors = None
+            raise SingularError(f"backward error {error:.1e}")
+        return x

@@ -39,7 +39,7 @@ def determined(e: Evaluation, b: Array, equations: list[Equations], policy: Poli
     """Matrix values of an evaluation with a diagonal in the equations of closed and of sticking points; b right-hand side.
 
     Where supports hold the node along the normal, the equation must be met (else `BlockedError`). Where they hold it
-    along the tangent, or along both while the normal takes the one unknown left, a node that does not move against the
+    along the tangent, or along both while the normal takes the one dof left, a node that does not move against the
     tool keeps its multiplier, and one that does cannot stick: its multiplier is put beyond the bound. Everywhere else
     the diagonal is small and only shares what redundant constraints carry together; Newton's order does not feel it.
     """

@@ -52,7 +52,7 @@ def where(eq: Equilibrium, failure: Failure, result: NewtonResult) -> str:
     e = eq.evaluate(result.u, result.lam, stiffness=False)
     if e.failed or not len(reduced.free):
         return ""
-    dof = int(reduced.free[np.argmax(np.abs(reduced.weight * reduced.part(e.r)))])
+    dof = int(reduced.free[np.argmax(np.abs(reduced.weight * reduced.restriction.part(e.r)))])
     for s in system.surfaces:
         if s.exact and dof in range(s.unknowns.start, s.unknowns.stop):
             dof = int(s.dofs[(dof - s.unknowns.start) // 2, 0])

@@ -72,7 +72,7 @@ def _linearised(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Gue
     base = eq.evaluate(start, lam, guess=True)
     if base.failed or base.data is None:
         return Guess(start + delta)
-    r = base.r + reduced.apply(base.data, delta)
+    r = base.r + reduced.assembly.apply(base.data, delta)
     with eq.report.timed("factorisation and solve"):
         matrix, base = reduced.matrix(base, -r), base._replace(data=None)
         step = reduced.solve(matrix, -r)

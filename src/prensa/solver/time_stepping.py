@@ -135,7 +135,7 @@ class TimeStepping:
             return
         symmetric, reduced = is_symmetric(self.system, plan), self.reduced
         if reduced is None or reduced.symmetric != symmetric or not np.array_equal(reduced.fixed, plan.fixed):
-            self.reduced = Reduced(self.system, plan.fixed, self.numerics, symmetric, self.policy)
+            self.reduced = Reduced.of(self.system, plan.fixed, self.numerics, symmetric, self.policy)
 
     def advance(self, state: State, plan: StepPlan, control: StepControl) -> tuple[State, Increment]:
         """One committed increment, cut as often as needed."""
@@ -165,11 +165,9 @@ class TimeStepping:
         """The equations of an increment, condensed where the bodies are."""
         iteration = partial(self.messages.iteration, c.state, c.plan, c.time)
         report = Reporter(iteration, self.timer)
-        system, reduced = self.system, self.reduced
-        if self.condensed is not None:
-            system, reduced = self.condensed.last.system, self.condensed.last
+        reduced = self.reduced if self.condensed is None else self.condensed.reduced
         assert reduced is not None
-        return Equilibrium(system, c, reduced, self.numerics, self.policy, report)
+        return Equilibrium(self.system, c, reduced, self.numerics, self.policy, report)
 
     def attempt(self, c: Circumstances, start: Array, soften: bool) -> NewtonResult:
         """Outcome of one attempt, on the condensed system where there is one."""
