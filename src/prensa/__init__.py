@@ -17,7 +17,7 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "load": "prensa.model.schema",
     "dump": "prensa.model.schema",
     "CaseError": "prensa.model.schema",
-    "solve": "prensa.solver.march",
+    "solve": "prensa.solver.time_stepping",
     "discretise": "prensa.fem.discretise",
     "run": "prensa.output.run",
     "FrictionLaw": "prensa.friction.law",

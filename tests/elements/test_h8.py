@@ -10,7 +10,8 @@ import pytest
 import prensa as pr
 from prensa.elements.shapes import cube, h8, table
 from prensa.fem.assembly import Block, block_slots, make_pattern, sweep
-from prensa.fem.formulation import INVERTED, Mode, element_of
+from prensa.fem.failure import Why
+from prensa.fem.formulation import Mode, element_of
 from prensa.layout import SPATIAL, DofMap
 from prensa.materials.laws import At, material_of
 
@@ -231,7 +232,7 @@ def test_a_brick_turned_inside_out_is_named(element):
     du = np.where((X[:, :1] == 3.0), [[-1.5, 0.0, 0.0]], 0.0)
     failed = respond(block, pattern, X, du, block.virgin)[2].failed
     assert failed is not None
-    assert (failed.element, failed.why) == (2, INVERTED)
+    assert (failed.element, failed.why) == (2, Why.INVERTED)
 
 
 def test_a_law_of_the_plane_is_refused_in_space():

@@ -34,7 +34,7 @@ def test_the_checks_can_fail():
     import dataclasses
 
     from prensa.fem.discretise import discretise
-    from prensa.solver.march import solve
+    from prensa.solver.time_stepping import solve
 
     p = robustness.draw("elastic", 1, 4)
     system = discretise(p)

@@ -11,7 +11,8 @@ from scipy.sparse import csc_matrix
 import prensa as pr
 from prensa.errors import SolveError
 from prensa.fem.planning import plan_step
-from prensa.solver.continuation import stages, stiffened
+from prensa.solver.continuation import stages
+from prensa.solver.projection import project_stage
 from prensa.verify.forming import upsetting
 
 ELASTIC = pr.Elastic(130_000.0, 0.2)
@@ -70,16 +71,16 @@ def test_stages_solve_what_newton_alone_does_not(beta):
 @pytest.mark.parametrize("rule", ["nodal", "gauss2"])
 def test_stages_lead_to_the_answer_of_newton_alone(rule, monkeypatch):
     """Where both ways converge they meet: to 1e-8 of the displacements, friction and points inside edges included."""
-    import prensa.solver.newton as newton
+    from prensa.solver import attempt as module
 
     p = sliding(rule, 0.1, enforcement=pr.Penalty(300.0, 10.0, continuation=4.0))
     direct = last(sliding(rule, 0.1, enforcement=pr.Penalty(300.0, 10.0, continuation=1.0)))
-    attempt = newton._attempt
+    attempt_by = module.attempt_by
 
-    def only_by_stages(system, c, path, *rest):
-        return attempt(system, c, path or stages(system, c), *rest)
+    def only_by_stages(eq, path, start):
+        return attempt_by(eq, path or stages(eq.system, eq.context), start)
 
-    monkeypatch.setattr(newton, "_attempt", only_by_stages)
+    monkeypatch.setattr(module, "attempt_by", only_by_stages)
     staged = last(p)
     assert staged.statistics.iterations > direct.statistics.iterations
     assert np.allclose(staged.state.u, direct.state.u, atol=1e-8 * np.abs(direct.state.u).max())
@@ -113,7 +114,7 @@ def test_stiffer_contacts_start_from_the_pressures_of_softer_ones(element):
     soft, s = stages(system, c)[0], system.surfaces[0]
     u = system.initial().u.copy()
     u[system.tool_dof(0) + 1] = -0.05
-    gap = system.node_pairs(s, stiffened(system, soft, c, u)).g
+    gap = system.node_pairs(s, project_stage(system, soft, c, u)).g
     on_axis = system.X[s.points.nodes, 0] == 0.0
     assert gap == pytest.approx(np.where(on_axis, -0.05, -0.005))
 

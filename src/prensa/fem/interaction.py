@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from prensa.fem.context import Context
+    from prensa.fem.failure import NotEvaluated
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -62,7 +63,7 @@ class Response:
     floor: float = 0.0
     violation: float = 0.0
     trial: Any = None
-    failed: str = ""
+    failed: NotEvaluated | None = None
     external: bool = field(default=False)
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from prensa.contact.forces import ContactForces, Scale, forces, multiplier_rows, stretching
 from prensa.contact.integration import Points
 from prensa.fem.context import Context
+from prensa.fem.failure import FrictionTooSoft
 from prensa.fem.interaction import Part, Request, Response
 from prensa.layout import Field
 from prensa.model import problem as model
@@ -107,7 +108,7 @@ class ContactInteraction:
         stiff = (weight * scale.k_n * f.dp[:, 0] + f.area * scale.k_t * np.abs(f.dt[:, 1])).sum()
         out = Response(floor=EPS * float(stiff) * ask.reach, trial=f)
         if not np.isfinite(f.K).all():
-            out.failed = f"friction of {s.name} softens too fast for its stiffness k_T"
+            out.failed = FrictionTooSoft(s.name)
             return out
         out.scale = float(np.abs(f.F[:, : system.dofs.dimension]).sum())
         K, rows = f.K, None

@@ -6,7 +6,7 @@ import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from prensa.contact.pairing import Pairs, current_pairs, reference_pairs
 from prensa.contact.recovery import recover
 from prensa.fem.assembly import Block, Pattern, scatter_matrix, scatter_vector, slots, sweep
 from prensa.fem.context import Context
+from prensa.fem.failure import ElementFailed, NotEvaluated
 from prensa.fem.interaction import Part, Request
 from prensa.fem.loads import loads_of
 from prensa.fem.schedule import StepPlan
@@ -43,7 +44,7 @@ NOTHING = 1e-8  # forces of strains below this need no relative accuracy: an unl
 class Evaluation(NamedTuple):
     """r (ndof,) residual; data (nnz,) its derivative or None; ``scale``: Σ |element forces| + |contact| + |external|.
 
-    history, contacts: trial values to commit; f_ext (ndof,); ``failed``: why it could not be evaluated, or '';
+    history, contacts: trial values to commit; f_ext (ndof,); ``failed``: why it could not be evaluated, or None;
     ``floor``: residual that round-off alone makes: positions carry ε × size, which moduli and penalties multiply;
     ``violation``: of the exact contacts, the largest penetration, elastic slip or multiplier of an open point (as the
     length it is divided to), over the element depth, beyond what round-off makes.
@@ -55,7 +56,7 @@ class Evaluation(NamedTuple):
     history: Sequence[Array]
     contacts: tuple[ContactForces, ...]
     f_ext: Array
-    failed: str
+    failed: NotEvaluated | None
     floor: float = 0.0
     violation: float = 0.0
 
@@ -71,7 +72,14 @@ class Bulk(NamedTuple):
     scale: float
     floor: float
     history: Sequence[Array]
-    failed: str = ""
+    failed: NotEvaluated | None = None
+
+
+class BodyForces(Protocol):
+    """What stands in for the elements of a system: their forces by other means."""
+
+    def bulk(self, c: Context, u: Array, r: Array, data: Array | None) -> Bulk:
+        """As `System.bulk`."""
 
 
 @dataclass
@@ -90,6 +98,7 @@ class System:
     ties: Ties | None = None
     beginning: State | None = None
     release: Array | None = None
+    bodies: BodyForces | None = None
     _places: dict[str, NDArray[np.int32]] = field(default_factory=dict)
     _volumes: dict[str, Array] = field(default_factory=dict)
 
@@ -326,7 +335,7 @@ class System:
             if out.trial is not None:
                 trials.append(out.trial)
         scale += float(np.abs(f_ext[self.dofs.displacement.slice]).sum())
-        return Evaluation(r - f_ext, data, scale, bulk.history, tuple(trials), f_ext, "", floor, violation)
+        return Evaluation(r - f_ext, data, scale, bulk.history, tuple(trials), f_ext, None, floor, violation)
 
     def _scatter(self, part: Part, vector: Array, data: Array | None) -> None:
         """Add the part of an interaction to a vector (ndof,) and to the matrix values (nnz,)."""
@@ -337,6 +346,8 @@ class System:
 
     def bulk(self, c: Context, u: Array, r: Array, data: Array | None) -> Bulk:
         """Add the internal forces of the bodies to r (ndof,) and, unless it is None, their stiffness to data (nnz,)."""
+        if self.bodies is not None:
+            return self.bodies.bulk(c, u, r, data)
         # linear elastic bodies in small strain answer to the total displacement: nothing accumulates
         total = self.problem.kinematics == "small" and not self.has_memory
         du = self.displacement(u if total else u - c.state.u)
@@ -346,9 +357,8 @@ class System:
         for block, old in zip(self.blocks, base):
             out = sweep(block, c.x_n, du, old, at, r, data, self.pattern)
             if out.failed:
-                x = self.X[block.cells[out.failed.element]].mean(axis=0)
-                where = f"element {out.failed.element} of {block.body} (initially near {x[0]:.4g}, {x[1]:.4g})"
-                return Bulk(scale, floor, (), f"{where} {out.failed.why}")
+                x, y = self.X[block.cells[out.failed.element]].mean(axis=0)[:2].tolist()
+                return Bulk(scale, floor, (), ElementFailed(out.failed.element, block.body, x, y, out.failed.why))
             history.append(out.history)
             scale += out.force_scale
         return Bulk(scale, floor, tuple(history))

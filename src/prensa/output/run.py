@@ -28,7 +28,7 @@ from prensa.output.files import TEMPORARY, file_name, numbered, write_text
 from prensa.output.interrupt import Interruptible
 from prensa.output.progress import ProgressBar
 from prensa.solver.increment import Increment, Progress
-from prensa.solver.march import Timer, at_rest, solve
+from prensa.solver.time_stepping import Timer, at_rest, solve
 
 log = logging.getLogger("prensa")
 

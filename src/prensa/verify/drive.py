@@ -61,7 +61,7 @@ class Drive:
         for _ in range(30):
             e = system.evaluate(c, u, state.lam)
             if e.failed:
-                raise RuntimeError(e.failed)
+                raise RuntimeError(str(e.failed))
             if not step[dofs].any() and np.linalg.norm(e.r[free]) <= 1e-11 * e.scale:
                 clock = state.clock.copy()
                 clock[2] = time
