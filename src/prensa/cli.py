@@ -248,7 +248,7 @@ def _compiling_told(quiet: bool) -> AbstractContextManager[None]:
 
 
 def _code(error: Exception) -> int:
-    """Bad input, unless the march itself gave up."""
+    """Bad input, unless the solver gave up."""
     from prensa.errors import SolveError
 
     return FAILED if isinstance(error, SolveError) else BAD_INPUT

@@ -161,7 +161,7 @@ class TimeStepping:
             self.messages.rejected(state, plan, end, result)
             dt = control.cut(end - now)
             if cutbacks == self.numerics.max_cutbacks or control.exhausted(dt):
-                raise SolveError(self.post_mortem(c, result, cutbacks), self.last)
+                raise self.post_mortem(c, result, cutbacks)
             cutbacks += 1
 
     def equilibrium(self, c: Context) -> Equilibrium:
@@ -195,8 +195,8 @@ class TimeStepping:
         self.messages.accepted(c.state, c.plan, result, increment)
         return state, increment
 
-    def post_mortem(self, c: Context, result: NewtonResult, cutbacks: int) -> str:
-        """What failed, where, why, and what to try."""
+    def post_mortem(self, c: Context, result: NewtonResult, cutbacks: int) -> SolveError:
+        """The error that says what failed, where, why, and what to try."""
         reason = result.reason
         assert reason is not None
         if not isinstance(reason, FreeToMove):
@@ -209,9 +209,11 @@ class TimeStepping:
         cut = f"The increment was cut {cutbacks} times without success."
         if cutbacks < self.numerics.max_cutbacks:
             cut += " It is too short by now for another cut: the body jumps here, or nothing can go on."
-        return (
+        return SolveError(
             f"step {c.plan.name!r}, time {c.time:.6g}: {sentence(reason)}{'; ' + place if place else ''}. {cut} {last} "
-            f"What to try: {hint(reason)}."
+            f"What to try: {hint(reason)}.",
+            self.last,
+            reason,
         )
 
 
