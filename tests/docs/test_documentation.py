@@ -259,31 +259,6 @@ def literals() -> Iterator[str]:
                 yield node.value
 
 
-def test_packages_import_what_the_layers_allow() -> None:
-    """The table of layers in CONTRIBUTING.md holds: no package imports another that its row does not name."""
-    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    rows = [line.split("|")[1:3] for line in text.splitlines() if line.startswith("| `")]
-    allowed = {p.strip(" `"): set(re.findall(r"`(\w+)`", may)) for p, may in rows}
-    for path in SOURCE.rglob("*.py"):
-        first, *rest = path.relative_to(SOURCE).parts
-        package = first if rest else Path(first).stem
-        if package in ("__init__", "errors"):
-            continue
-        found = set(imported(path)) - {package, "errors"}
-        assert found <= allowed[package], f"{name_of(path)} imports {sorted(found - allowed[package])}"
-
-
-def imported(path: Path) -> Iterator[str]:
-    """Packages of prensa that a file imports."""
-    packages = {p.name for p in SOURCE.iterdir() if p.is_dir()}
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.ImportFrom) and node.module and node.module.partition(".")[0] == "prensa":
-            parts = node.module.split(".")[1:]
-            yield from [parts[0]] if parts else [a.name for a in node.names if a.name in packages]
-        elif isinstance(node, ast.Import):
-            yield from (a.name.split(".")[1] for a in node.names if a.name.startswith("prensa."))
-
-
 def test_no_page_knows_the_machine_it_was_written_on() -> None:
     """No absolute path in the documentation: it would be somebody's own."""
     for path in PAGES:

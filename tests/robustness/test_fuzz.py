@@ -30,7 +30,7 @@ def test_defects_are_found(monkeypatch):
         return "read"
 
     monkeypatch.setattr(fuzz, "read", bad)
-    monkeypatch.setattr(fuzz, "PATIENCE", 0.1)
+    monkeypatch.setattr(fuzz, "TIME_TO_GIVE_UP", 0.1)
     monkeypatch.setattr(fuzz, "inputs", lambda *_: iter(["hang", "fill", "raise", "good"]))
     report = fuzz.run(4, 0)
     assert [words.partition(":")[0].removeprefix("_Array") for _, words, _ in report.defects] == [

@@ -3,7 +3,7 @@
 
 A case is mutated as text (characters, tokens, lines, indentation) or as a tree (values, keys and branches removed,
 copied, exchanged, replaced by hostile ones), a mesh file as text; some are blown up to megabytes. What is read is discretised and checked as well, up to the
-first increment. Anything but an answer or a `PrensaError` counts as a defect: another exception, more than `LIMIT`
+first increment. Anything but an answer or a `PrensaError` counts as a defect: another exception, more than `TIME_TO_ANSWER`
 seconds of processor time, more than `MEMORY` bytes.
 """
 
@@ -25,10 +25,10 @@ import numpy as np
 
 from prensa.errors import PrensaError
 
-LIMIT = 1.0  # processor seconds that a mistake may take to be told
-PATIENCE = 10.0  # seconds after which an input is given up
+TIME_TO_ANSWER = 1.0  # processor seconds that a mistake may take to be told
+TIME_TO_GIVE_UP = 10.0  # seconds after which an input is given up
 MEMORY = 2 << 30  # bytes of address space above what is in use before
-ELEMENTS = 20_000  # a case that asks for more is right, and takes as long as its size: it is read but not meshed
+LARGEST_MESH = 20_000  # a case that asks for more is right, and takes as long as its size: it is read but not meshed
 
 TOKENS = (
     "0", "-1", "1e308", "-1e308", "5e-324", "1e999", ".nan", "-.inf", "99999999999999999999", "1e5", "0.0", "-0.0", "1_000",
@@ -117,7 +117,7 @@ ABAQUS = """\
 
 
 class TimeOutError(BaseException):
-    """An input took longer than `PATIENCE`; no handler on the way may swallow it."""
+    """An input took longer than `TIME_TO_GIVE_UP`; no handler on the way may swallow it."""
 
 
 @dataclass
@@ -280,7 +280,7 @@ def read(text: str, folder: Path) -> str:
     try:
         problem = loads(text, "case.yaml", folder).problem
         warnings_of(problem)
-        if sum(_elements(b.mesh) for b in problem.bodies.values()) <= ELEMENTS and len(problem.steps) <= 100:
+        if sum(_elements(b.mesh) for b in problem.bodies.values()) <= LARGEST_MESH and len(problem.steps) <= 100:
             preflight(discretise(problem))
     except PrensaError as error:
         if not str(error).strip():
@@ -332,7 +332,7 @@ def run(count: int, seed: int, told: Callable[[str], None] = lambda _: None) -> 
                 words = f"{type(error).__name__}: {str(error)[:200]} ({Path(place.filename).name}:{place.lineno})"
                 report.defects.append((number, words, text))
             spent = time.process_time() - begun
-            if outcome != "failed" and spent > LIMIT:
+            if outcome != "failed" and spent > TIME_TO_ANSWER:
                 outcome = "failed"
                 report.defects.append((number, f"took {spent:.1f} s", text))
             if outcome == "failed":
@@ -352,12 +352,12 @@ def _bounded() -> Iterator[None]:
     """Bound the processor time and the address space of a block."""
 
     def late(*_: object) -> None:
-        raise TimeOutError(f"not finished after {PATIENCE:g} s")
+        raise TimeOutError(f"not finished after {TIME_TO_GIVE_UP:g} s")
 
     used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
     before, handler = resource.getrlimit(resource.RLIMIT_AS), signal.signal(signal.SIGVTALRM, late)
     resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, before[1]))
-    signal.setitimer(signal.ITIMER_VIRTUAL, PATIENCE)
+    signal.setitimer(signal.ITIMER_VIRTUAL, TIME_TO_GIVE_UP)
     try:
         yield
     finally:

@@ -64,7 +64,7 @@ class Tally:
 
 ANY = ("q4", "q4_enhanced", "t3", "t6", "q8", "q8_full")
 # by suite, out of and in plane stress; F-bar, the default, more often
-ELEMENTS = {
+SUITE_ELEMENTS = {
     "elastic": (("q4_fbar", "q4_fbar", *ANY), ANY),
     "plastic": (("q4_fbar", "q4_fbar", "q4_fbar", "q4_enhanced", "t6", "q8"), ("q4", "q4", "q4_enhanced", "t6", "q8")),
 }
@@ -88,7 +88,7 @@ def draw(suite: str, seed: int, number: int) -> pr.Problem:
     width, height = float(rng.uniform(8, 20)), float(rng.uniform(5, 15))
     nx, ny = int(rng.integers(8, 17)), int(rng.integers(5, 13))
     origin = float(rng.choice([0.0, 2.0])) if axi else 0.0
-    element: Any = str(rng.choice(ELEMENTS[suite][space == "plane stress"]))
+    element: Any = str(rng.choice(SUITE_ELEMENTS[suite][space == "plane stress"]))
     if element[:2] in ("t6", "q8"):  # of twice the size: as many nodes
         nx, ny = nx // 2 + 1, ny // 2 + 1
     body = pr.Body(_mesh(rng, width * L, height * L, nx, ny, origin * L), material, element)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from prensa.mesh.mesh import CORNERS, KINDS, Array, Index, Mesh, MeshError, corner_cells, keys, sides
+from prensa.mesh.mesh import CELL_NAMES, CORNERS, Array, Index, Mesh, MeshError, corner_cells, keys, sides
 
 Between = Callable[
     [Array, Array], Array
@@ -46,7 +46,7 @@ def finished(draft: Draft, nodes: int) -> Mesh:
     points, cells = draft.points, draft.cells
     if CORNERS[nodes] == 4 and cells.shape[1] == 3:
         raise MeshError(
-            f"the mesh is made of triangles and the element is {KINDS[nodes]}; use element 't6', or mesh with quadrilaterals"
+            f"the mesh is made of triangles and the element is {CELL_NAMES[nodes]}; use element 't6', or mesh with quadrilaterals"
         )
     if CORNERS[nodes] == 3 and cells.shape[1] == 4:
         cells = split(points, cells)

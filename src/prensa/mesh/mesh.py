@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 CORNERS = {3: 3, 4: 4, 6: 3, 8: 4}  # corners of a cell, by its nodes
-KINDS = {3: "T3", 4: "Q4", 6: "T6", 8: "Q8"}
+CELL_NAMES = {3: "T3", 4: "Q4", 6: "T6", 8: "Q8"}
 LARGEST = 1e100  # coordinate, in any unit: squares and cubes of it are still numbers
 COINCIDENT = 1e-7  # distance, of the size of the mesh, below which two nodes are at one place
 STRIPS = 2**20  # points looked through at once for those near others

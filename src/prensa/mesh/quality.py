@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.mesh.mesh import CORNERS, KINDS, Array, Mesh, corner_cells, sides
+from prensa.mesh.mesh import CELL_NAMES, CORNERS, Array, Mesh, corner_cells, sides
 
 POOR = 0.2  # scaled Jacobian below which stresses of an element are poor
-LONG = 50.0  # longest over shortest side above which an element is told of
+MAX_ASPECT = 50.0  # longest over shortest side above which an element is told of
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Quality:
                 f"{self.where(self.worst)}: stresses are poor there; mesh it again with better angles"
             )
         k = int(np.argmax(self.aspect))
-        if self.aspect[k] > LONG:
+        if self.aspect[k] > MAX_ASPECT:
             said.append(
                 f"{self.where(k)} is {self.aspect[k]:.3g} times longer than wide: it bends and locks like a needle; use more "
                 "elements along its long side or a smaller grading ratio"
@@ -74,4 +74,4 @@ def quality(mesh: Mesh) -> Quality:
     cross = after[..., 0] * before[..., 1] - after[..., 1] * before[..., 0]
     sine = cross / np.maximum(np.linalg.norm(after, axis=2) * np.linalg.norm(before, axis=2), 1e-300)
     jacobian = sine.min(axis=1) * (2 / np.sqrt(3.0) if c == 3 else 1.0)
-    return Quality(KINDS[mesh.cells.shape[1]], jacobian, length.max(axis=1) / length.min(axis=1), x.mean(axis=1))
+    return Quality(CELL_NAMES[mesh.cells.shape[1]], jacobian, length.max(axis=1) / length.min(axis=1), x.mean(axis=1))

@@ -10,9 +10,9 @@ from prensa.mesh import abaqus, gmsh
 from prensa.mesh.convert import Draft, draft_of, finished, split
 from prensa.mesh.deck import Deck, FileError
 from prensa.mesh.mesh import (
+    CELL_NAMES,
     COINCIDENT,
     CORNERS,
-    KINDS,
     Array,
     Index,
     Mesh,
@@ -158,7 +158,7 @@ def _of_two_kinds(
         Unless both kinds are linear or both quadratic and triangles are wanted.
 
     """
-    found = " and ".join(f"{len(c)} {KINDS[k]}" for k, c in sorted(kinds.items()))
+    found = " and ".join(f"{len(c)} {CELL_NAMES[k]}" for k, c in sorted(kinds.items()))
     if CORNERS[nodes] == 4:
         raise MeshError(
             f"{name}: a body has elements of one kind, the file has {found}; use element 't6' (quadrilaterals are split), "

@@ -130,7 +130,7 @@ def remove_results(directory: Path) -> None:
     )
     old = [directory / name for name in (*single, runlog.LOG)]
     old += [path.with_name(path.name + TEMPORARY) for path in old]  # left by a run that was killed
-    old += [path for _, path in numbered(directory / vtk.FIELDS, ".vtu")]
+    old += [path for _, path in numbered(directory / vtk.FIELDS_FOLDER, ".vtu")]
     old += [path for path in (directory / pictures.PICTURES).glob("*.png") if pictures.is_picture(path)]
     for path in old:
         path.unlink(missing_ok=True)

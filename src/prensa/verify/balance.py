@@ -32,7 +32,7 @@ from prensa.solver.increment import Increment
 from prensa.verify.table import Row, case, row
 
 Array = NDArray[np.float64]
-TOLERANCE = 1e-8
+BALANCE_TOLERANCE = 1e-8
 
 
 def wrench(points: Array, forces: Array) -> Array:
@@ -139,9 +139,9 @@ class Balance:
 
     def rows(self) -> Iterator[Row]:
         """The two rows of the balance, one in axisymmetry."""
-        yield row("forces out of balance / largest force", 0.0, self.force, TOLERANCE, "absolute")
+        yield row("forces out of balance / largest force", 0.0, self.force, BALANCE_TOLERANCE, "absolute")
         if self.plane:
-            yield row("moments out of balance / (force × length)", 0.0, self.moment, TOLERANCE, "absolute")
+            yield row("moments out of balance / (force × length)", 0.0, self.moment, BALANCE_TOLERANCE, "absolute")
 
 
 @case("balance, every kind of load", suite="contact")
