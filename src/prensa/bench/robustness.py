@@ -481,7 +481,7 @@ def write(path: Path, tallies: list[Tally], commit: str = "") -> None:
     if path.suffix == ".md":
         path.write_text(_page(tallies, commit), encoding="utf-8")
         return
-    with path.open("w", newline="") as file:
+    with path.open("w", newline="", encoding="utf-8") as file:
         out = csv.writer(file)
         out.writerow(["suite", "seed", "number", "kind", "status", "iterations", "cutbacks", "seconds", "words"])
         for t in tallies:

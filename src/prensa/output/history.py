@@ -107,7 +107,11 @@ class History:
     def __init__(self, directory: Path, problem: Problem, keep: int | None = None) -> None:
         self._problem = problem
         self._history = Table(directory / HISTORY, history_columns(problem), keep)
-        self._convergence = Table(directory / CONVERGENCE, CONVERGENCE_COLUMNS, keep)
+        try:
+            self._convergence = Table(directory / CONVERGENCE, CONVERGENCE_COLUMNS, keep)
+        except BaseException:
+            self._history.close()
+            raise
 
     def append(self, increment: Increment) -> None:
         """Write the row of *increment* and push it to the operating system."""

@@ -9,6 +9,7 @@ import datetime
 import json
 import logging
 import time as clocks
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -188,8 +189,12 @@ class _Run:
             keep = int(self.start.clock[1])
             history.forget_contacts_after(self.directory, keep)
             log.info("resumed after increment %d, time %.6g", keep, self.start.clock[2])
-        self.tables = history.History(self.directory, self.case.problem, keep)
-        self.fields = vtk.Fields(self.directory, keep)
+        with closing(history.History(self.directory, self.case.problem, keep)) as self.tables:
+            self.fields = vtk.Fields(self.directory, keep)
+            self._solve()
+
+    def _solve(self) -> None:
+        """Write every increment of the solution."""
 
         def monitor(sign: Progress) -> None:
             runlog.log_sign(sign)
@@ -233,7 +238,6 @@ class _Run:
             return {}  # the writers could not even be opened: there is nothing to tell and nowhere to tell it
         if self.last is not None and self.saved is not self.last:
             self._save(self.last)
-        self.tables.close()
         self._check_energy()
         summary = self._summarise(status, reason)  # before the pictures: they may take long
         if self.case.output.pictures:
