@@ -231,7 +231,7 @@ def test_ctrl_c_waits_for_the_writer_and_not_for_the_solver():
     """Inside a held block SIGINT is postponed to its end; outside it acts at once."""
     reached = []
     with Interruptible() as guard:
-        with pytest.raises(KeyboardInterrupt), guard.held():
+        with pytest.raises(KeyboardInterrupt), guard.postponed():
             signal.raise_signal(signal.SIGINT)
             reached.append("end of the block")
         with pytest.raises(KeyboardInterrupt):

@@ -25,10 +25,10 @@ import numpy as np
 
 from prensa.errors import PrensaError
 
-TIME_TO_ANSWER = 1.0  # processor seconds that a mistake may take to be told
-TIME_TO_GIVE_UP = 10.0  # seconds after which an input is given up
+TIME_TO_ANSWER = 1.0  # processor seconds that reading or refusing an input may take
+TIME_TO_GIVE_UP = 10.0  # seconds of processor time after which an input is abandoned
 MEMORY = 2 << 30  # bytes of address space above what is in use before
-LARGEST_MESH = 20_000  # a case that asks for more is right, and takes as long as its size: it is read but not meshed
+LARGEST_MESH = 20_000  # elements; a larger case is no defect, its time is due to its size: it is read but not meshed
 
 TOKENS = (
     "0", "-1", "1e308", "-1e308", "5e-324", "1e999", ".nan", "-.inf", "99999999999999999999", "1e5", "0.0", "-0.0", "1_000",
@@ -314,8 +314,8 @@ def inputs(count: int, seed: int, folder: Path) -> Iterator[str]:
             yield (mutate_tree if rng.random() < 0.5 else mutate_text)(rng, text)
 
 
-def run(count: int, seed: int, told: Callable[[str], None] = lambda _: None) -> Report:
-    """Try *count* inputs; each defect is told when it is found."""
+def run(count: int, seed: int, report_defect: Callable[[str], None] = lambda _: None) -> Report:
+    """Try *count* inputs; ``report_defect`` is called with each defect as it is found."""
     report = Report()
     with tempfile.TemporaryDirectory() as name, np.errstate(all="ignore"):
         folder = Path(name)
@@ -336,7 +336,7 @@ def run(count: int, seed: int, told: Callable[[str], None] = lambda _: None) -> 
                 outcome = "failed"
                 report.defects.append((number, f"took {spent:.1f} s", text))
             if outcome == "failed":
-                told(f"input {number}: {report.defects[-1][1]}")
+                report_defect(f"input {number}: {report.defects[-1][1]}")
             report.slowest = max(report.slowest, spent)
             report.counts[outcome] += 1
     return report

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from prensa.mesh.mesh import CELL_NAMES, CORNERS, Array, Mesh, corner_cells, sides
 
 POOR = 0.2  # scaled Jacobian below which stresses of an element are poor
-MAX_ASPECT = 50.0  # longest over shortest side above which an element is told of
+MAX_ASPECT = 50.0  # longest over shortest side above which there is a warning
 
 
 @dataclass(frozen=True)
@@ -44,22 +44,22 @@ class Quality:
         )
 
     def warnings(self) -> list[str]:
-        """What is likely to spoil results, with a remedy."""
-        said = []
+        """Elements likely to spoil results, each with a remedy."""
+        messages = []
         bad = int((self.jacobian < POOR).sum())
         if bad:
             least = self.jacobian[self.worst]
-            said.append(
+            messages.append(
                 f"{bad} of {len(self.jacobian)} elements have a scaled Jacobian below {POOR}, the least {least:.2g} is that of "
                 f"{self.where(self.worst)}: stresses are poor there; mesh it again with better angles"
             )
         k = int(np.argmax(self.aspect))
         if self.aspect[k] > MAX_ASPECT:
-            said.append(
+            messages.append(
                 f"{self.where(k)} is {self.aspect[k]:.3g} times longer than wide: it bends and locks like a needle; use more "
                 "elements along its long side or a smaller grading ratio"
             )
-        return said
+        return messages
 
 
 def quality(mesh: Mesh) -> Quality:
