@@ -208,7 +208,7 @@ def long_functions(source: Path = SOURCE, longest: int = LONGEST) -> list[str]:
 
 def _is_kernel(node: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
     """Compiled by Numba: its decorator says so."""
-    return any(re.search(r"\b(njit|jit|vectorize|guvectorize|compiled|kernel)\b", ast.unparse(d)) for d in node.decorator_list)
+    return any(re.search(r"\b(njit|jit|vectorize|guvectorize)\b", ast.unparse(d)) for d in node.decorator_list)
 
 
 # ------------------------------------------------------------------------------------------------------------ constants

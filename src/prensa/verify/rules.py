@@ -110,11 +110,11 @@ def patch_test(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     balance = Balance()
     for space, kinematics in PATCHES:
         for rule in RULES:
-            held = consistent(space, rule)
+            uniform = consistent(space, rule)
             enforcements: tuple[tuple[str, Any, float, bool], ...] = (
-                ("one k_n", pr.Penalty(k_n=5e4), 1e-10, held),
+                ("one k_n", pr.Penalty(k_n=5e4), 1e-10, uniform),
                 # penetrations of tolerance × h bend the surface: pressures follow with E* × tolerance
-                ("augmented", pr.Augmented(), 1e-5 * 1.1e3 / 10.0, held),
+                ("augmented", pr.Augmented(), 1e-5 * 1.1e3 / 10.0, uniform),
                 ("k_n by β", pr.Penalty(), 0.0, False),
             )
             for name, enforcement, tolerance, judged in enforcements[: 1 if kinematics == "finite" else 3]:
