@@ -15,9 +15,9 @@ from prensa.friction.return_map import Tangential, return_map
 
 Array = NDArray[np.float64]
 
-POINTS = 400
-STEP = 1e-6  # of finite differences, over the size of the argument
-TANGENT = 1e-6  # accepted difference of a derivative from finite differences, over the size of its terms
+TRIALS = 400
+FD_STEP = 1e-6  # of finite differences, over the size of the argument
+FD_ERROR = 1e-6  # accepted difference of a derivative from finite differences, over the size of its terms
 
 
 class LawError(AssertionError):
@@ -56,7 +56,7 @@ def check_friction(
 
     """
     rng = np.random.default_rng(seed)
-    n = POINTS
+    n = TRIALS
     p, kappa = pressure * rng.uniform(0.005, 1.0, n), slip * rng.uniform(0.0, 1.0, n)
     at = At(np.full(n, k) * rng.uniform(0.5, 1.5, n), dt=1.0, time=1.0)
     found = [*_bound_wrong(law, p, kappa, at)]
@@ -88,14 +88,14 @@ def _bound_wrong(law: FrictionLaw, p: Array, kappa: Array, at: At) -> Iterator[s
         yield "the bound of a point depends on the other points"
     for number, name in ((0, "∂τ_y/∂p"), (1, "∂τ_y/∂κ")):
         worst = _slope_error(law, (p, kappa), at, number)
-        if worst > 1e3 * TANGENT:
+        if worst > 1e3 * FD_ERROR:
             yield f"{name} differs from finite differences by {worst:.1e} of the bound: mend it, or return the bound alone"
 
 
 def _slope_error(law: FrictionLaw, points: tuple[Array, Array], at: At, number: int) -> float:
     """Largest error of the law's derivative by pressure (0) or slip (1), kinks left out, over the bound over the argument."""
     x = points[number]
-    h = STEP * float(x.max())
+    h = FD_STEP * float(x.max())
     mid = np.maximum(x, 2 * h)
 
     def there(values: Array) -> tuple[Array, Array, Array]:
@@ -164,19 +164,19 @@ def _tangent_wrong(
     law: FrictionLaw, out: Tangential, mapped: object, dg: Array, p: Array, k_t: Array, reach: float
 ) -> Iterator[str]:
     assert callable(mapped)
-    e = STEP * reach / float(k_t.max())
+    e = FD_STEP * reach / float(k_t.max())
     for j in range(dg.shape[1]):
         step = e * np.eye(dg.shape[1])[j]
         plus, minus = mapped(dg + step), mapped(dg - step)
         smooth = _smooth(out, plus, minus)
         error = np.abs((plus.t - minus.t) / (2 * e) - out.dt_dg[:, :, j])[smooth].max(initial=0.0) / k_t.max()
-        if error > 10 * TANGENT:
+        if error > 10 * FD_ERROR:
             yield f"the traction's derivative by the slip differs from finite differences by {error:.1e} of k_T"
-    h = STEP * p
+    h = FD_STEP * p
     plus, minus = mapped(dg, p + h), mapped(dg, p - h)
     smooth = _smooth(out, plus, minus)
     error = (np.abs((plus.t - minus.t) / (2 * h)[:, None] - out.dt_dp) * p[:, None])[smooth].max(initial=0.0) / reach
-    if error > 10 * TANGENT:
+    if error > 10 * FD_ERROR:
         yield f"the traction's derivative by the pressure differs from finite differences by {error:.1e} of the bound"
 
 
