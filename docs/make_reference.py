@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from prensa.model import problem as model
+from prensa.model.doors import NameOf
 from prensa.model.places import bare, hints, is_names, members, type_name
 from prensa.model.units import Dimension
 from prensa.registry import public
@@ -118,6 +119,8 @@ def _described(cls: type) -> Iterator[str]:
 def value(annotation: Any) -> str:
     """What may stand behind a key, in words."""
     kind, meta = bare(annotation)
+    if names := [m for m in meta if isinstance(m, NameOf)]:
+        return ", ".join([*(f"`{name}`" for name in names[0].names), "`module:Class`"])
     if _is_over_time(annotation):
         held = any(_literals(m) == ["held"] for m in members(annotation))
         return "value over time" + (" or `held`" if held else "")

@@ -24,13 +24,15 @@ _T = TypeVar("_T")
 class Door:
     """One kind of law: ``package`` whose modules hold its members; ``base`` (module:class) of users' laws.
 
-    ``default``: type that is meant where a mapping gives none; None where it must be given.
+    ``default``: type that is meant where a mapping gives none; None where it must be given. ``named``: members have no
+    fields, a case file gives their type alone, and Python too.
     """
 
     kind: str
     package: str
     base: str
     default: str | None = None
+    named: bool = False
     _members: dict[str, type] = field(default_factory=dict)
     _loaded: bool = False
 
@@ -130,6 +132,7 @@ DOORS = {
     door.kind: door
     for door in (
         Door("friction", "prensa.friction.laws", "prensa.friction.law:FrictionLaw", "coulomb"),
+        Door("integration rule", "prensa.contact.rules", "prensa.contact.rule:IntegrationRule", named=True),
         Door("enforcement", "prensa.contact.enforcement", "prensa.contact.method:Enforcement"),
     )
 }
@@ -142,7 +145,7 @@ def member(kind: str) -> Callable[[type[_T]], type[_T]]:
 
 def public(*kinds: str) -> Iterator[tuple[str, type]]:
     """Names under which ``prensa`` offers the classes of its laws (of all kinds), and what their modules offer beside them."""
-    for kind in kinds or DOORS:
+    for kind in kinds or (kind for kind, door in DOORS.items() if not door.named):
         for cls in DOORS[kind].own().values():
             module = sys.modules[cls.__module__]
             yield from ((name, getattr(module, name)) for name in getattr(module, "__all__", [cls.__name__]))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from prensa.model.chain import ChainError, outline_of
+from prensa.registry import DOORS
 
 if TYPE_CHECKING:
     from prensa.model.problem import Problem
@@ -182,7 +183,8 @@ def _contacts(p: Any) -> Iterator[Finding]:
         for k, s in enumerate(c.surface):
             yield from _boundary(p, s, (*path, "surface", k))
         bodies = {s.partition(".")[0] for s in c.surface}
-        if c.integration != "nodal":
+        rule: Any = DOORS["integration rule"].find(c.integration)
+        if not rule.quadratic_edges:
             for name in bodies:
                 element = p.bodies[name].element_in(p.space) if p.bodies.get(name) is not None else ""
                 if element[:2] in ("t6", "q8"):
@@ -190,7 +192,7 @@ def _contacts(p: Any) -> Iterator[Finding]:
                         (*path, "integration"),
                         f"{c.integration!r} is a rule of straight edges and {element} has quadratic ones; use 'nodal'",
                     )
-        if c.enforcement.rules is not None and c.integration not in c.enforcement.rules:
+        if c.enforcement.has_multipliers and not rule.determined:
             yield Finding(
                 (*path, "integration"),
                 f"{c.integration!r} has more points than the surface has nodes, so that exact multipliers are not unique; "

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
-from prensa.model.doors import union
+from prensa.model.doors import name_of, union
 from prensa.model.fields import (
     AngleValue,
     BodyForceValue,
@@ -599,8 +599,10 @@ Tool = Annotated[Plane | Circle | Stamp | Ring | Profile | Polygon, Field(discri
 # ------------------------------------------------------------------------------------------------------------ contact
 if TYPE_CHECKING:  # members are known when the program runs
     Enforcement: TypeAlias = Any
+    RuleName: TypeAlias = str
 else:
     Enforcement = union("enforcement")
+    RuleName = name_of("integration rule")
 
 
 def _default_enforcement() -> Any:
@@ -620,7 +622,7 @@ class Contact:
     against: str
     friction: Friction | None = None
     enforcement: Enforcement = field(default_factory=_default_enforcement)
-    integration: Literal["nodal", "gauss1", "gauss2", "gauss3", "simpson", "kikuchi"] = "nodal"
+    integration: RuleName = "nodal"
 
     @property
     def name(self) -> str:
