@@ -7,11 +7,11 @@ from typing import Any
 __version__ = "0.1.0"
 
 _MODEL = (
-    "J2", "Annulus", "Arc", "ArcSide", "Augmented", "Body", "Case", "Circle", "Contact", "Disc", "Elastic",
+    "J2", "Annulus", "ArcSide", "Augmented", "Body", "Case", "Contact", "Disc", "Elastic",
     "Exact", "File", "Fixed", "FlowTable", "Grade", "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik",
     "Motion", "NeoHooke", "Numerics", "Output", "Patch", "Penalty", "Perfect",
-    "Plane", "Points", "Polygon", "Problem", "Profile", "Push", "Rectangle", "Ring", "SplineSide", "Springs",
-    "StVenantKirchhoff", "Stamp", "Start", "Step", "Swift", "Tie", "Units", "Voce",
+    "Points", "Problem", "Push", "Rectangle", "SplineSide", "Springs",
+    "StVenantKirchhoff", "Start", "Step", "Swift", "Tie", "Units", "Voce",
 )  # fmt: skip
 _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "load": "prensa.model.schema",
@@ -21,6 +21,7 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "discretise": "prensa.fem.system",
     "run": "prensa.output.run",
     "FrictionLaw": "prensa.friction.law",
+    "ToolShape": "prensa.tools.tool",
 }
 
 

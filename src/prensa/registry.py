@@ -128,7 +128,10 @@ def _module(path: str, folder: str | Path | None) -> ModuleType:
 
 DOORS = {
     door.kind: door
-    for door in (Door("friction", "prensa.friction.laws", "prensa.friction.law:FrictionLaw", "coulomb"),)
+    for door in (
+        Door("friction", "prensa.friction.laws", "prensa.friction.law:FrictionLaw", "coulomb"),
+        Door("tool", "prensa.tools.shapes", "prensa.tools.tool:ToolShape"),
+    )
 }
 
 

@@ -28,7 +28,6 @@ from prensa.materials.laws import At, material_of
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import Mesh, MeshError, ordered_nodes
 from prensa.model import problem as model
-from prensa.tools.analytic import Circle
 from prensa.tools.place import PlacedTool, ToolError, place
 
 log = logging.getLogger("prensa")
@@ -290,8 +289,7 @@ class System:
 
     def cylinder(self, tool: int) -> float:
         """Radius of a tool that is a cylinder or sphere, infinite for other shapes."""
-        shape = self.tools[tool].shape
-        return shape.radius if isinstance(shape, Circle) else np.inf
+        return self.tools[tool].shape.cylinder
 
     # -------------------------------------------------------------------------------------------------------- state
     def initial(self) -> State:
@@ -381,7 +379,9 @@ class System:
             follows = law is not None and not law.proportional and self.problem.kinematics == "finite"
             area = self.weights(s, self.positions(u), c.depth) if follows else None
             pairs = self.pairs(s, u)
-            f = forces(pairs, w, sc, lam[s.rows], c.state.contact[s.rows], law, at, period, held, area, c.lagged, before)
+            f = forces(
+                pairs, w, sc, lam[s.rows], c.state.contact[s.rows], law, at, period, held, area, c.lagged, before
+            )
             # points that just touch are closed or open by the round-off of their gaps; those that stick have that of their slips
             floor += EPS * float((w * sc.k_n * f.dp[:, 0] + f.area * sc.k_t * np.abs(f.dt[:, 1])).sum()) * reach
             if not np.isfinite(f.K).all():
