@@ -20,6 +20,7 @@ TOOLS = {
     "plane": lambda axi: pr.Plane(normal=(0.0, -1.0), at=(0.0, 3.96)),
     "tilted plane": lambda axi: pr.Plane(normal=(-0.2, -1.0), at=(0.0, 4.3)),
     "circle": lambda axi: pr.Circle(radius=6.0, at=(0.0 if axi else 1.0, 9.9)),
+    "ellipse": lambda axi: pr.Ellipse(semi=(6.0, 4.0), at=(0.0 if axi else 1.0, 7.9)),
     "stamp": lambda axi: pr.Stamp(width=4.0, fillet=1.0, at=(0.0 if axi else 1.5, 3.9)),
     "cavity": lambda axi: pr.Circle(radius=6.0, concave=True, at=(0.0, -0.12) if axi else (2.0, -1.79)),
     "profile": lambda axi: pr.Profile(
