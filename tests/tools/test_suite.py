@@ -326,7 +326,7 @@ def test_a_case_file_names_a_tool_of_ones_own(tmp_path):
     (tmp_path / "again.yaml").write_text(pr.dump(problem))
     assert pr.load(tmp_path / "again.yaml").problem == problem
     said = CliRunner().invoke(app, ["check", str(tmp_path / "case.yaml")]).output
-    assert "tool punch: rolls:Roll, reference point at (4, 10)" in said
+    assert "rolls.py:Roll, reference point at (4, 10)" in said
     (tmp_path / "case.yaml").write_text(CASE.replace("radius: 6", "radius: six"))
     with pytest.raises(pr.CaseError, match="radius"):
         pr.load(tmp_path / "case.yaml")

@@ -338,7 +338,17 @@ class Implicit:
         def cut(x: Array) -> Array:
             return np.asarray(np.maximum(self.g(x), np.abs(x).max(axis=1) - half))
 
-        return [line[:-1] for line in contours(cut, 1.05 * half, CELLS)]
+        return [self._rounded(line[:-1], half) for line in contours(cut, 1.05 * half, CELLS)]
+
+    def _rounded(self, polygon: Array, half: float) -> Array:
+        """A polygon with those of its vertices that are on the surface moved there, and pieces that turn halved."""
+        on = (np.abs(polygon).max(axis=1) < (1.0 - 1.0 / CELLS) * half).astype(int)
+        if self._stated or not on.any():
+            return polygon
+        polygon, on = (np.roll(v, -int(np.argmin(on)), axis=0) for v in (polygon, on))
+        parts = np.split(polygon, np.flatnonzero(np.diff(on)) + 1)
+        flags = on[np.concatenate([[0], np.flatnonzero(np.diff(on)) + 1])]
+        return np.vstack([self._refined(self._on(p)) if f and len(p) > 2 else p for p, f in zip(parts, flags)])
 
 
 def _base() -> Any:
