@@ -45,7 +45,8 @@ class Door:
 
     def own(self) -> dict[str, type]:
         """Members that come with prensa, in alphabetical order of their modules."""
-        return {name: cls for name, cls in self.members().items() if cls.__module__.startswith("prensa.")}
+        own = [(name, cls) for name, cls in self.members().items() if cls.__module__.startswith("prensa.")]
+        return dict(sorted(own, key=lambda item: item[1].__module__))
 
     def add(self, cls: type[_T]) -> type[_T]:
         """Register a class under its ``type``.

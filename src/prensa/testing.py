@@ -229,6 +229,7 @@ def check_tool(tool: ToolShape, *, size: float | None = None, rounding: float = 
     if not found:
         close = shape.closest(x)
         found += [*_derivatives_wrong(shape, x, close, size), *_sides_wrong(tool, shape, x, close, size)]
+    if not found:
         found += [
             *_rays_wrong(shape, x, close, size, rng),
             *_walk_wrong(shape, x, size),

@@ -10,8 +10,10 @@ from typer.testing import CliRunner
 import prensa as pr
 from prensa.cli import app
 from prensa.errors import PrensaError
+from prensa.mesh.generate import mesh_of
 from prensa.registry import DOORS
 from prensa.testing import LawError, check_tool
+from prensa.tools.place import place
 from prensa.tools.shapes.ellipse import Oval
 
 
@@ -294,6 +296,22 @@ def test_a_tool_by_its_distance_pushes_like_the_one_that_comes_along():
     a, b = (e.force("punch") for e in ends)
     assert np.allclose(a[:2], b[:2], rtol=1e-7)
     assert np.allclose(ends[0].tools["punch"].at, ends[1].tools["punch"].at, atol=1e-9)
+
+
+def test_tools_by_their_distance_are_placed_like_those_that_come_along():
+    """A cavity and a box of one's own, moved to a boundary, stand where the cavity and the polygon do; pictures agree."""
+    mesh = {"block": mesh_of(pr.Rectangle((2, 2), (8, 8)))}
+    box = pr.Polygon(points=((-2, -2), (2, -2), (2, 2), (-2, 2)), fillet=0.0, at=(1, 0), below="block.bottom")
+    pairs = [
+        (Bore(3.0, at=(1, 0), touching="block.top"), pr.Circle(3.0, True, at=(1, 0), touching="block.top")),
+        (Sharp(2.0, at=(1, 0), below="block.bottom"), box),
+    ]
+    for ours, theirs in pairs:
+        a, b = place("a", ours, mesh), place("b", theirs, mesh)
+        assert np.allclose(a.at, b.at, atol=1e-8)
+        (one,), (two,) = ours.outline(1.0), theirs.outline(1.0)
+        assert np.allclose(one.min(axis=0), two.min(axis=0), atol=1e-3)
+        assert np.allclose(one.max(axis=0), two.max(axis=0), atol=1e-3)
 
 
 MODULE = """

@@ -3,7 +3,7 @@
 A tool of one's own derives from `ToolShape` and gives its signed distance in NumPy; normal, curvature, surface coordinate,
 rays and pictures are derived from it::
 
-    class Wave(pr.ToolShape):
+    class Roll(pr.ToolShape):
         radius: float
 
         def distance(self, x):
@@ -66,8 +66,9 @@ class ToolShape(Member, abstract=True):
         if not abstract and not hasattr(cls, "__dataclass_fields__"):
             own = dict(inspect.get_annotations(cls))
             kind = {"type": own.pop("type")} if "type" in own else {}
-            cls.__annotations__ = {**own, **COMMON, **kind}
-            for key in COMMON:
+            common = {key: value for key, value in COMMON.items() if key not in own}
+            cls.__annotations__ = {**own, **common, **kind}
+            for key in common:
                 setattr(cls, key, None)
         super().__init_subclass__(abstract=abstract, **options)
 
