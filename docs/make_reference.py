@@ -31,7 +31,7 @@ SECTIONS: dict[str, tuple[type, ...]] = {
         model.Perfect, model.Linear, model.Ludwik, model.Swift, model.Voce, model.HockettSherby, model.JohnsonCook,
         model.FlowTable,
     ),
-    "Tools": (model.Plane, model.Circle, model.Stamp, model.Ring, model.Profile, model.Arc, model.Polygon, model.Springs),
+    "Tools": (*dict(public("tool")).values(), model.Springs),
     "Contacts": (model.Contact, *dict(public("enforcement")).values()),
     "Friction": tuple(dict(public("friction")).values()),
     "Supports, motions and loads": (model.Fixed, model.Motion, model.Push, model.Load),
@@ -45,11 +45,7 @@ VALUES = {
     ("Coulomb", "mu"): "{}, or the name of a CSV file of κ, μ",
     **{(t, "fillet"): "number ≥ 0, or a list with one for each point" for t in ("Profile", "Polygon")},
     ("Step", "friction"): "names of contacts: a friction law or `null`",
-    **{
-        (t, k): "boundary `body.name`"
-        for t in ("Plane", "Circle", "Stamp", "Ring", "Profile", "Polygon")
-        for k in ("touching", "above", "below")
-    },
+    **{(t, k): "boundary `body.name`" for t in dict(public("tool")) for k in ("touching", "above", "below")},
 }
 UNITS = {
     ("Step", "velocity"): "per unit time",

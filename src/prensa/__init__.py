@@ -7,11 +7,10 @@ from typing import Any
 __version__ = "0.1.0"
 
 _MODEL = (
-    "J2", "Annulus", "Arc", "ArcSide", "Body", "Case", "Circle", "Contact", "Disc", "Elastic",
-    "File", "Fixed", "FlowTable", "Grade", "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik",
-    "Motion", "NeoHooke", "Numerics", "Output", "Patch", "Perfect",
-    "Plane", "Points", "Polygon", "Problem", "Profile", "Push", "Rectangle", "Ring", "SplineSide", "Springs",
-    "StVenantKirchhoff", "Stamp", "Start", "Step", "Swift", "Tie", "Units", "Voce",
+    "J2", "Annulus", "ArcSide", "Body", "Case", "Contact", "Disc", "Elastic", "File", "Fixed", "FlowTable", "Grade",
+    "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik", "Motion", "NeoHooke", "Numerics", "Output", "Patch",
+    "Perfect", "Points", "Problem", "Push", "Rectangle", "SplineSide", "Springs", "StVenantKirchhoff", "Start",
+    "Step", "Swift", "Tie", "Units", "Voce",
 )  # fmt: skip
 _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "load": "prensa.model.schema",
@@ -22,6 +21,7 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "run": "prensa.output.run",
     "FrictionLaw": "prensa.friction.law",
     "Enforcement": "prensa.contact.method",
+    "ToolShape": "prensa.tools.tool",
 }
 
 

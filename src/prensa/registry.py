@@ -47,7 +47,8 @@ class Door:
 
     def own(self) -> dict[str, type]:
         """Members that come with prensa, in alphabetical order of their modules."""
-        return {name: cls for name, cls in self.members().items() if cls.__module__.startswith("prensa.")}
+        own = [(name, cls) for name, cls in self.members().items() if cls.__module__.startswith("prensa.")]
+        return dict(sorted(own, key=lambda item: item[1].__module__))
 
     def add(self, cls: type[_T]) -> type[_T]:
         """Register a class under its ``type``.
@@ -134,6 +135,7 @@ DOORS = {
         Door("friction", "prensa.friction.laws", "prensa.friction.law:FrictionLaw", "coulomb"),
         Door("integration rule", "prensa.contact.rules", "prensa.contact.rule:IntegrationRule", named=True),
         Door("enforcement", "prensa.contact.enforcement", "prensa.contact.method:Enforcement"),
+        Door("tool", "prensa.tools.shapes", "prensa.tools.tool:ToolShape"),
     )
 }
 

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from prensa.model.chain import ChainError, outline_of
 from prensa.registry import DOORS
 
 if TYPE_CHECKING:
@@ -151,24 +150,7 @@ def _tool(p: Any, path: tuple[str | int, ...], tool: Any) -> Iterator[Finding]:
                 yield Finding((*path, "spring", name), "in axisymmetry a tool moves along y only", at_key=True)
         if tool.spring == type(tool.spring)():
             yield Finding((*path, "spring"), "a spring needs a stiffness: x, y or rz")
-    if tool.type in ("profile", "polygon"):
-        try:
-            outline_of(tool)
-        except ChainError as error:
-            where: tuple[str | int, ...] = (*path, error.key)
-            if error.point is not None and (error.key == "points" or isinstance(tool.fillet, tuple)):
-                where = (*where, error.point)
-            yield Finding(where, str(error))
-    if tool.type == "ring" and p.space not in ("axisymmetric", None):
-        yield Finding((*path, "type"), "a ring stamp needs 'space: axisymmetric'; use stamps in plane problems")
-    key = "facing" if hasattr(tool, "facing") else "normal"
-    direction = getattr(tool, key, None)
-    if direction is not None and direction[0] == 0 and direction[1] == 0:
-        yield Finding((*path, key), f"the direction (0, 0) of '{key}' has no length; give a vector such as [0, 1]")
-    elif p.space == "axisymmetric" and tool.type in ("stamp", "ring") and direction is not None and direction[0] != 0:
-        yield Finding((*path, key), f"in axisymmetry a {tool.type} faces along the axis; write [0, 1] or [0, -1]")
-    if p.space == "axisymmetric" and tool.type in ("stamp", "ring") and tool.at is not None and tool.at[0] != 0:
-        yield Finding((*path, "at"), f"in axisymmetry a {tool.type} is centred on the axis; its x is 0")
+    yield from tool.findings(p, path)
 
 
 def _contacts(p: Any) -> Iterator[Finding]:

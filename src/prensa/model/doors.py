@@ -101,7 +101,7 @@ class Member:
         super().__init_subclass__(**options)
         if abstract:
             return
-        if "type" not in vars(cls) and not hasattr(cls, "__dataclass_fields__"):
+        if "type" not in vars(cls) and "type" not in getattr(cls, "__dataclass_fields__", {}):
             cls.type = user_type(cls)
         described(cls)
         DOORS[cls.door].add(cls)
