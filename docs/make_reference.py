@@ -25,11 +25,8 @@ SECTIONS: dict[str, tuple[type, ...]] = {
         model.Body, model.Rectangle, model.Grade, model.Disc, model.Annulus, model.Patch, model.ArcSide, model.SplineSide,
         model.Points, model.File, model.Tie,
     ),
-    "Materials": (model.Elastic, model.NeoHooke, model.StVenantKirchhoff, model.J2),
-    "Flow curves": (
-        model.Perfect, model.Linear, model.Ludwik, model.Swift, model.Voce, model.HockettSherby, model.JohnsonCook,
-        model.FlowTable,
-    ),
+    "Materials": tuple(dict(public("material")).values()),
+    "Flow curves": tuple(dict(public("flow")).values()),
     "Tools": (model.Plane, model.Circle, model.Stamp, model.Ring, model.Profile, model.Arc, model.Polygon, model.Springs),
     "Contacts": (model.Contact, model.Penalty, model.Augmented, model.Exact),
     "Friction": tuple(dict(public("friction")).values()),

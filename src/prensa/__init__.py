@@ -7,11 +7,9 @@ from typing import Any
 __version__ = "0.1.0"
 
 _MODEL = (
-    "J2", "Annulus", "Arc", "ArcSide", "Augmented", "Body", "Case", "Circle", "Contact", "Disc", "Elastic",
-    "Exact", "File", "Fixed", "FlowTable", "Grade", "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik",
-    "Motion", "NeoHooke", "Numerics", "Output", "Patch", "Penalty", "Perfect",
-    "Plane", "Points", "Polygon", "Problem", "Profile", "Push", "Rectangle", "Ring", "SplineSide", "Springs",
-    "StVenantKirchhoff", "Stamp", "Start", "Step", "Swift", "Tie", "Units", "Voce",
+    "Annulus", "Arc", "ArcSide", "Augmented", "Body", "Case", "Circle", "Contact", "Disc", "Exact", "File", "Fixed",
+    "Grade", "Load", "Motion", "Numerics", "Output", "Patch", "Penalty", "Plane", "Points", "Polygon", "Problem",
+    "Profile", "Push", "Rectangle", "Ring", "SplineSide", "Springs", "Stamp", "Start", "Step", "Tie", "Units",
 )  # fmt: skip
 _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "load": "prensa.model.schema",
@@ -20,7 +18,10 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "solve": "prensa.solver.march",
     "discretise": "prensa.fem.system",
     "run": "prensa.output.run",
+    "FlowCurve": "prensa.materials.flow_curve",
     "FrictionLaw": "prensa.friction.law",
+    "IsotropicMaterial": "prensa.materials.material",
+    "Material": "prensa.materials.material",
 }
 
 

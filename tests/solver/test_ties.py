@@ -12,7 +12,7 @@ import prensa as pr
 from prensa.fem.ties import make_ties
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import MeshError, sides
-from prensa.model.problem import NeoHooke
+from prensa import NeoHooke
 from prensa.solver.newton import Reduced
 
 TIE = (pr.Tie(slave="upper.bottom", master="lower.top"),)

@@ -193,7 +193,10 @@ class Block:
     @property
     def virgin(self) -> Array:
         """History (m, q, h) of the undeformed body."""
-        return np.zeros((*self.volume.shape, self.law.size + self.element.extra(self.mode)))
+        history = np.zeros((*self.volume.shape, self.law.size + self.element.extra(self.mode)))
+        for part in self.law.fields.values():
+            history[..., part.columns] = part.initial
+        return history
 
     def at_law(self, history: Array) -> Array:
         """The law's columns (m, q, law.size) of a history, contiguous."""

@@ -381,7 +381,9 @@ class System:
             follows = law is not None and not law.proportional and self.problem.kinematics == "finite"
             area = self.weights(s, self.positions(u), c.depth) if follows else None
             pairs = self.pairs(s, u)
-            f = forces(pairs, w, sc, lam[s.rows], c.state.contact[s.rows], law, at, period, held, area, c.lagged, before)
+            f = forces(
+                pairs, w, sc, lam[s.rows], c.state.contact[s.rows], law, at, period, held, area, c.lagged, before
+            )
             # points that just touch are closed or open by the round-off of their gaps; those that stick have that of their slips
             floor += EPS * float((w * sc.k_n * f.dp[:, 0] + f.area * sc.k_t * np.abs(f.dt[:, 1])).sum()) * reach
             if not np.isfinite(f.K).all():
@@ -536,7 +538,10 @@ class System:
         """Accumulated plastic dissipation of a committed history."""
         if not self.has_memory:
             return 0.0
-        return float(sum(np.vdot(b.volume, h[..., 5]) for b, h in zip(self.blocks, history) if b.law.plastic))
+        plastic = [
+            (b, h[..., b.law.fields["plastic_work"].columns]) for b, h in zip(self.blocks, history) if b.law.plastic
+        ]
+        return float(sum(np.vdot(b.volume, work) for b, work in plastic))
 
 
 def _refuse_edges_on_points(tool: PlacedTool, points: Points, X: Array, normal: Array) -> None:

@@ -10,9 +10,6 @@ import math
 
 from numba import njit
 
-COMPONENTS = 5
-"""Components of a (generally unsymmetric) 2-D tensor with the out-of-plane normal one."""
-
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def det_minus_one(h11: float, h12: float, h21: float, h22: float, h33: float) -> float:

@@ -1,23 +1,25 @@
 """Materials as the solver sees them: batch laws of h = f − I and their own history, pure, with exact tangents.
 
 An isotropic law is written in principal strains only; the spectral kernels of `prensa.kernels.tensor` wrap it for
-small and finite strain. Adding one: a kernel, a class here, a line in `material_of`.
+small and finite strain. The descriptions that make the laws are in `prensa.materials.solids`, one a file.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from prensa.kernels import tensor
 from prensa.materials import elastic
-from prensa.materials.hardening import FlowParameters, flow_parameters, flow_stresses
+from prensa.materials import material as descriptions
+from prensa.materials.flow_curve import FlowCurve, FlowParameters, stress_at
+from prensa.materials.hardening import flow_stresses
 from prensa.materials.j2 import j2
-from prensa.materials.plane_stress import PlaneStress
-from prensa.model import problem as model
+from prensa.materials.return_map import return_map
 
 Array = NDArray[np.float64]
 
@@ -39,16 +41,35 @@ class Out(NamedTuple):
     failed: NDArray[np.bool_]
 
 
+class Field(NamedTuple):
+    """A named part of the history: its ``columns``, and the value that each point starts with."""
+
+    columns: slice
+    initial: float = 0.0
+
+
 class Material(Protocol):
     """A pure law. Laws of isotropic elasticity use history 0-3 for b_e − I (finite) or the elastic strain (small)."""
 
     @property
     def size(self) -> int:
-        """Length h of the history; it starts as zeros."""
+        """Length h of the history."""
+
+    @property
+    def fields(self) -> Mapping[str, Field]:
+        """Parts of the history by name; of elastic laws ``elastic``, of plastic ones ``plastic_strain``, ``plastic_work`` too."""
 
     @property
     def plastic(self) -> bool:
-        """Whether history 4 and 5 are the equivalent plastic strain and the plastic work per initial volume."""
+        """Whether it has the equivalent plastic strain and the plastic work per initial volume among its fields."""
+
+    @property
+    def linear(self) -> bool:
+        """Whether the stress is linear in the displacement gradient."""
+
+    @property
+    def fbar_has_energy(self) -> bool:
+        """Whether F-bar quadrilaterals of this law have an energy in plane strain (see `prensa.fem.symmetry`)."""
 
     @property
     def symmetric(self) -> bool:
@@ -89,9 +110,24 @@ class _Isotropic:
     plastic: bool = field(default=False, init=False)
 
     @property
+    def fields(self) -> Mapping[str, Field]:
+        """Of the history: b_e − I (finite) or the elastic strain (small)."""
+        return {"elastic": Field(slice(0, self.size))}
+
+    @property
     def symmetric(self) -> bool:
         """True: stresses derive from an energy."""
         return True
+
+    @property
+    def linear(self) -> bool:
+        """False, unless a law says otherwise."""
+        return False
+
+    @property
+    def fbar_has_energy(self) -> bool:
+        """False, unless a law says otherwise."""
+        return False
 
     def thickness(self, history: Array) -> Array | None:
         """None: the law does not change the thickness that the element integrates over."""
@@ -148,6 +184,11 @@ class _Isotropic:
 class Hencky(_Isotropic):
     """Linear elasticity: Hooke's law in small strain, Hencky's in finite strain."""
 
+    @property
+    def linear(self) -> bool:
+        """In small strain."""
+        return not self.finite
+
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:
         """H (n, 5) = f − I, old (n, 4) → out; see `Material`."""
         if self.finite:
@@ -159,6 +200,11 @@ class Hencky(_Isotropic):
 @dataclass(frozen=True)
 class NeoHooke(_Isotropic):
     """Compressible neo-Hooke."""
+
+    @property
+    def fbar_has_energy(self) -> bool:
+        """True, see `prensa.fem.symmetry`."""
+        return True
 
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:
         """H (n, 5) = f − I, old (n, 4) → out; see `Material`."""
@@ -186,12 +232,26 @@ class StVenantKirchhoff(_Isotropic):
 
 @dataclass(frozen=True)
 class J2(_Isotropic):
-    """Von Mises plasticity; history columns 4, 5: equivalent plastic strain, plastic work per initial volume."""
+    """Von Mises plasticity; fields of the history: equivalent plastic strain, plastic work per initial volume.
 
-    flow: FlowParameters = field(default=None, repr=False)  # type: ignore[assignment]
+    ``flow``: parameters of the compiled flow curve; None where ``curve``, the description, is all there is.
+    """
+
+    flow: FlowParameters | None = field(default=None, repr=False)
     yield_on_cauchy: bool = True
+    curve: FlowCurve | None = None
     size: int = field(default=6, init=False)
     plastic: bool = field(default=True, init=False)
+
+    @property
+    def fields(self) -> Mapping[str, Field]:
+        """Of the history: elastic strains, plastic strain, plastic work."""
+        k = self.size - 2
+        return {
+            "elastic": Field(slice(0, k)),
+            "plastic_strain": Field(slice(k, k + 1)),
+            "plastic_work": Field(slice(k + 1, k + 2)),
+        }
 
     @property
     def symmetric(self) -> bool:
@@ -204,6 +264,13 @@ class J2(_Isotropic):
         """Trial principal strains (n, 3) → stresses, slopes, elastic strains, plastic strain and work."""
         f = self.flow
         bulk = self.E / (3 * (1 - 2 * self.nu))
+        if f is None:
+            assert self.curve is not None
+            return_map(
+                eps, frame[:, 5], old, self.fields["plastic_strain"].columns.start, bulk, self.mu,
+                self.finite and self.yield_on_cauchy, self.curve, at.dt, tau, dtau, eps_e, out.new, out.failed, at.tangent,
+            )  # fmt: skip
+            return
         j2(
             eps, frame[:, 5], old, bulk, self.mu, self.finite and self.yield_on_cauchy,
             f.kind, f.p, f.knots, f.coefficients, at.dt, tau, dtau, eps_e, out.new, out.failed, at.tangent,
@@ -212,7 +279,12 @@ class J2(_Isotropic):
     def shear_strength(self, history: Array) -> Array:
         """Shear yield stress k = σ_y/√3 (n,), a Cauchy stress, of a committed history (n, h) at rest."""
         f, out = self.flow, np.empty(len(history))
-        flow_stresses(f.kind, f.p, f.knots, f.coefficients, np.ascontiguousarray(history[:, 4]), out)
+        strain = np.ascontiguousarray(history[:, self.fields["plastic_strain"].columns][:, 0])
+        if f is None:
+            assert self.curve is not None
+            out = stress_at(self.curve, strain, np.zeros_like(strain))
+        else:
+            flow_stresses(f.kind, f.p, f.knots, f.coefficients, strain, out)
         if self.finite and not self.yield_on_cauchy:
             out /= np.exp(self.elastic_strains(history).sum(axis=-1))  # plastic flow is isochoric
         return out / np.sqrt(3.0)
@@ -222,20 +294,34 @@ class J2(_Isotropic):
         return Hencky(self.E, self.nu, self.finite).cauchy(np.ascontiguousarray(history[:, :4]))
 
 
-def material_of(description: Any, kinematics: str, space: str = "plane strain") -> Material:
+@dataclass(frozen=True)
+class Principal(_Isotropic):
+    """Elasticity that a description states in NumPy: an energy or stresses as functions of the principal strains."""
+
+    description: descriptions.IsotropicMaterial = field(default=None)  # type: ignore[assignment]
+
+    @property
+    def symmetric(self) -> bool:
+        """As the description says."""
+        return self.description.symmetric
+
+    def principal(
+        self, eps: Array, frame: Array, old: Array, at: At, tau: Array, dtau: Array, eps_e: Array, out: Out
+    ) -> None:
+        """Trial principal strains (n, 3) → stresses, slopes, elastic strains."""
+        with np.errstate(all="ignore"):
+            tau[:] = descriptions.principal_stress(self.description, eps)
+            if at.tangent:
+                dtau[:] = descriptions.principal_tangent(self.description, eps)
+        out.failed[~np.isfinite(tau).all(axis=1)] = True
+        eps_e[:] = eps
+
+    def energy(self, history: Array) -> Array:
+        """Elastic energy per initial volume, (..., h) → (...)."""
+        eps = self.elastic_strains(history)
+        return np.asarray(self.description.energy(eps.reshape(-1, 3)), dtype=np.float64).reshape(eps.shape[:-1])
+
+
+def material_of(description: descriptions.Material, kinematics: str, space: str = "plane strain") -> Material:
     """The law of a material description in ``small`` or ``finite`` kinematics; in plane stress with its adaptor."""
-    finite = kinematics == "finite"
-    law: Material
-    match description:
-        case model.Elastic():
-            law = Hencky(description.E, description.nu, finite)
-        case model.NeoHooke():
-            law = NeoHooke(description.E, description.nu, finite)
-        case model.StVenantKirchhoff():
-            law = StVenantKirchhoff(description.E, description.nu, finite)
-        case model.J2():
-            flow = flow_parameters(description.flow)
-            law = J2(description.E, description.nu, finite, flow, description.yield_on == "cauchy")
-        case _:
-            raise TypeError(f"unknown material {description!r}")
-    return PlaneStress(law, finite) if space == "plane stress" else law
+    return description.law(kinematics, space)
