@@ -28,7 +28,7 @@ SECTIONS: dict[str, tuple[type, ...]] = {
     "Materials": tuple(dict(public("material")).values()),
     "Flow curves": tuple(dict(public("flow")).values()),
     "Tools": (model.Plane, model.Circle, model.Stamp, model.Ring, model.Profile, model.Arc, model.Polygon, model.Springs),
-    "Contacts": (model.Contact, model.Penalty, model.Augmented, model.Exact),
+    "Contacts": (model.Contact, *dict(public("enforcement")).values()),
     "Friction": tuple(dict(public("friction")).values()),
     "Supports, motions and loads": (model.Fixed, model.Motion, model.Push, model.Load),
     "How it is solved, and what is written": (model.Numerics, model.Output),

@@ -7,9 +7,9 @@ from typing import Any
 __version__ = "0.1.0"
 
 _MODEL = (
-    "Annulus", "Arc", "ArcSide", "Augmented", "Body", "Case", "Circle", "Contact", "Disc", "Exact", "File", "Fixed",
-    "Grade", "Load", "Motion", "Numerics", "Output", "Patch", "Penalty", "Plane", "Points", "Polygon", "Problem",
-    "Profile", "Push", "Rectangle", "Ring", "SplineSide", "Springs", "Stamp", "Start", "Step", "Tie", "Units",
+    "Annulus", "Arc", "ArcSide", "Body", "Case", "Circle", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion",
+    "Numerics", "Output", "Patch", "Plane", "Points", "Polygon", "Problem", "Profile", "Push", "Rectangle", "Ring",
+    "SplineSide", "Springs", "Stamp", "Start", "Step", "Tie", "Units",
 )  # fmt: skip
 _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "load": "prensa.model.schema",
@@ -20,6 +20,7 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "run": "prensa.output.run",
     "FlowCurve": "prensa.materials.flow_curve",
     "FrictionLaw": "prensa.friction.law",
+    "Enforcement": "prensa.contact.method",
     "IsotropicMaterial": "prensa.materials.material",
     "Material": "prensa.materials.material",
 }

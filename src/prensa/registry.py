@@ -129,6 +129,7 @@ def _module(path: str, folder: str | Path | None) -> ModuleType:
 DOORS = {
     door.kind: door
     for door in (
+        Door("enforcement", "prensa.contact.enforcement", "prensa.contact.method:Enforcement"),
         Door("flow", "prensa.materials.flow", "prensa.materials.flow_curve:FlowCurve"),
         Door("friction", "prensa.friction.laws", "prensa.friction.law:FrictionLaw", "coulomb"),
         Door("material", "prensa.materials.solids", "prensa.materials.material:Material"),

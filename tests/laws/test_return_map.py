@@ -36,7 +36,26 @@ def test_stresses_lie_on_the_flow_curve(name):
     old[:, 4] = np.where(rng.random(N) < 0.2, 0.0, 10 ** rng.uniform(-13, 0.5, size=N))
     tau, dtau, eps_e, new = np.empty((N, 3)), np.empty((N, 3, 3)), np.empty((N, 3)), np.zeros((N, 6))
     failed = np.zeros(N, dtype=bool)
-    j2(eps, np.ones(N), old, K, G, True, f.kind, f.p, f.knots, f.coefficients, DT, tau, dtau, eps_e, new, failed, True)
+    j2(
+        eps,
+        np.ones(N),
+        old,
+        4,
+        K,
+        G,
+        True,
+        f.kind,
+        f.p,
+        f.knots,
+        f.coefficients,
+        DT,
+        tau,
+        dtau,
+        eps_e,
+        new,
+        failed,
+        True,
+    )
     assert not failed.any()
 
     def mises(s):

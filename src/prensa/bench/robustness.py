@@ -351,7 +351,7 @@ def check(system: Any, inc: Increment) -> str:
         if (c.gap[open_] < -1e-9 * h[open_]).any():
             return "an open point lies inside the tool"
         # the gap of a closed point is zero to round-off in the exact form, within the tolerance in the augmented one
-        slack = {"penalty": 0.0, "exact": 1e-11}.get(s.description.enforcement.type, 1e-4) * h
+        slack = s.description.enforcement.slack * h
         closed = c.pressure > 0
         if (closed & (c.gap > slack)).any():
             return "pressure across an open gap"

@@ -1,11 +1,13 @@
 """Shape functions and integration points of the isoparametric elements, as tables that the kernels read.
 
 Nodes: corners counter-clockwise, then mid-side nodes in the order of the sides. Triangles in area coordinates
-L = (1 − ξ − η, ξ, η), quadrilaterals on [−1, 1]² (Zienkiewicz & Taylor 2000, The Finite Element Method, vol. 1, ch. 8, 9).
+L = (1 − ξ − η, ξ, η), quadrilaterals on [−1, 1]² (Zienkiewicz & Taylor 2000, The Finite Element Method, vol. 1, ch. 8, 9);
+bricks on [−1, 1]³, the face ζ = −1 before ζ = 1, each in the order of the quadrilateral.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +20,7 @@ _ETA = np.array([-1.0, -1.0, 1.0, 1.0, -1.0, 0.0, 1.0, 0.0])
 
 
 class Table(NamedTuple):
-    """N (q, a), slopes dN (q, a, 2) in ξ, η and weights (q,) at the integration points ``at`` (q, 2)."""
+    """N (q, a), slopes dN (q, a, d) in ξ, η[, ζ] and weights (q,) at the integration points ``at`` (q, d)."""
 
     N: Array
     dN: Array
@@ -65,7 +67,18 @@ def q8(xi: float, eta: float) -> tuple[Array, Array]:
     return N, dN
 
 
-_SHAPES = {3: t3, 6: t6, 4: q4, 8: q8}
+def h8(xi: float, eta: float, zeta: float) -> tuple[Array, Array]:
+    """N (8,), dN (8, 3) of the trilinear brick: a quadrilateral on ζ = −1, counter-clockwise seen from +ζ, and one on ζ = 1."""
+    (N, dN), sign = q4(xi, eta), np.repeat([-1.0, 1.0], 4)
+    across = 0.5 * (1.0 + sign * zeta)
+    slopes = np.column_stack([np.tile(dN, (2, 1)) * across[:, None], 0.5 * sign * np.tile(N, 2)])
+    return np.tile(N, 2) * across, slopes
+
+
+_SHAPES: dict[tuple[int, int], Callable[..., tuple[Array, Array]]] = {
+    (3, 2): t3, (6, 2): t6, (4, 2): q4, (8, 2): q8, (8, 3): h8,
+}  # fmt: skip
+"""By nodes and dimension."""
 
 
 def square(n: int) -> tuple[Array, Array]:
@@ -76,6 +89,12 @@ def square(n: int) -> tuple[Array, Array]:
     at = np.stack([xi.ravel(), eta.ravel()], axis=1)
     order = [0, 1, 3, 2] if n == 2 else list(range(n * n))
     return at[order], weight[order]
+
+
+def cube(n: int) -> tuple[Array, Array]:
+    """N × n × n Gauss points (n³, 3) of the cube and their weights: the layers of `square` from ζ = −1 on."""
+    (at, weight), (z, w) = square(n), np.polynomial.legendre.leggauss(n)
+    return np.column_stack([np.tile(at, (n, 1)), np.repeat(z, n * n)]), np.outer(w, weight).ravel()
 
 
 def triangle(points: int) -> tuple[Array, Array]:
@@ -89,5 +108,6 @@ def triangle(points: int) -> tuple[Array, Array]:
 def table(nodes: int, rule: tuple[Array, Array]) -> Table:
     """Table of the element with that many nodes at the points of a rule."""
     at, weight = rule
-    values = [_SHAPES[nodes](float(p[0]), float(p[1])) for p in at]
+    shape = _SHAPES[nodes, at.shape[1]]
+    values = [shape(*(float(c) for c in p)) for p in at]
     return Table(np.array([v[0] for v in values]), np.array([v[1] for v in values]), weight, at)

@@ -57,20 +57,35 @@ def scatter_matrix(K, slot, data):
 
 
 @njit(cache=True)
-def block_slots(indptr, indices, cells, out):
-    """Cells (e, a) → out (e, a, a): position in the matrix values of (first unknown of node i, first unknown of node j)."""
+def block_slots(indptr, indices, cells, out, d=2):
+    """Cells (e, a) → out (e, a, a): position in the matrix values of (first unknown of node i, first unknown of node j).
+
+    d: unknowns of a node.
+    """
     for e in range(cells.shape[0]):
         for j in range(cells.shape[1]):
             for i in range(cells.shape[1]):
-                out[e, i, j] = _find(indptr, indices, 2 * cells[e, i], 2 * cells[e, j])
+                out[e, i, j] = _find(indptr, indices, d * cells[e, i], d * cells[e, j])
 
 
 @njit(cache=True)
 def scatter_stiffness(K, cells, slot, indptr, data):
-    """Add K (e, 2a, 2a) to the matrix values; slot (e, a, a) of `block_slots`.
+    """Add K (e, d a, d a) to the matrix values; slot (e, a, a) of `block_slots`, d unknowns a node.
 
-    The two unknowns of a node are coupled with the same ones: of its two columns the second has the same rows as the first.
+    The unknowns of a node are coupled with the same ones: its columns all have the same rows.
     """
+    d = K.shape[1] // cells.shape[1]
+    if d != 2:
+        for e in range(K.shape[0]):
+            for j in range(cells.shape[1]):
+                column = d * cells[e, j]
+                length = indptr[column + 1] - indptr[column]
+                for i in range(cells.shape[1]):
+                    k = slot[e, i, j]
+                    for n in range(d):
+                        for m in range(d):
+                            data[k + n * length + m] += K[e, d * i + m, d * j + n]
+        return
     for e in range(K.shape[0]):
         for j in range(cells.shape[1]):
             column = 2 * cells[e, j]
@@ -85,7 +100,13 @@ def scatter_stiffness(K, cells, slot, indptr, data):
 
 @njit(cache=True)
 def gather(values, cells, out):
-    """out[e, a] = values[cells[e, a]] for values (n, 2), cells (m, a)."""
+    """out[e, a] = values[cells[e, a]] for values (n, d), cells (m, a)."""
+    if values.shape[1] != 2:
+        for e in range(cells.shape[0]):
+            for a in range(cells.shape[1]):
+                for i in range(values.shape[1]):
+                    out[e, a, i] = values[cells[e, a], i]
+        return
     for e in range(cells.shape[0]):
         for a in range(cells.shape[1]):
             out[e, a, 0] = values[cells[e, a], 0]
@@ -102,7 +123,14 @@ def scatter_vector(r, dofs, out):
 
 @njit(cache=True)
 def scatter_forces(r, cells, out):
-    """Add the forces r (e, 2a) on the nodes of cells (e, a) to those of all unknowns."""
+    """Add the forces r (e, d a) on the nodes of cells (e, a), d unknowns each, to those of all unknowns."""
+    d = r.shape[1] // cells.shape[1]
+    if d != 2:
+        for e in range(r.shape[0]):
+            for a in range(cells.shape[1]):
+                for i in range(d):
+                    out[d * cells[e, a] + i] += r[e, d * a + i]
+        return
     for e in range(r.shape[0]):
         for a in range(cells.shape[1]):
             out[2 * cells[e, a]] += r[e, 2 * a]
@@ -110,23 +138,25 @@ def scatter_forces(r, cells, out):
 
 
 @njit(cache=True)
-def _blocks_of_two(indptr, indices, out_indptr, out_indices):
-    """Pattern of nodes (compressed columns, sorted) → pattern of their two unknowns each, sorted."""
+def _blocks(indptr, indices, d, out_indptr, out_indices):
+    """Pattern of nodes (compressed columns, sorted) → pattern of their d unknowns each, sorted."""
     n = 0
     out_indptr[0] = 0
     for node in range(len(indptr) - 1):
-        for i in range(2):
+        for i in range(d):
             for k in range(indptr[node], indptr[node + 1]):
-                out_indices[n] = 2 * indices[k]
-                out_indices[n + 1] = 2 * indices[k] + 1
-                n += 2
-            out_indptr[2 * node + 1 + i] = n
+                for m in range(d):
+                    out_indices[n] = d * indices[k] + m
+                    n += 1
+            out_indptr[d * node + 1 + i] = n
 
 
 def make_pattern(
-    cells: list[Index], nodes: int, tools: int, tool_nodes: list[Index], coupled: list[Index] | None = None
+    cells: list[Index], nodes: int, tools: int, tool_nodes: list[Index], coupled: list[Index] | None = None, d: int = 2
 ) -> Pattern:
-    """Pattern of element couplings of all cells, each tool's 3 unknowns with all its candidate nodes, and with itself.
+    """Pattern of element couplings of all cells, each tool's unknowns with all its candidate nodes, and with itself.
+
+    A node has d unknowns, a tool its d (d + 1)/2 rigid motions.
 
     ``coupled``: further groups of unknowns (k, m), each row coupled with itself; they may lie beyond those of the tools.
     """
@@ -139,27 +169,28 @@ def make_pattern(
     incidence = csr_matrix((np.ones(len(members), dtype=np.int32), members, ends), (len(sizes), nodes))
     graph = (incidence.T @ incidence).tocsc()
     graph.sort_indices()
-    indptr, indices = np.empty(2 * nodes + 1, dtype=np.int32), np.empty(4 * graph.nnz, dtype=np.int32)
-    _blocks_of_two(graph.indptr, graph.indices, indptr, indices)
+    indptr, indices = np.empty(d * nodes + 1, dtype=np.int32), np.empty(d * d * graph.nnz, dtype=np.int32)
+    _blocks(graph.indptr, graph.indices, d, indptr, indices)
+    first, motions = d * nodes, d * (d + 1) // 2
     more_i: list[Index] = []
     more_j: list[Index] = []
     for t, near in enumerate(tool_nodes):
-        own = 2 * nodes + 3 * t + np.arange(3)
-        dofs = np.concatenate([2 * near, 2 * near + 1])
+        own = first + motions * t + np.arange(motions)
+        dofs = np.concatenate([d * near + i for i in range(d)])
         a, b = np.meshgrid(own, dofs, indexing="ij")
         s, q = np.meshgrid(own, own, indexing="ij")
         more_i += [a.ravel(), b.ravel(), s.ravel()]
         more_j += [b.ravel(), a.ravel(), q.ravel()]
-    n = 2 * nodes + 3 * tools
+    n = first + motions * tools
     for group in coupled or []:
         more_i.append(np.repeat(group, group.shape[1], axis=1).ravel())
         more_j.append(np.tile(group, group.shape[1]).ravel())
         n = max(n, int(group.max(initial=-1)) + 1)
-    if n > 2 * nodes:
+    if n > first:
         i, j = np.concatenate(more_i), np.concatenate(more_j)
         beyond = coo_matrix((np.ones(len(i), dtype=np.int8), (i, j)), (n, n)).tocsc()
         beyond.data[:] = 1
-        indptr = np.concatenate([indptr, np.full(n - 2 * nodes, indptr[-1], dtype=np.int32)])
+        indptr = np.concatenate([indptr, np.full(n - first, indptr[-1], dtype=np.int32)])
         matrix = csc_matrix((np.ones(len(indices), dtype=np.int8), indices, indptr), (n, n)) + beyond
         matrix.sort_indices()
         indptr, indices = matrix.indptr, matrix.indices
@@ -168,7 +199,7 @@ def make_pattern(
 
 @dataclass(frozen=True)
 class Block:
-    """Elements of one body, a nodes and q points each: global ``cells`` (m, a), ``X`` (m, a, 2), law, formulation.
+    """Elements of one body, a nodes and q points each: global ``cells`` (m, a), ``X`` (m, a, d), law, formulation.
 
     slots (m, a, a) of `block_slots`; ``volume`` (m, q): initial volumes of the points, thickness or 2πr inside.
     """
@@ -203,7 +234,7 @@ class Block:
         return np.ascontiguousarray(history[..., : self.law.size])
 
     def positions(self, x: Array) -> Array:
-        """Places (m, q, 2) of the integration points on node positions x (n, 2) of the whole system."""
+        """Places (m, q, d) of the integration points on node positions x (n, d) of the whole system."""
         return np.ascontiguousarray(np.einsum("qa,mad->mqd", self.element.N, x[self.cells]))
 
 
@@ -220,14 +251,14 @@ def sweep(
 ) -> Sweep:
     """Add internal forces to r (ndof,) and, unless data is None, the stiffness to data (nnz,) of the pattern.
 
-    x_n (n, 2): configuration that increments refer to; du (n, 2): increments of the nodes; old (m, q, h) history.
+    x_n (n, d): configuration that increments refer to; du (n, d): increments of the nodes; old (m, q, h) history.
     """
     m = len(block)
     new = np.empty_like(old)
     total = 0.0
     c = min(CHUNK, m)
     work = workspace(block.element, c)
-    x, d = np.empty((2, c, block.cells.shape[1], 2))
+    x, d = np.empty((2, c, block.cells.shape[1], block.element.layout.dimension))
     for first in range(0, m, c):
         rows = slice(first, min(first + c, m))
         cells = block.cells[rows]

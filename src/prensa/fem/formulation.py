@@ -13,7 +13,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.elements import enhanced, q4, shapes, solid
+from prensa.elements import enhanced, h8, q4, shapes, solid
+from prensa.layout import PLANE, SPATIAL, TensorLayout
 from prensa.materials.laws import At, Material, Out
 
 Array = NDArray[np.float64]
@@ -21,7 +22,7 @@ Flags = NDArray[np.bool_]
 
 
 class Mode(NamedTuple):
-    """Axisymmetric or plane, finite or small strain; ``scale`` of volumes: thickness, or 2π in axisymmetry."""
+    """Axisymmetric or not, finite or small strain; ``scale`` of volumes: thickness, 2π in axisymmetry, 1 in space."""
 
     axisymmetric: bool
     finite: bool
@@ -29,7 +30,7 @@ class Mode(NamedTuple):
 
 
 class Chunk(NamedTuple):
-    """k elements with a nodes: initial positions X, committed ones x (small strain: X) and increments d (k, a, 2).
+    """k elements with a nodes: initial positions X, committed ones x (small strain: X) and increments d (k, a, dim).
 
     old, new (k, q, h): committed and trial history, the law's columns first, then the element's.
     """
@@ -42,7 +43,7 @@ class Chunk(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Scratch and results of a chunk: r (k, 2a) forces, K (k, 2a, 2a), size (k,) Σ |r| before points cancel."""
+    """Scratch and results of a chunk: r (k, dim a) forces, K (k, dim a, dim a), size (k,) Σ |r| before points cancel."""
 
     h: Array
     w: Array
@@ -78,6 +79,10 @@ class Element(Protocol):
     """A formulation. ``N`` (q, a): shape values at the points; ``extra``: columns it adds to the law's history."""
 
     @property
+    def layout(self) -> TensorLayout:
+        """Unknowns of a node and components of the tensors that go to the law, whose layout must be the same."""
+
+    @property
     def nodes(self) -> int:
         """Nodes a."""
 
@@ -104,19 +109,19 @@ class Element(Protocol):
 
 def workspace(element: Element, k: int) -> Work:
     """Arrays for chunks of up to k elements."""
-    q, m = element.points, 2 * element.nodes
+    q, c, m = element.points, element.layout.components, element.layout.dimension * element.nodes
     return Work(
-        np.empty((k, q, 5)), np.empty((k, q)), np.empty((k, q)), np.empty((k, q, 5)), np.empty((k, q, 5, 5)),
+        np.empty((k, q, c)), np.empty((k, q)), np.empty((k, q)), np.empty((k, q, c)), np.empty((k, q, c, c)),
         np.empty((k, m)), np.empty((k, m, m)), np.empty(k), np.empty(k, dtype=np.bool_), np.empty((k, q), dtype=np.bool_),
     )  # fmt: skip
 
 
 def material(c: Chunk, law: Material, at: At, work: Work) -> Failure | None:
     """The law at all points of a chunk, from work.h to work.P, work.A and c.new."""
-    n = work.points.size
+    n, m = work.points.size, work.h.shape[-1]
     work.points[:] = False
-    out = Out(work.P.reshape(n, 5), work.A.reshape(n, 5, 5), c.new.reshape(n, -1), work.points.reshape(n))
-    law.update(work.h.reshape(n, 5), c.old.reshape(n, -1), at, out)
+    out = Out(work.P.reshape(n, m), work.A.reshape(n, m, m), c.new.reshape(n, -1), work.points.reshape(n))
+    law.update(work.h.reshape(n, m), c.old.reshape(n, -1), at, out)
     return Failure(int(np.argmax(work.points.any(axis=1))), LAW) if work.points.any() else None
 
 
@@ -126,6 +131,7 @@ class _Q4:
 
     nodes: int = 4
     points: int = 4
+    layout: TensorLayout = PLANE
 
     @property
     def N(self) -> Array:
@@ -176,6 +182,7 @@ class Solid:
     """Isoparametric element of a shape table: ``t3``, ``t6``, ``q4``, ``q8`` (2 × 2 points), ``q8_full`` (3 × 3)."""
 
     name: str
+    layout: TensorLayout = PLANE
 
     @property
     def nodes(self) -> int:
@@ -202,7 +209,7 @@ class Solid:
 
     def volumes(self, X: Array, mode: Mode) -> tuple[Array, Flags]:
         """Initial volumes (k, q) and flags (k,) of folded elements."""
-        h, w = np.empty((len(X), self.points, 5)), np.empty((len(X), self.points))
+        h, w = np.empty((len(X), self.points, self.layout.components)), np.empty((len(X), self.points))
         failed = np.zeros(len(X), dtype=np.bool_)
         t = _TABLES[self.name]
         solid.kinematics(X, np.zeros_like(X), t.N, t.dN, t.weight, mode.axisymmetric, False, mode.scale, h, w, failed)
@@ -232,7 +239,7 @@ class Q4Enhanced(_Q4):
 
     def extra(self, mode: Mode) -> int:
         """F − I and the columns that the modes need."""
-        return 5 + -(-enhanced.MODES[mode.axisymmetric] // self.points)
+        return self.layout.components + -(-enhanced.MODES[mode.axisymmetric] // self.points)
 
     def symmetric(self, mode: Mode) -> bool:
         """Always: the modes are eliminated from a symmetric system."""
@@ -279,7 +286,7 @@ class Q4Enhanced(_Q4):
             w = workspace(self, k)
             old = np.ascontiguousarray(c.old[rows, :, :size])
             part = Chunk(c.X[rows], c.x[rows], c.d[rows], old, np.empty_like(old))
-            F, bad, reason = np.empty((k, 4, 5)), np.zeros(k, dtype=np.bool_), INVERTED
+            F, bad, reason = np.empty((k, 4, self.layout.components)), np.zeros(k, dtype=np.bool_), INVERTED
             enhanced.kinematics(part.X, u[rows], alpha[rows], Hn[rows], axi, finite, scale, F, w.h, w.w, bad)
             w.h[bad] = 0.0
             if failure := material(part, law, at, w):
@@ -331,6 +338,49 @@ class Q4Enhanced(_Q4):
         room[:] = flat.reshape(room.shape)
 
 
+@dataclass(frozen=True)
+class H8:
+    """8-node brick with 2 × 2 × 2 points; with ``bar``, F-bar (small strain: B-bar)."""
+
+    bar: bool
+    nodes: int = h8.NODES
+    points: int = h8.POINTS
+    layout: TensorLayout = SPATIAL
+
+    @property
+    def N(self) -> Array:
+        """Shape functions at the points (8, 8)."""
+        return h8.TABLE.N
+
+    def extra(self, mode: Mode) -> int:
+        """No history of its own."""
+        return 0
+
+    def symmetric(self, mode: Mode) -> bool:
+        """B-bar derives from an energy, F-bar does not."""
+        return not (self.bar and mode.finite)
+
+    def volumes(self, X: Array, mode: Mode) -> tuple[Array, Flags]:
+        """Initial volumes (k, 8) and flags (k,) of folded elements."""
+        work = workspace(self, len(X))
+        work.flags[:] = False
+        h8.kinematics(X, np.zeros_like(X), False, False, work.h, work.w, work.alpha, work.flags)
+        return work.w, work.flags
+
+    def respond(self, c: Chunk, law: Material, at: At, mode: Mode, work: Work, stiffness: bool) -> Failure | None:
+        """See `Element`."""
+        work.flags[:] = False
+        h8.kinematics(c.x, c.d, self.bar, mode.finite, work.h, work.w, work.alpha, work.flags)
+        if work.flags.any():
+            return Failure(int(np.argmax(work.flags)), INVERTED)
+        if failure := material(c, law, at, work):
+            return failure
+        h8.integrate(
+            c.x, c.d, self.bar, mode.finite, work.w, work.alpha, work.P, work.A, work.size, stiffness, work.r, work.K
+        )
+        return None
+
+
 @cache
 def element_of(name: str) -> Element:
     """The element of a description by its name.
@@ -345,6 +395,8 @@ def element_of(name: str) -> Element:
         return Q4Bar()
     if name == "q4_enhanced":
         return Q4Enhanced()
+    if name in ("h8", "h8_fbar"):
+        return H8(name == "h8_fbar")
     if name not in _TABLES:
         raise KeyError(name)
     return Solid(name)

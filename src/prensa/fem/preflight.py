@@ -167,9 +167,8 @@ def _sizes(system: System) -> Iterator[Notice]:
                 f"is {h:.4g} long: the tool finds no node to press on, or one; refine the surface there to {0.25 * size:.2g}",
                 size < 0.5 * h,
             )
-        e = s.description.enforcement
-        k_n = getattr(e, "k_n", None)
-        beta = k_n * float(np.median(s.points.depth)) / s.modulus if k_n is not None else e.beta
+        k_n = getattr(s.description.enforcement, "k_n", None)
+        beta = s.description.enforcement.beta_of(s.modulus / s.points.depth)
         if beta > 1e4 or beta < 1:
             which = f"k_n = {k_n:.3g}, beta = {beta:.2g}" if k_n is not None else f"beta = {beta:.2g}"
             result = "iterations suffer and pressures oscillate" if beta > 1 else "the tool sinks in by whole elements"

@@ -103,11 +103,7 @@ class Earlier:
         end = 2 * system.nodes + 3 * len(system.tools)
         release[end:] = work[end:] = 0.0  # equations of multipliers are no forces
         elastic, plastic = system.elastic_energy(state.history), system.plastic_work(state.history)
-        stored = sum(
-            float(0.5 * (f.weight * f.p**2 / sc.k_n + f.area * f.t**2 / sc.k_t).sum())
-            for s, f, sc in zip(system.surfaces, e.contacts, c.scales)
-            if s.description.enforcement.type == "penalty"
-        )
+        stored = system.contact_energy(e.contacts, c.scales)
         if len(system.surfaces) == len(self.system.surfaces) and all(self.surface(s, system) for s in system.surfaces):
             stored = float(self.state.energy[4])
         friction, imbalance = (float(self.state.energy[k]) for k in (3, 5))
@@ -150,22 +146,13 @@ class Earlier:
         return out
 
 
-def _first_multipliers(system: System, state: State) -> Array:
-    """Committed tractions; λ_n = 0 for plain penalty."""
-    lam = state.lam.copy()
-    for s in system.surfaces:
-        if s.description.enforcement.type == "penalty":
-            lam[s.rows, 0] = 0.0
-    return lam
-
-
 def _at_rest(
     system: System, state: State, number: int, anchor: Array, time: float
 ) -> tuple[StepPlan, Evaluation, Circumstances]:
     """Plan of a step, and the forces of a committed state in it when nothing moves."""
     plan = plan_step(system, number, anchor)
     c = replace(system.circumstances(state, plan, time), dt=1.0)
-    e = system.evaluate(c, state.u, _first_multipliers(system, state), stiffness=False)
+    e = system.evaluate(c, state.u, system.initial_multipliers(state), stiffness=False)
     if e.failed:
         raise StartError(f"start: {e.failed} in the state that the earlier run left")
     return plan, e, c

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.enforcement import ContactForces, Scale, forces, multiplier_rows, stretching
+from prensa.contact.forces import ContactForces, Scale, forces, multiplier_rows, stretching
 from prensa.contact.integration import Points, behind, depth_of, node_normals, point_normals, points_of
 from prensa.contact.pairing import Pairs, current_pairs, reference_pairs
 from prensa.contact.recovery import recover
@@ -84,12 +84,9 @@ class Surface:
 
     def scale(self, k_t_least: Array) -> Scale:
         """Penalty stiffnesses of the points: k_n = β E*/h, k_T = β_T E*/h, not below ``k_t_least`` (k,)."""
-        e, h = self.description.enforcement, self.points.depth
+        h = self.points.depth
         unit = self.modulus / h
-        k_n, k_t = e.beta * unit, e.beta_T * unit
-        if not isinstance(e, model.Exact):
-            k_n = k_n if e.k_n is None else np.full_like(h, e.k_n)
-            k_t = k_t if e.k_T is None else np.full_like(h, e.k_T)
+        k_n, k_t = self.description.enforcement.stiffness(unit)
         return Scale(k_n, np.maximum(k_t, k_t_least), h, unit)
 
 
@@ -224,6 +221,17 @@ class System:
             if s.exact:
                 out[s.rows] = u[s.unknowns].reshape(-1, 2) * (s.modulus / s.points.depth)[:, None]
         return out
+
+    def initial_multipliers(self, state: State) -> Array:
+        """λ_n, λ_T (points, 2) with which an increment from a committed state starts."""
+        lam = state.lam.copy()
+        for s in self.surfaces:
+            lam[s.rows] = s.description.enforcement.initial_multipliers(lam[s.rows])
+        return lam
+
+    def contact_energy(self, contacts: Sequence[ContactForces], scales: Sequence[Scale]) -> float:
+        """Energy stored in the springs of the contacts."""
+        return float(sum(s.description.enforcement.stored(f, sc) for s, f, sc in zip(self.surfaces, contacts, scales)))
 
     def supported(self, nodes: Index, plan: StepPlan) -> NDArray[np.bool_]:
         """Whether nodes (k,) are held along x or y in a step."""
@@ -626,7 +634,7 @@ def discretise(problem: model.Problem) -> System:
         )
         law = material_of(problem.bodies[owner].material, problem.kinematics, problem.space)
         tool = list(problem.tools).index(contact.against)
-        exact = isinstance(contact.enforcement, model.Exact)
+        exact = contact.enforcement.has_multipliers
         surfaces.append(
             Surface(
                 contact.name, contact, owner, tool, points, first, points.at(X),

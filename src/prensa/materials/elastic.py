@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numba import njit
 
+from prensa.kernels.spatial import det_of, det_of_kept, inverse_of, push_forward
 from prensa.kernels.tensor import det_minus_one
 
 
@@ -30,6 +31,30 @@ def hooke(h, old, lam, mu, P, A, new):
                 A[i, k, m] = lam
             A[i, k, k] += 2.0 * mu
         A[i, 1, 1] = A[i, 1, 2] = A[i, 2, 1] = A[i, 2, 2] = mu
+
+
+@njit(cache=True, error_model="numpy")
+def hooke_spatial(h, old, lam, mu, P, A, new):
+    """H (n, 9), old (n, 6) strain 11, 22, 33, 12, 13, 23 → P = σ (n, 9), A (n, 9, 9) constant, new (n, 6) strain."""
+    for i in range(h.shape[0]):
+        e11, e22, e33 = old[i, 0] + h[i, 0], old[i, 1] + h[i, 4], old[i, 2] + h[i, 8]
+        e12, e13 = old[i, 3] + 0.5 * (h[i, 1] + h[i, 3]), old[i, 4] + 0.5 * (h[i, 2] + h[i, 6])
+        e23 = old[i, 5] + 0.5 * (h[i, 5] + h[i, 7])
+        p = lam * (e11 + e22 + e33)
+        P[i, 0], P[i, 4], P[i, 8] = p + 2.0 * mu * e11, p + 2.0 * mu * e22, p + 2.0 * mu * e33
+        P[i, 1] = P[i, 3] = 2.0 * mu * e12
+        P[i, 2] = P[i, 6] = 2.0 * mu * e13
+        P[i, 5] = P[i, 7] = 2.0 * mu * e23
+        new[i, 0], new[i, 1], new[i, 2], new[i, 3], new[i, 4], new[i, 5] = e11, e22, e33, e12, e13, e23
+        for k in range(9):
+            for m in range(9):
+                A[i, k, m] = 0.0
+        for k in (0, 4, 8):
+            for m in (0, 4, 8):
+                A[i, k, m] = lam
+            A[i, k, k] += 2.0 * mu
+        for k, m in ((1, 3), (2, 6), (5, 7)):
+            A[i, k, k] = A[i, k, m] = A[i, m, k] = A[i, m, m] = mu
 
 
 @njit(cache=True, error_model="numpy")
@@ -94,6 +119,42 @@ def neo_hooke(h, old, lam, mu, P, A, new, failed, tangent):
                         A[i, 2 * a + b, 2 * c + e] = value + b_n[b][e] if a == c else value
                 A[i, 2 * a + b, 4] = A[i, 4, 2 * a + b] = direct * g33
         A[i, 4, 4] = m * (1.0 + o33) + (n + s) * g33 * g33
+
+
+@njit(cache=True, error_model="numpy")
+def neo_hooke_spatial(h, old, lam, mu, P, A, new, failed, tangent):
+    """`neo_hooke` in three dimensions: h (n, 9), old, new (n, 6) b − I as 11, 22, 33, 12, 13, 23, P (n, 9), A (n, 9, 9)."""
+    g, t, b_n = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))  # g = f⁻¹
+    for i in range(h.shape[0]):
+        b11, b22, b33, b12, b13, b23 = push_forward(h, old, i)
+        jac, before = det_of(h, i), det_of_kept(old, i)
+        if not (jac > -1.0 and before > -1.0):
+            failed[i] = True
+            jac = before = 0.0
+        jn = 1.0 / math.sqrt(1.0 + before)
+        p = 0.5 * lam * math.log1p(before + jac * (2.0 + jac) * (1.0 + before))
+        inverse_of(h, i, g)
+        t[0, 0], t[1, 1], t[2, 2] = jn * (mu * b11 + p), jn * (mu * b22 + p), jn * (mu * b33 + p)
+        t[0, 1] = t[1, 0] = jn * mu * b12
+        t[0, 2] = t[2, 0] = jn * mu * b13
+        t[1, 2] = t[2, 1] = jn * mu * b23
+        for a in range(3):
+            for b in range(3):
+                P[i, 3 * a + b] = t[a, 0] * g[b, 0] + t[a, 1] * g[b, 1] + t[a, 2] * g[b, 2]
+        new[i, 0], new[i, 1], new[i, 2], new[i, 3], new[i, 4], new[i, 5] = b11, b22, b33, b12, b13, b23
+        if not tangent:
+            continue
+        m, n, s = jn * mu, jn * lam, jn * (mu - p)
+        b_n[0, 0], b_n[1, 1], b_n[2, 2] = m * (1.0 + old[i, 0]), m * (1.0 + old[i, 1]), m * (1.0 + old[i, 2])
+        b_n[0, 1] = b_n[1, 0] = m * old[i, 3]
+        b_n[0, 2] = b_n[2, 0] = m * old[i, 4]
+        b_n[1, 2] = b_n[2, 1] = m * old[i, 5]
+        for a in range(3):
+            for b in range(3):
+                for c in range(3):
+                    for e in range(3):
+                        value = n * g[b, a] * g[e, c] + s * g[e, a] * g[b, c]
+                        A[i, 3 * a + b, 3 * c + e] = value + b_n[b, e] if a == c else value
 
 
 @njit(cache=True)

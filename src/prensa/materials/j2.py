@@ -23,7 +23,7 @@ def _steps(f, slope, curvature):
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _return(todo, q, jac, G, kind, p, knots, coefs, old, dt, delta, y, dy):
+def _return(todo, q, jac, G, kind, p, knots, coefs, old, column, dt, delta, y, dy):
     """Roots Δ of f = q − 3GΔ − J σ_y(a₀ + Δ) = 0 in (0, q/3G) by safeguarded steps of Halley (1694), with σ_y and its slope.
 
     todo: numbers of the points, overwritten; q, jac (n,); delta, y, dy (n,): starts, replaced by the roots (NaN if one does not
@@ -38,10 +38,10 @@ def _return(todo, q, jac, G, kind, p, knots, coefs, old, dt, delta, y, dy):
         for k in range(len(todo)):
             i = todo[k]
             x = delta[i]
-            s, ds, dds = flow_stress(kind, p, knots, coefs, old[i, 4] + x, x, dt)
+            s, ds, dds = flow_stress(kind, p, knots, coefs, old[i, column] + x, x, dt)
             f = q[i] - 3.0 * G * x - jac[i] * s
             newton, step = _steps(f, 3.0 * G + jac[i] * ds, jac[i] * dds)
-            smooth = kind < JOHNSON_COOK and old[i, 4] > TINY
+            smooth = kind < JOHNSON_COOK and old[i, column] > TINY
             neglected = jac[i] * max(abs(ds), abs(dds) * x) * abs(step * step * step)
             if abs(newton) <= 1e-8 * x or (smooth and abs(newton) <= 0.01 * x and neglected <= 1e-14 * q[i] * x * x):
                 delta[i], y[i], dy[i] = x + step, s + (ds + 0.5 * dds * step) * step, ds + dds * step
@@ -64,10 +64,10 @@ def _return(todo, q, jac, G, kind, p, knots, coefs, old, dt, delta, y, dy):
 
 
 @njit(cache=True, error_model="numpy")
-def j2(eps, jn, old, K, G, cauchy, kind, p, knots, coefs, dt, tau, dtau, eps_e, new, failed, tangent):
-    """Trial elastic strains eps (n, 3) → tau (n, 3), dtau (n, 3, 3) = ∂τ/∂ε if ``tangent``, eps_e (n, 3); new, old (n, 6).
+def j2(eps, jn, old, column, K, G, cauchy, kind, p, knots, coefs, dt, tau, dtau, eps_e, new, failed, tangent):
+    """Trial elastic strains eps (n, 3) → tau (n, 3), dtau (n, 3, 3) = ∂τ/∂ε if ``tangent``, eps_e (n, 3); new, old (n, h).
 
-    History columns 4 and 5: equivalent plastic strain, plastic work per initial volume (trapezoid in time).
+    History ``column`` and the next: equivalent plastic strain, plastic work per initial volume (trapezoid in time).
     ``cauchy``: the flow curve limits the Cauchy stress, q(τ) = J σ_y with J = exp(tr ε) (plastic flow is isochoric); else
     q(τ) = σ_y. jn (n,) is J at the last commit. failed (n,) is set where the return map finds no root.
     """
@@ -81,7 +81,7 @@ def j2(eps, jn, old, K, G, cauchy, kind, p, knots, coefs, dt, tau, dtau, eps_e, 
         e0, e1, e2 = eps[i, 0] - tr / 3.0, eps[i, 1] - tr / 3.0, eps[i, 2] - tr / 3.0
         q = 2.0 * G * math.sqrt(1.5 * (e0 * e0 + e1 * e1 + e2 * e2))
         jac = math.exp(tr) if cauchy else 1.0
-        y0, dy0, ddy0 = flow_stress(kind, curve, knots, coefs, old[i, 4], 0.0, dt)
+        y0, dy0, ddy0 = flow_stress(kind, curve, knots, coefs, old[i, column], 0.0, dt)
         qs[i], jacs[i], y0s[i], ys[i], dys[i] = q, jac, y0, y0, dy0
         f = q - jac * y0
         if f > 0.0:
@@ -90,7 +90,7 @@ def j2(eps, jn, old, K, G, cauchy, kind, p, knots, coefs, dt, tau, dtau, eps_e, 
             deltas[i] = x if slope < 13.0 * G and 0.0 < x < 2.0 * half else half
             todo[flowing] = i
             flowing += 1
-    _return(todo[:flowing], qs, jacs, G, kind, curve, knots, coefs, old, dt, deltas, ys, dys)
+    _return(todo[:flowing], qs, jacs, G, kind, curve, knots, coefs, old, column, dt, deltas, ys, dys)
     for i in range(size):
         tr = eps[i, 0] + eps[i, 1] + eps[i, 2]
         s = (2.0 * G * (eps[i, 0] - tr / 3.0), 2.0 * G * (eps[i, 1] - tr / 3.0), 2.0 * G * (eps[i, 2] - tr / 3.0))
@@ -99,8 +99,8 @@ def j2(eps, jn, old, K, G, cauchy, kind, p, knots, coefs, dt, tau, dtau, eps_e, 
             failed[i] = True
             delta = 0.0
         theta = 1.0 - 3.0 * G * delta / q if delta > 0.0 else 1.0
-        new[i, 4] = old[i, 4] + delta
-        new[i, 5] = old[i, 5] + 0.5 * ((jn[i] if cauchy else 1.0) * y0s[i] + jac * y1) * delta
+        new[i, column] = old[i, column] + delta
+        new[i, column + 1] = old[i, column + 1] + 0.5 * ((jn[i] if cauchy else 1.0) * y0s[i] + jac * y1) * delta
         unit = 1.5 / q if delta > 0.0 else 0.0
         n = (unit * s[0], unit * s[1], unit * s[2])
         for k in range(3):

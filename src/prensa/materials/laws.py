@@ -1,19 +1,22 @@
 """Materials as the solver sees them: batch laws of h = f − I and their own history, pure, with exact tangents.
 
-An isotropic law is written in principal strains only; the spectral kernels of `prensa.kernels.tensor` wrap it for
-small and finite strain. The descriptions that make the laws are in `prensa.materials.solids`, one a file.
+An isotropic law is written in principal strains only; the spectral kernels of `prensa.kernels.tensor`, in three dimensions
+of `prensa.kernels.spatial`, wrap it for small and finite strain. Tensors have the c components, and histories begin with the
+k symmetric ones, of the law's `TensorLayout`: 5 and 4 in the plane, 9 and 6 in space. The descriptions that make the laws are
+in `prensa.materials.solids`, one a file.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.kernels import tensor
+from prensa.kernels import spatial, tensor
+from prensa.layout import PLANE, SPATIAL, TensorLayout
 from prensa.materials import elastic
 from prensa.materials import material as descriptions
 from prensa.materials.flow_curve import FlowCurve, FlowParameters, stress_at
@@ -33,7 +36,7 @@ class At(NamedTuple):
 
 
 class Out(NamedTuple):
-    """Receives P (n, 5) per committed volume, A (n, 5, 5) = ∂P/∂f if asked for, new history (n, h), failed (n,) flags."""
+    """Receives P (n, c) per committed volume, A (n, c, c) = ∂P/∂f if asked for, new history (n, h), failed (n,) flags."""
 
     P: Array
     A: Array
@@ -49,7 +52,11 @@ class Field(NamedTuple):
 
 
 class Material(Protocol):
-    """A pure law. Laws of isotropic elasticity use history 0-3 for b_e − I (finite) or the elastic strain (small)."""
+    """A pure law. Laws of isotropic elasticity use history 0 … k−1 for b_e − I (finite) or the elastic strain (small)."""
+
+    @property
+    def layout(self) -> TensorLayout:
+        """Components of its tensors."""
 
     @property
     def size(self) -> int:
@@ -73,7 +80,7 @@ class Material(Protocol):
 
     @property
     def symmetric(self) -> bool:
-        """Whether A (n, 5, 5) is symmetric at every state."""
+        """Whether A (n, c, c) is symmetric at every state."""
 
     @property
     def E(self) -> float:
@@ -84,19 +91,23 @@ class Material(Protocol):
         """Poisson's ratio."""
 
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:
-        """H (n, 5) = f − I, old (n, h) committed history → out."""
+        """H (n, c) = f − I, old (n, h) committed history → out."""
 
     def energy(self, history: Array) -> Array:
         """Elastic energy per initial volume, (..., h) → (...)."""
 
     def cauchy(self, history: Array) -> Array:
-        """Cauchy stress xx, yy, zz, xy from a committed history, (n, h) → (n, 4)."""
+        """Cauchy stress xx, yy, zz, xy (in space xz, yz too) from a committed history, (n, h) → (n, k)."""
 
     def modulus(self) -> float:
         """Elastic modulus E* = E/(1 − ν²) (plane stress: E), the stiffness scale of contact."""
 
     def thickness(self, history: Array) -> Array | None:
         """Thickness over the initial one in plane stress, (..., h) → (...); None where it does not change."""
+
+
+_KERNELS: dict[TensorLayout, Any] = {PLANE: tensor, SPATIAL: spatial}
+"""Modules of the same functions for each layout."""
 
 
 @dataclass(frozen=True)
@@ -106,8 +117,13 @@ class _Isotropic:
     E: float
     nu: float
     finite: bool
-    size: int = field(default=4, init=False)
     plastic: bool = field(default=False, init=False)
+    layout: TensorLayout = field(default=PLANE, kw_only=True)
+
+    @property
+    def size(self) -> int:
+        """Columns of the history: b_e − I or the elastic strain."""
+        return self.layout.kept
 
     @property
     def fields(self) -> Mapping[str, Field]:
@@ -152,20 +168,21 @@ class _Isotropic:
         elastic.hencky(eps, self.lam, self.mu, tau, dtau, eps_e)
 
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:
-        """H (n, 5) = f − I, old (n, h) → out; see `Material`."""
-        n = len(h)
+        """H (n, c) = f − I, old (n, h) → out; see `Material`."""
+        n, kernels = len(h), _KERNELS[self.layout]
         eps, tau, eps_e = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
-        frame, dtau = np.empty((n, 6)), np.empty((n, 3, 3))
-        trial = tensor.trial_finite if self.finite else tensor.trial_small
+        frame, dtau = np.empty((n, kernels.FRAME)), np.empty((n, 3, 3))
+        trial = kernels.trial_finite if self.finite else kernels.trial_small
         trial(h, old, eps, frame, out.failed)
         self.principal(eps, frame, old, at, tau, dtau, eps_e, out)
-        stress = tensor.stress_finite if self.finite else tensor.stress_small
+        stress = kernels.stress_finite if self.finite else kernels.stress_small
         stress(h, frame, tau, dtau, eps_e, out.P, out.A, out.new, at.tangent)
 
     def elastic_strains(self, history: Array) -> Array:
         """Principal elastic strains (..., 3) of a committed history."""
         out = np.empty((*history.shape[:-1], 3))
-        tensor.elastic_strains(history.reshape(-1, history.shape[-1]), self.finite, out.reshape(-1, 3))
+        strains = _KERNELS[self.layout].elastic_strains
+        strains(history.reshape(-1, history.shape[-1]), self.finite, out.reshape(-1, 3))
         return out
 
     def energy(self, history: Array) -> Array:
@@ -173,11 +190,11 @@ class _Isotropic:
         return elastic.quadratic_energy(self.elastic_strains(history), self.lam, self.mu)
 
     def cauchy(self, history: Array) -> Array:
-        """Cauchy stress (n, 4) xx, yy, zz, xy: the law at rest (h = 0) on the committed history."""
-        n = len(history)
-        out = Out(np.empty((n, 5)), np.empty((n, 5, 5)), np.empty_like(history), np.zeros(n, dtype=np.bool_))
-        self.update(np.zeros((n, 5)), history, At(1.0, 0.0, tangent=False), out)
-        return out.P[:, [0, 3, 4, 1]]
+        """Cauchy stress (n, k) xx, yy, zz, xy[, xz, yz]: the law at rest (h = 0) on the committed history."""
+        n, c = len(history), self.layout.components
+        out = Out(np.empty((n, c)), np.empty((n, c, c)), np.empty_like(history), np.zeros(n, dtype=np.bool_))
+        self.update(np.zeros((n, c)), history, At(1.0, 0.0, tangent=False), out)
+        return out.P[:, self.layout.cauchy]
 
 
 @dataclass(frozen=True)
@@ -190,11 +207,12 @@ class Hencky(_Isotropic):
         return not self.finite
 
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:
-        """H (n, 5) = f − I, old (n, 4) → out; see `Material`."""
+        """H (n, c) = f − I, old (n, k) → out; see `Material`."""
         if self.finite:
             super().update(h, old, at, out)
         else:
-            elastic.hooke(h, old, self.lam, self.mu, out.P, out.A, out.new)
+            hooke = elastic.hooke_spatial if self.layout.dimension == 3 else elastic.hooke
+            hooke(h, old, self.lam, self.mu, out.P, out.A, out.new)
 
 
 @dataclass(frozen=True)
@@ -207,8 +225,9 @@ class NeoHooke(_Isotropic):
         return True
 
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:
-        """H (n, 5) = f − I, old (n, 4) → out; see `Material`."""
-        elastic.neo_hooke(h, old, self.lam, self.mu, out.P, out.A, out.new, out.failed, at.tangent)
+        """H (n, c) = f − I, old (n, k) → out; see `Material`."""
+        neo_hooke = elastic.neo_hooke_spatial if self.layout.dimension == 3 else elastic.neo_hooke
+        neo_hooke(h, old, self.lam, self.mu, out.P, out.A, out.new, out.failed, at.tangent)
 
     def energy(self, history: Array) -> Array:
         """Elastic energy per initial volume, (..., h) → (...)."""
@@ -234,19 +253,24 @@ class StVenantKirchhoff(_Isotropic):
 class J2(_Isotropic):
     """Von Mises plasticity; fields of the history: equivalent plastic strain, plastic work per initial volume.
 
+
     ``flow``: parameters of the compiled flow curve; None where ``curve``, the description, is all there is.
     """
 
     flow: FlowParameters | None = field(default=None, repr=False)
     yield_on_cauchy: bool = True
     curve: FlowCurve | None = None
-    size: int = field(default=6, init=False)
     plastic: bool = field(default=True, init=False)
+
+    @property
+    def size(self) -> int:
+        """Columns of the history: b_e − I or the elastic strain, plastic strain, plastic work."""
+        return self.layout.kept + 2
 
     @property
     def fields(self) -> Mapping[str, Field]:
         """Of the history: elastic strains, plastic strain, plastic work."""
-        k = self.size - 2
+        k = self.layout.kept
         return {
             "elastic": Field(slice(0, k)),
             "plastic_strain": Field(slice(k, k + 1)),
@@ -267,19 +291,19 @@ class J2(_Isotropic):
         if f is None:
             assert self.curve is not None
             return_map(
-                eps, frame[:, 5], old, self.fields["plastic_strain"].columns.start, bulk, self.mu,
+                eps, frame[:, -1], old, self.layout.kept, bulk, self.mu,
                 self.finite and self.yield_on_cauchy, self.curve, at.dt, tau, dtau, eps_e, out.new, out.failed, at.tangent,
             )  # fmt: skip
             return
         j2(
-            eps, frame[:, 5], old, bulk, self.mu, self.finite and self.yield_on_cauchy,
+            eps, frame[:, -1], old, self.layout.kept, bulk, self.mu, self.finite and self.yield_on_cauchy,
             f.kind, f.p, f.knots, f.coefficients, at.dt, tau, dtau, eps_e, out.new, out.failed, at.tangent,
         )  # fmt: skip
 
     def shear_strength(self, history: Array) -> Array:
         """Shear yield stress k = σ_y/√3 (n,), a Cauchy stress, of a committed history (n, h) at rest."""
         f, out = self.flow, np.empty(len(history))
-        strain = np.ascontiguousarray(history[:, self.fields["plastic_strain"].columns][:, 0])
+        strain = np.ascontiguousarray(history[:, self.layout.kept])
         if f is None:
             assert self.curve is not None
             out = stress_at(self.curve, strain, np.zeros_like(strain))
@@ -290,8 +314,9 @@ class J2(_Isotropic):
         return out / np.sqrt(3.0)
 
     def cauchy(self, history: Array) -> Array:
-        """Cauchy stress (n, 4) from the elastic strains alone (a rate-dependent law at rest would flow)."""
-        return Hencky(self.E, self.nu, self.finite).cauchy(np.ascontiguousarray(history[:, :4]))
+        """Cauchy stress (n, k) from the elastic strains alone (a rate-dependent law at rest would flow)."""
+        elastic_part = np.ascontiguousarray(history[:, : self.layout.kept])
+        return Hencky(self.E, self.nu, self.finite, layout=self.layout).cauchy(elastic_part)
 
 
 @dataclass(frozen=True)
@@ -323,5 +348,5 @@ class Principal(_Isotropic):
 
 
 def material_of(description: descriptions.Material, kinematics: str, space: str = "plane strain") -> Material:
-    """The law of a material description in ``small`` or ``finite`` kinematics; in plane stress with its adaptor."""
+    """The law of a material description, see its `law`."""
     return description.law(kinematics, space)

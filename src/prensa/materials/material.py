@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from prensa.derivatives import COMPLEX_STEP, DIFFERENCE, complex_value
+from prensa.layout import PLANE, SPATIAL
 from prensa.model.doors import Member
 from prensa.model.units import Number
 
@@ -57,15 +58,18 @@ class Material(Member, abstract=True):
         return float(getattr(self, "nu"))  # noqa: B009
 
     def law(self, kinematics: str, space: str = "plane strain") -> Law:
-        """The law in ``small`` or ``finite`` kinematics; in plane stress with its adaptor."""
+        """The law in ``small`` or ``finite`` kinematics.
+
+        ``plane stress``: with its adaptor; ``3d``: with the tensors of three dimensions; else those of the plane.
+        """
         from prensa.materials.plane_stress import PlaneStress
 
         finite = kinematics == "finite"
-        law = self.bulk(finite)
+        law = self.bulk(finite, layout=SPATIAL if space == "3d" else PLANE)
         return PlaneStress(law, finite) if space == "plane stress" else law
 
     def bulk(self, finite: bool, **tensors: Any) -> Law:
-        """The law of the bulk; ``tensors`` are handed on to it: what it needs to know of their components."""
+        """The law of the bulk; ``tensors`` (``layout``, a `TensorLayout`) are handed on to it."""
         raise NotImplementedError(f"{type(self).__name__} has no law: define bulk(self, finite)")
 
 

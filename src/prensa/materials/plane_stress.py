@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.layout import PLANE, TensorLayout
+
 if TYPE_CHECKING:
     from prensa.materials.laws import At, Field, Material, Out
 
@@ -32,6 +34,11 @@ class PlaneStress:
 
     law: Material
     finite: bool
+
+    @property
+    def layout(self) -> TensorLayout:
+        """Of plane problems."""
+        return PLANE
 
     @property
     def size(self) -> int:
@@ -120,7 +127,7 @@ class PlaneStress:
         """H₃₃ (n,) of zero P₃₃; the law's answer there is left in out."""
         from prensa.materials.laws import Out
 
-        n, stretch = len(h), h.copy()
+        n, c, stretch = len(h), self.layout.components, h.copy()
         poisson = -self.nu / (1.0 - self.nu)
         trace = h[:, 0] + h[:, 3]
         with np.errstate(invalid="ignore", divide="ignore"):
@@ -133,7 +140,7 @@ class PlaneStress:
         for _ in range(MAX_ITERATIONS):
             k = len(rows)
             trial = Out(
-                np.empty((k, 5)), np.empty((k, 5, 5)), np.empty((k, self.law.size)), np.zeros(k, dtype=np.bool_)
+                np.empty((k, c)), np.empty((k, c, c)), np.empty((k, self.law.size)), np.zeros(k, dtype=np.bool_)
             )
             y = x[rows]
             stretch[rows, 4] = np.expm1(y) if self.finite else y

@@ -191,7 +191,7 @@ def _contacts(p: Any) -> Iterator[Finding]:
                         (*path, "integration"),
                         f"{c.integration!r} is a rule of straight edges and {element} has quadratic ones; use 'nodal'",
                     )
-        if c.enforcement.type == "exact" and c.integration not in ("nodal", "gauss1"):
+        if c.enforcement.rules is not None and c.integration not in c.enforcement.rules:
             yield Finding(
                 (*path, "integration"),
                 f"{c.integration!r} has more points than the surface has nodes, so that exact multipliers are not unique; "

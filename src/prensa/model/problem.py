@@ -38,9 +38,9 @@ from prensa.model.units import (
     Moment,
     Number,
     SpringStiffness,
-    Stiffness,
     Whole,
 )
+from prensa.registry import DOORS
 
 
 def _as_names(value: Any) -> Any:
@@ -461,54 +461,14 @@ Tool = Annotated[Plane | Circle | Stamp | Ring | Profile | Polygon, Field(discri
 
 
 # ------------------------------------------------------------------------------------------------------------ contact
-@described
-class Penalty:
-    """Penalty enforcement; k_n = beta E*/h and k_T = beta_T E*/h with E* = E/(1 − ν²), h the depth of the elements behind.
-
-    ``k_n`` and ``k_T`` set absolute stiffnesses (pressure per length) instead, to reproduce published work.
-    ``continuation``: after two cut-backs, an attempt that fails is repeated from beta = 10 and beta_T = 1 upwards by this
-    factor; 1: never.
-    """
-
-    beta: Annotated[Number, Field(gt=0)] = 100.0
-    beta_T: Annotated[Number, Field(gt=0)] = 3.0
-    k_n: Annotated[Stiffness, Field(gt=0)] | None = None
-    k_T: Annotated[Stiffness, Field(gt=0)] | None = None
-    continuation: Annotated[Number, Field(ge=1, le=1000)] = 10.0
-    type: Literal["penalty"] = "penalty"
+if TYPE_CHECKING:  # members are known when the program runs
+    Enforcement: TypeAlias = Any
+else:
+    Enforcement = union("enforcement")
 
 
-@described
-class Augmented:
-    """Augmented Lagrangian (Uzawa): the penalty form repeated with updated multipliers.
-
-    Until penetration ≤ ``tolerance`` h and elastic slip ≤ the larger of ``tolerance`` h and 1e-3 of the slip of the
-    increment. ``beta``, ``beta_T``, ``k_n``, ``k_T`` as in `Penalty`.
-    """
-
-    beta: Annotated[Number, Field(gt=0)] = 100.0
-    beta_T: Annotated[Number, Field(gt=0)] = 10.0
-    k_n: Annotated[Stiffness, Field(gt=0)] | None = None
-    k_T: Annotated[Stiffness, Field(gt=0)] | None = None
-    tolerance: Annotated[Number, Field(gt=0, le=0.1)] = 1e-5
-    max_updates: Annotated[Whole, Field(ge=1)] = 40
-    type: Literal["augmented"] = "augmented"
-
-
-@described
-class Exact:
-    """Exact enforcement: Lagrange multipliers as unknowns, by semi-smooth Newton; no penetration, no elastic slip.
-
-    ``beta`` and ``beta_T``, scaled as in `Penalty`, weigh gap against pressure where open or closed, stick or slip is
-    decided during the iteration; the answer does not depend on them.
-    """
-
-    beta: Annotated[Number, Field(gt=0)] = 10.0
-    beta_T: Annotated[Number, Field(gt=0)] = 10.0
-    type: Literal["exact"] = "exact"
-
-
-Enforcement = Annotated[Penalty | Augmented | Exact, Field(discriminator="type")]
+def _default_enforcement() -> Any:
+    return DOORS["enforcement"].find("penalty")()
 
 
 @described
@@ -523,7 +483,7 @@ class Contact:
     surface: Annotated[tuple[str, ...], BeforeValidator(_as_names), Field(min_length=1)]
     against: str
     friction: Friction | None = None
-    enforcement: Enforcement = field(default_factory=lambda: Penalty())
+    enforcement: Enforcement = field(default_factory=_default_enforcement)
     integration: Literal["nodal", "gauss1", "gauss2", "gauss3", "simpson", "kikuchi"] = "nodal"
 
     @property
@@ -783,7 +743,7 @@ class Case:
 
 
 __all__ = [
-    "Annulus", "Arc", "ArcSide", "Augmented", "Body", "Case", "Circle", "Contact", "Disc", "Exact", "File", "Fixed",
-    "Grade", "Load", "Motion", "Numerics", "Output", "Patch", "Penalty", "Plane", "Points", "Polygon", "Problem",
-    "Profile", "Push", "Rectangle", "Ring", "SplineSide", "Springs", "Stamp", "Start", "Step", "Tie", "Units",
+    "Annulus", "Arc", "ArcSide", "Body", "Case", "Circle", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion",
+    "Numerics", "Output", "Patch", "Plane", "Points", "Polygon", "Problem", "Profile", "Push", "Rectangle", "Ring",
+    "SplineSide", "Springs", "Stamp", "Start", "Step", "Tie", "Units",
 ]  # fmt: skip

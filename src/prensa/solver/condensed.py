@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dgetrf, dgetrs
 from scipy.sparse import csc_matrix, csr_matrix, identity
 
-from prensa.contact.enforcement import TOUCH
+from prensa.contact.forces import TOUCH
 from prensa.errors import PrensaError, SolveError
 from prensa.fem.assembly import Pattern
 from prensa.fem.modes import free_to_move

@@ -7,14 +7,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.enforcement import Scale
+from prensa.contact.forces import Scale
 from prensa.fem.system import Circumstances, Surface, System
-from prensa.model import problem as model
 
 Array = NDArray[np.float64]
 
-SOFT = 10.0  # β of the first stage
-SOFT_T = 1.0  # β_T of the first stage
 ROUGH = 1e-4  # relative residual to which a stage before the last is solved
 
 
@@ -34,17 +31,8 @@ def stages(system: System, c: Circumstances) -> list[Circumstances]:
 
 def _capped(s: Surface, scale: Scale, c: Circumstances, i: int, stage: int) -> Scale:
     """Stiffnesses of a contact in a stage; the same object when nothing is capped."""
-    enforcement = s.description.enforcement
-    if not isinstance(enforcement, model.Penalty) or enforcement.continuation <= 1:
-        return scale
-    growth = enforcement.continuation**stage
-    k_n = np.minimum(scale.k_n, SOFT * growth * scale.unit)
     law = c.laws[i]
-    # a softening law has the k_T that it needs
-    k_t = scale.k_t if law is not None and law.hardens else np.minimum(scale.k_t, SOFT_T * growth * scale.unit)
-    if np.array_equal(k_n, scale.k_n) and np.array_equal(k_t, scale.k_t):
-        return scale
-    return replace(scale, k_n=k_n, k_t=k_t)
+    return s.description.enforcement.softened(scale, stage, law is not None and law.hardens)
 
 
 def stiffened(system: System, now: Circumstances, then: Circumstances, u: Array) -> Array:

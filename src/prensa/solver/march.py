@@ -337,13 +337,10 @@ class _March:
         energy[0] += 0.5 * float((old.work + work) @ (trial.u - old.u))
         energy[1] = self.system.elastic_energy(e.history)
         energy[2] = self.system.plastic_work(e.history)
-        stored = 0.0
-        for s, f, sc in zip(self.system.surfaces, e.contacts, c.scales):
+        for s, f in zip(self.system.surfaces, e.contacts):
             was = old.contact[s.rows]
             energy[3] += float((f.area * 0.5 * (np.abs(was[:, 0]) + np.abs(f.t)) * (f.kappa - was[:, 1])).sum())
-            if s.description.enforcement.type == "penalty":
-                stored += float(0.5 * (f.weight * f.p**2 / sc.k_n + f.area * f.t**2 / sc.k_t).sum())
-        energy[4] = stored
+        energy[4] = self.system.contact_energy(e.contacts, c.scales)
         for dof, (stiffness, _) in c.plan.springs.items():
             # work[dof] is the force of a spring: what it stores, and with that the work done at its mount
             was, now = 0.5 * old.work[dof] ** 2 / stiffness, 0.5 * work[dof] ** 2 / stiffness

@@ -155,15 +155,6 @@ class Reporter(NamedTuple):
     timed: Callable[[str], Any]
 
 
-def first_multipliers(system: System, c: Circumstances) -> Array:
-    """Multipliers at the start of an increment: committed tractions; λ_n = 0 for plain penalty."""
-    lam = c.state.lam.copy()
-    for s in system.surfaces:
-        if s.description.enforcement.type == "penalty":
-            lam[s.rows, 0] = 0.0
-    return lam
-
-
 def signature(e: Evaluation) -> NDArray[np.int8]:
     """Status of all contact points: 0 open, 1 stick, 2 slip along +, 3 slip along −."""
     if not e.contacts:
@@ -265,7 +256,7 @@ def _attempt(
 ) -> Trial:
     """One attempt; ``path``: circumstances to be solved roughly before, each from the answer to the last."""
     reduced.factorisation.begin()
-    lam = first_multipliers(system, c)
+    lam = system.initial_multipliers(c.state)
     trial = Trial(False, "", start, None, lam, 0)
     try:
         u, *first, assumed = _start(system, path[0] if path else c, reduced, start, lam, numerics, report)
@@ -285,11 +276,7 @@ def _attempt(
                 trial.converged, trial.evaluation, trial.lam = True, e, lam
                 return trial
             trial.augmentations += 1
-            limit = max(
-                s.description.enforcement.max_updates
-                for s in system.surfaces
-                if s.description.enforcement.type == "augmented"
-            )
+            limit = max(s.description.enforcement.max_updates for s in system.surfaces)
             if trial.augmentations > limit:
                 trial.reason = f"the multipliers did not settle in {limit} updates; a larger beta converges faster"
                 return trial
@@ -549,12 +536,7 @@ def _augment(system: System, c: Circumstances, e: Evaluation, lam: Array) -> tup
     """Updated multipliers and the largest change over its tolerance (≤ 1: settled; 0 without augmented contacts)."""
     update, worst = lam.copy(), 0.0
     for s, f, sc in zip(system.surfaces, e.contacts, c.scales):
-        if s.description.enforcement.type != "augmented":
-            continue
-        tol = s.description.enforcement.tolerance * sc.h
-        slip = np.abs(f.kappa - c.state.contact[s.rows, 1]).max(initial=0.0)
-        normal = np.abs(f.p - lam[s.rows, 0]) / sc.k_n / tol
-        tangential = np.abs(f.t - lam[s.rows, 1]) / sc.k_t / np.maximum(tol, 1e-3 * slip)
-        worst = max(worst, float(normal.max(initial=0.0)), float(tangential.max(initial=0.0)))
-        update[s.rows, 0], update[s.rows, 1] = f.p, f.t
+        slip = f.kappa - c.state.contact[s.rows, 1]
+        update[s.rows], change = s.description.enforcement.update(f, lam[s.rows], sc, slip)
+        worst = max(worst, change)
     return update, worst

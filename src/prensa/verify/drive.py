@@ -30,8 +30,11 @@ class Drive:
         self.X = self.system.X
         self.reaction = np.zeros_like(self.X)
 
-    def to(self, time: float, dofs: NDArray[np.int64], values: Array) -> Evaluation:
-        """Newton to equilibrium at *time* with unknowns dofs (k,) at values (k,), then commit.
+    def to(self, time: float, dofs: NDArray[np.int64], values: Array, halvings: int = 4) -> Evaluation:
+        """Newton to equilibrium at *time* with degrees of freedom dofs (k,) at values (k,), then commit.
+
+        Where plain Newton does not converge the way is halved, up to ``halvings`` times: next to a first yielding whether it
+        does may depend on the last digit.
 
         Raises
         ------
@@ -39,6 +42,16 @@ class Drive:
             If it does not converge in 30 iterations.
 
         """
+        try:
+            return self._to(time, dofs, values)
+        except RuntimeError:
+            if not halvings:
+                raise
+        middle = 0.5 * (float(self.state.clock[2]) + time)
+        self.to(middle, dofs, 0.5 * (self.state.u[dofs] + values), halvings - 1)
+        return self.to(time, dofs, values, halvings - 1)
+
+    def _to(self, time: float, dofs: NDArray[np.int64], values: Array) -> Evaluation:
         system, state = self.system, self.state
         c = system.circumstances(state, self.plan, time)
         free = np.setdiff1d(np.arange(system.ndof), dofs)

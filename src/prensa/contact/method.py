@@ -1,0 +1,67 @@
+"""What an enforcement is: how gaps and slips become pressures and tractions, and what an outer loop does about the rest.
+
+All of them share one form, p = ⟨λ_n − k_n g⟩ and the return map of t_tr = λ_T − k_T Δg_T (see `prensa.contact.forces`). They
+differ in what λ is: nothing, the outcome of an outer loop, or unknowns of the same iteration.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.model.doors import Member
+
+if TYPE_CHECKING:
+    from prensa.contact.forces import ContactForces, Scale
+
+Array = NDArray[np.float64]
+
+
+class Enforcement(Member, abstract=True):
+    """Base of all enforcements; frozen, its fields are keys of the case file."""
+
+    door: ClassVar[str] = "enforcement"
+    has_multipliers: ClassVar[bool] = False
+    """Whether the multipliers are degrees of freedom with equations of their own."""
+    rules: ClassVar[tuple[str, ...] | None] = None
+    """Integration rules with which it is well posed; None: all."""
+    slack: ClassVar[float] = 0.0
+    """Penetration over the element depth that a closed point may be away from the tool, on the open side."""
+    max_updates: int = 0
+
+    def stiffness(self, unit: Array) -> tuple[Array, Array]:
+        """Stiffnesses per area k_n, k_T (k,) of points whose elements have E*/h = unit (k,)."""
+        raise NotImplementedError(type(self).__name__)
+
+    def initial_multipliers(self, lam: Array) -> Array:
+        """Multipliers (k, 2) with which an increment starts, from the committed tractions lam (k, 2)."""
+        return lam
+
+    def update(self, f: ContactForces, lam: Array, scale: Scale, slip: Array) -> tuple[Array, float]:
+        """Multipliers (k, 2) of the next outer iteration, and their largest change over its tolerance (≤ 1: settled).
+
+        slip (k,): path that the points have slid in the increment.
+        """
+        return lam, 0.0
+
+    def stored(self, f: ContactForces, scale: Scale) -> float:
+        """Energy that the contact holds in its springs; what vanishes with the penalty is no energy of the problem."""
+        return 0.0
+
+    def softened(self, scale: Scale, stage: int, keep_tangential: bool) -> Scale:
+        """Stiffnesses in a stage (from 0) of a continuation from soft to stiff; the same object where it has none.
+
+        ``keep_tangential``: the friction law needs the k_T that it has.
+        """
+        return scale
+
+    def beta_of(self, unit: Array) -> float:
+        """Penalty over E*/h, at the median point."""
+        return float(np.median(self.stiffness(unit)[0] / unit))
+
+
+def given_or(value: Any, factor: float, unit: Array) -> Array:
+    """An absolute stiffness where one is given, else factor E*/h (k,)."""
+    return factor * unit if value is None else np.full_like(unit, value)
