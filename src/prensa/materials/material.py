@@ -65,12 +65,12 @@ class Material(Member, abstract=True):
         from prensa.materials.plane_stress import PlaneStress
 
         finite = kinematics == "finite"
-        law = self.bulk(finite, layout=SPATIAL if space == "3d" else PLANE)
+        law = self.bulk_law(finite, layout=SPATIAL if space == "3d" else PLANE)
         return PlaneStress(law, finite) if space == "plane stress" else law
 
-    def bulk(self, finite: bool, **tensors: Any) -> Law:
+    def bulk_law(self, finite: bool, **tensors: Any) -> Law:
         """The law of the bulk; ``tensors`` (``layout``, a `TensorLayout`) are handed on to it."""
-        raise NotImplementedError(f"{type(self).__name__} has no law: define bulk(self, finite)")
+        raise NotImplementedError(f"{type(self).__name__} has no law: define bulk_law(self, finite)")
 
 
 class IsotropicMaterial(Material, abstract=True):
@@ -98,7 +98,7 @@ class IsotropicMaterial(Material, abstract=True):
         """
         return None
 
-    def bulk(self, finite: bool, **tensors: Any) -> Law:
+    def bulk_law(self, finite: bool, **tensors: Any) -> Law:
         """The law that takes its stresses from here."""
         from prensa.materials.laws import Principal
 

@@ -20,7 +20,7 @@ class Elastic(Material):
     nu: PoissonRatio
     type: Literal["elastic"] = "elastic"
 
-    def bulk(self, finite: bool, **tensors: Any) -> Law:
+    def bulk_law(self, finite: bool, **tensors: Any) -> Law:
         """Hooke's law or Hencky's."""
         from prensa.materials.laws import Hencky
 

@@ -33,7 +33,7 @@ class J2(Material):
 
     plastic: ClassVar[bool] = True
 
-    def bulk(self, finite: bool, **tensors: Any) -> Law:
+    def bulk_law(self, finite: bool, **tensors: Any) -> Law:
         """The law with the compiled return map where the flow curve has a kernel, else with that of any curve."""
         from prensa.materials.laws import J2
 

@@ -22,7 +22,7 @@ class StVenantKirchhoff(Material):
 
     kinematics: ClassVar[tuple[str, ...]] = ("finite",)
 
-    def bulk(self, finite: bool, **tensors: Any) -> Law:
+    def bulk_law(self, finite: bool, **tensors: Any) -> Law:
         """The law of that energy."""
         from prensa.materials.laws import StVenantKirchhoff
 
