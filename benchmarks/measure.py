@@ -38,9 +38,9 @@ def of_limit(name: str, unknowns: str, most: str = "") -> dict[str, Any]:
 
 
 def of_iteration(elements: str, kind: str = "") -> dict[str, Any]:
-    from prensa.fem.schedule import plan_step
+    from prensa.fem.planning import plan_step
     from prensa.fem.symmetry import is_symmetric
-    from prensa.solver.newton import Reduced
+    from prensa.solver.reduced import Reduced
 
     n = round(float(elements) ** 0.5)
     problem = common.hertz((n, n), 0.5)
@@ -48,8 +48,8 @@ def of_iteration(elements: str, kind: str = "") -> dict[str, Any]:
     system = pr.discretise(problem)
     state = system.initial()
     plan = plan_step(system, 0, state.anchor)
-    c = system.circumstances(state, plan, 1.0)
-    reduced = Reduced(system, plan.fixed, pr.Numerics(), bool(kind) and is_symmetric(system, plan))
+    c = system.context(state, plan, 1.0)
+    reduced = Reduced.of(system, plan.fixed, pr.Numerics(), bool(kind) and is_symmetric(system, plan))
     # a state in the middle of the press, from which an iteration is like any other
     u = state.u.copy()
     u[plan.fixed] = 0.1 * plan.values(1.0)

@@ -57,8 +57,8 @@ def check(case: CaseFile, changes: Changes = None) -> None:
 
         problem = load(case, changes or ()).problem
         from prensa.errors import refuse
+        from prensa.fem.discretise import discretise
         from prensa.fem.preflight import preflight
-        from prensa.fem.system import discretise
 
         system = discretise(problem)
         for line in _plan(system):
@@ -248,7 +248,7 @@ def _compiling_told(quiet: bool) -> AbstractContextManager[None]:
 
 
 def _code(error: Exception) -> int:
-    """Bad input, unless the march itself gave up."""
+    """Bad input, unless the solver gave up."""
     from prensa.errors import SolveError
 
     return FAILED if isinstance(error, SolveError) else BAD_INPUT

@@ -52,11 +52,14 @@ class CaseError(PrensaError, ValueError):
 
 
 class SolveError(PrensaError):
-    """The history could not be completed: says what, where, why and what to try; ``last`` is the last good increment."""
+    """The history could not be completed: says what, where, why and what to try.
 
-    def __init__(self, message: str, last: object = None):
+    ``last`` is the last good increment; ``reason`` why the one after it failed, one of the types in `prensa.solver.failure`.
+    """
+
+    def __init__(self, message: str, last: object = None, reason: object = None):
         super().__init__(message)
-        self.last = last
+        self.last, self.reason = last, reason
 
 
 class Notice(NamedTuple):

@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 Pairs = tuple[tuple[int, int], ...]
 
 
@@ -45,3 +52,87 @@ PLANE = TensorLayout("plane", 2, _pairs("11 12 21 22 33"), _pairs("11 22 33 12")
 
 SPATIAL = TensorLayout("3d", 3, _pairs("11 12 13 21 22 23 31 32 33"), _pairs("11 22 33 12 13 23"))
 """Three dimensions."""
+
+
+# ------------------------------------------------------------------------------------------------- degrees of freedom
+@dataclass(frozen=True)
+class Field:
+    """Degrees of freedom of one kind: ``components`` at each of ``count`` entities (nodes, tools, contact points).
+
+    They stand together in the vector of all, from ``first`` on, those of one entity side by side.
+    """
+
+    name: str
+    entity: str
+    count: int
+    components: tuple[str, ...]
+    first: int = 0
+
+    @property
+    def width(self) -> int:
+        """Degrees of freedom of one entity."""
+        return len(self.components)
+
+    @property
+    def size(self) -> int:
+        """Degrees of freedom of the field."""
+        return self.count * self.width
+
+    @property
+    def slice(self) -> slice:
+        """Their places in a vector of all."""
+        return slice(self.first, self.first + self.size)
+
+    def of(self, values: Array) -> Array:
+        """The field's part of a vector of all (ndof,), as a view (count, width)."""
+        return values[self.slice].reshape(self.count, self.width)
+
+    def dofs(self, entities: Index | int) -> Index:
+        """Degrees of freedom (..., width) of entities (...)."""
+        places = np.asarray(entities, dtype=np.int64)
+        return self.first + self.width * places[..., None] + np.arange(self.width)
+
+    def dof(self, entities: Index, component: str) -> Index:
+        """One component's degrees of freedom (...) of entities (...)."""
+        return self.first + self.width * np.asarray(entities, dtype=np.int64) + self.components.index(component)
+
+    def owns(self, dofs: Index) -> Any:
+        """Which of the degrees of freedom (k,) are the field's."""
+        return (dofs >= self.first) & (dofs < self.first + self.size)
+
+    def split(self, dofs: Index) -> tuple[Any, Any]:
+        """Entity and number of the component of degrees of freedom of the field."""
+        return (dofs - self.first) // self.width, (dofs - self.first) % self.width
+
+
+RIGID = {2: ("x", "y", "rz"), 3: ("x", "y", "z", "rx", "ry", "rz")}
+"""Rigid motions of a tool by the dimension of space."""
+
+
+class DofMap:
+    """(field, component, entity) → degree of freedom; nobody else knows in which order they stand.
+
+    ``displacement`` of the nodes comes first, then the ``tool``s, then multipliers and whatever else is asked for.
+    """
+
+    def __init__(
+        self, dimension: int, nodes: int, tools: int = 0, more: Iterable[tuple[str, str, int, tuple[str, ...]]] = ()
+    ) -> None:
+        axes = ("x", "y", "z")[:dimension]
+        wanted = [("displacement", "node", nodes, axes), ("tool", "tool", tools, RIGID[dimension]), *more]
+        self.fields: dict[str, Field] = {}
+        self.size = 0
+        for name, entity, count, components in wanted:
+            self.fields[name] = Field(name, entity, count, components, self.size)
+            self.size += self.fields[name].size
+        self.dimension = dimension
+        self.displacement, self.tool = self.fields["displacement"], self.fields["tool"]
+
+    def field_of(self, dof: int) -> Field:
+        """The field that a degree of freedom belongs to."""
+        return next(f for f in self.fields.values() if f.first <= dof < f.first + f.size)
+
+    def pairs(self, support: Index, tool: int) -> Index:
+        """Degrees of freedom (k, d a + m) of nodes (k, a) beside a tool: the nodes' displacements, then its motions."""
+        nodal = self.displacement.dofs(support).reshape(len(support), -1)
+        return np.hstack([nodal, np.broadcast_to(self.tool.dofs(tool), (len(support), self.tool.width))])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.fem.schedule import plan_step
+from prensa.fem.planning import plan_step
 
 MATERIALS = {
     "elastic": pr.Elastic(1000.0, 0.3),
@@ -70,7 +70,7 @@ def check(p, seed, expect_slip=None):
     plan = plan_step(system, 0, np.zeros(system.ndof))
     state = system.initial()
     # a first random increment gives the bodies and the contact a history
-    c = system.circumstances(state, plan, 0.3)
+    c = system.context(state, plan, 0.3)
     u1 = 0.01 * rng.normal(size=system.ndof)
     tool = system.tool_dof(0) + np.arange(3)
     u1[tool[2]] *= 0.3
@@ -82,7 +82,7 @@ def check(p, seed, expect_slip=None):
     from dataclasses import replace
 
     state = replace(state, u=u1, history=first.history, contact=contact, lam=lam)
-    c = system.circumstances(state, plan, 0.6)
+    c = system.context(state, plan, 0.6)
     u = u1 + 0.01 * rng.normal(size=system.ndof)
     u[tool[2]] = u1[tool[2]] + 0.003 * rng.normal()
     if system.axisymmetric:
@@ -194,7 +194,7 @@ def test_the_frictionless_tangent_is_symmetric_where_it_should_be(kinematics):
     )
     system = pr.discretise(p)
     plan = plan_step(system, 0, np.zeros(system.ndof))
-    c = system.circumstances(system.initial(), plan, 0.5)
+    c = system.context(system.initial(), plan, 0.5)
     rng = np.random.default_rng(0)
     e = system.evaluate(c, 0.01 * rng.normal(size=system.ndof), system.initial().lam)
     from scipy.sparse import csc_matrix
@@ -217,7 +217,7 @@ def test_a_residual_has_no_memory():
     )
     system = pr.discretise(p)
     plan = plan_step(system, 0, np.zeros(system.ndof))
-    c = system.circumstances(system.initial(), plan, 0.5)
+    c = system.context(system.initial(), plan, 0.5)
     rng = np.random.default_rng(0)
     u = 0.01 * rng.normal(size=system.ndof)
     first = system.evaluate(c, u, system.initial().lam)
@@ -243,7 +243,7 @@ def test_tool_force_and_moment_are_the_sum_of_the_nodal_ones(rule):
     )
     system = pr.discretise(p)
     plan = plan_step(system, 0, np.zeros(system.ndof))
-    c = system.circumstances(system.initial(), plan, 0.5)
+    c = system.context(system.initial(), plan, 0.5)
     u = 0.01 * np.random.default_rng(1).normal(size=system.ndof)
     f = system.evaluate(c, u, system.initial().lam).contacts[0]
     points = system.surfaces[0].points

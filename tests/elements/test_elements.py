@@ -37,13 +37,13 @@ def test_a_response_is_pure(element, space):
     drive = Drive(pr.Body(quadrilaterals((2, 2), (2.0, 2.0), bent=0.2, x0=1.0), material, element), space, "finite")
     rng = np.random.default_rng(0)
     drive.to(0.5, np.arange(drive.system.ndof), 0.01 * rng.normal(size=drive.system.ndof))
-    c = drive.system.circumstances(drive.state, drive.plan, 1.0)
+    c = drive.system.context(drive.state, drive.plan, 1.0)
     u, v = (drive.state.u + 0.01 * rng.normal(size=drive.system.ndof) for _ in range(2))
     first = drive.system.evaluate(c, u, drive.state.lam)
     assert not first.failed
     drive.system.evaluate(c, v, drive.state.lam)
     # a state that went through a file is the same state
-    c = drive.system.circumstances(State.from_arrays(drive.state.arrays()), drive.plan, 1.0)
+    c = drive.system.context(State.from_arrays(drive.state.arrays()), drive.plan, 1.0)
     again = drive.system.evaluate(c, u, drive.state.lam)
     assert np.array_equal(first.r, again.r)
     assert np.array_equal(first.data, again.data)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import prensa as pr
 from prensa.elements.shapes import cube, h8, table
 from prensa.fem.assembly import Block, block_slots, make_pattern, sweep
-from prensa.fem.formulation import INVERTED, Mode, element_of
-from prensa.layout import SPATIAL
+from prensa.fem.failure import Why
+from prensa.fem.formulation import Mode, element_of
+from prensa.layout import SPATIAL, DofMap
 from prensa.materials.laws import At, material_of
 
 STEEL = pr.Elastic(200e3, 0.3)
@@ -34,7 +37,7 @@ def bricks(n, size, skew=0.0, seed=0):
 
 def block_of(X, cells, element, material, kinematics):
     """A block of bricks and the pattern of its system."""
-    pattern = make_pattern([cells], len(X), 0, [], d=3)
+    pattern = make_pattern([cells], DofMap(3, len(X)), [])
     slot = np.empty((*cells.shape, 8), dtype=np.int32)
     block_slots(pattern.indptr, pattern.indices, cells, slot, 3)
     formulation, mode = element_of(element), Mode(False, kinematics == "finite", 1.0)
@@ -156,7 +159,7 @@ def test_a_layer_of_bricks_in_plane_strain_is_a_layer_of_quadrilaterals(material
     number[front] = np.arange(len(front))
     flat = np.ascontiguousarray(X[front, :2])
     quads = number[cells[:, :4]]
-    plane = make_pattern([quads], len(flat), 0, [])
+    plane = make_pattern([quads], DofMap(2, len(flat)), [])
     slot = np.empty((*quads.shape, 4), dtype=np.int32)
     block_slots(plane.indptr, plane.indices, quads, slot)
     formulation, mode = element_of("q4"), Mode(False, False, 1.0)
@@ -229,13 +232,91 @@ def test_a_brick_turned_inside_out_is_named(element):
     du = np.where((X[:, :1] == 3.0), [[-1.5, 0.0, 0.0]], 0.0)
     failed = respond(block, pattern, X, du, block.virgin)[2].failed
     assert failed is not None
-    assert (failed.element, failed.why) == (2, INVERTED)
+    assert (failed.element, failed.why) == (2, Why.INVERTED)
+
+
+def test_a_law_of_the_plane_is_refused_in_space():
+    """A block of bricks does not take a law with the tensors of plane problems."""
+    X, cells, _ = bricks((1, 1, 1), (1.0, 1.0, 1.0))
+    block, _ = block_of(X, cells, "h8", STEEL, "finite")
+    with pytest.raises(ValueError, match=r"layout '3d', the law those of 'plane'"):
+        replace(block, law=material_of(STEEL, "finite", "plane strain"))
+
+
+def newton(block, pattern, x, old, prescribed, du):
+    """Increments (nodes, 3) in equilibrium with prescribed ones (flags, values), history, norms on the way, forces."""
+    from scipy.sparse import csc_matrix
+    from scipy.sparse.linalg import spsolve
+
+    free, norms, u = ~prescribed.ravel(), [], np.zeros(x.size)
+    target, step = np.where(prescribed, du, 0.0).ravel(), 1.0
+    for _ in range(20):
+        data, r = np.zeros(len(pattern.indices)), np.zeros(x.size)
+        result = sweep(block, x, u.reshape(x.shape), old, At(0.1, 0.1), r, data, pattern)
+        assert result.failed is None
+        norms.append(np.abs(r[free]).max() / result.force_scale if step == 0.0 else 1.0)
+        if norms[-1] <= 1e-15:
+            return u.reshape(x.shape), result.history, norms, r.reshape(x.shape)
+        K = csc_matrix((data, pattern.indices, pattern.indptr), (pattern.n,) * 2)
+        jump = step * target  # the boundary moves in the first iteration
+        correction = jump.copy()
+        correction[free] = spsolve(K[free][:, free], -(r + K @ jump)[free])
+        u, step = u + correction, 0.0
+    raise AssertionError(f"no convergence: {norms}")
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_a_bar_of_skew_bricks_follows_the_flow_curve(element):
+    """Pulled by a quarter, short of necking, its axial Kirchhoff stress is σ_y(ln l/l₀ − τ/E) to 1e-9."""
+    E, nu, curve = 1000.0, 0.3, pr.Swift(10.0, 0.01, 0.3)
+    X, cells, _ = bricks((3, 2, 2), (1.0, 0.5, 0.5), 0.2)
+    block, pattern = block_of(X, cells, element, pr.J2(E, nu, curve, "kirchhoff"), "finite")
+    prescribed = X == 0.0
+    prescribed[:, 0] |= X[:, 0] == 1.0
+    x, history, tau = X.copy(), block.virgin, 0.0
+    for _ in range(10):
+        step = np.zeros_like(X)
+        step[:, 0] = (1.25**0.1 - 1.0) * x[X[:, 0] == 1.0, 0].mean()
+        step[X[:, 0] == 0.0] = 0.0
+        du, history, _, r = newton(block, pattern, x, history, prescribed, step)
+        x = x + du
+    for _ in range(200):  # a contraction: σ_y′ < E
+        tau = curve.K * (curve.e0 + np.log(1.25) - tau / E) ** curve.n
+    law = block.law
+    stress = law.cauchy(block.at_law(history).reshape(-1, law.size))
+    jacobian = np.exp(tau / E * (1.0 - 2.0 * nu))
+    assert np.allclose(stress[:, 0] * jacobian, tau, rtol=1e-9)
+    assert np.abs(stress[:, 1:]).max() <= 1e-9 * tau
+    area = 0.25 * jacobian / 1.25
+    assert np.isclose(r[X[:, 0] == 1.0, 0].sum(), tau / jacobian * area, rtol=1e-9)
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_newton_ends_quadratically_on_a_barrelling_block(element):
+    """A block pressed between rough plates converges in every increment with order near 2, and stays symmetric."""
+    X, cells, _ = bricks((4, 4, 4), (1.0, 1.0, 1.0))
+    X = X - [0.5, 0.5, 0.0]
+    block, pattern = block_of(X, cells, element, SWIFT, "finite")
+    ends = (X[:, 2] == 0.0) | (X[:, 2] == 1.0)
+    prescribed = np.repeat(ends[:, None], 3, axis=1)
+    x, history = X.copy(), block.virgin
+    for _ in range(5):
+        step = np.zeros_like(X)
+        step[X[:, 2] == 1.0, 2] = -0.04
+        du, history, norms, _ = newton(block, pattern, x, history, prescribed, step)
+        x = x + du
+        assert len(norms) <= 9
+        last = [n for n in norms if n > 1e-13]
+        assert np.log(norms[len(last)] / last[-1]) / np.log(last[-1] / last[-2]) > 1.5 or norms[len(last)] < 1e-15
+    turned = x @ np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    assert np.abs(np.sort(turned[:, 0]) - np.sort(x[:, 0])).max() <= 1e-12
+    assert x[:, 0].max() > 0.52
 
 
 def test_a_pattern_of_three_unknowns_a_node_has_tools_of_six():
     """Each unknown of a node meets the three of its neighbours and all six of the tool whose candidate it is."""
     _, cells, _ = bricks((2, 1, 1), (2.0, 1.0, 1.0))
-    pattern = make_pattern([cells], 12, 1, [np.array([0, 3])], d=3)
+    pattern = make_pattern([cells], DofMap(3, 12, 1), [np.array([0, 3])])
     assert pattern.n == 36 + 6
     neighbours = [len(np.unique(cells[(cells == node).any(axis=1)])) for node in range(12)]
     for node in range(12):

@@ -135,9 +135,9 @@ def test_run_hands_over_the_case_and_the_folder(case, carried_out, tmp_path):
 
 
 def test_a_failed_run_is_one(case, carried_out):
-    """When the march gives up, or the disk is full, the exit code is 1; other errors of prensa are bad input, 2."""
-    march = pytest.importorskip("prensa.solver.march")
-    for error, code in ((march.SolveError("no convergence"), 1), (OSError("disk full"), 1), (PrensaError("bad"), 2)):
+    """When the time stepping gives up, or the disk is full, the exit code is 1; other errors of prensa are bad input, 2."""
+    stepping = pytest.importorskip("prensa.solver.time_stepping")
+    for error, code in ((stepping.SolveError("no convergence"), 1), (OSError("disk full"), 1), (PrensaError("bad"), 2)):
         carried_out(error)
         result = prensa_does("run", case)
         assert result.exit_code == code

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import time
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -15,10 +16,11 @@ from hypothesis import strategies as st
 
 import prensa as pr
 from prensa.errors import SolveError
-from prensa.fem.system import discretise
+from prensa.fem.discretise import discretise
 from prensa.output.checkpoint import read_checkpoint, write_checkpoint
 from prensa.output.run import resume, run
-from prensa.solver import condensed, march
+from prensa.solver import time_stepping
+from prensa.solver.policy import Policy
 
 FRICTION = (
     None, pr.Coulomb(0.3), pr.Coulomb(3.0), pr.Coulomb(pr.MuExponential(0.1, 0.4, 0.05)), pr.Shear(0.4, k=20.0),
@@ -53,11 +55,16 @@ def problems(draw, linear: bool = False) -> pr.Problem:
     )  # fmt: skip
 
 
-def solved(problem, start=None, condense=False) -> list:
+NARROW = Policy(columns=4)  # so that contact of these small bodies grows out of the columns made at once
+
+
+def solved(problem, start=None, condense=False, policy=NARROW) -> list:
     """Committed states; a run that is given up counts up to there."""
     states = []
     try:
-        states.extend(inc.state for inc in pr.solve(discretise(problem), pr.Numerics(condense=condense), start))
+        states.extend(
+            inc.state for inc in pr.solve(discretise(problem), pr.Numerics(condense=condense), start, policy=policy)
+        )
     except SolveError as error:
         assert "What to try" in str(error)
     return states
@@ -89,9 +96,7 @@ def test_forked_and_resumed_runs_are_the_run(problem, share, tmp_path):
 @given(problem=problems(linear=True), share=st.floats(0.0, 1.0))
 def test_condensed_runs_that_are_forked_and_resumed_are_the_run(problem, share, tmp_path):
     """The same where bodies are condensed, whatever columns had been made before."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(condensed, "BLOCK", 4)
-        continued(problem, share, tmp_path, condense=True)
+    continued(problem, share, tmp_path, condense=True)
 
 
 def continued(problem, share, folder, condense) -> None:
@@ -117,25 +122,24 @@ def test_increments_rejected_and_retried_change_nothing(problem, seed):
 @given(problem=problems(linear=True), seed=st.integers(0, 2**32 - 1))
 def test_condensed_increments_rejected_and_retried_change_nothing(problem, seed):
     """The same where bodies are condensed: the columns that such attempts made change nothing."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(condensed, "BLOCK", 4)
-        retried(problem, seed, condense=True)
+    retried(problem, seed, condense=True)
 
 
 def retried(problem, seed, condense) -> None:
     states = solved(problem, condense=condense)
     rng = np.random.default_rng(seed)
-    attempt = march.attempt
+    attempt = time_stepping.attempt
 
-    def twice(system, c, *args):
+    def twice(eq, *args):
+        c = eq.context
         for share in (1.0, float(rng.uniform(0.1, 0.9)))[: rng.integers(3)]:
             now = float(c.state.clock[2])
-            other = system.circumstances(c.state, c.plan, now + share * (c.time - now))
-            attempt(system, other, *args)
-        return attempt(system, c, *args)
+            other = eq.system.context(c.state, c.plan, now + share * (c.time - now))
+            attempt(replace(eq, context=other), *args)
+        return attempt(eq, *args)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(march, "attempt", twice)
+        patch.setattr(time_stepping, "attempt", twice)
         assert all_same(solved(problem, condense=condense), states)
 
 
@@ -212,16 +216,14 @@ def test_a_run_killed_at_random_moments_ends_the_same(tmp_path):
     assert kills >= KILLS
 
 
-def test_factors_of_earlier_attempts_are_not_used(monkeypatch):
+def test_factors_of_earlier_attempts_are_not_used():
     """A run that starts within the tolerance is improved with factors of its own: a resumed one has no others."""
-    from prensa.solver import newton
-
-    monkeypatch.setattr(newton, "FINE", 1e-30)  # whatever is converged is improved once more
+    improved = Policy(fine=1e-30)  # whatever is converged is improved once more
     problem = pr.Problem(
         "linear", kinematics="small", bodies={"b": pr.Body(pr.Rectangle(size=(2, 1), n=(6, 3)), pr.Elastic(1000.0, 0.3))},
         fixed={"b.bottom": "xy"}, loads={"b.top": pr.Load(pressure=1.0, follower=False)},
         steps=(pr.Step("one", increments=7),),
     )  # fmt: skip
-    states = solved(problem)
+    states = solved(problem, policy=improved)
     for k in range(len(states) - 1):
-        assert all_same(solved(problem, states[k]), states[k + 1 :])
+        assert all_same(solved(problem, states[k], policy=improved), states[k + 1 :])

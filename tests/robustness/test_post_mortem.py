@@ -11,7 +11,7 @@ from prensa.errors import SolveError
 from prensa.output.checkpoint import read_checkpoint
 from prensa.output.report import read_summary
 from prensa.output.run import run
-from prensa.solver.watch import passed_through
+from prensa.solver.acceptance import tunnelled
 
 
 def crushed(*first: pr.Step) -> pr.Case:
@@ -62,7 +62,7 @@ def test_a_cylinder_on_the_far_side_of_a_point_has_passed_through_it():
     there = state.u.copy()
     for y, through in ((-2.0, False), (-2.4, False), (-8.0, True)):
         there[system.tool_dof(0) + 1] = y
-        assert bool(passed_through(system, state, there)) == through
+        assert bool(tunnelled(system, state, there)) == through
 
 
 def test_a_run_with_a_step_of_that_size_finds_the_contact(tmp_path):

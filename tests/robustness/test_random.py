@@ -33,8 +33,8 @@ def test_the_checks_can_fail():
     """Moving a contact force after the solution makes the check of equilibrium speak."""
     import dataclasses
 
-    from prensa.fem.system import discretise
-    from prensa.solver.march import solve
+    from prensa.fem.discretise import discretise
+    from prensa.solver.time_stepping import solve
 
     p = robustness.draw("elastic", 1, 4)
     system = discretise(p)

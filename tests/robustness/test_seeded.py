@@ -94,7 +94,7 @@ def test_verification_cases_raise_no_alarm(monkeypatch):
         found[now] = alarms(getattr(problem, "problem", problem))
         raise Seen
 
-    import prensa.solver.march
+    import prensa.solver.time_stepping
     import prensa.verify as package
     from prensa.verify import table
 
@@ -104,7 +104,7 @@ def test_verification_cases_raise_no_alarm(monkeypatch):
         if hasattr(module, "solve"):
             monkeypatch.setattr(module, "solve", look)
     monkeypatch.setattr(pr, "solve", look)  # before the module: the package takes it from there when first asked
-    monkeypatch.setattr(prensa.solver.march, "solve", look)
+    monkeypatch.setattr(prensa.solver.time_stepping, "solve", look)
     quick = [c for c in table.select(None) if not c.slow]
     for case in quick:
         now = case.name

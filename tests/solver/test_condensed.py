@@ -10,22 +10,18 @@ import pytest
 
 import prensa as pr
 from prensa.errors import CaseError, PrensaError
-from prensa.fem.schedule import plan_step
-from prensa.fem.system import discretise
+from prensa.fem.discretise import discretise
+from prensa.fem.planning import plan_step
 from prensa.model.schema import loads
 from prensa.output.checkpoint import read_checkpoint, write_checkpoint
-from prensa.solver import condensed, linear
-from prensa.solver.newton import Reduced
+from prensa.solver import condensation, linear
+from prensa.solver.policy import Policy
+from prensa.solver.reduced import Reduced
 
 ELASTIC = pr.Elastic(E=1000.0, nu=0.3)
 WHOLE, CONDENSED = pr.Numerics(condense=False), pr.Numerics(condense=True)
 SAME = 1e-9
-
-
-@pytest.fixture(autouse=True)
-def narrow_blocks(monkeypatch):
-    """Blocks of 8 columns, so that contact of these small bodies grows out of them."""
-    monkeypatch.setattr(condensed, "BLOCK", 8)
+NARROW = Policy(columns=8)  # so that contact of these small bodies grows out of the columns made at once
 
 
 def block(n=(12, 6), size=(2.0, 1.0), origin=(0.0, 0.0), **more) -> pr.Body:
@@ -48,7 +44,7 @@ def pressed(space="plane strain", *, steps=None, **more) -> pr.Problem:
 
 
 def solved(problem, numerics, start=None) -> list:
-    return list(pr.solve(discretise(problem), numerics, start=start))
+    return list(pr.solve(discretise(problem), numerics, start=start, policy=NARROW))
 
 
 def differences(problem: pr.Problem) -> dict[str, float]:
@@ -245,17 +241,18 @@ def test_a_step_of_the_small_system_is_one_of_the_whole():
     system = discretise(problem)
     *_, inc = solved(problem, CONDENSED)
     plan = plan_step(system, 1, inc.state.anchor)
-    c = system.circumstances(inc.state, plan, 2.0)
-    whole = condensed.Condensation(system, plan, CONDENSED)
-    small = whole.on(frozenset(range(whole.needs.shape[1])))
-    e, full = small.system.evaluate(c, inc.state.u, inc.state.lam), system.evaluate(c, inc.state.u, inc.state.lam)
-    reduced = Reduced(system, plan.fixed, WHOLE)
+    c = system.context(inc.state, plan, 2.0)
+    whole = condensation.Condensation(system, plan, CONDENSED, NARROW)
+    small = whole.on(frozenset(range(whole.needs.shape[1]))).reduced()
+    e, full = small.assembly.evaluate(c, inc.state.u, inc.state.lam), system.evaluate(c, inc.state.u, inc.state.lam)
+    reduced = Reduced.of(system, plan.fixed, WHOLE)
     b = np.zeros(system.ndof)
     b[whole.touched] = np.sin(np.arange(len(whole.touched)))
     a, x = small.solve(small.matrix(e, b), b), reduced.solve(reduced.matrix(full, b), b)
     assert np.abs((a - x)[whole.touched]).max() <= 1e-11 * np.abs(x).max()
     assert np.abs(e.r - full.r)[small.free].max() <= 1e-11 * e.scale
-    assert np.abs(small.apply(e.data, x) - reduced.apply(full.data, x))[small.free].max() <= 1e-10 * np.abs(b).max()
+    applied = small.assembly.apply(e.data, x) - reduced.assembly.apply(full.data, x)
+    assert np.abs(applied[small.free]).max() <= 1e-10 * np.abs(b).max()
 
 
 class Counted:
@@ -335,14 +332,14 @@ def test_what_cannot_be_condensed_is_refused_when_asked_for(change, words):
     with pytest.raises(PrensaError, match=r"numerics\.condense: ") as error:
         solved(problem, CONDENSED)
     assert words in str(error.value)
-    assert not condensed.to_be_condensed(discretise(problem), pr.Numerics())
+    assert not condensation.to_be_condensed(discretise(problem), pr.Numerics())
 
 
 def test_small_systems_and_single_increments_are_left_alone():
     """Condensation pays where factorisations cost much and are many."""
     large = pressed(bodies={"b": block((72, 40))})
     once = replace(large, steps=(pr.Step("press", move={"t": pr.Motion(y=-0.01)}, increments=1),))
-    decided = [condensed.to_be_condensed(discretise(p), pr.Numerics()) for p in (pressed(), large, once)]
+    decided = [condensation.to_be_condensed(discretise(p), pr.Numerics()) for p in (pressed(), large, once)]
     assert decided == [False, True, False]
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.fem.schedule import plan_step
+from prensa.fem.planning import plan_step
 from prensa.fem.state import State
-from prensa.solver.newton import _keep_on_tools
+from prensa.solver.projection import project_prediction
 
 NODES = 3
 
@@ -97,7 +97,7 @@ def test_no_time_moves_no_node(element, rule):
     assert inc.time == 1.0
     assert inc.number < 100
     state = inc.state
-    c = system.circumstances(state, plan_step(system, 0, state.anchor), 1.0)
+    c = system.context(state, plan_step(system, 0, state.anchor), 1.0)
     u = state.u.copy()
-    _keep_on_tools(system, c, u)
+    project_prediction(system, c, u)
     assert np.abs(u - state.u).max() <= 1e-13 * system.length

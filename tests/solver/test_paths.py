@@ -10,8 +10,9 @@ from scipy.sparse import csc_matrix
 
 import prensa as pr
 from prensa.errors import SolveError
-from prensa.fem.schedule import plan_step
-from prensa.solver.continuation import stages, stiffened
+from prensa.fem.planning import plan_step
+from prensa.solver.continuation import stages
+from prensa.solver.projection import project_stage
 from prensa.verify.forming import upsetting
 
 ELASTIC = pr.Elastic(130_000.0, 0.2)
@@ -70,16 +71,16 @@ def test_stages_solve_what_newton_alone_does_not(beta):
 @pytest.mark.parametrize("rule", ["nodal", "gauss2"])
 def test_stages_lead_to_the_answer_of_newton_alone(rule, monkeypatch):
     """Where both ways converge they meet: to 1e-8 of the displacements, friction and points inside edges included."""
-    import prensa.solver.newton as newton
+    from prensa.solver import attempt as module
 
     p = sliding(rule, 0.1, enforcement=pr.Penalty(300.0, 10.0, continuation=4.0))
     direct = last(sliding(rule, 0.1, enforcement=pr.Penalty(300.0, 10.0, continuation=1.0)))
-    attempt = newton._attempt
+    attempt_by = module.attempt_by
 
-    def only_by_stages(system, c, path, *rest):
-        return attempt(system, c, path or stages(system, c), *rest)
+    def only_by_stages(eq, path, start):
+        return attempt_by(eq, path or stages(eq.system, eq.context), start)
 
-    monkeypatch.setattr(newton, "_attempt", only_by_stages)
+    monkeypatch.setattr(module, "attempt_by", only_by_stages)
     staged = last(p)
     assert staged.statistics.iterations > direct.statistics.iterations
     assert np.allclose(staged.state.u, direct.state.u, atol=1e-8 * np.abs(direct.state.u).max())
@@ -95,7 +96,7 @@ def test_the_stages_rise_to_what_was_asked_for():
         (pr.Coulomb(0.3), pr.Exact(), [], []),
     ):
         system = pr.discretise(sliding(enforcement=enforcement, law=law))
-        c = system.circumstances(system.initial(), plan_step(system, 0, np.zeros(system.ndof)), 0.5)
+        c = system.context(system.initial(), plan_step(system, 0, np.zeros(system.ndof)), 0.5)
         path = [stage.scales[0] for stage in stages(system, c)]
         assert [float(s.k_n[0] / s.unit[0]) for s in path] == pytest.approx(k_n)
         assert [float(s.k_t[0] / s.unit[0]) for s in path] == pytest.approx(k_t)
@@ -109,11 +110,11 @@ def test_stiffer_contacts_start_from_the_pressures_of_softer_ones(element):
     system = pr.discretise(
         replace(sliding(), space="axisymmetric", bodies={"block": body}, fixed={"block.bottom": "y"}, steps=press)
     )
-    c = system.circumstances(system.initial(), plan_step(system, 0, np.zeros(system.ndof)), 1.0)
+    c = system.context(system.initial(), plan_step(system, 0, np.zeros(system.ndof)), 1.0)
     soft, s = stages(system, c)[0], system.surfaces[0]
     u = system.initial().u.copy()
     u[system.tool_dof(0) + 1] = -0.05
-    gap = system.node_pairs(s, stiffened(system, soft, c, u)).g
+    gap = system.node_pairs(s, project_stage(system, soft, c, u)).g
     on_axis = system.X[s.points.nodes, 0] == 0.0
     assert gap == pytest.approx(np.where(on_axis, -0.05, -0.005))
 
@@ -123,7 +124,7 @@ def matrix(p, lagged):
     """The matrix at a sliding state, prescribed unknowns included, and the number of body unknowns."""
     state = last(p).state
     system = pr.discretise(p)
-    c = replace(system.circumstances(state, plan_step(system, 1, state.anchor), 2.0), lagged=lagged)
+    c = replace(system.context(state, plan_step(system, 1, state.anchor), 2.0), lagged=lagged)
     u = state.u.copy()
     u[system.tool_dof(0)] += 0.3
     e = system.evaluate(c, u, state.lam)

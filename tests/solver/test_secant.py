@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from prensa.solver.newton import Secant
+from prensa.solver.finish import Secant
 
 
 def test_a_linear_system_is_solved_in_fewer_steps_than_by_the_factors_alone():

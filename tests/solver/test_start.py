@@ -102,7 +102,7 @@ def test_a_case_in_a_file_names_the_run_beside_it_and_resumes(tmp_path):
         pr.run(second, tmp_path / "press", quiet=True)
     result = pr.run(second, tmp_path / "release", quiet=True)
     from prensa.output.checkpoint import read_checkpoint
-    from prensa.solver.march import solve
+    from prensa.solver.time_stepping import solve
 
     first = next(iter(solve(second.problem)))
     *_, last = solve(second.problem, start=first.state)

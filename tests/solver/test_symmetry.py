@@ -9,9 +9,9 @@ import pytest
 from scipy.sparse import csc_matrix
 
 import prensa as pr
-from prensa.fem.schedule import plan_step
+from prensa.fem.planning import plan_step
 from prensa.fem.symmetry import is_symmetric
-from prensa.solver.newton import Reduced
+from prensa.solver.reduced import Reduced
 
 FLOW = pr.Swift(50.0, 0.01, 0.2)
 MATERIALS = {
@@ -49,7 +49,7 @@ def skewness(p):
     rng = np.random.default_rng(1)
     plan, state = plan_step(system, 0, np.zeros(system.ndof)), system.initial()
     for t, size in ((0.3, 0.03), (0.6, 0.02)):
-        c = system.circumstances(state, plan, t)
+        c = system.context(state, plan, t)
         u = state.u + size * rng.normal(size=system.ndof)
         tool = system.tool_dof(0) + np.arange(3)
         u[tool] = [0.0, -0.1, 0.0] if system.axisymmetric else [0.01, -0.1, 0.02]
@@ -57,7 +57,7 @@ def skewness(p):
         assert not e.failed
         state = replace(state, u=u, history=e.history)
     assert any((f.p > 0).any() for f in e.contacts)
-    reduced = Reduced(system, plan.fixed, pr.Numerics())
+    reduced = Reduced.of(system, plan.fixed, pr.Numerics())
     K = csc_matrix((e.data, system.pattern.indices, system.pattern.indptr), (system.ndof,) * 2)
     K = K[reduced.free][:, reduced.free]
     return is_symmetric(system, plan), abs(K - K.T).max() / abs(K).max()
@@ -108,11 +108,11 @@ def test_f_bar_of_neo_hooke_in_plane_strain_derives_from_an_energy():
 
 def test_symmetric_factors_give_the_same_answers(monkeypatch):
     """A neo-Hookean block under a pushed cylinder: forces and displacements as with LU to 1e-9."""
-    from prensa.solver import march
+    from prensa.solver import time_stepping
 
     p = problem("plane strain", MODES[2], "q4", MATERIALS["neo_hooke"], pr.Penalty(), True)
     *_, a = pr.solve(p)
-    monkeypatch.setattr(march, "is_symmetric", lambda system, plan: False)
+    monkeypatch.setattr(time_stepping, "is_symmetric", lambda system, plan: False)
     *_, b = pr.solve(p)
     np.testing.assert_allclose(a.state.u, b.state.u, rtol=0, atol=1e-9 * np.abs(b.state.u).max())
     assert a.statistics.iterations == b.statistics.iterations

@@ -7,7 +7,7 @@ import pytest
 
 import prensa as pr
 from prensa.errors import CaseError, SolveError
-from prensa.fem.system import discretise
+from prensa.fem.discretise import discretise
 from prensa.model.schema import loads
 from prensa.verify.balance import Balance, imbalance
 

@@ -273,8 +273,8 @@ def _value(rng: np.random.Generator, old: Any) -> Any:
 # ------------------------------------------------------------------------------------------------------------- running
 def read(text: str, folder: Path) -> str:
     """Read, mesh and check a case, as ``prensa check`` does: 'read', or 'refused' in words; raises what is a defect."""
+    from prensa.fem.discretise import discretise
     from prensa.fem.preflight import preflight
-    from prensa.fem.system import discretise
     from prensa.model.schema import loads, warnings_of
 
     try:

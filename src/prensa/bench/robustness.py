@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 import prensa as pr
 from prensa.errors import PrensaError
-from prensa.fem.system import discretise
+from prensa.fem.discretise import discretise
 from prensa.friction.law import At
 from prensa.solver.increment import Increment
 

@@ -39,10 +39,12 @@ class Enforcement(Member, abstract=True):
         """Multipliers (k, 2) with which an increment starts, from the committed tractions lam (k, 2)."""
         return lam
 
-    def update(self, f: ContactForces, lam: Array, scale: Scale, slip: Array) -> tuple[Array, float]:
+    def update(
+        self, f: ContactForces, lam: Array, scale: Scale, slip: Array, elastic_share: float
+    ) -> tuple[Array, float]:
         """Multipliers (k, 2) of the next outer iteration, and their largest change over its tolerance (≤ 1: settled).
 
-        slip (k,): path that the points have slid in the increment.
+        slip (k,): path that the points have slid in the increment; ``elastic_share`` of the largest is accepted as elastic.
         """
         return lam, 0.0
 
@@ -50,10 +52,10 @@ class Enforcement(Member, abstract=True):
         """Energy that the contact holds in its springs; what vanishes with the penalty is no energy of the problem."""
         return 0.0
 
-    def softened(self, scale: Scale, stage: int, keep_tangential: bool) -> Scale:
-        """Stiffnesses in a stage (from 0) of a continuation from soft to stiff; the same object where it has none.
+    def softened(self, scale: Scale, stage: int, keep_tangential: bool, beta: float, beta_T: float) -> Scale:
+        """Stiffnesses in a stage of a continuation from soft to stiff; the same object where it has none.
 
-        ``keep_tangential``: the friction law needs the k_T that it has.
+        ``beta``, ``beta_T``: factors of E*/h in stage 0. ``keep_tangential``: the friction law needs the k_T that it has.
         """
         return scale
 

@@ -89,7 +89,7 @@ def _divergence(h, q, G, g):
         g[q, 3 * a + 2] = c13 * g1 + c23 * g2 + c33 * g3
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _mean_divergence(x, e, G, g):
     """Volume average of the virtual divergence of small strain → g[8] (24,), of the points → g[:8]; G (9, 8, 3) of the points."""
     for i in range(24):

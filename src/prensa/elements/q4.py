@@ -82,7 +82,8 @@ def _divergence(h11, h12, h21, h22, h33, q, G, g):
         g[q, 2 * a + 1] = i12 * dx + i22 * dy
 
 
-@njit(cache=True, error_model="numpy")
+# inlined by force: else the process that compiles the kernels rounds otherwise than those that find them in the cache
+@njit(cache=True, error_model="numpy", forceinline=True)
 def _mean_divergence(x, e, axisymmetric, G, g):
     """Volume average of the virtual divergence of small strain → g[4] (8,), of the points → g[:4]; G (5, 3, 4) of the points."""
     for i in range(8):

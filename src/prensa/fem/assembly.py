@@ -10,6 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from prensa.fem.formulation import Chunk, Element, Failure, Mode, workspace
+from prensa.layout import DofMap
 from prensa.materials.laws import At, Material
 from prensa.mesh.mesh import corner_cells
 
@@ -152,16 +153,15 @@ def _blocks(indptr, indices, d, out_indptr, out_indices):
 
 
 def make_pattern(
-    cells: list[Index], nodes: int, tools: int, tool_nodes: list[Index], coupled: list[Index] | None = None, d: int = 2
+    cells: list[Index], dofs: DofMap, tool_nodes: list[Index], coupled: list[Index] | None = None
 ) -> Pattern:
-    """Pattern of element couplings of all cells, each tool's unknowns with all its candidate nodes, and with itself.
+    """Pattern of the displacements of all cells, each tool's motions with all its candidate nodes, and with itself.
 
-    A node has d unknowns, a tool its d (d + 1)/2 rigid motions.
-
-    ``coupled``: further groups of unknowns (k, m), each row coupled with itself; they may lie beyond those of the tools.
+    ``coupled``: further sets of degrees of freedom (k, m) of any fields, each row coupled with itself.
     """
     from scipy.sparse import coo_matrix, csc_matrix, csr_matrix
 
+    nodes = dofs.displacement.count
     # each node is an element of its own too: one that no cell has keeps its place on the diagonal
     members = np.concatenate([*(c.ravel() for c in cells), np.arange(nodes)]).astype(np.int32)
     sizes = np.concatenate([*(np.full(len(c), c.shape[1]) for c in cells), np.ones(nodes, dtype=np.int64)])
@@ -169,24 +169,23 @@ def make_pattern(
     incidence = csr_matrix((np.ones(len(members), dtype=np.int32), members, ends), (len(sizes), nodes))
     graph = (incidence.T @ incidence).tocsc()
     graph.sort_indices()
+    d = dofs.dimension
     indptr, indices = np.empty(d * nodes + 1, dtype=np.int32), np.empty(d * d * graph.nnz, dtype=np.int32)
     _blocks(graph.indptr, graph.indices, d, indptr, indices)
-    first, motions = d * nodes, d * (d + 1) // 2
+    first, n = dofs.displacement.size, dofs.size
     more_i: list[Index] = []
     more_j: list[Index] = []
     for t, near in enumerate(tool_nodes):
-        own = first + motions * t + np.arange(motions)
-        dofs = np.concatenate([d * near + i for i in range(d)])
-        a, b = np.meshgrid(own, dofs, indexing="ij")
+        own = dofs.tool.dofs(t)
+        nodal = dofs.displacement.dofs(near).ravel()
+        a, b = np.meshgrid(own, nodal, indexing="ij")
         s, q = np.meshgrid(own, own, indexing="ij")
         more_i += [a.ravel(), b.ravel(), s.ravel()]
         more_j += [b.ravel(), a.ravel(), q.ravel()]
-    n = first + motions * tools
     for group in coupled or []:
         more_i.append(np.repeat(group, group.shape[1], axis=1).ravel())
         more_j.append(np.tile(group, group.shape[1]).ravel())
-        n = max(n, int(group.max(initial=-1)) + 1)
-    if n > first:
+    if more_i:
         i, j = np.concatenate(more_i), np.concatenate(more_j)
         beyond = coo_matrix((np.ones(len(i), dtype=np.int8), (i, j)), (n, n)).tocsc()
         beyond.data[:] = 1
@@ -202,6 +201,12 @@ class Block:
     """Elements of one body, a nodes and q points each: global ``cells`` (m, a), ``X`` (m, a, d), law, formulation.
 
     slots (m, a, a) of `block_slots`; ``volume`` (m, q): initial volumes of the points, thickness or 2πr inside.
+
+    Raises
+    ------
+    ValueError
+        For a law whose tensors have other components than the element's.
+
     """
 
     body: str
@@ -212,6 +217,13 @@ class Block:
     mode: Mode
     slots: NDArray[np.int32]
     volume: Array
+
+    def __post_init__(self) -> None:
+        if self.law.layout != self.element.layout:
+            raise ValueError(
+                f"the element has the tensors of layout {self.element.layout.name!r}, the law those of "
+                f"{self.law.layout.name!r}; give material_of the space of the element"
+            )
 
     def __len__(self) -> int:
         return len(self.cells)

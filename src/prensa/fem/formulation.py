@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.elements import enhanced, h8, q4, shapes, solid
+from prensa.fem.failure import Why
 from prensa.layout import PLANE, SPATIAL, TensorLayout
 from prensa.materials.laws import At, Material, Out
 
@@ -62,15 +63,12 @@ class Work(NamedTuple):
 
 
 class Failure(NamedTuple):
-    """An element of the chunk that could not be evaluated, and why (a clause that follows its name)."""
+    """An element of the chunk that could not be evaluated, and why."""
 
     element: int
-    why: str
+    why: Why
 
 
-INVERTED = "turned inside out"
-LAW = "found no answer in its material law"
-SOFT = "lost the stiffness of its enhanced modes; use element 'q4_fbar', which bears large compression"
 MAX_ITERATIONS = 40  # of the enhanced modes
 TOLERANCE = 1e-12  # residual of the enhanced modes over the forces that cancel in it
 
@@ -122,7 +120,7 @@ def material(c: Chunk, law: Material, at: At, work: Work) -> Failure | None:
     work.points[:] = False
     out = Out(work.P.reshape(n, m), work.A.reshape(n, m, m), c.new.reshape(n, -1), work.points.reshape(n))
     law.update(work.h.reshape(n, m), c.old.reshape(n, -1), at, out)
-    return Failure(int(np.argmax(work.points.any(axis=1))), LAW) if work.points.any() else None
+    return Failure(int(np.argmax(work.points.any(axis=1))), Why.LAW) if work.points.any() else None
 
 
 @dataclass(frozen=True)
@@ -161,7 +159,7 @@ class Q4Bar(_Q4):
         work.flags[:] = False
         q4.kinematics(c.x, c.d, axi, finite, scale, work.h, work.w, work.alpha, work.flags)
         if work.flags.any():
-            return Failure(int(np.argmax(work.flags)), INVERTED)
+            return Failure(int(np.argmax(work.flags)), Why.INVERTED)
         if failure := material(c, law, at, work):
             return failure
         q4.integrate(c.x, c.d, axi, finite, work.w, work.alpha, work.P, work.A, work.size, stiffness, work.r, work.K)
@@ -223,7 +221,7 @@ class Solid:
             c.x, c.d, t.N, t.dN, t.weight, mode.axisymmetric, mode.finite, mode.scale, work.h, work.w, work.flags
         )
         if work.flags.any():
-            return Failure(int(np.argmax(work.flags)), INVERTED)
+            return Failure(int(np.argmax(work.flags)), Why.INVERTED)
         if failure := material(c, law, at, work):
             return failure
         solid.integrate(c.x, t.N, t.dN, mode.axisymmetric, work.w, work.P, work.A, work.size, stiffness, work.r, work.K)
@@ -264,7 +262,7 @@ class Q4Enhanced(_Q4):
         inner = K[:, 8:, 8:]
         weak = np.linalg.eigvalsh(0.5 * (inner + inner.transpose(0, 2, 1)))[:, 0] <= 0.0
         if weak.any():
-            return Failure(int(np.argmax(weak)), SOFT)
+            return Failure(int(np.argmax(weak)), Why.SOFT)
         if stiffness:
             work.K[:] = K[:, :8, :8] - K[:, :8, 8:] @ np.linalg.solve(inner, K[:, 8:, :8])
         work.r[:] = r[:, :8]
@@ -286,7 +284,7 @@ class Q4Enhanced(_Q4):
             w = workspace(self, k)
             old = np.ascontiguousarray(c.old[rows, :, :size])
             part = Chunk(c.X[rows], c.x[rows], c.d[rows], old, np.empty_like(old))
-            F, bad, reason = np.empty((k, 4, self.layout.components)), np.zeros(k, dtype=np.bool_), INVERTED
+            F, bad, reason = np.empty((k, 4, self.layout.components)), np.zeros(k, dtype=np.bool_), Why.INVERTED
             enhanced.kinematics(part.X, u[rows], alpha[rows], Hn[rows], axi, finite, scale, F, w.h, w.w, bad)
             w.h[bad] = 0.0
             if failure := material(part, law, at, w):
@@ -319,10 +317,10 @@ class Q4Enhanced(_Q4):
             try:
                 step[some] = -np.linalg.solve(inner, r[go, 8:, None])[..., 0]
             except np.linalg.LinAlgError:
-                return Failure(int(some[0]), SOFT)
+                return Failure(int(some[0]), Why.SOFT)
             alpha[some] += step[some]
             rows = rows[~done]
-        return Failure(int(rows[0]), SOFT)
+        return Failure(int(rows[0]), Why.SOFT)
 
     @staticmethod
     def _modes(history: Array, first: int, mode: Mode) -> Array:
@@ -372,7 +370,7 @@ class H8:
         work.flags[:] = False
         h8.kinematics(c.x, c.d, self.bar, mode.finite, work.h, work.w, work.alpha, work.flags)
         if work.flags.any():
-            return Failure(int(np.argmax(work.flags)), INVERTED)
+            return Failure(int(np.argmax(work.flags)), Why.INVERTED)
         if failure := material(c, law, at, work):
             return failure
         h8.integrate(

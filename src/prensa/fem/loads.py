@@ -6,8 +6,18 @@ shape functions of the edge, by Gauss points that integrate every term exactly o
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
+
+from prensa.fem.interaction import Interaction, Part, Request, Response
+from prensa.fem.schedule import BoundaryLoad, Course, StepPlan
+
+if TYPE_CHECKING:
+    from prensa.fem.context import Context
+    from prensa.fem.system import System
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -64,3 +74,100 @@ def follower_stiffness(x: Array, edges: Index, depth: Array | None, pressure: fl
         if depth is None:
             K[..., 0] -= 2 * np.pi * weight * np.einsum("a,b,ki->kaib", N, N, d @ M.T)
     return K.reshape(k, 2 * m, 2 * m)
+
+
+# ----------------------------------------------------------------------------------------------------- as interactions
+@dataclass(frozen=True)
+class EdgeLoad:
+    """Pressure, shear and traction on a boundary."""
+
+    system: System
+    name: str
+    load: BoundaryLoad
+
+    def respond(self, c: Context, ask: Request) -> Response:
+        """See `Interaction`."""
+        system, load = self.system, self.load
+        p, q = load.pressure(c.time), load.shear(c.time)
+        t = (load.tx(c.time), load.ty(c.time))
+        dofs = system.dofs.displacement.dofs(load.edges).reshape(len(load.edges), -1)
+        parts = []
+        if load.follower and (p != 0.0 or q != 0.0):
+            x = system.positions(ask.u) if system.problem.kinematics == "finite" else system.X
+            K = follower_stiffness(x, load.edges, c.depth, p, q) if ask.stiffness else None
+            parts.append(Part(f"load {self.name}", dofs, boundary_force(x, load.edges, c.depth, p, q), K))
+            p = q = 0.0
+        if p or q or any(t):
+            f = boundary_force(system.X, load.edges, system.depth, p, q, t)
+            parts.append(Part(f"load {self.name}", dofs, f))
+        return Response(parts, external=True)
+
+
+@dataclass(frozen=True)
+class BodyForce:
+    """Force per volume of a body."""
+
+    system: System
+    body: str
+    courses: tuple[Course, ...]
+
+    def respond(self, c: Context, ask: Request) -> Response:
+        """See `Interaction`."""
+        system = self.system
+        b = np.array([course(c.time) for course in self.courses])
+        nodes = system.offsets[self.body] + np.arange(len(system.meshes[self.body].points))
+        f = system.node_volumes(self.body)[:, None] * b
+        return Response([Part(f"body force {self.body}", system.dofs.displacement.dofs(nodes), f)], external=True)
+
+
+@dataclass(frozen=True)
+class ToolForce:
+    """Force or moment on a tool along one of its motions."""
+
+    dof: int
+    course: Course
+
+    def respond(self, c: Context, ask: Request) -> Response:
+        """See `Interaction`."""
+        at = np.array([[self.dof]])
+        return Response([Part(f"tool force {self.dof}", at, np.array([[self.course(c.time)]]))], external=True)
+
+
+@dataclass(frozen=True)
+class Spring:
+    """Spring between one motion of a tool and its mount, which moves."""
+
+    dof: int
+    stiffness: float
+    mount: Course
+
+    def respond(self, c: Context, ask: Request) -> Response:
+        """See `Interaction`."""
+        f = np.array([[self.stiffness * (self.mount(c.time) - ask.u[self.dof])]])
+        K = np.full((1, 1, 1), self.stiffness) if ask.stiffness else None
+        return Response([Part(f"spring {self.dof}", np.array([[self.dof]]), f, K)], external=True)
+
+
+@dataclass(frozen=True)
+class Release:
+    """Forces (ndof,) that held the bodies in an earlier run, let go linearly during the first step."""
+
+    forces: Array
+
+    def respond(self, c: Context, ask: Request) -> Response:
+        """See `Interaction`."""
+        if c.time >= 1.0:
+            return Response(external=True)
+        dofs = np.arange(len(self.forces))[:, None]
+        return Response([Part("release", dofs, (1.0 - c.time) * self.forces[:, None])], external=True)
+
+
+def loads_of(system: System, plan: StepPlan) -> list[Interaction]:
+    """The loads, tool forces and springs of a step as interactions."""
+    out: list[Interaction] = [EdgeLoad(system, name, load) for name, load in plan.loads.items()]
+    out += [BodyForce(system, body, courses) for body, courses in plan.body_force.items()]
+    out += [ToolForce(dof, course) for dof, course in plan.push.items()]
+    out += [Spring(dof, stiffness, mount) for dof, (stiffness, mount) in plan.springs.items()]
+    if system.release is not None:
+        out.append(Release(system.release))
+    return out

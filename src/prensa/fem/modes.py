@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from prensa.contact.pairing import current_pairs
 from prensa.errors import Notice
-from prensa.fem.schedule import StepPlan, plan_step
+from prensa.fem.planning import plan_step
+from prensa.fem.schedule import StepPlan
 from prensa.fem.system import System
 
 Array = NDArray[np.float64]
@@ -86,8 +87,10 @@ def _rows(system: System, body: str, x: Array, n: Array) -> Array:
 
 
 def _support_rows(system: System, body: str, plan: StepPlan) -> Array:
-    dofs = plan.fixed[np.isin(plan.fixed // 2, _nodes(system, body))]
-    return _rows(system, body, system.X[dofs // 2], np.eye(2)[dofs % 2])
+    field = system.dofs.displacement
+    nodes, axis = field.split(plan.fixed[field.owns(plan.fixed)])
+    mine = np.isin(nodes, _nodes(system, body))
+    return _rows(system, body, system.X[nodes[mine]], np.eye(field.width)[axis[mine]])
 
 
 def _contact_rows(system: System, body: str, plan: StepPlan, touching: bool) -> Array:
@@ -102,9 +105,9 @@ def _contact_rows(system: System, body: str, plan: StepPlan, touching: bool) -> 
         tool = system.tools[s.tool]
         u = system.initial().u
         x = system.positions(u)[s.points.nodes]
-        pairs = current_pairs(tool.shape, x, tool.at, u[system.tool_dof(s.tool) :][:3])
+        pairs = current_pairs(tool.shape, x, tool.at, system.place_of(s.tool, u))
         seen = np.ones(len(x), dtype=bool)
-        pushed = any(system.tool_dof(s.tool) + k in plan.push for k in range(2))
+        pushed = any(dof in plan.push for dof in system.dofs.tool.dofs(s.tool)[: system.dofs.dimension].tolist())
         if touching and not pushed:
             seen = pairs.g <= CLOSED * float(s.points.depth.min())
         if pushed and not touching:

@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 from prensa.contact.pairing import current_pairs
 from prensa.errors import Notice
 from prensa.fem.modes import CLOSED, modes
-from prensa.fem.schedule import StepPlan, plan_step
-from prensa.fem.system import Surface, System
+from prensa.fem.planning import plan_step
+from prensa.fem.schedule import StepPlan
+from prensa.fem.surface import Surface
+from prensa.fem.system import System
 from prensa.materials.flow_curve import stress_at
 from prensa.mesh.quality import quality
 from prensa.tools.analytic import Circle, Flat, Plane
@@ -180,9 +182,7 @@ def _tip(system: System, s: Surface, shape: Chain, h: float) -> Iterator[Notice]
     tool, start = system.tools[s.tool], system.initial()
     if shape.cavity:
         return
-    pairs = current_pairs(
-        shape, system.positions(start.u)[s.points.nodes], tool.at, start.u[system.tool_dof(s.tool) :][:3]
-    )
+    pairs = current_pairs(shape, system.positions(start.u)[s.points.nodes], tool.at, system.place_of(s.tool, start.u))
     width, whole = shape.across(pairs.n[int(np.argmin(pairs.g))], TIP * h)
     size = width**2 / (8 * TIP * h)  # the radius of a cylinder that is as wide there
     if size < 2 * h:
@@ -203,9 +203,7 @@ def _beginning(system: System) -> Iterator[Notice]:
     for s in system.surfaces:
         tool = system.tools[s.tool]
         nodes = s.points.nodes
-        pairs = current_pairs(
-            tool.shape, system.positions(start.u)[nodes], tool.at, start.u[system.tool_dof(s.tool) :][:3]
-        )
+        pairs = current_pairs(tool.shape, system.positions(start.u)[nodes], tool.at, system.place_of(s.tool, start.u))
         facing = (pairs.n * s.node_normal).sum(axis=1)
         name, surface = tool.name, "+".join(s.description.surface)
         if (facing > 0.5).all():
@@ -246,7 +244,7 @@ def _moments(system: System) -> Iterator[_Moment]:
     for number in range(len(system.problem.steps)):
         plan = plan_step(system, number, anchor)
         for t in range(len(system.tools)):
-            known[t] &= bool(np.isin(system.tool_dof(t) + np.arange(2), plan.fixed).all())
+            known[t] &= bool(np.isin(system.dofs.tool.dofs(t)[: system.dofs.dimension], plan.fixed).all())
         for t in np.unique(np.concatenate([np.linspace(plan.t0, plan.t1, SAMPLES), plan.corners()])):
             u = anchor.copy()
             u[plan.fixed] = plan.values(float(t))
@@ -313,15 +311,17 @@ def _held(
     """Nodes of the body that are held along the normal of a tool which reaches into them."""
     first = system.offsets[s.body]
     last = first + len(system.meshes[s.body].points)
-    dofs = m.plan.fixed[(m.plan.fixed >= 2 * first) & (m.plan.fixed < 2 * last)]
-    if not len(dofs):
+    field = system.dofs.displacement
+    nodes, axis = field.split(m.plan.fixed[field.owns(m.plan.fixed)])
+    mine = (nodes >= first) & (nodes < last)
+    nodes, axis = nodes[mine], axis[mine]
+    if not len(nodes):
         return
-    nodes, axis = dofs // 2, dofs % 2
     tool = system.tools[s.tool]
-    place = m.u[system.tool_dof(s.tool) :][:3]
+    place = system.place_of(s.tool, m.u)
     pairs = current_pairs(tool.shape, x[nodes], tool.at, place)
     h = float(s.points.depth.min())
-    deep = (pairs.g < -REACH * h) & (np.abs(pairs.n[np.arange(len(dofs)), axis]) > ALONG)
+    deep = (pairs.g < -REACH * h) & (np.abs(pairs.n[np.arange(len(nodes)), axis]) > ALONG)
     # beside the contact surface, a tool that came across the normal has pushed the free body ahead of it
     came = (pairs.n @ place[:2] >= -0.5 * pairs.g) | np.isin(nodes, s.points.nodes)
     for k in np.flatnonzero(deep & came):
@@ -372,8 +372,8 @@ def _crossing(system: System, m: _Moment, x: Array) -> Iterator[Notice]:
             nodes = shared if len(shared) or not planes else a.points.nodes[:1]
             if not len(nodes):
                 continue
-            pa = current_pairs(ta.shape, x[nodes], ta.at, m.u[system.tool_dof(a.tool) :][:3])
-            pb = current_pairs(tb.shape, x[nodes], tb.at, m.u[system.tool_dof(b.tool) :][:3])
+            pa = current_pairs(ta.shape, x[nodes], ta.at, system.place_of(a.tool, m.u))
+            pb = current_pairs(tb.shape, x[nodes], tb.at, system.place_of(b.tool, m.u))
             facing = (pa.n * pb.n).sum(axis=1)
             h = float(a.points.depth.min())
             between = np.where(facing < -ALONG, pa.g + pb.g, np.inf)

@@ -8,6 +8,7 @@ let go linearly during the first step, which cut-backs can then resolve.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,10 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import PrensaError
+from prensa.fem.context import Context
+from prensa.fem.planning import plan_step
 from prensa.fem.saved import CHECKPOINT, read_checkpoint
-from prensa.fem.schedule import StepPlan, plan_step
+from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
-from prensa.fem.system import Circumstances, Evaluation, Surface, System, discretise
+from prensa.fem.surface import Surface
+from prensa.fem.system import Evaluation, System
 from prensa.mesh.mesh import Mesh, displaced
 from prensa.model import problem as model
 from prensa.tools.place import PlacedTool
@@ -43,8 +47,8 @@ class Earlier:
 
     def displacement(self, body: str) -> Array:
         """Displacements (n, 2) of the nodes of a body at the end of the run."""
-        first = 2 * self.system.offsets[body]
-        return self.state.u[first : first + 2 * len(self.system.meshes[body].points)].reshape(-1, 2)
+        first = self.system.offsets[body]
+        return self.system.displacement(self.state.u)[first : first + len(self.system.meshes[body].points)]
 
     def shapes(self, meshes: dict[str, Mesh]) -> dict[str, Mesh]:
         """Meshes as the run left them, for placing tools."""
@@ -100,8 +104,9 @@ class Earlier:
         release = system.collected(e.r - self._moved(self._jump(system, at_end, old), system))
         work = self._moved(self.state.work, system) + inner - self._moved(inner_old, system)
         release[plan.fixed] = 0.0
-        end = 2 * system.nodes + 3 * len(system.tools)
-        release[end:] = work[end:] = 0.0  # equations of multipliers are no forces
+        for s in system.surfaces:
+            if s.multipliers is not None:  # equations of multipliers are no forces
+                release[s.unknowns] = work[s.unknowns] = 0.0
         elastic, plastic = system.elastic_energy(state.history), system.plastic_work(state.history)
         stored = system.contact_energy(e.contacts, c.scales)
         if len(system.surfaces) == len(self.system.surfaces) and all(self.surface(s, system) for s in system.surfaces):
@@ -112,7 +117,7 @@ class Earlier:
         state = replace(state, work=work, energy=energy)
         return state, release if np.abs(release).sum() > NOTHING * e.scale else None
 
-    def _jump(self, system: System, c: Circumstances, now: Evaluation) -> Array:
+    def _jump(self, system: System, c: Context, now: Evaluation) -> Array:
         """Forces (ndof,) of the contacts that go on, with the weights of the last increment less those of the next."""
         old = self.system
         out = np.zeros(old.ndof)
@@ -136,30 +141,32 @@ class Earlier:
         """Values (ndof,) of the earlier unknowns at the places of the same bodies and tools in the new system."""
         out = np.zeros(system.ndof)
         for body in self.bodies:
-            n = 2 * len(system.meshes[body].points)
-            first, old = 2 * system.offsets[body], 2 * self.system.offsets[body]
-            out[first : first + n] = values[old : old + n]
+            nodes = np.arange(len(system.meshes[body].points))
+            here = system.dofs.displacement.dofs(system.offsets[body] + nodes)
+            out[here] = values[self.system.dofs.displacement.dofs(self.system.offsets[body] + nodes)]
         for t, tool in enumerate(system.tools):
             if self.tool(tool.name, tool.description) is not None:
                 number = list(self.system.problem.tools).index(tool.name)
-                out[system.tool_dof(t) :][:3] = values[self.system.tool_dof(number) :][:3]
+                out[system.dofs.tool.dofs(t)] = self.system.place_of(number, values)
         return out
 
 
 def _at_rest(
     system: System, state: State, number: int, anchor: Array, time: float
-) -> tuple[StepPlan, Evaluation, Circumstances]:
+) -> tuple[StepPlan, Evaluation, Context]:
     """Plan of a step, and the forces of a committed state in it when nothing moves."""
     plan = plan_step(system, number, anchor)
-    c = replace(system.circumstances(state, plan, time), dt=1.0)
+    c = replace(system.context(state, plan, time), dt=1.0)
     e = system.evaluate(c, state.u, system.initial_multipliers(state), stiffness=False)
     if e.failed:
         raise StartError(f"start: {e.failed} in the state that the earlier run left")
     return plan, e, c
 
 
-def earlier_run(problem: model.Problem, start: model.Start, meshes: dict[str, Mesh]) -> Earlier:
-    """The run that a problem starts from.
+def earlier_run(
+    problem: model.Problem, start: model.Start, meshes: dict[str, Mesh], discretise: Callable[[model.Problem], System]
+) -> Earlier:
+    """The run that a problem starts from; ``discretise`` makes its system.
 
     Raises
     ------

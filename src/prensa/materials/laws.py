@@ -28,7 +28,7 @@ Array = NDArray[np.float64]
 
 
 class At(NamedTuple):
-    """Circumstances of an update: duration ``dt`` of the increment, ``time`` at its end, whether the ``tangent`` is wanted."""
+    """Context of an update: duration ``dt`` of the increment, ``time`` at its end, whether the ``tangent`` is wanted."""
 
     dt: float
     time: float

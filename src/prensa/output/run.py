@@ -18,16 +18,17 @@ from numpy.typing import NDArray
 
 from prensa import __version__
 from prensa.errors import PrensaError, refuse
+from prensa.fem.discretise import discretise
 from prensa.fem.preflight import preflight
 from prensa.fem.state import State
-from prensa.fem.system import System, discretise
+from prensa.fem.system import System
 from prensa.model.problem import Case
 from prensa.output import checkpoint, history, pictures, report, runlog, vtk
 from prensa.output.files import TEMPORARY, file_name, numbered, write_text
 from prensa.output.interrupt import Interruptible
 from prensa.output.progress import ProgressBar
 from prensa.solver.increment import Increment, Progress
-from prensa.solver.march import Timer, at_rest, solve
+from prensa.solver.time_stepping import Timer, at_rest, solve
 
 log = logging.getLogger("prensa")
 

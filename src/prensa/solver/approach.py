@@ -2,30 +2,34 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import SolveError
+from prensa.fem.contacts import were_closed
+from prensa.fem.context import Context
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
-from prensa.fem.system import Circumstances, Surface, System
+from prensa.fem.surface import Surface
+from prensa.fem.system import System
+from prensa.solver.policy import DEFAULT, Policy
 
 Array = NDArray[np.float64]
 
-WORTH = 0.02  # share of the increment before the touch below which the increment is not split there
 
-
-def _bisect(below: object, lo: float, hi: float) -> tuple[float, float]:
+def _bisect(below: Callable[[float], bool], lo: float, hi: float) -> tuple[float, float]:
     """Bracket of the argument at which the predicate *below* turns false."""
     for _ in range(60):
         mid = 0.5 * (lo + hi)
-        lo, hi = (mid, hi) if below(mid) else (lo, mid)  # type: ignore[operator]
+        lo, hi = (mid, hi) if below(mid) else (lo, mid)
     return lo, hi
 
 
-def first_touch(system: System, state: State, plan: StepPlan, end: float) -> tuple[float, list[str]]:
+def first_touch(
+    system: System, state: State, plan: StepPlan, end: float, policy: Policy = DEFAULT
+) -> tuple[float, list[str]]:  # fmt: skip
     """End of the increment, brought forward to the time at which a prescribed tool first meets an untouched surface.
 
     The bodies are taken where they are. Returns the time and a message for each tool that touches.
@@ -34,7 +38,7 @@ def first_touch(system: System, state: State, plan: StepPlan, end: float) -> tup
     notes: list[str] = []
     for s in system.surfaces:
         dof = system.tool_dof(s.tool)
-        if (state.contact[s.rows, 3] > 0).any() or not np.isin([dof, dof + 1], plan.moved).all():
+        if were_closed(state, s) or not np.isin([dof, dof + 1], plan.moved).all():
             continue
 
         def apart(t: float, s: Surface = s) -> bool:
@@ -45,18 +49,18 @@ def first_touch(system: System, state: State, plan: StepPlan, end: float) -> tup
         if not apart(now):
             continue
         # a cylinder may be apart again at the end, on the far side
-        times = np.linspace(now, end, _looks(system, s, state, plan, end) + 1)
+        times = np.linspace(now, end, _looks(system, s, state, plan, end, policy.looks) + 1)
         met = next((i for i, t in enumerate(times[1:]) if not apart(float(t))), None)
         if met is None:
             continue
         touch, _ = _bisect(apart, float(times[met]), float(times[met + 1]))
-        if touch - now > WORTH * (end - now):
+        if touch - now > policy.touch * (end - now):
             notes = [f"{system.tools[s.tool].name} first touches {'+'.join(s.description.surface)} at time {touch:.6g}"]
             end = touch
     return end, notes
 
 
-def _looks(system: System, s: Surface, state: State, plan: StepPlan, end: float) -> int:
+def _looks(system: System, s: Surface, state: State, plan: StepPlan, end: float, most: int) -> int:
     """How often to look for a touch before *end*: a cylinder at every half radius of its way."""
     radius = system.cylinder(s.tool)
     if radius == np.inf:
@@ -64,11 +68,11 @@ def _looks(system: System, s: Surface, state: State, plan: StepPlan, end: float)
     dof = system.tool_dof(s.tool)
     place = dict(zip(plan.moved.tolist(), plan.motion(end).tolist()))
     way = float(np.hypot(place[dof] - state.u[dof], place[dof + 1] - state.u[dof + 1]))
-    return min(1 + int(2 * way / radius), 200)
+    return min(1 + int(2 * way / radius), most)
 
 
-def approach(system: System, c: Circumstances) -> tuple[Array, list[str]]:
-    """Unknowns (ndof,) to start from: pushed tools that touch nothing are brought to rest on the penalty springs.
+def approach(system: System, c: Context) -> tuple[Array, list[str]]:
+    """Dofs (ndof,) to start from: tools driven by force that touch nothing are brought to rest on the penalty springs.
 
     The springs stand on the bodies as they are, so the start is in equilibrium with the tool's force, or with its moment
     if that is all that drives it.
@@ -76,7 +80,7 @@ def approach(system: System, c: Circumstances) -> tuple[Array, list[str]]:
     Raises
     ------
     SolveError
-        If a pushed tool meets nothing in the direction of its force.
+        If such a tool meets nothing in the direction of its force.
 
     """
     u = c.state.u
@@ -84,41 +88,49 @@ def approach(system: System, c: Circumstances) -> tuple[Array, list[str]]:
     for t, tool in enumerate(system.tools):
         dofs = system.tool_dof(t) + np.arange(3)
         force = np.array([c.plan.push[d](c.time) if d in c.plan.push else 0.0 for d in dofs.tolist()])
-        turns = not force[:2].any()
-        force[2] *= turns
-        mine = [(i, s) for i, s in enumerate(system.surfaces) if s.tool == t]
-        if not force.any() or not mine or any((c.state.contact[s.rows, 3] > 0).any() for _, s in mine):
+        force[2] *= not force[:2].any()
+        own = [(i, s) for i, s in enumerate(system.surfaces) if s.tool == t]
+        if not force.any() or not own or any(were_closed(c.state, s) for _, s in own):
             continue
-        size = float(np.linalg.norm(force))
-        direction = force / size
-        v = u.copy()
-        origin = u[dofs]
-
-        def yields(d: float, v: Array = v, dofs: Any = dofs, origin: Array = origin, direction: Array = direction,
-                   size: float = size, mine: list[tuple[int, Surface]] = mine) -> bool:  # fmt: skip
-            v[dofs] = origin + d * direction
-            total = 0.0
-            for i, s in mine:
-                pairs = system.pairs(s, v)
-                p = c.scales[i].k_n * np.maximum(-pairs.g, 0.0)
-                total -= float((c.weights[i] * p * (pairs.Fn[:, 2:] @ direction)).sum())
-            return total < size
-
-        far, limit = (1e-6, 2 * np.pi) if turns else (1e-6 * system.length, 100 * system.length)
-        while yields(far):
-            far *= 2
-            if far > limit:
-                way = (
-                    f"is turned {'counter-' if force[2] > 0 else ''}clockwise by a moment"
-                    if turns
-                    else f"is pushed along {np.round(direction[:2], 6).tolist()}"
-                )
-                raise SolveError(
-                    f"tool {tool.name!r} {way} but meets nothing there; check the sign of its "
-                    f"{'moment' if turns else 'force'} and where it is placed"
-                )
-        _, rest = _bisect(yields, 0.0, far)
-        u = v
-        u[dofs] = origin + rest * direction
-        notes.append(f"{tool.name} is driven by force and touched nothing: brought into contact over {rest:.4g}")
+        u, way = _brought_to_rest(system, c, u, t, force, own)
+        notes.append(f"{tool.name} is driven by force and touched nothing: brought into contact over {way:.4g}")
     return u, notes
+
+
+def _brought_to_rest(
+    system: System, c: Context, u: Array, t: int, force: Array, own: list[tuple[int, Surface]]
+) -> tuple[Array, float]:  # fmt: skip
+    """Dofs with tool t moved along its force (3,) until its contacts ``own`` carry that, and how far it moved."""
+    dofs = system.tool_dof(t) + np.arange(3)
+    size, turns = float(np.linalg.norm(force)), not force[:2].any()
+    direction, origin, v = force / size, u[dofs], u.copy()
+
+    def yields(d: float) -> bool:
+        v[dofs] = origin + d * direction
+        total = 0.0
+        for i, s in own:
+            pairs = system.pairs(s, v)
+            p = c.scales[i].k_n * np.maximum(-pairs.g, 0.0)
+            total -= float((c.weights[i] * p * (pairs.Fn[:, 2:] @ direction)).sum())
+        return total < size
+
+    far, limit = (1e-6, 2 * np.pi) if turns else (1e-6 * system.length, 100 * system.length)
+    while yields(far):
+        far *= 2
+        if far > limit:
+            raise SolveError(_meets_nothing(system.tools[t].name, turns, force, direction))
+    _, rest = _bisect(yields, 0.0, far)
+    v[dofs] = origin + rest * direction
+    return v, rest
+
+
+def _meets_nothing(tool: str, turns: bool, force: Array, direction: Array) -> str:
+    way = (
+        f"is turned {'counter-' if force[2] > 0 else ''}clockwise by a moment"
+        if turns
+        else f"is pushed along {np.round(direction[:2], 6).tolist()}"
+    )
+    return (
+        f"tool {tool!r} {way} but meets nothing there; check the sign of its {'moment' if turns else 'force'} and where it "
+        "is placed"
+    )

@@ -1,4 +1,4 @@
-"""Newton's matrix without the unknowns of tied nodes: K_free = Tᵀ K T, its pattern and its sums found once."""
+"""Newton's matrix without the dofs of tied nodes: K_free = Tᵀ K T, its pattern and its sums found once."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
+from prensa.fem.assembly import Pattern
 from prensa.fem.ties import Ties
 
 Array = NDArray[np.float64]
@@ -13,14 +14,15 @@ Index = NDArray[np.int64]
 
 
 class Tied:
-    """Free unknowns of a system with ties, and its matrix in them: ``indptr``, ``indices`` (compressed columns).
+    """Free dofs of a system with ties, u = T u_f, and its matrix in them: ``indptr``, ``indices`` (compressed columns).
 
-    ``rows``, ``cols`` (nnz,): places of the entries of the whole matrix. Every entry goes to the places of all pairs of free
-    unknowns that its row and its column are made of, so that the values of the small matrix are a fixed linear map of the
-    values of the large one.
+    Every entry of the whole matrix goes to the places of all pairs of free dofs that its row and its column are made of, so
+    that the values of the small matrix are a fixed linear map of the values of the large one.
     """
 
-    def __init__(self, ties: Ties, n: int, fixed: Index, rows: NDArray[np.int32], cols: NDArray[np.int32]) -> None:
+    def __init__(self, ties: Ties, pattern: Pattern, fixed: Index) -> None:
+        n, rows = pattern.n, pattern.indices
+        cols = np.repeat(np.arange(n, dtype=np.int32), np.diff(pattern.indptr))
         T = ties.free(n, fixed)
         T.sort_indices()
         self.matrix = T
@@ -47,6 +49,6 @@ class Tied:
         """Tᵀ r."""
         return np.asarray(self.matrix.T @ r)
 
-    def whole(self, x: Array) -> Array:
+    def whole(self, x: Array, n: int) -> Array:
         """T x."""
         return np.asarray(self.matrix @ x)

@@ -18,15 +18,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.solver.policy import DEFAULT, Policy
+
 log = logging.getLogger("prensa")
 Array = NDArray[np.float64]
 Solve = Callable[[Array], Array]
 Factor = Callable[[Array], Solve]
-
-BACKWARD_ERROR = 1e-10  # ‖Ax − b‖∞ / (‖A‖∞ ‖x‖∞ + ‖b‖∞) above which an answer is refused
-
-
-REFINE = 1e-13  # backward error above which the answer is refined
 
 
 class SingularError(ArithmeticError):
@@ -178,7 +175,9 @@ class Factorisation:
         threads: int = 1,
         symmetric: bool = False,
         definite: bool = False,
+        policy: Policy = DEFAULT,
     ):
+        self.policy = policy
         self.structure = Structure(n, indptr, indices, GENERAL, threads)
         self.first = [
             (name, kind)
@@ -223,22 +222,10 @@ class Factorisation:
         A.data = values
         if not np.isfinite(norm):
             raise SingularError("the matrix has entries that are not numbers")
-        reason, fallback = "", 0
+        fallback = 0
         while True:
             try:
-                self._solve = None  # the old factors go before the new ones come
-                solve = self._factor()(values)
-                x = np.asarray(solve(b))
-                for _ in range(3):
-                    r = b - A @ x
-                    error = np.abs(r).max() / (norm * np.abs(x).max() + np.abs(b).max() + 1e-300)
-                    if not error > REFINE:
-                        break
-                    x = x + np.asarray(solve(r))
-                if error <= BACKWARD_ERROR:
-                    self._solve = solve
-                    return x
-                reason = f"backward error {error:.1e}"
+                return self._checked(A, norm, values, b)
             except (RuntimeError, ArithmeticError, ValueError) as error:
                 reason = str(error)
             if fallback + 1 >= len(self.order):
@@ -248,3 +235,65 @@ class Factorisation:
             self.order = self.order[1:] + self.order[:1]
             last, now = (" ".join(way) for way in (self.order[-1], self.order[0]))
             log.info("linear solver: %s (%s); trying %s", last, reason, now)
+
+    def _checked(self, A: Any, norm: float, values: Array, b: Array) -> Array:
+        """Solution by the solver in turn, refined as needed; raises `ArithmeticError` if its residual stays too large."""
+        policy = self.policy
+        self._solve = None  # the old factors go before the new ones come
+        solve = self._factor()(values)
+        x = np.asarray(solve(b))
+        for _ in range(policy.refinements):
+            r = b - A @ x
+            error = np.abs(r).max() / (norm * np.abs(x).max() + np.abs(b).max() + 1e-300)
+            if not error > policy.refine:
+                break
+            x = x + np.asarray(solve(r))
+        if not error <= policy.backward_error:
+            raise ArithmeticError(f"backward error {error:.1e}")
+        self._solve = solve
+        return x
+
+
+class DenseFactors:
+    """Factors of a dense matrix, with what attempts use of the interface of `Factorisation`."""
+
+    def __init__(self, policy: Policy) -> None:
+        self.policy = policy
+        self._factors: tuple[Array, Any] | None = None
+
+    def begin(self) -> None:
+        """Forget the factors of earlier attempts."""
+        self._factors = None
+
+    @property
+    def factored(self) -> bool:
+        """Whether there are factors to use `again`."""
+        return self._factors is not None
+
+    def again(self, b: Array) -> Array:
+        """Solution with the factors of the last `solve`."""
+        from scipy.linalg.lapack import dgetrs
+
+        assert self._factors is not None
+        return np.asarray(dgetrs(*self._factors, b)[0]) if len(b) else b
+
+    def solve(self, M: Array, b: Array) -> Array:
+        """Solution of M x = b, refined once; raises `SingularError`."""
+        from scipy.linalg.lapack import dgetrf
+
+        if not len(b):
+            return b
+        if not np.isfinite(M).all():
+            raise SingularError("the matrix has entries that are not numbers")
+        lu, pivots, info = dgetrf(M)
+        if info > 0:
+            raise SingularError("a pivot is zero")
+        self._factors = lu, pivots
+        x = self.again(b)
+        x = x + self.again(b - M @ x)
+        norm = np.abs(M).sum(axis=1).max()
+        error = np.abs(b - M @ x).max() / (norm * np.abs(x).max() + np.abs(b).max() + 1e-300)
+        if not error <= self.policy.backward_error:
+            self._factors = None
+            raise SingularError(f"backward error {error:.1e}")
+        return x

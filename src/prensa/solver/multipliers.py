@@ -11,22 +11,24 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.fem.system import Evaluation, Surface
+from prensa.fem.surface import Surface
+from prensa.fem.system import Evaluation
+from prensa.solver.failure import Blocked
+from prensa.solver.policy import DEFAULT, Policy
 
 Array = NDArray[np.float64]
 
-WEAK = 1e-6  # share of an equation on free unknowns below which it says nothing (new) about them
-SHIFT = 1e-10  # share of an equation put on its diagonal: redundant constraints share what they carry
-MET = 1e-11  # gap or slip over the element depth below which an equation counts as met
-JUMP = 10.0  # tangential traction over pressure that is beyond every bound
-
 
 class BlockedError(ArithmeticError):
-    """A tool and a support prescribe the same displacement differently."""
+    """A tool and a support prescribe the same displacement differently; ``failure`` says where."""
+
+    def __init__(self, failure: Blocked) -> None:
+        super().__init__(failure)
+        self.failure = failure
 
 
 class Equations(NamedTuple):
-    """Of exact contact ``number``: places (k, 2, m) of its equations in the matrix, ``free`` (k, m) unknowns."""
+    """Of exact contact ``number``: places (k, 2, m) of its equations in the matrix, ``free`` (k, m) dofs."""
 
     number: int
     surface: Surface
@@ -34,11 +36,11 @@ class Equations(NamedTuple):
     free: NDArray[np.bool_]
 
 
-def determined(e: Evaluation, b: Array, equations: list[Equations]) -> Array:
+def determined(e: Evaluation, b: Array, equations: list[Equations], policy: Policy = DEFAULT) -> Array:
     """Matrix values of an evaluation with a diagonal in the equations of closed and of sticking points; b right-hand side.
 
     Where supports hold the node along the normal, the equation must be met (else `BlockedError`). Where they hold it
-    along the tangent, or along both while the normal takes the one unknown left, a node that does not move against the
+    along the tangent, or along both while the normal takes the one dof left, a node that does not move against the
     tool keeps its multiplier, and one that does cannot stick: its multiplier is put beyond the bound. Everywhere else
     the diagonal is small and only shares what redundant constraints carry together; Newton's order does not feel it.
     """
@@ -53,21 +55,18 @@ def determined(e: Evaluation, b: Array, equations: list[Equations]) -> Array:
         n2 = (n**2).sum(axis=1)
         along = np.divide((n * t).sum(axis=1), n2, out=np.zeros_like(n2), where=n2 > 0)
         left = np.stack([np.sqrt(n2), np.sqrt(((t - along[:, None] * n) ** 2).sum(axis=1))], axis=1)
-        constraint = own <= WEAK * size
-        held = constraint & (left <= WEAK * size)
+        constraint = own <= policy.weak * size
+        held = constraint & (left <= policy.weak * size)
         unit = s.modulus / s.points.depth
         asked = np.abs(b[s.unknowns].reshape(-1, 2))
-        unmet = held & (asked > (MET * s.points.depth * f.weight * unit)[:, None])
-        inside = held[:, 0] & (f.g < -MET * s.points.depth)
+        unmet = held & (asked > (policy.met * s.points.depth * f.weight * unit)[:, None])
+        inside = held[:, 0] & (f.g < -policy.met * s.points.depth)
         if inside.any():
-            where = ", ".join(f"{v:.4g}" for v in s.X[int(np.argmax(inside))])
-            raise BlockedError(
-                f"the tool of {s.name} is driven into the point at ({where}), which a support holds: exact enforcement "
-                "cannot give way; free that point, leave it out of the contact surface, or use 'penalty'"
-            )
-        beyond = JUMP * f.p / unit
+            x, y = s.X[int(np.argmax(inside))].tolist()
+            raise BlockedError(Blocked(s.name, x, y))
+        beyond = policy.beyond_bound * f.p / unit
         leap = np.divide(asked[:, 1], beyond, out=size[:, 1].copy(), where=beyond > 0)
-        shift = np.where(held, size, np.where(constraint, SHIFT * size, 0.0))
+        shift = np.where(held, size, np.where(constraint, policy.shift * size, 0.0))
         shift[:, 1] = np.where(unmet[:, 1], leap, shift[:, 1])
         data[eq.slots[:, [0, 1], [-2, -1]]] -= shift
     return data

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -13,10 +15,42 @@ from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
 from prensa.fem.system import Evaluation, System
 from prensa.model.problem import Problem
-from prensa.solver.increment import BodyState, ContactState, Force, Place, PointValues, Reaction, ToolState
+from prensa.solver.equilibrium import NewtonResult
+from prensa.solver.increment import (
+    BodyState,
+    ContactState,
+    Force,
+    Increment,
+    Place,
+    PointValues,
+    Reaction,
+    Statistics,
+    ToolState,
+)
+from prensa.solver.ledger import NAMES
 
 Array = NDArray[np.float64]
 Recovery = Callable[[Array, NDArray[np.int64], Array, Array], Array]
+
+
+def increment_of(
+    system: System, state: State, plan: StepPlan, e: Evaluation, result: NewtonResult, spent: int, cutbacks: int, ended: bool
+) -> Increment:  # fmt: skip
+    """The increment that led to a state; spent: iterations of all its attempts."""
+    statistics = Statistics(
+        spent, cutbacks, result.residual, result.augmentations, tuple(result.residuals), tuple(result.changes)
+    )
+    recover = result.recover
+
+    @cache
+    def whole() -> State:
+        return state if recover is None else replace(state, u=recover())
+
+    return Increment(
+        plan.name, plan.number + 1, int(state.clock[1]), float(state.clock[2]), tool_states(system, state, e),
+        dict(zip(NAMES, state.energy.tolist())), support_forces(system, e, plan), statistics, ended,
+        whole, lambda: contact_states(system, whole(), e), lambda: body_states(system, whole(), e, plan),
+    )  # fmt: skip
 
 
 def tool_forces(system: System, e: Evaluation) -> dict[str, Force]:

@@ -26,8 +26,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import prensa as pr
-from prensa.fem.schedule import BoundaryLoad, plan_step
-from prensa.fem.system import System, discretise
+from prensa.fem.discretise import discretise
+from prensa.fem.planning import plan_step
+from prensa.fem.schedule import BoundaryLoad
+from prensa.fem.system import System
 from prensa.solver.increment import Increment
 from prensa.verify.table import Row, case, row
 

@@ -10,8 +10,9 @@ from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
 import prensa as pr
-from prensa.fem.schedule import plan_step
-from prensa.fem.system import Evaluation, discretise
+from prensa.fem.discretise import discretise
+from prensa.fem.planning import plan_step
+from prensa.fem.system import Evaluation
 
 Array = NDArray[np.float64]
 
@@ -53,14 +54,14 @@ class Drive:
 
     def _to(self, time: float, dofs: NDArray[np.int64], values: Array) -> Evaluation:
         system, state = self.system, self.state
-        c = system.circumstances(state, self.plan, time)
+        c = system.context(state, self.plan, time)
         free = np.setdiff1d(np.arange(system.ndof), dofs)
         u, step = state.u, np.zeros(system.ndof)
         step[dofs] = values - u[dofs]
         for _ in range(30):
             e = system.evaluate(c, u, state.lam)
             if e.failed:
-                raise RuntimeError(e.failed)
+                raise RuntimeError(str(e.failed))
             if not step[dofs].any() and np.linalg.norm(e.r[free]) <= 1e-11 * e.scale:
                 clock = state.clock.copy()
                 clock[2] = time

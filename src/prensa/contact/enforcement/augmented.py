@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-OF_SLIP = 1e-3  # elastic slip over the slip of the increment that is accepted where that is more than the tolerance
-
 
 class Augmented(Enforcement):
     """Augmented Lagrangian (Uzawa): the penalty form repeated with updated multipliers.
@@ -40,10 +38,14 @@ class Augmented(Enforcement):
         """k_n, k_T (k,)."""
         return given_or(self.k_n, self.beta, unit), given_or(self.k_T, self.beta_T, unit)
 
-    def update(self, f: ContactForces, lam: Array, scale: Scale, slip: Array) -> tuple[Array, float]:
+    def update(
+        self, f: ContactForces, lam: Array, scale: Scale, slip: Array, elastic_share: float
+    ) -> tuple[Array, float]:
         """λ ← (p, t)."""
         tol = self.tolerance * scale.h
         normal = np.abs(f.p - lam[:, 0]) / scale.k_n / tol
-        tangential = np.abs(f.t - lam[:, 1]) / scale.k_t / np.maximum(tol, OF_SLIP * np.abs(slip).max(initial=0.0))
+        tangential = (
+            np.abs(f.t - lam[:, 1]) / scale.k_t / np.maximum(tol, elastic_share * np.abs(slip).max(initial=0.0))
+        )
         change = max(float(normal.max(initial=0.0)), float(tangential.max(initial=0.0)))
         return np.stack([f.p, f.t], axis=1), change

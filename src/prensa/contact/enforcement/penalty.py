@@ -17,9 +17,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-SOFT = 10.0  # β of the first stage of a continuation
-SOFT_T = 1.0  # β_T of the first stage
-
 
 class Penalty(Enforcement):
     """Penalty enforcement; k_n = beta E*/h and k_T = beta_T E*/h with E* = E/(1 − ν²), h the depth of the elements behind.
@@ -48,13 +45,13 @@ class Penalty(Enforcement):
         """½ ∫ (p²/k_n + t²/k_T) dΓ."""
         return float(0.5 * (f.weight * f.p**2 / scale.k_n + f.area * f.t**2 / scale.k_t).sum())
 
-    def softened(self, scale: Scale, stage: int, keep_tangential: bool) -> Scale:
-        """Stiffnesses capped at (10, 1) E*/h times ``continuation`` to the power of the stage."""
+    def softened(self, scale: Scale, stage: int, keep_tangential: bool, beta: float, beta_T: float) -> Scale:
+        """Stiffnesses capped at (beta, beta_T) E*/h times ``continuation`` to the power of the stage."""
         if self.continuation <= 1:
             return scale
         growth = self.continuation**stage
-        k_n = np.minimum(scale.k_n, SOFT * growth * scale.unit)
-        k_t = scale.k_t if keep_tangential else np.minimum(scale.k_t, SOFT_T * growth * scale.unit)
+        k_n = np.minimum(scale.k_n, beta * growth * scale.unit)
+        k_t = scale.k_t if keep_tangential else np.minimum(scale.k_t, beta_T * growth * scale.unit)
         if np.array_equal(k_n, scale.k_n) and np.array_equal(k_t, scale.k_t):
             return scale
         return replace(scale, k_n=k_n, k_t=k_t)

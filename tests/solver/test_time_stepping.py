@@ -10,7 +10,8 @@ import pytest
 import prensa as pr
 from prensa.errors import PrensaError, SolveError
 from prensa.fem.state import State
-from prensa.solver import march
+from prensa.solver import time_stepping
+from prensa.solver.failure import Unevaluable
 
 ELASTIC = pr.Elastic(1000.0, 0.3)
 
@@ -230,22 +231,20 @@ def test_a_rejected_increment_leaves_no_trace():
     p = pressed(pr.Step("go", move={"punch": {"y": -0.3}}, increments=1), friction=pr.Coulomb(0.3))
     four = pressed(pr.Step("go", move={"punch": {"y": -0.3}}, increments=4), friction=pr.Coulomb(0.3))
     quarter = next(iter(pr.solve(four)))
-    import prensa.solver.march as march
-
-    real, calls = march.attempt, []
+    real, calls = time_stepping.attempt, []
 
     def fails_once(*args):
         trial = real(*args)
         calls.append(1)
         if len(calls) == 1:
-            trial.converged, trial.reason = False, "asked to fail"
+            trial.converged, trial.reason = False, Unevaluable("asked to fail")
         return trial
 
-    march.attempt = fails_once
+    time_stepping.attempt = fails_once
     try:
         cut = list(pr.solve(p))
     finally:
-        march.attempt = real
+        time_stepping.attempt = real
     assert cut[0].statistics.cutbacks == 1
     assert np.array_equal(cut[0].state.u, quarter.state.u)
     rest = list(pr.solve(p, start=cut[0].state))
@@ -312,13 +311,14 @@ def test_supports_carry_what_the_tools_press():
 
 def test_increments_do_not_shrink_until_time_stands_still(monkeypatch):
     """Where nothing goes on, whatever the increment, the run ends with what it has, and says so, while time still moves."""
-    attempt = march.attempt
+    attempt = time_stepping.attempt
 
-    def stuck(system, c, *args):
-        trial = attempt(system, c, *args)
-        return trial if c.time < 0.5 else replace(trial, converged=False, reason="no way past this")
+    def stuck(eq, *args):
+        trial = attempt(eq, *args)
+        failed = replace(trial, converged=False, reason=Unevaluable("no way past this"))
+        return trial if eq.context.time < 0.5 else failed
 
-    monkeypatch.setattr(march, "attempt", stuck)
+    monkeypatch.setattr(time_stepping, "attempt", stuck)
     done = []
     with pytest.raises(SolveError, match=r"no way past this.*too short by now for another cut.*last good state"):
         done.extend(pr.solve(pressed(pr.Step("press", move={"punch": {"y": -0.1}}), kinematics="small")))

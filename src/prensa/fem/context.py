@@ -1,0 +1,41 @@
+"""What an increment depends on besides the unknowns; made once an increment, never changed during it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.contact.forces import Scale
+from prensa.fem.interaction import Interaction
+from prensa.fem.schedule import StepPlan
+from prensa.fem.state import State
+from prensa.friction.law import At, FrictionLaw
+
+Array = NDArray[np.float64]
+
+
+@dataclass
+class Context:
+    """Committed state, plan of the step, end of the increment, and arrays derived from them.
+
+    ``weights`` and ``scales`` of the contacts on the committed configuration, friction ``laws`` and what their bounds depend
+    on (``law_at``); ``x_n`` (n, d) node positions that increments refer to; ``depth`` (n,) thickness at the nodes at the last
+    commit, None in axisymmetry; ``lagged``: the contact stiffness is the paper's symmetric one (see `forces`);
+    ``interactions``: contacts, in the order of the description, then loads.
+    """
+
+    state: State
+    plan: StepPlan
+    time: float
+    dt: float
+    weights: list[Array]
+    scales: list[Scale]
+    laws: list[FrictionLaw | None]
+    law_at: list[At]
+    x_n: Array
+    depth: Array | None
+    interactions: Sequence[Interaction] = ()
+    lagged: bool = False

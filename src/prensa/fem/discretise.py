@@ -1,0 +1,188 @@
+"""From the description to arrays: meshes, placed tools, contact candidates, degrees of freedom, sparsity pattern."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.contact.integration import Points, behind, depth_of, node_normals, point_normals, points_of
+from prensa.errors import PrensaError
+from prensa.fem.assembly import Block, Pattern, block_slots, make_pattern
+from prensa.fem.formulation import Mode, element_of
+from prensa.fem.start import earlier_run
+from prensa.fem.surface import Surface
+from prensa.fem.system import System
+from prensa.fem.ties import held_components, make_ties
+from prensa.layout import DofMap
+from prensa.materials.laws import material_of
+from prensa.mesh.generate import mesh_of
+from prensa.mesh.mesh import Mesh, MeshError, ordered_nodes
+from prensa.model import problem as model
+from prensa.tools.place import PlacedTool, ToolError, place
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+ROUNDING = 0.25  # fillet over element depth of corners that are not given one: a sharp one has no normal to slide on
+
+
+def discretise(problem: model.Problem) -> System:
+    """Arrays of a problem: meshes, placed tools, contact candidates, sparsity pattern.
+
+    Raises
+    ------
+    PrensaError
+        For a boundary that does not exist, a mesh that cannot be computed on, a tool that cannot be placed.
+
+    """
+    meshes = _meshes(problem)
+    offsets, total = {}, 0
+    for name, mesh in meshes.items():
+        offsets[name], total = total, total + len(mesh.points)
+    X = np.concatenate([m.points for m in meshes.values()])
+    ties, X = make_ties(problem, meshes, offsets, X, held_components(problem, meshes, offsets, X))
+    candidates = [_candidates(problem, contact, meshes, offsets, X) for contact in problem.contacts]
+    dofs = _dofs(problem, candidates, total)
+    surfaces = _surfaces(problem, candidates, meshes, offsets, X, dofs)
+    earlier = earlier_run(problem, problem.start, meshes, discretise) if problem.start is not None else None
+    shapes = meshes if earlier is None else earlier.shapes(meshes)
+    tools = [
+        (earlier.tool(name, d) if earlier is not None else None)
+        or place(name, d, shapes, _rounding(problem, t, surfaces))
+        for t, (name, d) in enumerate(problem.tools.items())
+    ]
+    if problem.contact_geometry == "current":
+        for surface in surfaces:
+            _refuse_edges_on_points(tools[surface.tool], surface.points, surface.X, surface.normal)
+    pattern = _pattern(meshes, offsets, surfaces, dofs)
+    blocks = [_block(problem, name, meshes[name].cells + offsets[name], X, pattern) for name in problem.bodies]
+    system = System(problem, meshes, offsets, X, blocks, tools, surfaces, pattern, dofs, ties)
+    for name in [*problem.fixed, *(k for s in problem.steps for k in s.fixed)]:
+        system.boundary_nodes(name)
+    for name in [*problem.loads, *(k for s in problem.steps for k in s.loads)]:
+        system.boundary_edges(name)
+    if earlier is not None:
+        system.beginning, system.release = earlier.begin(system)
+    return system
+
+
+def _meshes(problem: model.Problem) -> dict[str, Mesh]:
+    meshes: dict[str, Mesh] = {}
+    for name, body in problem.bodies.items():
+        try:
+            meshes[name] = mesh_of(body.mesh, body.element_in(problem.space), problem.units.length)
+        except PrensaError as error:
+            raise MeshError(f"bodies.{name}.mesh: {error}") from None
+        x = meshes[name].points[:, 0]
+        if problem.space == "axisymmetric" and x.min() < -1e-12 * np.ptp(x):
+            raise MeshError(f"bodies.{name}.mesh: an axisymmetric mesh lies at x ≥ 0; this one reaches x = {x.min():g}")
+    return meshes
+
+
+def _candidates(
+    problem: model.Problem, contact: model.Contact, meshes: dict[str, Mesh], offsets: dict[str, int], X: Array
+) -> Points:
+    """Candidate points of a contact on its surface."""
+    owner = contact.surface[0].partition(".")[0]
+    mesh, parts = meshes[owner], []
+    for s in contact.surface:
+        edge = s.partition(".")[2]
+        mesh.nodes(edge, s)
+        if edge not in mesh.edges:
+            raise MeshError(f"contact surface {s!r} is a point; it must be a boundary")
+        parts.append(mesh.edges[edge])
+    edges = np.unique(np.concatenate(parts), axis=0)
+    depth = depth_of(edges, mesh.cells, mesh.points)
+    nodes, edges = ordered_nodes(edges) + offsets[owner], edges + offsets[owner]
+    axisymmetric = problem.space == "axisymmetric"
+    return points_of(contact.integration, X, nodes, edges, depth, axisymmetric, problem.thickness)
+
+
+def _dofs(problem: model.Problem, candidates: list[Points], nodes: int) -> DofMap:
+    """Displacements of the nodes, motions of the tools, multipliers of the contacts that have them as unknowns."""
+    more = [
+        (contact.name, "contact point", len(points), ("n", "t"))
+        for contact, points in zip(problem.contacts, candidates)
+        if contact.enforcement.has_multipliers
+    ]
+    return DofMap(2, nodes, len(problem.tools), more)
+
+
+def _surfaces(
+    problem: model.Problem, candidates: list[Points], meshes: dict[str, Mesh], offsets: dict[str, int], X: Array,
+    dofs: DofMap,
+) -> list[Surface]:  # fmt: skip
+    out: list[Surface] = []
+    for contact, points in zip(problem.contacts, candidates):
+        owner = contact.surface[0].partition(".")[0]
+        tool = list(problem.tools).index(contact.against)
+        law = material_of(problem.bodies[owner].material, problem.kinematics, problem.space)
+        out.append(
+            Surface(
+                contact.name, contact, owner, tool, points, sum(len(s.points) for s in out), points.at(X),
+                dofs.pairs(points.support, tool), point_normals(points, X), node_normals(X, points.nodes, points.edges),
+                law.modulus(), behind(points.edges - offsets[owner], meshes[owner].cells),
+                dofs.fields[contact.name] if contact.enforcement.has_multipliers else None,
+            )
+        )  # fmt: skip
+    return out
+
+
+def _pattern(meshes: dict[str, Mesh], offsets: dict[str, int], surfaces: list[Surface], dofs: DofMap) -> Pattern:
+    """Couplings of the elements, of tools with their candidate nodes, and of multipliers."""
+    none = np.zeros(0, dtype=np.int64)
+    near = [
+        np.unique(np.concatenate([none, *(s.points.nodes for s in surfaces if s.tool == t)]))
+        for t in range(dofs.tool.count)
+    ]
+    cells = [m.cells + offsets[name] for name, m in meshes.items()]
+    return make_pattern(cells, dofs, near, [s.coupled for s in surfaces if s.exact])
+
+
+def _block(problem: model.Problem, name: str, cells: Index, X: Array, pattern: Pattern) -> Block:
+    """The elements of a body."""
+    body, axisymmetric = problem.bodies[name], problem.space == "axisymmetric"
+    element = element_of(body.element_in(problem.space))
+    slot = np.empty((*cells.shape, cells.shape[1]), dtype=np.int32)
+    block_slots(pattern.indptr, pattern.indices, cells, slot, element.layout.dimension)
+    mode = Mode(axisymmetric, problem.kinematics == "finite", 2 * np.pi if axisymmetric else problem.thickness)
+    volume, folded = element.volumes(X[cells], mode)
+    if folded.any():
+        e = int(np.argmax(folded))
+        x = X[cells[e]]
+        raise MeshError(
+            f"bodies.{name}.mesh: element {e} near ({x[:, 0].mean():g}, {x[:, 1].mean():g}) is folded "
+            "(negative Jacobian at an integration point)"
+        )
+    law = material_of(body.material, problem.kinematics, problem.space)
+    return Block(name, cells, X[cells], law, element, mode, slot, volume)
+
+
+def _refuse_edges_on_points(tool: PlacedTool, points: Points, X: Array, normal: Array) -> None:
+    """A sharp edge over a contact point has no equilibrium on the moved surface: the point drops off, and comes back.
+
+    Raises
+    ------
+    ToolError
+        Naming the tool, the node and the fillet to give.
+
+    """
+    for *edge, ex, ey in tool.shape.edges:
+        along = (X - tool.at - edge) @ np.array([ex, ey])
+        inside = along.min() + 1e-9 < 0.0 < along.max() - 1e-9
+        facing = ey * normal[:, 0] - ex * normal[:, 1] < 0.0
+        over = np.flatnonzero(facing & (np.abs(along) < 0.02 * points.depth))
+        if inside and len(over):
+            k = over[np.argmin(np.hypot(*(X[over] - tool.at - edge).T))]
+            what = "node" if points.rule == "nodal" else "contact point"
+            raise ToolError(
+                f"tools.{tool.name}: its sharp edge lies over the {what} at ({X[k, 0]:g}, {X[k, 1]:g}), which would drop "
+                f"off and come back for ever; give 'fillet: {0.5 * points.depth[k]:.3g}', or use 'contact_geometry: reference'"
+            )
+
+
+def _rounding(problem: model.Problem, t: int, surfaces: list[Surface]) -> float:
+    """Radius of the corners of a tool without fillets of its own: none where the surface stays where it is."""
+    if problem.contact_geometry == "reference":
+        return 0.0
+    return ROUNDING * min((float(s.points.depth.min()) for s in surfaces if s.tool == t), default=0.0)

@@ -1,0 +1,161 @@
+"""The plan of a step: from what the description says of it to degrees of freedom and their courses."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.fem.schedule import BoundaryLoad, Course, Prescribed, StepPlan, course, integrated, zero_course
+from prensa.fem.system import System
+from prensa.model import problem as model
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+def plan_step(system: System, number: int, anchor: Array) -> StepPlan:
+    """Plan of step *number* (from 0) with the unknowns' values ``anchor`` (ndof,) at its start.
+
+    Raises
+    ------
+    ValueError
+        If an unknown is prescribed twice with different values.
+
+    """
+    p: model.Problem = system.problem
+    t0, t1 = float(number), float(number + 1)
+    # supports: the problem's, then each step's up to this one; a later entry replaces an earlier one of the boundary
+    supports: dict[tuple[str, str], tuple[Any, int]] = {}
+    for k, source in [(-1, p.fixed), *[(i, s.fixed) for i, s in enumerate(p.steps[: number + 1])]]:
+        for name, f in source.items():
+            if f.free:
+                supports.pop((name, "x"), None)
+                supports.pop((name, "y"), None)
+            for c in ("x", "y"):
+                if getattr(f, c) is not None:
+                    supports[(name, c)] = (getattr(f, c), max(k, 0))
+    groups: list[Prescribed] = []
+    taken = np.zeros(system.ndof, dtype=bool)
+
+    def add(dofs: Index, c: Course | None, support: tuple[str, str] | None = None) -> None:
+        dofs = system.owners(dofs)
+        dofs = dofs[~taken[dofs]]
+        taken[dofs] = True
+        if len(dofs):
+            groups.append(Prescribed(dofs, anchor[dofs].copy(), c, support))
+
+    for (name, axis), (value, since) in supports.items():
+        dofs = system.dofs.displacement.dof(system.boundary_nodes(name), axis)
+        held = value == "held" or (since < number and not isinstance(value, tuple))
+        add(dofs, None if held else course(value, 0.0, t0, t1), (name, axis))
+    add(system.dofs.displacement.dof(system.axis_nodes, "x"), None)
+    step = p.steps[number]
+    push: dict[int, Course] = {}
+    springs: dict[int, tuple[float, Course]] = {}
+    for t, name in enumerate(p.tools):
+        for dof, key in zip(system.dofs.tool.dofs(t).tolist(), system.dofs.tool.components):
+            move = getattr(step.move.get(name), key, None)
+            speed = getattr(step.velocity.get(name), key, None)
+            force = getattr(step.push.get(name), "m" if key == "rz" else key, None)
+            stiffness = getattr(p.tools[name].spring, key, None)
+            if stiffness is not None:
+                springs[dof] = stiffness, _mount(p, name, key, number)
+            elif force is not None:
+                start = _push_before(p, name, key, number)
+                push[dof] = course(force, start, t0, t1)
+            elif speed is not None:
+                groups.append(Prescribed(np.array([dof]), anchor[[dof]].copy(), integrated(speed, anchor[dof], t0, t1)))
+            else:
+                groups.append(
+                    Prescribed(
+                        np.array([dof]),
+                        anchor[[dof]].copy(),
+                        None if move is None else course(move, anchor[dof], t0, t1),
+                    )
+                )
+    return StepPlan(
+        step.name, number, t0, t1, groups, push, _loads(system, number), _body_forces(p, number), _friction(p, number),
+        step.increments, springs,
+    )  # fmt: skip
+
+
+def _mount(p: model.Problem, tool: str, key: str, number: int) -> Course:
+    """Course in step *number* of the mount of a tool: what its steps move, held where not mentioned."""
+    now = zero_course()
+    for k, step in enumerate(p.steps[: number + 1]):
+        move, speed = (getattr(kind.get(tool), key, None) for kind in (step.move, step.velocity))
+        start, t0 = now(float(k)), float(k)
+        if move is not None:
+            now = course(move, start, t0, t0 + 1.0)
+        elif speed is not None:
+            now = integrated(speed, start, t0, t0 + 1.0)
+        else:
+            now = Course(np.array([t0]), np.array([start]))
+    return now
+
+
+def _push_before(p: model.Problem, tool: str, key: str, number: int) -> float:
+    """Force at the end of the previous step if the unknown was pushed there, else zero."""
+    if number == 0:
+        return 0.0
+    before = getattr(p.steps[number - 1].push.get(tool), "m" if key == "rz" else key, None)
+    if before is None:
+        return 0.0
+    return course(before, 0.0, number - 1.0, float(number))(float(number))
+
+
+def _history(sources: list[tuple[int, Any]], number: int) -> Course:
+    """Course in step *number* of a quantity given by successive entries (step, value); held where not mentioned."""
+    now = zero_course()
+    for k, value in sources:
+        t0 = float(max(k, 0))
+        if value is not None:
+            now = course(value, now(t0), t0, t0 + 1.0)
+    return now
+
+
+def _loads(system: System, number: int) -> dict[str, BoundaryLoad]:
+    p: model.Problem = system.problem
+    entries: dict[str, list[tuple[int, model.Load]]] = {}
+    for k, source in [(-1, p.loads), *[(i, s.loads) for i, s in enumerate(p.steps[: number + 1])]]:
+        for name, load in source.items():
+            entries.setdefault(name, []).append((k, load))
+    out = {}
+    for name, items in entries.items():
+        parts = {
+            "pressure": [(k, ld.pressure) for k, ld in items],
+            "shear": [(k, ld.shear) for k, ld in items],
+            "tx": [(k, ld.traction[0] if ld.traction else None) for k, ld in items],
+            "ty": [(k, ld.traction[1] if ld.traction else None) for k, ld in items],
+        }
+        follower = items[-1][1].follower and p.kinematics == "finite"
+        out[name] = BoundaryLoad(
+            system.boundary_edges(name), follower, **{c: _history(v, number) for c, v in parts.items()}
+        )
+    return out
+
+
+def _body_forces(p: model.Problem, number: int) -> dict[str, tuple[Course, Course]]:
+    out = {}
+    for body in p.bodies:
+        entries: list[tuple[int, Any]] = [(-1, p.body_force[body])] if body in p.body_force else []
+        entries += [(i, s.body_force[body]) for i, s in enumerate(p.steps[: number + 1]) if body in s.body_force]
+        if entries:
+            out[body] = (
+                _history([(k, b[0]) for k, b in entries], number),
+                _history([(k, b[1]) for k, b in entries], number),
+            )
+    return out
+
+
+def _friction(p: model.Problem, number: int) -> list[Any]:
+    out = []
+    for c in p.contacts:
+        law = c.friction if c.friction is not None else p.friction
+        for s in p.steps[: number + 1]:
+            if c.name in s.friction:
+                law = s.friction[c.name]
+        out.append(law)
+    return out

@@ -1,0 +1,143 @@
+"""Contacts as data: candidate points of a surface against a tool, and as an interaction: what they do to a residual."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.contact.forces import ContactForces, Scale, forces, multiplier_rows, stretching
+from prensa.contact.integration import Points
+from prensa.fem.context import Context
+from prensa.fem.failure import FrictionTooSoft
+from prensa.fem.interaction import Part, Request, Response
+from prensa.layout import Field
+from prensa.model import problem as model
+
+if TYPE_CHECKING:
+    from prensa.fem.system import System
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+EPS = float(np.finfo(np.float64).eps)
+ROUND = 1.0  # round-off of a gap or slip over ε × size
+
+
+@dataclass(frozen=True)
+class Surface:
+    """One contact: candidate points against a tool. ``first`` is the row of its first point in the state's arrays.
+
+    ``X`` (k, 2) initial positions of the points, ``dofs`` (k, 2a + 3) unknowns of their pairs: x, y of each supporting
+    node, tool x, y, rz; ``normal`` (k, 2) of the undeformed surface at the points, ``node_normal`` (n, 2) at its nodes;
+    ``behind`` (m,): elements of the body behind the edges.
+    ``multipliers``: their field, normal and tangential of each point; None if they are no degrees of freedom.
+    """
+
+    name: str
+    description: model.Contact
+    body: str
+    tool: int
+    points: Points
+    first: int
+    X: Array
+    dofs: Index
+    normal: Array
+    node_normal: Array
+    modulus: float
+    behind: Index
+    multipliers: Field | None = None
+
+    @property
+    def exact(self) -> bool:
+        """Whether its multipliers are unknowns."""
+        return self.multipliers is not None
+
+    @property
+    def unknowns(self) -> slice:
+        """Places of its multipliers in the vector of unknowns."""
+        assert self.multipliers is not None
+        return self.multipliers.slice
+
+    @property
+    def rows(self) -> slice:
+        """Rows of this contact in `State.contact` and `State.lam`."""
+        return slice(self.first, self.first + len(self.points))
+
+    @property
+    def coupled(self) -> Index:
+        """Unknowns of the pairs (k, 2a + 3), followed by the two multipliers where these are unknowns (k, 2a + 5)."""
+        if self.multipliers is None:
+            return self.dofs
+        return np.hstack([self.dofs, self.multipliers.dofs(np.arange(len(self.points)))])
+
+    def scale(self, k_t_least: Array) -> Scale:
+        """Penalty stiffnesses of the points: k_n = β E*/h, k_T = β_T E*/h, not below ``k_t_least`` (k,)."""
+        h = self.points.depth
+        unit = self.modulus / h
+        k_n, k_t = self.description.enforcement.stiffness(unit)
+        return Scale(k_n, np.maximum(k_t, k_t_least), h, unit)
+
+
+@dataclass(frozen=True)
+class ContactInteraction:
+    """A contact in the residual: p and t_T on pairs, with the equations of its multipliers where these are unknowns."""
+
+    system: System
+    surface: Surface
+    number: int
+
+    def respond(self, c: Context, ask: Request) -> Response:
+        """See `Interaction`."""
+        system, s, k = self.system, self.surface, self.number
+        scale, weight, law = c.scales[k], c.weights[k], c.laws[k]
+        stick = None if ask.stick is None else ask.stick[s.rows]
+        before = c.state.lam[s.rows, 0] if ask.guess else None
+        if ask.guess:
+            stick = c.state.contact[s.rows, 3] > 0
+        follows = law is not None and not law.proportional and system.problem.kinematics == "finite"
+        area = system.weights(s, system.positions(ask.u), c.depth) if follows else None
+        pairs, lam = system.pairs(s, ask.u), ask.lam[s.rows]
+        period = system.tools[s.tool].shape.period
+        f = forces(
+            pairs, weight, scale, lam, c.state.contact[s.rows], law, c.law_at[k], period, stick, area, c.lagged, before
+        )
+        # points that just touch are closed or open by the round-off of their gaps; those that stick have that of their slips
+        stiff = (weight * scale.k_n * f.dp[:, 0] + f.area * scale.k_t * np.abs(f.dt[:, 1])).sum()
+        out = Response(floor=EPS * float(stiff) * ask.reach, trial=f)
+        if not np.isfinite(f.K).all():
+            out.failed = FrictionTooSoft(s.name)
+            return out
+        out.scale = float(np.abs(f.F[:, : system.dofs.dimension]).sum())
+        K, rows = f.K, None
+        if s.exact:
+            rows, K = multiplier_rows(f, pairs, lam, scale)
+            out.violation = self._violation(f, rows, scale, ask.reach)
+        F, K = s.points.spread(f.F, K)
+        r = -F if rows is None else np.hstack([-F, rows])
+        parts = [Part(s.name, s.coupled, r, K if ask.stiffness else None)]
+        if f.stretched is not None and ask.stiffness and not c.lagged:
+            parts.append(self._stretching(c, f, ask.u))
+        out.parts = parts
+        return out
+
+    def _violation(self, f: ContactForces, rows: Array, scale: Scale, reach: float) -> float:
+        """Largest residual of the multipliers' equations as a length over the element depth, beyond round-off."""
+        system = self.system
+        lengths = np.abs(rows).max(axis=1, initial=0.0) / (f.weight * scale.unit)
+        at = np.abs(system.tools[self.surface.tool].at).max()
+        size = max(reach, float(np.abs(system.X).max()), float(at))
+        return float(((lengths - ROUND * EPS * size) / scale.h).max(initial=0.0))
+
+    def _stretching(self, c: Context, f: ContactForces, u: Array) -> Part:
+        """How the areas of tangential tractions change with both nodes of their edges."""
+        system, s = self.system, self.surface
+        assert f.stretched is not None
+        t = f.stretched * s.points.at(system.share(c.depth))
+        slopes = s.points.slopes(system.positions(u))
+        edges = s.points.edges[s.points.shares.edge]
+        return Part(
+            f"stretch {s.name}", system.dofs.pairs(edges, s.tool), None, stretching(t, f.pairs, s.points.shares, slopes)
+        )

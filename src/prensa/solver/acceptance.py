@@ -1,0 +1,176 @@
+"""Acceptance criteria: equilibrium is not enough, solutions that balance and yet are impossible are refused."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.fem.assembly import Block
+from prensa.fem.contacts import contacts_of, were_closed
+from prensa.fem.context import Context
+from prensa.fem.modes import free_to_move
+from prensa.fem.state import State
+from prensa.fem.surface import Surface
+from prensa.fem.system import Evaluation, System
+from prensa.solver.equilibrium import NewtonResult
+from prensa.solver.failure import (
+    Collapsed,
+    CornerInverted,
+    Failure,
+    LostSupport,
+    Tunnelled,
+    UnilaterallySupported,
+    place_of,
+)
+from prensa.solver.policy import DEFAULT, Policy
+
+log = logging.getLogger("prensa")
+Array = NDArray[np.float64]
+
+
+class Acceptance:
+    """The criteria that a converged increment has to meet; a warning is given once."""
+
+    def __init__(self, system: System, policy: Policy) -> None:
+        self.system, self.policy = system, policy
+        self.warned = False
+
+    def refusal(self, c: Context, result: NewtonResult) -> Failure | None:
+        """Why a converged increment is refused; None if it is not, or did not converge.
+
+        Besides tunnelling and lost supports: in finite strain no element's corner may jump beyond 180°, no point may flow by
+        more than `Policy.collapse` at once.
+        """
+        e = result.evaluation
+        if not result.converged or e is None:
+            return None
+        if through := tunnelled(self.system, c.state, result.u, self.policy):
+            return through
+        if lost := lost_support(self.system, c, e):
+            return lost
+        if self.system.problem.kinematics == "small":
+            return None
+        return next(self._deformed(c, e, self.system.positions(result.u)), None)
+
+    def _deformed(self, c: Context, e: Evaluation, x: Array) -> Iterator[Failure]:
+        for block, new, old in zip(self.system.blocks, e.history, c.state.history):
+            if inverted := self._corner(block, c.x_n, x):
+                yield inverted
+            if block.law.plastic:
+                yield from self._collapse(block, new[..., 4] - old[..., 4])
+
+    def _corner(self, block: Block, x_n: Array, x: Array) -> Failure | None:
+        """A corner beyond 180°: refused if it jumped there, told if it came there little by little.
+
+        A corner of 180° is no fold: a free side that rolls onto a die makes such elements, and they answer well. A corner
+        that passes 180° little by little slides past a support that has no contact: that is told, not refused. One that
+        jumps there in a single increment belongs to another, impossible solution.
+        """
+        corners = block.corners.T
+        corner = least_corner(x.take(corners, axis=0))
+        worst = int(np.argmin(corner))
+        if not corner[worst] < self.policy.inverted:
+            return None
+        inverted = CornerInverted(worst, block.body, *self._centre(block, worst))
+        if corner[worst] < least_corner(x_n[corners[:, [worst]]])[0] - self.policy.inversion:
+            return inverted
+        if not self.warned:
+            self.warned = True
+            log.warning(
+                "%s folds over itself: a free side slides past its support; make it part of a contact surface",
+                place_of(inverted),
+            )
+        return None
+
+    def _collapse(self, block: Block, growth: Array) -> Iterator[Failure]:
+        """A point whose equivalent plastic strain grew (elements, points) too much."""
+        if growth.max() > self.policy.collapse:
+            worst = int(np.argmax(growth)) // growth.shape[1]
+            yield Collapsed(worst, block.body, *self._centre(block, worst), float(growth.max()))
+
+    def _centre(self, block: Block, element: int) -> tuple[float, float]:
+        """Centre of an element in the initial configuration."""
+        x, y = self.system.X[block.cells[element]].mean(axis=0).tolist()
+        return x, y
+
+
+def least_corner(x: Array) -> Array:
+    """Least corner triangle of polygons x (3|4, e, 2) over the mean of all: 0 at 180°, negative beyond → (e,)."""
+    after = np.roll(x, -1, axis=0) - x
+    before = np.roll(after, 1, axis=0)
+    area = before[..., 0] * after[..., 1] - before[..., 1] * after[..., 0]
+    return np.asarray(area.min(axis=0) / np.maximum(np.abs(area.mean(axis=0)), 1e-300))
+
+
+def tunnelled(system: System, state: State, u: Array, policy: Policy = DEFAULT) -> Tunnelled | None:
+    """A contact point that got from one side of a tool to another in a single increment; None if none did.
+
+    Both ends of the increment are free of contact, so no residual can tell. Ways are straight in the frame of the tool.
+    """
+    for s in system.surfaces:
+        start, end = (_in_tool(system, s, v) for v in (state.u, u))
+        through = _through(system, s, start, end, policy)
+        if through.any():
+            k = int(np.flatnonzero(through)[0])
+            node = s.points.nodes[k]
+            x, y = system.positions(state.u)[node].tolist()
+            return Tunnelled(system.tools[s.tool].name, int(node - system.offsets[s.body]), s.body, x, y)
+    return None
+
+
+def _through(system: System, s: Surface, start: Array, end: Array, policy: Policy) -> NDArray[np.bool_]:
+    """Nodes (k,) of a surface whose straight ways (k, 2) in the frame of the tool lead through it."""
+    h = float(s.points.depth.min())
+    length = np.hypot(*(end - start).T)
+    if length.max() < policy.still * h:
+        return np.zeros(len(start), dtype=bool)
+    samples = min(int(policy.samples * length.max() / h) + policy.samples, policy.most_samples)
+    share = np.linspace(0.0, 1.0, samples)
+    way = start + share[:, None, None] * (end - start)
+    close = system.tools[s.tool].shape.closest(way.reshape(-1, 2))
+    g, n = close.g.reshape(len(share), -1), close.n.reshape(way.shape)
+    inside, each = g < 0, np.arange(len(start))
+    enters, leaves = inside.argmax(axis=0), len(share) - 1 - inside[::-1].argmax(axis=0)
+    opposite = (n[enters, each] * n[leaves, each]).sum(axis=1) < policy.opposite
+    return np.asarray(inside.any(axis=0) & opposite & (np.minimum(g[0], g[-1]) > policy.outside * length))
+
+
+def _in_tool(system: System, s: Surface, u: Array) -> Array:
+    """Places (k, 2) of the nodes of a surface in the frame of its tool."""
+    x, y, turn = u[system.tool_dof(s.tool) :][:3]
+    c, d = np.cos(turn), np.sin(turn)
+    return (system.positions(u)[s.points.nodes] - system.tools[s.tool].at - [x, y]) @ np.array([[c, -d], [d, c]])
+
+
+def lost_support(system: System, c: Context, e: Evaluation) -> LostSupport | None:
+    """A body whose last contact opened in the increment though nothing else holds it; None if there is none.
+
+    Its place means nothing then. The matrix need not be singular for that: stresses that stay inside resist a turn.
+    """
+    for body in system.problem.bodies:
+        own = contacts_of(system, body)
+        closed = any(were_closed(c.state, system.surfaces[i]) for i in own)
+        if closed and not any((e.contacts[i].p > 0).any() for i in own) and _loose(system, body, c):
+            return LostSupport(body)
+    return None
+
+
+def unilaterally_supported(system: System, c: Context) -> UnilaterallySupported | None:
+    """A body that nothing but its contact with a single tool holds, which can only push it away; None if there is none.
+
+    Loads may press it against the tool, so this is no error by itself; it is what a failed increment is most likely due to.
+    """
+    for body in system.problem.bodies:
+        own = [system.surfaces[i] for i in contacts_of(system, body)]
+        touched = {system.tools[s.tool].name for s in own if were_closed(c.state, s)}
+        if len(touched) == 1 and _loose(system, body, c):
+            return UnilaterallySupported(body, touched.pop())
+    return None
+
+
+def _loose(system: System, body: str, c: Context) -> bool:
+    """Whether a body can move as a rigid one when contacts do not count."""
+    return bool(free_to_move(system, body, c, contacts=False))

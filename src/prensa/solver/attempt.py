@@ -1,0 +1,100 @@
+"""One attempt at an increment: initial guess, stages of the continuation, Newton, multiplier updates. It commits nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.fem.context import Context
+from prensa.fem.system import Evaluation, System
+from prensa.solver.continuation import stages
+from prensa.solver.equilibrium import Equilibrium, NewtonResult
+from prensa.solver.failure import Failure, Singular, Unsettled
+from prensa.solver.linear import SingularError
+from prensa.solver.multipliers import BlockedError
+from prensa.solver.newton import newton
+from prensa.solver.policy import Policy
+from prensa.solver.predictor import Guess, initial_guess
+from prensa.solver.projection import project_stage
+
+Array = NDArray[np.float64]
+
+
+def attempt(eq: Equilibrium, start: Array, soften: bool = True) -> NewtonResult:
+    """Try to solve an increment from the dofs ``start`` (ndof,); the committed state is not touched.
+
+    soften: whether a failure is followed by another try with contacts that stiffen stage by stage, if they ask for it.
+    """
+    result = attempt_by(eq, [], start)
+    path = stages(eq.system, eq.context, eq.policy) if soften and not result.converged else []
+    if not path:
+        return result
+    again = attempt_by(eq, path, start)
+    again.iterations += result.iterations
+    return again
+
+
+def attempt_by(eq: Equilibrium, path: list[Context], start: Array) -> NewtonResult:
+    """One attempt; ``path``: increment contexts to be solved roughly before, each from the solution of the last."""
+    eq.reduced.factorisation.begin()
+    lam = eq.system.initial_multipliers(eq.context.state)
+    result = NewtonResult(False, None, start, None, lam, 0)
+    try:
+        result.reason = _solve(eq, path, start, lam, result)
+    except BlockedError as error:
+        result.reason = error.failure
+    except SingularError as error:
+        result.reason = Singular(str(error))
+    result.converged = result.reason is None
+    return result
+
+
+def _solve(
+    eq: Equilibrium, path: list[Context], start: Array, lam: Array, result: NewtonResult
+) -> Failure | None:  # fmt: skip
+    """Solve the stages and then the increment; None when that is done."""
+    guess = initial_guess(replace(eq, context=path[0]) if path else eq, start, lam)
+    result.iterations += int(guess.assumed is not None)
+    rough = replace(eq.numerics, tolerance=eq.policy.rough)
+    for now, then in pairwise([*path, eq.context]):
+        end = newton(replace(eq, context=now, numerics=rough), guess, lam, result)
+        if not isinstance(end, Evaluation):
+            return end
+        guess = Guess(project_stage(eq.system, now, then, result.u))
+    return _augment(eq, guess, lam, result)
+
+
+def _augment(eq: Equilibrium, guess: Guess, lam: Array, result: NewtonResult) -> Failure | None:
+    """Newton, and again with updated multipliers of augmented contacts until these are settled."""
+    while True:
+        end = newton(eq, guess, lam, result)
+        if not isinstance(end, Evaluation):
+            return end
+        update, change = updated_multipliers(eq.system, eq.context, end, lam, eq.policy)
+        if change <= 1.0:
+            result.evaluation, result.lam = end, lam
+            return None
+        result.augmentations += 1
+        limit = most_updates(eq.system)
+        if result.augmentations > limit:
+            return Unsettled(limit)
+        lam, guess = update, Guess(result.u)
+
+
+def most_updates(system: System) -> int:
+    """Updates of the multipliers that the contacts of a system allow."""
+    return max(s.description.enforcement.max_updates for s in system.surfaces)
+
+
+def updated_multipliers(system: System, c: Context, e: Evaluation, lam: Array, policy: Policy) -> tuple[Array, float]:
+    """Updated multipliers and the largest change over its tolerance (≤ 1: settled; 0 without augmented contacts)."""
+    update, worst = lam.copy(), 0.0
+    for s, f, sc in zip(system.surfaces, e.contacts, c.scales):
+        slip = f.kappa - c.state.contact[s.rows, 1]
+        enforcement = s.description.enforcement
+        update[s.rows], change = enforcement.update(f, lam[s.rows], sc, slip, policy.small_slip)
+        worst = max(worst, change)
+    return update, worst

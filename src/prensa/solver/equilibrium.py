@@ -1,0 +1,100 @@
+"""r(u) = 0 at the end of one increment: what an attempt works on, with what, and what comes of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.fem.context import Context
+from prensa.fem.system import Evaluation, System
+from prensa.model import problem as model
+from prensa.solver.failure import Failure, Runaway, ToolRunaway
+from prensa.solver.policy import Policy
+from prensa.solver.reduced import Reduced
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Signature = NDArray[np.int8]
+
+
+@dataclass
+class NewtonResult:
+    """Outcome of an increment attempt: converged or ``reason``; dofs u, evaluation there, multipliers, cost.
+
+    ``recover``: gives all dofs where u has only those that the next increment needs.
+    """
+
+    converged: bool
+    reason: Failure | None
+    u: Array
+    evaluation: Evaluation | None
+    lam: Array
+    iterations: int
+    residual: float = np.nan
+    residuals: list[float] = field(default_factory=list)
+    changes: list[int] = field(default_factory=list)
+    augmentations: int = 0
+    recover: Callable[[], Array] | None = None
+
+
+class Reporter(NamedTuple):
+    """Callbacks of an attempt: ``iteration(result, evaluation)``; ``timed(section)`` context manager."""
+
+    iteration: Callable[[NewtonResult, Evaluation], None]
+    timed: Callable[[str], Any]
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """The equations of an increment and the means to solve them. Nothing of it changes during an attempt."""
+
+    system: System
+    context: Context
+    reduced: Reduced
+    numerics: model.Numerics
+    policy: Policy
+    report: Reporter
+
+    def evaluate(
+        self, u: Array, lam: Array, stiffness: bool = True, stick: Flags | None = None, guess: bool = False,
+        section: str = "assembly",
+    ) -> Evaluation:  # fmt: skip
+        """Residual and, with ``stiffness``, its derivative; stick (points,): contact points that are forced to stick."""
+        with self.report.timed(section):
+            return self.reduced.assembly.evaluate(self.context, u, lam, stiffness, stick, guess)
+
+    def norm(self, e: Evaluation) -> float:
+        """Sum of the absolute free residuals; infinite where the residual could not be evaluated."""
+        return np.inf if e.failed else self.reduced.norm(e.r)
+
+    def runaway(self, change: Array) -> Failure | None:
+        """Why a change of the dofs (ndof,) is too large to be meant: what is free to move; None if it is not."""
+        system, policy = self.system, self.policy
+        change = change.copy()
+        change[self.reduced.fixed] = 0.0
+        far = policy.far * system.length
+        for t, tool in enumerate(system.tools):
+            x, y, rz = np.abs(change[system.tool_dof(t) :][:3])
+            if max(x, y) > far or rz > policy.spin:
+                return ToolRunaway(tool.name, "rz" if rz > policy.spin else "x" if x > y else "y")
+        return Runaway() if np.abs(change[: 2 * system.nodes]).max(initial=0.0) > far else None
+
+
+def signature(e: Evaluation) -> Signature:
+    """Status of all contact points: 0 open, 1 stick, 2 slip along +, 3 slip along −."""
+    if not e.contacts:
+        return np.zeros(0, dtype=np.int8)
+    return np.concatenate(
+        [np.where(f.p > 0, np.where(f.slip, np.where(f.t < 0, 3, 2), 1), 0) for f in e.contacts]
+    ).astype(np.int8)
+
+
+def reversed_slip(before: Signature | None, now: Signature) -> Flags:
+    """Points that slip along + in one signature and along − in the other."""
+    if before is None:
+        return np.zeros(len(now), dtype=bool)
+    return (before >= 2) & (now >= 2) & (before != now)

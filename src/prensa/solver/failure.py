@@ -1,0 +1,183 @@
+"""Why an attempt at an increment failed, as values. `sentence` says it in words, here and nowhere else."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from prensa.fem.failure import NotEvaluated
+
+
+@dataclass(frozen=True)
+class Unevaluable:
+    """The residual could not be evaluated; ``cause``: what the system says of it."""
+
+    cause: NotEvaluated | str
+
+
+@dataclass(frozen=True)
+class Diverged:
+    """The residual is not a number."""
+
+
+@dataclass(frozen=True)
+class Stagnated:
+    """The residual, over the forces, no longer falls."""
+
+    residual: float
+
+
+@dataclass(frozen=True)
+class NotConverged:
+    """All iterations are used up at a relative residual."""
+
+    iterations: int
+    residual: float
+
+
+@dataclass(frozen=True)
+class Unsettled:
+    """Multipliers of augmented contacts that still change after all updates."""
+
+    updates: int
+
+
+@dataclass(frozen=True)
+class Blocked:
+    """Exact enforcement: the tool of a contact is driven into a point (x, y) that a support holds."""
+
+    contact: str
+    x: float
+    y: float
+
+
+@dataclass(frozen=True)
+class Singular:
+    """The stiffness matrix is singular; ``detail`` from the linear solver."""
+
+    detail: str
+
+
+@dataclass(frozen=True)
+class ToolRunaway:
+    """A tool that nothing resists, along ``axis``."""
+
+    tool: str
+    axis: Literal["x", "y", "rz"]
+
+
+@dataclass(frozen=True)
+class Runaway:
+    """A displacement far beyond the size of the bodies."""
+
+
+@dataclass(frozen=True)
+class LostSupport:
+    """A body whose last contact opened in the increment though nothing else holds it."""
+
+    body: str
+
+
+@dataclass(frozen=True)
+class UnilaterallySupported:
+    """A body that nothing but its contact with a single tool holds."""
+
+    body: str
+    tool: str
+
+
+@dataclass(frozen=True)
+class Tunnelled:
+    """A contact node (its number in the body; x, y at the start) on the far side of a tool after one increment."""
+
+    tool: str
+    node: int
+    body: str
+    x: float
+    y: float
+
+
+@dataclass(frozen=True)
+class CornerInverted:
+    """An element (x, y: its initial centre) a corner of which jumped beyond 180°."""
+
+    element: int
+    body: str
+    x: float
+    y: float
+
+
+@dataclass(frozen=True)
+class Collapsed:
+    """An element (x, y: its initial centre) that flowed by too large a ``strain`` in one increment."""
+
+    element: int
+    body: str
+    x: float
+    y: float
+    strain: float
+
+
+FreeToMove = Singular | ToolRunaway | Runaway | LostSupport | UnilaterallySupported
+"""Some body or tool has nothing to hold it."""
+
+Failure = (
+    Unevaluable | Diverged | Stagnated | NotConverged | Unsettled | Blocked | Tunnelled | CornerInverted | Collapsed | FreeToMove
+)  # fmt: skip
+
+
+def sentence(failure: Failure) -> str:
+    """A failure in words."""
+    match failure:
+        case Unevaluable(cause):
+            return str(cause)
+        case Diverged():
+            return "the iteration diverged"
+        case Stagnated(residual):
+            return f"the residual stagnates at {residual:.1e} of the forces"
+        case NotConverged(iterations, residual):
+            return f"no convergence in {iterations} iterations (relative residual {residual:.1e})"
+        case Unsettled(updates):
+            return f"the multipliers did not settle in {updates} updates; a larger beta converges faster"
+        case Blocked(contact, x, y):
+            return (
+                f"the tool of {contact} is driven into the point at ({x:.4g}, {y:.4g}), which a support holds: exact "
+                "enforcement cannot give way; free that point, leave it out of the contact surface, or use 'penalty'"
+            )
+        case Tunnelled(tool, node, body, x, y):
+            return f"tool {tool!r} passed through node {node} of {body!r} at ({x:.4g}, {y:.4g}) in one increment"
+        case CornerInverted():
+            return f"{place_of(failure)} folded over"
+        case Collapsed():
+            return f"{place_of(failure)} flowed by {failure.strain:.2g} in one increment: it collapses"
+        case _:
+            return _free(failure)
+
+
+def _free(failure: FreeToMove) -> str:
+    match failure:
+        case Singular(detail):
+            return (
+                f"the stiffness matrix is singular ({detail}): some body or tool is free to move without resistance; "
+                "support it, or hold it until contact does"
+            )
+        case ToolRunaway(tool, axis):
+            way = "turn" if axis == "rz" else f"move along {axis}"
+            return (
+                f"tool {tool!r} is free to move without resistance (to {way}): less force or moment, or hold it until "
+                "contact does"
+            )
+        case Runaway():
+            return (
+                "a displacement a thousand times the size of the bodies: some body or tool is free to move without "
+                "resistance; support it, or hold it until contact does"
+            )
+        case LostSupport(body):
+            return f"body {body!r} is free to move, since its last contact has opened; support it"
+        case UnilaterallySupported(body, tool):
+            return f"body {body!r} is free to move: nothing but its contact with tool {tool!r} holds it"
+
+
+def place_of(failure: CornerInverted | Collapsed) -> str:
+    """The element of a failure in words."""
+    return f"element {failure.element} of {failure.body} (initially near {failure.x:.4g}, {failure.y:.4g})"

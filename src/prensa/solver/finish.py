@@ -1,0 +1,107 @@
+"""Finishing substitutions: a nearly converged iterate is brought home with the factors at hand, which costs next to nothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.fem.system import Evaluation
+from prensa.solver.equilibrium import Equilibrium
+from prensa.solver.policy import DEFAULT
+
+Array = NDArray[np.float64]
+
+
+class Secant:
+    """Steps of Broyden's first method on factors that stay: what each step did to the residual improves the next.
+
+    Broyden (1965); recursion on the steps alone after Kelley (1995, Iterative Methods for Linear and Nonlinear Equations, 7.3).
+    """
+
+    def __init__(self, first: Array | None, least: float = DEFAULT.least_secant) -> None:
+        self.steps = [] if first is None or not float(first @ first) > 0 else [first]
+        self.least = least
+
+    def step(self, z: Array) -> Array:
+        """Step (n,) from z = −K₀⁻¹ r with the factors at hand."""
+        for s, then in pairwise(self.steps):
+            z = z + then * (float(s @ z) / float(s @ s))
+        if self.steps:
+            s = self.steps[-1]
+            slope = 1.0 - float(s @ z) / float(s @ s)
+            z = z / slope if abs(slope) > self.least else z
+        self.steps.append(z)
+        return z
+
+
+@dataclass
+class Finish:
+    """An iterate on its way home; ``rate``: ratio of its last two residuals; ``factorisations`` that it took."""
+
+    u: Array
+    evaluation: Evaluation
+    norm: float
+    rate: float = 0.0
+    factorisations: int = 0
+
+    def fine(self, eq: Equilibrium) -> bool:
+        """Whether nothing is left to improve: residual and, with exact enforcement, constraints."""
+        e = self.evaluation
+        return not (self.norm > eq.policy.fine * e.scale or e.violation > eq.policy.tight)
+
+    def within(self, eq: Equilibrium) -> bool:
+        """Whether the residual is within the tolerance, or is that of round-off."""
+        return self.norm <= eq.numerics.tolerance * self.evaluation.scale or self.norm <= self.evaluation.floor
+
+    @property
+    def residual(self) -> float:
+        """Relative residual."""
+        return self.norm / self.evaluation.scale
+
+
+def finish(eq: Equilibrium, u: Array, e: Evaluation, lam: Array, came_by: Array | None) -> tuple[Finish, bool]:
+    """Improve a nearly converged iterate; whether it has converged. If not, Newton goes on from where it was.
+
+    What is converged is improved further: the residual is summed over all nodes, so a tool's balance needs digits that the
+    stop leaves open. came_by (ndof,): the step that led to u, if its factors are those at hand.
+    """
+    done = Finish(u, e, eq.norm(e))
+    _substitute(eq, done, lam, Secant(came_by, eq.policy.least_secant))
+    if not done.within(eq):
+        return done, False
+    e, policy = done.evaluation, eq.policy
+    if (done.norm > policy.fine * e.scale and done.norm > e.floor) or e.violation > policy.tight:
+        _refactor(eq, done, lam)
+    return done, not done.evaluation.violation > policy.tight
+
+
+def _substitute(eq: Equilibrium, done: Finish, lam: Array, secant: Secant) -> None:
+    """Substitutions with the factors at hand as long as they are cheaper than a factorisation would be."""
+    policy = eq.policy
+    while (
+        not done.fine(eq)
+        and eq.reduced.factorisation.factored
+        and done.norm * done.rate**policy.corrections <= policy.fine * done.evaluation.scale
+    ):
+        with eq.report.timed("factorisation and solve"):
+            step = secant.step(eq.reduced.again(-done.evaluation.r))
+        better = eq.evaluate(done.u + step, lam, stiffness=False)
+        size = eq.norm(better)
+        if not size < policy.contraction * done.norm:
+            break
+        done.u, done.evaluation, done.rate, done.norm = done.u + step, better, size / done.norm, size
+
+
+def _refactor(eq: Equilibrium, done: Finish, lam: Array) -> None:
+    """One more step with new factors: old ones do not help everywhere (a limit load, say)."""
+    reduced = eq.reduced
+    here = eq.evaluate(done.u, lam)
+    with eq.report.timed("factorisation and solve"):
+        step = reduced.solve(reduced.matrix(here, -here.r), -here.r)
+    done.factorisations += 1
+    better = eq.evaluate(done.u + step, lam, stiffness=False)
+    if (size := eq.norm(better)) < done.norm:
+        done.u, done.evaluation, done.norm = done.u + step, better, size

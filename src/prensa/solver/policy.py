@@ -1,0 +1,160 @@
+"""Every tuning constant of the solver in one place. All are dimensionless; the defaults are meant to stay, studies vary them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Policy:
+    """How the solver goes about its work. What a user decides is in `Numerics`; this is what nobody should have to."""
+
+    # ------------------------------------------------------------------------------------------------ initial guess
+    good_start: float = 0.05
+    """Relative residual of the extrapolation below which nothing better is looked for."""
+    sunk_start: float = 0.01
+    """Penetration over element depth that default penalties stay below at any pressure that a body bears; contact nodes
+    beyond it are not projected, since the gap of a soft penalty goes on growing."""
+
+    # ------------------------------------------------------------------------------------------------------- Newton
+    line_search: tuple[float, ...] = (0.5, 0.25, 0.1, 0.03)
+    """Fractions of a step that the line search looks at, after the full step."""
+    watchdog: int = 2
+    """Full steps accepted although the residual grows, when points open or close …"""
+    watchdog_flips: int = 6
+    """… and when points reverse their slip."""
+    patience: int = 6
+    """Iterations in which the least residual must fall to ``stagnation`` of its value: a smaller increment is cheaper."""
+    stagnation: float = 0.5
+    """Share to which the least residual must fall within ``patience`` iterations."""
+    close: float = 2e-3
+    """Relative residual from which an iteration is expected to come near: its stiffness will not be asked for."""
+    far: float = 1e3
+    """Way, over the size of the bodies, of a node or tool in one increment that nothing holds …"""
+    spin: float = 10.0
+    """… and turn (rad) of such a tool."""
+
+    # ------------------------------------------------------------------------------------------------------- finish
+    near: float = 1e-5
+    """Relative residual from which on the factors at hand may finish the work."""
+    fine: float = 1e-11
+    """Relative residual to which converged iterates are improved: sums over all nodes need these digits."""
+    tight: float = 1e-12
+    """Penetration and elastic slip over the element depth that exact contacts reach."""
+    corrections: int = 4
+    """Substitutions, with an evaluation each, that cost as much as a factorisation with its own."""
+    contraction: float = 0.3
+    """Ratio of successive residuals above which substitutions with old factors are given up."""
+    least_secant: float = 0.1
+    """Change of the residual along a step, over the step, below which the step (round-off, say) teaches the next nothing."""
+
+    # -------------------------------------------------------------------------------------------------- multipliers
+    small_slip: float = 1e-3
+    """Share of the slip of the increment below which the tangential error of an augmented contact does not matter."""
+    weak: float = 1e-6
+    """Share of a multiplier's equation on free dofs below which it says nothing (new) about them."""
+    shift: float = 1e-10
+    """Share of such an equation put on its diagonal: redundant constraints share what they carry."""
+    met: float = 1e-11
+    """Gap or slip over the element depth below which a multiplier's equation counts as met."""
+    beyond_bound: float = 10.0
+    """Tangential traction over pressure that is beyond every friction bound."""
+
+    # ------------------------------------------------------------------------------------------------- continuation
+    soft: float = 10.0
+    """β of the first stage of the continuation in the penalty."""
+    soft_tangential: float = 1.0
+    """β_T of the first stage."""
+    rough: float = 1e-4
+    """Relative residual to which stages before the last are solved."""
+    stages: int = 64
+    """Stages at most."""
+    soften_after: int = 2
+    """Cut-backs before an increment is tried with contacts that stiffen: most failures need the cut."""
+
+    # --------------------------------------------------------------------------------------------------- increments
+    first: float = 0.0025
+    """First increment of a step without 'increments', as a share of the step."""
+    longest: float = 0.1
+    """Automatic increment at most, as a share of the step."""
+    travel: float = 0.3
+    """Tool travel per automatic increment, in contact element sizes."""
+    plastic: float = 0.01
+    """Equivalent plastic strain per automatic increment …"""
+    spread: float = 0.95
+    """… that this share of the points stays below (a singular corner would rule the step otherwise)."""
+    plastic_cut: float = 0.1
+    """Share of an increment below which plastic strain alone does not shorten the next."""
+    easy: int = 5
+    """Newton iterations up to which the next automatic increment grows by ``grow``."""
+    target: int = 7
+    """Newton iterations up to which a given increment that was cut doubles again."""
+    hard: int = 10
+    """Newton iterations beyond which the next automatic increment shrinks to ``shrink``."""
+    grow: float = 1.5
+    """Growth of an automatic increment after an easy one."""
+    recover: float = 2.0
+    """Growth of an increment back to its given length, or to the least, after a cut."""
+    shrink: float = 0.7
+    """Share of a hard automatic increment that the next one has."""
+    cut: float = 0.25
+    """Share of a rejected increment that is tried next: halves of what fails mostly fail too."""
+    least: float = 1e-5
+    """Share of the step below which increments become shorter by failure alone."""
+    shortest: float = 1e-12
+    """Share of the step below which time would soon stand still: what needs that is a jump."""
+    touch: float = 0.02
+    """Share of the increment before a first touch below which the increment is not split there."""
+    looks: int = 200
+    """Times at most at which a first touch within an increment is looked for."""
+
+    # --------------------------------------------------------------------------------------------------- acceptance
+    inverted: float = -0.1
+    """Area of a corner's triangle over the mean of the element's below which the corner counts as inverted."""
+    inversion: float = 0.5
+    """Fall of that measure in one increment that is no gradual inversion."""
+    collapse: float = 1.0
+    """Equivalent plastic strain at any point in one increment beyond which it is refused."""
+    opposite: float = -0.5
+    """Cosine between the normals where a straight way enters and leaves a tool: it has tunnelled."""
+    still: float = 0.25
+    """Way over element depth that tunnels through nothing."""
+    outside: float = -0.05
+    """Gap over the way, at both ends of the increment, of a node that is outside the tool."""
+    samples: int = 8
+    """Places on a node's way per element depth at which tunnelling is looked for …"""
+    most_samples: int = 256
+    """… and at most."""
+
+    # ----------------------------------------------------------------------------------------------------- warnings
+    deep: float = 0.1
+    """Penetration over element depth worth a warning."""
+    hidden: float = 100.0
+    """A tool force below this many times the residual allowed is not a result."""
+
+    # ------------------------------------------------------------------------------------------------ linear solver
+    backward_error: float = 1e-10
+    """‖Ax − b‖∞ / (‖A‖∞ ‖x‖∞ + ‖b‖∞) above which a solution is refused."""
+    refine: float = 1e-13
+    """Backward error above which a solution is refined …"""
+    refinements: int = 3
+    """… at most so many times."""
+
+    # ------------------------------------------------------------------------------------------------- condensation
+    columns: int = 64
+    """Columns of the inverse computed at once …"""
+    room: int = 2**25
+    """… at most so many numbers of them."""
+    responses: int = 4
+    """Free responses that are kept: an increment asks for two again and again."""
+    worth_condensing: int = 5000
+    """Dofs from which on factorisations cost enough to be saved."""
+    column_cost: float = 0.012
+    """Cost of a column, in factorisations."""
+    increment_cost: float = 2.5
+    """Factorisations that an increment costs otherwise."""
+    usual_increments: int = 10
+    """Increments of a step that chooses its own."""
+
+
+DEFAULT = Policy()

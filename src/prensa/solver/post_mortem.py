@@ -1,0 +1,90 @@
+"""What is said of an increment that failed for good: what, where, why, and what to try."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from prensa.fem.failure import ElementFailed, FrictionTooSoft, Why
+from prensa.fem.modes import free_to_move
+from prensa.fem.system import Evaluation, System
+from prensa.solver.equilibrium import Equilibrium, NewtonResult
+from prensa.solver.failure import (
+    Collapsed,
+    CornerInverted,
+    Failure,
+    FreeToMove,
+    Tunnelled,
+    Unevaluable,
+    Unsettled,
+)
+
+
+def hint(failure: Failure) -> str:
+    """What to try against a failure."""
+    match failure:
+        case _ if isinstance(failure, FreeToMove):
+            return "support the body or the tool in that direction, or hold it until contact does"
+        case Unevaluable(ElementFailed(why=Why.INVERTED)):
+            return (
+                "more 'increments', a mesh that is coarser or better shaped there, element q4_fbar; if a free side slides past "
+                "the tool, make it part of the contact surface"
+            )
+        case Unevaluable(FrictionTooSoft()):
+            return "a smaller slope of mu, a larger 'beta_T', more 'increments'"
+        case CornerInverted():
+            return "smaller increments; make the free side part of the contact surface, or support it"
+        case Collapsed():
+            return "a hardening flow curve, a larger fillet of the tool, a finer mesh there, more 'increments'"
+        case Tunnelled():
+            return "more 'increments', or a shorter travel"
+        case Unsettled():
+            return "a larger 'beta', or 'penalty'"
+    return "more 'increments', a smaller motion per step, a larger fillet or a finer mesh where it happens, or less softening"
+
+
+def where(eq: Equilibrium, failure: Failure, result: NewtonResult) -> str:
+    """Where the last iterate of a failed attempt is worst: node, element, contact and tool, with coordinates; '' unknown."""
+    if isinstance(failure, FreeToMove):
+        return _free_bodies(eq)
+    if not result.residuals:
+        return ""
+    system, reduced = eq.system, eq.reduced
+    e = eq.evaluate(result.u, result.lam, stiffness=False)
+    if e.failed or not len(reduced.free):
+        return ""
+    dof = int(reduced.free[np.argmax(np.abs(reduced.weight * reduced.restriction.part(e.r)))])
+    for s in system.surfaces:
+        if s.exact and dof in range(s.unknowns.start, s.unknowns.stop):
+            dof = int(s.dofs[(dof - s.unknowns.start) // 2, 0])
+    if dof >= 2 * system.nodes:
+        t, axis = divmod(dof - 2 * system.nodes, 3)
+        return f"the largest residual is that of tool {system.tools[t].name!r} along {('x', 'y', 'rz')[axis]}"
+    return f"the largest residual is at {_node(system, dof // 2, result, e)}"
+
+
+def _free_bodies(eq: Equilibrium) -> str:
+    """The rigid motions that are left to bodies, or would be without their contacts, which open now."""
+    system, c = eq.system, eq.context
+    ways = [f"body {b!r} can {words}" for b in system.problem.bodies if (words := free_to_move(system, b, c))]
+    if not ways:
+        ways = [
+            f"without its contacts body {b!r} can {words}"
+            for b in system.problem.bodies
+            if (words := free_to_move(system, b, c, contacts=False))
+        ]
+    return "; ".join(ways)
+
+
+def _node(system: System, node: int, result: NewtonResult, e: Evaluation) -> str:
+    """A node with its body, place, an element, and what it does at its tools."""
+    body = next(b for b in reversed(list(system.offsets)) if system.offsets[b] <= node)
+    block = next(b for b in system.blocks if b.body == body)
+    x = system.positions(result.u)[node]
+    element = int(np.flatnonzero((block.cells == node).any(axis=1))[0])
+    text = f"node {node - system.offsets[body]} of {body!r} at ({x[0]:.4g}, {x[1]:.4g}), element {element}"
+    for s, f in zip(system.surfaces, e.contacts):
+        k = np.flatnonzero((s.points.support == node).any(axis=1))
+        if len(k) and np.isfinite(f.g[k[0]]):
+            status = "open" if f.p[k[0]] <= 0 else "slipping" if f.slip[k[0]] else "sticking"
+            text += f", {status} at tool {system.tools[s.tool].name!r} (gap {f.g[k[0]]:.3g})"
+    return text

@@ -1,0 +1,81 @@
+"""First iterate of an increment: the last increments extrapolated, or the committed state moved by the linearised system."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.fem.system import Evaluation
+from prensa.solver.equilibrium import Equilibrium
+from prensa.solver.projection import contact_corrected, project_prediction
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+
+@dataclass
+class Guess:
+    """Dofs u (ndof,) to start from; their evaluation if it was made.
+
+    ``assumed`` (points,): contact points that were closed in the linear system, if u is the answer of one. Where one of them
+    has opened, u is not converged before its own matrix was solved: a body that nothing holds stands still wherever it is.
+    """
+
+    u: Array
+    evaluation: Evaluation | None = None
+    assumed: Flags | None = None
+
+    def take(self) -> Evaluation | None:
+        """The evaluation, handed over: its matrix is then held nowhere else."""
+        e, self.evaluation = self.evaluation, None
+        return e
+
+
+def initial_guess(eq: Equilibrium, start: Array, lam: Array) -> Guess:
+    """The extrapolation where it is good, else the answer of the linearised system; start (ndof,): the committed state."""
+    values = eq.context.plan.values(eq.context.time)
+    guess = _extrapolated(eq, start, values, lam)
+    return guess if guess is not None else _linearised(eq, start, values, lam)
+
+
+def _extrapolated(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Guess | None:
+    """The last increments extrapolated, contact nodes projected; None if that is poor or there are none."""
+    system, c, fixed = eq.system, eq.context, eq.reduced.fixed
+    if not eq.numerics.predictor or not c.state.dt_last > 0:
+        return None
+    u = start + c.state.foretold(c.dt)
+    u[fixed] = values
+    project_prediction(system, c, u, eq.policy)
+    u[fixed] = values
+    u = system.followed(u)
+    e = eq.evaluate(u, lam)
+    # plastic points answer to a linear start as if they were elastic: even a poor extrapolation is better there
+    if not e.failed and (system.has_memory or eq.norm(e) <= eq.policy.good_start * e.scale):
+        return Guess(u, e)
+    return None
+
+
+def _linearised(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Guess:
+    """The committed state moved by the linearised system.
+
+    That has the tools where they end, so that it closes all points that they would overlap; those that were closed stay so
+    and stick. Too many closed points open in the iterations that follow; too few would let the tool sink between them.
+    """
+    system, reduced = eq.system, eq.reduced
+    delta, tools = np.zeros(system.ndof), np.zeros(system.ndof)
+    delta[reduced.fixed] = values - start[reduced.fixed]
+    tools[system.tool_dof(0) : system.tool_dof(len(system.tools))] = 1.0
+    start = start + tools * delta
+    delta = system.followed((1.0 - tools) * delta)
+    base = eq.evaluate(start, lam, guess=True)
+    if base.failed or base.data is None:
+        return Guess(start + delta)
+    r = base.r + reduced.assembly.apply(base.data, delta)
+    with eq.report.timed("factorisation and solve"):
+        matrix, base = reduced.matrix(base, -r), base._replace(data=None)
+        step = reduced.solve(matrix, -r)
+    if eq.runaway(step) is not None:
+        return Guess(start + delta, None, base.touching)
+    return Guess(contact_corrected(system, eq.context, base, start, delta + step, lam), None, base.touching)

@@ -1,0 +1,108 @@
+"""Contact nodes put at a given gap: each is moved along the normal of its tool, whatever asked for the gap.
+
+A straight step along a curved tool changes the gap by d²/2R, more than the penetration p/k_n: Newton's steps, extrapolations and
+stages of the continuation all need the nodes back where the contact law means them to be.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.contact.forces import Scale
+from prensa.contact.pairing import Pairs
+from prensa.fem.context import Context
+from prensa.fem.surface import Surface
+from prensa.fem.system import Evaluation, System
+from prensa.solver.policy import DEFAULT, Policy
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+
+def project(system: System, s: Surface, u: Array, change: Callable[[Pairs], Array]) -> None:
+    """Move the nodes (k,) of a surface in u (ndof,), in place, by the ``change`` (k,) of their gap that their pairs call for."""
+    pairs = system.node_pairs(s, u)
+    u[: 2 * system.nodes].reshape(-1, 2)[s.points.nodes] += change(pairs)[:, None] * pairs.n
+
+
+def to_gap(target: Array, where: Flags, pairs: Pairs) -> Array:
+    """Change (k,) that takes the nodes ``where`` to the gap ``target``; zero elsewhere, gaps that are not finite included."""
+    return np.where(where, target, 0.0) - np.where(where, pairs.g, 0.0)
+
+
+def project_prediction(system: System, c: Context, u: Array, policy: Policy = DEFAULT) -> None:
+    """Put extrapolated contact nodes of u (ndof,), in place, at their committed gap if closed, others out of the tool.
+
+    A node that has just landed would otherwise be extrapolated deep into the tool, at the speed it came with. Where a soft
+    penalty lets the tool sink in, gaps go on growing, and nodes are left where the extrapolation has them.
+    """
+    for s in system.surfaces:
+        closed = s.points.any_at_nodes(c.state.contact[s.rows, 3] > 0)
+        has_point = s.points.any_at_nodes(np.ones(len(s.points), dtype=bool))  # a node on the axis may have no area
+        committed = system.node_pairs(s, c.state.u).g
+        sunk = closed & (committed < -policy.sunk_start * s.points.depth.min())
+
+        def change(
+            pairs: Pairs, closed: Flags = closed, committed: Array = committed, moves: Flags = has_point & ~sunk
+        ) -> Array:
+            # an open node may lie inside: points of rules that are not the nodes, or of quadratic edges, are what contact holds
+            target = np.where(closed, committed, np.maximum(pairs.g, np.minimum(committed, 0.0)))
+            return to_gap(target, moves & np.isfinite(pairs.g) & np.isfinite(target), pairs)
+
+        project(system, s, u, change)
+
+
+def contact_corrected(system: System, c: Context, e: Evaluation, u: Array, step: Array, lam: Array) -> Array:
+    """U + step, with closed contact nodes put at the gap that the linear model gave them; e: the evaluation at u.
+
+    Without the correction a Newton step along a curved tool opens points that stay closed. Supported nodes are left where
+    they are.
+    """
+    moved = u + step
+    if system.problem.contact_geometry != "current":
+        return moved
+    delta = step[: 2 * system.nodes].reshape(-1, 2)
+    after_lam = system.multipliers(moved, lam)
+    for s, f, scale in zip(system.surfaces, e.contacts, c.scales):
+        nodes = s.points.nodes
+        target = _linear_gap(system, s, f.pairs, step, s.points.at(delta))
+        stays = s.points.any_at_nodes(after_lam[s.rows, 0] - scale.k_n * target > 0)
+        stays &= ~system.supported(nodes, c.plan)
+        if not s.points.are_nodes:
+            target = _linear_gap(system, s, system.node_pairs(s, u), step, delta[nodes])
+        project(system, s, moved, partial(to_gap, target, stays))
+    return system.followed(moved)
+
+
+def _linear_gap(system: System, s: Surface, before: Pairs, step: Array, moved: Array) -> Array:
+    """Gaps (k,) after a step by the linear model: before (k pairs), moved (k, 2) the step of their body points."""
+    tool = step[system.tool_dof(s.tool) :][:3]
+    return np.asarray(before.g + (before.dg[:, :2] * moved).sum(axis=1) + before.dg[:, 2:] @ tool)
+
+
+def project_stage(system: System, now: Context, then: Context, u: Array) -> Array:
+    """Dofs of a solved stage moved to where the next one has the same pressures: penetrations shrink as k_n grows."""
+    u = u.copy()
+    for s, a, b in zip(system.surfaces, now.scales, then.scales):
+        if a is b:
+            continue
+        free = ~system.supported(s.points.nodes, now.plan)
+        softer = _softer(s, a, b)
+
+        def change(pairs: Pairs, free: Flags = free, softer: Array = softer) -> Array:
+            inside = np.where(free & np.isfinite(pairs.g), np.minimum(pairs.g, 0.0), 0.0)
+            return (softer - 1.0) * inside  # a difference of gaps would lose digits of what is nearly the same
+
+        project(system, s, u, change)
+    return u
+
+
+def _softer(s: Surface, a: Scale, b: Scale) -> Array:
+    """Normal stiffness of one stage over that of another at the nodes (k,); 1 at nodes that carry no point."""
+    share = s.points.to_nodes(np.ones(len(s.points)))
+    carries = share > 0  # the end on the axis of a quadratic edge carries no point
+    return np.where(carries, s.points.to_nodes(a.k_n / b.k_n) / np.where(carries, share, 1.0), 1.0)

@@ -1,0 +1,192 @@
+"""The equations in the free dofs: assembly, restriction and factors put together; condensed bodies are another such three."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.fem.assembly import Pattern
+from prensa.fem.context import Context
+from prensa.fem.system import Evaluation, System
+from prensa.model import problem as model
+from prensa.solver.eliminated import Tied
+from prensa.solver.linear import Factorisation, running
+from prensa.solver.multipliers import Equations, determined
+from prensa.solver.policy import DEFAULT, Policy
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Flags = NDArray[np.bool_]
+
+
+def weights_of(system: System) -> Array:
+    """Weights (ndof,) with which residuals are summed: rows of rotations are moments, divided by a length they are forces."""
+    weight = np.ones(system.ndof)
+    for t in range(len(system.tools)):
+        weight[system.tool_dof(t) + 2] = 1.0 / system.length
+    return weight
+
+
+def equations_of(system: System, fixed: Index) -> list[Equations]:
+    """Multiplier equations of the exact contacts, with ``fixed`` dofs prescribed."""
+    free = np.ones(system.ndof, dtype=bool)
+    free[fixed] = False
+    return [
+        Equations(i, s, system.pair_slots(s)[:, -2:], free[s.coupled]) for i, s in enumerate(system.surfaces) if s.exact
+    ]
+
+
+class Assembly(Protocol):
+    """Where residuals and matrices in all dofs come from."""
+
+    def evaluate(
+        self, c: Context, u: Array, lam: Array, stiffness: bool = True, stick: Flags | None = None, guess: bool = False
+    ) -> Evaluation:  # fmt: skip
+        """As `System.evaluate`."""
+
+    def apply(self, data: Array, delta: Array) -> Array:
+        """K δ (ndof,) for the matrix values of an evaluation."""
+
+
+class Restriction(Protocol):
+    """From all dofs to the free ones (f,) and back."""
+
+    @property
+    def free(self) -> Index:
+        """The free dofs (f,)."""
+
+    def part(self, r: Array) -> Array:
+        """Residuals of the free dofs (f,), those of tied nodes with their masters'."""
+
+    def whole(self, x: Array, n: int) -> Array:
+        """All dofs (n,) from the free ones, zero where prescribed."""
+
+    def values(self, data: Array) -> Array:
+        """Values of K_ff for the matrix values of an evaluation; a copy."""
+
+
+class Factors(Protocol):
+    """Factors of K_ff."""
+
+    @property
+    def factored(self) -> bool:
+        """Whether there are factors to use `again`."""
+
+    def begin(self) -> None:
+        """Forget the factors of earlier attempts."""
+
+    def solve(self, matrix: Array, b: Array) -> Array:
+        """Solution (f,) with the matrix of `Restriction.values`."""
+
+    def again(self, b: Array) -> Array:
+        """Solution (f,) with the last factors, unchecked."""
+
+
+class Whole:
+    """The assembly of a system as it is."""
+
+    def __init__(self, system: System) -> None:
+        self.system, self.pattern = system, system.pattern
+
+    def evaluate(
+        self, c: Context, u: Array, lam: Array, stiffness: bool = True, stick: Flags | None = None, guess: bool = False
+    ) -> Evaluation:  # fmt: skip
+        """As `System.evaluate`."""
+        return self.system.evaluate(c, u, lam, stiffness, stick, guess)
+
+    def apply(self, data: Array, delta: Array) -> Array:
+        """K δ with the whole matrix."""
+        from scipy.sparse import csc_matrix
+
+        n = self.pattern.n
+        return np.asarray(csc_matrix((data, self.pattern.indices, self.pattern.indptr), (n, n)) @ delta)
+
+
+class Selected:
+    """Free dofs that are just those not prescribed; ``indptr``, ``indices``: pattern of their matrix (compressed columns)."""
+
+    def __init__(self, pattern: Pattern, fixed: Index) -> None:
+        mask = np.ones(pattern.n, dtype=bool)
+        mask[fixed] = False
+        self.free = np.flatnonzero(mask)
+        cols = np.repeat(np.arange(pattern.n, dtype=np.int32), np.diff(pattern.indptr))
+        number = np.cumsum(mask, dtype=np.int32) - 1
+        self.entries = mask[pattern.indices] & mask[cols]  # as flags: their places take as much memory as the matrix
+        ends = running(self.entries)[pattern.indptr]
+        self.indptr, self.indices = np.append(ends[self.free], ends[-1]), number[pattern.indices[self.entries]]
+
+    def part(self, r: Array) -> Array:
+        """See `Restriction`."""
+        return r[self.free]
+
+    def whole(self, x: Array, n: int) -> Array:
+        """See `Restriction`."""
+        out = np.zeros(n)
+        out[self.free] = x
+        return out
+
+    def values(self, data: Array) -> Array:
+        """See `Restriction`."""
+        return data[self.entries]
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """The equations in the free dofs: where they come from, how they are restricted, and the factors of their matrix."""
+
+    fixed: Index
+    symmetric: bool
+    assembly: Assembly
+    restriction: Restriction
+    factorisation: Factors
+    weight: Array
+    equations: list[Equations]
+    policy: Policy
+
+    @classmethod
+    def of(
+        cls, system: System, fixed: Index, numerics: model.Numerics, symmetric: bool = False, policy: Policy = DEFAULT
+    ) -> Reduced:  # fmt: skip
+        """The whole system with some dofs ``fixed``, its pattern analysed once."""
+        restriction = (
+            Tied(system.ties, system.pattern, fixed) if system.ties is not None else Selected(system.pattern, fixed)
+        )
+        # multipliers make a matrix indefinite; without them that takes a free tool, or large compression
+        definite = not any(s.exact for s in system.surfaces)
+        factorisation = Factorisation(
+            len(restriction.free), restriction.indptr, restriction.indices, numerics.solver, numerics.threads, symmetric,
+            definite, policy,
+        )  # fmt: skip
+        weight = weights_of(system)[restriction.free]
+        return cls(
+            fixed, symmetric, Whole(system), restriction, factorisation, weight, equations_of(system, fixed), policy
+        )
+
+    @property
+    def free(self) -> Index:
+        """The free dofs (f,)."""
+        return self.restriction.free
+
+    def norm(self, r: Array) -> float:
+        """Sum of the absolute free residuals, moments divided by a length."""
+        return float(np.abs(self.weight * self.restriction.part(r)).sum())
+
+    def matrix(self, e: Evaluation, b: Array) -> Array:
+        """Values of K_ff for the matrix of an evaluation and the right-hand side b (ndof,) it is for; a copy.
+
+        With it the evaluation can let its own go before the factors come: a tenth of what a run takes at its peak.
+        """
+        assert e.data is not None
+        data = determined(e, b, self.equations, self.policy) if self.equations else e.data
+        return self.restriction.values(data)
+
+    def solve(self, matrix: Array, b: Array) -> Array:
+        """Free dofs (ndof,) with K_ff x_f = b_f, zero where prescribed."""
+        return self.restriction.whole(self.factorisation.solve(matrix, self.restriction.part(b)), len(b))
+
+    def again(self, b: Array) -> Array:
+        """As `solve`, with the last factors, unchecked: only for corrections whose effect is looked at."""
+        return self.restriction.whole(self.factorisation.again(self.restriction.part(b)), len(b))

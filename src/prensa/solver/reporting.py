@@ -1,0 +1,70 @@
+"""What a run says while it goes on: log lines and signs of life for the monitor."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from prensa.fem.schedule import StepPlan
+from prensa.fem.state import State
+from prensa.fem.system import Evaluation, System
+from prensa.solver.equilibrium import NewtonResult
+from prensa.solver.failure import sentence
+from prensa.solver.increment import Force, Increment, Monitor, Progress
+from prensa.solver.results import tool_forces
+
+log = logging.getLogger("prensa")
+
+
+class Messages:
+    """Messages of a run to the log and, if there is one, to the monitor."""
+
+    def __init__(self, system: System, monitor: Monitor | None) -> None:
+        self.system, self.monitor = system, monitor
+
+    def iteration(self, state: State, plan: StepPlan, time: float, result: NewtonResult, e: Evaluation) -> None:
+        """An iteration of the increment to a time; forces are summed only for somebody who looks."""
+        if self.monitor is not None:
+            forces = tool_forces(self.system, e)
+            self._tell(state, plan, time, "iteration", "", result.iterations, _last(result), forces)
+
+    def rejected(self, state: State, plan: StepPlan, time: float, result: NewtonResult) -> None:
+        """An attempt that failed."""
+        assert result.reason is not None
+        message = sentence(result.reason)
+        log.info("increment to time %.6g rejected: %s", time, message)
+        self._tell(state, plan, time, "rejected", message, result.iterations, _last(result))
+
+    def accepted(self, old: State, plan: StepPlan, result: NewtonResult, increment: Increment) -> None:
+        """An increment that is committed; old: the state that it started from."""
+        forces = {name: tool.force for name, tool in increment.tools.items()}
+        self._tell(old, plan, increment.time, "accepted", "", result.iterations, result.residual, forces)
+
+    def note(self, state: State, plan: StepPlan, message: str) -> None:
+        """Something that happened at the state's time."""
+        log.info(message)
+        self._tell(state, plan, float(state.clock[2]), "note", message)
+
+    def warn(self, sentences: Iterable[str]) -> None:
+        """Warnings, in the log."""
+        for words in sentences:
+            log.warning("%s", words)
+
+    def _tell(
+        self, state: State, plan: StepPlan, time: float, event: str, message: str, iterations: int = 0,
+        residual: float = np.nan, forces: Mapping[str, Force] | None = None,
+    ) -> None:  # fmt: skip
+        if self.monitor is not None:
+            self.monitor(
+                Progress(
+                    plan.name, plan.number + 1, int(state.clock[1]) + 1, time, float(len(self.system.problem.steps)),
+                    iterations, residual, forces or {}, event, message,
+                )
+            )  # fmt: skip
+
+
+def _last(result: NewtonResult) -> float:
+    """Relative residual of the last iterate."""
+    return result.residuals[-1] if result.residuals else np.nan

@@ -1,0 +1,129 @@
+"""How long increments are: the first of a step, the next after one that converged or failed, and where they have to end."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.fem.context import Context
+from prensa.fem.schedule import StepPlan
+from prensa.fem.state import State
+from prensa.fem.system import Evaluation, System
+from prensa.solver.policy import Policy
+
+Array = NDArray[np.float64]
+
+
+class StepControl:
+    """Increments of a step. ``longest``: the one that was asked for, or what the tools' travel allows."""
+
+    def __init__(self, system: System, plan: StepPlan, policy: Policy) -> None:
+        self.system, self.plan, self.policy = system, plan, policy
+        self.longest = self.length / plan.increments if plan.increments else self._travel_limit()
+
+    @property
+    def length(self) -> float:
+        """Duration of the step."""
+        return self.plan.t1 - self.plan.t0
+
+    @property
+    def path_independent(self) -> bool:
+        """Whether the solution does not depend on the way to it: elastic bodies without friction."""
+        return not self.system.has_memory and all(self.system.frictionless(f) for f in self.plan.friction)
+
+    def first(self) -> float:
+        """Duration of the first increment."""
+        if self.plan.increments or self.path_independent:
+            return self.longest
+        return min(self.policy.first, self.longest)
+
+    def _travel_limit(self) -> float:
+        """Duration in which no prescribed tool moves more than a share of the contact element size.
+
+        Where the path does not matter, only the share of the step is bounded.
+        """
+        limit, plan = self.policy.longest, self.plan
+        if self.path_independent:
+            return limit
+        t = np.linspace(plan.t0, plan.t1, 65)
+        path = np.array([plan.motion(ti) for ti in t])
+        for number in range(len(self.system.surfaces)):
+            speed = self._speed(number, t, path)
+            if speed > 0:
+                depth = float(self.system.surfaces[number].points.depth.min())
+                limit = min(limit, self.policy.travel * depth / speed)
+        return limit
+
+    def _speed(self, surface: int, t: Array, path: Array) -> float:
+        """Largest speed of the tool of a contact; path: prescribed dofs at the times t.
+
+        A turn moves the tool by its angle times the distance of the farthest contact point from the reference point.
+        """
+        system, moved = self.system, self.plan.moved
+        s = system.surfaces[surface]
+        first = system.tool_dof(s.tool)
+        arm = system.X[s.points.nodes] - system.tools[s.tool].at
+        reach = np.array([1.0, 1.0, float(np.hypot(*arm.T).max())])
+        own = (moved >= first) & (moved < first + 3)
+        way = reach[moved[own] - first] * np.abs(np.diff(path[:, own], axis=0))
+        return float(way.max(initial=0.0)) / (t[1] - t[0])
+
+    def end(self, now: float, dt: float) -> float:
+        """End of the next increment: now + dt, but never beyond a grid time, a corner of a table, or the step's end."""
+        plan = self.plan
+        stops = [plan.t1, *plan.corners()]
+        if plan.increments:
+            grid = plan.t0 + np.arange(1, plan.increments + 1) / plan.increments * (plan.t1 - plan.t0)
+            stops += grid[grid > now + 1e-9].tolist()[:1]
+        stop = min(s for s in stops if s > now + 1e-9 * (plan.t1 - plan.t0))
+        # no slivers: what is left just beyond the increment is taken along or halved
+        left = stop - now
+        if dt >= left * (1 - 1e-9):
+            return float(stop)
+        return now + (0.5 * left if dt > 0.5 * left else dt)
+
+    def cut(self, dt: float) -> float:
+        """Duration to try after a failure."""
+        return self.policy.cut * dt
+
+    def exhausted(self, dt: float) -> bool:
+        """Whether an increment is so short that time would soon stand still."""
+        return dt < self.policy.shortest * self.length
+
+    def next(self, c: Context, e: Evaluation, iterations: int, cutbacks: int) -> float:
+        """Duration of the next increment from what this one cost and did."""
+        policy, full = self.policy, self.longest
+        tried = c.dt if cutbacks else max(c.dt, float(c.state.clock[3]))
+        if self.plan.increments:
+            growth = policy.recover if iterations <= policy.target and not cutbacks else 1.0
+        else:
+            growth = self._growth(iterations, cutbacks)
+            strain = self._strain(c.state, e)
+            if strain > 0:
+                full = min(full, tried * max(policy.plastic / strain, policy.plastic_cut))
+        # shorter increments are easier or better up to a point; beyond, they would not end
+        least = min(policy.least * self.length, self.longest)
+        if 0 < tried < least:
+            return min(least, (1.0 if cutbacks else policy.recover) * tried)
+        return max(min(full, growth * (tried if tried > 0 else full)), least)
+
+    def _growth(self, iterations: int, cutbacks: int) -> float:
+        """Growth of automatic increments by the iterations that the last one took."""
+        policy = self.policy
+        if iterations <= policy.easy and not cutbacks:
+            return policy.grow
+        return 1.0 if iterations <= policy.hard else policy.shrink
+
+    def _strain(self, old: State, e: Evaluation) -> float:
+        """Growth of equivalent plastic strain that most points of every body stay below; 0 without plastic bodies."""
+        if not self.system.has_memory:
+            return 0.0
+        grown = zip(self.system.blocks, e.history, old.history)
+        return max(
+            (
+                float(np.quantile(new[..., 4] - was[..., 4], self.policy.spread))
+                for b, new, was in grown
+                if b.law.plastic
+            ),
+            default=0.0,
+        )

@@ -1,0 +1,239 @@
+"""Time stepping: choose the increment, attempt it, commit it or cut it. The only commit of the package is here."""
+
+from __future__ import annotations
+
+import logging
+import time as clocks
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.errors import SolveError, refuse
+from prensa.fem.context import Context
+from prensa.fem.discretise import discretise
+from prensa.fem.planning import plan_step
+from prensa.fem.preflight import preflight
+from prensa.fem.schedule import StepPlan
+from prensa.fem.state import State
+from prensa.fem.symmetry import is_symmetric
+from prensa.fem.system import Evaluation, System
+from prensa.model import problem as model
+from prensa.solver.acceptance import Acceptance, unilaterally_supported
+from prensa.solver.approach import approach, first_touch
+from prensa.solver.attempt import attempt
+from prensa.solver.condensation import Condensation, condensed, to_be_condensed
+from prensa.solver.equilibrium import Equilibrium, NewtonResult, Reporter
+from prensa.solver.failure import FreeToMove, sentence
+from prensa.solver.increment import Increment, Monitor
+from prensa.solver.ledger import ledger, nodal_work
+from prensa.solver.policy import Policy
+from prensa.solver.post_mortem import hint, where
+from prensa.solver.quality import quality_warnings, untouched_tools
+from prensa.solver.reduced import Reduced
+from prensa.solver.reporting import Messages
+from prensa.solver.results import increment_of
+from prensa.solver.step_control import StepControl
+
+log = logging.getLogger("prensa")
+Array = NDArray[np.float64]
+
+
+class Timer:
+    """Seconds by section, of the wall unless ``clock`` is another (``time.process_time``: of the processor)."""
+
+    def __init__(self, clock: Callable[[], float] = clocks.perf_counter) -> None:
+        self.seconds: dict[str, float] = {}
+        self.clock = clock
+
+    @contextmanager
+    def __call__(self, section: str) -> Iterator[None]:
+        """Add the seconds of the block to a section."""
+        start = self.clock()
+        try:
+            yield
+        finally:
+            self.seconds[section] = self.seconds.get(section, 0.0) + self.clock() - start
+
+
+def solve(
+    problem: model.Problem | System,
+    numerics: model.Numerics | None = None,
+    start: State | None = None,
+    monitor: Monitor | None = None,
+    timer: Timer | None = None,
+    policy: Policy | None = None,
+) -> Iterator[Increment]:
+    """Yield the converged increments of a problem, in order.
+
+    ``start`` continues from a committed state; ``monitor`` is called at every iteration; ``timer`` collects seconds by
+    section; ``policy``: the constants of the solver, for studies.
+
+    Raises
+    ------
+    PrensaError
+        For a description that cannot be discretised; `SolveError` when an increment does not converge after all
+        cut-backs.
+
+    """
+    system = problem if isinstance(problem, System) else discretise(problem)
+    if start is None:
+        notices = preflight(system)
+        refuse(notices)
+        for notice in notices:
+            log.warning("%s", notice)
+    numerics, policy = numerics or model.Numerics(), policy or Policy()
+    condense = to_be_condensed(system, numerics, policy)
+    stepping = TimeStepping(system, numerics, policy, Messages(system, monitor), timer or Timer(), condense)
+    return stepping.run(start or system.initial())
+
+
+def at_rest(system: System) -> Increment | None:
+    """The initial state as an increment, number 0: what there is to look at when the first increment fails; None if nothing."""
+    state = system.initial()
+    plan = plan_step(system, 0, state.anchor)
+    e = system.evaluate(system.context(state, plan, 0.0), state.u, state.lam, stiffness=False)
+    result = NewtonResult(True, None, state.u, e, state.lam, 0)
+    return None if e.failed else increment_of(system, state, plan, e, result, 0, 0, False)
+
+
+class TimeStepping:
+    """A run: the steps of a problem one after the other, each in increments."""
+
+    def __init__(
+        self, system: System, numerics: model.Numerics, policy: Policy, messages: Messages, timer: Timer, condense: bool
+    ) -> None:
+        self.system, self.numerics, self.policy = system, numerics, policy
+        self.messages, self.timer, self.condense = messages, timer, condense
+        self.acceptance = Acceptance(system, policy)
+        self.reduced: Reduced | None = None
+        self.condensed: Condensation | None = None
+        self.last: Increment | None = None
+
+    def run(self, state: State) -> Iterator[Increment]:
+        """Increments from a committed state to the end of the last step."""
+        touched = (state.contact[:, 3] > 0) | (state.contact[:, 1] > 0)
+        steps = self.system.problem.steps
+        for number in range(int(state.clock[0]), len(steps)):
+            plan = plan_step(self.system, number, state.anchor)
+            self._prepare(plan)
+            control = StepControl(self.system, plan, self.policy)
+            while state.clock[2] < plan.t1:
+                state, increment = self.advance(state, plan, control)
+                self.last = increment
+                touched |= state.contact[:, 3] > 0
+                yield increment
+        if len(steps):
+            self.messages.warn(untouched_tools(self.system, touched))
+
+    def _prepare(self, plan: StepPlan) -> None:
+        """The matrix of a step: that of the step before where the same dofs are prescribed."""
+        if self.condense:
+            with self.timer("condensation"):
+                self.condensed = condensed(self.system, plan, self.numerics, self.condensed, self.policy)
+        if self.condensed is not None:
+            return
+        symmetric, reduced = is_symmetric(self.system, plan), self.reduced
+        if reduced is None or reduced.symmetric != symmetric or not np.array_equal(reduced.fixed, plan.fixed):
+            self.reduced = Reduced.of(self.system, plan.fixed, self.numerics, symmetric, self.policy)
+
+    def advance(self, state: State, plan: StepPlan, control: StepControl) -> tuple[State, Increment]:
+        """One committed increment, cut as often as needed."""
+        now, dt = float(state.clock[2]), float(state.clock[3])
+        dt = dt if dt > 0 else control.first()
+        spent, cutbacks = 0, 0
+        while True:
+            end, notes = first_touch(self.system, state, plan, control.end(now, dt), self.policy)
+            c = replace(self.system.context(state, plan, end), lagged=self.numerics.iteration == "paper")
+            start, more = approach(self.system, c)
+            for message in notes + more:
+                self.messages.note(state, plan, message)
+            soften = cutbacks >= min(self.policy.soften_after, self.numerics.max_cutbacks)
+            result = self.attempt(c, start, soften)
+            spent += result.iterations
+            if refusal := self.acceptance.refusal(c, result):
+                result.converged, result.reason = False, refusal
+            if result.converged:
+                return self.commit(c, control, result, spent, cutbacks)
+            self.messages.rejected(state, plan, end, result)
+            dt = control.cut(end - now)
+            if cutbacks == self.numerics.max_cutbacks or control.exhausted(dt):
+                raise self.post_mortem(c, result, cutbacks)
+            cutbacks += 1
+
+    def equilibrium(self, c: Context) -> Equilibrium:
+        """The equations of an increment, condensed where the bodies are."""
+        iteration = partial(self.messages.iteration, c.state, c.plan, c.time)
+        report = Reporter(iteration, self.timer)
+        reduced = self.reduced if self.condensed is None else self.condensed.reduced
+        assert reduced is not None
+        return Equilibrium(self.system, c, reduced, self.numerics, self.policy, report)
+
+    def attempt(self, c: Context, start: Array, soften: bool) -> NewtonResult:
+        """Outcome of one attempt, on the condensed system where there is one."""
+        eq = self.equilibrium(c)
+        if self.condensed is not None:
+            return self.condensed.attempt(attempt, eq, start, soften)
+        return attempt(eq, start, soften)
+
+    def commit(
+        self, c: Context, control: StepControl, result: NewtonResult, spent: int, cutbacks: int
+    ) -> tuple[State, Increment]:
+        """The state that follows, the increment that led to it, and what there is to say of it."""
+        assert result.evaluation is not None
+        e = result.evaluation._replace(data=None)  # increments that are kept must not keep their matrices
+        ended = c.time >= c.plan.t1
+        dt = 0.0 if ended else control.next(c, e, result.iterations, cutbacks)
+        state = committed(self.system, c, result, e, dt)
+        increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended)
+        if ended:
+            residual = max(result.residual, self.numerics.tolerance)
+            self.messages.warn(quality_warnings(self.system, c, e, residual, self.policy))
+        self.messages.accepted(c.state, c.plan, result, increment)
+        return state, increment
+
+    def post_mortem(self, c: Context, result: NewtonResult, cutbacks: int) -> SolveError:
+        """The error that says what failed, where, why, and what to try."""
+        reason = result.reason
+        assert reason is not None
+        if not isinstance(reason, FreeToMove):
+            reason = unilaterally_supported(self.system, c) or reason  # whatever came of it
+        place = where(self.equilibrium(c), reason, result)
+        last = (
+            f"The last good state is that of time {self.last.time:.6g} (increment {self.last.number})." if self.last else
+            "No increment of this run had converged before."
+        )  # fmt: skip
+        cut = f"The increment was cut {cutbacks} times without success."
+        if cutbacks < self.numerics.max_cutbacks:
+            cut += " It is too short by now for another cut: the body jumps here, or nothing can go on."
+        return SolveError(
+            f"step {c.plan.name!r}, time {c.time:.6g}: {sentence(reason)}{'; ' + place if place else ''}. {cut} {last} "
+            f"What to try: {hint(reason)}.",
+            self.last,
+            reason,
+        )
+
+
+def committed(system: System, c: Context, result: NewtonResult, e: Evaluation, dt: float) -> State:
+    """The state after a converged increment; dt: duration of the next one, 0 at the end of the step.
+
+    At the end of a step all dofs are recovered: the next step may need some that this one does not.
+    """
+    old, contact, lam = c.state, c.state.contact.copy(), result.lam.copy()
+    for s, f in zip(system.surfaces, e.contacts):
+        contact[s.rows] = np.stack([f.t, f.kappa, f.s, (f.p > 0).astype(float)], axis=1)
+        lam[s.rows, 0], lam[s.rows, 1] = f.p, f.t
+    work = nodal_work(system, c, e)
+    energy = ledger(system, c, result.u, e, work)
+    ended, du = c.time >= c.plan.t1, result.u - old.u
+    if ended and result.recover is not None:
+        result.u, result.recover = result.recover(), None
+    step, anchor = (c.plan.number + 1, result.u) if ended else (c.plan.number, old.anchor)
+    difference, damping = old.bent(du, c.dt, system.nodes)
+    return State(
+        u=result.u, du=du, dt_last=0.0 if ended else c.dt, bend=difference, history=e.history, contact=contact, lam=lam,
+        energy=energy, work=work, clock=np.array([step, old.clock[1] + 1, c.time, dt, damping]), anchor=anchor,
+    )  # fmt: skip

@@ -1,0 +1,85 @@
+"""Why an increment failed is a value: remedies follow its type, never the words, which hold names that users gave."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+from typing import get_args
+
+import pytest
+
+import prensa as pr
+from prensa.errors import SolveError
+from prensa.fem.failure import ElementFailed, FrictionTooSoft, Why
+from prensa.solver import failure as f
+from prensa.solver.policy import Policy
+from prensa.solver.post_mortem import hint
+
+EACH = (
+    f.Unevaluable(ElementFailed(3, "body", 1.0, 2.0, Why.INVERTED)), f.Unevaluable(FrictionTooSoft("top-tool")),
+    f.Unevaluable("something else"), f.Diverged(), f.Stagnated(1e-3), f.NotConverged(25, 1e-3), f.Unsettled(40),
+    f.Blocked("top-tool", 1.0, 2.0), f.Singular("a pivot is zero"), f.ToolRunaway("tool", "rz"), f.Runaway(),
+    f.LostSupport("body"), f.UnilaterallySupported("body", "tool"), f.Tunnelled("tool", 7, "body", 1.0, 2.0),
+    f.CornerInverted(3, "body", 1.0, 2.0), f.Collapsed(3, "body", 1.0, 2.0, 1.5),
+)  # fmt: skip
+
+
+def test_every_failure_has_its_words_and_a_remedy():
+    """No type is left out of the sentences, and no sentence ends in a full stop that the message would double."""
+    assert {type(x) for x in EACH} == set(get_args(f.Failure))
+    said = [f.sentence(x) for x in EACH]
+    assert len(set(said)) == len(said)
+    assert all(said) and not any(words.endswith(".") for words in said)
+    assert all(hint(x) for x in EACH)
+
+
+def test_remedies_do_not_follow_names():
+    """A tool called 'multipliers' and a body called 'inside out' change nothing but the sentence."""
+    for plain, named in (
+        (f.Tunnelled("tool", 7, "body", 1.0, 2.0), f.Tunnelled("multipliers", 7, "inside out", 1.0, 2.0)),
+        (f.Collapsed(3, "body", 1.0, 2.0, 1.5), f.Collapsed(3, "singular", 1.0, 2.0, 1.5)),
+    ):
+        assert hint(plain) == hint(named)
+        assert f.sentence(plain) != f.sentence(named)
+    assert hint(f.Singular("x")) == hint(f.LostSupport("b")) != hint(f.Stagnated(1.0))
+
+
+def test_the_error_carries_the_reason():
+    """Who catches a `SolveError` can tell failures apart without reading."""
+    body = pr.Body(pr.Rectangle(size=(2, 1), n=(6, 3)), pr.J2(1000.0, 0.3, pr.Perfect(5.0)))
+    problem = pr.Problem(
+        "crushed", bodies={"b": body}, tools={"t": pr.Plane(touching="b.top")},
+        contacts=(pr.Contact("b.top", "t", friction=pr.Coulomb(3.0)),), fixed={"b.bottom": "xy"},
+        steps=(pr.Step("crush", move={"t": pr.Motion(y=-0.97)}, increments=1),),
+    )  # fmt: skip
+    with pytest.raises(SolveError) as caught:
+        list(pr.solve(problem, pr.Numerics(max_cutbacks=0)))
+    assert isinstance(caught.value.reason, f.Failure)
+    assert f.sentence(caught.value.reason) in str(caught.value)
+
+
+def test_the_solver_asks_no_words():
+    """No module of the solver looks for a literal in a text (`'singular' in reason`)."""
+    for path in Path(f.__file__).parent.glob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Compare) and isinstance(node.ops[0], ast.In | ast.NotIn):
+                assert not (isinstance(node.left, ast.Constant) and isinstance(node.left.value, str)), path
+
+
+def test_the_solver_has_no_tuning_but_its_policy():
+    """No module of the solver but `policy.py` has a number of its own at module level."""
+    for path in Path(f.__file__).parent.glob("*.py"):
+        for node in ast.parse(path.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.Assign | ast.AnnAssign) and path.name != "policy.py":
+                assert not (isinstance(node.value, ast.Constant) and isinstance(node.value.value, int | float)), path
+
+
+def test_a_policy_is_handed_in():
+    """Another first increment, and the run has it; the default is left as it was."""
+    body = pr.Body(pr.Rectangle(size=(2, 1), n=(6, 3)), pr.J2(1000.0, 0.3, pr.Voce(5.0, 5.0, 8.0)))
+    problem = pr.Problem(
+        "policy", bodies={"b": body}, tools={"t": pr.Plane(touching="b.top")}, contacts=(pr.Contact("b.top", "t"),),
+        fixed={"b.bottom": "y", "b.left": "x"}, steps=(pr.Step("press", move={"t": pr.Motion(y=-0.01)}),),
+    )  # fmt: skip
+    assert next(iter(pr.solve(problem, policy=Policy(first=0.001)))).time == 0.001
+    assert next(iter(pr.solve(problem))).time == Policy().first

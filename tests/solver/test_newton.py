@@ -1,0 +1,91 @@
+"""Newton by its parts: what `init`, `step` and `terminate` leave in the state, driven by hand."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+
+import numpy as np
+
+import prensa as pr
+from prensa.fem.contacts import first_multipliers
+from prensa.fem.schedule import plan_step
+from prensa.fem.system import Evaluation
+from prensa.solver.equilibrium import Equilibrium, NewtonResult, Reporter, reversed_slip
+from prensa.solver.failure import Stagnated, Unevaluable
+from prensa.solver.newton import init, newton, observe, step, terminate
+from prensa.solver.policy import Policy
+from prensa.solver.predictor import Guess, initial_guess
+from prensa.solver.reduced import Reduced
+
+
+def pressed(policy: Policy | None = None) -> Equilibrium:
+    """A block under a cylinder, at the end of its first increment."""
+    problem = pr.Problem(
+        "pressed", bodies={"b": pr.Body(pr.Rectangle(size=(2, 1), n=(8, 4)), pr.Elastic(1000.0, 0.3))},
+        tools={"t": pr.Circle(radius=2.0, touching="b.top")}, contacts=(pr.Contact("b.top", "t", pr.Coulomb(0.3)),),
+        fixed={"b.bottom": "xy"}, steps=(pr.Step("press", move={"t": pr.Motion(y=-0.05)}, increments=1),),
+    )  # fmt: skip
+    system = pr.discretise(problem)
+    state = system.initial()
+    plan = plan_step(system, 0, state.anchor)
+    report = Reporter(lambda *_: None, lambda _: nullcontext())
+    policy = policy or Policy()
+    reduced = Reduced.of(system, plan.fixed, pr.Numerics(), policy=policy)
+    return Equilibrium(system, system.context(state, plan, 1.0), reduced, pr.Numerics(), policy, report)
+
+
+def start(eq: Equilibrium) -> tuple[np.ndarray, NewtonResult]:
+    u, lam = eq.context.state.u, first_multipliers(eq.system, eq.context.state)
+    return lam, NewtonResult(False, None, u, None, lam, 0)
+
+
+def test_steps_by_hand_are_the_iteration():
+    """`observe`, `terminate`, `step` in turn give the residuals and the solution that `newton` gives."""
+    eq = pressed()
+    lam, result = start(eq)
+    whole = newton(eq, initial_guess(eq, result.u, lam), lam, result)
+    assert isinstance(whole, Evaluation)
+    lam, again = start(eq)
+    state, end = init(eq, initial_guess(eq, again.u, lam), lam), None
+    while end is None:
+        observe(eq, state, again)
+        end = terminate(eq, state, again) or step(eq, state, again)
+        state.iteration += 1
+    assert isinstance(end, Evaluation)
+    assert again.residuals == result.residuals and len(again.residuals) > 2
+    assert np.array_equal(again.u, result.u)
+
+
+def test_the_state_lets_its_matrix_go():
+    """After the guess is taken the state alone has the evaluation; after a step it has that of the new iterate."""
+    eq = pressed()
+    lam, result = start(eq)
+    guess = Guess(result.u, eq.evaluate(result.u, lam))
+    state = init(eq, guess, lam)
+    assert guess.evaluation is None
+    observe(eq, state, result)
+    before = state.evaluation
+    assert before is not None and before.data is not None
+    assert step(eq, state, result) is None
+    assert state.evaluation is not before
+
+
+def test_iterates_that_cannot_be_evaluated_and_residuals_that_stay_are_reasons():
+    """An element turned inside out, and a residual above its share of that of six iterations before, are values."""
+    eq = pressed()
+    lam, result = start(eq)
+    u = result.u.copy()
+    u[1 : 2 * eq.system.nodes : 2] = -2.0 * eq.system.X[:, 1]
+    assert isinstance(newton(eq, Guess(u), lam, result), Unevaluable)
+    state = init(eq, Guess(eq.context.state.u), lam)
+    state.least = [1.0] * (eq.policy.patience + 3)
+    observe(eq, state, result)
+    state.norm, state.relative = 0.9, 0.9
+    assert terminate(eq, state, result) == Stagnated(0.9)
+
+
+def test_slip_that_turns_is_seen():
+    """Points that slip along + and then along −, and only those."""
+    before, now = np.array([2, 3, 2, 1, 0, 3], dtype=np.int8), np.array([3, 2, 2, 2, 3, 1], dtype=np.int8)
+    assert reversed_slip(before, now).tolist() == [True, True, False, False, False, False]
+    assert not reversed_slip(None, now).any()
