@@ -241,6 +241,10 @@ class Block:
             history[..., part.columns] = part.initial
         return history
 
+    def field(self, history: Array, name: str) -> Array:
+        """Columns (m, q, k) of a history that a field of the law has."""
+        return np.asarray(history[..., self.law.fields[name].columns])
+
     def at_law(self, history: Array) -> Array:
         """The law's columns (m, q, law.size) of a history, contiguous."""
         return np.ascontiguousarray(history[..., : self.law.size])
