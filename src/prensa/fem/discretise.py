@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +12,7 @@ from prensa.contact.integration import Points, behind, depth_of, node_normals, p
 from prensa.errors import PrensaError
 from prensa.fem.assembly import Block, Pattern, block_slots, make_pattern
 from prensa.fem.formulation import Mode, element_of
+from prensa.fem.interaction import Interaction
 from prensa.fem.start import earlier_run
 from prensa.fem.surface import Surface
 from prensa.fem.system import System
@@ -26,8 +30,22 @@ Index = NDArray[np.int64]
 ROUNDING = 0.25  # fillet over element depth of corners that are not given one: a sharp one has no normal to slide on
 
 
-def discretise(problem: model.Problem) -> System:
+@dataclass(frozen=True)
+class Extension:
+    """More than the description says: a ``field`` at the nodes (name and components), and interactions, made of its mesh.
+
+    ``interactions``: from the map of degrees of freedom, the nodes' positions X (n, d) and the bodies' cells.
+    """
+
+    field: str
+    components: tuple[str, ...]
+    interactions: Callable[[DofMap, Array, dict[str, Index]], Sequence[Interaction]]
+
+
+def discretise(problem: model.Problem, extensions: Sequence[Extension] = ()) -> System:
     """Arrays of a problem: meshes, placed tools, contact candidates, sparsity pattern.
+
+    ``extensions``: further fields at the nodes, with what acts on them.
 
     Raises
     ------
@@ -42,7 +60,7 @@ def discretise(problem: model.Problem) -> System:
     X = np.concatenate([m.points for m in meshes.values()])
     ties, X = make_ties(problem, meshes, offsets, X, held_components(problem, meshes, offsets, X))
     candidates = [_candidates(problem, contact, meshes, offsets, X) for contact in problem.contacts]
-    dofs = _dofs(problem, candidates, total)
+    dofs = _dofs(problem, candidates, total, extensions)
     surfaces = _surfaces(problem, candidates, meshes, offsets, X, dofs)
     earlier = earlier_run(problem, problem.start, meshes, discretise) if problem.start is not None else None
     shapes = meshes if earlier is None else earlier.shapes(meshes)
@@ -54,9 +72,11 @@ def discretise(problem: model.Problem) -> System:
     if problem.contact_geometry == "current":
         for surface in surfaces:
             _refuse_edges_on_points(tools[surface.tool], surface.points, surface.X, surface.normal)
-    pattern = _pattern(meshes, offsets, surfaces, dofs)
-    blocks = [_block(problem, name, meshes[name].cells + offsets[name], X, pattern) for name in problem.bodies]
-    system = System(problem, meshes, offsets, X, blocks, tools, surfaces, pattern, dofs, ties)
+    cells = {name: m.cells + offsets[name] for name, m in meshes.items()}
+    more = [i for e in extensions for i in e.interactions(dofs, X, cells)]
+    pattern = _pattern(cells, surfaces, dofs, more)
+    blocks = [_block(problem, name, cells[name], X, pattern) for name in problem.bodies]
+    system = System(problem, meshes, offsets, X, blocks, tools, surfaces, pattern, dofs, ties, more=more)
     for name in [*problem.fixed, *(k for s in problem.steps for k in s.fixed)]:
         system.boundary_nodes(name)
     for name in [*problem.loads, *(k for s in problem.steps for k in s.loads)]:
@@ -98,13 +118,14 @@ def _candidates(
     return points_of(contact.integration, X, nodes, edges, depth, axisymmetric, problem.thickness)
 
 
-def _dofs(problem: model.Problem, candidates: list[Points], nodes: int) -> DofMap:
-    """Displacements of the nodes, motions of the tools, multipliers of the contacts that have them as unknowns."""
-    more = [
+def _dofs(problem: model.Problem, candidates: list[Points], nodes: int, extensions: Sequence[Extension]) -> DofMap:
+    """Displacements of the nodes, motions of the tools, multipliers of contacts that have them, fields of extensions."""
+    more: list[tuple[str, str, int, tuple[str, ...]]] = [
         (contact.name, "contact point", len(points), ("n", "t"))
         for contact, points in zip(problem.contacts, candidates)
         if contact.enforcement.has_multipliers
     ]
+    more += [(e.field, "node", nodes, e.components) for e in extensions]
     return DofMap(2, nodes, len(problem.tools), more)
 
 
@@ -128,15 +149,15 @@ def _surfaces(
     return out
 
 
-def _pattern(meshes: dict[str, Mesh], offsets: dict[str, int], surfaces: list[Surface], dofs: DofMap) -> Pattern:
+def _pattern(cells: dict[str, Index], surfaces: list[Surface], dofs: DofMap, more: Sequence[Interaction]) -> Pattern:
     """Couplings of the elements, of tools with their candidate nodes, and of multipliers."""
     none = np.zeros(0, dtype=np.int64)
     near = [
         np.unique(np.concatenate([none, *(s.points.nodes for s in surfaces if s.tool == t)]))
         for t in range(dofs.tool.count)
     ]
-    cells = [m.cells + offsets[name] for name, m in meshes.items()]
-    return make_pattern(cells, dofs, near, [s.coupled for s in surfaces if s.exact])
+    coupled = [*(s.coupled for s in surfaces if s.exact), *(sets for i in more for sets in i.couplings())]
+    return make_pattern(list(cells.values()), dofs, near, coupled)
 
 
 def _block(problem: model.Problem, name: str, cells: Index, X: Array, pattern: Pattern) -> Block:

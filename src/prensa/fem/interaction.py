@@ -7,7 +7,7 @@ sets of degrees of freedom it joins and gives vectors and matrices of them; the 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
@@ -64,11 +64,14 @@ class Response:
     violation: float = 0.0
     trial: Any = None
     failed: NotEvaluated | None = None
-    external: bool = field(default=False)
+    external: bool = False
 
 
 class Interaction(Protocol):
     """Something that puts forces on degrees of freedom. Pure: it answers the same for the same arguments."""
+
+    def couplings(self) -> Sequence[Index]:
+        """Sets of degrees of freedom (k, m) that it joins in the matrix; of a load without stiffness none."""
 
     def respond(self, c: Context, ask: Request) -> Response:
         """Forces, matrices and trial state for the unknowns and the context of an increment."""

@@ -85,12 +85,16 @@ class EdgeLoad:
     name: str
     load: BoundaryLoad
 
+    def couplings(self) -> list[Index]:
+        """Of the nodes of each edge, which a follower load couples."""
+        return [self.system.dofs.displacement.dofs(self.load.edges).reshape(len(self.load.edges), -1)]
+
     def respond(self, c: Context, ask: Request) -> Response:
         """See `Interaction`."""
         system, load = self.system, self.load
         p, q = load.pressure(c.time), load.shear(c.time)
         t = (load.tx(c.time), load.ty(c.time))
-        dofs = system.dofs.displacement.dofs(load.edges).reshape(len(load.edges), -1)
+        (dofs,) = self.couplings()
         parts = []
         if load.follower and (p != 0.0 or q != 0.0):
             x = system.positions(ask.u) if system.problem.kinematics == "finite" else system.X
@@ -111,6 +115,10 @@ class BodyForce:
     body: str
     courses: tuple[Course, ...]
 
+    def couplings(self) -> list[Index]:
+        """None: it has no stiffness."""
+        return []
+
     def respond(self, c: Context, ask: Request) -> Response:
         """See `Interaction`."""
         system = self.system
@@ -127,6 +135,10 @@ class ToolForce:
     dof: int
     course: Course
 
+    def couplings(self) -> list[Index]:
+        """None: it has no stiffness."""
+        return []
+
     def respond(self, c: Context, ask: Request) -> Response:
         """See `Interaction`."""
         at = np.array([[self.dof]])
@@ -141,6 +153,10 @@ class Spring:
     stiffness: float
     mount: Course
 
+    def couplings(self) -> list[Index]:
+        """With itself."""
+        return [np.array([[self.dof]])]
+
     def respond(self, c: Context, ask: Request) -> Response:
         """See `Interaction`."""
         f = np.array([[self.stiffness * (self.mount(c.time) - ask.u[self.dof])]])
@@ -153,6 +169,10 @@ class Release:
     """Forces (ndof,) that held the bodies in an earlier run, let go linearly during the first step."""
 
     forces: Array
+
+    def couplings(self) -> list[Index]:
+        """None: it has no stiffness."""
+        return []
 
     def respond(self, c: Context, ask: Request) -> Response:
         """See `Interaction`."""

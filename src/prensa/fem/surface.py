@@ -89,6 +89,11 @@ class ContactInteraction:
     surface: Surface
     number: int
 
+    def couplings(self) -> list[Index]:
+        """Of each pair, and of both nodes of an edge where areas change with them."""
+        s = self.surface
+        return [s.coupled, self._stretched_dofs()]
+
     def respond(self, c: Context, ask: Request) -> Response:
         """See `Interaction`."""
         system, s, k = self.system, self.surface, self.number
@@ -137,7 +142,10 @@ class ContactInteraction:
         assert f.stretched is not None
         t = f.stretched * s.points.at(system.share(c.depth))
         slopes = s.points.slopes(system.positions(u))
-        edges = s.points.edges[s.points.shares.edge]
-        return Part(
-            f"stretch {s.name}", system.dofs.pairs(edges, s.tool), None, stretching(t, f.pairs, s.points.shares, slopes)
-        )
+        K = stretching(t, f.pairs, s.points.shares, slopes)
+        return Part(f"stretch {s.name}", self._stretched_dofs(), None, K)
+
+    def _stretched_dofs(self) -> Index:
+        """Degrees of freedom (shares, 7) of both nodes of the shares' edges and the tool."""
+        s = self.surface
+        return self.system.dofs.pairs(s.points.edges[s.points.shares.edge], s.tool)

@@ -17,7 +17,7 @@ from prensa.contact.recovery import recover
 from prensa.fem.assembly import Block, Pattern, scatter_matrix, scatter_vector, slots, sweep
 from prensa.fem.context import Context
 from prensa.fem.failure import ElementFailed, NotEvaluated
-from prensa.fem.interaction import Part, Request
+from prensa.fem.interaction import Interaction, Part, Request
 from prensa.fem.loads import loads_of
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import Recovered, State
@@ -99,6 +99,7 @@ class System:
     beginning: State | None = None
     release: Array | None = None
     bodies: BodyForces | None = None
+    more: Sequence[Interaction] = ()
     _places: dict[str, NDArray[np.int32]] = field(default_factory=dict)
     _volumes: dict[str, Array] = field(default_factory=dict)
 
@@ -286,7 +287,7 @@ class System:
                 # a softening law needs k_T > |∂τ_y/∂κ| for a unique root: take twice that at the committed pressures
                 least = 2.0 * law.softening(state.lam[s.rows, 0], state.contact[s.rows, 1], law_at[-1])
             scales.append(s.scale(least))
-        interactions = [*self._contacts, *loads_of(self, plan)]
+        interactions = [*self._contacts, *self.more, *loads_of(self, plan)]
         return Context(state, plan, time, dt, weights, scales, laws, law_at, x_n, depth, interactions)
 
     # ----------------------------------------------------------------------------------------------------- residual
