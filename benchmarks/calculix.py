@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 import prensa as pr
 from prensa.verify import example1
-from prensa.verify.forming import LUDWIK, NU, E, upsetting
+from prensa.verify.forming import BILLET_FLOW, NU, E, upsetting
 
 Array = NDArray[np.float64]
 
@@ -102,7 +102,7 @@ def press(n: tuple[int, int]) -> tuple[str, tuple[float, ...], float]:
     system = pr.discretise(problem)
     k_n = float(system.surfaces[0].scale(np.zeros(len(system.surfaces[0].points))).k_n.max())
     strain = np.concatenate([[0.0], np.geomspace(1e-4, 3.0, 60)])
-    curve = [(float(LUDWIK.s0 + LUDWIK.K * e**LUDWIK.n), float(e)) for e in strain]
+    curve = [(float(BILLET_FLOW.s0 + BILLET_FLOW.K * e**BILLET_FLOW.n), float(e)) for e in strain]
     material = f"*MATERIAL, NAME=BODYLAW\n*ELASTIC\n{E}, {NU}\n*PLASTIC\n{lines(curve)}\n"
     contact = (
         "*SURFACE INTERACTION, NAME=PAIR\n*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n"

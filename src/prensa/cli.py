@@ -37,7 +37,7 @@ def main() -> None:
     try:
         app()
     finally:
-        gc.freeze()  # the process ends: nothing that is still there needs to be looked through for garbage
+        gc.freeze()  # the process ends: a last collection would be wasted
 
 
 @app.callback(invoke_without_command=True)
@@ -52,7 +52,7 @@ def _main(version: Annotated[bool, typer.Option("--version", help="Print the ver
 @app.command()
 def check(case: CaseFile, changes: Changes = None) -> None:
     """Validate a case, mesh it and place its tools; say what would run. Nothing is solved."""
-    with _told(case=case, changes=changes):
+    with _errors_reported(case=case, changes=changes):
         from prensa.model.schema import load, warnings_of
 
         problem = load(case, changes or ()).problem
@@ -61,11 +61,11 @@ def check(case: CaseFile, changes: Changes = None) -> None:
         from prensa.fem.preflight import preflight
 
         system = discretise(problem)
-        for line in _plan(system):
+        for line in _description_lines(system):
             typer.echo(line)
         notices = preflight(system)
         for warning in [*warnings_of(problem), *(str(n) for n in notices if not n.fatal)]:
-            typer.echo(_placed(warning, case, changes, "warning: "), err=True)
+            typer.echo(_with_location(warning, case, changes, "warning: "), err=True)
         refuse(notices)
 
 
@@ -80,16 +80,16 @@ def run(
 ) -> None:
     """Run a case and leave its results in a folder."""
     folder = out or Path("results") / case.stem
-    with _told(folder, case, changes):
-        with _lasting():
+    with _errors_reported(folder, case, changes):
+        with _without_garbage_collection():
             from prensa.model.schema import load, warnings_of
 
             loaded = load(case, changes or ())
             for warning in warnings_of(loaded.problem):
-                typer.echo(_placed(warning, case, changes, "warning: "), err=True)
+                typer.echo(_with_location(warning, case, changes, "warning: "), err=True)
             from prensa.output.run import run as run_case
 
-        with _compiling_told(quiet):
+        with _announcing_compilation(quiet):
             run_case(loaded, out=folder, quiet=quiet, source=case)
 
 
@@ -99,11 +99,11 @@ def resume(
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but warnings and errors.")] = False,
 ) -> None:
     """Continue a run from its last checkpoint, bit for bit."""
-    with _told(folder):
-        with _lasting():
+    with _errors_reported(folder):
+        with _without_garbage_collection():
             from prensa.output.run import resume as resume_run
 
-        with _compiling_told(quiet):
+        with _announcing_compilation(quiet):
             resume_run(folder, quiet=quiet)
 
 
@@ -112,7 +112,7 @@ def report(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run.", show_default=False)],
 ) -> None:
     """Write report.html of a run again from what its folder holds."""
-    with _told(folder):
+    with _errors_reported(folder):
         from prensa.output.report import write_report
 
         typer.echo(str(write_report(folder)))
@@ -125,7 +125,7 @@ def verify(
     jobs: Annotated[int, typer.Option(min=1, help="Cases computed at the same time, each in a process.")] = 1,
 ) -> None:
     """Compute the verification table: every case against its reference."""
-    with _told():
+    with _errors_reported():
         from prensa.verify import table
 
         code = table.main(only=only, out=str(out) if out else None, jobs=jobs)
@@ -146,13 +146,13 @@ def bench(
     if what not in ("robustness", "fuzz"):
         typer.echo(f"unknown benchmark {what!r}; known: 'robustness', 'fuzz'", err=True)
         raise typer.Exit(BAD_INPUT)
-    with _told():
+    with _errors_reported():
         from prensa.bench import robustness
 
         if enforcement not in robustness.ENFORCEMENTS:
             typer.echo(f"unknown enforcement {enforcement!r}; known: {', '.join(robustness.ENFORCEMENTS)}", err=True)
             raise typer.Exit(BAD_INPUT)
-        number, commit = robustness.commit_seed() if seed == "commit" else (_whole(seed), "")
+        number, commit = robustness.commit_seed() if seed == "commit" else (_seed_number(seed), "")
         if what == "fuzz":
             bad = _fuzz(count, number)
         else:
@@ -169,7 +169,7 @@ def bench(
     raise typer.Exit(FAILED if bad else 0)
 
 
-def _whole(seed: str) -> int:
+def _seed_number(seed: str) -> int:
     from prensa.errors import PrensaError
 
     if not seed.isdigit():
@@ -193,10 +193,10 @@ def _outcome(outcome: Outcome) -> None:
 
 
 @contextmanager
-def _lasting() -> Iterator[None]:
-    """What is imported or built inside stays to the end of the command: it is never looked through for garbage.
+def _without_garbage_collection() -> Iterator[None]:
+    """Keep what is imported or built inside out of garbage collection: it lives to the end of the command.
 
-    Again and again while it is loaded, that would take a tenth of the time to the first iteration.
+    Collections while modules load would take a tenth of the time to the first iteration.
     """
     gc.disable()
     try:
@@ -208,8 +208,10 @@ def _lasting() -> Iterator[None]:
 
 # ------------------------------------------------------------------------------------------------------------- errors
 @contextmanager
-def _told(folder: Path | None = None, case: Path | None = None, changes: list[str] | None = None) -> Iterator[None]:
-    """Tell errors in plain text, with their exit codes.
+def _errors_reported(
+    folder: Path | None = None, case: Path | None = None, changes: list[str] | None = None
+) -> Iterator[None]:
+    """Report errors in plain text, with their exit codes.
 
     *folder*: where an interrupted run left what it has; *case*, *changes*: the file in which to look for places.
     """
@@ -218,17 +220,17 @@ def _told(folder: Path | None = None, case: Path | None = None, changes: list[st
     try:
         yield
     except PrensaError as error:
-        typer.echo(_placed(str(error), case, changes), err=True)
+        typer.echo(_with_location(str(error), case, changes), err=True)
         raise typer.Exit(_code(error)) from None
     except OSError as error:
         typer.echo(f"prensa: {error}", err=True)
         raise typer.Exit(FAILED) from None
     except KeyboardInterrupt:
-        typer.echo(f"\ninterrupted; {_left(folder)}", err=True)
+        typer.echo(f"\ninterrupted; {_left_on_disk(folder)}", err=True)
         raise typer.Exit(INTERRUPTED) from None
 
 
-def _placed(message: str, case: Path | None, changes: list[str] | None, kind: str = "") -> str:
+def _with_location(message: str, case: Path | None, changes: list[str] | None, kind: str = "") -> str:
     """A message with file, line and column before each of its lines that names a part of the case."""
     if case is None:
         return kind + message
@@ -238,7 +240,7 @@ def _placed(message: str, case: Path | None, changes: list[str] | None, kind: st
     return kind + text if text == message else text.replace(message, kind + message)
 
 
-def _compiling_told(quiet: bool) -> AbstractContextManager[None]:
+def _announcing_compilation(quiet: bool) -> AbstractContextManager[None]:
     """A line on the terminal when kernels have to be compiled, unless quiet."""
     from contextlib import nullcontext
 
@@ -248,14 +250,14 @@ def _compiling_told(quiet: bool) -> AbstractContextManager[None]:
 
 
 def _code(error: Exception) -> int:
-    """Bad input, unless the solver gave up."""
+    """Exit code: bad input, unless the solver failed."""
     from prensa.errors import SolveError
 
     return FAILED if isinstance(error, SolveError) else BAD_INPUT
 
 
-def _left(folder: Path | None) -> str:
-    """What an interrupted run has on disk, in words."""
+def _left_on_disk(folder: Path | None) -> str:
+    """What an interrupted run has left on disk, in words."""
     if folder is None:
         return "nothing was written"
     history = folder / "history.csv"
@@ -267,7 +269,7 @@ def _left(folder: Path | None) -> str:
 
 
 # ------------------------------------------------------------------------------------------------------- what would run
-def _plan(system: System) -> Iterator[str]:
+def _description_lines(system: System) -> Iterator[str]:
     """Lines about a discretised problem: bodies, tools in their places, contacts, steps, size."""
     from prensa.mesh.quality import quality
     from prensa.model.schema import brief
@@ -288,7 +290,7 @@ def _plan(system: System) -> Iterator[str]:
         yield f"tie: {tie.slave} follows {tie.master}"
     for tool in system.tools:
         place = f"reference point at ({tool.at[0]:.6g}, {tool.at[1]:.6g})"
-        yield f"tool {tool.name}: {tool.description.type}, {place}{_shape(tool)}"
+        yield f"tool {tool.name}: {tool.description.type}, {place}{_tool_shape(tool)}"
     for surface in system.surfaces:
         contact = surface.description
         law = contact.friction or p.friction
@@ -297,11 +299,11 @@ def _plan(system: System) -> Iterator[str]:
         points = f"{len(surface.points)} candidate points{rule}"
         yield f"contact {surface.name}: {points}; friction {friction}; {contact.enforcement.type}"
     for number, step in enumerate(p.steps):
-        yield f"step {step.name}: time {number} … {number + 1}; {_doing(step)}"
+        yield f"step {step.name}: time {number} … {number + 1}; {_actions(step)}"
     yield f"{system.ndof} unknowns; nothing was solved"
 
 
-def _shape(tool: Any) -> str:
+def _tool_shape(tool: Any) -> str:
     """What is worth knowing of a placed tool besides its place: where it faces, how round a chain is."""
     match tool.description.type:
         case "circle":
@@ -312,7 +314,7 @@ def _shape(tool: Any) -> str:
     return f", facing ({dx:.4g}, {dy:.4g})"
 
 
-def _doing(step: Step) -> str:
+def _actions(step: Step) -> str:
     """What a step does, as it is written, and its increments."""
     from prensa.model.schema import brief
 

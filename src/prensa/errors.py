@@ -12,7 +12,7 @@ class PrensaError(Exception):
 
 
 TOLD = 50  # mistakes of a case that are told at once
-LONG = 1000  # characters of a message
+LONGEST_MESSAGE = 1000  # characters of a message
 
 
 @dataclass(frozen=True, order=True)
@@ -36,8 +36,8 @@ class Mistake:
 
     def __str__(self) -> str:
         words = self.message
-        if len(words) > LONG:  # somebody's whole file as one value
-            words = f"{words[: LONG // 2]} … {words[-LONG // 2 :]}"
+        if len(words) > LONGEST_MESSAGE:  # somebody's whole file as one value
+            words = f"{words[: LONGEST_MESSAGE // 2]} … {words[-LONGEST_MESSAGE // 2 :]}"
         return f"{self.mark}: {words}"
 
 

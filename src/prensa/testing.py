@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-POINTS = 400
-STEP = 1e-6  # of finite differences, over the size of the argument
-TANGENT = 1e-6  # accepted difference of a derivative from finite differences, over the size of its terms
+TRIALS = 400
+FD_STEP = 1e-6  # of finite differences, over the size of the argument
+FD_ERROR = 1e-6  # accepted difference of a derivative from finite differences, over the size of its terms
 
 
 class LawError(AssertionError):
@@ -63,7 +63,7 @@ def check_friction(
 
     """
     rng = np.random.default_rng(seed)
-    n = POINTS
+    n = TRIALS
     p, kappa = pressure * rng.uniform(0.005, 1.0, n), slip * rng.uniform(0.0, 1.0, n)
     at = At(np.full(n, k) * rng.uniform(0.5, 1.5, n), dt=1.0, time=1.0)
     found = [*_bound_wrong(law, p, kappa, at)]
@@ -95,14 +95,14 @@ def _bound_wrong(law: FrictionLaw, p: Array, kappa: Array, at: At) -> Iterator[s
         yield "the bound of a point depends on the other points"
     for number, name in ((0, "∂τ_y/∂p"), (1, "∂τ_y/∂κ")):
         worst = _slope_error(law, (p, kappa), at, number)
-        if worst > 1e3 * TANGENT:
+        if worst > 1e3 * FD_ERROR:
             yield f"{name} differs from finite differences by {worst:.1e} of the bound: mend it, or return the bound alone"
 
 
 def _slope_error(law: FrictionLaw, points: tuple[Array, Array], at: At, number: int) -> float:
     """Largest error of the law's derivative by pressure (0) or slip (1), kinks left out, over the bound over the argument."""
     x = points[number]
-    h = STEP * float(x.max())
+    h = FD_STEP * float(x.max())
     mid = np.maximum(x, 2 * h)
 
     def there(values: Array) -> tuple[Array, Array, Array]:
@@ -171,19 +171,19 @@ def _tangent_wrong(
     law: FrictionLaw, out: Tangential, mapped: object, dg: Array, p: Array, k_t: Array, reach: float
 ) -> Iterator[str]:
     assert callable(mapped)
-    e = STEP * reach / float(k_t.max())
+    e = FD_STEP * reach / float(k_t.max())
     for j in range(dg.shape[1]):
         step = e * np.eye(dg.shape[1])[j]
         plus, minus = mapped(dg + step), mapped(dg - step)
         smooth = _smooth(out, plus, minus)
         error = np.abs((plus.t - minus.t) / (2 * e) - out.dt_dg[:, :, j])[smooth].max(initial=0.0) / k_t.max()
-        if error > 10 * TANGENT:
+        if error > 10 * FD_ERROR:
             yield f"the traction's derivative by the slip differs from finite differences by {error:.1e} of k_T"
-    h = STEP * p
+    h = FD_STEP * p
     plus, minus = mapped(dg, p + h), mapped(dg, p - h)
     smooth = _smooth(out, plus, minus)
     error = (np.abs((plus.t - minus.t) / (2 * h)[:, None] - out.dt_dp) * p[:, None])[smooth].max(initial=0.0) / reach
-    if error > 10 * TANGENT:
+    if error > 10 * FD_ERROR:
         yield f"the traction's derivative by the pressure differs from finite differences by {error:.1e} of the bound"
 
 
@@ -218,7 +218,7 @@ def check_flow(curve: FlowCurve, *, strain: float = 1.0, rate: float = 1.0, seed
 
     """
     rng = np.random.default_rng(seed)
-    a, r = strain * rng.uniform(0.0, 1.0, POINTS) ** 2, rate * rng.uniform(0.0, 1.0, POINTS)
+    a, r = strain * rng.uniform(0.0, 1.0, TRIALS) ** 2, rate * rng.uniform(0.0, 1.0, TRIALS)
     r[::7] = 0.0  # bodies at rest have a flow stress too
     with np.errstate(all="ignore"):
         found = [*_curve_wrong(curve, a, r)]
@@ -248,14 +248,14 @@ def _curve_wrong(curve: FlowCurve, a: Array, r: Array) -> Iterator[str]:
     if not all(np.allclose(x[half:], y, rtol=1e-12, atol=0.0) for x, y in zip(first, alone)):
         yield "the flow stress of a point depends on the other points"
     for number, x, name in ((0, a, "∂σ_y/∂ε̄"), (1, r, "∂σ_y/∂ε̄̇")):
-        h = STEP * float(x.max())
+        h = FD_STEP * float(x.max())
         mid = np.maximum(x, 1e-3 * float(x.max()))
         there = [partial(curve, m, r) if number == 0 else partial(curve, a, m) for m in (mid - h, mid, mid + h)]
         left, right = (there[1][0] - there[0][0]) / h, (there[2][0] - there[1][0]) / h
         unit = float(there[1][0].max()) / mid
         smooth = np.abs(right - left) <= 1e-2 * (np.abs(left) + np.abs(right)) + 1e-8 * unit
         worst = float((np.abs(0.5 * (left + right) - there[1][1 + number]) / unit)[smooth].max(initial=0.0))
-        if worst > 1e3 * TANGENT:
+        if worst > 1e3 * FD_ERROR:
             mend = "mend it, or return the stress alone"
             if number == 1 and isinstance(given, tuple) and len(given) == 2:
                 mend = "a curve that depends on the rate returns three values, or the stress alone"
@@ -307,7 +307,7 @@ def _return_wrong(curve: FlowCurve, a: Array, rate: float, rng: np.random.Genera
 
 
 # ------------------------------------------------------------------------------------------------------------ materials
-SPACES = ("plane strain", "plane stress", "3d")  # axisymmetry has the law of plane strain
+LAW_SPACES = ("plane strain", "plane stress", "3d")  # axisymmetry has the law of plane strain
 
 
 def check_material(material: Material, *, strain: float = 0.03, dt: float = 0.1, seed: int = 0) -> None:
@@ -336,7 +336,7 @@ def check_material(material: Material, *, strain: float = 0.03, dt: float = 0.1,
     if isinstance(material, IsotropicMaterial):
         found += [*_principal_wrong(material, strain, np.random.default_rng(seed))]
     for kinematics in material.kinematics if not found else ():
-        for space in SPACES:
+        for space in LAW_SPACES:
             rng = np.random.default_rng(seed)
             with np.errstate(all="ignore"):
                 said = [*_law_wrong(material.law(kinematics, space), kinematics == "finite", space, strain, dt, rng)]
@@ -345,15 +345,15 @@ def check_material(material: Material, *, strain: float = 0.03, dt: float = 0.1,
 
 
 def _principal_wrong(material: IsotropicMaterial, strain: float, rng: np.random.Generator) -> Iterator[str]:
-    eps = rng.normal(size=(POINTS, 3)) * strain
+    eps = rng.normal(size=(TRIALS, 3)) * strain
     tau = principal_stress(material, eps)
     energy = np.asarray(material.energy(eps))
-    for name, values, shape in (("energy", energy, (POINTS,)), ("stress", tau, (POINTS, 3))):
+    for name, values, shape in (("energy", energy, (TRIALS,)), ("stress", tau, (TRIALS, 3))):
         if values.shape != shape:
             yield f"its {name} has the shape {values.shape} for strains of shape {eps.shape}; it must be {shape}"
             return
         if not np.isfinite(values).all():
-            yield f"its {name} is not a finite number at strains {eps[~np.isfinite(values).reshape(POINTS, -1).all(1)][0]}"
+            yield f"its {name} is not a finite number at strains {eps[~np.isfinite(values).reshape(TRIALS, -1).all(1)][0]}"
             return
     order = [2, 0, 1]
     turned = principal_stress(material, np.ascontiguousarray(eps[:, order]))
@@ -417,7 +417,7 @@ def _stiffness_wrong(law: Law, h: Array, old: Array, dt: float, base: Out) -> It
         smooth = np.abs(plus.A - minus.A).max(axis=(1, 2)) <= 1e-3 * size  # no kink within the step
         error = np.abs((plus.P - minus.P) / (2 * d) - base.A[:, :, k]).max(axis=1)
         worst = max(worst, float(error[smooth].max(initial=0.0)) / size)
-    if worst > 2 * TANGENT:
+    if worst > 2 * FD_ERROR:
         yield f"the tangent differs from finite differences of the stress by {worst:.1e} of its size"
     skew = np.abs(base.A - base.A.transpose(0, 2, 1)).max() / size
     if law.symmetric and skew > 1e-8:

@@ -116,7 +116,7 @@ def test_cells_that_go_clockwise_are_turned_round(element):
 @pytest.mark.parametrize("strips", [7, 2**20])
 def test_neighbours_are_those_of_a_tree(monkeypatch, strips):
     """All points in each circle, none else, in order of the circles, however many are looked through at once."""
-    monkeypatch.setattr("prensa.mesh.mesh.STRIPS", strips)
+    monkeypatch.setattr("prensa.mesh.mesh.POINTS_AT_ONCE", strips)
     rng = np.random.default_rng(5)
     grid = np.stack(np.meshgrid(np.arange(6.0), np.arange(5.0)), axis=-1).reshape(-1, 2)
     points = np.concatenate([grid, rng.uniform(0, 5, (40, 2)), grid[::4] + 1e-9])

@@ -1,5 +1,6 @@
 import dataclasses
 import struct
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -67,9 +68,9 @@ def test_a_profile_without_contact_says_so(tmp_path):
 @pytest.mark.parametrize("count", [1, 10])
 def test_time_series_are_drawn_from_the_first_increment_on(tmp_path, count):
     """Force, energy and convergence pictures need no more than one increment."""
-    writer = history.History(tmp_path, synthetic.problem())
-    for n in range(1, count + 1):
-        writer.append(synthetic.increment(n))
+    with closing(history.History(tmp_path, synthetic.problem())) as writer:
+        for n in range(1, count + 1):
+            writer.append(synthetic.increment(n))
     table, iterations = history.read_history(tmp_path), history.read_convergence(tmp_path)
     problem = synthetic.problem()
     for figure in (

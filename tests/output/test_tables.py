@@ -1,4 +1,5 @@
 import dataclasses
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +11,9 @@ from prensa.output import history
 
 
 def write(directory: Path, numbers, keep=None) -> None:
-    writer = history.History(directory, synthetic.problem(), keep)
-    for number in numbers:
-        writer.append(synthetic.increment(number))
-    writer.close()
+    with closing(history.History(directory, synthetic.problem(), keep)) as writer:
+        for number in numbers:
+            writer.append(synthetic.increment(number))
 
 
 def test_columns_of_the_history_are_the_stable_names(tmp_path):
@@ -43,10 +43,10 @@ def test_numbers_survive_the_text_bit_for_bit(tmp_path):
 
 def test_every_row_is_on_the_disk_when_append_returns(tmp_path):
     """A reader sees each row before the writer is closed."""
-    writer = history.History(tmp_path, synthetic.problem())
-    for n in (1, 2, 3):
-        writer.append(synthetic.increment(n))
-        assert len(history.read_history(tmp_path)["time"]) == n
+    with closing(history.History(tmp_path, synthetic.problem())) as writer:
+        for n in (1, 2, 3):
+            writer.append(synthetic.increment(n))
+            assert len(history.read_history(tmp_path)["time"]) == n
 
 
 def test_a_row_cut_in_the_middle_is_ignored(tmp_path):

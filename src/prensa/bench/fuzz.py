@@ -3,14 +3,14 @@
 
 A case is mutated as text (characters, tokens, lines, indentation) or as a tree (values, keys and branches removed,
 copied, exchanged, replaced by hostile ones), a mesh file as text; some are blown up to megabytes. What is read is discretised and checked as well, up to the
-first increment. Anything but an answer or a `PrensaError` counts as a defect: another exception, more than `LIMIT`
-seconds of processor time, more than `MEMORY` bytes.
+first increment. Anything but an answer or a `PrensaError` counts as a defect: another exception, more than `TIME_TO_ANSWER`
+seconds of processor time and, on Linux, more than `MEMORY` bytes.
 """
 
 from __future__ import annotations
 
-import resource
 import signal
+import sys
 import tempfile
 import time
 import traceback
@@ -25,10 +25,10 @@ import numpy as np
 
 from prensa.errors import PrensaError
 
-LIMIT = 1.0  # processor seconds that a mistake may take to be told
-PATIENCE = 10.0  # seconds after which an input is given up
+TIME_TO_ANSWER = 1.0  # processor seconds that reading or refusing an input may take
+TIME_TO_GIVE_UP = 10.0  # seconds of processor time after which an input is abandoned
 MEMORY = 2 << 30  # bytes of address space above what is in use before
-ELEMENTS = 20_000  # a case that asks for more is right, and takes as long as its size: it is read but not meshed
+LARGEST_MESH = 20_000  # elements; a larger case is no defect, its time is due to its size: it is read but not meshed
 
 TOKENS = (
     "0", "-1", "1e308", "-1e308", "5e-324", "1e999", ".nan", "-.inf", "99999999999999999999", "1e5", "0.0", "-0.0", "1_000",
@@ -117,7 +117,7 @@ ABAQUS = """\
 
 
 class TimeOutError(BaseException):
-    """An input took longer than `PATIENCE`; no handler on the way may swallow it."""
+    """An input took longer than `TIME_TO_GIVE_UP`; no handler on the way may swallow it."""
 
 
 @dataclass
@@ -280,7 +280,7 @@ def read(text: str, folder: Path) -> str:
     try:
         problem = loads(text, "case.yaml", folder).problem
         warnings_of(problem)
-        if sum(_elements(b.mesh) for b in problem.bodies.values()) <= ELEMENTS and len(problem.steps) <= 100:
+        if sum(_elements(b.mesh) for b in problem.bodies.values()) <= LARGEST_MESH and len(problem.steps) <= 100:
             preflight(discretise(problem))
     except PrensaError as error:
         if not str(error).strip():
@@ -314,8 +314,8 @@ def inputs(count: int, seed: int, folder: Path) -> Iterator[str]:
             yield (mutate_tree if rng.random() < 0.5 else mutate_text)(rng, text)
 
 
-def run(count: int, seed: int, told: Callable[[str], None] = lambda _: None) -> Report:
-    """Try *count* inputs; each defect is told when it is found."""
+def run(count: int, seed: int, report_defect: Callable[[str], None] = lambda _: None) -> Report:
+    """Try *count* inputs; ``report_defect`` is called with each defect as it is found."""
     report = Report()
     with tempfile.TemporaryDirectory() as name, np.errstate(all="ignore"):
         folder = Path(name)
@@ -332,32 +332,36 @@ def run(count: int, seed: int, told: Callable[[str], None] = lambda _: None) -> 
                 words = f"{type(error).__name__}: {str(error)[:200]} ({Path(place.filename).name}:{place.lineno})"
                 report.defects.append((number, words, text))
             spent = time.process_time() - begun
-            if outcome != "failed" and spent > LIMIT:
+            if outcome != "failed" and spent > TIME_TO_ANSWER:
                 outcome = "failed"
                 report.defects.append((number, f"took {spent:.1f} s", text))
             if outcome == "failed":
-                told(f"input {number}: {report.defects[-1][1]}")
+                report_defect(f"input {number}: {report.defects[-1][1]}")
             report.slowest = max(report.slowest, spent)
             report.counts[outcome] += 1
     return report
 
 
 def _file_case(folder: Path) -> str:
-    (folder / "mesh.msh").write_text(GMSH)
+    (folder / "mesh.msh").write_text(GMSH, encoding="utf-8")
     return FROM_FILE.replace("FILE", "mesh.msh")
 
 
 @contextmanager
 def _bounded() -> Iterator[None]:
-    """Bound the processor time and the address space of a block."""
+    """Bound the processor time and the address space of a block; other systems than Linux have not got both bounds."""
+    if sys.platform != "linux":
+        yield
+        return
+    import resource
 
     def late(*_: object) -> None:
-        raise TimeOutError(f"not finished after {PATIENCE:g} s")
+        raise TimeOutError(f"not finished after {TIME_TO_GIVE_UP:g} s")
 
-    used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    used = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
     before, handler = resource.getrlimit(resource.RLIMIT_AS), signal.signal(signal.SIGVTALRM, late)
     resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, before[1]))
-    signal.setitimer(signal.ITIMER_VIRTUAL, PATIENCE)
+    signal.setitimer(signal.ITIMER_VIRTUAL, TIME_TO_GIVE_UP)
     try:
         yield
     finally:

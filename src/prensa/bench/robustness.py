@@ -30,15 +30,15 @@ from prensa.solver.increment import Increment
 
 Array = NDArray[np.float64]
 SYSTEMS = {"mm-N": (1.0, 1.0), "m-N": (1e-3, 1.0), "inch-lbf": (1 / 25.4, 1 / 4.4482216152605)}
-COMPARED = 10  # every so many problems are run again, finer and stiffer
-CLOSING = 0.75  # change at the next halving of the step, over the change at the first, of a sequence that converges
-BALANCE = 1e-7  # imbalance of forces over the largest so far that is allowed
-AGREE = 0.05  # relative difference of the largest tool force allowed between the two
+RERUN_EVERY = 10  # one problem in so many is solved again with smaller increments and a larger penalty
+CONVERGING = 0.75  # ratio of successive changes of the peak force, as the step is halved, below which it converges
+BALANCE = 1e-7  # allowed force imbalance, relative to the largest tool force so far
+AGREE = 0.05  # allowed relative difference of the peak tool force between the two solutions
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a problem: ``status`` 'right', 'failed' (said so) or 'wrong' (did not), with words and cost."""
+    """Result of a problem: ``status`` 'right', 'failed' (reported by the solver) or 'wrong' (not reported), reason and cost."""
 
     number: int
     kind: str
@@ -64,7 +64,7 @@ class Tally:
 
 ANY = ("q4", "q4_enhanced", "t3", "t6", "q8", "q8_full")
 # by suite, out of and in plane stress; F-bar, the default, more often
-ELEMENTS = {
+SUITE_ELEMENTS = {
     "elastic": (("q4_fbar", "q4_fbar", *ANY), ANY),
     "plastic": (("q4_fbar", "q4_fbar", "q4_fbar", "q4_enhanced", "t6", "q8"), ("q4", "q4", "q4_enhanced", "t6", "q8")),
 }
@@ -88,7 +88,7 @@ def draw(suite: str, seed: int, number: int) -> pr.Problem:
     width, height = float(rng.uniform(8, 20)), float(rng.uniform(5, 15))
     nx, ny = int(rng.integers(8, 17)), int(rng.integers(5, 13))
     origin = float(rng.choice([0.0, 2.0])) if axi else 0.0
-    element: Any = str(rng.choice(ELEMENTS[suite][space == "plane stress"]))
+    element: Any = str(rng.choice(SUITE_ELEMENTS[suite][space == "plane stress"]))
     if element[:2] in ("t6", "q8"):  # of twice the size: as many nodes
         nx, ny = nx // 2 + 1, ny // 2 + 1
     body = pr.Body(_mesh(rng, width * L, height * L, nx, ny, origin * L), material, element)
@@ -101,7 +101,7 @@ def draw(suite: str, seed: int, number: int) -> pr.Problem:
     increments = int(rng.integers(2, 9)) if rng.random() < 0.7 else None
     strength, share = (s0, (0.05, 0.6)) if plastic else (E, (1e-4, 2e-3))
     moment = (
-        float(rng.uniform(0.1, 0.5)) * _least(law) * getattr(tool, "radius", 0.0)
+        float(rng.uniform(0.1, 0.5)) * _smallest_coefficient(law) * getattr(tool, "radius", 0.0)
     )  # per force, of what friction bears
     steps = _steps(rng, motion, depth, width * L, strength, share, increments, axi, flat, moment, tool)
     hollow = tool.type == "circle" and tool.concave
@@ -163,11 +163,11 @@ def _motion(rng: np.random.Generator, axi: bool, tool: Any, law: Any) -> str:
     if not axi:
         options += ["press and slide", "turn"]
         if tool.type == "circle" and not tool.concave:
-            options += ["roll", *(["twist"] if _least(law) else [])]
+            options += ["roll", *(["twist"] if _smallest_coefficient(law) else [])]
     return str(rng.choice(options))
 
 
-def _least(law: Any) -> float:
+def _smallest_coefficient(law: Any) -> float:
     """The smallest coefficient that a Coulomb law can come to; 0 for others."""
     match getattr(law, "mu", None):
         case float() as mu:
@@ -375,7 +375,9 @@ def check(system: Any, inc: Increment) -> str:
     for key in ("plastic", "friction"):
         if inc.energy[key] < -1e-9 * max(abs(inc.energy["external"]), 1e-300):
             return f"{key} dissipation {inc.energy[key]:.2e} is negative"
-    for b in inc.bodies.values() if system.problem.kinematics == "finite" else ():  # small strain knows no shapes
+    for b in (
+        inc.bodies.values() if system.problem.kinematics == "finite" else ()
+    ):  # in small strain the shape is not updated
         x = b.x[b.cells]
         corners = 3 if x.shape[1] in (3, 6) else 4
         if x.shape[1] > corners:  # round the outline: corner, mid-side node, corner, …
@@ -395,13 +397,13 @@ def solve_checked(p: pr.Problem) -> tuple[float, int, int, str]:
         iterations += inc.statistics.iterations
         cutbacks += inc.statistics.cutbacks
         peak = max(peak, tool_force(system, inc))
-        # a body that has been let go has little force to compare with: the largest so far is the measure
+        # after unloading there is little force left to compare with: the peak so far is the reference
         if not (error := unbalanced(system, inc)) <= BALANCE * max(peak, 1e-300):
             early.append((error, inc.time))
         wrong = check(system, inc)
         if wrong:
             return peak, iterations, cutbacks, f"time {inc.time:.4g}: {wrong}"
-    # so has one that is hardly touched: there round-off of a body of that stiffness shows, which is nothing of the whole
+    # the same holds before contact is established: round-off there is judged against the peak of the whole history
     for error, at in early:
         if not error <= 0.1 * BALANCE * peak:
             return (
@@ -450,7 +452,7 @@ def judge(p: pr.Problem, number: int, compare: bool) -> Outcome:
             elif abs(again - peak) > AGREE * max(again, peak):
                 last, _, _, _ = solve_checked(finer(p, 4))
                 words = f"peak force {peak:.4g}, at half the step and ten times the penalty {again:.4g}, at a quarter {last:.4g}"
-                if abs(last - again) > CLOSING * abs(again - peak):
+                if abs(last - again) > CONVERGING * abs(again - peak):
                     status = "wrong"
         except PrensaError as error:
             words = f"(the finer run used for comparison failed: {error})"
@@ -481,7 +483,7 @@ def write(path: Path, tallies: list[Tally], commit: str = "") -> None:
     if path.suffix == ".md":
         path.write_text(_page(tallies, commit), encoding="utf-8")
         return
-    with path.open("w", newline="") as file:
+    with path.open("w", newline="", encoding="utf-8") as file:
         out = csv.writer(file)
         out.writerow(["suite", "seed", "number", "kind", "status", "iterations", "cutbacks", "seconds", "words"])
         for t in tallies:
@@ -507,7 +509,7 @@ def _page(tallies: list[Tally], commit: str) -> str:
         lines.append(
             f"| {t.suite} | {t.seed} | {len(t.outcomes)} | {shares} | {mean[0]:.0f} | {mean[1]:.1f} | {mean[2]:.1f} |"
         )
-    lines += ["", f"Every {COMPARED}th problem is run again at half the step and ten times the penalty.", ""]
+    lines += ["", f"Every {RERUN_EVERY}th problem is run again at half the step and ten times the penalty.", ""]
     kinds = Counter((t.suite, _kind(o.words)) for t in tallies for o in t.outcomes if o.status != "right")
     if kinds:
         lines += ["| suite | kind of failure | problems |", "|---|---|---|"]
@@ -533,7 +535,7 @@ def run(
     """Draw and judge *count* problems, beginning with number *first*; ``enforcement``: one of `ENFORCEMENTS`."""
     tally = Tally(suite, seed)
     for number in range(first, first + count):
-        outcome = judge(enforced(draw(suite, seed, number), enforcement), number, number % COMPARED == 0)
+        outcome = judge(enforced(draw(suite, seed, number), enforcement), number, number % RERUN_EVERY == 0)
         tally.outcomes.append(outcome)
         report(outcome)
     return tally

@@ -18,11 +18,11 @@ from numba import njit
 from prensa.elements.shapes import cube, h8, table
 from prensa.kernels.spatial import det_minus_one
 
-NODES, POINTS = 8, 8
-_CENTRE = 8
-TABLE = table(NODES, cube(2))
+BRICK_NODES, BRICK_POINTS = 8, 8
+_BRICK_CENTRE = 8
+BRICK = table(BRICK_NODES, cube(2))
 # slopes of the shape functions at the points and, number 8, at the centre: (9, 8, 3)
-_DN = np.concatenate([TABLE.dN, h8(0.0, 0.0, 0.0)[1][None]])
+_BRICK_DN = np.concatenate([BRICK.dN, h8(0.0, 0.0, 0.0)[1][None]])
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -30,7 +30,7 @@ def _gradients(x, e, q, G):
     """∂N/∂x of element e at point q → G[q] (8, 3); Jacobian determinant."""
     j11 = j12 = j13 = j21 = j22 = j23 = j31 = j32 = j33 = 0.0  # j_IJ = ∂x_J/∂ξ_I
     for a in range(8):
-        d1, d2, d3 = _DN[q, a, 0], _DN[q, a, 1], _DN[q, a, 2]
+        d1, d2, d3 = _BRICK_DN[q, a, 0], _BRICK_DN[q, a, 1], _BRICK_DN[q, a, 2]
         xa, ya, za = x[e, a, 0], x[e, a, 1], x[e, a, 2]
         j11 += d1 * xa
         j12 += d1 * ya
@@ -47,7 +47,7 @@ def _gradients(x, e, q, G):
     det = j11 * c11 + j12 * c21 + j13 * c31
     inverse = 1.0 / det
     for a in range(8):
-        d1, d2, d3 = inverse * _DN[q, a, 0], inverse * _DN[q, a, 1], inverse * _DN[q, a, 2]
+        d1, d2, d3 = inverse * _BRICK_DN[q, a, 0], inverse * _BRICK_DN[q, a, 1], inverse * _BRICK_DN[q, a, 2]
         G[q, a, 0] = c11 * d1 + c12 * d2 + c13 * d3
         G[q, a, 1] = c21 * d1 + c22 * d2 + c23 * d3
         G[q, a, 2] = c31 * d1 + c32 * d2 + c33 * d3
@@ -93,7 +93,7 @@ def _divergence(h, q, G, g):
 def _mean_divergence(x, e, G, g):
     """Volume average of the virtual divergence of small strain → g[8] (24,), of the points → g[:8]; G (9, 8, 3) of the points."""
     for i in range(24):
-        g[_CENTRE, i] = 0.0
+        g[_BRICK_CENTRE, i] = 0.0
     total = 0.0
     for q in range(8):
         volume = _gradients(x, e, q, G)
@@ -101,9 +101,9 @@ def _mean_divergence(x, e, G, g):
         for a in range(8):
             for i in range(3):
                 g[q, 3 * a + i] = G[q, a, i]
-                g[_CENTRE, 3 * a + i] += volume * G[q, a, i]
+                g[_BRICK_CENTRE, 3 * a + i] += volume * G[q, a, i]
     for i in range(24):
-        g[_CENTRE, i] /= total
+        g[_BRICK_CENTRE, i] /= total
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -124,15 +124,15 @@ def kinematics(x, du, bar, finite, h, w, alpha, failed):
     for e in range(x.shape[0]):
         centre, bad = 0.0, False
         if bar and finite:
-            _gradients(x, e, _CENTRE, G)
-            h11, h12, h13, h21, h22, h23, h31, h32, h33 = _gradient_of(e, du, _CENTRE, G)
+            _gradients(x, e, _BRICK_CENTRE, G)
+            h11, h12, h13, h21, h22, h23, h31, h32, h33 = _gradient_of(e, du, _BRICK_CENTRE, G)
             centre = det_minus_one(h11, h12, h13, h21, h22, h23, h31, h32, h33)
             bad = not centre > -1.0
         elif bar:
             _mean_divergence(x, e, G, g)
             for a in range(8):
                 for i in range(3):
-                    centre += g[_CENTRE, 3 * a + i] * du[e, a, i]
+                    centre += g[_BRICK_CENTRE, 3 * a + i] * du[e, a, i]
         for q in range(8):
             volume = _gradients(x, e, q, G)
             w[e, q] = volume
@@ -174,8 +174,8 @@ def integrate(x, du, bar, finite, w, alpha, P, A, forces, stiffness, r_out, K_ou
         if bar and not finite:
             _mean_divergence(x, e, G, g)
         elif bar and stiffness:
-            _gradients(x, e, _CENTRE, G)
-            _divergence(_gradient_of(e, du, _CENTRE, G), _CENTRE, G, g)
+            _gradients(x, e, _BRICK_CENTRE, G)
+            _divergence(_gradient_of(e, du, _BRICK_CENTRE, G), _BRICK_CENTRE, G, g)
         for i in range(24):
             r_out[e, i] = 0.0
         if stiffness:
@@ -199,7 +199,7 @@ def integrate(x, du, bar, finite, w, alpha, P, A, forces, stiffness, r_out, K_ou
                         f[k] += h[k]
             if bar and (stiffness or not finite):
                 for i in range(24):
-                    g[q, i] = (g[_CENTRE, i] - g[q, i]) / 3.0
+                    g[q, i] = (g[_BRICK_CENTRE, i] - g[q, i]) / 3.0
             # B-bar is variational: its virtual gradients carry g too; F-bar integrates the true virtual work
             variational = bar and not finite
             trace = wc * (P[e, q, 0] + P[e, q, 4] + P[e, q, 8]) if variational else 0.0

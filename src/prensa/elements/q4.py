@@ -20,16 +20,15 @@ from numba import njit
 
 from prensa.kernels.tensor import det_minus_one
 
-NODES, POINTS = 4, 4
 _G = 1.0 / math.sqrt(3.0)
-_XI = np.array([-1.0, 1.0, 1.0, -1.0])
-_ETA = np.array([-1.0, -1.0, 1.0, 1.0])
+_CORNER_XI = np.array([-1.0, 1.0, 1.0, -1.0])
+_CORNER_ETA = np.array([-1.0, -1.0, 1.0, 1.0])
 # shape functions and their derivatives by ξ and η at the points and, number 4, at the centre: (5, 4) each
 _CENTRE = 4
-_AT = np.append(np.array([_XI, _ETA]) * _G, [[0.0], [0.0]], axis=1)
-_N = 0.25 * (1.0 + _XI * _AT[0][:, None]) * (1.0 + _ETA * _AT[1][:, None])
-_DX = 0.25 * _XI * (1.0 + _ETA * _AT[1][:, None])
-_DY = 0.25 * _ETA * (1.0 + _XI * _AT[0][:, None])
+_AT = np.append(np.array([_CORNER_XI, _CORNER_ETA]) * _G, [[0.0], [0.0]], axis=1)
+_N = 0.25 * (1.0 + _CORNER_XI * _AT[0][:, None]) * (1.0 + _CORNER_ETA * _AT[1][:, None])
+_DX = 0.25 * _CORNER_XI * (1.0 + _CORNER_ETA * _AT[1][:, None])
+_DY = 0.25 * _CORNER_ETA * (1.0 + _CORNER_XI * _AT[0][:, None])
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)

@@ -69,7 +69,7 @@ class Failure(NamedTuple):
     why: Why
 
 
-MAX_ITERATIONS = 40  # of the enhanced modes
+MODE_ITERATIONS = 40  # of the enhanced modes
 TOLERANCE = 1e-12  # residual of the enhanced modes over the forces that cancel in it
 
 
@@ -279,7 +279,7 @@ class Q4Enhanced(_Q4):
         n, size = 8 + alpha.shape[1], law.size
         rows = np.arange(len(u))
         step, share, least = np.zeros_like(alpha), np.ones(len(u)), np.full(len(u), np.inf)
-        for _ in range(MAX_ITERATIONS):
+        for _ in range(MODE_ITERATIONS):
             k = len(rows)
             w = workspace(self, k)
             old = np.ascontiguousarray(c.old[rows, :, :size])
@@ -341,14 +341,14 @@ class H8:
     """8-node brick with 2 × 2 × 2 points; with ``bar``, F-bar (small strain: B-bar)."""
 
     bar: bool
-    nodes: int = h8.NODES
-    points: int = h8.POINTS
+    nodes: int = h8.BRICK_NODES
+    points: int = h8.BRICK_POINTS
     layout: TensorLayout = SPATIAL
 
     @property
     def N(self) -> Array:
         """Shape functions at the points (8, 8)."""
-        return h8.TABLE.N
+        return h8.BRICK.N
 
     def extra(self, mode: Mode) -> int:
         """No history of its own."""

@@ -24,9 +24,31 @@ def plan_step(system: System, number: int, anchor: Array) -> StepPlan:
         If an unknown is prescribed twice with different values.
 
     """
-    p: model.Problem = system.problem
-    t0, t1 = float(number), float(number + 1)
-    # supports: the problem's, then each step's up to this one; a later entry replaces an earlier one of the boundary
+    p, step = system.problem, system.problem.steps[number]
+    groups = _support_groups(system, number, anchor)
+    push: dict[int, Course] = {}
+    springs: dict[int, tuple[float, Course]] = {}
+    for t, name in enumerate(p.tools):
+        for dof, key in zip(system.dofs.tool.dofs(t).tolist(), system.dofs.tool.components):
+            force = getattr(step.push.get(name), "m" if key == "rz" else key, None)
+            stiffness = getattr(p.tools[name].spring, key, None)
+            if stiffness is not None:
+                springs[dof] = stiffness, _mount(p, name, key, number)
+            elif force is not None:
+                push[dof] = course(force, _push_before(p, name, key, number), float(number), float(number + 1))
+            else:
+                groups.append(_tool_group(step, name, key, dof, anchor, number))
+    return StepPlan(
+        step.name, number, float(number), float(number + 1), groups, push, _loads(system, number), _body_forces(p, number),
+        _friction(p, number), step.increments, springs,
+    )  # fmt: skip
+
+
+def _supports(p: model.Problem, number: int) -> dict[tuple[str, str], tuple[Any, int]]:
+    """(boundary, axis) → value and the step since which it holds: the problem's, then each step's up to this one.
+
+    A later entry replaces an earlier one of the boundary.
+    """
     supports: dict[tuple[str, str], tuple[Any, int]] = {}
     for k, source in [(-1, p.fixed), *[(i, s.fixed) for i, s in enumerate(p.steps[: number + 1])]]:
         for name, f in source.items():
@@ -36,6 +58,11 @@ def plan_step(system: System, number: int, anchor: Array) -> StepPlan:
             for c in ("x", "y"):
                 if getattr(f, c) is not None:
                     supports[(name, c)] = (getattr(f, c), max(k, 0))
+    return supports
+
+
+def _support_groups(system: System, number: int, anchor: Array) -> list[Prescribed]:
+    """Displacements that supports and the axis of revolution prescribe, each once."""
     groups: list[Prescribed] = []
     taken = np.zeros(system.ndof, dtype=bool)
 
@@ -46,39 +73,24 @@ def plan_step(system: System, number: int, anchor: Array) -> StepPlan:
         if len(dofs):
             groups.append(Prescribed(dofs, anchor[dofs].copy(), c, support))
 
-    for (name, axis), (value, since) in supports.items():
+    for (name, axis), (value, since) in _supports(system.problem, number).items():
         dofs = system.dofs.displacement.dof(system.boundary_nodes(name), axis)
         held = value == "held" or (since < number and not isinstance(value, tuple))
-        add(dofs, None if held else course(value, 0.0, t0, t1), (name, axis))
+        add(dofs, None if held else course(value, 0.0, float(number), float(number + 1)), (name, axis))
     add(system.dofs.displacement.dof(system.axis_nodes, "x"), None)
-    step = p.steps[number]
-    push: dict[int, Course] = {}
-    springs: dict[int, tuple[float, Course]] = {}
-    for t, name in enumerate(p.tools):
-        for dof, key in zip(system.dofs.tool.dofs(t).tolist(), system.dofs.tool.components):
-            move = getattr(step.move.get(name), key, None)
-            speed = getattr(step.velocity.get(name), key, None)
-            force = getattr(step.push.get(name), "m" if key == "rz" else key, None)
-            stiffness = getattr(p.tools[name].spring, key, None)
-            if stiffness is not None:
-                springs[dof] = stiffness, _mount(p, name, key, number)
-            elif force is not None:
-                start = _push_before(p, name, key, number)
-                push[dof] = course(force, start, t0, t1)
-            elif speed is not None:
-                groups.append(Prescribed(np.array([dof]), anchor[[dof]].copy(), integrated(speed, anchor[dof], t0, t1)))
-            else:
-                groups.append(
-                    Prescribed(
-                        np.array([dof]),
-                        anchor[[dof]].copy(),
-                        None if move is None else course(move, anchor[dof], t0, t1),
-                    )
-                )
-    return StepPlan(
-        step.name, number, t0, t1, groups, push, _loads(system, number), _body_forces(p, number), _friction(p, number),
-        step.increments, springs,
-    )  # fmt: skip
+    return groups
+
+
+def _tool_group(step: model.Step, name: str, key: str, dof: int, anchor: Array, number: int) -> Prescribed:
+    """One motion of a tool that a step prescribes, or holds where it says nothing."""
+    t0, t1 = float(number), float(number + 1)
+    move, speed = (getattr(kind.get(name), key, None) for kind in (step.move, step.velocity))
+    c = None
+    if speed is not None:
+        c = integrated(speed, anchor[dof], t0, t1)
+    elif move is not None:
+        c = course(move, anchor[dof], t0, t1)
+    return Prescribed(np.array([dof]), anchor[[dof]].copy(), c)
 
 
 def _mount(p: model.Problem, tool: str, key: str, number: int) -> Course:

@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 APART = 0.05  # distance of the two sides, in edge lengths of the slave, above which they do not lie on each other
-GAUSS = np.polynomial.legendre.leggauss(4)
+MORTAR_RULE = np.polynomial.legendre.leggauss(4)
 
 
 @dataclass(frozen=True)
@@ -243,7 +243,7 @@ def _integrals(X: Array, slave: _Side, master: _Side, axisymmetric: bool) -> Ite
         number = {int(k): i for i, k in enumerate(nodes)}
         d, M, B = np.zeros(a), np.zeros((a, a)), np.zeros((a, len(nodes)))
         for lo, hi in pairwise(cuts):
-            for g, w in zip(*GAUSS):
+            for g, w in zip(*MORTAR_RULE):
                 N, dN = _shapes(0.5 * (lo + hi) + 0.5 * (hi - lo) * g, a)
                 x = N @ y
                 weight = 0.5 * (hi - lo) * w * float(np.hypot(*(dN @ y))) * (x[0] if axisymmetric else 1.0)

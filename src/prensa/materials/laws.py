@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,11 +18,14 @@ from numpy.typing import NDArray
 from prensa.kernels import spatial, tensor
 from prensa.layout import PLANE, SPATIAL, TensorLayout
 from prensa.materials import elastic
-from prensa.materials import material as descriptions
 from prensa.materials.flow_curve import FlowCurve, FlowParameters, stress_at
 from prensa.materials.hardening import flow_stresses
 from prensa.materials.j2 import j2
 from prensa.materials.return_map import return_map
+
+if TYPE_CHECKING:  # descriptions make laws, not the other way round
+    from prensa.materials.material import IsotropicMaterial
+    from prensa.materials.material import Material as Description
 
 Array = NDArray[np.float64]
 
@@ -323,7 +326,7 @@ class J2(_Isotropic):
 class Principal(_Isotropic):
     """Elasticity that a description states in NumPy: an energy or stresses as functions of the principal strains."""
 
-    description: descriptions.IsotropicMaterial = field(default=None)  # type: ignore[assignment]
+    description: IsotropicMaterial = field(default=None)  # type: ignore[assignment]
 
     @property
     def symmetric(self) -> bool:
@@ -335,9 +338,9 @@ class Principal(_Isotropic):
     ) -> None:
         """Trial principal strains (n, 3) → stresses, slopes, elastic strains."""
         with np.errstate(all="ignore"):
-            tau[:] = descriptions.principal_stress(self.description, eps)
-            if at.tangent:
-                dtau[:] = descriptions.principal_tangent(self.description, eps)
+            tau[:], slopes = self.description.answer(eps, at.tangent)
+            if slopes is not None:
+                dtau[:] = slopes
         out.failed[~np.isfinite(tau).all(axis=1)] = True
         eps_e[:] = eps
 
@@ -347,6 +350,6 @@ class Principal(_Isotropic):
         return np.asarray(self.description.energy(eps.reshape(-1, 3)), dtype=np.float64).reshape(eps.shape[:-1])
 
 
-def material_of(description: descriptions.Material, kinematics: str, space: str = "plane strain") -> Material:
+def material_of(description: Description, kinematics: str, space: str = "plane strain") -> Material:
     """The law of a material description, see its `law`."""
     return description.law(kinematics, space)

@@ -35,7 +35,7 @@ Array = NDArray[np.float64]
 PoissonRatio = Annotated[Number, Field(gt=-1.0, lt=0.5)]
 
 SECOND = 1e-4  # fourth root of round-off: step of second differences
-GAUSS = np.polynomial.legendre.leggauss(12)
+PATH_POINTS = np.polynomial.legendre.leggauss(12)
 
 
 class Material(Member, abstract=True):
@@ -86,7 +86,7 @@ class IsotropicMaterial(Material, abstract=True):
     def energy(self, eps: Array) -> Any:
         """Stored energy per initial volume ψ (k,) at principal strains eps (k, 3). Without one: the work of `stress`."""
         # along the straight path from rest; exact where ψ is a polynomial of degree 24
-        x, w = 0.5 * (1.0 + GAUSS[0]), 0.5 * GAUSS[1]
+        x, w = 0.5 * (1.0 + PATH_POINTS[0]), 0.5 * PATH_POINTS[1]
         return sum(wi * (principal_stress(self, xi * eps) * eps).sum(axis=1) for xi, wi in zip(x, w))
 
     def stress(self, eps: Array) -> Any:
@@ -97,6 +97,10 @@ class IsotropicMaterial(Material, abstract=True):
         to some 1e-10 and the tangent to some 1e-7 of the modulus.
         """
         return None
+
+    def answer(self, eps: Array, tangent: bool) -> tuple[Array, Array | None]:
+        """Principal stresses (k, 3) and, if asked for, their derivatives (k, 3, 3): what is stated, and else what is found."""
+        return principal_stress(self, eps), principal_tangent(self, eps) if tangent else None
 
     def bulk_law(self, finite: bool, **tensors: Any) -> Law:
         """The law that takes its stresses from here."""

@@ -10,8 +10,8 @@ from prensa.materials.flow_curve import FlowCurve, along, stress_at
 Array = NDArray[np.float64]
 
 ITERATIONS = 200
-STEP = 1e-12  # Newton's last step, over the plastic increment
-RESIDUAL = 2e-14  # over the trial stress: what is left is round-off
+LAST_STEP = 1e-12  # Newton's last step, over the plastic increment
+LEFT_OVER = 2e-14  # over the trial stress: what is left is round-off
 BRACKET = 4e-16  # width of the bracket, over the increment
 
 
@@ -72,8 +72,8 @@ def _roots(curve: FlowCurve, start: Array, q: Array, jac: Array, G: float, dt: f
         j, trial = jac[rows], q[rows]
         f = trial - 3.0 * G * x - j * s
         step = f / (3.0 * G + j * ds)
-        close = np.abs(step) <= STEP * x
-        done = close | (np.abs(f) <= RESIDUAL * trial) | (hi - lo <= BRACKET * hi)
+        close = np.abs(step) <= LAST_STEP * x
+        done = close | (np.abs(f) <= LEFT_OVER * trial) | (hi - lo <= BRACKET * hi)
         last = np.where(close, step, 0.0)
         root[rows], y[rows], slope[rows] = np.where(done, x + last, np.nan), s + ds * last, ds
         lo, hi = np.where(f > 0.0, x, lo), np.where(f > 0.0, hi, x)

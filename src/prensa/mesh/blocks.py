@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.mesh.convert import Between, Draft
+from prensa.mesh.convert import Draft, Midpoints
 from prensa.mesh.mesh import COINCIDENT, Array, Index, MeshError, boundary_edges, edges_between, oriented
 from prensa.mesh.spacing import graded
 from prensa.model import problem as model
@@ -32,7 +32,7 @@ def chain(nodes: NDArray[np.int64]) -> Index:
     return np.stack([nodes[:-1], nodes[1:]], axis=1)
 
 
-def joined(parts: list[Array]) -> tuple[Array, Index]:
+def merged_grids(parts: list[Array]) -> tuple[Array, Index]:
     """Points and quadrilaterals of several grids, those at one place made one; cells counter-clockwise."""
     first = np.cumsum([0, *(p.shape[0] * p.shape[1] for p in parts)])
     points = np.concatenate([p.reshape(-1, 2) for p in parts])
@@ -45,7 +45,7 @@ def joined(parts: list[Array]) -> tuple[Array, Index]:
     return points, oriented(points, cells)
 
 
-def _round(centre: Array) -> Between:
+def _round(centre: Array) -> Midpoints:
     """Points half way between two points of a circle about *centre*."""
 
     def between(a: Array, b: Array) -> Array:
@@ -76,7 +76,7 @@ def disc(m: model.Disc) -> Draft:
         c, d = ((1, 0), (0, 1), (-1, 0), (0, -1))[q]
         turn = np.array([[c, d], [-d, c]], dtype=np.float64)
         parts += [core @ turn, wedges @ turn]
-    points, cells = joined(parts)
+    points, cells = merged_grids(parts)
     outline = boundary_edges(cells)
     edges = {"rim": edges_between(outline, np.flatnonzero(np.abs(np.hypot(*points.T) - 1.0) < 1e-9))}
     for name in closing:
@@ -148,7 +148,7 @@ def patch(m: model.Patch) -> Draft:
         "top-right": node[-1, -1],
         "top-left": node[-1, 0],
     }
-    curves = {name: _half_way(curve[name], u[name], side[name]) for name in m.sides}
+    curves = {name: _midpoints_along(curve[name], u[name], side[name]) for name in m.sides}
     return Draft(x.reshape(-1, 2), grid(x), edges, {k: int(v) for k, v in corners.items()}, curves)
 
 
@@ -233,7 +233,7 @@ def _circumcentre(name: str, a: Array, b: Array, c: Array) -> Array:
     return a + np.linalg.solve(d, 0.25 * np.diag(d @ d.T))
 
 
-def _half_way(curve: _Curve, u: Array, nodes: Array) -> Between:
+def _midpoints_along(curve: _Curve, u: Array, nodes: Array) -> Midpoints:
     """Points of a curve half way (in its length) between neighbouring nodes, which are found by their coordinates."""
     share = {tuple(x): s for x, s in zip(nodes.tolist(), u.tolist())}
 

@@ -7,26 +7,25 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from prensa.mesh.mesh import CORNERS, KINDS, Array, Index, Mesh, MeshError, corner_cells, keys, sides
+from prensa.mesh.mesh import CELL_NAMES, CORNERS, Array, Index, Mesh, MeshError, corner_cells, keys, sides
 
-Between = Callable[
-    [Array, Array], Array
-]  # ends a, b (k, 2) of edges of a curved boundary → points (k, 2) half way on it
+# ends a, b (k, 2) of edges of a curved boundary → points (k, 2) half way between them along the boundary
+Midpoints = Callable[[Array, Array], Array]
 
 
 @dataclass(frozen=True)
 class Draft:
     """A mesh before it is decided which cells it has: linear cells, edges (k, 2), and how its boundaries curve.
 
-    ``mids`` (undirected pair of nodes → place) are mid-side nodes that are known already.
+    ``midside`` (undirected pair of nodes → place) are mid-side nodes that are known already.
     """
 
     points: Array
     cells: Index
     edges: Mapping[str, Index]
     corners: Mapping[str, int] = field(default_factory=dict)
-    curves: Mapping[str, Between] = field(default_factory=dict)
-    mids: Mapping[tuple[int, int], Array] = field(default_factory=dict)
+    curves: Mapping[str, Midpoints] = field(default_factory=dict)
+    midside: Mapping[tuple[int, int], Array] = field(default_factory=dict)
 
 
 def nodes_of(element: str) -> int:
@@ -34,7 +33,7 @@ def nodes_of(element: str) -> int:
     return int(element[1])
 
 
-def finished(draft: Draft, nodes: int) -> Mesh:
+def mesh_from_draft(draft: Draft, nodes: int) -> Mesh:
     """The mesh of a draft in cells of 3, 4, 6 or 8 nodes.
 
     Raises
@@ -46,7 +45,7 @@ def finished(draft: Draft, nodes: int) -> Mesh:
     points, cells = draft.points, draft.cells
     if CORNERS[nodes] == 4 and cells.shape[1] == 3:
         raise MeshError(
-            f"the mesh is made of triangles and the element is {KINDS[nodes]}; use element 't6', or mesh with quadrilaterals"
+            f"the mesh is made of triangles and the element is {CELL_NAMES[nodes]}; use element 't6', or mesh with quadrilaterals"
         )
     if CORNERS[nodes] == 3 and cells.shape[1] == 4:
         cells = split(points, cells)
@@ -87,9 +86,9 @@ def _quadratic(draft: Draft, cells: Index) -> Mesh:
     for name, between in draft.curves.items():
         e = draft.edges[name]
         middle[number(e)] = between(points[e[:, 0]], points[e[:, 1]])
-    if draft.mids:
-        at = number(np.array(list(draft.mids), dtype=np.int64))
-        middle[at] = np.array(list(draft.mids.values()))
+    if draft.midside:
+        at = number(np.array(list(draft.midside), dtype=np.int64))
+        middle[at] = np.array(list(draft.midside.values()))
     quadratic = np.concatenate([cells, n + number(pairs)], axis=1)
     named = {name: np.concatenate([e, n + number(e)[:, None]], axis=1) for name, e in draft.edges.items()}
     return Mesh(np.concatenate([points, middle]), quadratic, named, draft.corners)
@@ -105,11 +104,11 @@ def draft_of(points: Array, cells: Index, edges: Mapping[str, Index], corners: M
     number[used] = np.arange(len(used))
     three = sides(cells).reshape(-1, 3)
     pairs = np.sort(number[three[:, :2]], axis=1).tolist()
-    mids = {(a, b): points[m] for (a, b), m in zip(pairs, three[:, 2].tolist())}
+    midside = {(a, b): points[m] for (a, b), m in zip(pairs, three[:, 2].tolist())}
     lost = [name for name, node in corners.items() if number[node] < 0]
     if lost:
         raise MeshError(f"the named point {lost[0]!r} is a mid-side node; name a corner of an element")
     return Draft(
         points[used], number[ends], {k: number[e[:, :2]] for k, e in edges.items()},
-        {k: int(number[v]) for k, v in corners.items()}, {}, mids,
+        {k: int(number[v]) for k, v in corners.items()}, {}, midside,
     )  # fmt: skip

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from prensa.mesh import blocks
-from prensa.mesh.convert import Draft, draft_of, finished, nodes_of
+from prensa.mesh.convert import Draft, draft_of, mesh_from_draft, nodes_of
 from prensa.mesh.mesh import Array, Index, Mesh, MeshError, boundary_edges, edges_between
 from prensa.mesh.spacing import graded
 from prensa.model import problem as model
@@ -67,10 +67,10 @@ def in_cells_of(
     nodes: int, points: Array, cells: Index, edges: Mapping[str, Index], corners: Mapping[str, int]
 ) -> Mesh:
     """Mesh of given arrays; where they are not of *nodes* nodes a cell, corners are numbered first and converted."""
-    mesh = Mesh(points, cells, edges, corners)  # its mistakes are told in the numbers that it was given in
+    mesh = Mesh(points, cells, edges, corners)  # checked first: errors name the nodes by the numbers that were given
     if cells.shape[1] == nodes:
         return mesh
-    return finished(draft_of(points, cells, edges, corners), nodes)
+    return mesh_from_draft(draft_of(points, cells, edges, corners), nodes)
 
 
 def mesh_of(description: Any, element: str = "q4", unit: str = "mm") -> Mesh:
@@ -87,15 +87,15 @@ def mesh_of(description: Any, element: str = "q4", unit: str = "mm") -> Mesh:
         case model.Points():
             return from_points(description, nodes)
         case model.Rectangle():
-            return finished(rectangle(description), nodes)
+            return mesh_from_draft(rectangle(description), nodes)
         case model.Disc():
-            return finished(blocks.disc(description), nodes)
+            return mesh_from_draft(blocks.disc(description), nodes)
         case model.Annulus():
-            return finished(blocks.annulus(description), nodes)
+            return mesh_from_draft(blocks.annulus(description), nodes)
         case model.File():
             from prensa.mesh.read import from_file
 
             return from_file(description, nodes, unit)
         case model.Patch():
-            return finished(blocks.patch(description), nodes)
+            return mesh_from_draft(blocks.patch(description), nodes)
     raise TypeError(f"unknown mesh {description!r}")

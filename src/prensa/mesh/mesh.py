@@ -21,10 +21,10 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 CORNERS = {3: 3, 4: 4, 6: 3, 8: 4}  # corners of a cell, by its nodes
-KINDS = {3: "T3", 4: "Q4", 6: "T6", 8: "Q8"}
-LARGEST = 1e100  # coordinate, in any unit: squares and cubes of it are still numbers
+CELL_NAMES = {3: "T3", 4: "Q4", 6: "T6", 8: "Q8"}
+LARGEST = 1e100  # coordinate, in any unit: its square and cube do not overflow
 COINCIDENT = 1e-7  # distance, of the size of the mesh, below which two nodes are at one place
-STRIPS = 2**20  # points looked through at once for those near others
+POINTS_AT_ONCE = 2**20  # candidate pairs of points that a neighbour search holds at once
 
 
 class MeshError(PrensaError):
@@ -170,7 +170,7 @@ def check(mesh: Mesh) -> None:
     unused = np.setdiff1d(np.arange(len(points)), cells)
     if len(unused):
         raise MeshError(f"node {unused[0]} at {points[unused[0]].tolist()} belongs to no element; remove it")
-    _check_joints(points, boundary_edges(cells))
+    _check_open_joints(points, boundary_edges(cells))
 
 
 def _where(points: Array, cell: Index) -> str:
@@ -203,7 +203,7 @@ def _check_cells(points: Array, cells: Index) -> None:
         )
 
 
-def _check_joints(points: Array, outline: Index) -> None:
+def _check_open_joints(points: Array, outline: Index) -> None:
     """Nodes of the outline at one place, and nodes in the middle of a side: the mesh is open there."""
     nodes = np.unique(outline)
     close = COINCIDENT * float(np.ptp(points, axis=0).max())
@@ -250,7 +250,7 @@ def within(points: Array, centres: Array, radii: Array) -> tuple[Index, Index]:
     ends = np.cumsum(many)
     found = []
     # some centres at a time: the strips of all of them may hold more points than there is memory
-    cuts = np.unique([0, *np.searchsorted(ends, np.arange(STRIPS, many.sum(), STRIPS)), len(centres)])
+    cuts = np.unique([0, *np.searchsorted(ends, np.arange(POINTS_AT_ONCE, many.sum(), POINTS_AT_ONCE)), len(centres)])
     for a, b in pairwise(cuts):
         i = np.repeat(np.arange(a, b), many[a:b])
         j = order[np.arange(len(i)) + np.repeat(first[a:b] - (ends[a:b] - many[a:b] - ends[a] + many[a]), many[a:b])]

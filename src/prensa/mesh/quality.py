@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.mesh.mesh import CORNERS, KINDS, Array, Mesh, corner_cells, sides
+from prensa.mesh.mesh import CELL_NAMES, CORNERS, Array, Mesh, corner_cells, sides
 
 POOR = 0.2  # scaled Jacobian below which stresses of an element are poor
-LONG = 50.0  # longest over shortest side above which an element is told of
+MAX_ASPECT = 50.0  # longest over shortest side above which there is a warning
 
 
 @dataclass(frozen=True)
@@ -44,22 +44,22 @@ class Quality:
         )
 
     def warnings(self) -> list[str]:
-        """What is likely to spoil results, with a remedy."""
-        said = []
+        """Elements likely to spoil results, each with a remedy."""
+        messages = []
         bad = int((self.jacobian < POOR).sum())
         if bad:
             least = self.jacobian[self.worst]
-            said.append(
+            messages.append(
                 f"{bad} of {len(self.jacobian)} elements have a scaled Jacobian below {POOR}, the least {least:.2g} is that of "
                 f"{self.where(self.worst)}: stresses are poor there; mesh it again with better angles"
             )
         k = int(np.argmax(self.aspect))
-        if self.aspect[k] > LONG:
-            said.append(
+        if self.aspect[k] > MAX_ASPECT:
+            messages.append(
                 f"{self.where(k)} is {self.aspect[k]:.3g} times longer than wide: it bends and locks like a needle; use more "
                 "elements along its long side or a smaller grading ratio"
             )
-        return said
+        return messages
 
 
 def quality(mesh: Mesh) -> Quality:
@@ -74,4 +74,4 @@ def quality(mesh: Mesh) -> Quality:
     cross = after[..., 0] * before[..., 1] - after[..., 1] * before[..., 0]
     sine = cross / np.maximum(np.linalg.norm(after, axis=2) * np.linalg.norm(before, axis=2), 1e-300)
     jacobian = sine.min(axis=1) * (2 / np.sqrt(3.0) if c == 3 else 1.0)
-    return Quality(KINDS[mesh.cells.shape[1]], jacobian, length.max(axis=1) / length.min(axis=1), x.mean(axis=1))
+    return Quality(CELL_NAMES[mesh.cells.shape[1]], jacobian, length.max(axis=1) / length.min(axis=1), x.mean(axis=1))

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 
 from prensa.mesh import abaqus, gmsh
-from prensa.mesh.convert import Draft, draft_of, finished, split
+from prensa.mesh.convert import Draft, draft_of, mesh_from_draft, split
 from prensa.mesh.deck import Deck, FileError
 from prensa.mesh.mesh import (
+    CELL_NAMES,
     COINCIDENT,
     CORNERS,
-    KINDS,
     Array,
     Index,
     Mesh,
@@ -57,7 +57,7 @@ def from_file(m: model.File, nodes: int, unit: str) -> Mesh:
         draft = draft_of(points, cells, edges, corners)
     else:
         draft = _of_two_kinds(path.name, deck, points, kinds, label, nodes)
-    return finished(draft, nodes)
+    return mesh_from_draft(draft, nodes)
 
 
 def _chosen(deck: Deck, parts: tuple[str, ...]) -> list[int]:
@@ -158,7 +158,7 @@ def _of_two_kinds(
         Unless both kinds are linear or both quadratic and triangles are wanted.
 
     """
-    found = " and ".join(f"{len(c)} {KINDS[k]}" for k, c in sorted(kinds.items()))
+    found = " and ".join(f"{len(c)} {CELL_NAMES[k]}" for k, c in sorted(kinds.items()))
     if CORNERS[nodes] == 4:
         raise MeshError(
             f"{name}: a body has elements of one kind, the file has {found}; use element 't6' (quadrilaterals are split), "
@@ -166,19 +166,19 @@ def _of_two_kinds(
         )
     if set(kinds) not in ({3, 4}, {6, 8}):
         raise MeshError(f"{name}: a body has elements of one order, the file has {found}; mesh it with one order")
-    mids: dict[tuple[int, int], Array] = {}
+    midside: dict[tuple[int, int], Array] = {}
     triangles = []
     for c in kinds.values():
         ends = c[:, : CORNERS[c.shape[1]]]
         triangles.append(split(points, ends) if ends.shape[1] == 4 else ends)
         for i in range(ends.shape[1] if c.shape[1] > 4 else 0):
             three = np.stack([ends[:, i], np.roll(ends, -1, axis=1)[:, i], c[:, ends.shape[1] + i]], axis=1)
-            mids |= {(min(a, b), max(a, b)): points[m] for a, b, m in three.tolist()}
+            midside |= {(min(a, b), max(a, b)): points[m] for a, b, m in three.tolist()}
     cells = np.concatenate(triangles)
     used = np.unique(cells)
     number = np.full(len(points), -1, dtype=np.int64)
     number[used] = np.arange(len(used))
     kept = {n: int(number[k]) for n, k in label.items() if number[k] >= 0}
     edges, corners = _named(deck, number[cells], kept)
-    mids = {(int(number[a]), int(number[b])): x for (a, b), x in mids.items()}
-    return Draft(points[used], number[cells], edges, corners, {}, mids)
+    midside = {(int(number[a]), int(number[b])): x for (a, b), x in midside.items()}
+    return Draft(points[used], number[cells], edges, corners, {}, midside)

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 RUN = 50  # lines from which on a run is taken out
 STANDS = "\ue000"  # begins what stands for a run in the text; private use, so that nothing else does
-_NUMBER = r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?"
-_ROW = re.compile(rf"^( *)- (?:{_NUMBER}|\[ *{_NUMBER}(?: *, *{_NUMBER})* *\])\r?$", re.MULTILINE)
+_YAML_NUMBER = r"[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?"
+_ROW_LINE = re.compile(rf"^( *)- (?:{_YAML_NUMBER}|\[ *{_YAML_NUMBER}(?: *, *{_YAML_NUMBER})* *\])\r?$", re.MULTILINE)
 
 
 class Run(NamedTuple):
@@ -47,7 +47,7 @@ def _runs(text: str, most: int | None) -> list[list[tuple[int, int]]]:
     runs: list[list[tuple[int, int]]] = []
     spans: list[tuple[int, int]] = []
     indent = None
-    for row in islice(_ROW.finditer(text), most and most + RUN):
+    for row in islice(_ROW_LINE.finditer(text), most and most + RUN):
         if not spans or row.start() != spans[-1][1] + 1 or row[1] != indent:
             spans, indent = [], row[1]
             runs.append(spans)
@@ -57,4 +57,4 @@ def _runs(text: str, most: int | None) -> list[list[tuple[int, int]]]:
 
 def numbers(row: str) -> list[str]:
     """Numbers of a line of a run, as written."""
-    return re.findall(_NUMBER, row.partition("- ")[2])
+    return re.findall(_YAML_NUMBER, row.partition("- ")[2])

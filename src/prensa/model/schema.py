@@ -26,7 +26,7 @@ from prensa.model.units import Length
 
 __all__ = ["CaseError", "brief", "dump", "load", "loads", "warnings_of"]
 
-LIMIT = 4 << 20
+CASE_LIMIT = 4 << 20
 
 
 def load(path: str | Path, overrides: Iterable[str] = ()) -> Case:
@@ -99,12 +99,12 @@ def _read(path: Path) -> str:
         raise wrong("this is a folder; name the case file in it")
     try:
         with path.open("rb") as file:
-            raw = file.read(LIMIT + 1)
+            raw = file.read(CASE_LIMIT + 1)
     except FileNotFoundError:
         raise wrong(f"there is no such file{_neighbour(path)}") from None
     except (OSError, ValueError) as error:
         raise wrong(f"cannot be read: {error}") from None
-    if len(raw) > LIMIT:
+    if len(raw) > CASE_LIMIT:
         raise wrong(
             "larger than 4 MiB; a case file is short, is this the right file? If so, put its mesh into a .msh or .inp file"
         )

@@ -6,7 +6,7 @@ import hashlib
 from pathlib import Path
 from typing import Any
 
-LIMIT = 1 << 20
+TABLE_LIMIT = 1 << 20
 MESH_LIMIT = 256 << 20
 
 
@@ -26,7 +26,7 @@ def read_mu_table(path: str, context: Any) -> Any:
     try:
         if not file.is_file():
             raise ValueError(f"friction table {path!r}: there is no such file{_instead(file)}")
-        if file.stat().st_size > LIMIT:
+        if file.stat().st_size > TABLE_LIMIT:
             raise ValueError(f"friction table {path!r} is larger than 1 MiB; is it the right file?")
         lines = file.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:

@@ -15,7 +15,7 @@ from typing import Any
 from prensa.errors import CaseError, Mark, Mistake
 from prensa.model.rows import Run, numbers, taken_out
 
-DEPTH = 50
+MAX_NESTING = 50
 COPIES = 100_000
 # What is read in a second at its slowest. Cases have some thousand characters and some hundred keys and values; rows of
 # numbers on lines of their own, '- [0, 1]', are cheap and come on top, enough for a mesh of seven thousand nodes.
@@ -23,15 +23,15 @@ SIZE = 100_000
 VALUES = 8_000
 MISTAKES = 200
 NUMBERS = 40_000
-APART = "put a mesh into a file (.msh or .inp) and a table into a .csv file"
+MOVE_TO_FILES = "put a mesh into a file (.msh or .inp) and a table into a .csv file"
 WIDTH = 110
 
 _INT = re.compile(r"[-+]?[0-9]+")
 _RADIX = re.compile(r"0o[0-7]{1,20}|0x[0-9a-fA-F]{1,16}")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
-_BRACKETS = re.compile(rf"(?:[\[{{]\s*){{{DEPTH + 1}}}")
+_BRACKETS = re.compile(rf"(?:[\[{{]\s*){{{MAX_NESTING + 1}}}")
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
-_WORDS = {"": None, "~": None, "null": None, "Null": None, "NULL": None} | {
+_YAML_WORDS = {"": None, "~": None, "null": None, "Null": None, "NULL": None} | {
     w: v for v, words in ((True, "true True TRUE"), (False, "false False FALSE")) for w in words.split()
 }
 
@@ -95,8 +95,8 @@ def resolve(text: str) -> Any:
         if abs(number) == float("inf"):
             raise ValueError(f"{text[:40]} is too large a number")
         return number
-    if text in _WORDS:
-        return _WORDS[text]
+    if text in _YAML_WORDS:
+        return _YAML_WORDS[text]
     if _NOT_FINITE.fullmatch(text):
         raise ValueError(f"{text} is not a finite number")
     if _RADIX.fullmatch(text):
@@ -119,7 +119,7 @@ def read(text: str, source: str, marked: bool = True, bounded: bool = True) -> t
     if match := _BRACKETS.search(text):  # the scanner takes seconds over them before it yields its first event
         before = text[: match.start()]
         mark = Mark(source, before.count("\n") + 1, match.start() - before.rfind("\n"))
-        raise CaseError([Mistake(mark, f"nested deeper than {DEPTH} levels; a case needs less than ten")])
+        raise CaseError([Mistake(mark, f"nested deeper than {MAX_NESTING} levels; a case needs less than ten")])
     short, runs = taken_out(text, NUMBERS if bounded else None)
     if bounded:
         _refuse_monsters(short, runs, source)
@@ -137,12 +137,13 @@ def read(text: str, source: str, marked: bool = True, bounded: bool = True) -> t
 
 def _refuse_monsters(short: str, runs: dict[str, Run], source: str) -> None:
     if sum(1 + row.count(",") for run in runs.values() for row in run.rows) > NUMBERS:
-        raise CaseError([Mistake(Mark(source), f"more than {NUMBERS} numbers in rows; {APART}")])
-    if (
-        size := len(short) - sum(len(run.rows) for run in runs.values())
-    ) > SIZE:  # every row leaves its end of line behind
-        message = f"{size} characters besides rows of numbers; a case has some thousand: is this the right file? If so, {APART}"
-        raise CaseError([Mistake(Mark(source), message)])
+        raise CaseError([Mistake(Mark(source), f"more than {NUMBERS} numbers in rows; {MOVE_TO_FILES}")])
+    size = len(short) - sum(len(run.rows) for run in runs.values())  # every row leaves its end of line behind
+    if size > SIZE:
+        message = (
+            f"{size} characters besides rows of numbers; a case has some thousand: is this the right file? If so, "
+        )
+        raise CaseError([Mistake(Mark(source), message + MOVE_TO_FILES)])
 
 
 class _Reader:
@@ -186,8 +187,8 @@ class _Reader:
 
     def count(self, event: Any) -> None:
         if self.left == 0:
-            message = f"more than {VALUES} keys and values before this one; a case has some hundred: {APART}, or write rows of "
-            raise self.refuse(event.start_mark, message + "numbers on lines of their own, '- [0, 1]'")
+            message = f"more than {VALUES} keys and values before this one; a case has some hundred: {MOVE_TO_FILES}, "
+            raise self.refuse(event.start_mark, message + "or write rows of numbers on lines of their own, '- [0, 1]'")
         self.left -= 1
 
     def document(self) -> Node:
@@ -207,8 +208,8 @@ class _Reader:
     def node(self, event: Any, depth: int) -> Node:
         from ruamel.yaml.events import AliasEvent, ScalarEvent, SequenceStartEvent
 
-        if depth > DEPTH:
-            raise self.refuse(event.start_mark, f"nested deeper than {DEPTH} levels; a case needs less than ten")
+        if depth > MAX_NESTING:
+            raise self.refuse(event.start_mark, f"nested deeper than {MAX_NESTING} levels; a case needs less than ten")
         self.count(event)
         if isinstance(event, AliasEvent):
             return self.alias(event, depth)
@@ -294,8 +295,8 @@ class _Reader:
             raise self.refuse(
                 event.start_mark, f"the aliases stand for more than {COPIES} values; write a smaller case"
             )
-        if depth + node.height > DEPTH:
-            raise self.refuse(event.start_mark, f"nested deeper than {DEPTH} levels; a case needs less than ten")
+        if depth + node.height > MAX_NESTING:
+            raise self.refuse(event.start_mark, f"nested deeper than {MAX_NESTING} levels; a case needs less than ten")
         return _copied(node)
 
 

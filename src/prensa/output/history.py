@@ -22,8 +22,8 @@ from prensa.solver.results import support_names
 
 HISTORY = "history.csv"
 CONVERGENCE = "convergence.csv"
-CONTACT = "contact"
-POINTS = ".points.csv"
+CONTACT_FOLDER = "contact"
+POINTS_SUFFIX = ".points.csv"
 ENERGIES = ("external", "elastic", "plastic", "friction", "contact", "imbalance")
 CONTACT_COLUMNS = (
     "node", "x", "y", "gap", "pressure", "shear", "slip", "status", "pressure_from_stress", "pressure_smoothed", "error",
@@ -32,7 +32,7 @@ CONTACT_COLUMNS = (
 POINT_COLUMNS = ("x", "y", "gap", "pressure", "shear", "slip", "status", "weight", "X", "Y")
 CONVERGENCE_COLUMNS = ("increment", "iteration", "residual", "changes")
 
-_WORDS = {"step", "status"}
+_TEXT_COLUMNS = {"step", "status"}
 _INTEGERS = {"increment", "iterations", "cutbacks", "iteration", "changes", "node"}
 
 
@@ -107,7 +107,11 @@ class History:
     def __init__(self, directory: Path, problem: Problem, keep: int | None = None) -> None:
         self._problem = problem
         self._history = Table(directory / HISTORY, history_columns(problem), keep)
-        self._convergence = Table(directory / CONVERGENCE, CONVERGENCE_COLUMNS, keep)
+        try:
+            self._convergence = Table(directory / CONVERGENCE, CONVERGENCE_COLUMNS, keep)
+        except BaseException:
+            self._history.close()
+            raise
 
     def append(self, increment: Increment) -> None:
         """Write the row of *increment* and push it to the operating system."""
@@ -167,7 +171,7 @@ def write_contact(directory: Path, name: str, number: int, contact: ContactState
 
     Where the integration points are not the nodes, also ``NNNN.points.csv``, one row per point.
     """
-    folder = directory / CONTACT / file_name(name)
+    folder = directory / CONTACT_FOLDER / file_name(name)
     path = folder / f"{number:04d}.csv"
     c, q = contact, contact.points
     words = [[STATUS[s] for s in status] for status in (c.status, q.status)]
@@ -176,7 +180,7 @@ def write_contact(directory: Path, name: str, number: int, contact: ContactState
         c.pressure_smoothed, c.error, c.X[:, 0], c.X[:, 1],
     ))  # fmt: skip
     if not np.array_equal(q.X, c.X):
-        _write(folder / f"{number:04d}{POINTS}", POINT_COLUMNS, (
+        _write(folder / f"{number:04d}{POINTS_SUFFIX}", POINT_COLUMNS, (
             q.x[:, 0], q.x[:, 1], q.gap, q.pressure, q.shear, q.slip, words[1], q.weight, q.X[:, 0], q.X[:, 1],
         ))  # fmt: skip
     return path
@@ -196,8 +200,8 @@ def read_contact(path: str | Path) -> dict[str, NDArray[Any]]:
 
 def forget_contacts_after(directory: Path, number: int) -> None:
     """Remove the contact tables of increments later than *number*; other files there are left alone."""
-    for folder in sorted((directory / CONTACT).glob("*/")):
-        for suffix, columns in ((".csv", CONTACT_COLUMNS), (POINTS, POINT_COLUMNS)):
+    for folder in sorted((directory / CONTACT_FOLDER).glob("*/")):
+        for suffix, columns in ((".csv", CONTACT_COLUMNS), (POINTS_SUFFIX, POINT_COLUMNS)):
             for n, path in numbered(folder, suffix):
                 if n > number and path.read_bytes().startswith(",".join(columns).encode()):
                     path.unlink()
@@ -230,7 +234,7 @@ def _read(path: Path) -> dict[str, NDArray[Any]]:
 
 
 def _kind(name: str) -> type:
-    return str if name in _WORDS else np.int64 if name in _INTEGERS else np.float64
+    return str if name in _TEXT_COLUMNS else np.int64 if name in _INTEGERS else np.float64
 
 
 def _rows_until(path: Path, columns: list[str], last: int) -> list[list[str]]:

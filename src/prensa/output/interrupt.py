@@ -1,4 +1,4 @@
-"""Ctrl-C stops the solver at once and a writer never: what is being written is finished first."""
+"""Ctrl-C stops the solver at once and a writer never: a file being written is finished first."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Any
 class Interruptible:
     """Context manager that replaces the handler of SIGINT; does nothing outside the main thread.
 
-    Inside ``with guard.held():`` a Ctrl-C waits for the end of the block and then raises KeyboardInterrupt.
+    Inside ``with guard.postponed():`` a Ctrl-C waits for the end of the block and then raises KeyboardInterrupt.
     """
 
     def __init__(self) -> None:
@@ -32,7 +32,7 @@ class Interruptible:
             signal.signal(signal.SIGINT, self._previous)
 
     @contextmanager
-    def held(self) -> Iterator[None]:
+    def postponed(self) -> Iterator[None]:
         """Hold Ctrl-C back until the block is done; an error of the block goes first."""
         self._depth += 1
         try:

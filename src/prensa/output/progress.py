@@ -1,4 +1,4 @@
-"""A sign of life: a bar on a terminal, one line per accepted increment elsewhere, nothing when asked to be quiet."""
+"""Progress display: a bar on a terminal, one line per accepted increment elsewhere, nothing when asked to be quiet."""
 
 from __future__ import annotations
 
@@ -50,23 +50,25 @@ class ProgressBar:
         if self._bar:
             self._bar.stop()
 
-    def __call__(self, sign: Progress) -> None:
-        """Show one sign of life."""
+    def __call__(self, progress: Progress) -> None:
+        """Show one event."""
         if self._quiet:
             return
         if self._bar:
-            detail = f"increment {sign.number}, iteration {sign.iteration}, residual {sign.residual:.1e}"
-            if sign.event == "accepted":  # a rejected target time would make the bar jump back
-                self._bar.update(self._task, completed=sign.time / sign.end if sign.end else 1.0, left=self._left(sign))
-            self._bar.update(
-                self._task, description=sign.step, detail=", ".join(filter(None, [detail, _forces(sign.forces)]))
-            )
-        if sign.event == "accepted" and not self._bar:
-            parts = [f"{sign.step}: increment {sign.number}, time {sign.time:.4g} of {sign.end:.4g}"]
-            parts += [f"{sign.iteration} iterations", f"residual {sign.residual:.1e}", _forces(sign.forces)]
+            detail = f"increment {progress.number}, iteration {progress.iteration}, residual {progress.residual:.1e}"
+            if progress.event == "accepted":  # a rejected target time would make the bar jump back
+                share = progress.time / progress.end if progress.end else 1.0
+                self._bar.update(self._task, completed=share, left=self._time_left(progress))
+            detail = ", ".join(filter(None, [detail, _forces(progress.forces)]))
+            self._bar.update(self._task, description=progress.step, detail=detail)
+        if progress.event == "accepted" and not self._bar:
+            parts = [f"{progress.step}: increment {progress.number}, time {progress.time:.4g} of {progress.end:.4g}"]
+            parts += [f"{progress.iteration} iterations", f"residual {progress.residual:.1e}", _forces(progress.forces)]
             self._print(", ".join(filter(None, parts)))
-        elif sign.event in ("rejected", "note") and sign.message:
-            self._print(f"{sign.step}: {'increment cut: ' if sign.event == 'rejected' else ''}{sign.message}")
+        elif progress.event in ("rejected", "note") and progress.message:
+            self._print(
+                f"{progress.step}: {'increment cut: ' if progress.event == 'rejected' else ''}{progress.message}"
+            )
 
     def say(self, line: str) -> None:
         """Show a line of text, unless asked to be quiet."""
@@ -80,12 +82,12 @@ class ProgressBar:
     def _print(self, line: str) -> None:
         self._console.print(line, markup=False, highlight=False, soft_wrap=True)
 
-    def _left(self, sign: Progress) -> str:
+    def _time_left(self, progress: Progress) -> str:
         """Time left if the rest goes as fast as the part done so far."""
-        done = sign.time - self._start
+        done = progress.time - self._start
         if done <= 0:
             return "–"
-        seconds = round((clocks.perf_counter() - self._began) * (sign.end - sign.time) / done)
+        seconds = round((clocks.perf_counter() - self._began) * (progress.end - progress.time) / done)
         return f"{seconds // 3600}:{seconds // 60 % 60:02d}:{seconds % 60:02d}"
 
 

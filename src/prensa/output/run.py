@@ -9,6 +9,7 @@ import datetime
 import json
 import logging
 import time as clocks
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -131,7 +132,7 @@ def remove_results(directory: Path) -> None:
     )
     old = [directory / name for name in (*single, runlog.LOG)]
     old += [path.with_name(path.name + TEMPORARY) for path in old]  # left by a run that was killed
-    old += [path for _, path in numbered(directory / vtk.FIELDS, ".vtu")]
+    old += [path for _, path in numbered(directory / vtk.FIELDS_FOLDER, ".vtu")]
     old += [path for path in (directory / pictures.PICTURES).glob("*.png") if pictures.is_picture(path)]
     for path in old:
         path.unlink(missing_ok=True)
@@ -140,33 +141,33 @@ def remove_results(directory: Path) -> None:
 
 # ------------------------------------------------------------------------------------------------------------- details
 class _Run:
-    """One stretch of a run, from start or resume to its end: opens the writers, marches, closes."""
+    """A run from its start or resume to its end: opens the writers, solves, closes."""
 
     def __init__(
         self, directory: Path, case: Case, system: System, start: State | None, quiet: bool, before: dict[str, Any]
     ) -> None:
-        self.directory, self.case, self.system, self.start, self.before = directory, case, system, start, before
+        self.directory, self.case, self.system, self.start, self.earlier = directory, case, system, start, before
         self.text = checkpoint.case_text(case)
-        self.timer, self.began = Timer(), clocks.perf_counter()
+        self.timer, self.started = Timer(), clocks.perf_counter()
         self.bar = ProgressBar(quiet, start=float(start.clock[2]) if start else 0.0)
         self.warnings = runlog.Warnings(self._known_warnings(), self.bar.warn)
         self.guard = Interruptible()
         self.last: Increment | None = None
         self.saved: Increment | None = None
-        self.written = 0.0
+        self.checkpoint_seconds = 0.0
 
     def _known_warnings(self) -> list[str]:
-        """Those of before the resume and of the description: whoever called has told them already."""
+        """Warnings of the run before the resume and of the description, which the caller has shown already."""
         from prensa.model.schema import warnings_of
 
-        return list(dict.fromkeys([*self.before.get("warnings", []), *warnings_of(self.case.problem)]))
+        return list(dict.fromkeys([*self.earlier.get("warnings", []), *warnings_of(self.case.problem)]))
 
     def execute(self) -> RunResult:
-        """March to the end; whatever happens, write the ends."""
+        """Solve to the end; log, summary and report are written however the run ends."""
         with runlog.logging_to(self.directory, self.warnings), self.guard:
             status, reason = "completed", ""
             try:
-                self._march()
+                self._solve_and_write()
             except KeyboardInterrupt:
                 status, reason = "interrupted", "stopped by the user; 'prensa resume' continues from the checkpoint"
                 raise
@@ -178,27 +179,32 @@ class _Run:
                 log.exception("unexpected error")
                 raise
             finally:
-                with self.guard.held():
+                with self.guard.postponed():
                     summary = self._finish(status, reason)
         return RunResult(self.directory, status, self.last, summary)
 
-    def _march(self) -> None:
+    def _solve_and_write(self) -> None:
+        """Open the writers, new or continued, and solve."""
         log.info("prensa %s, case %r, input %s", __version__, self.case.problem.name, checkpoint.text_hash(self.text))
         keep = None
         if self.start is not None:
             keep = int(self.start.clock[1])
             history.forget_contacts_after(self.directory, keep)
             log.info("resumed after increment %d, time %.6g", keep, self.start.clock[2])
-        self.tables = history.History(self.directory, self.case.problem, keep)
-        self.fields = vtk.Fields(self.directory, keep)
+        with closing(history.History(self.directory, self.case.problem, keep)) as self.tables:
+            self.fields = vtk.Fields(self.directory, keep)
+            self._solve_increments()
 
-        def monitor(sign: Progress) -> None:
-            runlog.log_sign(sign)
-            self.bar(sign)
+    def _solve_increments(self) -> None:
+        """Solve, and write every increment."""
+
+        def monitor(progress: Progress) -> None:
+            runlog.log_progress(progress)
+            self.bar(progress)
 
         with self.bar:
             for increment in solve(self.system, self.case.numerics, self.start, monitor, self.timer):
-                with self.guard.held():
+                with self.guard.postponed():
                     self._write(increment)
 
     def _write(self, increment: Increment) -> None:
@@ -217,29 +223,30 @@ class _Run:
             with self.timer("fields"):
                 self.fields.append(increment)
         self.last = increment
-        if increment.end_of_step or self.written <= CHECKPOINT_SHARE * (clocks.perf_counter() - self.began):
+        if increment.end_of_step or self.checkpoint_seconds <= CHECKPOINT_SHARE * (
+            clocks.perf_counter() - self.started
+        ):
             self._save(increment)
 
     def _save(self, increment: Increment) -> None:
         begun = clocks.perf_counter()
         with self.timer("checkpoint"):
             checkpoint.write_checkpoint(self.directory / checkpoint.CHECKPOINT, self.text, increment.state)
-        self.written += clocks.perf_counter() - begun
+        self.checkpoint_seconds += clocks.perf_counter() - begun
         self.saved = increment
 
     def _finish(self, status: str, reason: str) -> dict[str, Any]:
         """Last checkpoint, summary, pictures and report; the log ends with the wall times."""
         log.log(logging.ERROR if status == "failed" else logging.INFO, "%s %s", status, reason)
         if not hasattr(self, "fields"):
-            return {}  # the writers could not even be opened: there is nothing to tell and nowhere to tell it
+            return {}  # the writers could not be opened: there is nothing to summarise
         if self.last is not None and self.saved is not self.last:
             self._save(self.last)
-        self.tables.close()
         self._check_energy()
         summary = self._summarise(status, reason)  # before the pictures: they may take long
         if self.case.output.pictures:
             with self.timer("pictures"):
-                for message in pictures.write_pictures(self.directory, self.case, self._shown(status)):
+                for message in pictures.write_pictures(self.directory, self.case, self._increment_to_draw(status)):
                     log.warning("%s", message)
             summary = self._summarise(status, reason)
         if self.case.output.report:
@@ -249,7 +256,7 @@ class _Run:
         self.bar.say(f"{status}: {summary['totals']['increments']} increments, {self.directory}")
         return summary
 
-    def _shown(self, status: str) -> Increment | None:
+    def _increment_to_draw(self, status: str) -> Increment | None:
         """The increment to draw: the last good one, the initial state if the first one failed."""
         if self.last is not None or self.start is not None or status != "failed":
             return self.last
@@ -266,8 +273,8 @@ class _Run:
     def _timings(self) -> dict[str, float]:
         """Wall seconds by section, added up over resumes; what no section claims is ``other``."""
         here = dict(self.timer.seconds)
-        here["other"] = max(clocks.perf_counter() - self.began - sum(here.values()), 0.0)
-        before = self.before.get("timings", {})
+        here["other"] = max(clocks.perf_counter() - self.started - sum(here.values()), 0.0)
+        before = self.earlier.get("timings", {})
         return {
             k: float(before.get(k, 0.0)) + here.get(k, 0.0) for k in [*before, *(k for k in here if k not in before)]
         }
@@ -288,7 +295,7 @@ class _Run:
             "reason": reason,
             "version": __version__,
             "input_hash": checkpoint.text_hash(self.text),
-            "source": self.before.get("source", ""),
+            "source": self.earlier.get("source", ""),
             "finished": datetime.datetime.now().astimezone().isoformat(" ", "seconds"),
             "last_force": {t: {c: last(f"{t}.{k}") for c, k in zip("xym", ("fx", "fy", "mz"))} for t in problem.tools},
             "last_place": {t: {c: last(f"{t}.u{c}") for c in "xy"} | {"rz": last(f"{t}.rz")} for t in problem.tools},

@@ -17,16 +17,16 @@ log = logging.getLogger("prensa")
 class Warnings(logging.Handler):
     """Keeps the texts of warnings, each once, and tells them on."""
 
-    def __init__(self, known: list[str], tell: Callable[[str], None]) -> None:
+    def __init__(self, known: list[str], report: Callable[[str], None]) -> None:
         super().__init__(logging.WARNING)
-        self.texts, self._tell = list(known), tell
+        self.texts, self._report = list(known), report
 
     def emit(self, record: logging.LogRecord) -> None:
         """Keep one record."""
         text = record.getMessage()
         if text not in self.texts:
             self.texts.append(text)
-            self._tell(text)
+            self._report(text)
 
 
 @contextmanager
@@ -47,12 +47,12 @@ def logging_to(directory: Path, warnings: Warnings) -> Iterator[None]:
         file.close()
 
 
-def log_sign(sign: Progress) -> None:
+def log_progress(progress: Progress) -> None:
     """Monitor that logs iterations (the solver itself logs cuts and notes)."""
-    if sign.event == "iteration":
-        what = f" {sign.message}" if sign.message else ""
-        log.info("step %s, increment %d, time %.6g, iteration %d: residual %.3e%s", sign.step, sign.number, sign.time,
-                 sign.iteration, sign.residual, what)  # fmt: skip
+    if progress.event == "iteration":
+        what = f" {progress.message}" if progress.message else ""
+        log.info("step %s, increment %d, time %.6g, iteration %d: residual %.3e%s", progress.step, progress.number, progress.time,
+                 progress.iteration, progress.residual, what)  # fmt: skip
 
 
 def log_increment(increment: Increment) -> None:

@@ -19,7 +19,7 @@ from prensa.output.cells import VTK
 from prensa.output.files import numbered, replacing, write_text
 from prensa.solver.increment import BodyState, Increment
 
-FIELDS = "fields"
+FIELDS_FOLDER = "fields"
 COLLECTION = "fields.pvd"
 
 Array = NDArray[np.float64]
@@ -35,8 +35,8 @@ class Fields:
 
     def append(self, increment: Increment) -> Path:
         """Write the fields of *increment*, then the collection that names them; returns the path of the former."""
-        path = write_fields(self._directory / FIELDS / f"{increment.number:04d}.vtu", increment)
-        self._times[f"{FIELDS}/{path.name}"] = increment.time
+        path = write_fields(self._directory / FIELDS_FOLDER / f"{increment.number:04d}.vtu", increment)
+        self._times[f"{FIELDS_FOLDER}/{path.name}"] = increment.time
         self._write_collection()
         return path
 
@@ -105,7 +105,7 @@ def _on_surfaces(increment: Increment, name: str) -> Array:
 
 def _times_until(directory: Path, last: int) -> dict[str, float]:
     """Entries of the collection up to increment *last*; the field files of later ones are removed."""
-    for number, path in numbered(directory / FIELDS, ".vtu"):
+    for number, path in numbered(directory / FIELDS_FOLDER, ".vtu"):
         if number > last:
             path.unlink()
     collection = directory / COLLECTION

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from ._check import Array, one_of, plane_strain_modulus, poisson, positive
 from .upsetting import Flow, _check_material, _plane_strain_path, _uniaxial_elastic
 
-SPACES = ("plane strain", "plane stress")
+PLANE_SPACES = ("plane strain", "plane stress")
 
 
 @dataclass(frozen=True)
@@ -125,7 +125,7 @@ def _checked(curvature: ArrayLike, thickness: float, E: float, nu: float, space:
         raise ValueError(f"curvature = {curvature!r}: 1/radius, must be above 0; give its absolute value")
     positive(thickness=thickness, E=E)
     poisson(nu)
-    one_of("space", space, SPACES)
+    one_of("space", space, PLANE_SPACES)
     return value, plane_strain_modulus(E, nu) if space == "plane strain" else E
 
 

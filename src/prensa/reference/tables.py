@@ -70,7 +70,7 @@ class RingCalibration:
 
 def _rows(name: str) -> list[list[str]]:
     """Rows of data/<name>.csv, header first."""
-    text = resources.files("prensa.reference").joinpath("data", f"{name}.csv").read_text(encoding="utf-8")
+    text = resources.files(__package__).joinpath("data", f"{name}.csv").read_text(encoding="utf-8")
     return list(csv.reader(text.splitlines()))
 
 

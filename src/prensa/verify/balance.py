@@ -1,4 +1,4 @@
-"""Do the tools push as hard as the supports and loads say? One helper that every case uses, and a case with every load.
+"""Global equilibrium: tool forces against supports and loads. One helper that every case uses, and a case with every load.
 
 Summing the equilibrium r(u) = f_int − f_contact − f_ext − f_support = 0 over all nodes removes the internal forces:
 
@@ -34,7 +34,7 @@ from prensa.solver.increment import Increment
 from prensa.verify.table import Row, case, row
 
 Array = NDArray[np.float64]
-TOLERANCE = 1e-8
+BALANCE_TOLERANCE = 1e-8
 
 
 def wrench(points: Array, forces: Array) -> Array:
@@ -101,10 +101,10 @@ def imbalance(system: System, inc: Increment) -> tuple[float, float]:
             neglected[2] += wrench(c.x - c.X, c.force)[2]
     gaps += [tools[name] + nodal[name] for name in tools]
     gaps.append(sum(tools.values(), np.zeros(3)) + neglected - sum(actions, np.zeros(3)))
-    for dof, course in plan.push.items():
+    for dof, amplitude in plan.push.items():
         t, component = divmod(dof - 2 * system.nodes, 3)
         force = list(inc.tools.values())[t].force
-        gaps.append(np.eye(3)[component] * (force[component] + course(inc.time)))
+        gaps.append(np.eye(3)[component] * (force[component] + amplitude(inc.time)))
     for dof in plan.springs:
         t, component = divmod(dof - 2 * system.nodes, 3)
         tool = list(inc.tools.values())[t]
@@ -141,9 +141,9 @@ class Balance:
 
     def rows(self) -> Iterator[Row]:
         """The two rows of the balance, one in axisymmetry."""
-        yield row("forces out of balance / largest force", 0.0, self.force, TOLERANCE, "absolute")
+        yield row("forces out of balance / largest force", 0.0, self.force, BALANCE_TOLERANCE, "absolute")
         if self.plane:
-            yield row("moments out of balance / (force × length)", 0.0, self.moment, TOLERANCE, "absolute")
+            yield row("moments out of balance / (force × length)", 0.0, self.moment, BALANCE_TOLERANCE, "absolute")
 
 
 @case("balance, every kind of load", suite="contact")

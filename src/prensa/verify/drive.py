@@ -31,28 +31,28 @@ class Drive:
         self.X = self.system.X
         self.reaction = np.zeros_like(self.X)
 
-    def to(self, time: float, dofs: NDArray[np.int64], values: Array, halvings: int = 4) -> Evaluation:
-        """Newton to equilibrium at *time* with degrees of freedom dofs (k,) at values (k,), then commit.
-
-        Where plain Newton does not converge the way is halved, up to ``halvings`` times: next to a first yielding whether it
-        does may depend on the last digit.
+    def to(self, time: float, dofs: NDArray[np.int64], values: Array, halvings: int = 3) -> Evaluation:
+        """Equilibrium at *time* with degrees of freedom dofs (k,) at values (k,), committed; in two halves if it fails.
 
         Raises
         ------
         RuntimeError
-            If it does not converge in 30 iterations.
+            If it does not converge with an eighth of the increment either.
 
         """
+        old = self.state
         try:
-            return self._to(time, dofs, values)
+            return self._newton(time, dofs, values)
         except RuntimeError:
-            if not halvings:
+            # plain Newton has no line search: where it diverges, half the increment starts nearer to its answer
+            if halvings == 0:
                 raise
-        middle = 0.5 * (float(self.state.clock[2]) + time)
-        self.to(middle, dofs, 0.5 * (self.state.u[dofs] + values), halvings - 1)
+        begun, start = float(old.clock[2]), old.u[dofs]
+        self.to(0.5 * (begun + time), dofs, 0.5 * (start + values), halvings - 1)
         return self.to(time, dofs, values, halvings - 1)
 
-    def _to(self, time: float, dofs: NDArray[np.int64], values: Array) -> Evaluation:
+    def _newton(self, time: float, dofs: NDArray[np.int64], values: Array) -> Evaluation:
+        """One increment by plain Newton; raises RuntimeError if it does not converge in 30 iterations."""
         system, state = self.system, self.state
         c = system.context(state, self.plan, time)
         free = np.setdiff1d(np.arange(system.ndof), dofs)

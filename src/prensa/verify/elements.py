@@ -341,14 +341,14 @@ def on(problem: pr.Problem, element: str) -> pr.Problem:
     return replace(problem, bodies={k: replace(b, element=element) for k, b in problem.bodies.items()})
 
 
-CONTACT = ("t6", "q8", "q4_enhanced")
+CONTACT_ELEMENTS = ("t6", "q8", "q4_enhanced")
 
 
 @case("example 1 on other elements", suite="elements")
 def other_example1(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """The linear Signorini problem on T6, Q8 and enhanced Q4: the block's force, half-width and pressure."""
     balance = Balance()
-    for element in CONTACT:
+    for element in CONTACT_ELEMENTS:
         n = (60, 60) if element == "q4_enhanced" else (40, 40)
         p = example1.problem(n, "small", "reference", pr.Elastic(E=example1.E * E_scale, nu=NU), (example1.press(1.0),))
         inc = balance.last(on(p, element))
@@ -367,7 +367,7 @@ def other_example2(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]
     """The ring on the disc, axisymmetric, on T6, Q8 and enhanced Q4: the published stiffness by extrapolation."""
     balance = Balance()
     low, high = tables.EXAMPLE2_DISC_STIFFNESS
-    for element in CONTACT:
+    for element in CONTACT_ELEMENTS:
         sizes = (40, 80, 160) if element == "q4_enhanced" else (20, 40, 80)
         values = [
             example2.stiffness(balance.last(on(example2.problem((n, n // 2), 20, 10, 10, E_scale), element)))
@@ -385,7 +385,7 @@ def other_example2(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]
 def other_plate(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """Lift-off, slip and stick of SSNV128 on T6, Q8 and enhanced Q4: the mesh-converged displacements."""
     balance = Balance()
-    for element in CONTACT:
+    for element in CONTACT_ELEMENTS:
         n = 64 if element == "q4_enhanced" else 32
         inc = balance.last(on(friction.plate(n, E_scale, mu_scale), element))
         c = inc.contacts["plate.bottom-plane"]

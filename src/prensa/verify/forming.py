@@ -22,12 +22,12 @@ from prensa.verify.table import Row, case, row
 
 Array = NDArray[np.float64]
 E, NU = 200e3, 0.3
-LUDWIK = pr.Ludwik(250.0, 500.0, 0.3)
+BILLET_FLOW = pr.Ludwik(250.0, 500.0, 0.3)
 REDUCTIONS = (0.1, 0.2, 0.3, 0.4, 0.5)
 FLOWS: dict[str, FlowCurve] = {
     "perfect": pr.Perfect(250.0),
     "linear": pr.Linear(250.0, 500.0),
-    "ludwik": LUDWIK,
+    "ludwik": BILLET_FLOW,
     "swift": pr.Swift(565.3, 0.007117, 0.2589),
     "voce": pr.Voce(160.0, 120.0, 8.0),
     "hockett_sherby": pr.HockettSherby(200.0, 500.0, 2.0, 0.7),
@@ -54,7 +54,7 @@ def at(reductions: tuple[float, ...], increments: list[Increment]) -> list[Incre
 
 
 def upsetting(
-    n: tuple[int, int], mu: float, flow: FlowCurve = LUDWIK, *, space: str = "axisymmetric", graded: bool = False,
+    n: tuple[int, int], mu: float, flow: FlowCurve = BILLET_FLOW, *, space: str = "axisymmetric", graded: bool = False,
     enforcement: pr.Penalty | pr.Augmented | pr.Exact | None = None, increments: int | None = None, yield_on: str = "cauchy",
     E_scale: float = 1.0, reductions: tuple[float, ...] = REDUCTIONS,
 ) -> pr.Problem:  # fmt: skip
@@ -97,7 +97,7 @@ def plane_strain(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     p = upsetting((3, 2), 0.0, space="plane strain", enforcement=pr.Augmented(), increments=400, E_scale=E_scale)
     history = list(balance.watch(p))
     for r, inc in zip(REDUCTIONS, at(REDUCTIONS, history), strict=True):
-        exact = ref.upset_plane_strain(r, width=10.0, flow=curve(LUDWIK), E=E, nu=NU)
+        exact = ref.upset_plane_strain(r, width=10.0, flow=curve(BILLET_FLOW), E=E, nu=NU)
         yield row(f"force at {r:.0%}", float(exact.force), inc.force("punch").y, 1e-4)
         yield row(f"width at {r:.0%}", float(exact.size), float(inc.bodies["billet"].x[:, 0].max()), 1e-4)
     yield from balance.rows()
@@ -207,7 +207,7 @@ for _graded in (False, True):
         _register(_mesh, _graded)
 
 
-def ring(n: tuple[int, int], mu: float, *, E_scale: float = 1.0, flow: FlowCurve = LUDWIK) -> pr.Problem:
+def ring(n: tuple[int, int], mu: float, *, E_scale: float = 1.0, flow: FlowCurve = BILLET_FLOW) -> pr.Problem:
     """Upper half of the ring OD 18, ID 9, height 6; both free sides may fold onto the die."""
     body = pr.Body(pr.Rectangle(size=(4.5, 3), n=n, origin=(4.5, 0)), pr.J2(E * E_scale, NU, flow))
     return pr.Problem(

@@ -157,7 +157,7 @@ def shear_factor(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
 
 # ------------------------------------------------------------------------------------------------ Cattaneo and Mindlin
 RADIUS, E, NU, MU = 40.0, 1000.0, 0.3, 0.02
-TRAVEL = 0.016 * MU / 0.3
+TANGENTIAL_TRAVEL = 0.016 * MU / 0.3
 
 
 def partial_slip(n: tuple[int, int], mu: float, E_scale: float) -> pr.Problem:
@@ -174,9 +174,9 @@ def partial_slip(n: tuple[int, int], mu: float, E_scale: float) -> pr.Problem:
             pr.Step("press", move={"cylinder": pr.Motion(y=-0.05)}, increments=1),
             pr.Step(
                 "load", friction={"block.top-cylinder": pr.Coulomb(mu)},
-                move={"cylinder": pr.Motion(x=TRAVEL)}, increments=4,
+                move={"cylinder": pr.Motion(x=TANGENTIAL_TRAVEL)}, increments=4,
             ),
-            pr.Step("unload", move={"cylinder": pr.Motion(x=-0.25 * TRAVEL)}, increments=5),
+            pr.Step("unload", move={"cylinder": pr.Motion(x=-0.25 * TANGENTIAL_TRAVEL)}, increments=5),
         ),
     )  # fmt: skip
 

@@ -21,7 +21,7 @@ from prensa.verify.balance import Balance
 from prensa.verify.table import Row, case, row
 
 Array = NDArray[np.float64]
-PRESSURE = 40.0
+NORMAL_PRESSURE = 40.0
 PATH = (0.8, -0.5, 0.4)
 """Tool displacement at the ends of three strokes."""
 
@@ -84,14 +84,16 @@ def law_level(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     k_T = 500.0
     for name, (description, exact) in LAWS.items():
         law = scaled(description, mu_scale)
-        t_exact, kappa_exact = slip_hardening(PATH, p=PRESSURE, k_T=k_T, law=exact)
+        t_exact, kappa_exact = slip_hardening(PATH, p=NORMAL_PRESSURE, k_T=k_T, law=exact)
         worst_t, worst_k = 0.0, 0.0
         for parts in (1, 7, 40):
             t, kappa, at = np.zeros((1, 1)), np.zeros(1), 0.0
             for end, want, path in zip(PATH, t_exact, kappa_exact):
                 for _ in range(parts):
                     dg = np.full((1, 1), -(end - at) / parts)  # the tool drags: the body lags behind it
-                    out = return_map(law, At(), t, dg, np.array([PRESSURE]), np.array([True]), kappa, np.array([k_T]))
+                    out = return_map(
+                        law, At(), t, dg, np.array([NORMAL_PRESSURE]), np.array([True]), kappa, np.array([k_T])
+                    )
                     t, kappa = out.t, out.kappa
                 at = end
                 worst_t = max(worst_t, abs(float(t[0, 0]) / want - 1.0))
@@ -101,7 +103,7 @@ def law_level(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
 
 
 def dragged(friction: pr.Coulomb, kinematics: str, geometry: str, E_scale: float) -> pr.Problem:
-    """Two elements pressed by *PRESSURE* on a plane that is dragged to and fro.
+    """Two elements pressed by *NORMAL_PRESSURE* on a plane that is dragged to and fro.
 
     All nodes are held along the plane, so that the elastic slip of the contact is the only compliance of the drag, and
     the pressure is the load, whatever the friction.
@@ -116,7 +118,7 @@ def dragged(friction: pr.Coulomb, kinematics: str, geometry: str, E_scale: float
         bodies={"body": body}, tools={"plane": pr.Plane(normal=(0, 1), at=(0, 0))},
         contacts=(pr.Contact("body.bottom", "plane", enforcement=pr.Penalty(k_T=500.0)),),
         fixed={"body.bottom": "x", "body.top": "x"},
-        loads={"body.top": pr.Load(pressure=PRESSURE)},
+        loads={"body.top": pr.Load(pressure=NORMAL_PRESSURE)},
         steps=(pr.Step("press", increments=1), *strokes),
     )  # fmt: skip
 
@@ -127,7 +129,7 @@ def through_the_solver(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[
     balance = Balance()
     for kinematics, geometry in (("small", "reference"), ("finite", "current")):
         for name, (description, exact) in LAWS.items():
-            t_exact, kappa_exact = slip_hardening(PATH, p=PRESSURE, k_T=500.0, law=exact)
+            t_exact, kappa_exact = slip_hardening(PATH, p=NORMAL_PRESSURE, k_T=500.0, law=exact)
             ends = []
             for inc in balance.watch(dragged(scaled(description, mu_scale), kinematics, geometry, E_scale)):
                 if inc.end_of_step and inc.step != "press":

@@ -33,7 +33,7 @@ RECORDED: dict[str, tuple[tuple[float, float], ...]] = {
     "simpson": ((15.0, 0.6), (75.0, 0.5), (75.0, 0.5)),
     "nodal": ((1.6, 0.7), (1.3, 0.2), (1.3, 0.2)),
 }
-MESHES = tuple(4.0 * 2.0 ** (-0.5 * k) for k in range(7))  # widths of the contact elements; half-width 12.2
+ELEMENT_WIDTHS = tuple(4.0 * 2.0 ** (-0.5 * k) for k in range(7))  # widths of the contact elements; half-width 12.2
 
 
 # -------------------------------------------------------------------------------------------------------- meshes
@@ -110,11 +110,11 @@ def patch_test(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     balance = Balance()
     for space, kinematics in PATCHES:
         for rule in RULES:
-            held = consistent(space, rule)
+            uniform = consistent(space, rule)
             enforcements: tuple[tuple[str, Any, float, bool], ...] = (
-                ("one k_n", pr.Penalty(k_n=5e4), 1e-10, held),
+                ("one k_n", pr.Penalty(k_n=5e4), 1e-10, uniform),
                 # penetrations of tolerance × h bend the surface: pressures follow with E* × tolerance
-                ("augmented", pr.Augmented(), 1e-5 * 1.1e3 / 10.0, held),
+                ("augmented", pr.Augmented(), 1e-5 * 1.1e3 / 10.0, uniform),
                 ("k_n by β", pr.Penalty(), 0.0, False),
             )
             for name, enforcement, tolerance, judged in enforcements[: 1 if kinematics == "finite" else 3]:
@@ -232,7 +232,9 @@ def error_bar(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """The error bar ranks meshes and rules as the true error against the layer does, and is not zero where λ is right."""
     balance = Balance()
     # the nodal pressures of kikuchi are those of gauss2
-    found = [outcome(pressed(rule, pr.Penalty(), h, E_scale=E_scale), balance) for h in MESHES for rule in RULES[:5]]
+    found = [
+        outcome(pressed(rule, pr.Penalty(), h, E_scale=E_scale), balance) for h in ELEMENT_WIDTHS for rule in RULES[:5]
+    ]
     values = np.array([bars_and_errors(f) for f in found])
     inner, every = (spearmanr(values[:, k], values[:, k + 1]).statistic for k in (0, 2))
     yield row("rank correlation of error bar and true error, within 0.95 a", 0.7, inner, 0.0, "at least")

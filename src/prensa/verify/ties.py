@@ -11,7 +11,7 @@ import prensa as pr
 from prensa.verify.balance import Balance
 from prensa.verify.table import Row, case, row
 
-PRESSURE = 10.0
+APPLIED_PRESSURE = 10.0
 
 
 @case("bar of two layers, tied", suite="bodies")
@@ -30,14 +30,14 @@ def bar(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
                 },
                 ties=(pr.Tie("upper.bottom", "lower.top"),),
                 fixed={"lower.bottom": "y", **{f"{b}.{s}": "x" for b in ("lower", "upper") for s in ("left", "right")}},
-                steps=(pr.Step("load", loads={"upper.top": pr.Load(pressure=PRESSURE)}, increments=1),),
+                steps=(pr.Step("load", loads={"upper.top": pr.Load(pressure=APPLIED_PRESSURE)}, increments=1),),
             )  # fmt: skip
             inc = balance.last(problem)
             down = -inc.bodies["upper"].displacement[:, 1].min()
             what = f"{space}, {element}, 4 × 2 under {n[0]} × {n[1]}"
-            yield row(f"{what}: shortening", PRESSURE * (2 / modulus[0] + 3 / modulus[1]), down, 1e-9)
-            spread = max(float(np.abs(b.stress[:, 1] + PRESSURE).max()) for b in inc.bodies.values())
-            yield row(f"{what}: largest error of σ_yy / p", 0.0, spread / PRESSURE, 1e-9, "absolute")
+            yield row(f"{what}: shortening", APPLIED_PRESSURE * (2 / modulus[0] + 3 / modulus[1]), down, 1e-9)
+            spread = max(float(np.abs(b.stress[:, 1] + APPLIED_PRESSURE).max()) for b in inc.bodies.values())
+            yield row(f"{what}: largest error of σ_yy / p", 0.0, spread / APPLIED_PRESSURE, 1e-9, "absolute")
     yield from balance.rows()
 
 
@@ -55,11 +55,11 @@ def tube(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     (E1, nu1), (E2, nu2), (a, b, c) = (70e3 * E_scale, 0.33), (210e3 * E_scale, 0.3), (10.0, 12.0, 16.0)
     # pressure q between the shells from the equality of their displacements, linear in q
     gap = [
-        shell_flexibility(E1, nu1, a, b, b, PRESSURE, q) - shell_flexibility(E2, nu2, b, c, b, q, 0.0)
+        shell_flexibility(E1, nu1, a, b, b, APPLIED_PRESSURE, q) - shell_flexibility(E2, nu2, b, c, b, q, 0.0)
         for q in (0.0, 1.0)
     ]
     q = gap[0] / (gap[0] - gap[1])
-    bore = shell_flexibility(E1, nu1, a, b, a, PRESSURE, q)
+    bore = shell_flexibility(E1, nu1, a, b, a, APPLIED_PRESSURE, q)
     outside = shell_flexibility(E2, nu2, b, c, c, q, 0.0)
     quarter = (0.0, math.pi / 2)
     errors: dict[str, list[float]] = {}
@@ -77,7 +77,7 @@ def tube(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
                 },
                 ties=(pr.Tie("inside.outer", "outside.inner"),),
                 fixed={f"{body}.{s}": v for body in ("inside", "outside") for s, v in (("start", "y"), ("end", "x"))},
-                steps=(pr.Step("load", loads={"inside.inner": pr.Load(pressure=PRESSURE)}, increments=1),),
+                steps=(pr.Step("load", loads={"inside.inner": pr.Load(pressure=APPLIED_PRESSURE)}, increments=1),),
             )  # fmt: skip
             inc = balance.last(problem)
             u = {}

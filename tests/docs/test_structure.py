@@ -1,0 +1,81 @@
+"""The house stands straight: no import circles, arrows that point down, functions that fit on a screen, one meaning a name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import structure
+
+IMPORTS = structure.imports()
+
+
+def test_no_modules_import_one_another() -> None:
+    """No module reaches itself along imports, those inside functions counted."""
+    assert structure.circles(IMPORTS) == []
+
+
+def test_imports_point_down() -> None:
+    """No package imports another that its row of the table in CONTRIBUTING.md does not name, not even inside a function."""
+    assert structure.arrows_upward(IMPORTS) == []
+
+
+def test_the_table_of_layers_is_in_order_and_says_no_more_than_needed() -> None:
+    """Every package has a row, a row names only rows below it, and every arrow that it allows is used."""
+    may, always = structure.layers(), structure.free()
+    used = structure.arrows(IMPORTS)
+    rows = list(may)
+    assert {structure.package(m) for m in structure.modules()} - {"prensa"} - always == set(rows)
+    for k, name in enumerate(rows):
+        assert may[name] - {"prensa"} <= set(rows[k + 1 :]), f"{name} names a package above it"
+    assert [(a, b) for a in rows for b in sorted(may[a]) if (a, b) not in used] == []
+
+
+def test_functions_fit_on_a_screen() -> None:
+    """No function outside kernels is longer than 60 lines."""
+    assert structure.long_functions() == []
+
+
+def test_a_constant_has_one_meaning() -> None:
+    """No name in capitals has two values in two modules."""
+    assert structure.constants_with_two_meanings() == []
+
+
+# --------------------------------------------------------------------------------------------- the checks find what they seek
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    """A package with one fault of each kind."""
+    many = "    x = 1\n" * 60
+    files = {
+        "prensa/__init__.py": "",
+        "prensa/model/__init__.py": "",
+        "prensa/model/a.py": "LIMIT = 1\ndef f():\n    from prensa.solver import b\n    return b\n",
+        "prensa/solver/__init__.py": "",
+        "prensa/solver/b.py": "from prensa.model.a import f\nif True:\n    LIMIT, OTHER = 2, 3\n",
+        "prensa/solver/c.py": "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from . import d\nOTHER = 3\n",
+        "prensa/solver/d.py": "from . import c\ndef long():\n" + many + "@njit\ndef k():\n" + many,
+    }
+    for name, text in files.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    return tmp_path / "prensa"
+
+
+def test_a_lazy_import_that_closes_a_circle_is_found(package: Path) -> None:
+    """A circle through a function counts and is told by its path; one for types only does not."""
+    found = structure.imports(package)
+    assert structure.circles(found) == ["prensa.model.a → prensa.solver.b → prensa.model.a"]
+    assert structure.Import("prensa.solver.d", "prensa.solver.c", 1, False) in found
+    assert structure.arrows_upward(found) == ["prensa.model.a:3 imports prensa.solver.b (in a function)"]
+
+
+def test_long_functions_and_ambiguous_constants_are_found(package: Path) -> None:
+    """A function of 61 lines is too long, a kernel of 61 is not; ``a, b = …`` defines two constants."""
+    assert structure.long_functions(package) == ["prensa.solver.d:2 long (61 lines)"]
+    assert structure.constants_with_two_meanings(package) == ["LIMIT: prensa.model.a = 1, prensa.solver.b = 2"]
+
+
+def test_shortest_circle_is_told() -> None:
+    """Of several ways round, the shortest is shown."""
+    edges = ["ab", "bc", "cd", "da", "cb"]
+    assert structure.circles([structure.Import(a, b, 1, False) for a, b in edges]) == ["b → c → b"]
