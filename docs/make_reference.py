@@ -26,11 +26,8 @@ SECTIONS: dict[str, tuple[type, ...]] = {
         model.Body, model.Rectangle, model.Grade, model.Disc, model.Annulus, model.Patch, model.ArcSide, model.SplineSide,
         model.Points, model.File, model.Tie,
     ),
-    "Materials": (model.Elastic, model.NeoHooke, model.StVenantKirchhoff, model.J2),
-    "Flow curves": (
-        model.Perfect, model.Linear, model.Ludwik, model.Swift, model.Voce, model.HockettSherby, model.JohnsonCook,
-        model.FlowTable,
-    ),
+    "Materials": tuple(dict(public("material")).values()),
+    "Flow curves": tuple(dict(public("flow")).values()),
     "Tools": (*dict(public("tool")).values(), model.Springs),
     "Contacts": (model.Contact, *dict(public("enforcement")).values()),
     "Friction": tuple(dict(public("friction")).values()),

@@ -7,10 +7,9 @@ from typing import Any
 __version__ = "0.1.0"
 
 _MODEL = (
-    "J2", "Annulus", "ArcSide", "Body", "Case", "Contact", "Disc", "Elastic", "File", "Fixed", "FlowTable", "Grade",
-    "HockettSherby", "JohnsonCook", "Linear", "Load", "Ludwik", "Motion", "NeoHooke", "Numerics", "Output", "Patch",
-    "Perfect", "Points", "Problem", "Push", "Rectangle", "SplineSide", "Springs", "StVenantKirchhoff", "Start",
-    "Step", "Swift", "Tie", "Units", "Voce",
+    "Annulus", "ArcSide", "Body", "Case", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion", "Numerics",
+    "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "SplineSide", "Springs", "Start", "Step", "Tie",
+    "Units",
 )  # fmt: skip
 _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "load": "prensa.model.schema",
@@ -19,9 +18,12 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "solve": "prensa.solver.time_stepping",
     "discretise": "prensa.fem.discretise",
     "run": "prensa.output.run",
+    "FlowCurve": "prensa.materials.flow_curve",
     "FrictionLaw": "prensa.friction.law",
     "Enforcement": "prensa.contact.method",
     "ToolShape": "prensa.tools.tool",
+    "IsotropicMaterial": "prensa.materials.material",
+    "Material": "prensa.materials.material",
 }
 
 

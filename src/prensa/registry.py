@@ -136,6 +136,8 @@ DOORS = {
         Door("integration rule", "prensa.contact.rules", "prensa.contact.rule:IntegrationRule", named=True),
         Door("enforcement", "prensa.contact.enforcement", "prensa.contact.method:Enforcement"),
         Door("tool", "prensa.tools.shapes", "prensa.tools.tool:ToolShape"),
+        Door("flow", "prensa.materials.flow", "prensa.materials.flow_curve:FlowCurve"),
+        Door("material", "prensa.materials.solids", "prensa.materials.material:Material"),
     )
 }
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import prensa as pr
+from prensa import NeoHooke
 from prensa.fem.ties import make_ties
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import MeshError, sides
-from prensa.model.problem import NeoHooke
 from prensa.solver.reduced import Reduced
 
 TIE = (pr.Tie(slave="upper.bottom", master="lower.top"),)

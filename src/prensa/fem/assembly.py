@@ -236,7 +236,14 @@ class Block:
     @property
     def virgin(self) -> Array:
         """History (m, q, h) of the undeformed body."""
-        return np.zeros((*self.volume.shape, self.law.size + self.element.extra(self.mode)))
+        history = np.zeros((*self.volume.shape, self.law.size + self.element.extra(self.mode)))
+        for part in self.law.fields.values():
+            history[..., part.columns] = part.initial
+        return history
+
+    def field(self, history: Array, name: str) -> Array:
+        """Columns (m, q, k) of a history that a field of the law has."""
+        return np.asarray(history[..., self.law.fields[name].columns])
 
     def at_law(self, history: Array) -> Array:
         """The law's columns (m, q, law.size) of a history, contiguous."""

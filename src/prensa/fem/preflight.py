@@ -19,7 +19,7 @@ from prensa.fem.planning import plan_step
 from prensa.fem.schedule import StepPlan
 from prensa.fem.surface import Surface
 from prensa.fem.system import System
-from prensa.materials.hardening import flow_curve
+from prensa.materials.flow_curve import stress_at
 from prensa.mesh.quality import quality
 
 Array = NDArray[np.float64]
@@ -49,7 +49,7 @@ def _flow_curves(system: System) -> Iterator[Notice]:
         if flow is None:
             continue
         path = f"bodies.{name}.material.flow"
-        stress = flow_curve(flow, STRAINS)
+        stress = stress_at(flow, STRAINS, np.zeros_like(STRAINS))
         k = int(np.argmin(stress))
         fall = np.diff(stress) < -1e-9 * stress[0]
         if not stress[k] > 0:
@@ -66,11 +66,11 @@ def _flow_curves(system: System) -> Iterator[Notice]:
                 "one row of elements and the answer depend on the mesh; let it rise or stay",
             )
         rise = (np.interp(0.01, STRAINS, stress) - stress[0]) / 0.01
-        if rise > body.material.E:
+        if rise > body.material.modulus:
             yield Notice(
                 path,
                 f"the flow stress rises by {rise:.3g} per unit of plastic strain at first, faster than E = "
-                f"{body.material.E:.3g}; check the units of both",
+                f"{body.material.modulus:.3g}; check the units of both",
             )
 
 

@@ -19,8 +19,6 @@ from prensa.fem.assembly import Block
 from prensa.fem.formulation import Q4Bar
 from prensa.fem.schedule import StepPlan
 from prensa.fem.system import System
-from prensa.materials.laws import Hencky, NeoHooke
-from prensa.materials.plane_stress import PlaneStress
 
 
 def is_symmetric(system: System, plan: StepPlan) -> bool:
@@ -35,12 +33,11 @@ def is_symmetric(system: System, plan: StepPlan) -> bool:
 
 def is_linear(b: Block) -> bool:
     """Whether the forces of a body are linear in its displacements: Hooke's law in small strain, in any element."""
-    law = b.law.law if isinstance(b.law, PlaneStress) else b.law
-    return isinstance(law, Hencky) and not b.mode.finite
+    return b.law.linear
 
 
 def _has_energy(b: Block) -> bool:
-    return isinstance(b.element, Q4Bar) and isinstance(b.law, NeoHooke) and not b.mode.axisymmetric
+    return isinstance(b.element, Q4Bar) and b.law.fbar_has_energy and not b.mode.axisymmetric
 
 
 def _tools_are_led(system: System, plan: StepPlan) -> bool:

@@ -433,4 +433,5 @@ class System:
         """Accumulated plastic dissipation of a committed history."""
         if not self.has_memory:
             return 0.0
-        return float(sum(np.vdot(b.volume, h[..., 5]) for b, h in zip(self.blocks, history) if b.law.plastic))
+        plastic = [(b, b.field(h, "plastic_work")) for b, h in zip(self.blocks, history) if b.law.plastic]
+        return float(sum(np.vdot(b.volume, work) for b, work in plastic))

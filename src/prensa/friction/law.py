@@ -18,13 +18,11 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.derivatives import derivative
 from prensa.model.doors import Member
 
 Array = NDArray[np.float64]
 
-COMPLEX_STEP = 1e-30  # over the size of the argument: no digit is lost to a difference
-LEAST = 1e-9  # size of an argument that is zero
-DIFFERENCE = 6e-6  # cube root of round-off: step of the central difference where a law does not take complex numbers
 SLIPS = np.concatenate(
     [[0.0], np.geomspace(1e-9, 1e9, 73)]
 )  # ahead of the present one, at which softening is looked for
@@ -94,19 +92,5 @@ def bounded(law: FrictionLaw, p: Array, kappa: Array, at: At) -> tuple[Array, Ar
     if isinstance(out, tuple):
         return out
     tau = np.asarray(out, dtype=np.float64) + np.zeros_like(p)
-    slope = np.zeros_like(p) if not law.hardens else _derivative(lambda x: law.bound(p, x, at), kappa)
-    return tau, _derivative(lambda x: law.bound(x, kappa, at), p), slope
-
-
-def _derivative(f: Any, x: Array) -> Array:
-    """df/dx (k,) of a function of points; by complex step, or by central difference where it takes real numbers only."""
-    size = np.where(x > 0.0, x, LEAST)
-    h = COMPLEX_STEP * size
-    try:
-        y = np.asarray(f(x + 1j * h))
-    except TypeError:
-        y = np.zeros(0)
-    if np.iscomplexobj(y):
-        return np.asarray(y.imag / h) + np.zeros_like(x)
-    h = DIFFERENCE * size
-    return np.asarray((f(x + h) - f(np.maximum(x - h, 0.0))) / (x + h - np.maximum(x - h, 0.0))) + np.zeros_like(x)
+    slope = np.zeros_like(p) if not law.hardens else derivative(lambda x: law.bound(p, x, at), kappa)
+    return tau, derivative(lambda x: law.bound(x, kappa, at), p), slope

@@ -10,9 +10,6 @@ import math
 
 from numba import njit
 
-FRAME = 6
-"""Columns of a frame: cos, sin of the first principal direction, b − I principal (3), J_n."""
-
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def det_minus_one(h11: float, h12: float, h21: float, h22: float, h33: float) -> float:

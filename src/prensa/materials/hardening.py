@@ -1,28 +1,19 @@
-"""Flow curves σ_y(ε̄, ε̄̇), slopes and curvatures: one function a law, one line in `flow_stress`, one in `flow_parameters`."""
+"""Compiled flow curves σ_y(ε̄, ε̄̇) with slopes and curvatures: one function a curve and one line in `flow_stress`.
+
+They make the return map of the curves of `prensa.materials.flow` fast; a curve without one works too.
+"""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from prensa.model.problem import Flow
+from prensa.materials.flow_curve import TINY, FlowCurve, FlowParameters, stress_at
 
 PERFECT, LINEAR, LUDWIK, SWIFT, VOCE, HOCKETT_SHERBY, JOHNSON_COOK, TABLE = range(8)
-TINY = 1e-12  # plastic strain below which a power law of infinite initial slope is its chord
-
-
-class FlowParameters(NamedTuple):
-    """What a kernel needs: ``kind``, scalars ``p`` (5,), and for tables ``knots`` (k,) with cubic ``coefficients`` (k−1, 4)."""
-
-    kind: int
-    p: NDArray[np.float64]
-    knots: NDArray[np.float64]
-    coefficients: NDArray[np.float64]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -119,35 +110,14 @@ def flow_stresses(kind, p, knots, coefficients, a, out):
         out[i] = flow_stress(kind, p, knots, coefficients, a[i], 0.0, 0.0)[0]
 
 
-def flow_parameters(flow: Flow) -> FlowParameters:
-    """Kernel parameters of a flow description."""
-    knots, coefficients = np.zeros(2), np.zeros((1, 4))
-    match flow.type:
-        case "perfect":
-            kind, p = PERFECT, [flow.s0]
-        case "linear":
-            kind, p = LINEAR, [flow.s0, flow.H]
-        case "ludwik":
-            kind, p = LUDWIK, [flow.s0, flow.K, flow.n]
-        case "swift":
-            kind, p = SWIFT, [flow.K, flow.e0, flow.n]
-        case "voce":
-            kind, p = VOCE, [flow.s0, flow.Q, flow.b, flow.H]
-        case "hockett_sherby":
-            kind, p = HOCKETT_SHERBY, [flow.s0, flow.s_inf, flow.b, flow.n]
-        case "johnson_cook":
-            kind, p = JOHNSON_COOK, [flow.A, flow.B, flow.n, flow.C, flow.rate0]
-        case "table":
-            from scipy.interpolate import PchipInterpolator
-
-            kind, p = TABLE, []
-            knots = np.array([e for e, _ in flow.points])
-            coefficients = np.ascontiguousarray(PchipInterpolator(knots, [s for _, s in flow.points]).c.T)
-    return FlowParameters(kind, np.array([*p, *[0.0] * (5 - len(p))], dtype=np.float64), knots, coefficients)
+def parameters(kind: int, *p: float) -> FlowParameters:
+    """Of a curve with the scalars p, at most five."""
+    return FlowParameters(kind, np.array([*p, *[0.0] * (5 - len(p))], dtype=np.float64), np.zeros(2), np.zeros((1, 4)))
 
 
-def flow_curve(flow: Flow, plastic_strain: NDArray[np.float64], rate: float = 0.0) -> NDArray[np.float64]:
+def flow_curve(flow: FlowCurve, plastic_strain: NDArray[np.float64], rate: float = 0.0) -> NDArray[np.float64]:
     """Flow stress at each plastic strain (n,) → (n,), for plots and closed forms; ``rate`` in 1/time."""
-    f = flow_parameters(flow)
-    a = np.atleast_1d(np.asarray(plastic_strain, dtype=np.float64))
+    a, f = np.atleast_1d(np.asarray(plastic_strain, dtype=np.float64)), flow.kernel()
+    if f is None:
+        return stress_at(flow, a, np.full_like(a, rate))
     return np.array([flow_stress(f.kind, tuple(f.p), f.knots, f.coefficients, x, rate, 1.0)[0] for x in a])

@@ -121,8 +121,3 @@ def j2(eps, jn, old, column, K, G, cauchy, kind, p, knots, coefs, dt, tau, dtau,
                 change = 2.0 * G * ((dq - volume) * soft - delta / q * dq)
                 for k in range(3):
                     dtau[i, k, m] -= n[k] * change
-
-
-def plastic_strain(history: np.ndarray) -> np.ndarray:
-    """Equivalent plastic strain from the history (..., ≥6) of a plane law → (...)."""
-    return history[..., 4]

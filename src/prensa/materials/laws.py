@@ -2,14 +2,15 @@
 
 An isotropic law is written in principal strains only; the spectral kernels of `prensa.kernels.tensor`, in three dimensions
 of `prensa.kernels.spatial`, wrap it for small and finite strain. Tensors have the c components, and histories begin with the
-k symmetric ones, of the law's `TensorLayout`: 5 and 4 in the plane, 9 and 6 in space. Adding one: a kernel, a class here, a
-line in `material_of`.
+k symmetric ones, of the law's `TensorLayout`: 5 and 4 in the plane, 9 and 6 in space. The descriptions that make the laws are
+in `prensa.materials.solids`, one a file.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +18,14 @@ from numpy.typing import NDArray
 from prensa.kernels import spatial, tensor
 from prensa.layout import PLANE, SPATIAL, TensorLayout
 from prensa.materials import elastic
-from prensa.materials.hardening import FlowParameters, flow_parameters, flow_stresses
+from prensa.materials.flow_curve import FlowCurve, FlowParameters, stress_at
+from prensa.materials.hardening import flow_stresses
 from prensa.materials.j2 import j2
-from prensa.materials.plane_stress import PlaneStress
-from prensa.model import problem as model
+from prensa.materials.return_map import return_map
+
+if TYPE_CHECKING:  # descriptions make laws, not the other way round
+    from prensa.materials.material import IsotropicMaterial
+    from prensa.materials.material import Material as Description
 
 Array = NDArray[np.float64]
 
@@ -42,6 +47,13 @@ class Out(NamedTuple):
     failed: NDArray[np.bool_]
 
 
+class Field(NamedTuple):
+    """A named part of the history: its ``columns``, and the value that each point starts with."""
+
+    columns: slice
+    initial: float = 0.0
+
+
 class Material(Protocol):
     """A pure law. Laws of isotropic elasticity use history 0 … k−1 for b_e − I (finite) or the elastic strain (small)."""
 
@@ -51,11 +63,23 @@ class Material(Protocol):
 
     @property
     def size(self) -> int:
-        """Length h of the history; it starts as zeros."""
+        """Length h of the history."""
+
+    @property
+    def fields(self) -> Mapping[str, Field]:
+        """Parts of the history by name; of elastic laws ``elastic``, of plastic ones ``plastic_strain``, ``plastic_work`` too."""
 
     @property
     def plastic(self) -> bool:
-        """Whether history k and k + 1 are the equivalent plastic strain and the plastic work per initial volume."""
+        """Whether it has the equivalent plastic strain and the plastic work per initial volume among its fields."""
+
+    @property
+    def linear(self) -> bool:
+        """Whether the stress is linear in the displacement gradient."""
+
+    @property
+    def fbar_has_energy(self) -> bool:
+        """Whether F-bar quadrilaterals of this law have an energy in plane strain (see `prensa.fem.symmetry`)."""
 
     @property
     def symmetric(self) -> bool:
@@ -105,9 +129,24 @@ class _Isotropic:
         return self.layout.kept
 
     @property
+    def fields(self) -> Mapping[str, Field]:
+        """Of the history: b_e − I (finite) or the elastic strain (small)."""
+        return {"elastic": Field(slice(0, self.size))}
+
+    @property
     def symmetric(self) -> bool:
         """True: stresses derive from an energy."""
         return True
+
+    @property
+    def linear(self) -> bool:
+        """False, unless a law says otherwise."""
+        return False
+
+    @property
+    def fbar_has_energy(self) -> bool:
+        """False, unless a law says otherwise."""
+        return False
 
     def thickness(self, history: Array) -> Array | None:
         """None: the law does not change the thickness that the element integrates over."""
@@ -165,6 +204,11 @@ class _Isotropic:
 class Hencky(_Isotropic):
     """Linear elasticity: Hooke's law in small strain, Hencky's in finite strain."""
 
+    @property
+    def linear(self) -> bool:
+        """In small strain."""
+        return not self.finite
+
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:
         """H (n, c) = f − I, old (n, k) → out; see `Material`."""
         if self.finite:
@@ -177,6 +221,11 @@ class Hencky(_Isotropic):
 @dataclass(frozen=True)
 class NeoHooke(_Isotropic):
     """Compressible neo-Hooke."""
+
+    @property
+    def fbar_has_energy(self) -> bool:
+        """True, see `prensa.fem.symmetry`."""
+        return True
 
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:
         """H (n, c) = f − I, old (n, k) → out; see `Material`."""
@@ -205,16 +254,31 @@ class StVenantKirchhoff(_Isotropic):
 
 @dataclass(frozen=True)
 class J2(_Isotropic):
-    """Von Mises plasticity; history columns k, k + 1: equivalent plastic strain, plastic work per initial volume."""
+    """Von Mises plasticity; fields of the history: equivalent plastic strain, plastic work per initial volume.
 
-    flow: FlowParameters = field(default=None, repr=False)  # type: ignore[assignment]
+
+    ``flow``: parameters of the compiled flow curve; None where ``curve``, the description, is all there is.
+    """
+
+    flow: FlowParameters | None = field(default=None, repr=False)
     yield_on_cauchy: bool = True
+    curve: FlowCurve | None = None
     plastic: bool = field(default=True, init=False)
 
     @property
     def size(self) -> int:
         """Columns of the history: b_e − I or the elastic strain, plastic strain, plastic work."""
         return self.layout.kept + 2
+
+    @property
+    def fields(self) -> Mapping[str, Field]:
+        """Of the history: elastic strains, plastic strain, plastic work."""
+        k = self.layout.kept
+        return {
+            "elastic": Field(slice(0, k)),
+            "plastic_strain": Field(slice(k, k + 1)),
+            "plastic_work": Field(slice(k + 1, k + 2)),
+        }
 
     @property
     def symmetric(self) -> bool:
@@ -227,6 +291,13 @@ class J2(_Isotropic):
         """Trial principal strains (n, 3) → stresses, slopes, elastic strains, plastic strain and work."""
         f = self.flow
         bulk = self.E / (3 * (1 - 2 * self.nu))
+        if f is None:
+            assert self.curve is not None
+            return_map(
+                eps, frame[:, -1], old, self.layout.kept, bulk, self.mu,
+                self.finite and self.yield_on_cauchy, self.curve, at.dt, tau, dtau, eps_e, out.new, out.failed, at.tangent,
+            )  # fmt: skip
+            return
         j2(
             eps, frame[:, -1], old, self.layout.kept, bulk, self.mu, self.finite and self.yield_on_cauchy,
             f.kind, f.p, f.knots, f.coefficients, at.dt, tau, dtau, eps_e, out.new, out.failed, at.tangent,
@@ -235,7 +306,12 @@ class J2(_Isotropic):
     def shear_strength(self, history: Array) -> Array:
         """Shear yield stress k = σ_y/√3 (n,), a Cauchy stress, of a committed history (n, h) at rest."""
         f, out = self.flow, np.empty(len(history))
-        flow_stresses(f.kind, f.p, f.knots, f.coefficients, np.ascontiguousarray(history[:, self.layout.kept]), out)
+        strain = np.ascontiguousarray(history[:, self.layout.kept])
+        if f is None:
+            assert self.curve is not None
+            out = stress_at(self.curve, strain, np.zeros_like(strain))
+        else:
+            flow_stresses(f.kind, f.p, f.knots, f.coefficients, strain, out)
         if self.finite and not self.yield_on_cauchy:
             out /= np.exp(self.elastic_strains(history).sum(axis=-1))  # plastic flow is isochoric
         return out / np.sqrt(3.0)
@@ -246,24 +322,34 @@ class J2(_Isotropic):
         return Hencky(self.E, self.nu, self.finite, layout=self.layout).cauchy(elastic_part)
 
 
-def material_of(description: Any, kinematics: str, space: str = "plane strain") -> Material:
-    """The law of a material description in ``small`` or ``finite`` kinematics.
+@dataclass(frozen=True)
+class Principal(_Isotropic):
+    """Elasticity that a description states in NumPy: an energy or stresses as functions of the principal strains."""
 
-    ``plane stress``: with its adaptor; ``3d``: with the tensors of three dimensions; else those of the plane.
-    """
-    finite, layout = kinematics == "finite", SPATIAL if space == "3d" else PLANE
-    law: Material
-    match description:
-        case model.Elastic():
-            law = Hencky(description.E, description.nu, finite, layout=layout)
-        case model.NeoHooke():
-            law = NeoHooke(description.E, description.nu, finite, layout=layout)
-        case model.StVenantKirchhoff():
-            law = StVenantKirchhoff(description.E, description.nu, finite, layout=layout)
-        case model.J2():
-            flow = flow_parameters(description.flow)
-            on_cauchy = description.yield_on == "cauchy"
-            law = J2(description.E, description.nu, finite, flow, on_cauchy, layout=layout)
-        case _:
-            raise TypeError(f"unknown material {description!r}")
-    return PlaneStress(law, finite) if space == "plane stress" else law
+    description: IsotropicMaterial = field(default=None)  # type: ignore[assignment]
+
+    @property
+    def symmetric(self) -> bool:
+        """As the description says."""
+        return self.description.symmetric
+
+    def principal(
+        self, eps: Array, frame: Array, old: Array, at: At, tau: Array, dtau: Array, eps_e: Array, out: Out
+    ) -> None:
+        """Trial principal strains (n, 3) → stresses, slopes, elastic strains."""
+        with np.errstate(all="ignore"):
+            tau[:], slopes = self.description.answer(eps, at.tangent)
+            if slopes is not None:
+                dtau[:] = slopes
+        out.failed[~np.isfinite(tau).all(axis=1)] = True
+        eps_e[:] = eps
+
+    def energy(self, history: Array) -> Array:
+        """Elastic energy per initial volume, (..., h) → (...)."""
+        eps = self.elastic_strains(history)
+        return np.asarray(self.description.energy(eps.reshape(-1, 3)), dtype=np.float64).reshape(eps.shape[:-1])
+
+
+def material_of(description: Description, kinematics: str, space: str = "plane strain") -> Material:
+    """The law of a material description, see its `law`."""
+    return description.law(kinematics, space)

@@ -8,6 +8,7 @@ thickness over the initial one, which the element cannot know.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from prensa.layout import PLANE, TensorLayout
 
 if TYPE_CHECKING:
-    from prensa.materials.laws import At, Material, Out
+    from prensa.materials.laws import At, Field, Material, Out
 
 Array = NDArray[np.float64]
 
@@ -43,6 +44,23 @@ class PlaneStress:
     def size(self) -> int:
         """Length of the history: that of the law and the thickness."""
         return self.law.size + 1
+
+    @property
+    def fields(self) -> Mapping[str, Field]:
+        """Of the history: those of the law, and the thickness over the initial one, minus 1."""
+        from prensa.materials.laws import Field
+
+        return {**self.law.fields, "thickness": Field(slice(self.size - 1, self.size))}
+
+    @property
+    def linear(self) -> bool:
+        """As the law: eliminating a stress keeps linearity."""
+        return self.law.linear
+
+    @property
+    def fbar_has_energy(self) -> bool:
+        """False: F-bar has no meaning in plane stress."""
+        return False
 
     @property
     def plastic(self) -> bool:

@@ -85,10 +85,11 @@ def _whole(p: Any) -> Iterator[Finding]:
     for key, body in p.bodies.items():
         if body is None:
             continue
-        if body.material.type in ("neo_hooke", "svk") and p.kinematics == "small":
+        known = body.material.kinematics
+        if p.kinematics is not None and p.kinematics not in known:
+            other = "use 'elastic' or 'kinematics: finite'" if p.kinematics == "small" else "use 'kinematics: small'"
             yield Finding(
-                ("bodies", key, "material", "type"),
-                f"{body.material.type} is a finite-strain law; use 'elastic' or 'kinematics: finite'",
+                ("bodies", key, "material", "type"), f"{body.material.type} is a {known[0]}-strain law; {other}"
             )
         if body.element == "q4_fbar" and p.space == "plane stress":
             yield Finding(
@@ -191,7 +192,7 @@ def _friction(p: Any) -> Iterator[Finding]:
 
     def needs(law: Any, c: Any, path: tuple[str | int, ...]) -> Iterator[Finding]:
         body = p.bodies.get(c.surface[0].partition(".")[0]) if c is not None else None
-        if body is not None and law is not None and law.asks_for_k and body.material.type != "j2":
+        if body is not None and law is not None and law.asks_for_k and not body.material.plastic:
             message = (
                 f"the {body.material.type} body of {c.surface[0]!r} has no shear yield stress; give 'k', or use coulomb"
             )
@@ -266,35 +267,23 @@ def _step(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding]:
 
 
 # ------------------------------------------------------------------------------------------------------------ warnings
-def _first_flow_stress(flow: Any) -> float:
-    """Flow stress of the virgin material."""
-    match flow.type:
-        case "swift":
-            return float(flow.K * flow.e0**flow.n)
-        case "johnson_cook":
-            return float(flow.A)
-        case "table":
-            return float(flow.points[0][1])
-        case _:
-            return float(flow.s0)
-
-
 METALS = ((65.0, 75.0), (105.0, 125.0), (185.0, 215.0))  # GPa: aluminium and glass, copper and titanium, steel
 
 
 def _stiffness(name: str, material: Any, first: float, units: Any) -> Iterator[str]:
     """Moduli that are those of metals in another unit than the case's, and flow stresses far below the modulus."""
+    E = material.modulus
     per = {("mm", "N"): 1e-3, ("m", "N"): 1e-9}.get((units.length, units.force))
-    if 0 < first < 1e-6 * material.E:
-        yield f"bodies.{name}.material: flow stress {first:g} is a millionth of E = {material.E:g}; check the units of both"
-    elif per is not None and first <= material.E / 20 and material.nu < 0.45:
+    if 0 < first < 1e-6 * E:
+        yield f"bodies.{name}.material: flow stress {first:g} is a millionth of E = {E:g}; check the units of both"
+    elif per is not None and first <= E / 20 and material.poisson < 0.45:
         for unit, factor in (("GPa", 1.0), ("MPa", 1e3)):
-            in_gpa = material.E / factor
+            in_gpa = E / factor
             if unit == "MPa" and per == 1e-3:
                 continue
             if any(low <= in_gpa <= high for low, high in METALS):
                 stress = f"{units.force}/{units.length}²"
-                yield f"bodies.{name}.material: E = {material.E:g} in {stress}; did you mean '{material.E:g} {unit}'?"
+                yield f"bodies.{name}.material: E = {E:g} in {stress}; did you mean '{E:g} {unit}'?"
 
 
 def warnings_of(problem: Problem) -> list[str]:
@@ -303,8 +292,8 @@ def warnings_of(problem: Problem) -> list[str]:
     stress = f"{problem.units.force}/{problem.units.length}²"
     in_mpa = (problem.units.force, problem.units.length) == ("N", "mm")
     for name, body in problem.bodies.items():
-        E, flow = body.material.E, getattr(body.material, "flow", None)
-        first = _first_flow_stress(flow) if flow is not None else 0.0
+        E, flow = body.material.modulus, getattr(body.material, "flow", None)
+        first = flow.first() if flow is not None else 0.0
         if first > E / 20:
             meant = f"; did you mean {E:g}e3 or '{E:g} GPa'?" if in_mpa and E < 1000 else "; check the units of both"
             said.append(f"bodies.{name}.material: E = {E:g} in {stress}, flow stress {first:g}{meant}")

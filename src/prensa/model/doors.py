@@ -101,6 +101,12 @@ class Member:
         super().__init_subclass__(**options)
         if abstract:
             return
+        for name in vars(cls).get("__annotations__", {}):
+            inherited = getattr(super(cls, cls), name, None)
+            if name not in vars(cls) and (callable(inherited) or isinstance(inherited, property)):
+                raise TypeError(
+                    f"{cls.__name__}: {name!r} cannot be a field, every {cls.door} has it; rename the field"
+                )
         if "type" not in vars(cls) and "type" not in getattr(cls, "__dataclass_fields__", {}):
             cls.type = user_type(cls)
         described(cls)

@@ -68,6 +68,8 @@ def explain(error: Any, place: Place) -> Mistake:
         return Mistake(place.mark(at_key=True), f"unknown key {key!r}{where}{suggest(str(key), options)}")
     if kind == "missing":
         return _missing(place, above)
+    if kind == "union_tag_not_found" and place.node is not None and not isinstance(place.node.value, dict):
+        return Mistake(place.mark(), _wrong(error, place))
     if kind in ("union_tag_invalid", "union_tag_not_found"):
         return _type(place, ctx.get("tag"))
     if kind == "literal_error":

@@ -60,7 +60,8 @@ class Acceptance:
             if inverted := self._corner(block, c.x_n, x):
                 yield inverted
             if block.law.plastic:
-                yield from self._collapse(block, new[..., 4] - old[..., 4])
+                strain, before = (block.field(h, "plastic_strain")[..., 0] for h in (new, old))
+                yield from self._collapse(block, strain - before)
 
     def _corner(self, block: Block, x_n: Array, x: Array) -> Failure | None:
         """A corner beyond 180°: refused if it jumped there, told if it came there little by little.

@@ -183,7 +183,7 @@ def body_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> 
         mises = np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3 * xy**2)
         plastic = np.zeros(len(sig))
         if b.law.plastic:
-            plastic = np.maximum(_recovered(where, b, h[..., 4:5])[:, 0], 0.0)
+            plastic = np.maximum(_recovered(where, b, b.field(h, "plastic_strain"))[:, 0], 0.0)
         out[b.body] = BodyState(
             system.X[own], x[own], b.cells - own.start, reaction[own], sig, mises, plastic,
             None if thickness is None else thickness[own],

@@ -121,7 +121,7 @@ class StepControl:
         grown = zip(self.system.blocks, e.history, old.history)
         return max(
             (
-                float(np.quantile(new[..., 4] - was[..., 4], self.policy.spread))
+                float(np.quantile(b.field(new, "plastic_strain") - b.field(was, "plastic_strain"), self.policy.spread))
                 for b, new, was in grown
                 if b.law.plastic
             ),

@@ -23,7 +23,7 @@ from prensa.tools.analytic import Closest, turned
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-CELLS = 200  # of the grid along a side of the square in which the surface is looked at
+GRID = 200  # of the grid along a side of the square in which the surface is looked at
 TURN = 0.05  # radians that a piece of the polygon may turn before it is halved
 HALVINGS = 24  # of a piece: then its turn is a corner
 SHARP = 0.1  # turn (rad) of a piece that can be halved no more which makes it a corner
@@ -54,11 +54,10 @@ class Implicit:
     half_space = False
     cylinder = np.inf
 
-    def __init__(self, tool: Any) -> None:
+    def __init__(self, tool: Any, stated: bool) -> None:
+        """``stated``: the description states ``closest`` itself."""
         self.tool = tool
-        self._stated = type(tool).closest is not _base().closest
-        if not self._stated and type(tool).distance is _base().distance:
-            tool.distance(np.zeros((1, 2)))  # says what to define
+        self._stated = stated
 
     # ------------------------------------------------------------------------------------------- distance and normal
     def g(self, x: Array) -> Array:
@@ -174,7 +173,7 @@ class Implicit:
     def surface(self) -> Surface:
         """The traced surface."""
         half = self._square
-        lines = contours(self.g, half, CELLS)
+        lines = contours(self.g, half, GRID)
         if not lines:
             raise TraceError(
                 f"the distance of {type(self.tool).__name__} is nowhere zero within {half:g} of the reference point; "
@@ -338,23 +337,17 @@ class Implicit:
         def cut(x: Array) -> Array:
             return np.asarray(np.maximum(self.g(x), np.abs(x).max(axis=1) - half))
 
-        return [self._rounded(line[:-1], half) for line in contours(cut, 1.05 * half, CELLS)]
+        return [self._rounded(line[:-1], half) for line in contours(cut, 1.05 * half, GRID)]
 
     def _rounded(self, polygon: Array, half: float) -> Array:
         """A polygon with those of its vertices that are on the surface moved there, and pieces that turn halved."""
-        on = (np.abs(polygon).max(axis=1) < (1.0 - 1.0 / CELLS) * half).astype(int)
+        on = (np.abs(polygon).max(axis=1) < (1.0 - 1.0 / GRID) * half).astype(int)
         if self._stated or not on.any():
             return polygon
         polygon, on = (np.roll(v, -int(np.argmin(on)), axis=0) for v in (polygon, on))
         parts = np.split(polygon, np.flatnonzero(np.diff(on)) + 1)
         flags = on[np.concatenate([[0], np.flatnonzero(np.diff(on)) + 1])]
         return np.vstack([self._refined(self._on(p)) if f and len(p) > 2 else p for p, f in zip(parts, flags)])
-
-
-def _base() -> Any:
-    from prensa.tools.tool import ToolShape
-
-    return ToolShape
 
 
 def _angle(a: Array, b: Array) -> Array:

@@ -24,6 +24,7 @@ from prensa.model.checks import Finding
 from prensa.model.doors import Member
 from prensa.model.fields import Springs
 from prensa.model.units import Length
+from prensa.tools.implicit import Implicit
 
 if TYPE_CHECKING:
     from prensa.tools.analytic import Tool
@@ -95,9 +96,7 @@ class ToolShape(Member, abstract=True):
             Radius (length) of corners that the description leaves to the program.
 
         """
-        from prensa.tools.implicit import Implicit
-
-        return Implicit(self)
+        return self._implicit()
 
     def looks(self, outward: Array) -> Array:
         """Unit vector (2,) in which the face looks, before a boundary with the outward normal (2,)."""
@@ -153,9 +152,14 @@ class ToolShape(Member, abstract=True):
 
         ``depth``: extent (length) to draw of what has none.
         """
-        from prensa.tools.implicit import Implicit
+        return self._implicit().outline(depth)
 
-        return Implicit(self).outline(depth)
+    def _implicit(self) -> Implicit:
+        """The shape that follows from what the tool states."""
+        stated = type(self).closest is not ToolShape.closest
+        if not stated and type(self).distance is ToolShape.distance:
+            self.distance(np.zeros((1, 2)))  # says what to define
+        return Implicit(self, stated)
 
     def mirrored(self, on_axis: bool, direction: Array) -> bool:
         """Whether the section is its own mirror image in axisymmetry, with the reference point on the axis or not."""

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 import prensa as pr
 from prensa import reference as ref
+from prensa.materials.flow_curve import FlowCurve
 from prensa.materials.hardening import flow_curve
-from prensa.model.problem import Flow
 from prensa.reference import tables
 from prensa.solver.increment import Increment
 from prensa.verify.balance import Balance
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 E, NU = 200e3, 0.3
 BILLET_FLOW = pr.Ludwik(250.0, 500.0, 0.3)
 REDUCTIONS = (0.1, 0.2, 0.3, 0.4, 0.5)
-FLOWS: dict[str, Flow] = {
+FLOWS: dict[str, FlowCurve] = {
     "perfect": pr.Perfect(250.0),
     "linear": pr.Linear(250.0, 500.0),
     "ludwik": BILLET_FLOW,
@@ -35,7 +35,7 @@ FLOWS: dict[str, Flow] = {
 }
 
 
-def curve(flow: Flow) -> Callable[[float], float]:
+def curve(flow: FlowCurve) -> Callable[[float], float]:
     """Flow stress at a plastic strain, for the closed forms."""
     return lambda strain: float(flow_curve(flow, np.array([strain]))[0])
 
@@ -54,7 +54,7 @@ def at(reductions: tuple[float, ...], increments: list[Increment]) -> list[Incre
 
 
 def upsetting(
-    n: tuple[int, int], mu: float, flow: Flow = BILLET_FLOW, *, space: str = "axisymmetric", graded: bool = False,
+    n: tuple[int, int], mu: float, flow: FlowCurve = BILLET_FLOW, *, space: str = "axisymmetric", graded: bool = False,
     enforcement: pr.Penalty | pr.Augmented | pr.Exact | None = None, increments: int | None = None, yield_on: str = "cauchy",
     E_scale: float = 1.0, reductions: tuple[float, ...] = REDUCTIONS,
 ) -> pr.Problem:  # fmt: skip
@@ -207,7 +207,7 @@ for _graded in (False, True):
         _register(_mesh, _graded)
 
 
-def ring(n: tuple[int, int], mu: float, *, E_scale: float = 1.0, flow: Flow = BILLET_FLOW) -> pr.Problem:
+def ring(n: tuple[int, int], mu: float, *, E_scale: float = 1.0, flow: FlowCurve = BILLET_FLOW) -> pr.Problem:
     """Upper half of the ring OD 18, ID 9, height 6; both free sides may fold onto the die."""
     body = pr.Body(pr.Rectangle(size=(4.5, 3), n=n, origin=(4.5, 0)), pr.J2(E * E_scale, NU, flow))
     return pr.Problem(

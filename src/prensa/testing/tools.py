@@ -1,7 +1,4 @@
-"""Suites that every law and tool inherits, prensa's own and users': each says in words what is wrong with a law.
-
-They need nothing but the law; they are run in a test (``prensa.testing.check_friction(MyLaw(mu=0.2))``) or by hand.
-"""
+"""The suite of tool shapes."""
 
 from __future__ import annotations
 
@@ -11,188 +8,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.friction.law import At, FrictionLaw, bounded
-from prensa.friction.return_map import Tangential, return_map
+from prensa.testing.common import TRIALS, Array, tell
 from prensa.tools.analytic import Closest, Tool, turned
 from prensa.tools.tool import ToolShape
 
-Array = NDArray[np.float64]
-
-TRIALS = 400
-FD_STEP = 1e-6  # of finite differences, over the size of the argument
-FD_ERROR = 1e-6  # accepted difference of a derivative from finite differences, over the size of its terms
-
-
-class LawError(AssertionError):
-    """A law that cannot be right; the text says what was found wrong, one sentence a line."""
-
-
-def _tell(what: str, found: list[str]) -> None:
-    if found:
-        raise LawError("\n".join([f"{what}:", *(f"- {line}" for line in found)]))
-
-
-# ------------------------------------------------------------------------------------------------------------- friction
-def check_friction(
-    law: FrictionLaw, *, pressure: float = 100.0, slip: float = 1.0, k: float = 60.0, components: int = 2, seed: int = 0
-) -> None:
-    """Check a friction law by itself and in the return map, at random pressures, slips and tractions.
-
-    Parameters
-    ----------
-    law
-        The law, a `FrictionLaw`.
-    pressure, slip, k
-        Sizes of the pressures (stress), of the accumulated slips (length) and of the shear yield stress at which it is tried.
-    components
-        Tangential components of the tractions: 1 in the plane, 2 in space.
-    seed
-        Of the random numbers.
-
-    Raises
-    ------
-    LawError
-        Saying what is wrong: a bound that is negative, not a number or of the wrong shape; an answer that changes from call
-        to call or with the company of other points; derivatives of the bound or of the traction that differ from finite
-        differences; a ``hardens``, ``proportional``, ``frictionless`` or ``softening`` that is not so; a traction beyond the
-        bound; negative dissipation; two half steps of slip in one direction that are not the whole one.
-
-    """
-    rng = np.random.default_rng(seed)
-    n = TRIALS
-    p, kappa = pressure * rng.uniform(0.005, 1.0, n), slip * rng.uniform(0.0, 1.0, n)
-    at = At(np.full(n, k) * rng.uniform(0.5, 1.5, n), dt=1.0, time=1.0)
-    found = [*_bound_wrong(law, p, kappa, at)]
-    if not found:
-        found += [*_claims_wrong(law, p, kappa, at)]
-        found += [*_map_wrong(law, p, kappa, at, components, rng)]
-    _tell(f"friction law {law!r}", found)
-
-
-def _bound_wrong(law: FrictionLaw, p: Array, kappa: Array, at: At) -> Iterator[str]:
-    first = [np.array(v, dtype=np.float64) for v in bounded(law, p.copy(), kappa.copy(), at)]
-    for name, values in zip(("τ_y", "∂τ_y/∂p", "∂τ_y/∂κ"), first):
-        if values.shape != p.shape:
-            yield f"{name} has the shape {values.shape} for {len(p)} points; it must have one number a point"
-            return
-        if not np.isfinite(values).all():
-            yield f"{name} is not a finite number at p = {p[~np.isfinite(values)][0]:.4g}"
-            return
-    if (first[0] < 0).any():
-        i = int(np.argmin(first[0]))
-        yield f"the bound is negative, {first[0][i]:.4g} at p = {p[i]:.4g}, κ = {kappa[i]:.4g}"
-    again = bounded(law, p.copy(), kappa.copy(), at)
-    if not all(np.array_equal(a, b) for a, b in zip(first, again)):
-        yield "the bound is another one when asked again: a law must not remember anything"
-    half = len(p) // 2
-    k = None if at.k is None else at.k[half:]
-    alone = bounded(law, p[half:].copy(), kappa[half:].copy(), at._replace(k=k))
-    if not all(np.allclose(a[half:], b, rtol=1e-13, atol=0.0) for a, b in zip(first, alone)):
-        yield "the bound of a point depends on the other points"
-    for number, name in ((0, "∂τ_y/∂p"), (1, "∂τ_y/∂κ")):
-        worst = _slope_error(law, (p, kappa), at, number)
-        if worst > 1e3 * FD_ERROR:
-            yield f"{name} differs from finite differences by {worst:.1e} of the bound: mend it, or return the bound alone"
-
-
-def _slope_error(law: FrictionLaw, points: tuple[Array, Array], at: At, number: int) -> float:
-    """Largest error of the law's derivative by pressure (0) or slip (1), kinks left out, over the bound over the argument."""
-    x = points[number]
-    h = FD_STEP * float(x.max())
-    mid = np.maximum(x, 2 * h)
-
-    def there(values: Array) -> tuple[Array, Array, Array]:
-        return bounded(law, values, points[1], at) if number == 0 else bounded(law, points[0], values, at)
-
-    centre = there(mid)
-    left, right = (centre[0] - there(mid - h)[0]) / h, (there(mid + h)[0] - centre[0]) / h
-    unit = (float(centre[0].max()) + 1e-300) / float(mid.max())
-    smooth = np.abs(right - left) <= 1e-3 * (np.abs(left) + np.abs(right)) + 1e-8 * unit
-    return float(np.abs(0.5 * (left + right) - centre[1 + number])[smooth].max(initial=0.0)) / unit
-
-
-def _claims_wrong(law: FrictionLaw, p: Array, kappa: Array, at: At) -> Iterator[str]:
-    tau, _, slope = bounded(law, p, kappa, at)
-    if law.frictionless and tau.any():
-        yield "it says that it is frictionless, and its bound is not zero"
-    if not law.hardens and not np.array_equal(bounded(law, p, 2.0 * kappa + 1.0, at)[0], tau):
-        yield "it says that it does not harden, and its bound changes with the slip"
-    if law.proportional and not np.allclose(bounded(law, 2.0 * p, kappa, at)[0], 2.0 * tau, rtol=1e-12, atol=0.0):
-        yield "it says that it is proportional to the pressure, and twice the pressure does not give twice the bound"
-    ahead = law.softening(p, kappa, at)
-    if (ahead < 0).any() or (ahead < -slope - 1e-9 * np.abs(slope).max(initial=0.0)).any():
-        yield "its 'softening' is less than the rate at which its bound falls with the slip"
-
-
-def _map_wrong(law: FrictionLaw, p: Array, kappa: Array, at: At, d: int, rng: np.random.Generator) -> Iterator[str]:
-    n, tau = len(p), bounded(law, p, kappa, at)[0]
-    if not tau.any():
-        return
-    softest = float(law.softening(p, kappa, at).max())
-    reach = float(tau.max())
-    k_t = np.full(n, max(3.0 * softest, 2.0 * reach / max(float(kappa.max()), 1e-300)))
-    lam = rng.normal(size=(n, d)) * 0.4 * reach
-    dg = rng.normal(size=(n, d)) * (np.where(np.arange(n) % 2, 1.0, 0.05) * reach / k_t)[:, None]
-    touching = np.ones(n, dtype=bool)
-
-    def mapped(dg: Array = dg, p: Array = p, lam: Array = lam, kappa: Array = kappa) -> Tangential:
-        return return_map(law, at, lam, dg, p, touching, kappa, k_t)
-
-    out = mapped()
-    bound = bounded(law, p, out.kappa, at)[0]
-    size = np.sqrt((out.t**2).sum(axis=1))
-    if not out.slip.any() or out.slip.all():
-        yield "at the given sizes all points stick or all slip: give 'pressure', 'slip' and 'k' at which it is used"
-        return
-    if np.abs(size - bound)[out.slip].max() > 1e-11 * reach:
-        yield f"a slipping point is not on the bound: off by {np.abs(size - bound)[out.slip].max() / reach:.1e} of it"
-    if (size > bound + 1e-11 * reach)[~out.slip].any():
-        yield "a sticking point is beyond the bound"
-    slipped = -dg - (out.t - lam) / k_t[:, None]  # what the elastic part of the tangential motion leaves
-    work = (out.t * slipped).sum(axis=1)
-    if (work < -1e-11 * reach * np.abs(slipped).max())[out.slip].any():
-        yield "slip does negative work: friction would drive"
-    yield from _tangent_wrong(law, out, mapped, dg, p, k_t, reach)
-    # radial slip in two halves is the whole: the map is exact along a straight path
-    straight = np.zeros((n, d))
-    straight[:, 0] = -(reach / k_t) * rng.uniform(2.0, 4.0, n)
-    whole = mapped(straight, p, np.zeros((n, d)))
-    first = mapped(0.5 * straight, p, np.zeros((n, d)))
-    second = mapped(0.5 * straight, p, first.t, first.kappa)
-    if np.abs(second.t - whole.t).max() > 1e-9 * reach:
-        yield f"two half steps of a straight slip differ from the whole one by {np.abs(second.t - whole.t).max() / reach:.1e}"
-
-
-def _tangent_wrong(
-    law: FrictionLaw, out: Tangential, mapped: object, dg: Array, p: Array, k_t: Array, reach: float
-) -> Iterator[str]:
-    assert callable(mapped)
-    e = FD_STEP * reach / float(k_t.max())
-    for j in range(dg.shape[1]):
-        step = e * np.eye(dg.shape[1])[j]
-        plus, minus = mapped(dg + step), mapped(dg - step)
-        smooth = _smooth(out, plus, minus)
-        error = np.abs((plus.t - minus.t) / (2 * e) - out.dt_dg[:, :, j])[smooth].max(initial=0.0) / k_t.max()
-        if error > 10 * FD_ERROR:
-            yield f"the traction's derivative by the slip differs from finite differences by {error:.1e} of k_T"
-    h = FD_STEP * p
-    plus, minus = mapped(dg, p + h), mapped(dg, p - h)
-    smooth = _smooth(out, plus, minus)
-    error = (np.abs((plus.t - minus.t) / (2 * h)[:, None] - out.dt_dp) * p[:, None])[smooth].max(initial=0.0) / reach
-    if error > 10 * FD_ERROR:
-        yield f"the traction's derivative by the pressure differs from finite differences by {error:.1e} of the bound"
-
-
-def _smooth(out: Tangential, plus: Tangential, minus: Tangential) -> NDArray[np.bool_]:
-    """Points whose status and branch of the bound do not change within the step."""
-    same = (plus.slip == out.slip) & (minus.slip == out.slip)
-    for a, b in ((plus.dt_dp, minus.dt_dp), (plus.dt_dg, minus.dt_dg)):
-        scale = np.abs(out.dt_dg).max() if a.ndim == 3 else np.abs(out.dt_dp).max() + 1e-300
-        same &= np.abs(a - b).reshape(len(a), -1).max(axis=1) <= 1e-3 * scale
-    return same
-
-
-# ---------------------------------------------------------------------------------------------------------------- tools
 DISTANCE = 1e-6  # accepted error of the normal from differences of g; of ∂s/∂x; and of curvatures over 1/size
 
 
@@ -235,7 +54,7 @@ def check_tool(tool: ToolShape, *, size: float | None = None, rounding: float = 
             *_walk_wrong(shape, x, size),
             *_edges_wrong(tool, shape, size),
         ]
-    _tell(f"tool {tool!r}", found)
+    tell(f"tool {tool!r}", found)
 
 
 def _about(shape: Tool, size: float, rng: np.random.Generator) -> Array:

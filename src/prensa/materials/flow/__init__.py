@@ -1,0 +1,1 @@
+"""Flow curves, one a file: description, checks, stress. Whatever stands here is a ``flow`` of the case file."""

@@ -1,0 +1,54 @@
+"""Measured flow stresses, interpolated by a monotone cubic (Fritsch & Carlson 1980, SIAM J. Numer. Anal. 17, 238-246)."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import model_validator
+
+from prensa.materials.flow_curve import FlowCurve, FlowParameters
+from prensa.model.units import Pressure, Strain
+
+Array = NDArray[np.float64]
+
+
+class FlowTable(FlowCurve):
+    """Flow stress from pairs (ε̄, σ_y), interpolated by a monotone C¹ cubic, constant slope zero beyond the last."""
+
+    points: tuple[tuple[Strain, Pressure], ...]
+    type: Literal["table"] = "table"
+
+    @model_validator(mode="after")
+    def _check(self) -> FlowTable:
+        e = [p[0] for p in self.points]
+        if len(e) < 2 or e[0] != 0.0 or any(b <= a for a, b in pairwise(e)):
+            raise ValueError("points must start at plastic strain 0 and increase strictly (at least two pairs)")
+        if any(p[1] <= 0 for p in self.points):
+            raise ValueError("flow stresses must be positive")
+        return self
+
+    def _cubic(self) -> Any:
+        from scipy.interpolate import PchipInterpolator
+
+        return PchipInterpolator([e for e, _ in self.points], [s for _, s in self.points])
+
+    def first(self) -> float:
+        """Flow stress of the first pair."""
+        return float(self.points[0][1])
+
+    def stress(self, strain: Array, rate: Array) -> tuple[Array, Array]:
+        """σ_y and its derivative by the plastic strain, each (k,)."""
+        cubic, last = self._cubic(), self.points[-1][0]
+        held = np.minimum(strain, last)
+        return cubic(held), np.where(strain < last, cubic(held, 1), 0.0)
+
+    def kernel(self) -> FlowParameters:
+        """Parameters of the compiled curve."""
+        from prensa.materials.hardening import TABLE, parameters
+
+        return parameters(TABLE)._replace(
+            knots=np.array([e for e, _ in self.points]), coefficients=np.ascontiguousarray(self._cubic().c.T)
+        )

@@ -1,0 +1,89 @@
+"""What a flow curve is: the flow stress at a plastic strain and its rate. The return map does the rest, one for all curves.
+
+A curve of one's own derives from `FlowCurve` and states its stress in NumPy; derivatives that it does not give are found by
+the complex step::
+
+    class Power(pr.FlowCurve):
+        s0: float
+        K: float
+        n: float
+
+        def stress(self, strain, rate):
+            return self.s0 + self.K * strain**self.n
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.derivatives import derivative
+from prensa.model.doors import Member
+
+Array = NDArray[np.float64]
+
+TINY = 1e-12  # plastic strain below which a power law of infinite initial slope is its chord
+
+
+class FlowParameters(NamedTuple):
+    """What a kernel needs: ``kind``, scalars ``p`` (5,), and for tables ``knots`` (k,) with cubic ``coefficients`` (k−1, 4)."""
+
+    kind: int
+    p: Array
+    knots: Array
+    coefficients: Array
+
+
+class FlowCurve(Member, abstract=True):
+    """Base of all flow curves. A curve is pure and frozen; its annotated fields are keys of the case file."""
+
+    door: ClassVar[str] = "flow"
+
+    def stress(self, strain: Array, rate: Array) -> Any:
+        """Flow stress σ_y > 0 (k,) at equivalent plastic strains (k,) ≥ 0 and their rates (k,) ≥ 0, per unit of time.
+
+        Returns σ_y alone; (σ_y, ∂σ_y/∂ε̄) of a curve that does not depend on the rate; or (σ_y, ∂σ_y/∂ε̄, ∂σ_y/∂ε̄̇).
+        """
+        raise NotImplementedError(f"{type(self).__name__} states no flow stress: define stress(self, strain, rate)")
+
+    def kernel(self) -> FlowParameters | None:
+        """Parameters of a compiled kernel of the same curve; None where there is none, and `stress` is all there is."""
+        return None
+
+    def first(self) -> float:
+        """Flow stress of the virgin material at rest."""
+        return float(stress_at(self, np.zeros(1), np.zeros(1))[0])
+
+
+def stress_at(curve: FlowCurve, strain: Array, rate: Array) -> Array:
+    """Flow stress (k,) at plastic strains and rates (k,), without derivatives."""
+    out = curve.stress(strain, rate)
+    return np.asarray(out[0] if isinstance(out, tuple) else out, dtype=np.float64) + np.zeros_like(strain)
+
+
+def along(curve: FlowCurve, start: Array, delta: Array, dt: float) -> tuple[Array, Array]:
+    """σ_y (k,) at start + Δ reached in the time dt, and its total derivative by Δ (k,): the curve's own, or that found."""
+
+    def stress(d: Any) -> Any:
+        return curve.stress(start + d, d / dt if dt > 0.0 else np.zeros_like(start))
+
+    out = stress(delta)
+    if not isinstance(out, tuple):
+        return np.asarray(out, dtype=np.float64) + np.zeros_like(start), derivative(stress, delta)
+    slope = out[1] + (out[2] / dt if len(out) > 2 and dt > 0.0 else 0.0)
+    return np.asarray(out[0], dtype=np.float64) + np.zeros_like(start), slope + np.zeros_like(start)
+
+
+def partial(curve: FlowCurve, strain: Array, rate: Array) -> tuple[Array, Array, Array]:
+    """σ_y, ∂σ_y/∂ε̄, ∂σ_y/∂ε̄̇, each (k,): the curve's own derivatives, or else those found."""
+    out, zero = curve.stress(strain, rate), np.zeros_like(strain)
+    if isinstance(out, tuple):
+        return (
+            np.asarray(out[0]) + zero,
+            np.asarray(out[1]) + zero,
+            (np.asarray(out[2]) if len(out) > 2 else 0.0) + zero,
+        )
+    by_strain = derivative(lambda x: curve.stress(x, rate), strain)
+    return np.asarray(out, dtype=np.float64) + zero, by_strain, derivative(lambda x: curve.stress(strain, x), rate)

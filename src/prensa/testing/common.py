@@ -1,0 +1,22 @@
+"""What the suites have in common: the error that tells, and the sizes of samples and differences."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+TRIALS = 400  # random points at which a law is tried
+FD_STEP = 1e-6  # of finite differences, over the size of the argument
+FD_ERROR = 1e-6  # accepted difference of a derivative from finite differences, over the size of its terms
+
+
+class LawError(AssertionError):
+    """A law that cannot be right; the text says what was found wrong, one sentence a line."""
+
+
+def tell(what: str, found: list[str]) -> None:
+    """Raise `LawError` with what was found, if anything was."""
+    if found:
+        raise LawError("\n".join([f"{what}:", *(f"- {line}" for line in found)]))
