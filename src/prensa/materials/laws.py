@@ -174,7 +174,7 @@ class _Isotropic:
         """H (n, c) = f − I, old (n, h) → out; see `Material`."""
         n, kernels = len(h), _KERNELS[self.layout]
         eps, tau, eps_e = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
-        frame, dtau = np.empty((n, kernels.FRAME)), np.empty((n, 3, 3))
+        frame, dtau = np.empty((n, self.layout.frame)), np.empty((n, 3, 3))
         trial = kernels.trial_finite if self.finite else kernels.trial_small
         trial(h, old, eps, frame, out.failed)
         self.principal(eps, frame, old, at, tau, dtau, eps_e, out)
