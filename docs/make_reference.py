@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from prensa.model import problem as model
+from prensa.model.doors import NameOf
 from prensa.model.places import bare, hints, is_names, members, type_name
 from prensa.model.units import Dimension
 from prensa.registry import public
@@ -27,7 +28,7 @@ SECTIONS: dict[str, tuple[type, ...]] = {
     ),
     "Materials": tuple(dict(public("material")).values()),
     "Flow curves": tuple(dict(public("flow")).values()),
-    "Tools": (model.Plane, model.Circle, model.Stamp, model.Ring, model.Profile, model.Arc, model.Polygon, model.Springs),
+    "Tools": (*dict(public("tool")).values(), model.Springs),
     "Contacts": (model.Contact, *dict(public("enforcement")).values()),
     "Friction": tuple(dict(public("friction")).values()),
     "Supports, motions and loads": (model.Fixed, model.Motion, model.Push, model.Load),
@@ -41,11 +42,7 @@ VALUES = {
     ("Coulomb", "mu"): "{}, or the name of a CSV file of κ, μ",
     **{(t, "fillet"): "number ≥ 0, or a list with one for each point" for t in ("Profile", "Polygon")},
     ("Step", "friction"): "names of contacts: a friction law or `null`",
-    **{
-        (t, k): "boundary `body.name`"
-        for t in ("Plane", "Circle", "Stamp", "Ring", "Profile", "Polygon")
-        for k in ("touching", "above", "below")
-    },
+    **{(t, k): "boundary `body.name`" for t in dict(public("tool")) for k in ("touching", "above", "below")},
 }
 UNITS = {
     ("Step", "velocity"): "per unit time",
@@ -115,6 +112,8 @@ def _described(cls: type) -> Iterator[str]:
 def value(annotation: Any) -> str:
     """What may stand behind a key, in words."""
     kind, meta = bare(annotation)
+    if names := [m for m in meta if isinstance(m, NameOf)]:
+        return ", ".join([*(f"`{name}`" for name in names[0].names), "`module:Class`"])
     if _is_over_time(annotation):
         held = any(_literals(m) == ["held"] for m in members(annotation))
         return "value over time" + (" or `held`" if held else "")

@@ -7,9 +7,9 @@ from typing import Any
 __version__ = "0.1.0"
 
 _MODEL = (
-    "Annulus", "Arc", "ArcSide", "Body", "Case", "Circle", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion",
-    "Numerics", "Output", "Patch", "Plane", "Points", "Polygon", "Problem", "Profile", "Push", "Rectangle", "Ring",
-    "SplineSide", "Springs", "Stamp", "Start", "Step", "Tie", "Units",
+    "Annulus", "ArcSide", "Body", "Case", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion", "Numerics",
+    "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "SplineSide", "Springs", "Start", "Step", "Tie",
+    "Units",
 )  # fmt: skip
 _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "load": "prensa.model.schema",
@@ -23,6 +23,7 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "Enforcement": "prensa.contact.method",
     "IsotropicMaterial": "prensa.materials.material",
     "Material": "prensa.materials.material",
+    "ToolShape": "prensa.tools.tool",
 }
 
 

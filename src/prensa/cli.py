@@ -6,7 +6,7 @@ import gc
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -290,7 +290,7 @@ def _description_lines(system: System) -> Iterator[str]:
         yield f"tie: {tie.slave} follows {tie.master}"
     for tool in system.tools:
         place = f"reference point at ({tool.at[0]:.6g}, {tool.at[1]:.6g})"
-        yield f"tool {tool.name}: {tool.description.type}, {place}{_tool_shape(tool)}"
+        yield f"tool {tool.name}: {tool.description.type}, {place}{tool.description.told(tool.shape, tool.direction)}"
     for surface in system.surfaces:
         contact = surface.description
         law = contact.friction or p.friction
@@ -301,17 +301,6 @@ def _description_lines(system: System) -> Iterator[str]:
     for number, step in enumerate(p.steps):
         yield f"step {step.name}: time {number} … {number + 1}; {_actions(step)}"
     yield f"{system.ndof} unknowns; nothing was solved"
-
-
-def _tool_shape(tool: Any) -> str:
-    """What is worth knowing of a placed tool besides its place: where it faces, how round a chain is."""
-    match tool.description.type:
-        case "circle":
-            return ", concave" if tool.description.concave else ""
-        case "profile" | "polygon":
-            return f", convex radii from {tool.shape.radius:.4g} up"
-    dx, dy = tool.direction + 0.0  # no minus before a zero
-    return f", facing ({dx:.4g}, {dy:.4g})"
 
 
 def _actions(step: Step) -> str:

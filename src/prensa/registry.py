@@ -24,13 +24,15 @@ _T = TypeVar("_T")
 class Door:
     """One kind of law: ``package`` whose modules hold its members; ``base`` (module:class) of users' laws.
 
-    ``default``: type that is meant where a mapping gives none; None where it must be given.
+    ``default``: type that is meant where a mapping gives none; None where it must be given. ``named``: members have no
+    fields, a case file gives their type alone, and Python too.
     """
 
     kind: str
     package: str
     base: str
     default: str | None = None
+    named: bool = False
     _members: dict[str, type] = field(default_factory=dict)
     _loaded: bool = False
 
@@ -45,7 +47,8 @@ class Door:
 
     def own(self) -> dict[str, type]:
         """Members that come with prensa, in alphabetical order of their modules."""
-        return {name: cls for name, cls in self.members().items() if cls.__module__.startswith("prensa.")}
+        own = [(name, cls) for name, cls in self.members().items() if cls.__module__.startswith("prensa.")]
+        return dict(sorted(own, key=lambda item: item[1].__module__))
 
     def add(self, cls: type[_T]) -> type[_T]:
         """Register a class under its ``type``.
@@ -129,10 +132,12 @@ def _module(path: str, folder: str | Path | None) -> ModuleType:
 DOORS = {
     door.kind: door
     for door in (
-        Door("enforcement", "prensa.contact.enforcement", "prensa.contact.method:Enforcement"),
         Door("flow", "prensa.materials.flow", "prensa.materials.flow_curve:FlowCurve"),
-        Door("friction", "prensa.friction.laws", "prensa.friction.law:FrictionLaw", "coulomb"),
         Door("material", "prensa.materials.solids", "prensa.materials.material:Material"),
+        Door("friction", "prensa.friction.laws", "prensa.friction.law:FrictionLaw", "coulomb"),
+        Door("integration rule", "prensa.contact.rules", "prensa.contact.rule:IntegrationRule", named=True),
+        Door("enforcement", "prensa.contact.enforcement", "prensa.contact.method:Enforcement"),
+        Door("tool", "prensa.tools.shapes", "prensa.tools.tool:ToolShape"),
     )
 }
 
@@ -144,7 +149,7 @@ def member(kind: str) -> Callable[[type[_T]], type[_T]]:
 
 def public(*kinds: str) -> Iterator[tuple[str, type]]:
     """Names under which ``prensa`` offers the classes of its laws (of all kinds), and what their modules offer beside them."""
-    for kind in kinds or DOORS:
+    for kind in kinds or (kind for kind, door in DOORS.items() if not door.named):
         for cls in DOORS[kind].own().values():
             module = sys.modules[cls.__module__]
             yield from ((name, getattr(module, name)) for name in getattr(module, "__all__", [cls.__name__]))

@@ -10,6 +10,16 @@ import pytest
 import prensa as pr
 from prensa.fem.planning import plan_step
 
+
+class Users(pr.ToolShape):
+    """A tool of which only the distance is known, here that of a circle."""
+
+    radius: float
+
+    def distance(self, x):
+        return np.sqrt(x[:, 0] ** 2 + x[:, 1] ** 2) - self.radius
+
+
 MATERIALS = {
     "elastic": pr.Elastic(1000.0, 0.3),
     "neo_hooke": pr.NeoHooke(1000.0, 0.3),
@@ -20,6 +30,8 @@ TOOLS = {
     "plane": lambda axi: pr.Plane(normal=(0.0, -1.0), at=(0.0, 3.96)),
     "tilted plane": lambda axi: pr.Plane(normal=(-0.2, -1.0), at=(0.0, 4.3)),
     "circle": lambda axi: pr.Circle(radius=6.0, at=(0.0 if axi else 1.0, 9.9)),
+    "ellipse": lambda axi: pr.Ellipse(semi=(6.0, 4.0), at=(0.0 if axi else 1.0, 7.9)),
+    "a user's": lambda axi: Users(radius=6.0, at=(0.0 if axi else 1.0, 9.9)),
     "stamp": lambda axi: pr.Stamp(width=4.0, fillet=1.0, at=(0.0 if axi else 1.5, 3.9)),
     "cavity": lambda axi: pr.Circle(radius=6.0, concave=True, at=(0.0, -0.12) if axi else (2.0, -1.79)),
     "profile": lambda axi: pr.Profile(

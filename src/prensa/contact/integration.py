@@ -1,14 +1,8 @@
 """Where the contact terms are integrated: points on a candidate surface, their shape values and their weights.
 
 A point lies at x = Σ N_a x_a of the surface nodes that carry it, its force goes to them with the same N_a, so that the
-virtual work ∫ t·δu dΓ ≈ Σ w_q t_q·δu_q decides everything. The rules (the paper's open question, docs/theory/contact.md):
-
-* ``nodal`` (trapezoid): a point a node, w_A = ∫ N_A dΓ exactly, thickness or 2πr inside; n + 1 constraints, n + 1 nodes.
-  On quadratic edges N_A is the quadratic shape function, 1/6, 4/6, 1/6 of a straight edge: all positive, and a uniform pressure
-  is the pressure of every point, which piecewise linear N_A (1/4, 1/2, 1/4) would report as 2/3 and 4/3 of it;
-* ``gauss1``, ``gauss2``, ``gauss3``: Gauss points of each edge; ``simpson``: nodes and middles of the edges;
-* ``kikuchi``: the points of ``gauss2``, whose pressures are then projected to the nodes with the trapezoid-lumped mass, our
-  reading of Kikuchi (1982, Int. J. Numer. Methods Eng. 18, 343-350).
+virtual work ∫ t·δu dΓ ≈ Σ w_q t_q·δu_q decides everything. The rules (the paper's open question, docs/theory/contact.md) are in
+`prensa.contact.rules`, a file each.
 """
 
 from __future__ import annotations
@@ -20,18 +14,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.contact.rule import IntegrationRule
 from prensa.mesh.mesh import areas, corner_cells, segments, sides
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-
-# places ξ on (0, 1) and factors of the points inside an edge
-GAUSS: dict[str, tuple[tuple[float, ...], tuple[float, ...]]] = {
-    "gauss1": ((0.5,), (1.0,)),
-    "gauss2": ((0.5 - 0.5 / 3**0.5, 0.5 + 0.5 / 3**0.5), (0.5, 0.5)),
-    "gauss3": ((0.5 - 0.5 * 0.6**0.5, 0.5, 0.5 + 0.5 * 0.6**0.5), (5 / 18, 8 / 18, 5 / 18)),
-}
-GAUSS["kikuchi"] = GAUSS["gauss2"]
 
 
 class Shares(NamedTuple):
@@ -57,7 +44,7 @@ class Points:
     make the weights, ``lumped`` those of the nodes.
     """
 
-    rule: str
+    rule: IntegrationRule
     nodes: Index
     edges: Index
     support: Index
@@ -209,18 +196,42 @@ def depth_of(edges: Index, cells: Index, points: Array) -> Array:
     return np.asarray(twice * areas(points, cells)[behind(edges, cells)] / length)
 
 
+@dataclass(frozen=True)
+class Candidates:
+    """A surface on which a rule places its points.
+
+    ``X`` (all nodes, 2) initial positions; ``nodes`` (n,) in walking order; ``edges`` (m, 2) of straight edges or of the two
+    pieces of quadratic ones, body on the left, and the ``depth`` (m,) of the elements behind them; ``node_depth`` (n,) the
+    same at the nodes; ``nodal``: the shares of the nodes.
+    """
+
+    rule: IntegrationRule
+    X: Array
+    nodes: Index
+    edges: Index
+    depth: Array
+    node_depth: Array
+    nodal: Shares
+    axisymmetric: bool
+    thickness: float
+
+    def all_of(self, support: Index, N: Array, depth: Array, shares: Shares) -> Points:
+        """Points carried by the nodes ``support`` (k, a) with shape values N (k, a), whose weights are ``shares``."""
+        return Points(
+            self.rule, self.nodes, self.edges, support, N, depth, shares, self.nodal, self.axisymmetric, self.thickness
+        )
+
+    def with_area(self, support: Index, N: Array, depth: Array, shares: Shares, along: Index | None = None) -> Points:
+        """As `all_of`, but those that have an area alone, in the order ``along``."""
+        return _with_area(self.all_of(support, N, depth, shares), self.X, along)
+
+
 def points_of(
-    rule: str, X: Array, nodes: Index, edges: Index, depth: Array, axisymmetric: bool, thickness: float
+    rule: IntegrationRule, X: Array, nodes: Index, edges: Index, depth: Array, axisymmetric: bool, thickness: float
 ) -> Points:
     """Contact points of a rule on a surface: X (all nodes, 2) initial positions, edges (m, 2|3), depth (m,) behind them.
 
     A point that has no area (on the axis of revolution Simpson's, and that of a quadratic edge) is left out.
-
-    Raises
-    ------
-    KeyError
-        For an unknown rule.
-
     """
     number = np.full(int(nodes.max()) + 1, -1, dtype=np.int64)
     number[nodes] = np.arange(len(nodes))
@@ -231,63 +242,15 @@ def points_of(
     walking = np.argsort(number[edges[:, 0]], kind="stable")
     edges, depth = edges[walking], depth[walking]
     m = len(edges)
-    every = np.arange(m)
     ends = edges.T.ravel()  # first ends, then second ends
     total = np.bincount(ends, np.tile(depth, 2), len(number))
     at_nodes = total[nodes] / np.bincount(ends, minlength=len(number))[nodes]
     third = np.repeat([1 / 3, 2 / 3], m)
-    nodal = Shares(number[ends], np.tile(every, 2), np.full(2 * m, 0.5), third, np.repeat([0.0, 1.0], m))
+    nodal = Shares(number[ends], np.tile(np.arange(m), 2), np.full(2 * m, 0.5), third, np.repeat([0.0, 1.0], m))
     if quadratic:
         # Simpson's points are the nodes: the product of a quadratic N_A and a linear radius is integrated exactly
         nodal = nodal._replace(factor=np.where(np.isin(ends, middle), 2 / 3, 1 / 3), at=nodal.place)
-    if rule == "nodal":
-        points = Points(
-            rule,
-            nodes,
-            edges,
-            nodes[:, None],
-            np.ones((len(nodes), 1)),
-            at_nodes,
-            nodal,
-            nodal,
-            axisymmetric,
-            thickness,
-        )
-        return _with_area(points, X)
-    if rule == "simpson":
-        return _simpson(X, nodes, edges, depth, at_nodes, nodal, axisymmetric, thickness)
-    place, factor = GAUSS[rule]
-    q = len(place)
-    xi = np.tile(place, m)
-    edge = np.repeat(every, q)
-    shares = Shares(np.arange(m * q), edge, np.tile(factor, m), xi, xi)
-    return Points(
-        rule, nodes, edges, edges[edge], np.stack([1 - xi, xi], axis=1), depth[edge], shares, nodal, axisymmetric,
-        thickness,
-    )  # fmt: skip
-
-
-def _simpson(
-    X: Array, nodes: Index, edges: Index, depth: Array, at_nodes: Array, nodal: Shares, axisymmetric: bool,
-    thickness: float,
-) -> Points:  # fmt: skip
-    """Nodes (1/6 of each edge at either end) and middles (4/6), in walking order."""
-    n, m = len(nodes), len(edges)
-    other = {a: b for a, b in edges.tolist()} | {b: a for a, b in edges[::-1].tolist()}
-    support = np.concatenate([np.stack([nodes, [other[a] for a in nodes.tolist()]], axis=1), edges])
-    N = np.concatenate([np.tile([1.0, 0.0], (n, 1)), np.full((m, 2), 0.5)])
-    shares = Shares(
-        np.concatenate([nodal.point, n + np.arange(m)]),
-        np.concatenate([nodal.edge, np.arange(m)]),
-        np.repeat([1 / 6, 4 / 6], [2 * m, m]),
-        np.repeat([0.0, 1.0, 0.5], m),
-        np.repeat([0.0, 1.0, 0.5], m),
-    )
-    along = np.argsort(np.concatenate([np.arange(n), nodal.point[:m] + 0.5]), kind="stable")
-    points = Points(
-        "simpson", nodes, edges, support, N, np.concatenate([at_nodes, depth]), shares, nodal, axisymmetric, thickness
-    )
-    return _with_area(points, X, along)
+    return rule.points(Candidates(rule, X, nodes, edges, depth, at_nodes, nodal, axisymmetric, thickness))
 
 
 def _with_area(points: Points, X: Array, along: Index | None = None) -> Points:

@@ -25,8 +25,6 @@ class Enforcement(Member, abstract=True):
     door: ClassVar[str] = "enforcement"
     has_multipliers: ClassVar[bool] = False
     """Whether the multipliers are degrees of freedom with equations of their own."""
-    rules: ClassVar[tuple[str, ...] | None] = None
-    """Integration rules with which it is well posed; None: all."""
     slack: ClassVar[float] = 0.0
     """Penetration over the element depth that a closed point may be away from the tool, on the open side."""
     max_updates: int = 0

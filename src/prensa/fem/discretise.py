@@ -22,6 +22,7 @@ from prensa.materials.laws import material_of
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import Mesh, MeshError, ordered_nodes
 from prensa.model import problem as model
+from prensa.registry import DOORS
 from prensa.tools.place import PlacedTool, ToolError, place
 
 Array = NDArray[np.float64]
@@ -115,7 +116,8 @@ def _candidates(
     depth = depth_of(edges, mesh.cells, mesh.points)
     nodes, edges = ordered_nodes(edges) + offsets[owner], edges + offsets[owner]
     axisymmetric = problem.space == "axisymmetric"
-    return points_of(contact.integration, X, nodes, edges, depth, axisymmetric, problem.thickness)
+    rule = DOORS["integration rule"].find(contact.integration)()
+    return points_of(rule, X, nodes, edges, depth, axisymmetric, problem.thickness)
 
 
 def _dofs(problem: model.Problem, candidates: list[Points], nodes: int, extensions: Sequence[Extension]) -> DofMap:
@@ -195,7 +197,7 @@ def _refuse_edges_on_points(tool: PlacedTool, points: Points, X: Array, normal: 
         over = np.flatnonzero(facing & (np.abs(along) < 0.02 * points.depth))
         if inside and len(over):
             k = over[np.argmin(np.hypot(*(X[over] - tool.at - edge).T))]
-            what = "node" if points.rule == "nodal" else "contact point"
+            what = points.rule.point
             raise ToolError(
                 f"tools.{tool.name}: its sharp edge lies over the {what} at ({X[k, 0]:g}, {X[k, 1]:g}), which would drop "
                 f"off and come back for ever; give 'fillet: {0.5 * points.depth[k]:.3g}', or use 'contact_geometry: reference'"

@@ -21,8 +21,6 @@ from prensa.fem.surface import Surface
 from prensa.fem.system import System
 from prensa.materials.flow_curve import stress_at
 from prensa.mesh.quality import quality
-from prensa.tools.analytic import Circle, Flat, Plane
-from prensa.tools.chain import Chain
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -153,14 +151,12 @@ def _shapes(system: System) -> Iterator[Notice]:
 
 def _sizes(system: System) -> Iterator[Notice]:
     for i, s in enumerate(system.surfaces):
-        tool, shape = system.tools[s.tool], system.tools[s.tool].shape
+        tool = system.tools[s.tool]
         ends = system.X[s.points.edges]
         h = float(np.hypot(*(ends[:, 1] - ends[:, 0]).T).min())
-        size, key = (shape.radius, "radius") if isinstance(shape, Circle) else (np.inf, "")
-        if isinstance(shape, Flat):
-            size, key = shape.b - shape.a, "width" if tool.description.type == "stamp" else "inner"
-        if isinstance(shape, Chain):
-            yield from _tip(system, s, shape, h)
+        size, key = tool.description.face()
+        if tool.description.tip():
+            yield from _tip(system, s, h)
         elif size < 2 * h:
             what = "radius" if key == "radius" else "face"
             yield Notice(
@@ -177,9 +173,10 @@ def _sizes(system: System) -> Iterator[Notice]:
             yield Notice(f"contacts.{i}.enforcement", f"{which}: {result}; leave it out (beta = 100)")
 
 
-def _tip(system: System, s: Surface, shape: Chain, h: float) -> Iterator[Notice]:
-    """The end of a chain of lines and arcs that is nearest to the surface: how wide it is a tenth of an element from its end."""
+def _tip(system: System, s: Surface, h: float) -> Iterator[Notice]:
+    """The end of a tool that is nearest to the surface: how wide it is a tenth of an element from its end."""
     tool, start = system.tools[s.tool], system.initial()
+    shape = tool.shape
     if shape.cavity:
         return
     pairs = current_pairs(shape, system.positions(start.u)[s.points.nodes], tool.at, system.place_of(s.tool, start.u))
@@ -187,11 +184,11 @@ def _tip(system: System, s: Surface, shape: Chain, h: float) -> Iterator[Notice]
     size = width**2 / (8 * TIP * h)  # the radius of a cylinder that is as wide there
     if size < 2 * h:
         surface = "+".join(s.description.surface)
+        rounded = f", or give a 'fillet' of {2 * h:.2g}" if hasattr(tool.description, "fillet") else ""
         yield Notice(
-            f"tools.{tool.name}.{'fillet' if tool.description.fillet is not None else 'points'}",
+            f"tools.{tool.name}.{tool.description.tip()}",
             f"the end towards {surface!r} is as sharp as a radius of {size:.2g}, less than two elements, the smallest of which "
-            f"is {h:.4g} long: the tool finds no node to press on, or one; refine the surface there, or give a 'fillet' of "
-            f"{2 * h:.2g}",
+            f"is {h:.4g} long: the tool finds no node to press on, or one; refine the surface there{rounded}",
             whole < h,
         )
 
@@ -207,7 +204,7 @@ def _beginning(system: System) -> Iterator[Notice]:
         facing = (pairs.n * s.node_normal).sum(axis=1)
         name, surface = tool.name, "+".join(s.description.surface)
         if (facing > 0.5).all():
-            key = {"plane": "normal", "stamp": "facing", "ring": "facing"}.get(tool.description.type, "")
+            key = tool.description.direction_key
             how = f"reverse '{key}'" if key else "put it on the other side"
             yield Notice(
                 f"tools.{name}" + (f".{key}" if key and getattr(tool.description, key) is not None else ""),
@@ -284,7 +281,7 @@ def _passage(system: System) -> Iterator[Notice]:
     yield from told.values()
     worst = _worst(pressed)
     for (number, k), (depth, t, node) in worst.items():
-        if k < 0 and not isinstance(system.tools[system.surfaces[number].tool].shape, Plane):
+        if k < 0 and not system.tools[system.surfaces[number].tool].shape.half_space:
             continue  # what is no half-space may stand beside them, or the body yield in between
         if k >= 0 and (number, -1) in worst:
             continue  # the tool goes beyond the supports: said once
@@ -356,7 +353,7 @@ def _overconstrained(system: System, s: Surface, i: int, depth: float, t: float,
         f"contacts.{i}",
         f"tool {tool!r} reaches {depth:.4g} beyond {where} at time {t:.4g}, which a support holds: is its travel larger than the "
         "body?",
-        system.problem.kinematics == "finite" and isinstance(system.tools[s.tool].shape, Plane),
+        system.problem.kinematics == "finite" and system.tools[s.tool].shape.half_space,
     )
 
 
@@ -368,7 +365,7 @@ def _crossing(system: System, m: _Moment, x: Array) -> Iterator[Notice]:
                 continue
             ta, tb = system.tools[a.tool], system.tools[b.tool]
             shared = np.intersect1d(a.points.nodes, b.points.nodes)
-            planes = isinstance(ta.shape, Plane) and isinstance(tb.shape, Plane)
+            planes = ta.shape.half_space and tb.shape.half_space
             nodes = shared if len(shared) or not planes else a.points.nodes[:1]
             if not len(nodes):
                 continue

@@ -28,7 +28,6 @@ from prensa.layout import DofMap
 from prensa.materials.laws import At
 from prensa.mesh.mesh import Mesh, MeshError
 from prensa.model import problem as model
-from prensa.tools.analytic import Circle
 from prensa.tools.place import PlacedTool
 
 log = logging.getLogger("prensa")
@@ -247,8 +246,7 @@ class System:
 
     def cylinder(self, tool: int) -> float:
         """Radius of a tool that is a cylinder or sphere, infinite for other shapes."""
-        shape = self.tools[tool].shape
-        return shape.radius if isinstance(shape, Circle) else np.inf
+        return self.tools[tool].shape.cylinder
 
     # -------------------------------------------------------------------------------------------------------- state
     def initial(self) -> State:

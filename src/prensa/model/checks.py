@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from prensa.model.chain import ChainError, outline_of
+from prensa.registry import DOORS
 
 if TYPE_CHECKING:
     from prensa.model.problem import Problem
@@ -151,24 +151,7 @@ def _tool(p: Any, path: tuple[str | int, ...], tool: Any) -> Iterator[Finding]:
                 yield Finding((*path, "spring", name), "in axisymmetry a tool moves along y only", at_key=True)
         if tool.spring == type(tool.spring)():
             yield Finding((*path, "spring"), "a spring needs a stiffness: x, y or rz")
-    if tool.type in ("profile", "polygon"):
-        try:
-            outline_of(tool)
-        except ChainError as error:
-            where: tuple[str | int, ...] = (*path, error.key)
-            if error.point is not None and (error.key == "points" or isinstance(tool.fillet, tuple)):
-                where = (*where, error.point)
-            yield Finding(where, str(error))
-    if tool.type == "ring" and p.space not in ("axisymmetric", None):
-        yield Finding((*path, "type"), "a ring stamp needs 'space: axisymmetric'; use stamps in plane problems")
-    key = "facing" if hasattr(tool, "facing") else "normal"
-    direction = getattr(tool, key, None)
-    if direction is not None and direction[0] == 0 and direction[1] == 0:
-        yield Finding((*path, key), f"the direction (0, 0) of '{key}' has no length; give a vector such as [0, 1]")
-    elif p.space == "axisymmetric" and tool.type in ("stamp", "ring") and direction is not None and direction[0] != 0:
-        yield Finding((*path, key), f"in axisymmetry a {tool.type} faces along the axis; write [0, 1] or [0, -1]")
-    if p.space == "axisymmetric" and tool.type in ("stamp", "ring") and tool.at is not None and tool.at[0] != 0:
-        yield Finding((*path, "at"), f"in axisymmetry a {tool.type} is centred on the axis; its x is 0")
+    yield from tool.findings(p, path)
 
 
 def _contacts(p: Any) -> Iterator[Finding]:
@@ -183,7 +166,8 @@ def _contacts(p: Any) -> Iterator[Finding]:
         for k, s in enumerate(c.surface):
             yield from _boundary(p, s, (*path, "surface", k))
         bodies = {s.partition(".")[0] for s in c.surface}
-        if c.integration != "nodal":
+        rule: Any = DOORS["integration rule"].find(c.integration)
+        if not rule.quadratic_edges:
             for name in bodies:
                 element = p.bodies[name].element_in(p.space) if p.bodies.get(name) is not None else ""
                 if element[:2] in ("t6", "q8"):
@@ -191,7 +175,7 @@ def _contacts(p: Any) -> Iterator[Finding]:
                         (*path, "integration"),
                         f"{c.integration!r} is a rule of straight edges and {element} has quadratic ones; use 'nodal'",
                     )
-        if c.enforcement.rules is not None and c.integration not in c.enforcement.rules:
+        if c.enforcement.has_multipliers and not rule.determined:
             yield Finding(
                 (*path, "integration"),
                 f"{c.integration!r} has more points than the surface has nodes, so that exact multipliers are not unique; "

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from typing import Annotated, Any, ClassVar, Union, dataclass_transform
 
 from pydantic import BeforeValidator, Discriminator, Tag, TypeAdapter, ValidationError, ValidationInfo
+from pydantic_core import PydanticKnownError
 
 from prensa.model.fields import described
 from prensa.registry import DOORS, Door, user_type
@@ -25,6 +26,33 @@ def union(kind: str) -> Any:
     alternatives = [Annotated[cls, Tag(name)] for name, cls in door.own().items()]
     users = Annotated[Any, BeforeValidator(_user(door)), Tag(USERS)]
     return Annotated[Union[(*alternatives, users)], Discriminator(_tag(door))]
+
+
+@dataclasses.dataclass(frozen=True)
+class NameOf:
+    """Marks a text as the type of a member of the door of a kind."""
+
+    kind: str
+
+    @property
+    def names(self) -> list[str]:
+        """The types that come with prensa."""
+        return list(DOORS[self.kind].own())
+
+
+def name_of(kind: str) -> Any:
+    """The type of a value that names a member without fields of its own, such as an element or an integration rule."""
+    door = DOORS[kind]
+
+    def check(value: Any, info: ValidationInfo) -> Any:
+        if not isinstance(value, str) or value in door.members():
+            return value
+        if ":" not in value:
+            known = [repr(name) for name in door.own()]
+            raise PydanticKnownError("literal_error", {"expected": " or ".join([", ".join(known[:-1]), known[-1]])})
+        return user_type(door.find(value, (info.context or {}).get("folder")))
+
+    return Annotated[str, NameOf(kind), BeforeValidator(check)]
 
 
 def _tag(door: Door) -> Callable[[Any], Any]:
@@ -79,7 +107,7 @@ class Member:
                 raise TypeError(
                     f"{cls.__name__}: {name!r} cannot be a field, every {cls.door} has it; rename the field"
                 )
-        if "type" not in vars(cls) and not hasattr(cls, "__dataclass_fields__"):
+        if "type" not in vars(cls) and "type" not in getattr(cls, "__dataclass_fields__", {}):
             cls.type = user_type(cls)
         described(cls)
         DOORS[cls.door].add(cls)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypeVar, dataclass_
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag
 from pydantic.dataclasses import dataclass
 
-from prensa.model.units import Angle, BodyForce, Displacement, Force, Moment, Number, Pressure
+from prensa.model.units import Angle, BodyForce, Displacement, Force, Moment, Number, Pressure, SpringStiffness
 
 _FROZEN = ConfigDict(extra="forbid", arbitrary_types_allowed=False, allow_inf_nan=False)
 _T = TypeVar("_T")
@@ -69,3 +69,17 @@ else:
     ForceValue = value_of(Force)
     MomentValue = value_of(Moment)
     BodyForceValue = value_of(BodyForce)
+
+
+# ---------------------------------------------------------------------------------------------------------- mounting
+@described
+class Springs:
+    """Springs on which a tool is mounted, for each of its motions: ``x``, ``y`` and rotation ``rz`` (moment per rad).
+
+    The tool hangs on a mount; ``move`` and ``velocity`` of such a motion move the mount. In plane problems stiffnesses are
+    those of the whole thickness.
+    """
+
+    x: Annotated[SpringStiffness, Field(gt=0)] | None = None
+    y: Annotated[SpringStiffness, Field(gt=0)] | None = None
+    rz: Annotated[Moment, Field(gt=0)] | None = None

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
-from prensa.model.doors import union
+from prensa.model.doors import name_of, union
 from prensa.model.fields import (
     AngleValue,
     BodyForceValue,
@@ -24,6 +24,7 @@ from prensa.model.fields import (
     ForceValue,
     MomentValue,
     PressureValue,
+    Springs,
     as_table,
     described,
     in_order,
@@ -35,9 +36,7 @@ from prensa.model.units import (
     ForceUnit,
     Length,
     LengthUnit,
-    Moment,
     Number,
-    SpringStiffness,
     Whole,
 )
 from prensa.registry import DOORS
@@ -304,167 +303,19 @@ else:
 
 
 # -------------------------------------------------------------------------------------------------------------- tools
-@described
-class Springs:
-    """Springs on which a tool is mounted, for each of its motions: ``x``, ``y`` and rotation ``rz`` (moment per rad).
-
-    The tool hangs on a mount; ``move`` and ``velocity`` of such a motion move the mount. In plane problems stiffnesses are
-    those of the whole thickness.
-    """
-
-    x: Annotated[SpringStiffness, Field(gt=0)] | None = None
-    y: Annotated[SpringStiffness, Field(gt=0)] | None = None
-    rz: Annotated[Moment, Field(gt=0)] | None = None
-
-
-@described
-class Plane:
-    """Rigid half-space. ``normal``: outward normal (towards the bodies)."""
-
-    normal: tuple[Number, Number] | None = None
-    at: tuple[Length, Length] | None = None
-    touching: str | None = None
-    above: str | None = None
-    below: str | None = None
-    spring: Springs | None = None
-    type: Literal["plane"] = "plane"
-
-
-@described
-class Circle:
-    """Rigid cylinder (plane problems) or sphere (axisymmetric); the reference point is its centre.
-
-    ``concave``: a round cavity instead, with the tool outside the radius and the bodies inside.
-    """
-
-    radius: Annotated[Length, Field(gt=0)]
-    concave: bool = False
-    at: tuple[Length, Length] | None = None
-    touching: str | None = None
-    above: str | None = None
-    below: str | None = None
-    spring: Springs | None = None
-    type: Literal["circle"] = "circle"
-
-
-@described
-class Stamp:
-    """Flat stamp of total ``width`` (a strip, or a disc of that diameter), edges rounded with ``fillet``.
-
-    ``facing``: direction in which its face looks (default: at the boundary it touches, else down).
-    """
-
-    width: Annotated[Length, Field(gt=0)]
-    fillet: Annotated[Length, Field(ge=0)] = 0.0
-    facing: tuple[Number, Number] | None = None
-    at: tuple[Length, Length] | None = None
-    touching: str | None = None
-    above: str | None = None
-    below: str | None = None
-    spring: Springs | None = None
-    type: Literal["stamp"] = "stamp"
-
-    @model_validator(mode="after")
-    def _check(self) -> Stamp:
-        if 2 * self.fillet > self.width:
-            raise ValueError(f"fillet {self.fillet:g} is larger than half the width {self.width:g}")
-        return self
-
-
-@described
-class Ring:
-    """Flat ring stamp between radii ``inner`` and ``outer`` (axisymmetric), edges rounded with ``fillet``."""
-
-    inner: Annotated[Length, Field(gt=0)]
-    outer: Annotated[Length, Field(gt=0)]
-    fillet: Annotated[Length, Field(ge=0)] = 0.0
-    facing: tuple[Number, Number] | None = None
-    at: tuple[Length, Length] | None = None
-    touching: str | None = None
-    above: str | None = None
-    below: str | None = None
-    spring: Springs | None = None
-    type: Literal["ring"] = "ring"
-
-    @model_validator(mode="after")
-    def _check(self) -> Ring:
-        if self.outer <= self.inner:
-            raise ValueError(f"outer radius {self.outer:g} must exceed inner radius {self.inner:g}")
-        if 2 * self.fillet > self.outer - self.inner:
-            raise ValueError(f"fillet {self.fillet:g} is larger than half the face {self.outer - self.inner:g}")
-        return self
-
-
-@described
-class Arc:
-    """Arc of a profile from the point before it ``through`` a point to its end ``to``."""
-
-    through: tuple[Length, Length]
-    to: tuple[Length, Length]
-
-
-def _vertex_kind(value: Any) -> str:
-    return "arc" if isinstance(value, dict | Arc) else "point"
-
-
-Vertex = Annotated[
-    Annotated[tuple[Length, Length], Tag("point")] | Annotated[Arc, Tag("arc")], Discriminator(_vertex_kind)
-]
-
-
-def _fillet_kind(value: Any) -> str:
-    return "each" if isinstance(value, list | tuple) else "one"
-
-
-Radius = Annotated[Length, Field(ge=0)]
-FilletValue = Annotated[
-    Annotated[Radius, Tag("one")] | Annotated[tuple[Radius, ...], Tag("each")], Discriminator(_fillet_kind)
-]
-
-
-@described
-class Profile:
-    """Rigid tool bounded by a chain of lines and arcs: somebody who walks along ``points`` has the tool on the left.
-
-    ``points`` are corners in the frame of the tool (its reference point is the origin), or arcs to the next corner. An
-    open profile goes on straight beyond both ends; a ``closed`` one returns to its first point, and is a cavity (bodies
-    inside) if walked clockwise. ``fillet``: radius of the rounding of its corners, one for all or one for each point;
-    0 is sharp. Not given, a corner that moves on a surface is rounded with a quarter of an element.
-    """
-
-    points: tuple[Vertex, ...]
-    fillet: FilletValue | None = None
-    closed: bool = False
-    at: tuple[Length, Length] | None = None
-    touching: str | None = None
-    above: str | None = None
-    below: str | None = None
-    spring: Springs | None = None
-    type: Literal["profile"] = "profile"
-
-
-@described
-class Polygon:
-    """Rigid polygon with corners ``points`` in the frame of the tool, in any direction around; ``fillet`` as in `Profile`."""
-
-    points: tuple[tuple[Length, Length], ...]
-    fillet: FilletValue | None = None
-    at: tuple[Length, Length] | None = None
-    touching: str | None = None
-    above: str | None = None
-    below: str | None = None
-    spring: Springs | None = None
-    type: Literal["polygon"] = "polygon"
-
-
-Tool = Annotated[Plane | Circle | Stamp | Ring | Profile | Polygon, Field(discriminator="type")]
+if TYPE_CHECKING:
+    Tool: TypeAlias = Any
+else:
+    Tool = union("tool")
 
 
 # ------------------------------------------------------------------------------------------------------------ contact
 if TYPE_CHECKING:  # members are known when the program runs
     Enforcement: TypeAlias = Any
+    RuleName: TypeAlias = str
 else:
     Enforcement = union("enforcement")
+    RuleName = name_of("integration rule")
 
 
 def _default_enforcement() -> Any:
@@ -484,7 +335,7 @@ class Contact:
     against: str
     friction: Friction | None = None
     enforcement: Enforcement = field(default_factory=_default_enforcement)
-    integration: Literal["nodal", "gauss1", "gauss2", "gauss3", "simpson", "kikuchi"] = "nodal"
+    integration: RuleName = "nodal"
 
     @property
     def name(self) -> str:
@@ -743,7 +594,7 @@ class Case:
 
 
 __all__ = [
-    "Annulus", "Arc", "ArcSide", "Body", "Case", "Circle", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion",
-    "Numerics", "Output", "Patch", "Plane", "Points", "Polygon", "Problem", "Profile", "Push", "Rectangle", "Ring",
-    "SplineSide", "Springs", "Stamp", "Start", "Step", "Tie", "Units",
+    "Annulus", "ArcSide", "Body", "Case", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion", "Numerics",
+    "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "SplineSide", "Springs", "Start", "Step", "Tie",
+    "Units",
 ]  # fmt: skip

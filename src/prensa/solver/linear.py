@@ -1,4 +1,4 @@
-"""The linear solver seam: ``analyze(pattern)``, ``factor(values)``, ``solve(b)``; no answer leaves without its residual checked.
+"""The linear solver seam: ``analyze(pattern)``, ``factor(values)``, ``solve(b)``; the residual of every solution is checked.
 
 In ``auto`` the first that is installed of PARDISO, rslab, SuperLU is used, and the next one takes over when a residual
 is too large, with a line in the log: beta solvers are fast but are not believed.
@@ -132,7 +132,7 @@ class _Pardiso:
             self.call(11, matrix, np.zeros(self.n))
             self.analysed = True
         self.call(22, matrix, np.zeros(self.n))
-        # it replaces zero pivots and goes on: the answer could be anything
+        # it replaces zero pivots and goes on: the solution could be anything
         if replaced := int(self.solver.get_iparm(14)):
             raise ArithmeticError(f"{replaced} pivots are zero")
         return lambda b: self.call(33, matrix, np.asfortranarray(b)).reshape(b.shape, order="F")

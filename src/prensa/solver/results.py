@@ -116,7 +116,7 @@ def contact_states(system: System, state: State, e: Evaluation) -> dict[str, Con
         frictionless = not f.t.any() and not f.slip.any()
         status = np.where(f.p > 0, np.where(f.slip | frictionless, 2, 1), 0).astype(np.int8)
         p, t = f.p * f.weight / weight, f.t * f.area / weight
-        if s.points.rule == "kikuchi":
+        if s.points.rule.projected:
             p, t = ((s.points.N * v[s.points.slots]).sum(axis=1) for v in (pressure, shear))
         # a node slips when all the closed points that it carries do
         sticks, closed = s.points.any_at_nodes(status == 1)[of], s.points.any_at_nodes(status > 0)[of]

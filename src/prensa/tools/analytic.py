@@ -10,15 +10,12 @@ For points ξ (k, 2) in the tool frame (origin at the reference point, axes turn
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-
-_EDGE = 1e-9  # a point this close to the edge of a flat, relative to its width, counts as under it
 
 
 class Closest(NamedTuple):
@@ -42,6 +39,18 @@ class Tool(Protocol):
         """Length of a closed surface, across which s jumps; inf of others."""
 
     @property
+    def extent(self) -> float:
+        """Size of a shape that has an end, 0 of others: how far outside to begin when it is moved to a boundary."""
+
+    @property
+    def half_space(self) -> bool:
+        """Whether its surface is one straight line."""
+
+    @property
+    def cylinder(self) -> float:
+        """Radius of a cylinder or sphere about the reference point, infinite of other shapes."""
+
+    @property
     def edges(self) -> Array:
         """Sharp convex edges (k, 4): place, and the unit vector along e across the mean normal."""
 
@@ -61,6 +70,9 @@ class Tool(Protocol):
 
         Infinite where the ray misses it, or beyond ``limit``.
         """
+
+    def across(self, direction: Array, depth: float) -> tuple[float, float]:
+        """Width of what lies within ``depth`` of the end in a unit direction, and of the whole; for ends that may be sharp."""
 
 
 def turned(n: Array) -> Array:
@@ -87,11 +99,14 @@ def newton_along(shape: Tool, xi: Array, direction: Array, limit: float) -> Arra
     return np.where(miss, np.inf, h)
 
 
-class _Analytic:
-    """What the shapes without a chain have in common."""
+class Analytic:
+    """What convex shapes have in common, and answers that hold for a shape without an end."""
 
     cavity = False
     period = np.inf
+    extent = 0.0
+    half_space = False
+    cylinder = np.inf
 
     @property
     def edges(self) -> Array:
@@ -107,118 +122,6 @@ class _Analytic:
         """By Newton."""
         return newton_along(self, xi, direction, limit)
 
-
-@dataclass(frozen=True)
-class Plane(_Analytic):
-    """Half-space below the line through the reference point with outward normal (nx, ny), unit length."""
-
-    nx: float
-    ny: float
-    radius: float = np.inf
-
-    def closest(self, xi: Array) -> Closest:
-        """Points (k, 2) → `Closest`."""
-        n = np.full((len(xi), 2), (self.nx, self.ny))
-        g, s = xi[:, 0] * self.nx + xi[:, 1] * self.ny, xi[:, 1] * self.nx - xi[:, 0] * self.ny
-        return Closest(g, n, np.zeros(len(xi)), s)
-
-
-@dataclass(frozen=True)
-class Circle(_Analytic):
-    """Disc of radius R about the reference point; s = R φ, measured from the lowest point of the circle."""
-
-    radius: float
-
-    @property
-    def period(self) -> float:  # type: ignore[override]
-        """Circumference."""
-        return 2 * np.pi * self.radius
-
-    def closest(self, xi: Array) -> Closest:
-        """Points (k, 2) → `Closest`; the centre itself counts as below it."""
-        r = np.hypot(xi[:, 0], xi[:, 1])
-        safe = np.where(r > 0, r, 1.0)
-        n = np.where((r > 0)[:, None], xi / safe[:, None], np.array([0.0, -1.0]))
-        phi = np.arctan2(n[:, 0], -n[:, 1])  # 0 at the bottom, growing along +90° of the normal
-        return Closest(r - self.radius, n, 1.0 / np.maximum(r, 1e-3 * self.radius), self.radius * phi)
-
-
-@dataclass(frozen=True)
-class Hollow(_Analytic):
-    """Everything outside a circle of radius R about the reference point; s = −R φ from its lowest point."""
-
-    R: float
-    radius: float = np.inf
-    cavity = True
-
-    @property
-    def period(self) -> float:  # type: ignore[override]
-        """Circumference."""
-        return 2 * np.pi * self.R
-
-    def closest(self, xi: Array) -> Closest:
-        """Points (k, 2) → `Closest`; the centre itself counts as below it."""
-        r = np.hypot(xi[:, 0], xi[:, 1])
-        safe = np.where(r > 0, r, 1.0)
-        out = np.where((r > 0)[:, None], xi / safe[:, None], np.array([0.0, -1.0]))
-        phi = np.arctan2(out[:, 0], -out[:, 1])
-        return Closest(self.R - r, -out, -1.0 / np.maximum(r, 1e-3 * self.R), -self.R * phi)
-
-    def along(self, xi: Array, direction: Array, limit: float) -> Array:
-        """To the far side of the circle, the only one that a ray from a body can meet from within."""
-        b, off = xi @ direction, xi[:, 0] * direction[1] - xi[:, 1] * direction[0]
-        rest = self.R**2 - off**2
-        h = np.sqrt(np.maximum(rest, 0.0)) - b
-        return np.where((rest < 0) | (h > limit), np.inf, h)
-
-
-@dataclass(frozen=True)
-class Flat(_Analytic):
-    """Flat face between ``a`` and ``b`` along e, looking along n (unit), edges rounded with ``fillet``; endless behind.
-
-    The reference point lies on the face line; ``a`` and ``b`` are coordinates along e = n turned by +90°.
-    Points under the face see the face, never the sides: penetration there is always along n.
-    """
-
-    nx: float
-    ny: float
-    a: float
-    b: float
-    fillet: float
-
-    @property
-    def radius(self) -> float:
-        """Fillet radius."""
-        return self.fillet
-
-    @property
-    def edges(self) -> Array:
-        """Both edges if they are sharp."""
-        e = np.array([-self.ny, self.nx])
-        return np.array([[*(x * e), *e] for x in (self.a, self.b) if self.fillet == 0.0]).reshape(-1, 4)
-
-    def closest(self, xi: Array) -> Closest:
-        """Points (k, 2) → `Closest`."""
-        n0, e0 = np.array([self.nx, self.ny]), np.array([-self.ny, self.nx])
-        y, x = xi @ n0, xi @ e0
-        r = self.fillet
-        lo, hi = self.a + r, self.b - r
-        tol = _EDGE * (self.b - self.a)
-        side = np.where(x > hi + tol, 1.0, np.where(x < lo - tol, -1.0, 0.0))
-        dx = np.where(side > 0, x - hi, np.where(side < 0, x - lo, 0.0))
-        behind = (side != 0) & (y < -r)  # beside the flank
-        dy = np.where(behind, 0.0, y + r)
-        length = np.hypot(dx, dy)
-        arc = side != 0
-        safe = np.where(length > 0, length, 1.0)
-        g = np.where(arc, length - r, y)
-        nt, nn = np.where(arc, dx / safe, 0.0), np.where(arc, dy / safe, 1.0)
-        zero = arc & (length == 0)
-        nn = np.where(zero, 1.0, nn)
-        n = nn[:, None] * n0 + nt[:, None] * e0
-        c = np.where(arc & ~behind, 1.0 / np.maximum(length, 1e-12 * (self.b - self.a)), 0.0)
-        # along e the angle of the arc runs from 0 (face) outwards; e·n turned: s grows with x on the face
-        angle = np.arctan2(np.abs(dx), np.where(behind, 1e-300, dy))
-        s = np.where(arc, np.where(side > 0, hi, lo) + side * r * angle, x)
-        s = np.where(behind, np.where(side > 0, hi, lo) + side * (0.5 * np.pi * r - (y + r)), s)
-        return Closest(g, n, c, s)
+    def across(self, direction: Array, depth: float) -> tuple[float, float]:
+        """Without an end that may be sharp."""
+        return np.inf, np.inf

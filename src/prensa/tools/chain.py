@@ -9,7 +9,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.model.chain import SMOOTH, Piece, box_of, corner, signed_area
+from prensa.geometry.chain import SMOOTH, Piece, box_of, corner, signed_area
+from prensa.geometry.outline import width
 from prensa.tools import projection
 from prensa.tools.analytic import Closest
 
@@ -23,6 +24,9 @@ class Chain:
     closed chain, inf of an open one; ``cavity``: whether it is closed with the tool outside; ``size``: a length;
     ``edges`` (k, 4): sharp convex corners and unit vectors across their mean normals; ``centre`` (2,) of a closed one.
     """
+
+    half_space = False
+    cylinder = np.inf
 
     def __init__(self, pieces: Sequence[Piece], closed: bool) -> None:
         self.pieces, self.closed = tuple(pieces), closed
@@ -111,14 +115,12 @@ class Chain:
             np.array([p.at(float(t)) for t in np.linspace(*end, n)]) @ frame
             for p, end, n in zip(self.pieces, ends, count)
         ]
-        whole = np.concatenate(lines)
-        level = whole[:, 0].max() - depth
-        near = [whole[whole[:, 0] >= level, 1]]
-        for line in lines:  # where a part passes the level
-            (a, p), (b, q) = line[:-1].T, line[1:].T
-            passes = (a - level) * (b - level) < 0
-            near.append((p + (q - p) * (a - level) / np.where(passes, a - b, 1.0))[passes])
-        return float(np.ptp(np.concatenate(near))), float(np.ptp(whole[:, 1]))
+        return width(lines, depth)
+
+    @property
+    def extent(self) -> float:
+        """Twice the farthest corner from the reference point."""
+        return 2.0 * self.size
 
     @cached_property
     def radius(self) -> float:

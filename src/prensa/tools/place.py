@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import PrensaError
 from prensa.mesh.mesh import Mesh
-from prensa.model.chain import outline_of
-from prensa.tools.analytic import Circle, Flat, Hollow, Plane, Tool
-from prensa.tools.chain import Chain
+from prensa.tools.analytic import Tool
+from prensa.tools.tool import ToolShape
 
 Array = NDArray[np.float64]
 
@@ -29,7 +27,7 @@ class PlacedTool:
     shape: Tool
     at: Array
     direction: Array
-    description: Any
+    description: ToolShape
 
 
 def surface_normal(points: Array, edges: NDArray[np.int64]) -> Array:
@@ -39,25 +37,7 @@ def surface_normal(points: Array, edges: NDArray[np.int64]) -> Array:
     return n / np.linalg.norm(n)
 
 
-def _shape(d: Any, direction: Array, rounding: float) -> Tool:
-    nx, ny = direction
-    match d.type:
-        case "plane":
-            return Plane(nx, ny)
-        case "circle":
-            return Hollow(d.radius) if d.concave else Circle(d.radius)
-        case "profile" | "polygon":
-            return Chain(*outline_of(d, rounding))
-        case "stamp":
-            return Flat(nx, ny, -0.5 * d.width, 0.5 * d.width, d.fillet)
-        case "ring":
-            # e = n turned: facing down e = +x, facing up e = −x
-            a, b = (d.inner, d.outer) if ny < 0 else (-d.outer, -d.inner)
-            return Flat(nx, ny, a, b, d.fillet)
-    raise TypeError(f"unknown tool {d!r}")
-
-
-def place(name: str, d: Any, meshes: dict[str, Mesh], rounding: float = 0.0) -> PlacedTool:
+def place(name: str, d: ToolShape, meshes: dict[str, Mesh], rounding: float = 0.0) -> PlacedTool:
     """Place the tool *d*; see `prensa.Plane` and the others for the meaning of the keys.
 
     ``rounding``: radius of the corners of a profile or polygon that has no fillets of its own.
@@ -82,17 +62,13 @@ def place(name: str, d: Any, meshes: dict[str, Mesh], rounding: float = 0.0) -> 
             raise ToolError(f"tools.{name}: 'touching' needs a boundary; {target!r} is a point")
         else:
             outward = surface_normal(mesh.points, mesh.edges[edge])
-    given = getattr(d, "normal", None) if d.type == "plane" else getattr(d, "facing", None)
-    direction = np.array(given, dtype=np.float64) if given is not None else -outward
-    if d.type in ("profile", "polygon"):
-        direction = np.array([0.0, -1.0])  # its points say where it looks
-    direction = direction / np.linalg.norm(direction)
+    direction = d.looks(outward)
     at = np.array(d.at if d.at is not None else (0.0, 0.0), dtype=np.float64)
-    shape = _shape(d, direction, rounding)
+    shape = d.shape(direction, rounding)
     if not target:
         return PlacedTool(name, shape, at, direction, d)
     points = mesh.points[mesh.nodes(edge)]
-    size = float(np.ptp(mesh.points, axis=0).max()) + 2.0 * _extent(shape)
+    size = float(np.ptp(mesh.points, axis=0).max()) + 2.0 * shape.extent
     reach = 10.0 * size + float(np.abs(points - at).max())
     if shape.cavity:
         # around the boundary, until the first node touches the far wall
@@ -103,12 +79,9 @@ def place(name: str, d: Any, meshes: dict[str, Mesh], rounding: float = 0.0) -> 
         start = at + (reach - at @ outward + (points @ outward).max()) * outward
     gaps = shape.along(points - start, outward, 10.0 * reach)
     if not np.isfinite(gaps).any():
-        walk = ""
-        if d.type == "profile":
-            walk = "; or its points are in the wrong order: somebody who walks along them has the tool on the left"
         raise ToolError(
             f"tools.{name}: moving along {(-outward).tolist()} the {d.type} never meets {target!r}; "
-            f"change 'at' (its position across that direction) or its direction{walk}"
+            f"change 'at' (its position across that direction) or its direction{d.hint()}"
         )
     where = start - gaps.min() * outward
     inside = float(-shape.closest(points - where).g.min())
@@ -120,10 +93,3 @@ def place(name: str, d: Any, meshes: dict[str, Mesh], rounding: float = 0.0) -> 
             "shape, 'at', or the order of its points (somebody who walks along them has the tool on the left)"
         )
     return PlacedTool(name, shape, where, direction, d)
-
-
-def _extent(shape: Tool) -> float:
-    """Size of a shape that has one."""
-    if isinstance(shape, Chain):
-        return 2.0 * shape.size
-    return shape.radius if isinstance(shape, Circle) else shape.R if isinstance(shape, Hollow) else 0.0

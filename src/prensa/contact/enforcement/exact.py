@@ -29,7 +29,6 @@ class Exact(Enforcement):
     type: Literal["exact"] = "exact"
 
     has_multipliers: ClassVar[bool] = True
-    rules: ClassVar[tuple[str, ...] | None] = ("nodal", "gauss1")
     slack: ClassVar[float] = 1e-11
 
     def stiffness(self, unit: Array) -> tuple[Array, Array]:

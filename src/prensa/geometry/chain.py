@@ -421,21 +421,3 @@ def drawn(chain: Sequence[Piece], reach: float, degrees: float = 2.0) -> list[Po
         n = 1 if not p.radius else max(1, round((hi - lo) / p.radius / (degrees * pi / 180)))
         out += [p.at(lo + (hi - lo) * k / n) for k in range(n + (p is chain[-1]))]
     return out
-
-
-def outline_of(tool: Any, automatic: float = 0.0) -> tuple[list[Piece], bool]:
-    """Pieces of a `prensa.Profile` or `prensa.Polygon`, the latter turned so that the tool is inside; whether closed.
-
-    Raises
-    ------
-    ChainError
-        As `chain`, with the index of the point in the description.
-
-    """
-    if tool.type == "profile":
-        return chain(tool.points, tool.fillet, tool.closed, automatic), tool.closed
-    out = chain(tool.points, tool.fillet, True, automatic)
-    if signed_area(out) < 0:
-        fillet = tool.fillet[::-1] if isinstance(tool.fillet, list | tuple) else tool.fillet
-        out = chain(tool.points[::-1], fillet, True, automatic)
-    return out, True

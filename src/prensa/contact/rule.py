@@ -1,0 +1,28 @@
+"""What an integration rule is: where on a surface the contact terms are taken, with which shares of its edges."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+from prensa.model.doors import Member
+
+if TYPE_CHECKING:
+    from prensa.contact.integration import Candidates, Points
+
+
+class IntegrationRule(Member, abstract=True):
+    """Base of the integration rules; one without fields is named in a case file by its ``type`` alone."""
+
+    door: ClassVar[str] = "integration rule"
+    quadratic_edges: ClassVar[bool] = False
+    """Whether it has points for edges of three nodes."""
+    determined: ClassVar[bool] = False
+    """Whether it has no more points than the surface has nodes, so that exact multipliers are unique."""
+    projected: ClassVar[bool] = False
+    """Whether the pressures told at the points are those projected to the nodes and interpolated back."""
+    point: ClassVar[str] = "contact point"
+    """What a point is called in messages."""
+
+    def points(self, surface: Candidates) -> Points:
+        """The contact points on a surface, in walking order."""
+        raise NotImplementedError(f"{self.type!r} places no points: define points(self, surface)")

@@ -1,0 +1,28 @@
+"""Trapezoid: a point a node, w_A = ∫ N_A dΓ exactly, thickness or 2πr inside; n + 1 constraints for n + 1 nodes.
+
+On quadratic edges N_A is the quadratic shape function, 1/6, 4/6, 1/6 of a straight edge: all positive, and a uniform pressure is
+the pressure of every point, which piecewise linear N_A (1/4, 1/2, 1/4) would report as 2/3 and 4/3 of it.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from prensa.contact.integration import Candidates, Points
+from prensa.contact.rule import IntegrationRule
+
+
+class Nodal(IntegrationRule):
+    """Points at the nodes."""
+
+    type: Literal["nodal"] = "nodal"
+    quadratic_edges: ClassVar[bool] = True
+    determined: ClassVar[bool] = True
+    point: ClassVar[str] = "node"
+
+    def points(self, surface: Candidates) -> Points:
+        """The nodes that have an area."""
+        nodes = surface.nodes
+        return surface.with_area(nodes[:, None], np.ones((len(nodes), 1)), surface.node_depth, surface.nodal)

@@ -1,0 +1,66 @@
+"""Flat face with two edges, what stamps and rings press with."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.tools.analytic import Analytic, Closest
+
+Array = NDArray[np.float64]
+
+_EDGE = 1e-9  # a point this close to the edge of a flat, relative to its width, counts as under it
+
+
+@dataclass(frozen=True)
+class Flat(Analytic):
+    """Flat face between ``a`` and ``b`` along e, looking along n (unit), edges rounded with ``fillet``; endless behind.
+
+    The reference point lies on the face line; ``a`` and ``b`` are coordinates along e = n turned by +90°.
+    Points under the face see the face, never the sides: penetration there is always along n.
+    """
+
+    nx: float
+    ny: float
+    a: float
+    b: float
+    fillet: float
+
+    @property
+    def radius(self) -> float:
+        """Fillet radius."""
+        return self.fillet
+
+    @property
+    def edges(self) -> Array:
+        """Both edges if they are sharp."""
+        e = np.array([-self.ny, self.nx])
+        return np.array([[*(x * e), *e] for x in (self.a, self.b) if self.fillet == 0.0]).reshape(-1, 4)
+
+    def closest(self, xi: Array) -> Closest:
+        """Points (k, 2) → `Closest`."""
+        n0, e0 = np.array([self.nx, self.ny]), np.array([-self.ny, self.nx])
+        y, x = xi @ n0, xi @ e0
+        r = self.fillet
+        lo, hi = self.a + r, self.b - r
+        tol = _EDGE * (self.b - self.a)
+        side = np.where(x > hi + tol, 1.0, np.where(x < lo - tol, -1.0, 0.0))
+        dx = np.where(side > 0, x - hi, np.where(side < 0, x - lo, 0.0))
+        behind = (side != 0) & (y < -r)  # beside the flank
+        dy = np.where(behind, 0.0, y + r)
+        length = np.hypot(dx, dy)
+        arc = side != 0
+        safe = np.where(length > 0, length, 1.0)
+        g = np.where(arc, length - r, y)
+        nt, nn = np.where(arc, dx / safe, 0.0), np.where(arc, dy / safe, 1.0)
+        zero = arc & (length == 0)
+        nn = np.where(zero, 1.0, nn)
+        n = nn[:, None] * n0 + nt[:, None] * e0
+        c = np.where(arc & ~behind, 1.0 / np.maximum(length, 1e-12 * (self.b - self.a)), 0.0)
+        # along e the angle of the arc runs from 0 (face) outwards; e·n turned: s grows with x on the face
+        angle = np.arctan2(np.abs(dx), np.where(behind, 1e-300, dy))
+        s = np.where(arc, np.where(side > 0, hi, lo) + side * r * angle, x)
+        s = np.where(behind, np.where(side > 0, hi, lo) + side * (0.5 * np.pi * r - (y + r)), s)
+        return Closest(g, n, c, s)

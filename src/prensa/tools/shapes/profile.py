@@ -1,0 +1,122 @@
+"""Tool bounded by a chain of lines and arcs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Discriminator, Field, Tag
+
+from prensa.geometry.chain import ChainError, Piece, chain
+from prensa.geometry.outline import of_chain
+from prensa.model.checks import Finding
+from prensa.model.fields import described
+from prensa.model.units import Length
+from prensa.tools.analytic import Tool
+from prensa.tools.tool import ToolShape
+
+Array = NDArray[np.float64]
+
+__all__ = ["Arc", "Profile"]
+
+
+@described
+class Arc:
+    """Arc of a profile from the point before it ``through`` a point to its end ``to``."""
+
+    through: tuple[Length, Length]
+    to: tuple[Length, Length]
+
+
+def _vertex_kind(value: Any) -> str:
+    return "arc" if isinstance(value, dict | Arc) else "point"
+
+
+Vertex = Annotated[
+    Annotated[tuple[Length, Length], Tag("point")] | Annotated[Arc, Tag("arc")], Discriminator(_vertex_kind)
+]
+
+
+def _fillet_kind(value: Any) -> str:
+    return "each" if isinstance(value, list | tuple) else "one"
+
+
+Radius = Annotated[Length, Field(ge=0)]
+FilletValue = Annotated[
+    Annotated[Radius, Tag("one")] | Annotated[tuple[Radius, ...], Tag("each")], Discriminator(_fillet_kind)
+]
+
+
+class Chained(ToolShape, abstract=True):
+    """What tools bounded by a chain have in common: points in the tool's frame, and fillets."""
+
+    points: tuple[Any, ...]
+    fillet: Any
+
+    def pieces(self, rounding: float = 0.0) -> tuple[list[Piece], bool]:
+        """Lines and arcs with the tool on the left, and whether they close; ``rounding``: radius of automatic fillets.
+
+        Raises
+        ------
+        ChainError
+            As `chain`, with the index of the point in the description.
+
+        """
+        raise NotImplementedError
+
+    def findings(self, p: Any, path: tuple[str | int, ...]) -> Iterator[Finding]:
+        """Points and fillets that make no chain."""
+        try:
+            self.pieces()
+        except ChainError as error:
+            where: tuple[str | int, ...] = (*path, error.key)
+            if error.point is not None and (error.key == "points" or isinstance(self.fillet, tuple)):
+                where = (*where, error.point)
+            yield Finding(where, str(error))
+
+    def looks(self, outward: Array) -> Array:
+        """Its points say where it looks."""
+        return np.array([0.0, -1.0])
+
+    def shape(self, direction: Array, rounding: float = 0.0) -> Tool:
+        """The chain."""
+        from prensa.tools.chain import Chain
+
+        return Chain(*self.pieces(rounding))
+
+    def tip(self) -> str:
+        """What makes an end sharp: the fillet, or the points without one."""
+        return "fillet" if self.fillet is not None else "points"
+
+    def told(self, shape: Tool, direction: Array) -> str:
+        """How round it is."""
+        return f", convex radii from {shape.radius:.4g} up"
+
+    def outline(self, depth: float) -> list[Array]:
+        """The chain; the ends of an open one are closed far inside the tool."""
+        return [of_chain(*self.pieces(), depth)]
+
+
+class Profile(Chained):
+    """Rigid tool bounded by a chain of lines and arcs: somebody who walks along ``points`` has the tool on the left.
+
+    ``points`` are corners in the frame of the tool (its reference point is the origin), or arcs to the next corner. An
+    open profile goes on straight beyond both ends; a ``closed`` one returns to its first point, and is a cavity (bodies
+    inside) if walked clockwise. ``fillet``: radius of the rounding of its corners, one for all or one for each point;
+    0 is sharp. Not given, a corner that moves on a surface is rounded with a quarter of an element.
+    """
+
+    points: tuple[Vertex, ...]
+    fillet: FilletValue | None = None
+    closed: bool = False
+    type: Literal["profile"] = "profile"
+
+    def pieces(self, rounding: float = 0.0) -> tuple[list[Piece], bool]:
+        """As `Chained.pieces`."""
+        return chain(self.points, self.fillet, self.closed, rounding), self.closed
+
+    def hint(self) -> str:
+        """Which way to walk."""
+        return "; or its points are in the wrong order: somebody who walks along them has the tool on the left"

@@ -1,0 +1,162 @@
+"""What a tool is to the rest of the program: keys that place it, checks, a shape, an outline for pictures.
+
+A tool of one's own derives from `ToolShape` and gives its signed distance in NumPy; normal, curvature, surface coordinate,
+rays and pictures are derived from it::
+
+    class Roll(pr.ToolShape):
+        radius: float
+
+        def distance(self, x):
+            return np.hypot(x[:, 0], x[:, 1]) - self.radius
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Iterator
+from dataclasses import field
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.model.checks import Finding
+from prensa.model.doors import Member
+from prensa.model.fields import Springs
+from prensa.model.units import Length
+
+if TYPE_CHECKING:
+    from prensa.tools.analytic import Tool
+
+Array = NDArray[np.float64]
+
+COMMON: dict[str, Any] = {
+    "at": tuple[Length, Length] | None,
+    "touching": str | None,
+    "above": str | None,
+    "below": str | None,
+    "spring": Springs | None,
+}
+"""Keys that all tools have, after their own."""
+
+
+class ToolShape(Member, abstract=True):
+    """Base of all tools: a frozen description whose annotated fields are keys of the case file, besides those of place.
+
+    A tool states ``distance`` (or ``closest``), or makes its own ``shape``; the rest has answers that hold for any tool.
+    The frame of a tool has its origin at the reference point and turns with the tool.
+
+    Optional attributes of tools that state a ``distance`` or ``closest``: ``reach``, half the side (length) of the square
+    about the reference point in which the surface is traced and beyond which it goes on straight (needed where it has no
+    end, and where details are smaller than a hundredth of it).
+    """
+
+    door: ClassVar[str] = "tool"
+    direction_key: ClassVar[str] = ""
+    """Key that says where the face looks; empty where the tool's frame never turns to look at a boundary."""
+
+    if TYPE_CHECKING:  # added to each class behind its own fields, so that these come first
+        at: tuple[float, float] | None = field(default=None, kw_only=True)
+        touching: str | None = field(default=None, kw_only=True)
+        above: str | None = field(default=None, kw_only=True)
+        below: str | None = field(default=None, kw_only=True)
+        spring: Springs | None = field(default=None, kw_only=True)
+
+    def __init_subclass__(cls, abstract: bool = False, **options: Any) -> None:
+        if not abstract and not hasattr(cls, "__dataclass_fields__"):
+            own = dict(inspect.get_annotations(cls))
+            kind = {"type": own.pop("type")} if "type" in own else {}
+            common = {key: value for key, value in COMMON.items() if key not in own}
+            cls.__annotations__ = {**own, **common, **kind}
+            for key in common:
+                setattr(cls, key, None)
+        super().__init_subclass__(abstract=abstract, **options)
+
+    # ----------------------------------------------------------------------------------------------------- geometry
+    def distance(self, x: Array) -> Any:
+        """Signed distance (k,) of points x (k, 2) in the tool's frame, negative inside; |∇g| = 1."""
+        raise NotImplementedError(f"{type(self).__name__} has no shape: define distance(self, x) or closest(self, x)")
+
+    def closest(self, x: Array) -> Any:
+        """Signed distance, normal, curvature and surface coordinate of points x (k, 2): see `prensa.tools.analytic`.
+
+        Derived from `distance` where a tool does not state it.
+        """
+        raise NotImplementedError
+
+    def shape(self, direction: Array, rounding: float = 0.0) -> Tool:
+        """The shape in the tool's frame.
+
+        Parameters
+        ----------
+        direction
+            Unit vector (2,) in which the face looks.
+        rounding
+            Radius (length) of corners that the description leaves to the program.
+
+        """
+        from prensa.tools.implicit import Implicit
+
+        return Implicit(self)
+
+    def looks(self, outward: Array) -> Array:
+        """Unit vector (2,) in which the face looks, before a boundary with the outward normal (2,)."""
+        given = getattr(self, self.direction_key, None) if self.direction_key else None
+        direction = np.array(given, dtype=np.float64) if given is not None else -outward
+        return np.asarray(direction / np.linalg.norm(direction))
+
+    # ------------------------------------------------------------------------------------------------------- checks
+    def findings(self, p: Any, path: tuple[str | int, ...]) -> Iterator[Finding]:
+        """What is wrong with the tool in the problem p, at a path of the description; `prensa.model.checks` asks."""
+        yield from self._no_length(path)
+
+    def _no_length(self, path: tuple[str | int, ...]) -> Iterator[Finding]:
+        key = self.direction_key
+        given = getattr(self, key, None) if key else None
+        if given is not None and given[0] == 0 and given[1] == 0:
+            yield Finding((*path, key), f"the direction (0, 0) of '{key}' has no length; give a vector such as [0, 1]")
+
+    def _along_axis(self, p: Any, path: tuple[str | int, ...]) -> Iterator[Finding]:
+        """A flat tool in axisymmetry faces along the axis and is centred on it."""
+        kind, key = getattr(self, "type", ""), self.direction_key
+        given = getattr(self, key)
+        if given is not None and given[0] == 0 and given[1] == 0:
+            yield from self._no_length(path)
+        elif p.space == "axisymmetric" and given is not None and given[0] != 0:
+            yield Finding((*path, key), f"in axisymmetry a {kind} faces along the axis; write [0, 1] or [0, -1]")
+        if p.space == "axisymmetric" and self.at is not None and self.at[0] != 0:
+            yield Finding((*path, "at"), f"in axisymmetry a {kind} is centred on the axis; its x is 0")
+
+    # ---------------------------------------------------------------------------------------- questions of the checks
+    def face(self) -> tuple[float, str]:
+        """Size of the part that presses, to be compared with the elements, and its key; infinite where there is none."""
+        return np.inf, ""
+
+    def tip(self) -> str:
+        """Key of what makes the end towards a surface sharp, '' where `face` says enough; needs ``across`` of the shape."""
+        return ""
+
+    def hint(self) -> str:
+        """What to add to the message that the tool cannot be placed."""
+        return ""
+
+    # ----------------------------------------------------------------------------------------------- words and pictures
+    def told(self, shape: Tool, direction: Array) -> str:
+        """What ``prensa check`` says of the placed tool besides its place."""
+        if not self.direction_key:
+            return ""
+        dx, dy = direction + 0.0  # no minus before a zero
+        return f", facing ({dx:.4g}, {dy:.4g})"
+
+    def outline(self, depth: float) -> list[Array]:
+        """Closed polygons, each (n, 2), about the reference point; a tool that looks somewhere looks along −y.
+
+        ``depth``: extent (length) to draw of what has none.
+        """
+        from prensa.tools.implicit import Implicit
+
+        return Implicit(self).outline(depth)
+
+    def mirrored(self, on_axis: bool, direction: Array) -> bool:
+        """Whether the section is its own mirror image in axisymmetry, with the reference point on the axis or not."""
+        return False
