@@ -153,7 +153,8 @@ def _keep_frame(Q, l1, l2, l3, jn, frame, i):
 def trial_finite(h, old, eps, frame, failed):
     """Trial left Cauchy-Green tensor b = f b_n fᵀ and its logarithmic principal strains (Simo 1992, Box 1).
 
-    h (n, 9) = f − I; old (n, ≥6): b_n − I → eps (n, 3) = ½ ln b; frame (n, 13): see `prensa.layout.TensorLayout.frame`; failed (n,) is set where f or b
+    h (n, 9) = f − I; old (n, ≥6): b_n − I → eps (n, 3) = ½ ln b; frame (n, 13): see
+    `prensa.layout.TensorLayout.frame`; failed (n,) is set where f or b
     has no positive determinant.
     """
     Q = np.empty((3, 3))
