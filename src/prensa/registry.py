@@ -133,6 +133,7 @@ DOORS = {
     door.kind: door
     for door in (
         Door("friction", "prensa.friction.laws", "prensa.friction.law:FrictionLaw", "coulomb"),
+        Door("element", "prensa.elements.kinds", "prensa.elements.element:Element", named=True),
         Door("integration rule", "prensa.contact.rules", "prensa.contact.rule:IntegrationRule", named=True),
         Door("enforcement", "prensa.contact.enforcement", "prensa.contact.method:Enforcement"),
         Door("tool", "prensa.tools.shapes", "prensa.tools.tool:ToolShape"),

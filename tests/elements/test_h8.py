@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 import prensa as pr
+from prensa.elements.element import Mode, Why, element_of
 from prensa.elements.shapes import cube, h8, table
 from prensa.fem.assembly import Block, block_slots, make_pattern, sweep
-from prensa.fem.failure import Why
-from prensa.fem.formulation import Mode, element_of
 from prensa.layout import SPATIAL, DofMap
 from prensa.materials.laws import At, material_of
 

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from prensa.fem.formulation import Chunk, Element, Failure, Mode, workspace
+from prensa.elements.element import Chunk, Element, Failure, Mode, workspace
 from prensa.layout import DofMap
 from prensa.materials.laws import At, Material
 from prensa.mesh.mesh import corner_cells

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.integration import Points, behind, depth_of, node_normals, point_normals, points_of
+from prensa.elements.element import Mode, element_of
 from prensa.errors import PrensaError
 from prensa.fem.assembly import Block, Pattern, block_slots, make_pattern
-from prensa.fem.formulation import Mode, element_of
 from prensa.fem.interaction import Interaction
 from prensa.fem.start import earlier_run
 from prensa.fem.surface import Surface
@@ -91,7 +91,7 @@ def _meshes(problem: model.Problem) -> dict[str, Mesh]:
     meshes: dict[str, Mesh] = {}
     for name, body in problem.bodies.items():
         try:
-            meshes[name] = mesh_of(body.mesh, body.element_in(problem.space), problem.units.length)
+            meshes[name] = mesh_of(body.mesh, element_of(body.element_in(problem.space)).nodes, problem.units.length)
         except PrensaError as error:
             raise MeshError(f"bodies.{name}.mesh: {error}") from None
         x = meshes[name].points[:, 0]

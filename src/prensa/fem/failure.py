@@ -3,15 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum
 
-
-class Why(Enum):
-    """Why an element could not be evaluated: a clause that follows its name."""
-
-    INVERTED = "turned inside out"
-    LAW = "found no answer in its material law"
-    SOFT = "lost the stiffness of its enhanced modes; use element 'q4_fbar', which bears large compression"
+from prensa.elements.element import Why
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,6 @@ from __future__ import annotations
 import numpy as np
 
 from prensa.fem.assembly import Block
-from prensa.fem.formulation import Q4Bar
 from prensa.fem.schedule import StepPlan
 from prensa.fem.system import System
 
@@ -37,7 +36,7 @@ def is_linear(b: Block) -> bool:
 
 
 def _has_energy(b: Block) -> bool:
-    return isinstance(b.element, Q4Bar) and b.law.fbar_has_energy and not b.mode.axisymmetric
+    return b.element.like_neo_hooke and b.law.fbar_has_energy and not b.mode.axisymmetric
 
 
 def _tools_are_led(system: System, plan: StepPlan) -> bool:

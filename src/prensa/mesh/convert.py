@@ -28,9 +28,9 @@ class Draft:
     midside: Mapping[tuple[int, int], Array] = field(default_factory=dict)
 
 
-def nodes_of(element: str) -> int:
-    """Nodes per cell of an element by its name: 3 for ``t3…``, 4 for ``q4…``, 6 for ``t6…``, 8 for ``q8…``."""
-    return int(element[1])
+def nodes_of(element: str | int) -> int:
+    """Nodes per cell, given as such or by an element's name: 3 for ``t3…``, 4 for ``q4…``, 6 for ``t6…``, 8 for ``q8…``."""
+    return element if isinstance(element, int) else int(element[1])
 
 
 def mesh_from_draft(draft: Draft, nodes: int) -> Mesh:

@@ -73,7 +73,7 @@ def in_cells_of(
     return mesh_from_draft(draft_of(points, cells, edges, corners), nodes)
 
 
-def mesh_of(description: Any, element: str = "q4", unit: str = "mm") -> Mesh:
+def mesh_of(description: Any, element: str | int = "q4", unit: str = "mm") -> Mesh:
     """The mesh of a description in the cells of an element (``q4_fbar``, ``t6``, …); *unit*: of length, of the case.
 
     Raises

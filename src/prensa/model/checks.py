@@ -91,11 +91,9 @@ def _whole(p: Any) -> Iterator[Finding]:
             yield Finding(
                 ("bodies", key, "material", "type"), f"{body.material.type} is a {known[0]}-strain law; {other}"
             )
-        if body.element == "q4_fbar" and p.space == "plane stress":
-            yield Finding(
-                ("bodies", key, "element"),
-                "F-bar has no meaning in plane stress, where the thickness is free and nothing locks; leave 'element' out",
-            )
+        element: Any = DOORS["element"].find(body.element) if body.element is not None else None
+        if element is not None and element.no_plane_stress and p.space == "plane stress":
+            yield Finding(("bodies", key, "element"), element.no_plane_stress)
     if p.kinematics == "finite" and p.contact_geometry == "reference":
         yield Finding(
             ("contact_geometry",), "'reference' is the linear Signorini problem and needs 'kinematics: small'"
@@ -170,7 +168,7 @@ def _contacts(p: Any) -> Iterator[Finding]:
         if not rule.quadratic_edges:
             for name in bodies:
                 element = p.bodies[name].element_in(p.space) if p.bodies.get(name) is not None else ""
-                if element[:2] in ("t6", "q8"):
+                if element and DOORS["element"].find(element).quadratic:  # type: ignore[attr-defined]
                     yield Finding(
                         (*path, "integration"),
                         f"{c.integration!r} is a rule of straight edges and {element} has quadratic ones; use 'nodal'",

@@ -37,7 +37,7 @@ class NameOf:
     @property
     def names(self) -> list[str]:
         """The types that come with prensa."""
-        return list(DOORS[self.kind].own())
+        return [name for name, cls in DOORS[self.kind].own().items() if getattr(cls, "offered", True)]
 
 
 def name_of(kind: str) -> Any:
@@ -45,10 +45,10 @@ def name_of(kind: str) -> Any:
     door = DOORS[kind]
 
     def check(value: Any, info: ValidationInfo) -> Any:
-        if not isinstance(value, str) or value in door.members():
+        if not isinstance(value, str) or (value in door.members() and getattr(door.find(value), "offered", True)):
             return value
         if ":" not in value:
-            known = [repr(name) for name in door.own()]
+            known = [repr(name) for name in NameOf(kind).names]
             raise PydanticKnownError("literal_error", {"expected": " or ".join([", ".join(known[:-1]), known[-1]])})
         return user_type(door.find(value, (info.context or {}).get("folder")))
 

@@ -276,6 +276,12 @@ else:
     Material = union("material")
 
 
+if TYPE_CHECKING:  # members are known when the program runs
+    ElementName: TypeAlias = str
+else:
+    ElementName = name_of("element")
+
+
 @described
 class Body:
     """Deformable body: a mesh of one material and ``element``.
@@ -288,7 +294,7 @@ class Body:
 
     mesh: Mesh
     material: Material
-    element: Literal["q4_fbar", "q4_enhanced", "q4", "t3", "t6", "q8", "q8_full"] | None = None
+    element: ElementName | None = None
 
     def element_in(self, space: str) -> str:
         """Name of the element in a problem of that ``space``, the default filled in."""

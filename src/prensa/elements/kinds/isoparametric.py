@@ -1,0 +1,89 @@
+"""Isoparametric elements of a shape table, without a cure for locking: the textbook's, and reduced quadratic ones."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.elements import shapes
+from prensa.elements.element import Chunk, Element, Failure, Flags, Mode, Why, Work, material
+from prensa.materials.protocol import At, Material
+
+Array = NDArray[np.float64]
+
+
+class Isoparametric(Element, abstract=True):
+    """An element that interpolates positions and displacements alike, by the shape functions of its ``table``."""
+
+    table: ClassVar[shapes.Table]
+
+    @property
+    def N(self) -> Array:
+        """Shape functions at the points (q, a)."""
+        return self.table.N
+
+    def volumes(self, X: Array, mode: Mode) -> tuple[Array, Flags]:
+        """Initial volumes (k, q) and flags (k,) of folded elements."""
+        from prensa.elements import solid
+
+        h, w = np.empty((len(X), self.points, self.layout.components)), np.empty((len(X), self.points))
+        failed = np.zeros(len(X), dtype=np.bool_)
+        t = self.table
+        solid.kinematics(X, np.zeros_like(X), t.N, t.dN, t.weight, mode.axisymmetric, False, mode.scale, h, w, failed)
+        return w, failed
+
+    def respond(self, c: Chunk, law: Material, at: At, mode: Mode, work: Work, stiffness: bool) -> Failure | None:
+        """See `Element`."""
+        from prensa.elements import solid
+
+        t = self.table
+        work.flags[:] = False
+        solid.kinematics(
+            c.x, c.d, t.N, t.dN, t.weight, mode.axisymmetric, mode.finite, mode.scale, work.h, work.w, work.flags
+        )
+        if work.flags.any():
+            return Failure(int(np.argmax(work.flags)), Why.INVERTED)
+        if failure := material(c, law, at, work):
+            return failure
+        solid.integrate(c.x, t.N, t.dN, mode.axisymmetric, work.w, work.P, work.A, work.size, stiffness, work.r, work.K)
+        return None
+
+
+class T3(Isoparametric):
+    """Linear triangle, one point."""
+
+    type: Literal["t3"] = "t3"
+    table: ClassVar[shapes.Table] = shapes.table(3, shapes.triangle(1))
+
+
+class T6(Isoparametric):
+    """Quadratic triangle, three points."""
+
+    type: Literal["t6"] = "t6"
+    quadratic: ClassVar[bool] = True
+    table: ClassVar[shapes.Table] = shapes.table(6, shapes.triangle(3))
+
+
+class Q4(Isoparametric):
+    """Bilinear quadrilateral, 2 × 2 points."""
+
+    type: Literal["q4"] = "q4"
+    table: ClassVar[shapes.Table] = shapes.table(4, shapes.square(2))
+
+
+class Q8(Isoparametric):
+    """Quadratic serendipity quadrilateral, 2 × 2 points."""
+
+    type: Literal["q8"] = "q8"
+    quadratic: ClassVar[bool] = True
+    table: ClassVar[shapes.Table] = shapes.table(8, shapes.square(2))
+
+
+class Q8Full(Isoparametric):
+    """Quadratic serendipity quadrilateral, 3 × 3 points."""
+
+    type: Literal["q8_full"] = "q8_full"
+    quadratic: ClassVar[bool] = True
+    table: ClassVar[shapes.Table] = shapes.table(8, shapes.square(3))

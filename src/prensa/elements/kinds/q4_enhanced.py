@@ -1,0 +1,137 @@
+"""4-node quadrilateral with enhanced strains, for bending; its kernels are `prensa.elements.enhanced`."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.elements.element import Chunk, Failure, Mode, Why, Work, material, workspace
+from prensa.elements.kinds.isoparametric import Q4, Isoparametric
+from prensa.elements.shapes import Table
+from prensa.materials.protocol import At, Material
+
+Array = NDArray[np.float64]
+
+
+MODE_ITERATIONS = 40  # of the enhanced modes
+TOLERANCE = 1e-12  # residual of the enhanced modes over the forces that cancel in it
+
+
+class Q4Enhanced(Isoparametric):
+    """4-node quadrilateral with enhanced strains; the internal modes are solved for at every evaluation.
+
+    Its own history: F − I of each point (5 columns) and the modes, shared out over the points.
+    """
+
+    type: Literal["q4_enhanced"] = "q4_enhanced"
+    table: ClassVar[Table] = Q4.table
+
+    def extra(self, mode: Mode) -> int:
+        """F − I and the columns that the modes need."""
+        from prensa.elements import enhanced
+
+        return self.layout.components + -(-enhanced.MODES[mode.axisymmetric] // self.points)
+
+    def symmetric(self, mode: Mode) -> bool:
+        """Always: the modes are eliminated from a symmetric system."""
+        return True
+
+    def respond(self, c: Chunk, law: Material, at: At, mode: Mode, work: Work, stiffness: bool) -> Failure | None:
+        """See `Element`."""
+        from prensa.elements import enhanced
+
+        axi, finite, _ = mode
+        u = c.x - c.X + c.d if finite else c.d
+        first = law.size
+        Hn = np.ascontiguousarray(c.old[..., first : first + 5])
+        alpha, H = self._modes(c.old, first, mode), np.empty_like(Hn)
+        if not finite:
+            # increments of displacement, strain and modes; the modes that are kept are their sum
+            Hn = np.zeros_like(Hn)
+            kept, alpha = alpha, np.zeros_like(alpha)
+        if failure := self._solve(c, law, at, mode, work, u, Hn, alpha, H):
+            return failure
+        k, n = len(u), 8 + alpha.shape[1]
+        r, K, noise = np.empty((k, n)), np.empty((k, n, n)), np.empty((k, n))
+        enhanced.integrate(c.X, u, alpha, H, axi, finite, work.w, work.P, work.A, 0, r, K, work.size, noise)
+        inner = K[:, 8:, 8:]
+        weak = np.linalg.eigvalsh(0.5 * (inner + inner.transpose(0, 2, 1)))[:, 0] <= 0.0
+        if weak.any():
+            return Failure(int(np.argmax(weak)), Why.SOFT)
+        if stiffness:
+            work.K[:] = K[:, :8, :8] - K[:, :8, 8:] @ np.linalg.solve(inner, K[:, 8:, :8])
+        work.r[:] = r[:, :8]
+        c.new[..., first : first + 5] = H if finite else c.old[..., first : first + 5] + H
+        self._keep(c.new, first, alpha if finite else kept + alpha)
+        return None
+
+    def _solve(
+        self, c: Chunk, law: Material, at: At, mode: Mode, work: Work, u: Array, Hn: Array, alpha: Array, H: Array
+    ) -> Failure | None:  # fmt: skip
+        """Modes alpha (k, m), in place, that are in equilibrium at displacements u: Newton, halved where it goes too far."""
+        from prensa.elements import enhanced
+
+        axi, finite, scale = mode
+        at = at._replace(tangent=True)  # Newton needs it in any case
+        n, size = 8 + alpha.shape[1], law.size
+        rows = np.arange(len(u))
+        step, share, least = np.zeros_like(alpha), np.ones(len(u)), np.full(len(u), np.inf)
+        for _ in range(MODE_ITERATIONS):
+            k = len(rows)
+            w = workspace(self, k)
+            old = np.ascontiguousarray(c.old[rows, :, :size])
+            part = Chunk(c.X[rows], c.x[rows], c.d[rows], old, np.empty_like(old))
+            F, bad, reason = np.empty((k, 4, self.layout.components)), np.zeros(k, dtype=np.bool_), Why.INVERTED
+            enhanced.kinematics(part.X, u[rows], alpha[rows], Hn[rows], axi, finite, scale, F, w.h, w.w, bad)
+            w.h[bad] = 0.0
+            if failure := material(part, law, at, w):
+                bad, reason = bad | w.points.any(axis=1), reason if bad.any() else failure.why
+            if finite:
+                enhanced.pull_back(Hn[rows], w.P, w.A)
+            r, K, noise = np.empty((k, n)), np.empty((k, n, n)), np.empty((k, n))
+            # a body let go has no strain left, but the round-off of that which it had when the increment began
+            strain = np.abs(F) + np.abs(Hn[rows])
+            enhanced.integrate(part.X, u[rows], alpha[rows], strain, axi, finite, w.w, w.P, w.A, 8, r, K, w.size, noise)
+            over = (np.abs(r[:, 8:]) / np.maximum(TOLERANCE * noise[:, 8:], 1e-300)).max(axis=1)
+            done = (over <= 1.0) & ~bad
+            some = rows[done]
+            work.P[some], work.A[some], work.w[some], H[some] = w.P[done], w.A[done], w.w[done], F[done]
+            c.new[some, :, :size] = part.new[done]
+            if done.all():
+                return None
+            norm = np.linalg.norm(r[:, 8:], axis=1)
+            # half way back where the step left the domain or the residual grew (yielding is a kink of it)
+            back = bad | ((norm >= least[rows]) & (over > 1e3) & (share[rows] > 0.02))
+            stuck = bad & (share[rows] < 1e-4) | bad & np.isinf(least[rows])
+            if stuck.any():
+                return Failure(int(rows[np.argmax(stuck)]), reason)
+            some = rows[back]
+            share[some] *= 0.5
+            alpha[some] -= share[some, None] * step[some]
+            go = ~(back | done)
+            some, inner = rows[go], K[go, 8:, 8:]
+            least[some], share[some] = norm[go], 1.0
+            try:
+                step[some] = -np.linalg.solve(inner, r[go, 8:, None])[..., 0]
+            except np.linalg.LinAlgError:
+                return Failure(int(some[0]), Why.SOFT)
+            alpha[some] += step[some]
+            rows = rows[~done]
+        return Failure(int(rows[0]), Why.SOFT)
+
+    @staticmethod
+    def _modes(history: Array, first: int, mode: Mode) -> Array:
+        """Modes (k, m) of a history."""
+        from prensa.elements import enhanced
+
+        m = enhanced.MODES[mode.axisymmetric]
+        return history[..., first + 5 :].reshape(len(history), -1)[:, :m].copy()
+
+    @staticmethod
+    def _keep(history: Array, first: int, alpha: Array) -> None:
+        room = history[..., first + 5 :]
+        flat = np.zeros((len(history), room.shape[1] * room.shape[2]))
+        flat[:, : alpha.shape[1]] = alpha
+        room[:] = flat.reshape(room.shape)

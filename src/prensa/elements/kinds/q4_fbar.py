@@ -1,0 +1,44 @@
+"""4-node quadrilateral with F-bar in finite strain, B-bar in small strain, by its own fast kernels (`prensa.elements.q4`)."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.elements.element import Chunk, Failure, Mode, Why, Work, material
+from prensa.elements.kinds.isoparametric import Q4, Isoparametric
+from prensa.elements.shapes import Table
+from prensa.materials.protocol import At, Material
+
+Array = NDArray[np.float64]
+
+
+class Q4Bar(Isoparametric):
+    """4-node quadrilateral with F-bar (small strain: B-bar)."""
+
+    type: Literal["q4_fbar"] = "q4_fbar"
+    table: ClassVar[Table] = Q4.table
+    no_plane_stress: ClassVar[str] = (
+        "F-bar has no meaning in plane stress, where the thickness is free and nothing locks; leave 'element' out"
+    )
+    like_neo_hooke: ClassVar[bool] = True
+
+    def symmetric(self, mode: Mode) -> bool:
+        """B-bar derives from an energy, F-bar does not."""
+        return not mode.finite
+
+    def respond(self, c: Chunk, law: Material, at: At, mode: Mode, work: Work, stiffness: bool) -> Failure | None:
+        """See `Element`."""
+        from prensa.elements import q4
+
+        axi, finite, scale = mode
+        work.flags[:] = False
+        q4.kinematics(c.x, c.d, axi, finite, scale, work.h, work.w, work.alpha, work.flags)
+        if work.flags.any():
+            return Failure(int(np.argmax(work.flags)), Why.INVERTED)
+        if failure := material(c, law, at, work):
+            return failure
+        q4.integrate(c.x, c.d, axi, finite, work.w, work.alpha, work.P, work.A, work.size, stiffness, work.r, work.K)
+        return None

@@ -1,0 +1,92 @@
+"""What elements and materials agree on: context and outcome of an update, and the protocol of a law. No kernels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.layout import TensorLayout
+
+Array = NDArray[np.float64]
+
+
+class At(NamedTuple):
+    """Context of an update: duration ``dt`` of the increment, ``time`` at its end, whether the ``tangent`` is wanted."""
+
+    dt: float
+    time: float
+    tangent: bool = True
+
+
+class Out(NamedTuple):
+    """Receives P (n, c) per committed volume, A (n, c, c) = ∂P/∂f if asked for, new history (n, h), failed (n,) flags."""
+
+    P: Array
+    A: Array
+    new: Array
+    failed: NDArray[np.bool_]
+
+
+class Field(NamedTuple):
+    """A named part of the history: its ``columns``, and the value that each point starts with."""
+
+    columns: slice
+    initial: float = 0.0
+
+
+class Material(Protocol):
+    """A pure law. Laws of isotropic elasticity use history 0 … k−1 for b_e − I (finite) or the elastic strain (small)."""
+
+    @property
+    def layout(self) -> TensorLayout:
+        """Components of its tensors."""
+
+    @property
+    def size(self) -> int:
+        """Length h of the history."""
+
+    @property
+    def fields(self) -> Mapping[str, Field]:
+        """Parts of the history by name; of elastic laws ``elastic``, of plastic ones ``plastic_strain``, ``plastic_work`` too."""
+
+    @property
+    def plastic(self) -> bool:
+        """Whether it has the equivalent plastic strain and the plastic work per initial volume among its fields."""
+
+    @property
+    def linear(self) -> bool:
+        """Whether the stress is linear in the displacement gradient."""
+
+    @property
+    def fbar_has_energy(self) -> bool:
+        """Whether F-bar quadrilaterals of this law have an energy in plane strain (see `prensa.fem.symmetry`)."""
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether A (n, c, c) is symmetric at every state."""
+
+    @property
+    def E(self) -> float:
+        """Young's modulus."""
+
+    @property
+    def nu(self) -> float:
+        """Poisson's ratio."""
+
+    def update(self, h: Array, old: Array, at: At, out: Out) -> None:
+        """H (n, c) = f − I, old (n, h) committed history → out."""
+
+    def energy(self, history: Array) -> Array:
+        """Elastic energy per initial volume, (..., h) → (...)."""
+
+    def cauchy(self, history: Array) -> Array:
+        """Cauchy stress xx, yy, zz, xy (in space xz, yz too) from a committed history, (n, h) → (n, k)."""
+
+    def modulus(self) -> float:
+        """Elastic modulus E* = E/(1 − ν²) (plane stress: E), the stiffness scale of contact."""
+
+    def thickness(self, history: Array) -> Array | None:
+        """Thickness over the initial one in plane stress, (..., h) → (...); None where it does not change."""
