@@ -51,6 +51,7 @@ TOOLS = {
 FRICTION = {
     "frictionless": None,
     "coulomb": pr.Coulomb(0.3),
+    "capped": pr.Capped(0.5, m=0.5, k=1.5),
     "hardening": pr.Coulomb(pr.MuExponential(0.1, 0.5, 0.05)),
     "softening": pr.Coulomb(pr.MuExponential(0.5, 0.1, 0.5)),
     "table": pr.Coulomb(pr.MuTable((0.0, 0.02, 0.2), (0.1, 0.3, 0.4))),

@@ -63,7 +63,7 @@ def test_python_blocks_run_and_print_what_the_page_says(
             continue
         printed = io.StringIO()
         with contextlib.redirect_stdout(printed):
-            exec(compile(code, f"{name_of(path)} block {k}", "exec"), scope)
+            exec(compile(code, f"{name_of(path)} block {k}", "exec", dont_inherit=True), scope)
         if text[end:].lstrip("\n").startswith("```text\n"):
             same(printed.getvalue(), found[k + 1][1])
 
