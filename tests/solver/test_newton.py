@@ -7,8 +7,7 @@ from contextlib import nullcontext
 import numpy as np
 
 import prensa as pr
-from prensa.fem.contacts import first_multipliers
-from prensa.fem.schedule import plan_step
+from prensa.fem.planning import plan_step
 from prensa.fem.system import Evaluation
 from prensa.solver.equilibrium import Equilibrium, NewtonResult, Reporter, reversed_slip
 from prensa.solver.failure import Stagnated, Unevaluable
@@ -27,7 +26,7 @@ def pressed(policy: Policy | None = None) -> Equilibrium:
     )  # fmt: skip
     system = pr.discretise(problem)
     state = system.initial()
-    plan = plan_step(system, 0, state.anchor)
+    plan = plan_step(system, 0, state.step_start)
     report = Reporter(lambda *_: None, lambda _: nullcontext())
     policy = policy or Policy()
     reduced = Reduced.of(system, plan.fixed, pr.Numerics(), policy=policy)
@@ -35,7 +34,7 @@ def pressed(policy: Policy | None = None) -> Equilibrium:
 
 
 def start(eq: Equilibrium) -> tuple[np.ndarray, NewtonResult]:
-    u, lam = eq.context.state.u, first_multipliers(eq.system, eq.context.state)
+    u, lam = eq.context.state.u, eq.system.initial_multipliers(eq.context.state)
     return lam, NewtonResult(False, None, u, None, lam, 0)
 
 

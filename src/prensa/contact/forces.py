@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from prensa.contact.integration import Shares
 from prensa.contact.pairing import Pairs
+from prensa.contact.record import ContactRecord
 from prensa.friction.law import At, FrictionLaw
 from prensa.friction.return_map import return_map
 
@@ -52,6 +53,11 @@ class ContactForces(NamedTuple):
         return self.pairs.g
 
     @property
+    def record(self) -> ContactRecord:
+        """What is committed of the points."""
+        return ContactRecord(self.t[:, None], self.kappa, self.s[:, None], self.p > 0)
+
+    @property
     def s(self) -> Array:
         """Surface coordinates (k,)."""
         return self.pairs.s
@@ -71,14 +77,14 @@ class Scale:
 
 
 def forces(
-    pairs: Pairs, weight: Array, scale: Scale, lam: Array, committed: Array, law: FrictionLaw | None, at: At, period: float,
-    hold: NDArray[np.bool_] | None = None, area: Array | None = None, lagged: bool = False,
+    pairs: Pairs, weight: Array, scale: Scale, lam: Array, committed: ContactRecord, law: FrictionLaw | None, at: At,
+    period: float, hold: NDArray[np.bool_] | None = None, area: Array | None = None, lagged: bool = False,
     before: Array | None = None,
 ) -> ContactForces:  # fmt: skip
     """Contact forces on the pair coordinates and their exact, unsymmetric stiffness.
 
-    weight (k,); lam (k, 2) multipliers normal, tangential; committed (k, 4): traction, accumulated slip, surface
-    coordinate, closed; hold (k,): points made to stick (see `return_map`).
+    weight (k,); lam (k, 2) multipliers normal, tangential; ``committed``: the points at the last commit; hold (k,): points
+    made to stick (see `return_map`).
     area (k,): current areas, to which the tractions of a law that is not proportional to the pressure belong, its bound being
     that at the pressure per current area, P/a; None: those are ``weight``, or cancel. How areas depend on the positions is not
     in K (see `stretching`).
@@ -95,22 +101,22 @@ def forces(
     touching = p_trial >= -TOUCH * scale.k_n * scale.h
     p = np.maximum(p_trial, 0.0)
     if before is not None:
-        closed = committed[:, 3] > 0
+        closed = committed.closed
         touching = touching | closed
         p = np.where(closed, p_trial, p)
     dp, dt = np.zeros((2, k, 2 + pairs.dg.shape[1]))
     dp[:, 0] = touching
     dp[:, 2:] = np.where(touching, -scale.k_n, 0.0)[:, None] * pairs.dg
-    t, kappa, slip, stretched = np.zeros(k), committed[:, 1].copy(), np.zeros(k, dtype=bool), None
+    t, kappa, slip, stretched = np.zeros(k), committed.slip.copy(), np.zeros(k, dtype=bool), None
     if law is not None:
-        ds = pairs.s - committed[:, 2]
+        ds = pairs.s - committed.coordinate[:, 0]
         if np.isfinite(period):
             ds = ds - period * np.round(ds / period)
         pressure = np.maximum(p, 0.0)
         if area is not None:
             share = weight / area
             pressure = pressure * share
-        out = return_map(law, at, lam[:, 1:2], ds[:, None], pressure, touching, committed[:, 1], scale.k_t, hold)
+        out = return_map(law, at, lam[:, 1:2], ds[:, None], pressure, touching, committed.slip, scale.k_t, hold)
         by_p = out.dt_dp
         if area is not None:
             by_p = by_p * share[:, None]
@@ -125,7 +131,7 @@ def forces(
     _assemble(pairs.Fn, pairs.Ft, P, T, weight[:, None] * dp, area[:, None] * dt, F, K)
     if pairs.moving and not lagged:
         if before is not None:
-            P, T = weight * before, area * committed[:, 0]
+            P, T = weight * before, area * committed.traction[:, 0]
         _turn(pairs.n, pairs.e, pairs.arm, pairs.turn, P, T, K)
     return ContactForces(pairs, p, t, kappa, slip, F, K, weight, area, dp, dt, stretched)
 

@@ -15,8 +15,8 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-def plan_step(system: System, number: int, anchor: Array) -> StepPlan:
-    """Plan of step *number* (from 0) with the unknowns' values ``anchor`` (ndof,) at its start.
+def plan_step(system: System, number: int, step_start: Array) -> StepPlan:
+    """Plan of step *number* (from 0) with the unknowns' values ``step_start`` (ndof,) at its start.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def plan_step(system: System, number: int, anchor: Array) -> StepPlan:
         dofs = dofs[~taken[dofs]]
         taken[dofs] = True
         if len(dofs):
-            groups.append(Prescribed(dofs, anchor[dofs].copy(), c, support))
+            groups.append(Prescribed(dofs, step_start[dofs].copy(), c, support))
 
     for (name, axis), (value, since) in supports.items():
         dofs = system.dofs.displacement.dof(system.boundary_nodes(name), axis)
@@ -66,13 +66,15 @@ def plan_step(system: System, number: int, anchor: Array) -> StepPlan:
                 start = _push_before(p, name, key, number)
                 push[dof] = course(force, start, t0, t1)
             elif speed is not None:
-                groups.append(Prescribed(np.array([dof]), anchor[[dof]].copy(), integrated(speed, anchor[dof], t0, t1)))
+                groups.append(
+                    Prescribed(np.array([dof]), step_start[[dof]].copy(), integrated(speed, step_start[dof], t0, t1))
+                )
             else:
                 groups.append(
                     Prescribed(
                         np.array([dof]),
-                        anchor[[dof]].copy(),
-                        None if move is None else course(move, anchor[dof], t0, t1),
+                        step_start[[dof]].copy(),
+                        None if move is None else course(move, step_start[dof], t0, t1),
                     )
                 )
     return StepPlan(

@@ -96,13 +96,24 @@ class ContactInteraction:
         stick = None if ask.stick is None else ask.stick[s.rows]
         before = c.state.lam[s.rows, 0] if ask.guess else None
         if ask.guess:
-            stick = c.state.contact[s.rows, 3] > 0
+            stick = c.state.contact.closed[s.rows]
         follows = law is not None and not law.proportional and system.problem.kinematics == "finite"
         area = system.weights(s, system.positions(ask.u), c.depth) if follows else None
         pairs, lam = system.pairs(s, ask.u), ask.lam[s.rows]
         period = system.tools[s.tool].shape.period
         f = forces(
-            pairs, weight, scale, lam, c.state.contact[s.rows], law, c.law_at[k], period, stick, area, c.lagged, before
+            pairs,
+            weight,
+            scale,
+            lam,
+            c.state.contact.of(s.rows),
+            law,
+            c.law_at[k],
+            period,
+            stick,
+            area,
+            c.lagged,
+            before,
         )
         # points that just touch are closed or open by the round-off of their gaps; those that stick have that of their slips
         stiff = (weight * scale.k_n * f.dp[:, 0] + f.area * scale.k_t * np.abs(f.dt[:, 1])).sum()

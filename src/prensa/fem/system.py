@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces, Scale
 from prensa.contact.pairing import Pairs, current_pairs, reference_pairs
+from prensa.contact.record import ContactRecord
 from prensa.contact.recovery import recover
 from prensa.fem.assembly import Block, Pattern, scatter_matrix, scatter_vector, slots, sweep
 from prensa.fem.context import Context
@@ -20,7 +21,7 @@ from prensa.fem.failure import ElementFailed, NotEvaluated
 from prensa.fem.interaction import Part, Request
 from prensa.fem.loads import loads_of
 from prensa.fem.schedule import StepPlan
-from prensa.fem.state import Recovered, State
+from prensa.fem.state import Clock, Energy, Recovered, State
 from prensa.fem.surface import EPS, ContactInteraction, Surface
 from prensa.fem.ties import Ties
 from prensa.friction.law import At as FrictionAt
@@ -252,21 +253,21 @@ class System:
     # -------------------------------------------------------------------------------------------------------- state
     def initial(self) -> State:
         """The state at time 0: undeformed, or where an earlier run ended."""
-        return self.beginning or self.virgin()
+        return self.beginning or self.undeformed()
 
-    def virgin(self) -> State:
+    def undeformed(self) -> State:
         """The undeformed state."""
         n_points = sum(len(s.points) for s in self.surfaces)
         u = np.zeros(self.ndof)
-        contact = np.zeros((n_points, 4))
+        t = self.dofs.dimension - 1
+        contact = ContactRecord.initial(n_points, t)
         for s in self.surfaces:
-            pairs = self.pairs(s, u)
-            contact[s.rows, 2] = pairs.s
+            contact.coordinate[s.rows, 0] = self.pairs(s, u).s
         return State(
-            u=u, du=np.zeros(self.ndof), dt_last=0.0, bend=np.zeros(self.ndof),
+            u=u, du=np.zeros(self.ndof), dt_last=0.0, second_difference=np.zeros(self.ndof),
             history=self.initial_history,
-            contact=contact, lam=np.zeros((n_points, 2)), energy=np.zeros(6), work=np.zeros(self.ndof),
-            clock=np.zeros(5), anchor=u.copy(),
+            contact=contact, lam=np.zeros((n_points, 1 + t)), energy=Energy(), work=np.zeros(self.ndof),
+            clock=Clock(), step_start=u.copy(),
         )  # fmt: skip
 
     def context(self, state: State, plan: StepPlan, time: float) -> Context:
@@ -275,7 +276,7 @@ class System:
         x_n = self.positions(state.u) if finite else self.X
         depth = self.depth_in(state.history) if finite else self.depth
         weights = [self.weights(s, x_n, depth) for s in self.surfaces]
-        dt = time - float(state.clock[2])
+        dt = time - state.clock.time
         laws = [None if self.frictionless(d) else d for d in plan.friction]
         law_at, scales = [], []
         for s, law in zip(self.surfaces, laws):
@@ -284,7 +285,7 @@ class System:
             least = np.zeros(len(s.points))
             if law is not None and law.hardens:
                 # a softening law needs k_T > |∂τ_y/∂κ| for a unique root: take twice that at the committed pressures
-                least = 2.0 * law.softening(state.lam[s.rows, 0], state.contact[s.rows, 1], law_at[-1])
+                least = 2.0 * law.softening(state.lam[s.rows, 0], state.contact.slip[s.rows], law_at[-1])
             scales.append(s.scale(least))
         interactions = [*self._contacts, *loads_of(self, plan)]
         return Context(state, plan, time, dt, weights, scales, laws, law_at, x_n, depth, interactions)
@@ -376,8 +377,8 @@ class System:
 
     @cached_property
     def initial_history(self) -> tuple[Array, ...]:
-        """Histories of the virgin material."""
-        return tuple(b.virgin for b in self.blocks)
+        """Histories of the undeformed bodies."""
+        return tuple(b.undeformed for b in self.blocks)
 
     def external(self, c: Context, u: Array) -> Array:
         """External forces (ndof,) at the end of an increment."""

@@ -34,7 +34,7 @@ def first_touch(
 
     The bodies are taken where they are. Returns the time and a message for each tool that touches.
     """
-    now = float(state.clock[2])
+    now = state.clock.time
     notes: list[str] = []
     for s in system.surfaces:
         dof = system.tool_dof(s.tool)

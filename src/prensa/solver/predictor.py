@@ -45,7 +45,7 @@ def _extrapolated(eq: Equilibrium, start: Array, values: Array, lam: Array) -> G
     system, c, fixed = eq.system, eq.context, eq.reduced.fixed
     if not eq.numerics.predictor or not c.state.dt_last > 0:
         return None
-    u = start + c.state.foretold(c.dt)
+    u = start + c.state.extrapolated(c.dt)
     u[fixed] = values
     project_prediction(system, c, u, eq.policy)
     u[fixed] = values

@@ -41,7 +41,7 @@ def project_prediction(system: System, c: Context, u: Array, policy: Policy = DE
     penalty lets the tool sink in, gaps go on growing, and nodes are left where the extrapolation has them.
     """
     for s in system.surfaces:
-        closed = s.points.any_at_nodes(c.state.contact[s.rows, 3] > 0)
+        closed = s.points.any_at_nodes(c.state.contact.closed[s.rows])
         has_point = s.points.any_at_nodes(np.ones(len(s.points), dtype=bool))  # a node on the axis may have no area
         committed = system.node_pairs(s, c.state.u).g
         sunk = closed & (committed < -policy.sunk_start * s.points.depth.min())

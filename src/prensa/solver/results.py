@@ -27,7 +27,6 @@ from prensa.solver.increment import (
     Statistics,
     ToolState,
 )
-from prensa.solver.ledger import NAMES
 
 Array = NDArray[np.float64]
 Recovery = Callable[[Array, NDArray[np.int64], Array, Array], Array]
@@ -47,8 +46,8 @@ def increment_of(
         return state if recover is None else replace(state, u=recover())
 
     return Increment(
-        plan.name, plan.number + 1, int(state.clock[1]), float(state.clock[2]), tool_states(system, state, e),
-        dict(zip(NAMES, state.energy.tolist())), support_forces(system, e, plan), statistics, ended,
+        plan.name, plan.number + 1, state.clock.number, state.clock.time, tool_states(system, state, e),
+        state.energy._asdict(), support_forces(system, e, plan), statistics, ended,
         whole, lambda: contact_states(system, whole(), e), lambda: body_states(system, whole(), e, plan),
     )  # fmt: skip
 

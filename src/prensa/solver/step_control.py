@@ -93,7 +93,7 @@ class StepControl:
     def next(self, c: Context, e: Evaluation, iterations: int, cutbacks: int) -> float:
         """Duration of the next increment from what this one cost and did."""
         policy, full = self.policy, self.longest
-        tried = c.dt if cutbacks else max(c.dt, float(c.state.clock[3]))
+        tried = c.dt if cutbacks else max(c.dt, c.state.clock.dt)
         if self.plan.increments:
             growth = policy.recover if iterations <= policy.target and not cutbacks else 1.0
         else:

@@ -48,7 +48,7 @@ class Drive:
         except RuntimeError:
             if not halvings:
                 raise
-        middle = 0.5 * (float(self.state.clock[2]) + time)
+        middle = 0.5 * (self.state.clock.time + time)
         self.to(middle, dofs, 0.5 * (self.state.u[dofs] + values), halvings - 1)
         return self.to(time, dofs, values, halvings - 1)
 
@@ -63,9 +63,7 @@ class Drive:
             if e.failed:
                 raise RuntimeError(str(e.failed))
             if not step[dofs].any() and np.linalg.norm(e.r[free]) <= 1e-11 * e.scale:
-                clock = state.clock.copy()
-                clock[2] = time
-                self.state = replace(state, u=u, history=e.history, clock=clock)
+                self.state = replace(state, u=u, history=e.history, clock=state.clock._replace(time=time))
                 self.reaction = e.r.reshape(-1, 2)
                 return e
             assert e.data is not None
