@@ -63,7 +63,7 @@ def free_to_move(system: System, body: str, c: Any, contacts: bool = True) -> st
             x = s.X[closed]
             rows.append(_rows(system, body, x, pairs.n[closed]))
             if law is not None:
-                rows.append(_rows(system, body, x, pairs.e[closed]))
+                rows.append(_rows(system, body, x, pairs.e[closed, 0]))
     return _free(system, body, np.concatenate(rows))
 
 
@@ -114,7 +114,7 @@ def _contact_rows(system: System, body: str, plan: StepPlan, touching: bool) -> 
             seen = pairs.g <= np.inf
         rows.append(_rows(system, body, x[seen], pairs.n[seen]))
         if not system.frictionless(law):
-            rows.append(_rows(system, body, x[seen], pairs.e[seen]))
+            rows.append(_rows(system, body, x[seen], pairs.e[seen, 0]))
     return np.concatenate(rows)
 
 

@@ -83,7 +83,7 @@ class Earlier:
         for s in system.surfaces:
             before = self.surface(s, system)
             if before is None:
-                contact.coordinate[s.rows, 0] = system.pairs(s, u).s
+                contact.coordinate[s.rows] = system.pairs(s, u).s
                 continue
             contact = contact.replaced(s.rows, self.state.contact.of(before.rows))
             lam[s.rows] = self.state.lam[before.rows]

@@ -116,7 +116,7 @@ class ContactInteraction:
             before,
         )
         # points that just touch are closed or open by the round-off of their gaps; those that stick have that of their slips
-        stiff = (weight * scale.k_n * f.dp[:, 0] + f.area * scale.k_t * np.abs(f.dt[:, 1])).sum()
+        stiff = (weight * scale.k_n * f.dp[:, 0] + f.area * scale.k_t * f.resists).sum()
         out = Response(floor=EPS * float(stiff) * ask.reach, trial=f)
         if not np.isfinite(f.K).all():
             out.failed = FrictionTooSoft(s.name)
@@ -146,7 +146,7 @@ class ContactInteraction:
         """How the areas of tangential tractions change with both nodes of their edges."""
         system, s = self.system, self.surface
         assert f.stretched is not None
-        t = f.stretched * s.points.at(system.share(c.depth))
+        t = f.stretched[:, 0] * s.points.at(system.share(c.depth))
         slopes = s.points.slopes(system.positions(u))
         edges = s.points.edges[s.points.shares.edge]
         return Part(

@@ -262,7 +262,7 @@ class System:
         t = self.dofs.dimension - 1
         contact = ContactRecord.initial(n_points, t)
         for s in self.surfaces:
-            contact.coordinate[s.rows, 0] = self.pairs(s, u).s
+            contact.coordinate[s.rows] = self.pairs(s, u).s
         return State(
             u=u, du=np.zeros(self.ndof), dt_last=0.0, second_difference=np.zeros(self.ndof),
             history=self.initial_history,

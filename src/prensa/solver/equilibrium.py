@@ -85,11 +85,11 @@ class Equilibrium:
 
 
 def signature(e: Evaluation) -> Signature:
-    """Status of all contact points: 0 open, 1 stick, 2 slip along +, 3 slip along −."""
+    """Status of all contact points: 0 open, 1 stick, 2 slip along +, 3 slip along −; in space 2 for slip whatever its way."""
     if not e.contacts:
         return np.zeros(0, dtype=np.int8)
     return np.concatenate(
-        [np.where(f.p > 0, np.where(f.slip, np.where(f.t < 0, 3, 2), 1), 0) for f in e.contacts]
+        [np.where(f.p > 0, np.where(f.slip, np.where(f.backward, 3, 2), 1), 0) for f in e.contacts]
     ).astype(np.int8)
 
 

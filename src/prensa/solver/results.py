@@ -110,11 +110,11 @@ def contact_states(system: System, state: State, e: Evaluation) -> dict[str, Con
         area, weight = system.tributary(s, where, depth), system.weights(s, where, depth)
         # a node without area (on the axis, of a quadratic edge) is told what its neighbour is
         of = _with_area(area)
-        pressure, shear = (s.points.to_nodes(v)[of] / area[of] for v in (f.weight * f.p, f.area * f.t))
+        pressure, shear = (s.points.to_nodes(v)[of] / area[of] for v in (f.weight * f.p, f.area * f.t[:, 0]))
         from_stress = _pressure_of(patches[nodes], pairs.n)
         frictionless = not f.t.any() and not f.slip.any()
         status = np.where(f.p > 0, np.where(f.slip | frictionless, 2, 1), 0).astype(np.int8)
-        p, t = f.p * f.weight / weight, f.t * f.area / weight
+        p, t = f.p * f.weight / weight, f.t[:, 0] * f.area / weight
         if s.points.rule == "kikuchi":
             p, t = ((s.points.N * v[s.points.slots]).sum(axis=1) for v in (pressure, shear))
         # a node slips when all the closed points that it carries do

@@ -225,7 +225,7 @@ def committed(system: System, c: Context, result: NewtonResult, e: Evaluation, d
     old, contact, lam = c.state, c.state.contact, result.lam.copy()
     for s, f in zip(system.surfaces, e.contacts):
         contact = contact.replaced(s.rows, f.record)
-        lam[s.rows, 0], lam[s.rows, 1] = f.p, f.t
+        lam[s.rows, 0], lam[s.rows, 1:] = f.p, f.t
     work = nodal_work(system, c, e)
     energy = ledger(system, c, result.u, e, work)
     ended, du = c.time >= c.plan.t1, result.u - old.u
