@@ -63,9 +63,12 @@ class ContactForces(NamedTuple):
         return self.pairs.s
 
     @property
-    def backward(self) -> NDArray[np.bool_]:
-        """Points (k,) whose traction is along −e in the plane; none in space, where directions turn."""
-        return self.t[:, 0] < 0 if self.t.shape[1] == 1 else np.zeros(len(self.t), dtype=bool)
+    def way(self) -> NDArray[np.int8]:
+        """Eighth of a turn (k,), 0 … 7 from the first tangent on, in which the traction lies; 0 or 4 in the plane."""
+        if self.t.shape[1] == 1:
+            return np.where(self.t[:, 0] < 0, 4, 0).astype(np.int8)
+        eighths = np.round(np.arctan2(self.t[:, 1], self.t[:, 0]) / (0.25 * np.pi))
+        return np.asarray(eighths % 8, dtype=np.int8)
 
     @property
     def resists(self) -> Array:

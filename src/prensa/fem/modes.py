@@ -55,6 +55,8 @@ def free_to_move(system: System, body: str, c: Any, contacts: bool = True) -> st
 
     Without ``contacts`` supports count alone.
     """
+    if system.dofs.dimension != 2:  # rigid motions in space are not looked for yet
+        return ""
     rows = [_support_rows(system, body, c.plan)]
     for s, law in zip(system.surfaces, c.laws):
         if s.body in system.tied_bodies(body) and contacts:

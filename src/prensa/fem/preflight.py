@@ -36,6 +36,8 @@ STRAINS = np.concatenate([[0.0], np.geomspace(1e-4, 3.0, 200)])  # at which flow
 
 def preflight(system: System) -> list[Notice]:
     """All notices on a discretised problem, the fatal ones first."""
+    if system.dofs.dimension != 2:
+        return []
     beginning = [*_sizes(system), *_beginning(system)]
     found = [
         *_flow_curves(system), *_tables(system), *_lengths(system), *_shapes(system), *beginning,

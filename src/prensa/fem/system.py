@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple, Protocol
@@ -15,6 +15,7 @@ from prensa.contact.forces import ContactForces, Scale
 from prensa.contact.pairing import Pairs, current_pairs, reference_pairs
 from prensa.contact.record import ContactRecord
 from prensa.contact.recovery import recover
+from prensa.contact.spatial import plane_pairs
 from prensa.fem.assembly import Block, Pattern, scatter_matrix, scatter_vector, slots, sweep
 from prensa.fem.context import Context
 from prensa.fem.failure import ElementFailed, NotEvaluated
@@ -85,7 +86,7 @@ class BodyForces(Protocol):
 
 @dataclass
 class System:
-    """The discretised problem."""
+    """The discretised problem. ``courses`` (system, step, start of the step) → plan of a step, if the description has none."""
 
     problem: model.Problem
     meshes: dict[str, Mesh]
@@ -100,6 +101,7 @@ class System:
     beginning: State | None = None
     release: Array | None = None
     bodies: BodyForces | None = None
+    courses: Callable[[System, int, Array], StepPlan] | None = None
     _places: dict[str, NDArray[np.int32]] = field(default_factory=dict)
     _volumes: dict[str, Array] = field(default_factory=dict)
 
@@ -305,6 +307,9 @@ class System:
     def _pairs(self, s: Surface, u: Array, X: Array, displacement: Array, normal: Array) -> Pairs:
         tool = self.tools[s.tool]
         place_ = self.place_of(s.tool, u)
+        if self.dofs.dimension == 3:
+            shape: Any = tool.shape
+            return plane_pairs(shape, X + displacement, tool.at, place_)
         if self.problem.contact_geometry == "current":
             return current_pairs(tool.shape, X + displacement, tool.at, place_)
         return reference_pairs(tool.shape, X, normal, displacement, tool.at, place_, 100.0 * self.length)
@@ -368,6 +373,8 @@ class System:
     def stiffness(self) -> float:
         """A force: modulus × size × thickness (or circumference), the scale of forces at strains of order one."""
         depth = 2 * np.pi * self.length if self.axisymmetric else self.problem.thickness
+        if self.dofs.dimension == 3:
+            depth = self.length
         return max(b.law.modulus() for b in self.blocks) * self.length * depth
 
     @cached_property
@@ -435,4 +442,6 @@ class System:
         """Accumulated plastic dissipation of a committed history."""
         if not self.has_memory:
             return 0.0
-        return float(sum(np.vdot(b.volume, h[..., 5]) for b, h in zip(self.blocks, history) if b.law.plastic))
+        return float(
+            sum(np.vdot(b.volume, h[..., b.law.layout.kept + 1]) for b, h in zip(self.blocks, history) if b.law.plastic)
+        )

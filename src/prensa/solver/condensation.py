@@ -54,6 +54,8 @@ Flags = NDArray[np.bool_]
 # ---------------------------------------------------------------------------------------------------------- whether at all
 def refusal(system: System) -> str:
     """Why the bodies cannot be condensed; '' if they can."""
+    if system.dofs.dimension != 2:
+        return "only bodies in the plane are condensed"
     if system.problem.kinematics != "small":
         return "only bodies in small strain ('kinematics: small') are linear"
     for block in system.blocks:

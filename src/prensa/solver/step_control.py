@@ -63,8 +63,9 @@ class StepControl:
         s = system.surfaces[surface]
         first = system.tool_dof(s.tool)
         arm = system.X[s.points.nodes] - system.tools[s.tool].at
-        reach = np.array([1.0, 1.0, float(np.hypot(*arm.T).max())])
-        own = (moved >= first) & (moved < first + 3)
+        d, width = system.dofs.dimension, system.dofs.tool.width
+        reach = np.where(np.arange(width) < d, 1.0, float(np.hypot.reduce(arm, axis=1).max()))
+        own = (moved >= first) & (moved < first + width)
         way = reach[moved[own] - first] * np.abs(np.diff(path[:, own], axis=0))
         return float(way.max(initial=0.0)) / (t[1] - t[0])
 
@@ -121,7 +122,7 @@ class StepControl:
         grown = zip(self.system.blocks, e.history, old.history)
         return max(
             (
-                float(np.quantile(new[..., 4] - was[..., 4], self.policy.spread))
+                float(np.quantile(new[..., b.law.layout.kept] - was[..., b.law.layout.kept], self.policy.spread))
                 for b, new, was in grown
                 if b.law.plastic
             ),
