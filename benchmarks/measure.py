@@ -47,7 +47,7 @@ def of_iteration(elements: str, kind: str = "") -> dict[str, Any]:
     common.warm(common.hertz((7, 6), 0.5))
     system = pr.discretise(problem)
     state = system.initial()
-    plan = plan_step(system, 0, state.anchor)
+    plan = plan_step(system, 0, state.step_start)
     c = system.context(state, plan, 1.0)
     reduced = Reduced.of(system, plan.fixed, pr.Numerics(), bool(kind) and is_symmetric(system, plan))
     # a state in the middle of the press, from which an iteration is like any other

@@ -46,7 +46,7 @@ def test_the_conditions_of_contact_hold_to_round_off(space, mode, pushed):
         steps.append(pr.Step("lift", move={"tool": {"y": -0.1}}, increments=2))
     p = problem(steps=steps, space=space, mode=mode)
     h = 2.5 / 6
-    before = 0.0
+    before = None
     stuck = slid = 0
     for inc in pr.solve(p):
         c = inc.contacts["block.top-tool"]
@@ -57,13 +57,13 @@ def test_the_conditions_of_contact_hold_to_round_off(space, mode, pushed):
         assert (np.abs(c.shear) <= bound * (1 + 1e-12)).all()
         assert np.abs(np.abs(c.shear) - bound)[slide].max(initial=0.0) <= 1e-12 * bound.max()
         rows = inc.state.contact
-        if isinstance(before, np.ndarray):
-            moved = rows[:, 2] - before[:, 2]
+        if before is not None:
+            moved = (rows.coordinate - before.coordinate)[:, 0]
             assert np.abs(moved[stick]).max(initial=0.0) <= 1e-12 * h  # no slip, and no accumulated slip either
-            assert np.array_equal(rows[stick, 1], before[stick, 1])
-            both = slide & (before[:, 3] > 0)
-            assert np.abs(np.abs(moved) - (rows[:, 1] - before[:, 1]))[both].max(initial=0.0) <= 1e-12 * h
-            assert (moved * rows[:, 0])[both].max(initial=0.0) <= 0.0  # friction opposes the slip
+            assert np.array_equal(rows.slip[stick], before.slip[stick])
+            both = slide & (before.closed)
+            assert np.abs(np.abs(moved) - (rows.slip - before.slip))[both].max(initial=0.0) <= 1e-12 * h
+            assert (moved * rows.traction[:, 0])[both].max(initial=0.0) <= 0.0  # friction opposes the slip
         before = rows
         stuck, slid = stuck + stick.sum(), slid + slide.sum()
         assert inc.energy["contact"] == 0.0

@@ -88,9 +88,9 @@ def check(p, seed, expect_slip=None):
     tool = system.tool_dof(0) + np.arange(3)
     u1[tool[2]] *= 0.3
     first = system.evaluate(c, u1, state.lam)
-    contact = state.contact.copy()
+    contact = state.contact
     for s, f in zip(system.surfaces, first.contacts):
-        contact[s.rows] = np.stack([f.t, f.kappa, f.s, (f.p > 0)], axis=1)
+        contact = contact.replaced(s.rows, f.record)
     lam = 0.1 * np.abs(rng.normal(size=state.lam.shape))
     from dataclasses import replace
 

@@ -86,7 +86,7 @@ def test_patch(element, kinematics, material):
     X, cells, inner = bricks((3, 3, 3), (1.0, 1.2, 0.8), 0.25)
     block, pattern = block_of(X, cells, element, material, kinematics)
     H = np.array([[0.02, 0.01, -0.005], [-0.01, -0.008, 0.004], [0.006, 0.012, -0.01]])
-    r, _, result = respond(block, pattern, X, X @ H.T, block.virgin)
+    r, _, result = respond(block, pattern, X, X @ H.T, block.undeformed)
     assert result.failed is None
     law = block.law
     sigma = law.cauchy(block.at_law(result.history).reshape(-1, law.size))
@@ -115,7 +115,7 @@ def test_stiffness_is_the_derivative_of_the_forces(material, element, kinematics
     block, pattern = block_of(X, cells, element, material, kinematics)
     rng = np.random.default_rng(2)
     first, du = 0.01 * rng.normal(size=X.shape), 0.02 * rng.normal(size=X.size)
-    _, _, before = respond(block, pattern, X, first, block.virgin)
+    _, _, before = respond(block, pattern, X, first, block.undeformed)
     assert before.failed is None
     x = X + first if kinematics == "finite" else X
     _, K, result = respond(block, pattern, x, du, before.history, stiffness=True)
@@ -138,7 +138,7 @@ def test_a_rigid_rotation_gives_no_stress(element):
     n = np.array([1.0, 2.0, -0.5]) / np.linalg.norm([1.0, 2.0, -0.5])
     W = np.array([[0, -n[2], n[1]], [n[2], 0, -n[0]], [-n[1], n[0], 0]])
     Q = np.eye(3) + np.sin(1.2) * W + (1 - np.cos(1.2)) * W @ W
-    r, _, result = respond(block, pattern, X, X @ Q.T - X, block.virgin)
+    r, _, result = respond(block, pattern, X, X @ Q.T - X, block.undeformed)
     assert np.abs(r).max() <= 1e-10 * STEEL.E
     assert np.abs(block.law.cauchy(block.at_law(result.history).reshape(-1, block.law.size))).max() <= 1e-10 * STEEL.E
 
@@ -151,7 +151,7 @@ def test_a_layer_of_bricks_in_plane_strain_is_a_layer_of_quadrilaterals(material
     block, pattern = block_of(X, cells, "h8", material, "small")
     u = np.zeros_like(X)
     u[:, 0], u[:, 1] = 0.01 * np.sin(X[:, 1]) + 0.005 * X[:, 0], -0.008 * X[:, 1] * X[:, 0]
-    r, _, _ = respond(block, pattern, X, u, block.virgin)
+    r, _, _ = respond(block, pattern, X, u, block.undeformed)
 
     front = np.flatnonzero(X[:, 2] == 0.0)
     number = np.full(len(X), -1)
@@ -165,7 +165,7 @@ def test_a_layer_of_bricks_in_plane_strain_is_a_layer_of_quadrilaterals(material
     volume, _ = formulation.volumes(flat[quads], mode)
     law = material_of(material, "small", "plane strain")
     two = Block("b", quads, flat[quads], law, formulation, mode, slot, volume)
-    expected, _, _ = respond(two, plane, flat, np.ascontiguousarray(u[front, :2]), two.virgin)
+    expected, _, _ = respond(two, plane, flat, np.ascontiguousarray(u[front, :2]), two.undeformed)
     both = np.zeros_like(expected)
     back = np.flatnonzero(X[:, 2] == 1.0)
     both += r[front, :2]
@@ -191,7 +191,7 @@ def test_f_bar_lets_a_nearly_incompressible_body_bend():
     for element in ELEMENTS:
         block, pattern = block_of(X, cells, element, pr.Elastic(1000.0, 0.4999), "small")
         data, r = np.zeros(len(pattern.indices)), np.zeros(X.size)
-        sweep(block, X, np.zeros_like(X), block.virgin, At(1.0, 1.0), r, data, pattern)
+        sweep(block, X, np.zeros_like(X), block.undeformed, At(1.0, 1.0), r, data, pattern)
         K = csc_matrix((data, pattern.indices, pattern.indptr), (pattern.n,) * 2)
         u = np.zeros(X.size)
         u[free] = spsolve(K[free][:, free], load.ravel()[free])
@@ -210,7 +210,7 @@ def test_a_response_is_pure_and_chunks_do_not_matter(element, kinematics, monkey
     X, cells, _ = bricks((2, 2, 2), (1.0, 1.0, 1.0), 0.2)
     block, pattern = block_of(X, cells, element, SWIFT, kinematics)
     u, v = 0.01 * np.random.default_rng(3).normal(size=(2, *X.shape))
-    old = respond(block, pattern, X, v, block.virgin)[2].history
+    old = respond(block, pattern, X, v, block.undeformed)[2].history
     kept = old.copy()
     r, K, first = respond(block, pattern, X, u, old, stiffness=True)
     respond(block, pattern, X, v, old)
@@ -229,7 +229,7 @@ def test_a_brick_turned_inside_out_is_named(element):
     X, cells, _ = bricks((3, 1, 1), (3.0, 1.0, 1.0))
     block, pattern = block_of(X, cells, element, STEEL, "finite")
     du = np.where((X[:, :1] == 3.0), [[-1.5, 0.0, 0.0]], 0.0)
-    failed = respond(block, pattern, X, du, block.virgin)[2].failed
+    failed = respond(block, pattern, X, du, block.undeformed)[2].failed
     assert failed is not None
     assert (failed.element, failed.why) == (2, Why.INVERTED)
 
@@ -272,7 +272,7 @@ def test_a_bar_of_skew_bricks_follows_the_flow_curve(element):
     block, pattern = block_of(X, cells, element, pr.J2(E, nu, curve, "kirchhoff"), "finite")
     prescribed = X == 0.0
     prescribed[:, 0] |= X[:, 0] == 1.0
-    x, history, tau = X.copy(), block.virgin, 0.0
+    x, history, tau = X.copy(), block.undeformed, 0.0
     for _ in range(10):
         step = np.zeros_like(X)
         step[:, 0] = (1.25**0.1 - 1.0) * x[X[:, 0] == 1.0, 0].mean()
@@ -298,7 +298,7 @@ def test_newton_ends_quadratically_on_a_barrelling_block(element):
     block, pattern = block_of(X, cells, element, SWIFT, "finite")
     ends = (X[:, 2] == 0.0) | (X[:, 2] == 1.0)
     prescribed = np.repeat(ends[:, None], 3, axis=1)
-    x, history = X.copy(), block.virgin
+    x, history = X.copy(), block.undeformed
     for _ in range(5):
         step = np.zeros_like(X)
         step[X[:, 2] == 1.0, 2] = -0.04

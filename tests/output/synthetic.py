@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 import prensa as pr
-from prensa.fem.state import State
+from prensa.contact.record import ContactRecord
+from prensa.fem.state import Clock, Energy, State
 from prensa.solver.increment import (
     BodyState,
     ContactState,
@@ -97,9 +98,11 @@ def increment(number: int = 10, total: int = 10, n: tuple[int, int] = (48, 24), 
 def committed(number: int, time: float) -> State:
     """A state full of numbers that text would round."""
     rng = np.random.default_rng(number)
+    record = ContactRecord(rng.normal(size=(9, 1)), rng.normal(size=9), rng.normal(size=(9, 1)), rng.random(9) > 0.5)
     return State(
-        u=rng.normal(size=40) * 1e-3, du=rng.normal(size=40) / 3, dt_last=1 / 3, bend=rng.normal(size=40),
-        history=(rng.normal(size=(4, 4, 7)), rng.normal(size=(2, 4, 3))), contact=rng.normal(size=(9, 4)), lam=np.zeros((9, 2)),
-        energy=rng.normal(size=6), work=rng.normal(size=3), clock=np.array([0.0, number, time, 0.1, 2.0]),
-        anchor=rng.normal(size=40),
+        u=rng.normal(size=40) * 1e-3, du=rng.normal(size=40) / 3, dt_last=1 / 3, second_difference=rng.normal(size=40),
+        history=(rng.normal(size=(4, 4, 7)), rng.normal(size=(2, 4, 3))), contact=record,
+        lam=np.zeros((9, 2)),
+        energy=Energy(*rng.normal(size=6).tolist()), work=rng.normal(size=3), clock=Clock(0, number, time, 0.1, 2.0),
+        step_start=rng.normal(size=40),
     )  # fmt: skip

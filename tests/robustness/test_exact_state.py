@@ -133,7 +133,7 @@ def retried(problem, seed, condense) -> None:
     def twice(eq, *args):
         c = eq.context
         for share in (1.0, float(rng.uniform(0.1, 0.9)))[: rng.integers(3)]:
-            now = float(c.state.clock[2])
+            now = c.state.clock.time
             other = eq.system.context(c.state, c.plan, now + share * (c.time - now))
             attempt(replace(eq, context=other), *args)
         return attempt(eq, *args)

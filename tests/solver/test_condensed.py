@@ -240,7 +240,7 @@ def test_a_step_of_the_small_system_is_one_of_the_whole():
     problem = pressed()
     system = discretise(problem)
     *_, inc = solved(problem, CONDENSED)
-    plan = plan_step(system, 1, inc.state.anchor)
+    plan = plan_step(system, 1, inc.state.step_start)
     c = system.context(inc.state, plan, 2.0)
     whole = condensation.Condensation(system, plan, CONDENSED, NARROW)
     small = whole.on(frozenset(range(whole.needs.shape[1]))).reduced()

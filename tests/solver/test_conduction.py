@@ -62,7 +62,7 @@ def solved(beta):
     )
     system = discretise(problem, [heat])
     plan, state, field = (
-        plan_step(system, 0, system.initial().anchor),
+        plan_step(system, 0, system.initial().step_start),
         system.initial(),
         system.dofs.fields["temperature"],
     )

@@ -26,7 +26,7 @@ def pressed(policy: Policy | None = None) -> Equilibrium:
     )  # fmt: skip
     system = pr.discretise(problem)
     state = system.initial()
-    plan = plan_step(system, 0, state.anchor)
+    plan = plan_step(system, 0, state.step_start)
     report = Reporter(lambda *_: None, lambda _: nullcontext())
     policy = policy or Policy()
     reduced = Reduced.of(system, plan.fixed, pr.Numerics(), policy=policy)
@@ -85,6 +85,9 @@ def test_iterates_that_cannot_be_evaluated_and_residuals_that_stay_are_reasons()
 
 def test_slip_that_turns_is_seen():
     """Points that slip along + and then along −, and only those."""
-    before, now = np.array([2, 3, 2, 1, 0, 3], dtype=np.int8), np.array([3, 2, 2, 2, 3, 1], dtype=np.int8)
+    before, now = np.array([2, 6, 2, 1, 0, 6], dtype=np.int8), np.array([6, 2, 2, 2, 6, 1], dtype=np.int8)
     assert reversed_slip(before, now).tolist() == [True, True, False, False, False, False]
     assert not reversed_slip(None, now).any()
+    # in space eighths of a turn are told apart: more than a right angle is a reversal
+    before, now = np.array([2, 2, 2, 2, 9], dtype=np.int8), np.array([4, 5, 7, 8, 3], dtype=np.int8)
+    assert reversed_slip(before, now).tolist() == [False, True, True, False, False]

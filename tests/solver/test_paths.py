@@ -124,7 +124,7 @@ def matrix(p, lagged):
     """The matrix at a sliding state, prescribed unknowns included, and the number of body unknowns."""
     state = last(p).state
     system = pr.discretise(p)
-    c = replace(system.context(state, plan_step(system, 1, state.anchor), 2.0), lagged=lagged)
+    c = replace(system.context(state, plan_step(system, 1, state.step_start), 2.0), lagged=lagged)
     u = state.u.copy()
     u[system.tool_dof(0)] += 0.3
     e = system.evaluate(c, u, state.lam)

@@ -39,8 +39,12 @@ def test_press_and_release_in_two_cases_are_those_of_one(tmp_path, enforcement):
     assert pr.discretise(second.problem).release is None, "nothing has to be let go"
     after = pr.run(second, tmp_path / "release", quiet=True)
     a, b = whole.increment, after.increment
-    for key in ("u", "contact", "lam", "energy"):
-        x, y = getattr(a.state, key), getattr(b.state, key)
+    parts = {key: (getattr(a.state, key), getattr(b.state, key)) for key in ("u", "lam", "energy")}
+    record = a.state.contact, b.state.contact
+    parts |= {key: tuple(getattr(r, key) for r in record) for key in ("traction", "slip", "coordinate")}
+    assert np.array_equal(record[0].closed, record[1].closed)
+    for key, pair in parts.items():
+        x, y = map(np.array, pair)
         assert np.abs(x - y).max() <= 1e-10 * np.abs(x).max(), key
     for x, y in zip(a.state.history, b.state.history, strict=True):
         assert np.abs(x - y).max() <= 1e-10 * np.abs(x).max()

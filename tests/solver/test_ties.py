@@ -91,7 +91,7 @@ def test_the_matrix_without_tied_nodes_is_the_derivative_of_the_residual(kind):
     from prensa.fem.planning import plan_step
 
     state = system.initial()
-    c = system.context(state, plan_step(system, 0, state.anchor), 1.0)
+    c = system.context(state, plan_step(system, 0, state.step_start), 1.0)
     reduced = Reduced.of(system, c.plan.fixed, pr.Numerics())
     rng = np.random.default_rng(0)
     x = 0.05 * rng.standard_normal(len(reduced.free))

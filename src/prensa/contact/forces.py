@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from prensa.contact.integration import Shares
 from prensa.contact.pairing import Pairs
+from prensa.contact.record import ContactRecord
 from prensa.friction.law import At, FrictionLaw
 from prensa.friction.return_map import return_map
 
@@ -26,11 +27,11 @@ TOUCH = 1e-10  # gap over element depth below which a point touches
 
 
 class ContactForces(NamedTuple):
-    """k ``pairs``: p, t (tangential traction along e), kappa (k,); slip flags; F (k, 5) forces on q; K (k, 5, 5) = −∂F/∂q.
+    """k ``pairs``: p, kappa (k,), t (k, t) along the tangents e; slip flags; F (k, m) forces on q; K (k, m, m) = −∂F/∂q.
 
     weight (k,) belongs to p, area (k,) to t: the same but for laws that are not proportional to the pressure.
-    stretched (k,): ∂(a t)/∂a, force per area that the surface gains, where the areas are current ones; else None.
-    dp, dt (k, 2 + 5): derivatives of p and t by λ_n, λ_T and q.
+    stretched (k, t): ∂(a t)/∂a, force per area that the surface gains, where the areas are current ones; else None.
+    dp (k, 1 + t + m), dt (k, t, 1 + t + m): derivatives of p and t by λ_n, λ_T and q.
     """
 
     pairs: Pairs
@@ -52,9 +53,30 @@ class ContactForces(NamedTuple):
         return self.pairs.g
 
     @property
+    def record(self) -> ContactRecord:
+        """What is committed of the points."""
+        return ContactRecord(self.t, self.kappa, self.s, self.p > 0)
+
+    @property
     def s(self) -> Array:
-        """Surface coordinates (k,)."""
+        """Surface coordinates (k, t)."""
         return self.pairs.s
+
+    @property
+    def way(self) -> NDArray[np.int8]:
+        """Eighth of a turn (k,), 0 … 7 from the first tangent on, in which the traction lies; 0 or 4 in the plane."""
+        if self.t.shape[1] == 1:
+            return np.where(self.t[:, 0] < 0, 4, 0).astype(np.int8)
+        eighths = np.round(np.arctan2(self.t[:, 1], self.t[:, 0]) / (0.25 * np.pi))
+        return np.asarray(eighths % 8, dtype=np.int8)
+
+    @property
+    def resists(self) -> Array:
+        """Largest share (k,) of a change of λ_T that comes out in t: 1 in stick."""
+        t = self.t.shape[1]
+        if t == 1:
+            return np.abs(self.dt[:, 0, 1])
+        return np.asarray(np.abs(self.dt[:, :, 1 : 1 + t]).max(axis=(1, 2)))
 
 
 @dataclass(frozen=True)
@@ -71,14 +93,14 @@ class Scale:
 
 
 def forces(
-    pairs: Pairs, weight: Array, scale: Scale, lam: Array, committed: Array, law: FrictionLaw | None, at: At, period: float,
-    hold: NDArray[np.bool_] | None = None, area: Array | None = None, lagged: bool = False,
+    pairs: Pairs, weight: Array, scale: Scale, lam: Array, committed: ContactRecord, law: FrictionLaw | None, at: At,
+    period: float, hold: NDArray[np.bool_] | None = None, area: Array | None = None, lagged: bool = False,
     before: Array | None = None,
 ) -> ContactForces:  # fmt: skip
     """Contact forces on the pair coordinates and their exact, unsymmetric stiffness.
 
-    weight (k,); lam (k, 2) multipliers normal, tangential; committed (k, 4): traction, accumulated slip, surface
-    coordinate, closed; hold (k,): points made to stick (see `return_map`).
+    weight (k,); lam (k, 1 + t) multipliers normal, tangential; ``committed``: the points at the last commit; hold (k,): points
+    made to stick (see `return_map`).
     area (k,): current areas, to which the tractions of a law that is not proportional to the pressure belong, its bound being
     that at the pressure per current area, P/a; None: those are ``weight``, or cancel. How areas depend on the positions is not
     in K (see `stretching`).
@@ -89,45 +111,95 @@ def forces(
     points that were closed stay so whatever their pressure, and in the terms of K that turn the frame tractions are the
     committed ones, since those of the overlaps would outweigh the bodies.
     """
-    k = len(weight)
+    k, m = len(weight), pairs.s.shape[1]
     p_trial = lam[:, 0] - scale.k_n * pairs.g  # −inf where a ray misses the tool
     # a point that just touches resists like a closed one: the kink's other slope would leave a resting body free
     touching = p_trial >= -TOUCH * scale.k_n * scale.h
     p = np.maximum(p_trial, 0.0)
     if before is not None:
-        closed = committed[:, 3] > 0
+        closed = committed.closed
         touching = touching | closed
         p = np.where(closed, p_trial, p)
-    dp, dt = np.zeros((2, k, 2 + pairs.dg.shape[1]))
+    n = 1 + m
+    dp, dt = np.zeros((k, n + pairs.dg.shape[1])), np.zeros((k, m, n + pairs.dg.shape[1]))
     dp[:, 0] = touching
-    dp[:, 2:] = np.where(touching, -scale.k_n, 0.0)[:, None] * pairs.dg
-    t, kappa, slip, stretched = np.zeros(k), committed[:, 1].copy(), np.zeros(k, dtype=bool), None
+    dp[:, n:] = np.where(touching, -scale.k_n, 0.0)[:, None] * pairs.dg
+    t, kappa, slip, stretched = np.zeros((k, m)), committed.slip.copy(), np.zeros(k, dtype=bool), None
     if law is not None:
-        ds = pairs.s - committed[:, 2]
+        ds = pairs.s - committed.coordinate
         if np.isfinite(period):
             ds = ds - period * np.round(ds / period)
         pressure = np.maximum(p, 0.0)
         if area is not None:
             share = weight / area
             pressure = pressure * share
-        out = return_map(law, at, lam[:, 1:2], ds[:, None], pressure, touching, committed[:, 1], scale.k_t, hold)
+        out = return_map(law, at, lam[:, 1:], ds, pressure, touching, committed.slip, scale.k_t, hold)
         by_p = out.dt_dp
         if area is not None:
             by_p = by_p * share[:, None]
-            stretched = out.t[:, 0] - out.dt_dp[:, 0] * pressure
-        t, kappa, slip = out.t[:, 0], out.kappa, out.slip
-        dt = np.zeros_like(dp) if lagged else by_p * dp
-        dt[:, 1] -= out.dt_dg[:, 0, 0] / scale.k_t  # the trial traction is λ_T − k_T Δg_T
-        dt[:, 2:] += out.dt_dg[:, 0] * pairs.ds
+            stretched = out.t - out.dt_dp * pressure[:, None]
+        t, kappa, slip = out.t, out.kappa, out.slip
+        if not lagged:
+            dt = by_p[:, :, None] * dp[:, None]
+        dt[:, :, 1:n] -= out.dt_dg / scale.k_t[:, None, None]  # the trial traction is λ_T − k_T Δg_T
+        dt[:, :, n:] += _chained(out.dt_dg, pairs.ds)
     area = weight if area is None else area
-    P, T = weight * p, area * t
-    F, K = np.empty((k, 5)), np.empty((k, 5, 5))
-    _assemble(pairs.Fn, pairs.Ft, P, T, weight[:, None] * dp, area[:, None] * dt, F, K)
+    P, T = weight * p, area[:, None] * t
+    F, K = assembled(pairs, P, T, weight[:, None] * dp, area[:, None, None] * dt)
     if pairs.moving and not lagged:
         if before is not None:
-            P, T = weight * before, area * committed[:, 0]
-        _turn(pairs.n, pairs.e, pairs.arm, pairs.turn, P, T, K)
+            P, T = weight * before, area[:, None] * committed.traction
+        turned(pairs, P, T, K)
     return ContactForces(pairs, p, t, kappa, slip, F, K, weight, area, dp, dt, stretched)
+
+
+def _chained(A: Array, B: Array) -> Array:
+    """A B (k, t, m) of A (k, t, t) and B (k, t, m)."""
+    out = A[:, :, :1] * B[:, :1]
+    for j in range(1, A.shape[2]):
+        out += A[:, :, j : j + 1] * B[:, j : j + 1]
+    return out
+
+
+def assembled(pairs: Pairs, P: Array, T: Array, dP: Array, dT: Array) -> tuple[Array, Array]:
+    """F (k, m) of forces P (k,) along n and T (k, t) along e, and K = −∂F/∂q while the frame stays.
+
+    dP (k, 1 + t + m), dT (k, t, 1 + t + m): derivatives by multipliers and q.
+    """
+    k, m = pairs.Fn.shape
+    F, K = np.empty((k, m)), np.empty((k, m, m))
+    if T.shape[1] == 1:
+        _assemble(pairs.Fn, pairs.Ft[:, 0], P, T[:, 0], dP, dT[:, 0], F, K)
+    else:
+        _assemble_any(pairs.Fn, pairs.Ft, P, T, dP, dT, F, K)
+    return F, K
+
+
+def turned(pairs: Pairs, P: Array, T: Array, K: Array) -> None:
+    """Add to K (k, m, m) what the turn of the frame and the change of the arm make of the forces P along n and T along e."""
+    if T.shape[1] == 1:
+        _turn(pairs.n, pairs.e[:, 0], pairs.arm, pairs.turn, P, T[:, 0], K)
+        return
+    # the arm moves with the body point and against the tool; the frame of a plane that does not turn stays
+    f = P[:, None] * pairs.n + (T[:, :, None] * pairs.e).sum(axis=1)
+    across = np.cross(np.eye(3)[None], f[:, None]).transpose(0, 2, 1)  # column j: e_j × f
+    K[:, 6:, :3] += across
+    K[:, 6:, 3:6] -= across
+
+
+@njit(cache=True)
+def _assemble_any(Fn, Ft, P, T, dP, dT, F, K):
+    """As `_assemble` for any number of tangents: T (k, t), dT (k, t, 1 + t + m)."""
+    first = 1 + T.shape[1]
+    for k in range(len(P)):
+        for i in range(Fn.shape[1]):
+            F[k, i] = P[k] * Fn[k, i]
+            for j in range(Fn.shape[1]):
+                K[k, i, j] = -Fn[k, i] * dP[k, first + j]
+            for a in range(T.shape[1]):
+                F[k, i] += T[k, a] * Ft[k, a, i]
+                for j in range(Fn.shape[1]):
+                    K[k, i, j] -= Ft[k, a, i] * dT[k, a, first + j]
 
 
 @njit(cache=True)
@@ -164,7 +236,7 @@ def stretching(t: Array, pairs: Pairs, shares: Shares, slopes: Array) -> Array:
     slopes (s, 2, 2) as `Points.slopes`. F_T = a t(P/a) F_t, so −∂F_T/∂x has −(t − (P/a) ∂t/∂p) F_t ⊗ ∂a/∂x, which reaches
     over the edge: all of t where the law says m k, nothing of it where it says μ p.
     """
-    force = t[shares.point, None] * pairs.Ft[shares.point]
+    force = t[shares.point, None] * pairs.Ft[shares.point, 0]
     columns = slopes.reshape(-1, 1, 4)
     K = np.zeros((len(force), 7, 7))
     for end, N in enumerate((1 - shares.place, shares.place)):
@@ -176,22 +248,25 @@ def stretching(t: Array, pairs: Pairs, shares: Shares, slopes: Array) -> Array:
 def multiplier_rows(f: ContactForces, pairs: Pairs, lam: Array, scale: Scale) -> tuple[Array, Array]:
     """Equations of the multipliers and the stiffness of the extended pairs (q, ℓ_n, ℓ_T), ℓ = λ/c, c = E*/h.
 
-    lam (k, 2) multipliers → R (k, 2) = w c ((p − λ_n)/k_n, (t − λ_T)/k_T), forces; K (k, 5 + 2, 5 + 2), the derivative of
-    (−F, R). R = 0 says g = 0 where closed, no slip where stuck, t_T on its bound along the slip where it slides, and
-    no multiplier where open. Frictionless, K is as symmetric as the contact geometry.
+    lam (k, 1 + t) multipliers → R (k, 1 + t) = w c ((p − λ_n)/k_n, (t − λ_T)/k_T), forces; K (k, m + 1 + t, m + 1 + t), the
+    derivative of (−F, R). R = 0 says g = 0 where closed, no slip where stuck, t_T on its bound along the slip where it
+    slides, and no multiplier where open. Frictionless, K is as symmetric as the contact geometry.
     """
-    q = f.F.shape[1]
+    q, n = f.F.shape[1], lam.shape[1]
     w, c = f.weight, scale.unit
-    R = (w * c)[:, None] * np.stack([(f.p - lam[:, 0]) / scale.k_n, (f.t - lam[:, 1]) / scale.k_t], axis=1)
-    K = np.empty((len(w), q + 2, q + 2))
+    stiff = np.stack([scale.k_n, *[scale.k_t] * (n - 1)], axis=1)
+    R = (w * c)[:, None] * ((np.hstack([f.p[:, None], f.t]) - lam) / stiff)
+    K = np.empty((len(w), q + n, q + n))
     K[:, :q, :q] = f.K
-    dP, dT = w[:, None] * f.dp[:, :2], f.area[:, None] * f.dt[:, :2]
-    by_lam = pairs.Fn[:, :, None] * dP[:, None] + pairs.Ft[:, :, None] * dT[:, None]
+    dP, dT = w[:, None] * f.dp[:, :n], f.area[:, None, None] * f.dt[:, :, :n]
+    by_lam = pairs.Fn[:, :, None] * dP[:, None]
+    for a in range(n - 1):
+        by_lam = by_lam + pairs.Ft[:, a, :, None] * dT[:, a, None]
     K[:, :q, q:] = -c[:, None, None] * by_lam
-    dR = np.stack([f.dp, f.dt], axis=1)
-    dR[:, 0, 0] -= 1.0
-    dR[:, 1, 1] -= 1.0
-    dR *= (w * c)[:, None, None] / np.stack([scale.k_n, scale.k_t], axis=1)[:, :, None]
-    K[:, q:, :q] = dR[:, :, 2:]
-    K[:, q:, q:] = c[:, None, None] * dR[:, :, :2]
+    dR = np.concatenate([f.dp[:, None], f.dt], axis=1)
+    for a in range(n):
+        dR[:, a, a] -= 1.0
+    dR *= (w * c)[:, None, None] / stiff[:, :, None]
+    K[:, q:, :q] = dR[:, :, n:]
+    K[:, q:, q:] = c[:, None, None] * dR[:, :, :n]
     return R, K

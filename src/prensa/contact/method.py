@@ -34,13 +34,13 @@ class Enforcement(Member, abstract=True):
         raise NotImplementedError(type(self).__name__)
 
     def initial_multipliers(self, lam: Array) -> Array:
-        """Multipliers (k, 2) with which an increment starts, from the committed tractions lam (k, 2)."""
+        """Multipliers (k, 1 + t) with which an increment starts, from the committed tractions lam (k, 1 + t)."""
         return lam
 
     def update(
         self, f: ContactForces, lam: Array, scale: Scale, slip: Array, elastic_share: float
     ) -> tuple[Array, float]:
-        """Multipliers (k, 2) of the next outer iteration, and their largest change over its tolerance (≤ 1: settled).
+        """Multipliers (k, 1 + t) of the next outer iteration, and their largest change over its tolerance (≤ 1: settled).
 
         slip (k,): path that the points have slid in the increment; ``elastic_share`` of the largest is accepted as elastic.
         """

@@ -1,8 +1,8 @@
 """Gap and slip of contact points against a tool, with everything their tangent needs.
 
-Generalised coordinates of a pair are q = (body x, body y, tool x, tool y, tool rz). Both geometries give the gap g, the
-surface coordinate s, their derivatives with respect to q, and the directions F_n, F_t in which a unit pressure and a
-unit tangential traction act on q.
+Generalised coordinates of a pair are q = (body point, motions of the tool): (x, y; x, y, rz) in the plane, here, and
+(x, y, z; x, y, z, rx, ry, rz) in space, `prensa.contact.spatial`. All geometries give the gap g, the t surface coordinates s,
+their derivatives with respect to q, and the directions F_n, F_t in which a unit pressure and unit tangential tractions act on q.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ GRAZING = 1e-6  # cosine below which a ray along the surface normal counts as ta
 
 
 class Pairs(NamedTuple):
-    """k pairs: gap g, surface coordinate s (k,); normal n, tangent e (k, 2) in space; dg, ds, Fn, Ft (k, 5).
+    """k pairs with t tangents, m coordinates q: gap g (k,), surface coordinates s (k, t); normal n (k, d), tangents e (k, t, d).
 
-    turn (k, 5) = ∂(angle of the frame n, e)/∂q (zero in the reference geometry), arm (k, 2) from the tool's reference
-    point, moving: whether the arm moves with the body point.
+    dg, Fn (k, m); ds, Ft (k, t, m). turn (k, m) = ∂(angle of the frame n, e)/∂q in the plane (zero where the frame does not
+    turn), arm (k, d) from the tool's reference point, moving: whether the arm moves with the body point.
     """
 
     g: Array
@@ -55,7 +55,7 @@ def current_pairs(shape: Tool, x: Array, at: Array, place: Array) -> Pairs:
     n, e = np.empty((2, *arm.shape))
     Fn, Ft, ds, turn = np.empty((4, len(arm), 5))
     _turn_into_space(close.g, close.c, close.n, R, arm, n, e, Fn, Ft, ds, turn)
-    return Pairs(close.g, close.s, n, e, Fn, ds, Fn, Ft, turn, arm, True)
+    return Pairs(close.g, close.s[:, None], n, e[:, None], Fn, ds[:, None], Fn, Ft[:, None], turn, arm, True)
 
 
 @njit(cache=True)
@@ -105,4 +105,4 @@ def reference_pairs(shape: Tool, X: Array, normal: Array, u: Array, at: Array, p
     arm = X - at
     Fn, Ft = _generalised(n, arm), _generalised(e, arm)
     slip = (e * (u - place[:2])).sum(axis=1) + Ft[:, 4] * place[2]
-    return Pairs(g, slip, n, e, dg, Ft, Fn, Ft, np.zeros((len(X), 5)), arm, False)
+    return Pairs(g, slip[:, None], n, e[:, None], dg, Ft[:, None], Fn, Ft[:, None], np.zeros((len(X), 5)), arm, False)

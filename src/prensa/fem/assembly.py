@@ -234,7 +234,7 @@ class Block:
         return corner_cells(self.cells)
 
     @property
-    def virgin(self) -> Array:
+    def undeformed(self) -> Array:
         """History (m, q, h) of the undeformed body."""
         history = np.zeros((*self.volume.shape, self.law.size + self.element.extra(self.mode)))
         for part in self.law.fields.values():

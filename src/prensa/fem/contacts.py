@@ -15,4 +15,4 @@ def contacts_of(system: System, body: str) -> list[int]:
 
 def were_closed(state: State, s: Surface) -> bool:
     """Whether some point of a contact was closed at the last commit."""
-    return bool((state.contact[s.rows, 3] > 0).any())
+    return bool(state.contact.closed[s.rows].any())

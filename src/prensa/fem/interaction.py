@@ -23,7 +23,7 @@ Flags = NDArray[np.bool_]
 
 
 class Request(NamedTuple):
-    """What an evaluation asks for: unknowns u (ndof,), multipliers lam (points, 2), whether matrices are wanted.
+    """What an evaluation asks for: unknowns u (ndof,), multipliers lam (points, 1 + t), whether matrices are wanted.
 
     ``stick`` (points,): contact points that are forced to stick; ``guess``: points that were closed are kept closed and stuck,
     for the first guess of an increment. ``reach``: a length that positions do not exceed, for their round-off.

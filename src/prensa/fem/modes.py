@@ -25,10 +25,10 @@ CLOSED = 1e-6  # gap over element depth below which a tool counts as touching, o
 
 def modes(system: System) -> Iterator[Notice]:
     """Rigid-body motions of each body that nothing resists: named, fatal when not even a contact can."""
-    anchor = system.initial().u
+    at_start = system.initial().u
     told: set[str] = set()
     for number in range(len(system.problem.steps)):
-        plan = plan_step(system, number, anchor)
+        plan = plan_step(system, number, at_start)
         for name in dict.fromkeys(system.tied_bodies(b)[0] for b in system.problem.bodies):
             held = _support_rows(system, name, plan)
             resting = [_contact_rows(system, name, plan, touching) for touching in (True, False)]
@@ -45,9 +45,9 @@ def modes(system: System) -> Iterator[Notice]:
                 )
                 nothing = "no support and no contact resists" if fatal else "nothing resists until a tool touches it"
                 yield Notice(f"bodies.{name}", f"{step}it is free to {words}: {nothing}; {remedy}", fatal)
-        values = anchor.copy()
+        values = at_start.copy()
         values[plan.fixed] = plan.values(plan.t1)
-        anchor = values
+        at_start = values
 
 
 def free_to_move(system: System, body: str, c: Any, contacts: bool = True) -> str:
@@ -55,15 +55,17 @@ def free_to_move(system: System, body: str, c: Any, contacts: bool = True) -> st
 
     Without ``contacts`` supports count alone.
     """
+    if system.dofs.dimension != 2:  # rigid motions in space are not looked for yet
+        return ""
     rows = [_support_rows(system, body, c.plan)]
     for s, law in zip(system.surfaces, c.laws):
         if s.body in system.tied_bodies(body) and contacts:
-            closed = c.state.contact[s.rows, 3] > 0
+            closed = c.state.contact.closed[s.rows]
             pairs = system.pairs(s, c.state.u)
             x = s.X[closed]
             rows.append(_rows(system, body, x, pairs.n[closed]))
             if law is not None:
-                rows.append(_rows(system, body, x, pairs.e[closed]))
+                rows.append(_rows(system, body, x, pairs.e[closed, 0]))
     return _free(system, body, np.concatenate(rows))
 
 
@@ -114,7 +116,7 @@ def _contact_rows(system: System, body: str, plan: StepPlan, touching: bool) -> 
             seen = pairs.g <= np.inf
         rows.append(_rows(system, body, x[seen], pairs.n[seen]))
         if not system.frictionless(law):
-            rows.append(_rows(system, body, x[seen], pairs.e[seen]))
+            rows.append(_rows(system, body, x[seen], pairs.e[seen, 0]))
     return np.concatenate(rows)
 
 

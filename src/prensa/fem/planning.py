@@ -15,8 +15,8 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-def plan_step(system: System, number: int, anchor: Array) -> StepPlan:
-    """Plan of step *number* (from 0) with the unknowns' values ``anchor`` (ndof,) at its start.
+def plan_step(system: System, number: int, step_start: Array) -> StepPlan:
+    """Plan of step *number* (from 0) with the unknowns' values ``step_start`` (ndof,) at its start.
 
     Raises
     ------
@@ -24,8 +24,10 @@ def plan_step(system: System, number: int, anchor: Array) -> StepPlan:
         If an unknown is prescribed twice with different values.
 
     """
+    if system.courses is not None:
+        return system.courses(system, number, step_start)
     p, step = system.problem, system.problem.steps[number]
-    groups = _support_groups(system, number, anchor)
+    groups = _support_groups(system, number, step_start)
     push: dict[int, Course] = {}
     springs: dict[int, tuple[float, Course]] = {}
     for t, name in enumerate(p.tools):
@@ -37,7 +39,7 @@ def plan_step(system: System, number: int, anchor: Array) -> StepPlan:
             elif force is not None:
                 push[dof] = course(force, _push_before(p, name, key, number), float(number), float(number + 1))
             else:
-                groups.append(_tool_group(step, name, key, dof, anchor, number))
+                groups.append(_tool_group(step, name, key, dof, step_start, number))
     return StepPlan(
         step.name, number, float(number), float(number + 1), groups, push, _loads(system, number), _body_forces(p, number),
         _friction(p, number), step.increments, springs,
@@ -61,7 +63,7 @@ def _supports(p: model.Problem, number: int) -> dict[tuple[str, str], tuple[Any,
     return supports
 
 
-def _support_groups(system: System, number: int, anchor: Array) -> list[Prescribed]:
+def _support_groups(system: System, number: int, step_start: Array) -> list[Prescribed]:
     """Displacements that supports and the axis of revolution prescribe, each once."""
     groups: list[Prescribed] = []
     taken = np.zeros(system.ndof, dtype=bool)
@@ -71,7 +73,7 @@ def _support_groups(system: System, number: int, anchor: Array) -> list[Prescrib
         dofs = dofs[~taken[dofs]]
         taken[dofs] = True
         if len(dofs):
-            groups.append(Prescribed(dofs, anchor[dofs].copy(), c, support))
+            groups.append(Prescribed(dofs, step_start[dofs].copy(), c, support))
 
     for (name, axis), (value, since) in _supports(system.problem, number).items():
         dofs = system.dofs.displacement.dof(system.boundary_nodes(name), axis)
@@ -81,16 +83,16 @@ def _support_groups(system: System, number: int, anchor: Array) -> list[Prescrib
     return groups
 
 
-def _tool_group(step: model.Step, name: str, key: str, dof: int, anchor: Array, number: int) -> Prescribed:
+def _tool_group(step: model.Step, name: str, key: str, dof: int, step_start: Array, number: int) -> Prescribed:
     """One motion of a tool that a step prescribes, or holds where it says nothing."""
     t0, t1 = float(number), float(number + 1)
     move, speed = (getattr(kind.get(name), key, None) for kind in (step.move, step.velocity))
     c = None
     if speed is not None:
-        c = integrated(speed, anchor[dof], t0, t1)
+        c = integrated(speed, step_start[dof], t0, t1)
     elif move is not None:
-        c = course(move, anchor[dof], t0, t1)
-    return Prescribed(np.array([dof]), anchor[[dof]].copy(), c)
+        c = course(move, step_start[dof], t0, t1)
+    return Prescribed(np.array([dof]), step_start[[dof]].copy(), c)
 
 
 def _mount(p: model.Problem, tool: str, key: str, number: int) -> Course:

@@ -34,6 +34,8 @@ STRAINS = np.concatenate([[0.0], np.geomspace(1e-4, 3.0, 200)])  # at which flow
 
 def preflight(system: System) -> list[Notice]:
     """All notices on a discretised problem, the fatal ones first."""
+    if system.dofs.dimension != 2:
+        return []
     beginning = [*_sizes(system), *_beginning(system)]
     found = [
         *_flow_curves(system), *_tables(system), *_lengths(system), *_shapes(system), *beginning,
@@ -215,7 +217,7 @@ def _beginning(system: System) -> Iterator[Notice]:
             continue
         depth = -pairs.g / float(s.points.depth.min())
         k = int(np.argmax(depth))
-        if depth[k] > CLOSED and not (start.contact[s.rows, 3] > 0).any():
+        if depth[k] > CLOSED and not start.contact.closed[s.rows].any():
             x, y = system.X[nodes[k]]
             n = pairs.n[k]
             yield Notice(
@@ -237,16 +239,16 @@ class _Moment(NamedTuple):
 
 
 def _moments(system: System) -> Iterator[_Moment]:
-    anchor, known = system.initial().u, np.ones(len(system.tools), dtype=bool)
+    at_start, known = system.initial().u, np.ones(len(system.tools), dtype=bool)
     for number in range(len(system.problem.steps)):
-        plan = plan_step(system, number, anchor)
+        plan = plan_step(system, number, at_start)
         for t in range(len(system.tools)):
             known[t] &= bool(np.isin(system.dofs.tool.dofs(t)[: system.dofs.dimension], plan.fixed).all())
         for t in np.unique(np.concatenate([np.linspace(plan.t0, plan.t1, SAMPLES), plan.corners()])):
-            u = anchor.copy()
+            u = at_start.copy()
             u[plan.fixed] = plan.values(float(t))
             yield _Moment(plan, float(t), u, known)
-        anchor = u
+        at_start = u
 
 
 def _passage(system: System) -> Iterator[Notice]:

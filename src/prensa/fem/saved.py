@@ -22,7 +22,7 @@ from prensa.model.problem import Case
 
 CHECKPOINT = "checkpoint.h5"
 FORMAT = "prensa checkpoint"
-VERSION = 2  # 2: `State.bend`
+VERSION = 3  # 2: second difference of the increments; 3: named fields of contact points, clock and energies
 
 log = logging.getLogger(__name__)
 

@@ -21,7 +21,7 @@ from prensa.fem.context import Context
 from prensa.fem.planning import plan_step
 from prensa.fem.saved import CHECKPOINT, read_checkpoint
 from prensa.fem.schedule import StepPlan
-from prensa.fem.state import State
+from prensa.fem.state import Energy, State
 from prensa.fem.surface import Surface
 from prensa.fem.system import Evaluation, System
 from prensa.mesh.mesh import Mesh, displaced
@@ -74,8 +74,8 @@ class Earlier:
 
     def begin(self, system: System) -> tuple[State, Array | None]:
         """State at time 0 of the new system, and the forces (ndof,) to be let go, or None."""
-        new = system.virgin()
-        u, contact, lam = self._moved(self.state.u, system), new.contact.copy(), new.lam.copy()
+        new = system.undeformed()
+        u, contact, lam = self._moved(self.state.u, system), new.contact, new.lam.copy()
         history = list(new.history)
         for number, block in enumerate(system.blocks):
             if block.body in self.bodies:
@@ -83,12 +83,13 @@ class Earlier:
         for s in system.surfaces:
             before = self.surface(s, system)
             if before is None:
-                contact[s.rows, 2] = system.pairs(s, u).s
+                contact.coordinate[s.rows] = system.pairs(s, u).s
                 continue
-            contact[s.rows], lam[s.rows] = self.state.contact[before.rows], self.state.lam[before.rows]
+            contact = contact.replaced(s.rows, self.state.contact.of(before.rows))
+            lam[s.rows] = self.state.lam[before.rows]
             if s.exact:
                 u[s.unknowns] = self.state.u[before.unknowns]
-        state = replace(new, u=u, anchor=u.copy(), history=tuple(history), contact=contact, lam=lam)
+        state = replace(new, u=u, step_start=u.copy(), history=tuple(history), contact=contact, lam=lam)
         return self._balanced(system, state)
 
     def _balanced(self, system: System, state: State) -> tuple[State, Array | None]:
@@ -97,9 +98,9 @@ class Earlier:
         The weights of the contact points move on with the committed shape: a contact that goes on begins its next increment
         with that jump in any run, and it is no force that is let go.
         """
-        plan, e, c = _at_rest(system, state, 0, state.anchor, 0.0)
-        number = min(int(self.state.clock[0]), len(self.system.problem.steps) - 1)
-        _, old, at_end = _at_rest(self.system, self.state, number, self.state.anchor, float(self.state.clock[2]))
+        plan, e, c = _at_rest(system, state, 0, state.step_start, 0.0)
+        number = min(self.state.clock.step, len(self.system.problem.steps) - 1)
+        _, old, at_end = _at_rest(self.system, self.state, number, self.state.step_start, self.state.clock.time)
         inner, inner_old = (s.collected(v.r + v.f_ext) for s, v in ((system, e), (self.system, old)))
         release = system.collected(e.r - self._moved(self._jump(system, at_end, old), system))
         work = self._moved(self.state.work, system) + inner - self._moved(inner_old, system)
@@ -110,10 +111,10 @@ class Earlier:
         elastic, plastic = system.elastic_energy(state.history), system.plastic_work(state.history)
         stored = system.contact_energy(e.contacts, c.scales)
         if len(system.surfaces) == len(self.system.surfaces) and all(self.surface(s, system) for s in system.surfaces):
-            stored = float(self.state.energy[4])
-        friction, imbalance = (float(self.state.energy[k]) for k in (3, 5))
+            stored = self.state.energy.contact
+        friction, imbalance = self.state.energy.friction, self.state.energy.imbalance
         spent = elastic + plastic + friction + stored
-        energy = np.array([spent + imbalance, elastic, plastic, friction, stored, imbalance])
+        energy = Energy(spent + imbalance, elastic, plastic, friction, stored, imbalance)
         state = replace(state, work=work, energy=energy)
         return state, release if np.abs(release).sum() > NOTHING * e.scale else None
 
@@ -129,7 +130,7 @@ class Earlier:
         lam = self.state.lam.copy()
         for s, f, scale in zip(old.surfaces, now.contacts, c.scales):
             if not s.exact:  # so that the pressure is the committed one, whatever the multipliers were on the way to it
-                lam[s.rows, 0] += np.where(self.state.contact[s.rows, 3] > 0, scale.k_n * f.g, 0.0)
+                lam[s.rows, 0] += np.where(self.state.contact.closed[s.rows], scale.k_n * f.g, 0.0)
         then = old.evaluate(last, self.state.u, lam, stiffness=False)
         for s, a, b in zip(old.surfaces, then.contacts, now.contacts):
             if s.name in kept:
@@ -152,10 +153,10 @@ class Earlier:
 
 
 def _at_rest(
-    system: System, state: State, number: int, anchor: Array, time: float
+    system: System, state: State, number: int, step_start: Array, time: float
 ) -> tuple[StepPlan, Evaluation, Context]:
     """Plan of a step, and the forces of a committed state in it when nothing moves."""
-    plan = plan_step(system, number, anchor)
+    plan = plan_step(system, number, step_start)
     c = replace(system.context(state, plan, time), dt=1.0)
     e = system.evaluate(c, state.u, system.initial_multipliers(state), stiffness=False)
     if e.failed:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from prensa.contact.record import ContactRecord
 
 Array = NDArray[np.float64]
 
@@ -37,72 +39,110 @@ class Recovered(Sequence[Array]):
         return len(self.arrays)
 
 
+class Clock(NamedTuple):
+    """Where a run stands: number of the step (from 0), increments so far, time, duration of the next increment.
+
+    ``dt`` is 0 where nothing is known of the next increment. ``damping``: how well the second difference of one increment
+    predicted that of the next (0 … 1).
+    """
+
+    step: int = 0
+    number: int = 0
+    time: float = 0.0
+    dt: float = 0.0
+    damping: float = 0.0
+
+
+class Energy(NamedTuple):
+    """The ledger: work of the loads, what is stored, what is dissipated, and what does not add up."""
+
+    external: float = 0.0
+    elastic: float = 0.0
+    plastic: float = 0.0
+    friction: float = 0.0
+    contact: float = 0.0
+    imbalance: float = 0.0
+
+
 @dataclass(frozen=True)
 class State:
     """A committed configuration. Arrays are never written again once they are here.
 
-    ``u`` (ndof,) displacements of nodes (2 each) then tools (3 each) from the initial configuration; ``du`` (ndof,) the
-    last increment's change, ``dt_last`` its duration and ``bend`` (ndof,) the second divided difference of the last two
-    increments (for `foretold`; of condensed bodies they are those of their contact candidates alone); ``history`` one
-    (elements, points, h) array per block, flattened together; ``contact`` one (points, 4) row per contact point: traction
-    along the tangent, accumulated slip, surface coordinate, closed or not; ``lam`` (points, 2) multipliers; ``energy`` (6,)
-    ledger; ``clock`` (step, number, time, dt, trust) of the marching, trust how well the bend of one increment foretold
-    that of the next (0 … 1); ``work`` (ndof,) forces of the last committed increment; ``anchor`` (ndof,) the unknowns at the
-    start of the present step.
+    ``u`` (ndof,) degrees of freedom as in the system's `DofMap`, from the initial configuration; ``du`` (ndof,) the last
+    increment's change, ``dt_last`` its duration and ``second_difference`` (ndof,) the second divided difference of the last
+    two increments (for `extrapolated`; of condensed bodies they are those of their contact candidates alone); ``history``
+    one (elements, points, h) array per block, flattened together; ``contact`` the contact points; ``lam`` (points, 1 + t)
+    normal and tangential multipliers; ``work`` (ndof,) forces of the last committed increment; ``step_start`` (ndof,) the
+    degrees of freedom at the start of the present step.
     """
 
     u: Array
     du: Array
     dt_last: float
-    bend: Array
+    second_difference: Array
     history: Sequence[Array]
-    contact: Array
+    contact: ContactRecord
     lam: Array
-    energy: Array
+    energy: Energy
     work: Array
-    clock: Array
-    anchor: Array
+    clock: Clock
+    step_start: Array
 
-    def foretold(self, dt: float) -> Array:
-        """Change of the unknowns (ndof,) in the next ``dt``, extrapolated from the last increments."""
+    def extrapolated(self, dt: float) -> Array:
+        """Change of the degrees of freedom (ndof,) in the next ``dt``, extrapolated from the last increments."""
         last = self.dt_last
-        return (dt / last) * self.du + (float(self.clock[4]) * dt * (dt + last)) * self.bend
+        return (dt / last) * self.du + (self.clock.damping * dt * (dt + last)) * self.second_difference
 
-    def bent(self, du: Array, dt: float, nodes: int) -> tuple[Array, float]:
-        """Second divided difference (ndof,) when ``du`` in ``dt`` follows on this state, and how far to trust it (0 … 1).
+    def damped_difference(self, du: Array, dt: float, nodal: slice) -> tuple[Array, float]:
+        """Second divided difference (ndof,) when ``du`` in ``dt`` follows on this state, and its damping (0 … 1).
 
-        Where nodes land, or points change from stick to slip, motions have kinks: the bend before says nothing about that
-        after. The new one is trusted as far as the two are alike (displacements of the nodes): their product over the
-        larger one's square, so that a bend that is nothing but round-off vouches for none.
+        Where nodes land, or points change from stick to slip, motions have kinks: the difference before says nothing about
+        that after. The new one counts as far as the two are alike (at ``nodal``, the displacements): their product over
+        the larger one's square, so that a difference that is nothing but round-off vouches for none.
         """
         if not self.dt_last > 0:
             return np.zeros_like(du), 0.0
-        bend = (du / dt - self.du / self.dt_last) / (dt + self.dt_last)
-        new, old = bend[: 2 * nodes], self.bend[: 2 * nodes]
+        difference = (du / dt - self.du / self.dt_last) / (dt + self.dt_last)
+        new, old = difference[nodal], self.second_difference[nodal]
         size = max(float(old @ old), float(new @ new))
-        return bend, max(float(new @ old) / size, 0.0) if size > 0 else 0.0
+        return difference, max(float(new @ old) / size, 0.0) if size > 0 else 0.0
 
-    def arrays(self) -> dict[str, Array]:
-        """Flat mapping of names to arrays, for checkpoints."""
-        out: dict[str, Array] = {}
+    def arrays(self) -> dict[str, NDArray[Any]]:
+        """Flat mapping of names to arrays, for checkpoints: 'clock.time', 'contact.slip', 'history_0' …"""
+        out: dict[str, NDArray[Any]] = {}
         for f in fields(self):
             value = getattr(self, f.name)
             if f.name == "history":
                 out |= {f"history_{i}": a for i, a in enumerate(value)}
+            elif f.name == "contact":
+                out |= {f"contact.{part.name}": getattr(value, part.name) for part in fields(value)}
+            elif isinstance(value, tuple):
+                named: Any = value
+                out |= {f"{f.name}.{k}": np.asarray(v) for k, v in named._asdict().items()}
             else:
                 out[f.name] = np.asarray(value, dtype=np.float64)
         return out
 
     @classmethod
-    def from_arrays(cls, arrays: dict[str, Array]) -> State:
+    def from_arrays(cls, arrays: dict[str, NDArray[Any]]) -> State:
         """Inverse of `arrays`, bit for bit."""
-        values: dict[str, object] = {}
+        values: dict[str, Any] = {}
         for f in fields(cls):
             if f.name == "history":
                 n = sum(k.startswith("history_") for k in arrays)
                 values["history"] = tuple(np.array(arrays[f"history_{i}"]) for i in range(n))
+            elif f.name == "contact":
+                values["contact"] = ContactRecord(
+                    *(np.array(arrays[f"contact.{p.name}"]) for p in fields(ContactRecord))
+                )
             elif f.name == "dt_last":
                 values[f.name] = float(arrays[f.name])
+            elif f.name in NAMED:
+                kind: Any = NAMED[f.name]
+                values[f.name] = kind(*(arrays[f"{f.name}.{k}"].item() for k in kind._fields))
             else:
                 values[f.name] = np.array(arrays[f.name])
-        return cls(**values)  # type: ignore[arg-type]
+        return cls(**values)
+
+
+NAMED = {"clock": Clock, "energy": Energy}

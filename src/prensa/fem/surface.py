@@ -101,16 +101,27 @@ class ContactInteraction:
         stick = None if ask.stick is None else ask.stick[s.rows]
         before = c.state.lam[s.rows, 0] if ask.guess else None
         if ask.guess:
-            stick = c.state.contact[s.rows, 3] > 0
+            stick = c.state.contact.closed[s.rows]
         follows = law is not None and not law.proportional and system.problem.kinematics == "finite"
         area = system.weights(s, system.positions(ask.u), c.depth) if follows else None
         pairs, lam = system.pairs(s, ask.u), ask.lam[s.rows]
         period = system.tools[s.tool].shape.period
         f = forces(
-            pairs, weight, scale, lam, c.state.contact[s.rows], law, c.law_at[k], period, stick, area, c.lagged, before
+            pairs,
+            weight,
+            scale,
+            lam,
+            c.state.contact.of(s.rows),
+            law,
+            c.law_at[k],
+            period,
+            stick,
+            area,
+            c.lagged,
+            before,
         )
         # points that just touch are closed or open by the round-off of their gaps; those that stick have that of their slips
-        stiff = (weight * scale.k_n * f.dp[:, 0] + f.area * scale.k_t * np.abs(f.dt[:, 1])).sum()
+        stiff = (weight * scale.k_n * f.dp[:, 0] + f.area * scale.k_t * f.resists).sum()
         out = Response(floor=EPS * float(stiff) * ask.reach, trial=f)
         if not np.isfinite(f.K).all():
             out.failed = FrictionTooSoft(s.name)
@@ -140,7 +151,7 @@ class ContactInteraction:
         """How the areas of tangential tractions change with both nodes of their edges."""
         system, s = self.system, self.surface
         assert f.stretched is not None
-        t = f.stretched * s.points.at(system.share(c.depth))
+        t = f.stretched[:, 0] * s.points.at(system.share(c.depth))
         slopes = s.points.slopes(system.positions(u))
         K = stretching(t, f.pairs, s.points.shares, slopes)
         return Part(f"stretch {s.name}", self._stretched_dofs(), None, K)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple, Protocol
@@ -13,14 +13,16 @@ from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces, Scale
 from prensa.contact.pairing import Pairs, current_pairs, reference_pairs
+from prensa.contact.record import ContactRecord
 from prensa.contact.recovery import recover
+from prensa.contact.spatial import plane_pairs
 from prensa.fem.assembly import Block, Pattern, scatter_matrix, scatter_vector, slots, sweep
 from prensa.fem.context import Context
 from prensa.fem.failure import ElementFailed, NotEvaluated
 from prensa.fem.interaction import Interaction, Part, Request
 from prensa.fem.loads import loads_of
 from prensa.fem.schedule import StepPlan
-from prensa.fem.state import Recovered, State
+from prensa.fem.state import Clock, Energy, Recovered, State
 from prensa.fem.surface import EPS, ContactInteraction, Surface
 from prensa.fem.ties import Ties
 from prensa.friction.law import At as FrictionAt
@@ -83,7 +85,7 @@ class BodyForces(Protocol):
 
 @dataclass
 class System:
-    """The discretised problem."""
+    """The discretised problem. ``courses`` (system, step, start of the step) → plan of a step, if the description has none."""
 
     problem: model.Problem
     meshes: dict[str, Mesh]
@@ -99,6 +101,7 @@ class System:
     release: Array | None = None
     bodies: BodyForces | None = None
     more: Sequence[Interaction] = ()
+    courses: Callable[[System, int, Array], StepPlan] | None = None
     _places: dict[str, NDArray[np.int32]] = field(default_factory=dict)
     _volumes: dict[str, Array] = field(default_factory=dict)
 
@@ -251,21 +254,21 @@ class System:
     # -------------------------------------------------------------------------------------------------------- state
     def initial(self) -> State:
         """The state at time 0: undeformed, or where an earlier run ended."""
-        return self.beginning or self.virgin()
+        return self.beginning or self.undeformed()
 
-    def virgin(self) -> State:
+    def undeformed(self) -> State:
         """The undeformed state."""
         n_points = sum(len(s.points) for s in self.surfaces)
         u = np.zeros(self.ndof)
-        contact = np.zeros((n_points, 4))
+        t = self.dofs.dimension - 1
+        contact = ContactRecord.initial(n_points, t)
         for s in self.surfaces:
-            pairs = self.pairs(s, u)
-            contact[s.rows, 2] = pairs.s
+            contact.coordinate[s.rows] = self.pairs(s, u).s
         return State(
-            u=u, du=np.zeros(self.ndof), dt_last=0.0, bend=np.zeros(self.ndof),
+            u=u, du=np.zeros(self.ndof), dt_last=0.0, second_difference=np.zeros(self.ndof),
             history=self.initial_history,
-            contact=contact, lam=np.zeros((n_points, 2)), energy=np.zeros(6), work=np.zeros(self.ndof),
-            clock=np.zeros(5), anchor=u.copy(),
+            contact=contact, lam=np.zeros((n_points, 1 + t)), energy=Energy(), work=np.zeros(self.ndof),
+            clock=Clock(), step_start=u.copy(),
         )  # fmt: skip
 
     def context(self, state: State, plan: StepPlan, time: float) -> Context:
@@ -274,7 +277,7 @@ class System:
         x_n = self.positions(state.u) if finite else self.X
         depth = self.depth_in(state.history) if finite else self.depth
         weights = [self.weights(s, x_n, depth) for s in self.surfaces]
-        dt = time - float(state.clock[2])
+        dt = time - state.clock.time
         laws = [None if self.frictionless(d) else d for d in plan.friction]
         law_at, scales = [], []
         for s, law in zip(self.surfaces, laws):
@@ -283,7 +286,7 @@ class System:
             least = np.zeros(len(s.points))
             if law is not None and law.hardens:
                 # a softening law needs k_T > |∂τ_y/∂κ| for a unique root: take twice that at the committed pressures
-                least = 2.0 * law.softening(state.lam[s.rows, 0], state.contact[s.rows, 1], law_at[-1])
+                least = 2.0 * law.softening(state.lam[s.rows, 0], state.contact.slip[s.rows], law_at[-1])
             scales.append(s.scale(least))
         interactions = [*self._contacts, *self.more, *loads_of(self, plan)]
         return Context(state, plan, time, dt, weights, scales, laws, law_at, x_n, depth, interactions)
@@ -303,6 +306,9 @@ class System:
     def _pairs(self, s: Surface, u: Array, X: Array, displacement: Array, normal: Array) -> Pairs:
         tool = self.tools[s.tool]
         place_ = self.place_of(s.tool, u)
+        if self.dofs.dimension == 3:
+            shape: Any = tool.shape
+            return plane_pairs(shape, X + displacement, tool.at, place_)
         if self.problem.contact_geometry == "current":
             return current_pairs(tool.shape, X + displacement, tool.at, place_)
         return reference_pairs(tool.shape, X, normal, displacement, tool.at, place_, 100.0 * self.length)
@@ -366,6 +372,8 @@ class System:
     def stiffness(self) -> float:
         """A force: modulus × size × thickness (or circumference), the scale of forces at strains of order one."""
         depth = 2 * np.pi * self.length if self.axisymmetric else self.problem.thickness
+        if self.dofs.dimension == 3:
+            depth = self.length
         return max(b.law.modulus() for b in self.blocks) * self.length * depth
 
     @cached_property
@@ -375,8 +383,8 @@ class System:
 
     @cached_property
     def initial_history(self) -> tuple[Array, ...]:
-        """Histories of the virgin material."""
-        return tuple(b.virgin for b in self.blocks)
+        """Histories of the undeformed bodies."""
+        return tuple(b.undeformed for b in self.blocks)
 
     def external(self, c: Context, u: Array) -> Array:
         """External forces (ndof,) at the end of an increment."""

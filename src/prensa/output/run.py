@@ -149,7 +149,7 @@ class _Run:
         self.directory, self.case, self.system, self.start, self.earlier = directory, case, system, start, before
         self.text = checkpoint.case_text(case)
         self.timer, self.started = Timer(), clocks.perf_counter()
-        self.bar = ProgressBar(quiet, start=float(start.clock[2]) if start else 0.0)
+        self.bar = ProgressBar(quiet, start=start.clock.time if start else 0.0)
         self.warnings = runlog.Warnings(self._known_warnings(), self.bar.warn)
         self.guard = Interruptible()
         self.last: Increment | None = None
@@ -188,9 +188,9 @@ class _Run:
         log.info("prensa %s, case %r, input %s", __version__, self.case.problem.name, checkpoint.text_hash(self.text))
         keep = None
         if self.start is not None:
-            keep = int(self.start.clock[1])
+            keep = self.start.clock.number
             history.forget_contacts_after(self.directory, keep)
-            log.info("resumed after increment %d, time %.6g", keep, self.start.clock[2])
+            log.info("resumed after increment %d, time %.6g", keep, self.start.clock.time)
         with closing(history.History(self.directory, self.case.problem, keep)) as self.tables:
             self.fields = vtk.Fields(self.directory, keep)
             self._solve_increments()

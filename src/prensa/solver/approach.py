@@ -34,11 +34,11 @@ def first_touch(
 
     The bodies are taken where they are. Returns the time and a message for each tool that touches.
     """
-    now = float(state.clock[2])
+    now = state.clock.time
     notes: list[str] = []
     for s in system.surfaces:
         dof = system.tool_dof(s.tool)
-        if were_closed(state, s) or not np.isin([dof, dof + 1], plan.moved).all():
+        if were_closed(state, s) or not np.isin(dof + np.arange(system.dofs.dimension), plan.moved).all():
             continue
 
         def apart(t: float, s: Surface = s) -> bool:
@@ -86,9 +86,9 @@ def approach(system: System, c: Context) -> tuple[Array, list[str]]:
     u = c.state.u
     notes = []
     for t, tool in enumerate(system.tools):
-        dofs = system.tool_dof(t) + np.arange(3)
-        force = np.array([c.plan.push[d](c.time) if d in c.plan.push else 0.0 for d in dofs.tolist()])
-        force[2] *= not force[:2].any()
+        dofs, d = system.dofs.tool.dofs(t), system.dofs.dimension
+        force = np.array([c.plan.push[k](c.time) if k in c.plan.push else 0.0 for k in dofs.tolist()])
+        force[d:] *= not force[:d].any()
         own = [(i, s) for i, s in enumerate(system.surfaces) if s.tool == t]
         if not force.any() or not own or any(were_closed(c.state, s) for _, s in own):
             continue
@@ -100,9 +100,9 @@ def approach(system: System, c: Context) -> tuple[Array, list[str]]:
 def _brought_to_rest(
     system: System, c: Context, u: Array, t: int, force: Array, own: list[tuple[int, Surface]]
 ) -> tuple[Array, float]:  # fmt: skip
-    """Dofs with tool t moved along its force (3,) until its contacts ``own`` carry that, and how far it moved."""
-    dofs = system.tool_dof(t) + np.arange(3)
-    size, turns = float(np.linalg.norm(force)), not force[:2].any()
+    """Dofs with tool t moved along its force (as many as motions) until its contacts ``own`` carry that, and how far it moved."""
+    dofs, dim = system.dofs.tool.dofs(t), system.dofs.dimension
+    size, turns = float(np.linalg.norm(force)), not force[:dim].any()
     direction, origin, v = force / size, u[dofs], u.copy()
 
     def yields(d: float) -> bool:
@@ -111,7 +111,7 @@ def _brought_to_rest(
         for i, s in own:
             pairs = system.pairs(s, v)
             p = c.scales[i].k_n * np.maximum(-pairs.g, 0.0)
-            total -= float((c.weights[i] * p * (pairs.Fn[:, 2:] @ direction)).sum())
+            total -= float((c.weights[i] * p * (pairs.Fn[:, dim:] @ direction)).sum())
         return total < size
 
     far, limit = (1e-6, 2 * np.pi) if turns else (1e-6 * system.length, 100 * system.length)

@@ -93,7 +93,7 @@ def updated_multipliers(system: System, c: Context, e: Evaluation, lam: Array, p
     """Updated multipliers and the largest change over its tolerance (≤ 1: settled; 0 without augmented contacts)."""
     update, worst = lam.copy(), 0.0
     for s, f, sc in zip(system.surfaces, e.contacts, c.scales):
-        slip = f.kappa - c.state.contact[s.rows, 1]
+        slip = f.kappa - c.state.contact.slip[s.rows]
         enforcement = s.description.enforcement
         update[s.rows], change = enforcement.update(f, lam[s.rows], sc, slip, policy.small_slip)
         worst = max(worst, change)

@@ -54,6 +54,8 @@ Flags = NDArray[np.bool_]
 # ---------------------------------------------------------------------------------------------------------- whether at all
 def refusal(system: System) -> str:
     """Why the bodies cannot be condensed; '' if they can."""
+    if system.dofs.dimension != 2:
+        return "only bodies in the plane are condensed"
     if system.problem.kinematics != "small":
         return "only bodies in small strain ('kinematics: small') are linear"
     for block in system.blocks:
@@ -61,7 +63,7 @@ def refusal(system: System) -> str:
             return f"body {block.body!r} is not linear elastic"
     start = system.initial()
     for number in range(len(system.problem.steps)):
-        plan = plan_step(system, number, start.anchor)
+        plan = plan_step(system, number, start.step_start)
         c = system.context(start, plan, plan.t1)
         for body in system.problem.bodies:
             if words := free_to_move(system, body, c, contacts=False):
@@ -308,7 +310,7 @@ class Condensation:
     ) -> NewtonResult:
         """Outcome of an attempt ``solve`` on the condensed system."""
         c = eq.context
-        touching: Flags = c.state.contact[:, 3] > 0
+        touching: Flags = c.state.contact.closed.copy()
         for s, scale in zip(eq.system.surfaces, c.scales):  # a pushed tool has been brought to rest on some points
             touching[s.rows] |= eq.system.pairs(s, start).g <= TOUCH * scale.h
         blocks = self.blocks_of(touching)

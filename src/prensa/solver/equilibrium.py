@@ -78,23 +78,24 @@ class Equilibrium:
         change[self.reduced.fixed] = 0.0
         far = policy.far * system.length
         for t, tool in enumerate(system.tools):
-            x, y, rz = np.abs(change[system.tool_dof(t) :][:3])
-            if max(x, y) > far or rz > policy.spin:
-                return ToolRunaway(tool.name, "rz" if rz > policy.spin else "x" if x > y else "y")
-        return Runaway() if np.abs(change[: 2 * system.nodes]).max(initial=0.0) > far else None
+            motion, d = np.abs(system.place_of(t, change)), system.dofs.dimension
+            limits = np.where(np.arange(len(motion)) < d, far, policy.spin)
+            if (motion > limits).any():
+                turns = (motion[d:] > policy.spin).any()
+                worst = d + int(np.argmax(motion[d:])) if turns else d - 1 - int(np.argmax(motion[:d][::-1]))
+                return ToolRunaway(tool.name, system.dofs.tool.components[worst])
+        return Runaway() if np.abs(change[system.dofs.displacement.slice]).max(initial=0.0) > far else None
 
 
 def signature(e: Evaluation) -> Signature:
-    """Status of all contact points: 0 open, 1 stick, 2 slip along +, 3 slip along −."""
+    """Status of all contact points: 0 open, 1 stick, 2 … 9 slip along an eighth of a turn; 2 along +, 6 along − in the plane."""
     if not e.contacts:
         return np.zeros(0, dtype=np.int8)
-    return np.concatenate(
-        [np.where(f.p > 0, np.where(f.slip, np.where(f.t < 0, 3, 2), 1), 0) for f in e.contacts]
-    ).astype(np.int8)
+    return np.concatenate([np.where(f.p > 0, np.where(f.slip, 2 + f.way, 1), 0) for f in e.contacts]).astype(np.int8)
 
 
 def reversed_slip(before: Signature | None, now: Signature) -> Flags:
-    """Points that slip along + in one signature and along − in the other."""
+    """Points that slip one way in one signature and the opposite way, by more than a right angle, in the other."""
     if before is None:
         return np.zeros(len(now), dtype=bool)
-    return (before >= 2) & (now >= 2) & (before != now)
+    return (before >= 2) & (now >= 2) & (np.abs((now - before + 4) % 8 - 4) >= 3)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 from prensa.fem.failure import NotEvaluated
 
@@ -63,7 +62,7 @@ class ToolRunaway:
     """A tool that nothing resists, along ``axis``."""
 
     tool: str
-    axis: Literal["x", "y", "rz"]
+    axis: str
 
 
 @dataclass(frozen=True)
@@ -162,7 +161,7 @@ def _free(failure: FreeToMove) -> str:
                 "support it, or hold it until contact does"
             )
         case ToolRunaway(tool, axis):
-            way = "turn" if axis == "rz" else f"move along {axis}"
+            way = "turn" if axis.startswith("r") else f"move along {axis}"
             return (
                 f"tool {tool!r} is free to move without resistance (to {way}): less force or moment, or hold it until "
                 "contact does"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,28 @@ class Place(NamedTuple):
 
     x: float
     y: float
+    rz: float
+
+
+class SpatialForce(NamedTuple):
+    """Force and moment about a tool's reference point in three dimensions."""
+
+    x: float
+    y: float
+    z: float
+    mx: float
+    my: float
+    mz: float
+
+
+class SpatialPlace(NamedTuple):
+    """Displacement of a tool's reference point and rotations in three dimensions."""
+
+    x: float
+    y: float
+    z: float
+    rx: float
+    ry: float
     rz: float
 
 
@@ -131,6 +153,20 @@ class Reaction(NamedTuple):
 
     x: float
     y: float
+
+
+class SpatialReaction(NamedTuple):
+    """Force of a support on the body in three dimensions."""
+
+    x: float
+    y: float
+    z: float
+
+
+FORCE: Mapping[int, Any] = {2: Force, 3: SpatialForce}
+PLACE: Mapping[int, Any] = {2: Place, 3: SpatialPlace}
+REACTION: Mapping[int, Any] = {2: Reaction, 3: SpatialReaction}
+"""By the dimension of space."""
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.contact.record import magnitude
 from prensa.fem.context import Context
+from prensa.fem.state import Energy
 from prensa.fem.system import Evaluation, System
 
 Array = NDArray[np.float64]
-NAMES = ("external", "elastic", "plastic", "friction", "contact", "imbalance")
 
 
 def nodal_work(system: System, c: Context, e: Evaluation) -> Array:
@@ -19,21 +20,18 @@ def nodal_work(system: System, c: Context, e: Evaluation) -> Array:
     return work
 
 
-def ledger(system: System, c: Context, u: Array, e: Evaluation, work: Array) -> Array:
-    """Energies (6,) as in `NAMES` after an increment that ends at dofs u (ndof,) with forces ``work`` (ndof,)."""
+def ledger(system: System, c: Context, u: Array, e: Evaluation, work: Array) -> Energy:
+    """Energies after an increment that ends at dofs u (ndof,) with forces ``work`` (ndof,)."""
     old = c.state
-    energy = old.energy.copy()
-    energy[0] += 0.5 * float((old.work + work) @ (u - old.u))
-    energy[1] = system.elastic_energy(e.history)
-    energy[2] = system.plastic_work(e.history)
+    external = old.energy.external + 0.5 * float((old.work + work) @ (u - old.u))
+    elastic, plastic, friction = system.elastic_energy(e.history), system.plastic_work(e.history), old.energy.friction
     for s, f in zip(system.surfaces, e.contacts):
-        was = old.contact[s.rows]
-        energy[3] += float((f.area * 0.5 * (np.abs(was[:, 0]) + np.abs(f.t)) * (f.kappa - was[:, 1])).sum())
-    energy[4] = system.contact_energy(e.contacts, c.scales)
+        was = old.contact.of(s.rows)
+        friction += float((f.area * 0.5 * (magnitude(was.traction) + magnitude(f.t)) * (f.kappa - was.slip)).sum())
+    contact = system.contact_energy(e.contacts, c.scales)
     for dof, (stiffness, _) in c.plan.springs.items():
         # work[dof] is the force of a spring: what it stores, and with that the work done at its mount
         before, now = 0.5 * old.work[dof] ** 2 / stiffness, 0.5 * work[dof] ** 2 / stiffness
-        energy[0] += now - before
-        energy[1] += now
-    energy[5] = energy[0] - energy[1:5].sum()
-    return energy
+        external += float(now - before)
+        elastic += float(now)
+    return Energy(external, elastic, plastic, friction, contact, external - (elastic + plastic + friction + contact))

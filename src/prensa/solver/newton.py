@@ -24,7 +24,7 @@ class NewtonState:
 
     evaluation: that at u, the only holder of its matrix; None before it is made. ``status``: signature at u, ``reversed``
     (points,) those that slip against their last direction, ``settled``: no point has opened or closed since the last iterate.
-    ``best``, ``anchor``, ``watched``: least residual of the watchdog, dofs and step there, full steps accepted since.
+    ``best``, ``watch_from``, ``watched``: least residual of the watchdog, dofs and step there, full steps accepted since.
     ``came_by``: the last step, if its factors are at hand; ``least``: least residual up to each iteration.
     """
 
@@ -40,7 +40,7 @@ class NewtonState:
     reversed: Flags = field(default_factory=lambda: np.zeros(0, dtype=bool))
     settled: bool = False
     best: float = np.inf
-    anchor: tuple[Array, Array] | None = None
+    watch_from: tuple[Array, Array] | None = None
     watched: int = 0
     came_by: Array | None = None
     least: list[float] = field(default_factory=list)
@@ -62,7 +62,7 @@ def newton(eq: Equilibrium, guess: Guess, lam: Array, result: NewtonResult) -> E
 
 def init(eq: Equilibrium, guess: Guess, lam: Array) -> NewtonState:
     """The state before the first iteration; the guess hands its evaluation over."""
-    return NewtonState(guess.u, lam, guess.take(), guess.assumed, eq.context.state.contact[:, 3] > 0)
+    return NewtonState(guess.u, lam, guess.take(), guess.assumed, eq.context.state.contact.closed)
 
 
 def observe(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> None:
@@ -127,7 +127,7 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> Failure |
     if runaway := eq.runaway(delta):
         return runaway
     if state.norm < state.best:
-        state.best, state.anchor, state.watched = state.norm, (state.u, delta), 0
+        state.best, state.watch_from, state.watched = state.norm, (state.u, delta), 0
     moved = contact_corrected(eq.system, eq.context, e, state.u, delta, state.lam)
     full = eq.evaluate(moved, state.lam, stiffness=not (state.relative <= eq.policy.close and state.settled))
     size = eq.norm(full)
@@ -136,7 +136,7 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> Failure |
         state.came_by = moved - state.u
         state.u, state.evaluation = moved, full
         return None
-    _restart(eq, state, state.anchor if state.anchor is not None and not full.failed else (state.u, delta))
+    _restart(eq, state, state.watch_from if state.watch_from is not None and not full.failed else (state.u, delta))
     return None
 
 
@@ -167,11 +167,11 @@ def _accepted(eq: Equilibrium, state: NewtonState, full: Evaluation, size: float
     return discrete and state.watched < (eq.policy.watchdog_flips if flips else eq.policy.watchdog)
 
 
-def _restart(eq: Equilibrium, state: NewtonState, anchor: tuple[Array, Array]) -> None:
-    """Go on from the best of a few fractions of the anchor's step, as if nothing had been seen yet."""
-    u, delta = anchor
+def _restart(eq: Equilibrium, state: NewtonState, watch_from: tuple[Array, Array]) -> None:
+    """Go on from the best of a few fractions of the watch_from's step, as if nothing had been seen yet."""
+    u, delta = watch_from
     state.u = u + _fraction(eq, u, delta, state.lam) * delta
-    state.evaluation = state.status = state.came_by = state.anchor = None
+    state.evaluation = state.status = state.came_by = state.watch_from = None
     state.best, state.watched = np.inf, 0
 
 

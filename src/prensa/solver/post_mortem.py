@@ -56,10 +56,12 @@ def where(eq: Equilibrium, failure: Failure, result: NewtonResult) -> str:
     for s in system.surfaces:
         if s.exact and dof in range(s.unknowns.start, s.unknowns.stop):
             dof = int(s.dofs[(dof - s.unknowns.start) // 2, 0])
-    if dof >= 2 * system.nodes:
-        t, axis = divmod(dof - 2 * system.nodes, 3)
-        return f"the largest residual is that of tool {system.tools[t].name!r} along {('x', 'y', 'rz')[axis]}"
-    return f"the largest residual is at {_node(system, dof // 2, result, e)}"
+    field = system.dofs.field_of(dof)
+    entity, component = (int(v) for v in field.split(np.array(dof)))
+    if field is system.dofs.tool:
+        name = system.tools[entity].name
+        return f"the largest residual is that of tool {name!r} along {field.components[component]}"
+    return f"the largest residual is at {_node(system, entity, result, e)}"
 
 
 def _free_bodies(eq: Equilibrium) -> str:

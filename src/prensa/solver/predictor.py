@@ -45,7 +45,7 @@ def _extrapolated(eq: Equilibrium, start: Array, values: Array, lam: Array) -> G
     system, c, fixed = eq.system, eq.context, eq.reduced.fixed
     if not eq.numerics.predictor or not c.state.dt_last > 0:
         return None
-    u = start + c.state.foretold(c.dt)
+    u = start + c.state.extrapolated(c.dt)
     u[fixed] = values
     project_prediction(system, c, u, eq.policy)
     u[fixed] = values
@@ -66,7 +66,7 @@ def _linearised(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Gue
     system, reduced = eq.system, eq.reduced
     delta, tools = np.zeros(system.ndof), np.zeros(system.ndof)
     delta[reduced.fixed] = values - start[reduced.fixed]
-    tools[system.tool_dof(0) : system.tool_dof(len(system.tools))] = 1.0
+    tools[system.dofs.tool.slice] = 1.0
     start = start + tools * delta
     delta = system.followed((1.0 - tools) * delta)
     base = eq.evaluate(start, lam, guess=True)

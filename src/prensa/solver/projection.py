@@ -26,7 +26,7 @@ Flags = NDArray[np.bool_]
 def project(system: System, s: Surface, u: Array, change: Callable[[Pairs], Array]) -> None:
     """Move the nodes (k,) of a surface in u (ndof,), in place, by the ``change`` (k,) of their gap that their pairs call for."""
     pairs = system.node_pairs(s, u)
-    u[: 2 * system.nodes].reshape(-1, 2)[s.points.nodes] += change(pairs)[:, None] * pairs.n
+    system.displacement(u)[s.points.nodes] += change(pairs)[:, None] * pairs.n
 
 
 def to_gap(target: Array, where: Flags, pairs: Pairs) -> Array:
@@ -41,7 +41,7 @@ def project_prediction(system: System, c: Context, u: Array, policy: Policy = DE
     penalty lets the tool sink in, gaps go on growing, and nodes are left where the extrapolation has them.
     """
     for s in system.surfaces:
-        closed = s.points.any_at_nodes(c.state.contact[s.rows, 3] > 0)
+        closed = s.points.any_at_nodes(c.state.contact.closed[s.rows])
         has_point = s.points.any_at_nodes(np.ones(len(s.points), dtype=bool))  # a node on the axis may have no area
         committed = system.node_pairs(s, c.state.u).g
         sunk = closed & (committed < -policy.sunk_start * s.points.depth.min())
@@ -65,7 +65,7 @@ def contact_corrected(system: System, c: Context, e: Evaluation, u: Array, step:
     moved = u + step
     if system.problem.contact_geometry != "current":
         return moved
-    delta = step[: 2 * system.nodes].reshape(-1, 2)
+    delta = system.displacement(step)
     after_lam = system.multipliers(moved, lam)
     for s, f, scale in zip(system.surfaces, e.contacts, c.scales):
         nodes = s.points.nodes
@@ -79,9 +79,9 @@ def contact_corrected(system: System, c: Context, e: Evaluation, u: Array, step:
 
 
 def _linear_gap(system: System, s: Surface, before: Pairs, step: Array, moved: Array) -> Array:
-    """Gaps (k,) after a step by the linear model: before (k pairs), moved (k, 2) the step of their body points."""
-    tool = step[system.tool_dof(s.tool) :][:3]
-    return np.asarray(before.g + (before.dg[:, :2] * moved).sum(axis=1) + before.dg[:, 2:] @ tool)
+    """Gaps (k,) after a step by the linear model: before (k pairs), moved (k, d) the step of their body points."""
+    d, tool = moved.shape[1], system.place_of(s.tool, step)
+    return np.asarray(before.g + (before.dg[:, :d] * moved).sum(axis=1) + before.dg[:, d:] @ tool)
 
 
 def project_stage(system: System, now: Context, then: Context, u: Array) -> Array:

@@ -16,9 +16,10 @@ Array = NDArray[np.float64]
 
 def quality_warnings(system: System, c: Context, e: Evaluation, residual: float, policy: Policy) -> Iterator[str]:
     """Sentences about penetration and hidden forces of a converged increment; residual: what convergence leaves open."""
-    forces = np.zeros((len(system.tools), 2))
+    d = system.dofs.dimension
+    forces = np.zeros((len(system.tools), d))
     for s, f, scale in zip(system.surfaces, e.contacts, c.scales):
-        forces[s.tool] += f.F[:, 2:4].sum(axis=0)
+        forces[s.tool] += f.F[:, d : 2 * d].sum(axis=0)
         depth = np.where(f.p > 0, -f.g / scale.h, 0.0)
         k = int(np.argmax(depth))
         if depth[k] > policy.deep:
@@ -28,7 +29,7 @@ def quality_warnings(system: System, c: Context, e: Evaluation, residual: float,
                 f"{-f.g[k]:.3g} inside the tool, {depth[k]:.2g} of an element: raise its stiffness 'beta', or use 'augmented'"
             )
     for t, tool in enumerate(system.tools):
-        size = float(np.hypot(*forces[t]))
+        size = float(np.hypot.reduce(forces[t]))
         noise = policy.hidden * residual * e.scale
         if 0 < size < noise:
             yield (

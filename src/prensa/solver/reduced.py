@@ -26,7 +26,7 @@ def weights_of(system: System) -> Array:
     """Weights (ndof,) with which residuals are summed: rows of rotations are moments, divided by a length they are forces."""
     weight = np.ones(system.ndof)
     for t in range(len(system.tools)):
-        weight[system.tool_dof(t) + 2] = 1.0 / system.length
+        weight[system.dofs.tool.dofs(t)[system.dofs.dimension :]] = 1.0 / system.length
     return weight
 
 

@@ -45,7 +45,7 @@ class Messages:
     def note(self, state: State, plan: StepPlan, message: str) -> None:
         """Something that happened at the state's time."""
         log.info(message)
-        self._tell(state, plan, float(state.clock[2]), "note", message)
+        self._tell(state, plan, state.clock.time, "note", message)
 
     def warn(self, sentences: Iterable[str]) -> None:
         """Warnings, in the log."""
@@ -59,7 +59,7 @@ class Messages:
         if self.monitor is not None:
             self.monitor(
                 Progress(
-                    plan.name, plan.number + 1, int(state.clock[1]) + 1, time, float(len(self.system.problem.steps)),
+                    plan.name, plan.number + 1, state.clock.number + 1, time, float(len(self.system.problem.steps)),
                     iterations, residual, forces or {}, event, message,
                 )
             )  # fmt: skip

@@ -17,17 +17,18 @@ from prensa.fem.system import Evaluation, System
 from prensa.model.problem import Problem
 from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import (
+    FORCE,
+    PLACE,
+    REACTION,
     BodyState,
     ContactState,
     Force,
     Increment,
-    Place,
     PointValues,
     Reaction,
     Statistics,
     ToolState,
 )
-from prensa.solver.ledger import NAMES
 
 Array = NDArray[np.float64]
 Recovery = Callable[[Array, NDArray[np.int64], Array, Array], Array]
@@ -47,30 +48,31 @@ def increment_of(
         return state if recover is None else replace(state, u=recover())
 
     return Increment(
-        plan.name, plan.number + 1, int(state.clock[1]), float(state.clock[2]), tool_states(system, state, e),
-        dict(zip(NAMES, state.energy.tolist())), support_forces(system, e, plan), statistics, ended,
+        plan.name, plan.number + 1, state.clock.number, state.clock.time, tool_states(system, state, e),
+        state.energy._asdict(), support_forces(system, e, plan), statistics, ended,
         whole, lambda: contact_states(system, whole(), e), lambda: body_states(system, whole(), e, plan),
     )  # fmt: skip
 
 
 def tool_forces(system: System, e: Evaluation) -> dict[str, Force]:
     """Force and moment of the bodies on each tool."""
-    total = {t.name: np.zeros(3) for t in system.tools}
+    d = system.dofs.dimension
+    total = {t.name: np.zeros(system.dofs.tool.width) for t in system.tools}
     for s, f in zip(system.surfaces, e.contacts):
-        total[system.tools[s.tool].name] += f.F[:, 2:].sum(axis=0)
-    return {k: Force(*map(float, v)) for k, v in total.items()}
+        total[system.tools[s.tool].name] += f.F[:, d:].sum(axis=0)
+    return {k: FORCE[d](*map(float, v)) for k, v in total.items()}
 
 
 def support_forces(system: System, e: Evaluation, plan: StepPlan) -> dict[str, Reaction]:
     """Force of each support on the body; supports of other steps are there with zeros, so that the names never change."""
     problem = system.problem
-    total = {name: [0.0, 0.0] for name in support_names(problem)}
+    total = {name: [0.0] * system.dofs.dimension for name in support_names(problem)}
     r = system.collected(e.r)
     for group in plan.groups:
         if group.support is not None:
             name, axis = group.support
-            total[name]["xy".index(axis)] += float(r[group.dofs].sum())
-    return {name: Reaction(*v) for name, v in total.items()}
+            total[name]["xyz".index(axis)] += float(r[group.dofs].sum())
+    return {name: REACTION[system.dofs.dimension](*v) for name, v in total.items()}
 
 
 def support_names(problem: Problem) -> list[str]:
@@ -83,15 +85,14 @@ def tool_states(system: System, state: State, e: Evaluation) -> dict[str, ToolSt
     force = tool_forces(system, e)
     out = {}
     for t, tool in enumerate(system.tools):
-        first = system.tool_dof(t)
         mounted = getattr(tool.description, "spring", None)
         spring = None
         if mounted is not None:
             given = [getattr(mounted, key) is not None for key in ("x", "y", "rz")]
-            spring = Force(*(float(v) if g else 0.0 for v, g in zip(e.f_ext[first : first + 3], given)))
+            spring = Force(*(float(v) if g else 0.0 for v, g in zip(system.place_of(t, e.f_ext), given)))
         out[tool.name] = ToolState(
             tool.at,
-            Place(*map(float, state.u[first : first + 3])),
+            PLACE[system.dofs.dimension](*map(float, system.place_of(t, state.u))),
             force[tool.name],
             (float(tool.direction[0]), float(tool.direction[1])),
             spring,
@@ -104,18 +105,20 @@ def contact_states(system: System, state: State, e: Evaluation) -> dict[str, Con
     x = system.positions(state.u)
     finite = system.problem.kinematics == "finite"
     where, depth = (x, system.depth_in(e.history)) if finite else (system.X, system.depth)
-    patches, smooth = nodal_stress(system, state, e), nodal_stress(system, state, e, smoothed)
+    flat = system.dofs.dimension == 2  # stresses are not recovered in space yet
+    patches, smooth = (nodal_stress(system, state, e, how) if flat else None for how in (None, smoothed))
     out = {}
     for s, f in zip(system.surfaces, e.contacts):
         nodes, pairs = s.points.nodes, system.node_pairs(s, state.u)
         area, weight = system.tributary(s, where, depth), system.weights(s, where, depth)
         # a node without area (on the axis, of a quadratic edge) is told what its neighbour is
         of = _with_area(area)
-        pressure, shear = (s.points.to_nodes(v)[of] / area[of] for v in (f.weight * f.p, f.area * f.t))
-        from_stress = _pressure_of(patches[nodes], pairs.n)
+        pressure = s.points.to_nodes(f.weight * f.p)[of] / area[of]
+        shear, t = _tangential(s.points.to_nodes(f.area[:, None] * f.t)[of] / area[of, None]), f.area[:, None] * f.t
+        from_stress = _pressure_of(patches, nodes, pairs.n)
         frictionless = not f.t.any() and not f.slip.any()
         status = np.where(f.p > 0, np.where(f.slip | frictionless, 2, 1), 0).astype(np.int8)
-        p, t = f.p * f.weight / weight, f.t * f.area / weight
+        p, t = f.p * f.weight / weight, _tangential(t / weight[:, None])
         if s.points.rule.projected:
             p, t = ((s.points.N * v[s.points.slots]).sum(axis=1) for v in (pressure, shear))
         # a node slips when all the closed points that it carries do
@@ -125,8 +128,8 @@ def contact_states(system: System, state: State, e: Evaluation) -> dict[str, Con
             node=nodes - system.offsets[s.body], X=system.X[nodes], x=x[nodes], gap=pairs.g, pressure=pressure,
             shear=shear, slip=s.points.to_nodes(f.weight * f.kappa)[of] / s.points.to_nodes(f.weight)[of],
             status=np.where(closed, np.where(sticks, 1, 2), 0).astype(np.int8), weight=area,
-            force=s.points.to_nodes(f.F[:, :2]), pressure_from_stress=from_stress,
-            pressure_smoothed=_pressure_of(smooth[nodes], pairs.n),
+            force=s.points.to_nodes(f.F[:, : system.dofs.dimension]), pressure_from_stress=from_stress,
+            pressure_smoothed=_pressure_of(smooth, nodes, pairs.n),
             error=np.where(closed, np.abs(pressure - from_stress), 0.0), area=float(weight[f.p > 0].sum()),
             points=PointValues(s.X, s.points.at(x), f.g, p, t, f.kappa, status, weight),
         )  # fmt: skip
@@ -141,9 +144,16 @@ def _with_area(area: Array) -> NDArray[np.int64]:
     return of
 
 
-def _pressure_of(stress: Array, n: Array) -> Array:
-    """−n·σ n (k,) of stresses (k, 4) xx, yy, zz, xy and unit normals n (k, 2)."""
-    xx, yy, _, xy = stress.T
+def _tangential(t: Array) -> Array:
+    """Tractions (k,) along the tangent in the plane, (k, 2) along both in space."""
+    return t[:, 0] if t.shape[1] == 1 else t
+
+
+def _pressure_of(stress: Array | None, nodes: NDArray[np.int64], n: Array) -> Array:
+    """−n·σ n (k,) at nodes of stresses (n, 4) xx, yy, zz, xy, and unit normals n (k, 2); not a number without stresses."""
+    if stress is None:
+        return np.full(len(nodes), np.nan)
+    xx, yy, _, xy = stress[nodes].T
     return np.asarray(-(xx * n[:, 0] ** 2 + 2 * xy * n[:, 0] * n[:, 1] + yy * n[:, 1] ** 2))
 
 
@@ -167,13 +177,14 @@ def _recovered(x: Array, b: Any, values: Array, recovery: Recovery | None = None
 
 
 def body_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> dict[str, BodyState]:
-    """Shapes, support reactions and recovered fields of the bodies."""
+    """Shapes, support reactions and recovered fields of the bodies; in space the fields are not recovered (not a number)."""
     x = system.positions(state.u)
     where = x if system.problem.kinematics == "finite" else system.X
-    stress = nodal_stress(system, state, e)
+    flat = system.dofs.dimension == 2
+    stress = nodal_stress(system, state, e) if flat else np.full((system.nodes, 4), np.nan)
     support = np.zeros(system.ndof)
     support[plan.fixed] = system.collected(e.r)[plan.fixed]
-    reaction = support[: 2 * system.nodes].reshape(-1, 2)
+    reaction = system.displacement(support)
     thickness = system.depth_in(e.history) if system.problem.space == "plane stress" else None
     out = {}
     for b, h in zip(system.blocks, e.history):
@@ -182,7 +193,7 @@ def body_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> 
         xx, yy, zz, xy = sig.T
         mises = np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3 * xy**2)
         plastic = np.zeros(len(sig))
-        if b.law.plastic:
+        if b.law.plastic and flat:
             plastic = np.maximum(_recovered(where, b, b.field(h, "plastic_strain"))[:, 0], 0.0)
         out[b.body] = BodyState(
             system.X[own], x[own], b.cells - own.start, reaction[own], sig, mises, plastic,

@@ -63,8 +63,9 @@ class StepControl:
         s = system.surfaces[surface]
         first = system.tool_dof(s.tool)
         arm = system.X[s.points.nodes] - system.tools[s.tool].at
-        reach = np.array([1.0, 1.0, float(np.hypot(*arm.T).max())])
-        own = (moved >= first) & (moved < first + 3)
+        d, width = system.dofs.dimension, system.dofs.tool.width
+        reach = np.where(np.arange(width) < d, 1.0, float(np.hypot.reduce(arm, axis=1).max()))
+        own = (moved >= first) & (moved < first + width)
         way = reach[moved[own] - first] * np.abs(np.diff(path[:, own], axis=0))
         return float(way.max(initial=0.0)) / (t[1] - t[0])
 
@@ -93,7 +94,7 @@ class StepControl:
     def next(self, c: Context, e: Evaluation, iterations: int, cutbacks: int) -> float:
         """Duration of the next increment from what this one cost and did."""
         policy, full = self.policy, self.longest
-        tried = c.dt if cutbacks else max(c.dt, float(c.state.clock[3]))
+        tried = c.dt if cutbacks else max(c.dt, c.state.clock.dt)
         if self.plan.increments:
             growth = policy.recover if iterations <= policy.target and not cutbacks else 1.0
         else:

@@ -18,7 +18,7 @@ from prensa.fem.discretise import discretise
 from prensa.fem.planning import plan_step
 from prensa.fem.preflight import preflight
 from prensa.fem.schedule import StepPlan
-from prensa.fem.state import State
+from prensa.fem.state import Clock, State
 from prensa.fem.symmetry import is_symmetric
 from prensa.fem.system import Evaluation, System
 from prensa.model import problem as model
@@ -94,7 +94,7 @@ def solve(
 def at_rest(system: System) -> Increment | None:
     """The initial state as an increment, number 0: what there is to look at when the first increment fails; None if nothing."""
     state = system.initial()
-    plan = plan_step(system, 0, state.anchor)
+    plan = plan_step(system, 0, state.step_start)
     e = system.evaluate(system.context(state, plan, 0.0), state.u, state.lam, stiffness=False)
     result = NewtonResult(True, None, state.u, e, state.lam, 0)
     return None if e.failed else increment_of(system, state, plan, e, result, 0, 0, False)
@@ -115,16 +115,16 @@ class TimeStepping:
 
     def run(self, state: State) -> Iterator[Increment]:
         """Increments from a committed state to the end of the last step."""
-        touched = (state.contact[:, 3] > 0) | (state.contact[:, 1] > 0)
+        touched = state.contact.closed | (state.contact.slip > 0)
         steps = self.system.problem.steps
-        for number in range(int(state.clock[0]), len(steps)):
-            plan = plan_step(self.system, number, state.anchor)
+        for number in range(state.clock.step, len(steps)):
+            plan = plan_step(self.system, number, state.step_start)
             self._prepare(plan)
             control = StepControl(self.system, plan, self.policy)
-            while state.clock[2] < plan.t1:
+            while state.clock.time < plan.t1:
                 state, increment = self.advance(state, plan, control)
                 self.last = increment
-                touched |= state.contact[:, 3] > 0
+                touched |= state.contact.closed
                 yield increment
         if len(steps):
             self.messages.warn(untouched_tools(self.system, touched))
@@ -142,7 +142,7 @@ class TimeStepping:
 
     def advance(self, state: State, plan: StepPlan, control: StepControl) -> tuple[State, Increment]:
         """One committed increment, cut as often as needed."""
-        now, dt = float(state.clock[2]), float(state.clock[3])
+        now, dt = state.clock.time, state.clock.dt
         dt = dt if dt > 0 else control.first()
         spent, cutbacks = 0, 0
         while True:
@@ -222,18 +222,19 @@ def committed(system: System, c: Context, result: NewtonResult, e: Evaluation, d
 
     At the end of a step all dofs are recovered: the next step may need some that this one does not.
     """
-    old, contact, lam = c.state, c.state.contact.copy(), result.lam.copy()
+    old, contact, lam = c.state, c.state.contact, result.lam.copy()
     for s, f in zip(system.surfaces, e.contacts):
-        contact[s.rows] = np.stack([f.t, f.kappa, f.s, (f.p > 0).astype(float)], axis=1)
-        lam[s.rows, 0], lam[s.rows, 1] = f.p, f.t
+        contact = contact.replaced(s.rows, f.record)
+        lam[s.rows, 0], lam[s.rows, 1:] = f.p, f.t
     work = nodal_work(system, c, e)
     energy = ledger(system, c, result.u, e, work)
     ended, du = c.time >= c.plan.t1, result.u - old.u
     if ended and result.recover is not None:
         result.u, result.recover = result.recover(), None
-    step, anchor = (c.plan.number + 1, result.u) if ended else (c.plan.number, old.anchor)
-    difference, damping = old.bent(du, c.dt, system.nodes)
+    step, step_start = (c.plan.number + 1, result.u) if ended else (c.plan.number, old.step_start)
+    difference, damping = old.damped_difference(du, c.dt, system.dofs.displacement.slice)
     return State(
-        u=result.u, du=du, dt_last=0.0 if ended else c.dt, bend=difference, history=e.history, contact=contact, lam=lam,
-        energy=energy, work=work, clock=np.array([step, old.clock[1] + 1, c.time, dt, damping]), anchor=anchor,
+        u=result.u, du=du, dt_last=0.0 if ended else c.dt, second_difference=difference, history=e.history, contact=contact,
+        lam=lam, energy=energy, work=work, clock=Clock(step, old.clock.number + 1, c.time, dt, damping),
+        step_start=step_start,
     )  # fmt: skip

@@ -47,7 +47,7 @@ class Drive:
             # plain Newton has no line search: where it diverges, half the increment starts nearer to its answer
             if halvings == 0:
                 raise
-        begun, start = float(old.clock[2]), old.u[dofs]
+        begun, start = old.clock.time, old.u[dofs]
         self.to(0.5 * (begun + time), dofs, 0.5 * (start + values), halvings - 1)
         return self.to(time, dofs, values, halvings - 1)
 
@@ -63,9 +63,7 @@ class Drive:
             if e.failed:
                 raise RuntimeError(str(e.failed))
             if not step[dofs].any() and np.linalg.norm(e.r[free]) <= 1e-11 * e.scale:
-                clock = state.clock.copy()
-                clock[2] = time
-                self.state = replace(state, u=u, history=e.history, clock=clock)
+                self.state = replace(state, u=u, history=e.history, clock=state.clock._replace(time=time))
                 self.reaction = e.r.reshape(-1, 2)
                 return e
             assert e.data is not None

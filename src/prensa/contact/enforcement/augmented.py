@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from prensa.contact.method import Enforcement, given_or
+from prensa.contact.record import magnitude
 from prensa.model.units import Number, Stiffness, Whole
 
 if TYPE_CHECKING:
@@ -45,7 +46,7 @@ class Augmented(Enforcement):
         tol = self.tolerance * scale.h
         normal = np.abs(f.p - lam[:, 0]) / scale.k_n / tol
         tangential = (
-            np.abs(f.t - lam[:, 1]) / scale.k_t / np.maximum(tol, elastic_share * np.abs(slip).max(initial=0.0))
+            magnitude(f.t - lam[:, 1:]) / scale.k_t / np.maximum(tol, elastic_share * np.abs(slip).max(initial=0.0))
         )
         change = max(float(normal.max(initial=0.0)), float(tangential.max(initial=0.0)))
-        return np.stack([f.p, f.t], axis=1), change
+        return np.hstack([f.p[:, None], f.t]), change

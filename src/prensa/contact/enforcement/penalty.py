@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from prensa.contact.method import Enforcement, given_or
+from prensa.contact.record import magnitude
 from prensa.model.units import Number, Stiffness
 
 if TYPE_CHECKING:
@@ -39,11 +40,11 @@ class Penalty(Enforcement):
 
     def initial_multipliers(self, lam: Array) -> Array:
         """λ_n = 0; λ_T is the committed traction, from which the return map starts."""
-        return np.stack([np.zeros(len(lam)), lam[:, 1]], axis=1)
+        return np.hstack([np.zeros((len(lam), 1)), lam[:, 1:]])
 
     def stored(self, f: ContactForces, scale: Scale) -> float:
-        """½ ∫ (p²/k_n + t²/k_T) dΓ."""
-        return float(0.5 * (f.weight * f.p**2 / scale.k_n + f.area * f.t**2 / scale.k_t).sum())
+        """½ ∫ (p²/k_n + |t|²/k_T) dΓ."""
+        return float(0.5 * (f.weight * f.p**2 / scale.k_n + f.area * magnitude(f.t) ** 2 / scale.k_t).sum())
 
     def softened(self, scale: Scale, stage: int, keep_tangential: bool, beta: float, beta_T: float) -> Scale:
         """Stiffnesses capped at (beta, beta_T) E*/h times ``continuation`` to the power of the stage."""
