@@ -121,7 +121,7 @@ def forces(
         touching = touching | closed
         p = np.where(closed, p_trial, p)
     n = 1 + m
-    dp, dt = np.zeros((k, n + pairs.dg.shape[1])), np.zeros((k, m, n + pairs.dg.shape[1]))
+    dp = np.zeros((k, n + pairs.dg.shape[1]))
     dp[:, 0] = touching
     dp[:, n:] = np.where(touching, -scale.k_n, 0.0)[:, None] * pairs.dg
     t, kappa, slip, stretched = np.zeros((k, m)), committed.slip.copy(), np.zeros(k, dtype=bool), None
@@ -139,10 +139,11 @@ def forces(
             by_p = by_p * share[:, None]
             stretched = out.t - out.dt_dp * pressure[:, None]
         t, kappa, slip = out.t, out.kappa, out.slip
-        if not lagged:
-            dt = by_p[:, :, None] * dp[:, None]
+        dt = np.zeros((k, m, dp.shape[1])) if lagged else by_p[:, :, None] * dp[:, None]
         dt[:, :, 1:n] -= out.dt_dg / scale.k_t[:, None, None]  # the trial traction is λ_T − k_T Δg_T
         dt[:, :, n:] += _chained(out.dt_dg, pairs.ds)
+    else:
+        dt = np.zeros((k, m, dp.shape[1]))
     area = weight if area is None else area
     P, T = weight * p, area[:, None] * t
     F, K = assembled(pairs, P, T, weight[:, None] * dp, area[:, None, None] * dt)

@@ -30,8 +30,9 @@ ROUND = 1.0  # round-off of a gap or slip over ε × size
 class Surface:
     """One contact: candidate points against a tool. ``first`` is the row of its first point in the state's arrays.
 
-    ``X`` (k, 2) initial positions of the points, ``dofs`` (k, 2a + 3) unknowns of their pairs: x, y of each supporting
-    node, tool x, y, rz; ``normal`` (k, 2) of the undeformed surface at the points, ``node_normal`` (n, 2) at its nodes;
+    ``X`` (k, d) initial positions of the points, ``dofs`` (k, d a + m) degrees of freedom of their pairs: displacements of each
+    supporting node, motions of the tool; ``normal`` (k, d) of the undeformed surface at the points, ``node_normal`` (n, d) at
+    its nodes;
     ``behind`` (m,): elements of the body behind the edges.
     ``multipliers``: their field, normal and tangential of each point; None if they are no degrees of freedom.
     """
@@ -68,7 +69,7 @@ class Surface:
 
     @property
     def coupled(self) -> Index:
-        """Unknowns of the pairs (k, 2a + 3), followed by the two multipliers where these are unknowns (k, 2a + 5)."""
+        """Unknowns of the pairs (k, d a + m), followed by the multipliers where these are unknowns (k, d a + m + 1 + t)."""
         if self.multipliers is None:
             return self.dofs
         return np.hstack([self.dofs, self.multipliers.dofs(np.arange(len(self.points)))])

@@ -61,13 +61,13 @@ class ToolState:
 
     ``spring``: force of the springs that it is mounted on, on the tool (None: on none).
 
-    ``direction`` (2,) outward normal of the face of a plane, stamp or ring before any rotation (``place.rz`` turns it).
+    ``direction`` (d,) outward normal of the face of a plane, stamp or ring before any rotation (``place.rz`` turns it).
     """
 
     at: Array
     place: Place
     force: Force
-    direction: tuple[float, float] = (0.0, -1.0)
+    direction: tuple[float, ...] = (0.0, -1.0)
     spring: Force | None = None
 
 
@@ -102,6 +102,9 @@ class ContactState:
     ``pressure_smoothed`` with the integration points extrapolated to the nodes and averaged there (the paper's route),
     ``error`` = |pressure − pressure_from_stress| where closed, an error bar. ``area``: area of the closed points.
     ``points``: the same at the integration points. Pressures are per current area.
+
+    In space positions and forces have three components, ``shear`` (k, 2) is along the tool's two tangents, and nothing is
+    recovered from the stresses yet (not a number).
     """
 
     surface: str

@@ -94,7 +94,7 @@ def tool_states(system: System, state: State, e: Evaluation) -> dict[str, ToolSt
             tool.at,
             PLACE[system.dofs.dimension](*map(float, system.place_of(t, state.u))),
             force[tool.name],
-            (float(tool.direction[0]), float(tool.direction[1])),
+            tuple(map(float, tool.direction)),
             spring,
         )
     return out
