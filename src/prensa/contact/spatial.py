@@ -14,13 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.pairing import Pairs
+from prensa.contact.rules.nodal import Nodal
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 _PLACE = 1.0 / 3.0**0.5
-_GAUSS = [(x, y) for x in (-_PLACE, _PLACE) for y in (-_PLACE, _PLACE)]
+_FACE_POINTS = [(x, y) for x in (-_PLACE, _PLACE) for y in (-_PLACE, _PLACE)]
 _CORNERS = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
 
 
@@ -72,7 +73,7 @@ class FacePoints:
     faces: Index
     depth: Array
 
-    rule = "nodal"
+    rule = Nodal()
     are_nodes = True
 
     def __len__(self) -> int:
@@ -132,7 +133,7 @@ class FacePoints:
 def face_measures(x: Array) -> Array:
     """∫ N_A dΓ (m, 4) of bilinear faces x (m, 4, 3)."""
     out = np.zeros(x.shape[:2])
-    for xi, eta in _GAUSS:
+    for xi, eta in _FACE_POINTS:
         a, b = _CORNERS.T
         N = 0.25 * (1 + a * xi) * (1 + b * eta)
         along, across = (np.einsum("a,mai->mi", d, x) for d in (0.25 * a * (1 + b * eta), 0.25 * b * (1 + a * xi)))

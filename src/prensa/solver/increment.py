@@ -166,7 +166,7 @@ class SpatialReaction(NamedTuple):
     z: float
 
 
-FORCE: Mapping[int, Any] = {2: Force, 3: SpatialForce}
+FORCE_IN: Mapping[int, Any] = {2: Force, 3: SpatialForce}
 PLACE: Mapping[int, Any] = {2: Place, 3: SpatialPlace}
 REACTION: Mapping[int, Any] = {2: Reaction, 3: SpatialReaction}
 """By the dimension of space."""

@@ -17,7 +17,7 @@ from prensa.fem.system import Evaluation, System
 from prensa.model.problem import Problem
 from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import (
-    FORCE,
+    FORCE_IN,
     PLACE,
     REACTION,
     BodyState,
@@ -60,7 +60,7 @@ def tool_forces(system: System, e: Evaluation) -> dict[str, Force]:
     total = {t.name: np.zeros(system.dofs.tool.width) for t in system.tools}
     for s, f in zip(system.surfaces, e.contacts):
         total[system.tools[s.tool].name] += f.F[:, d:].sum(axis=0)
-    return {k: FORCE[d](*map(float, v)) for k, v in total.items()}
+    return {k: FORCE_IN[d](*map(float, v)) for k, v in total.items()}
 
 
 def support_forces(system: System, e: Evaluation, plan: StepPlan) -> dict[str, Reaction]:
