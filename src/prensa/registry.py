@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
-from typing import TypeVar
+from typing import Any, TypeVar
 
 _T = TypeVar("_T")
 
@@ -146,6 +146,15 @@ DOORS = {
 def member(kind: str) -> Callable[[type[_T]], type[_T]]:
     """Class decorator: register it at the door of its kind."""
     return DOORS[kind].add
+
+
+def examples(kind: str) -> dict[str, Any]:
+    """Objects that the members of a kind give as examples, by type and number, for the tests that they inherit."""
+    return {
+        f"{name} {number}": cls(**fields)
+        for name, cls in DOORS[kind].own().items()
+        for number, fields in enumerate(getattr(cls, "examples", ()))
+    }
 
 
 def public(*kinds: str) -> Iterator[tuple[str, type]]:

@@ -12,7 +12,7 @@ import pytest
 import prensa as pr
 from prensa.materials.laws import J2, Hencky, material_of
 from prensa.model.schema import dump, loads
-from prensa.registry import DOORS
+from prensa.registry import DOORS, examples
 from prensa.testing import LawError, check_flow, check_material
 
 
@@ -57,11 +57,10 @@ FLOWS = {
     "hockett-sherby": pr.HockettSherby(100.0, 300.0, 2.0, 0.7),
     "johnson-cook": pr.JohnsonCook(250.0, 500.0, 0.3, 0.02, 1e-3),
     "table": pr.FlowTable(((0.0, 200.0), (0.1, 300.0), (1.0, 400.0))),
-    "swift-voce": pr.SwiftVoce(K=565.0, e0=0.007, n=0.26, s0=150.0, Q=200.0, b=12.0, w=0.6),
     "a user's": Power(60.0, 120.0, 0.4),
     "a user's of the rate": Viscous(100.0, 50.0, 40.0, 5.0),
     "a user's of real numbers only": Real(100.0),
-}
+} | examples("flow")
 
 
 @pytest.mark.parametrize("name", FLOWS)
@@ -222,7 +221,7 @@ MATERIALS = {
     "a user's energy": Ogden(1000.0, 0.4, 3.0),
     "a user's stress": HenckyStress(1000.0, 0.3),
     "a user's energy of real numbers": RealEnergy(400.0, 900.0),
-}
+} | examples("material")
 
 
 @pytest.mark.parametrize("name", MATERIALS)

@@ -8,7 +8,7 @@ import pytest
 import prensa as pr
 from prensa.friction.law import At
 from prensa.friction.return_map import return_map
-from prensa.registry import DOORS
+from prensa.registry import DOORS, examples
 from prensa.testing import LawError, check_friction
 
 
@@ -48,12 +48,10 @@ LAWS = {
     "table": pr.Coulomb(pr.MuTable((0.0, 1.0, 4.0), (0.1, 0.25, 0.3))),
     "shear": pr.Shear(0.3),
     "shear, k given": pr.Shear(0.3, k=40.0),
-    "capped": pr.Capped(0.5, m=0.6),
-    "capped, k given": pr.Capped(0.5, m=0.6, k=50.0),
     "a user's": Users(0.5, 0.6),
     "a user's that hardens": Hardening(0.1),
     "a user's of real numbers only": Real(0.3),
-}
+} | examples("friction")
 
 
 def random_state(d, rng, k=200):

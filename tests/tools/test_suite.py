@@ -11,7 +11,7 @@ import prensa as pr
 from prensa.cli import app
 from prensa.errors import PrensaError
 from prensa.mesh.generate import mesh_of
-from prensa.registry import DOORS
+from prensa.registry import DOORS, examples
 from prensa.testing import LawError, check_tool
 from prensa.tools.place import place
 from prensa.tools.shapes.ellipse import Oval
@@ -93,15 +93,13 @@ TOOLS = {
     "hole": pr.Profile(points=((-3, 1), (7, 1.05), (7, -9), (-3, -9)), fillet=3.0, closed=True),
     "polygon": pr.Polygon(points=((0.0, 0.0), (0.0, 2.0), (2.0, 1.0)), fillet=0.2),
     "sharp polygon": pr.Polygon(points=((0.0, 0.0), (0.0, 2.0), (2.0, 1.0)), fillet=0.0),
-    "ellipse": pr.Ellipse((3.0, 1.0)),
-    "high ellipse": pr.Ellipse((0.002, 0.003)),
     "a user's": Round(2.0),
     "a user's of real numbers only": Real(2.0, 0.5),
     "a user's with edges": Sharp(2.0),
     "a user's without end": Endless(1.0),
     "a user's cavity": Bore(2.0),
     "a user's closest point": Stated(),
-}
+} | examples("tool")
 
 
 @pytest.mark.parametrize("tool", TOOLS.values(), ids=TOOLS)

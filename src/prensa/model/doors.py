@@ -7,7 +7,7 @@ file, and objects of users' classes.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Annotated, Any, ClassVar, Union, dataclass_transform
 
 from pydantic import BeforeValidator, Discriminator, Tag, TypeAdapter, ValidationError, ValidationInfo
@@ -95,6 +95,8 @@ class Member:
     """
 
     door: ClassVar[str] = ""
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = ()
+    """Fields of objects with which the tests that its kind inherits try it."""
     type: str
 
     def __init_subclass__(cls, abstract: bool = False, **options: Any) -> None:

@@ -5,7 +5,8 @@ Orowan (1943), Proc. Inst. Mech. Eng. 150, 140-167, for rolling, with m = 1: fri
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,8 @@ class Capped(FrictionLaw):
     m: Annotated[Number, Field(ge=0, le=1)] = 1.0
     k: Annotated[Pressure, Field(gt=0)] | None = None
     type: Literal["capped"] = "capped"
+
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({"mu": 0.5, "m": 0.6}, {"mu": 0.5, "m": 0.6, "k": 50.0})
 
     @property
     def hardens(self) -> bool:

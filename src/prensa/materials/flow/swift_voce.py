@@ -6,7 +6,8 @@ needs. A J2 update costs two to five times that of a compiled curve (docs/decisi
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,10 @@ class SwiftVoce(FlowCurve):
     b: Annotated[Number, Field(ge=0)]
     w: Annotated[Number, Field(ge=0, le=1)] = 0.5
     type: Literal["swift_voce"] = "swift_voce"
+
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = (
+        {"K": 565.0, "e0": 0.007, "n": 0.26, "s0": 150.0, "Q": 200.0, "b": 12.0, "w": 0.6},
+    )
 
     def stress(self, strain: Array, rate: Array) -> tuple[Array, Array]:
         """σ_y and its derivative by the plastic strain, each (k,)."""

@@ -7,9 +7,10 @@ second kind, DLMF 19.2.5 and 19.30.2.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,8 @@ class Ellipse(ToolShape):
 
     semi: tuple[Semi, Semi]
     type: Literal["ellipse"] = "ellipse"
+
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({"semi": (3.0, 1.0)}, {"semi": (0.002, 0.003)})
 
     def shape(self, direction: Array, rounding: float = 0.0) -> Oval:
         """Ellipse about the reference point."""
