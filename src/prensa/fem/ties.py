@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import block_diag, coo_matrix, csr_matrix, identity
 
+from prensa.layout import DofMap
 from prensa.mesh.mesh import COINCIDENT, Mesh, MeshError, ordered_nodes
 from prensa.model import problem as model
 
@@ -95,15 +96,15 @@ def make_ties(
     sides = [tuple(_side(name, meshes, offsets) for name in (t.slave, t.master)) for t in problem.ties]
     owner = _merged([s for s in sides if _matching(X, *s)], X)
     X = X[owner]
-    n = 2 * len(X)
+    field = DofMap(X.shape[1], len(X)).displacement
     rows, cols, values = [], [], []
-    taken = np.repeat(owner != np.arange(len(X)), 2).reshape(-1, 2)
+    taken = np.repeat((owner != np.arange(len(X)))[:, None], field.width, axis=1)
     for slave, master in sides:
         if _matching(X, slave, master):
             continue
         s, m = _Side(slave.name, owner[slave.edges]), _Side(master.name, owner[master.edges])
         integrals = list(_integrals(X, s, m, problem.space == "axisymmetric"))
-        for axis in range(2):
+        for axis, component in enumerate(field.components):
             free = ~held[:, axis] & ~taken[:, axis]
             free[m.nodes] = False  # a corner that another tie has made one with the master side
             r, c, v = _combinations(integrals, free)
@@ -111,17 +112,17 @@ def make_ties(
                 raise MeshError(
                     f"tie of {s.name} to {m.name}: supports or other ties hold all of its slave side; swap them"
                 )
-            rows.append(2 * r + axis)
-            cols.append(2 * c + axis)
+            rows.append(field.dof(r, component))
+            cols.append(field.dof(c, component))
             values.append(v)
             taken[np.unique(r), axis] = True
-    own = np.repeat(2 * owner, 2) + np.tile([0, 1], len(X))
-    merged = np.flatnonzero(own != np.arange(n))
+    own = field.dofs(owner).ravel()
+    merged = np.flatnonzero(own != np.arange(field.size))
     rows.append(merged)
     cols.append(own[merged])
     values.append(np.ones(len(merged)))
-    matrix = _closed(n, np.concatenate(rows), np.concatenate(cols), np.concatenate(values))
-    return Ties(matrix, own), np.asarray((matrix @ X.ravel()).reshape(-1, 2))
+    matrix = _closed(field.size, np.concatenate(rows), np.concatenate(cols), np.concatenate(values))
+    return Ties(matrix, own), np.asarray((matrix @ X.ravel()).reshape(X.shape))
 
 
 def held_components(

@@ -135,7 +135,7 @@ def _through(system: System, s: Surface, start: Array, end: Array, policy: Polic
     samples = min(int(policy.samples * length.max() / h) + policy.samples, policy.most_samples)
     share = np.linspace(0.0, 1.0, samples)
     way = start + share[:, None, None] * (end - start)
-    close = system.tools[s.tool].shape.closest(way.reshape(-1, 2))
+    close = system.tools[s.tool].shape.closest(way.reshape(-1, way.shape[-1]))
     g, n = close.g.reshape(len(share), -1), close.n.reshape(way.shape)
     inside, each = g < 0, np.arange(len(start))
     enters, leaves = inside.argmax(axis=0), len(share) - 1 - inside[::-1].argmax(axis=0)
@@ -145,7 +145,7 @@ def _through(system: System, s: Surface, start: Array, end: Array, policy: Polic
 
 def _in_tool(system: System, s: Surface, u: Array) -> Array:
     """Places (k, 2) of the nodes of a surface in the frame of its tool."""
-    x, y, turn = u[system.tool_dof(s.tool) :][:3]
+    x, y, turn = system.place_of(s.tool, u)
     c, d = np.cos(turn), np.sin(turn)
     return (system.positions(u)[s.points.nodes] - system.tools[s.tool].at - [x, y]) @ np.array([[c, -d], [d, c]])
 

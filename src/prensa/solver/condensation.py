@@ -132,7 +132,9 @@ class CondensedMatrix:
         self.idle = np.concatenate(
             [np.zeros(0, dtype=np.int64), *(k[np.repeat(self.beyond[rows], 2)] for k, rows in exact)]
         )
-        others = np.setdiff1d(np.arange(2 * system.nodes, system.ndof), np.concatenate([base.fixed, self.idle]))
+        others = np.setdiff1d(
+            np.arange(system.dofs.displacement.size, system.ndof), np.concatenate([base.fixed, self.idle])
+        )
         self.free = np.concatenate([self.reached, others])
         # touched dofs from the free ones
         k, a = len(base.touched), len(self.A)
@@ -245,7 +247,7 @@ class Condensation:
     ) -> None:  # fmt: skip
         self.policy = policy
         self.fixed, self.bodies = plan.fixed, Bodies(system, plan, numerics, policy)
-        bodies, n = self.bodies, 2 * system.nodes
+        bodies, n = self.bodies, system.dofs.displacement.size
         self.nodal = np.union1d(bodies.candidates, bodies.near).astype(np.int64)
         self.touched = np.concatenate([self.nodal, np.arange(n, system.ndof)])
         rows = bodies.follow[self.nodal]

@@ -36,7 +36,7 @@ class Bodies:
     """
 
     def __init__(self, system: System, plan: StepPlan, numerics: model.Numerics, policy: Policy) -> None:
-        self.system, self.policy, n = system, policy, 2 * system.nodes
+        self.system, self.policy, n = system, policy, system.dofs.displacement.size
         self.follow = csr_matrix(identity(n)) if system.ties is None else system.ties.matrix
         own = self.follow.diagonal() != 0
         self.held = plan.fixed[plan.fixed < n]
@@ -76,7 +76,7 @@ class Bodies:
 
     def _stiffness(self, plan: StepPlan) -> csc_matrix:
         """Stiffness (n, n) of the bodies in the displacements, what belongs to tied nodes handed over to their masters."""
-        system, n, zero = self.system, 2 * self.system.nodes, np.zeros(self.system.ndof)
+        system, n, zero = self.system, self.system.dofs.displacement.size, np.zeros(self.system.ndof)
         pattern, data = system.pattern, np.zeros(len(system.pattern.indices))
         c = system.context(system.initial(), plan, plan.t1)
         if failed := system.bulk(c, zero, zero.copy(), data).failed:
@@ -131,7 +131,7 @@ class Bodies:
         """As `free_response`, with loads (n,) on the displacements or with none."""
         if loads is None and not held.any():
             return FreeResponse(np.zeros(len(self.near)), np.zeros(len(self.near)), np.zeros(len(self.held)))
-        f = np.zeros(2 * self.system.nodes) if loads is None else loads
+        f = np.zeros(self.system.dofs.displacement.size) if loads is None else loads
         y = self.solved(f[self.free] - self.K_pf.T @ held)
         return FreeResponse(y[self.places], f[self.near], self.K_pf @ y + self.K_pp @ held)
 
@@ -143,4 +143,4 @@ class Bodies:
         if not self.loaded(c):
             return None
         f = self.system.external(c, np.zeros(self.system.ndof))
-        return self.system.collected(f)[: 2 * self.system.nodes]
+        return self.system.collected(f)[: self.system.dofs.displacement.size]

@@ -58,7 +58,8 @@ def determined(e: Evaluation, b: Array, equations: list[Equations], policy: Poli
         constraint = own <= policy.weak * size
         held = constraint & (left <= policy.weak * size)
         unit = s.modulus / s.points.depth
-        asked = np.abs(b[s.unknowns].reshape(-1, 2))
+        assert s.multipliers is not None
+        asked = np.abs(s.multipliers.of(b))
         unmet = held & (asked > (policy.met * s.points.depth * f.weight * unit)[:, None])
         inside = held[:, 0] & (f.g < -policy.met * s.points.depth)
         if inside.any():

@@ -102,11 +102,11 @@ def imbalance(system: System, inc: Increment) -> tuple[float, float]:
     gaps += [tools[name] + nodal[name] for name in tools]
     gaps.append(sum(tools.values(), np.zeros(3)) + neglected - sum(actions, np.zeros(3)))
     for dof, amplitude in plan.push.items():
-        t, component = divmod(dof - 2 * system.nodes, 3)
+        t, component = (int(v) for v in system.dofs.tool.split(np.asarray(dof)))
         force = list(inc.tools.values())[t].force
         gaps.append(np.eye(3)[component] * (force[component] + amplitude(inc.time)))
     for dof in plan.springs:
-        t, component = divmod(dof - 2 * system.nodes, 3)
+        t, component = (int(v) for v in system.dofs.tool.split(np.asarray(dof)))
         tool = list(inc.tools.values())[t]
         gaps.append(np.eye(3)[component] * (tool.force[component] + (tool.spring or tool.force)[component]))
     if system.axisymmetric:

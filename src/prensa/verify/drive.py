@@ -64,7 +64,7 @@ class Drive:
                 raise RuntimeError(str(e.failed))
             if not step[dofs].any() and np.linalg.norm(e.r[free]) <= 1e-11 * e.scale:
                 self.state = replace(state, u=u, history=e.history, clock=state.clock._replace(time=time))
-                self.reaction = e.r.reshape(-1, 2)
+                self.reaction = system.displacement(e.r).copy()
                 return e
             assert e.data is not None
             pattern = system.pattern
@@ -79,7 +79,7 @@ class Drive:
         """Unknowns (k,) of the nodes on the boundary."""
         edges = self.system.meshes["body"].edges
         nodes = np.unique(np.concatenate([e.ravel() for e in edges.values()]))
-        return (2 * nodes[:, None] + np.arange(2)).ravel()
+        return self.system.dofs.displacement.dofs(nodes).ravel()
 
     def cauchy(self) -> Array:
         """Cauchy stress (points, 4) xx, yy, zz, xy at the integration points."""
