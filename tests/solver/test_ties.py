@@ -125,7 +125,7 @@ def test_conditions_on_curved_edges_carry_rigid_motions_and_constant_traction(el
     assert np.abs(X[offsets["b"] :] - outer.points).max() < 0.02 if element == "q4" else 2e-3
     load = np.zeros_like(X)
     load[outer.nodes("inner") + offsets["b"]] = (1.0, 2.0)
-    passed = ties.collected(load.ravel()).reshape(-1, 2)
+    passed = ties.to_masters(load.ravel()).reshape(-1, 2)
     assert np.allclose(passed.sum(axis=0), load.sum(axis=0), rtol=1e-12)
     if not held:
         assert _moment(X, passed) == pytest.approx(_moment(X, load), rel=1e-9)

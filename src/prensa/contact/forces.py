@@ -2,7 +2,7 @@
 
 p = ⟨λ_n − k_n g⟩ with the total gap (paper eqs. 4-8, corrected) and t_T by the return map. The augmented form is the
 penalty form with multipliers that an outer loop updates; for plain penalty λ_n = 0 and λ_T is the committed traction. In
-the exact form the multipliers are unknowns of the same Newton iteration and p = λ_n, t_T = λ_T are its further equations
+the exact form the multipliers are dofs of the same Newton iteration and p = λ_n, t_T = λ_T are its further equations
 (`multiplier_rows`; Alart and Curnier 1991, Hüeber and Wohlmuth 2005).
 """
 
@@ -83,7 +83,7 @@ class ContactForces(NamedTuple):
 class Scale:
     """Stiffnesses per area k_n, k_t (k,) of the points and lengths h (k,) against which penetration is small.
 
-    unit (k,) = E*/h: pressure per length by which multipliers, as unknowns, are divided.
+    unit (k,) = E*/h: pressure per length by which multipliers, as degrees of freedom, are divided.
     """
 
     k_n: Array

@@ -122,7 +122,7 @@ class Points:
         return out
 
     def carry(self, more: int = 0) -> Array:
-        """∂(x, y of the point; the rest)/∂(x, y of its a nodes; the rest), the rest the tool's 3 and ``more`` unknowns.
+        """∂(x, y of the point; the rest)/∂(x, y of its a nodes; the rest), the rest the tool's 3 and ``more`` degrees of freedom.
 
         (k, 5 + more, 2a + 3 + more).
         """

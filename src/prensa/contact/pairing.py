@@ -1,4 +1,4 @@
-"""Gap and slip of contact points against a tool, with everything their tangent needs.
+"""Contact pairs, a point of a body and a rigid tool: gap and slip, with everything their tangent needs.
 
 Generalised coordinates of a pair are q = (body point, motions of the tool): (x, y; x, y, rz) in the plane, here, and
 (x, y, z; x, y, z, rx, ry, rz) in space, `prensa.contact.spatial`. All geometries give the gap g, the t surface coordinates s,

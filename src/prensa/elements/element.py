@@ -1,6 +1,6 @@
 """Elements as a sweep sees them: nodes, points, shape values, and the response of a chunk of elements to its increments.
 
-A response is kinematics → material → integration; an element with internal unknowns repeats the first two until they are
+A response is kinematics → material → integration; an element with internal dofs repeats the first two until they are
 solved. An element is one file in `prensa.elements.kinds`; its kernels, which it reaches when it first responds, stand beside.
 """
 

@@ -22,7 +22,7 @@ _N = np.array([q4(*p)[0] for p in AT])
 _DN = np.array([q4(*p)[1] for p in AT])
 _N0, _DN0 = q4(0.0, 0.0)
 MODES = {False: 4, True: 5}
-"""Internal unknowns of an element, by whether the problem is axisymmetric."""
+"""Internal degrees of freedom of an element, by whether the problem is axisymmetric."""
 
 
 @njit(cache=True, error_model="numpy")

@@ -20,7 +20,7 @@ CHUNK = 1024
 
 
 class Pattern(NamedTuple):
-    """Compressed sparse columns of the whole system, prescribed unknowns included; structurally symmetric, sorted."""
+    """Compressed sparse columns of the whole system, prescribed degrees of freedom included; structurally symmetric, sorted."""
 
     n: int
     indptr: NDArray[np.int32]
@@ -61,7 +61,7 @@ def scatter_matrix(K, slot, data):
 def block_slots(indptr, indices, cells, out, d=2):
     """Cells (e, a) → out (e, a, a): position in the matrix values of (first unknown of node i, first unknown of node j).
 
-    d: unknowns of a node.
+    d: degrees of freedom of a node.
     """
     for e in range(cells.shape[0]):
         for j in range(cells.shape[1]):
@@ -71,9 +71,9 @@ def block_slots(indptr, indices, cells, out, d=2):
 
 @njit(cache=True)
 def scatter_stiffness(K, cells, slot, indptr, data):
-    """Add K (e, d a, d a) to the matrix values; slot (e, a, a) of `block_slots`, d unknowns a node.
+    """Add K (e, d a, d a) to the matrix values; slot (e, a, a) of `block_slots`, d degrees of freedom a node.
 
-    The unknowns of a node are coupled with the same ones: its columns all have the same rows.
+    The degrees of freedom of a node are coupled with the same ones: its columns all have the same rows.
     """
     d = K.shape[1] // cells.shape[1]
     if d != 2:
@@ -124,7 +124,7 @@ def scatter_vector(r, dofs, out):
 
 @njit(cache=True)
 def scatter_forces(r, cells, out):
-    """Add the forces r (e, d a) on the nodes of cells (e, a), d unknowns each, to those of all unknowns."""
+    """Add the forces r (e, d a) on the nodes of cells (e, a), d degrees of freedom each, to those of all degrees of freedom."""
     d = r.shape[1] // cells.shape[1]
     if d != 2:
         for e in range(r.shape[0]):
@@ -140,7 +140,7 @@ def scatter_forces(r, cells, out):
 
 @njit(cache=True)
 def _blocks(indptr, indices, d, out_indptr, out_indices):
-    """Pattern of nodes (compressed columns, sorted) → pattern of their d unknowns each, sorted."""
+    """Pattern of nodes (compressed columns, sorted) → pattern of their d degrees of freedom each, sorted."""
     n = 0
     out_indptr[0] = 0
     for node in range(len(indptr) - 1):

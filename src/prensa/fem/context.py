@@ -1,4 +1,4 @@
-"""What an increment depends on besides the unknowns; made once an increment, never changed during it."""
+"""What an increment depends on besides the degrees of freedom; made once an increment, never changed during it."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ Flags = NDArray[np.bool_]
 
 
 class Request(NamedTuple):
-    """What an evaluation asks for: unknowns u (ndof,), multipliers lam (points, 1 + t), whether matrices are wanted.
+    """What an evaluation asks for: degrees of freedom u (ndof,), multipliers lam (points, 1 + t), whether matrices are wanted.
 
     ``stick`` (points,): contact points that are forced to stick; ``guess``: points that were closed are kept closed and stuck,
     for the first guess of an increment. ``reach``: a length that positions do not exceed, for their round-off.
@@ -74,4 +74,4 @@ class Interaction(Protocol):
         """Sets of degrees of freedom (k, m) that it joins in the matrix; of a load without stiffness none."""
 
     def respond(self, c: Context, ask: Request) -> Response:
-        """Forces, matrices and trial state for the unknowns and the context of an increment."""
+        """Forces, matrices and trial state for the degrees of freedom and the context of an increment."""

@@ -69,7 +69,7 @@ def _support_groups(system: System, number: int, step_start: Array) -> list[Pres
     taken = np.zeros(system.ndof, dtype=bool)
 
     def add(dofs: Index, c: Course | None, support: tuple[str, str] | None = None) -> None:
-        dofs = system.owners(dofs)
+        dofs = system.master_dofs(dofs)
         dofs = dofs[~taken[dofs]]
         taken[dofs] = True
         if len(dofs):

@@ -230,7 +230,7 @@ def _beginning(system: System) -> Iterator[Notice]:
 
 # ------------------------------------------------------------------------------------------------------------ the passage
 class _Moment(NamedTuple):
-    """Bodies at rest at time t: unknowns u (ndof,), and which tools have a place that is prescribed up to here."""
+    """Bodies at rest at time t: degrees of freedom u (ndof,), and which tools have a place that is prescribed up to here."""
 
     plan: StepPlan
     t: float

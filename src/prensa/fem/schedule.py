@@ -1,4 +1,4 @@
-"""What happens when: prescribed displacements, tool forces, loads and friction of a step as functions of time."""
+"""What happens when: the boundary conditions of a step, its tool forces, loads and friction, with their amplitudes in time."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def integrated(value: Any, start: float, t0: float, t1: float) -> Course:
 
 @dataclass
 class Prescribed:
-    """Group of unknowns that follow one course, each from its own start: value = start + share · (course − origin).
+    """Boundary condition: a group of dofs that follow one course, each from its own start: value = start + share · (course − origin).
 
     ``support``: name of the boundary and axis, 'x' or 'y', that it holds; None for tools and the axis of revolution.
     """
@@ -85,8 +85,8 @@ class BoundaryLoad:
 class StepPlan:
     """Everything prescribed in one step; ``t0``, ``t1`` its times.
 
-    ``fixed`` (k,) prescribed unknowns in increasing order; ``push`` tool unknowns with force courses; ``springs`` tool
-    unknowns that hang on a spring, with its stiffness and the course of its mount.
+    ``fixed`` (k,) prescribed dofs in increasing order; ``push`` tool degrees of freedom with force courses; ``springs`` tool
+    degrees of freedom that hang on a spring, with its stiffness and the course of its mount.
     """
 
     name: str
@@ -108,7 +108,7 @@ class StepPlan:
         self.fixed = dofs[self._order]
 
     def values(self, t: float) -> Array:
-        """Values (k,) of the prescribed unknowns at time t, in the order of ``fixed``."""
+        """Values (k,) of the prescribed degrees of freedom at time t, in the order of ``fixed``."""
         if not self.groups:
             return np.zeros(0)
         return np.concatenate([g.at(t, self.t0, self.t1) for g in self.groups])[self._order]
@@ -119,7 +119,7 @@ class StepPlan:
         return np.concatenate([self.fixed, np.array(list(self.springs), dtype=np.int64)])
 
     def motion(self, t: float) -> Array:
-        """Values of the unknowns ``moved`` at time t; of a spring that of its mount."""
+        """Values of the degrees of freedom ``moved`` at time t; of a spring that of its mount."""
         return np.concatenate([self.values(t), [mount(t) for _, mount in self.springs.values()]])
 
     def corners(self) -> Array:

@@ -101,8 +101,8 @@ class Earlier:
         plan, e, c = _at_rest(system, state, 0, state.step_start, 0.0)
         number = min(self.state.clock.step, len(self.system.problem.steps) - 1)
         _, old, at_end = _at_rest(self.system, self.state, number, self.state.step_start, self.state.clock.time)
-        inner, inner_old = (s.collected(v.r + v.f_ext) for s, v in ((system, e), (self.system, old)))
-        release = system.collected(e.r - self._moved(self._jump(system, at_end, old), system))
+        inner, inner_old = (s.to_masters(v.r + v.f_ext) for s, v in ((system, e), (self.system, old)))
+        release = system.to_masters(e.r - self._moved(self._jump(system, at_end, old), system))
         work = self._moved(self.state.work, system) + inner - self._moved(inner_old, system)
         release[plan.fixed] = 0.0
         for s in system.surfaces:
@@ -139,7 +139,7 @@ class Earlier:
         return out
 
     def _moved(self, values: Array, system: System) -> Array:
-        """Values (ndof,) of the earlier unknowns at the places of the same bodies and tools in the new system."""
+        """Values (ndof,) of the earlier degrees of freedom at the places of the same bodies and tools in the new system."""
         out = np.zeros(system.ndof)
         for body in self.bodies:
             nodes = np.arange(len(system.meshes[body].points))

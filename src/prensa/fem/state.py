@@ -1,4 +1,4 @@
-"""The committed state: everything that the next increment depends on, and nothing else."""
+"""The committed state variables: everything that the next increment depends on, and nothing else."""
 
 from __future__ import annotations
 

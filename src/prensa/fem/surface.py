@@ -53,12 +53,12 @@ class Surface:
 
     @property
     def exact(self) -> bool:
-        """Whether its multipliers are unknowns."""
+        """Whether its multipliers are degrees of freedom."""
         return self.multipliers is not None
 
     @property
     def unknowns(self) -> slice:
-        """Places of its multipliers in the vector of unknowns."""
+        """Places of its multipliers in the vector of degrees of freedom."""
         assert self.multipliers is not None
         return self.multipliers.slice
 
@@ -69,7 +69,7 @@ class Surface:
 
     @property
     def coupled(self) -> Index:
-        """Unknowns of the pairs (k, d a + m), followed by the multipliers where these are unknowns (k, d a + m + 1 + t)."""
+        """Unknowns of the pairs (k, d a + m), followed by the multipliers where these are dofs (k, d a + m + 1 + t)."""
         if self.multipliers is None:
             return self.dofs
         return np.hstack([self.dofs, self.multipliers.dofs(np.arange(len(self.points)))])
@@ -84,7 +84,7 @@ class Surface:
 
 @dataclass(frozen=True)
 class ContactInteraction:
-    """A contact in the residual: p and t_T on pairs, with the equations of its multipliers where these are unknowns."""
+    """A contact in the residual: p and t_T on pairs, with the equations of its multipliers where these are degrees of freedom."""
 
     system: System
     surface: Surface

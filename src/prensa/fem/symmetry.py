@@ -21,7 +21,7 @@ from prensa.fem.system import System
 
 
 def is_symmetric(system: System, plan: StepPlan) -> bool:
-    """Whether the matrix of the free unknowns is symmetric throughout a step. No matrix is ever made symmetric."""
+    """Whether the matrix of the free degrees of freedom is symmetric throughout a step. No matrix is ever made symmetric."""
     return (
         all(b.law.symmetric and (b.element.symmetric(b.mode) or _has_energy(b)) for b in system.blocks)
         and all(system.frictionless(d) for d in plan.friction)

@@ -164,7 +164,7 @@ class System:
         return np.flatnonzero(self.X[:, 0] <= 1e-12 * self.length)
 
     def multipliers(self, u: Array, lam: Array) -> Array:
-        """λ_n, λ_T (points, 2) of all contact points: of exact contacts from the unknowns u (ndof,), else those of lam."""
+        """λ_n, λ_T (points, 2) of all contact points: of exact contacts from the dofs u (ndof,), else those of lam."""
         if not any(s.exact for s in self.surfaces):
             return lam
         out = lam.copy()
@@ -190,15 +190,15 @@ class System:
         held[plan.fixed] = True
         return np.asarray(held[self.dofs.displacement.dofs(nodes)].any(axis=-1))
 
-    def followed(self, u: Array) -> Array:
+    def with_slaves(self, u: Array) -> Array:
         """Unknowns (ndof,) with tied nodes put where their masters take them."""
-        return u if self.ties is None else self.ties.followed(u)
+        return u if self.ties is None else self.ties.with_slaves(u)
 
-    def collected(self, r: Array) -> Array:
+    def to_masters(self, r: Array) -> Array:
         """Forces (ndof,) with those on tied nodes handed over to their masters."""
-        return r if self.ties is None else self.ties.collected(r)
+        return r if self.ties is None else self.ties.to_masters(r)
 
-    def owners(self, dofs: Index) -> Index:
+    def master_dofs(self, dofs: Index) -> Index:
         """Unknowns with those of nodes that a tie has made one replaced by the one that stands for them."""
         return dofs if self.ties is None else np.unique(self.ties.owner[dofs])
 
@@ -211,7 +211,7 @@ class System:
         return [b for b in self.problem.bodies if b in group]
 
     def positions(self, u: Array) -> Array:
-        """Node positions (n, 2) for unknowns u (ndof,)."""
+        """Node positions (n, 2) for degrees of freedom u (ndof,)."""
         return self.X + self.displacement(u)
 
     @cached_property
@@ -293,7 +293,7 @@ class System:
 
     # ----------------------------------------------------------------------------------------------------- residual
     def pairs(self, s: Surface, u: Array) -> Pairs:
-        """Gap and slip data of a contact at its integration points, for unknowns u."""
+        """Gap and slip data of a contact at its integration points, for degrees of freedom u."""
         displacement = s.points.at(self.displacement(u))
         return self._pairs(s, u, s.X, displacement, s.normal)
 
@@ -316,7 +316,7 @@ class System:
     def evaluate(
         self, c: Context, u: Array, lam: Array, stiffness: bool = True, stick: Flags | None = None, guess: bool = False
     ) -> Evaluation:
-        """Residual r = f_int − f_contact − f_ext of unknowns u (ndof,) and multipliers lam (points, 2), and its derivative.
+        """Residual r = f_int − f_contact − f_ext of dofs u (ndof,) and multipliers lam (points, 2), and its derivative.
 
         Contacts whose multipliers are degrees of freedom have them in u and their equations in r; lam is not used there.
         stick, guess: overrides, see `Request`. Pure: it answers the same for the same arguments whatever came before.

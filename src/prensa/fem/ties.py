@@ -1,4 +1,4 @@
-"""Bodies tied along boundaries: displacements of the slave side follow those of the master side, exactly eliminated.
+"""Bodies tied along boundaries by multi-point constraints u = T u_f: slave displacements are eliminated exactly.
 
 Nodes that coincide are made one. Elsewhere the slave nodes follow by the dual mortar conditions ∫ψ_i (u_s − u_m) dΓ = 0
 (Wohlmuth 2000; Puso 2004 for solids), with ψ_i biorthogonal to the shape functions of the slave side on each edge:
@@ -30,7 +30,7 @@ MORTAR_RULE = np.polynomial.legendre.leggauss(4)
 
 @dataclass(frozen=True)
 class Ties:
-    """``matrix`` (n, n) over the displacement unknowns, which are the first n: u = matrix u, rows of slaves combine masters.
+    """``matrix`` (n, n) over the displacement dofs, which are the first n: u = matrix u, rows of slaves combine masters.
 
     ``owner`` (n,): the unknown that stands for each one where nodes are made one (itself elsewhere).
     """
@@ -43,12 +43,12 @@ class Ties:
         """Unknowns that are eliminated."""
         return np.flatnonzero(self.matrix.diagonal() == 0)
 
-    def followed(self, u: Array) -> Array:
+    def with_slaves(self, u: Array) -> Array:
         """Unknowns (ndof,) with those of slaves put where their masters' take them."""
         n = len(self.owner)
         return np.concatenate([self.matrix @ u[:n], u[n:]])
 
-    def collected(self, r: Array) -> Array:
+    def to_masters(self, r: Array) -> Array:
         """Forces (ndof,) with those on slaves handed over to their masters."""
         n = len(self.owner)
         return np.concatenate([self.matrix.T @ r[:n], r[n:]])
@@ -60,7 +60,7 @@ class Ties:
         return np.flatnonzero(keep)
 
     def free(self, ndof: int, fixed: Index) -> csr_matrix:
-        """T (ndof, free): all unknowns from those that are `kept`, prescribed ones zero."""
+        """T (ndof, free): all degrees of freedom from those that are `kept`, prescribed ones zero."""
         whole = csr_matrix(block_diag([self.matrix, identity(ndof - len(self.owner))], format="csr"))
         return csr_matrix(whole[:, self.kept(ndof, fixed)])
 

@@ -341,14 +341,14 @@ class Condensation:
         f = e.f_ext.copy()
         for s, forces in zip(system.surfaces, e.contacts):
             np.add.at(f, s.dofs, s.points.spread(forces.F, forces.K)[0])
-        f = system.collected(f)
+        f = system.to_masters(f)
 
         @cache
         def whole() -> Array:
             u = near.copy()
             u[bodies.free] = bodies.solved(f[bodies.free] - bodies.K_pf.T @ held)
             u[bodies.near] = near[bodies.near]
-            return system.followed(u)
+            return system.with_slaves(u)
 
         def histories() -> Any:
             return system.bulk(c, whole(), np.zeros(system.ndof), None).history

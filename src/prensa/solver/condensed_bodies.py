@@ -143,4 +143,4 @@ class Bodies:
         if not self.loaded(c):
             return None
         f = self.system.external(c, np.zeros(self.system.ndof))
-        return self.system.collected(f)[: self.system.dofs.displacement.size]
+        return self.system.to_masters(f)[: self.system.dofs.displacement.size]

@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 def nodal_work(system: System, c: Context, e: Evaluation) -> Array:
     """Forces (ndof,) that do external work: loads, and reactions where dofs are prescribed."""
     work = e.f_ext.copy()
-    work[c.plan.fixed] += system.collected(e.r)[c.plan.fixed]
+    work[c.plan.fixed] += system.to_masters(e.r)[c.plan.fixed]
     return work
 
 

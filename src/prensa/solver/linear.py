@@ -65,7 +65,7 @@ def _superlu(a: Structure) -> Factor:
     return factor
 
 
-# rslab races fill-reducing orderings. On plane meshes of up to a million unknowns nested dissection never won over minimum
+# rslab races fill-reducing orderings. On plane meshes of up to a million dofs nested dissection never won over minimum
 # degree and minimum fill, and takes four fifths of the analysis: it stays out
 RACE = {"race_nd_min_n": 10**9, "race_eager_nd_min_nnz": 10**12}
 

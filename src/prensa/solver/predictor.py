@@ -49,7 +49,7 @@ def _extrapolated(eq: Equilibrium, start: Array, values: Array, lam: Array) -> G
     u[fixed] = values
     project_prediction(system, c, u, eq.policy)
     u[fixed] = values
-    u = system.followed(u)
+    u = system.with_slaves(u)
     e = eq.evaluate(u, lam)
     # plastic points answer to a linear start as if they were elastic: even a poor extrapolation is better there
     if not e.failed and (system.has_memory or eq.norm(e) <= eq.policy.good_start * e.scale):
@@ -68,7 +68,7 @@ def _linearised(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Gue
     delta[reduced.fixed] = values - start[reduced.fixed]
     tools[system.dofs.tool.slice] = 1.0
     start = start + tools * delta
-    delta = system.followed((1.0 - tools) * delta)
+    delta = system.with_slaves((1.0 - tools) * delta)
     base = eq.evaluate(start, lam, guess=True)
     if base.failed or base.data is None:
         return Guess(start + delta)

@@ -75,7 +75,7 @@ def contact_corrected(system: System, c: Context, e: Evaluation, u: Array, step:
         if not s.points.are_nodes:
             target = _linear_gap(system, s, system.node_pairs(s, u), step, delta[nodes])
         project(system, s, moved, partial(to_gap, target, stays))
-    return system.followed(moved)
+    return system.with_slaves(moved)
 
 
 def _linear_gap(system: System, s: Surface, before: Pairs, step: Array, moved: Array) -> Array:

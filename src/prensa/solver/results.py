@@ -67,7 +67,7 @@ def support_forces(system: System, e: Evaluation, plan: StepPlan) -> dict[str, R
     """Force of each support on the body; supports of other steps are there with zeros, so that the names never change."""
     problem = system.problem
     total = {name: [0.0] * system.dofs.dimension for name in support_names(problem)}
-    r = system.collected(e.r)
+    r = system.to_masters(e.r)
     for group in plan.groups:
         if group.support is not None:
             name, axis = group.support
@@ -183,7 +183,7 @@ def body_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> 
     flat = system.dofs.dimension == 2
     stress = nodal_stress(system, state, e) if flat else np.full((system.nodes, 4), np.nan)
     support = np.zeros(system.ndof)
-    support[plan.fixed] = system.collected(e.r)[plan.fixed]
+    support[plan.fixed] = system.to_masters(e.r)[plan.fixed]
     reaction = system.displacement(support)
     thickness = system.depth_in(e.history) if system.problem.space == "plane stress" else None
     out = {}

@@ -21,7 +21,7 @@ class ToolError(PrensaError):
 
 @dataclass(frozen=True)
 class PlacedTool:
-    """Shape in the tool frame, initial reference point ``at`` (2,), and the face ``direction`` (2,)."""
+    """A rigid body: its shape in the tool frame, initial reference point ``at`` (2,), and the face ``direction`` (2,)."""
 
     name: str
     shape: Tool

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 
 class Exact(Enforcement):
-    """Exact enforcement: Lagrange multipliers as unknowns, by semi-smooth Newton; no penetration, no elastic slip.
+    """Exact enforcement: Lagrange multipliers as degrees of freedom, by semi-smooth Newton; no penetration, no elastic slip.
 
     ``beta`` and ``beta_T``, scaled as in `Penalty`, weigh gap against pressure where open or closed, stick or slip is
     decided during the iteration; the answer does not depend on them.
