@@ -48,7 +48,7 @@ def integrated(value: Any, start: float, t0: float, t1: float) -> Course:
 
 @dataclass
 class Prescribed:
-    """Boundary condition: a group of dofs that follow one course, each from its own start: value = start + share · (course − origin).
+    """Boundary condition: dofs that follow one course, each from its own start: value = start + share · (course − origin).
 
     ``support``: name of the boundary and axis, 'x' or 'y', that it holds; None for tools and the axis of revolution.
     """
