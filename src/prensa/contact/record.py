@@ -12,9 +12,10 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 
-def _column(tangential: bool = False, flags: bool = False) -> Any:
-    """A named column: t numbers a point or one, which begin as zero, or flags that begin as false."""
-    return field(metadata={"tangential": tangential, "dtype": np.bool_ if flags else np.float64})
+# what a column holds at each point: a number, t of them, or a flag; they begin as zero and false
+_ONE = {"tangential": False, "dtype": np.float64}
+_TANGENTIAL = {"tangential": True, "dtype": np.float64}
+_FLAG = {"tangential": False, "dtype": np.bool_}
 
 
 @dataclass(frozen=True)
@@ -25,10 +26,10 @@ class ContactRecord:
     tool's surface, ``closed`` (points,) flags. A further column is a further line here, and whoever computes it fills it in.
     """
 
-    traction: Array = _column(tangential=True)
-    slip: Array = _column()
-    coordinate: Array = _column(tangential=True)
-    closed: Flags = _column(flags=True)
+    traction: Array = field(metadata=_TANGENTIAL)
+    slip: Array = field(metadata=_ONE)
+    coordinate: Array = field(metadata=_TANGENTIAL)
+    closed: Flags = field(metadata=_FLAG)
 
     @classmethod
     def initial(cls, points: int, t: int) -> ContactRecord:
