@@ -57,6 +57,29 @@ def test_pushing_and_moving_are_inverse(kinematics):
     assert pushed.force("punch").y == pytest.approx(F, rel=1e-10)
 
 
+@pytest.mark.parametrize("seed", range(60))
+def test_a_step_may_end_exactly_when_a_tool_touches(seed):
+    """An approach by the gap, then a press: what the press alone gives, wherever round-off puts the touch."""
+    rng = np.random.default_rng(seed)
+    gap, depth, height, y = (float(np.round(v, 2)) for v in rng.uniform([0.05, 0.05, 1.0, -9.0], [2.0, 0.1, 9.0, 9.0]))
+    body = block((2, 2), size=(4.0, height), origin=(0.0, y))
+    tools = [
+        pr.Plane(normal=(0, -1), at=(0.0, y + height + gap)),
+        pr.Circle(radius=7.0, at=(2.0, y + height + gap + 7.0)),
+    ]
+    p = pr.Problem(
+        "touch", kinematics="small", bodies={"b": body}, tools={"t": tools[seed % 2]}, contacts=[pr.Contact("b.top", "t")],
+        fixed={"b.bottom": "xy"},
+        steps=[
+            pr.Step("approach", move={"t": {"y": -gap}}, increments=(None, 1, 3)[seed % 3]),
+            pr.Step("press", move={"t": {"y": -gap - depth}}, increments=2),
+        ],
+    )  # fmt: skip
+    *_, inc = pr.solve(p)
+    *_, alone = pr.solve(replace(p, steps=p.steps[1:]))
+    assert inc.time == 2.0 and inc.force("t").y == pytest.approx(alone.force("t").y, rel=1e-5)
+
+
 def test_a_pushed_tool_comes_from_afar_and_says_so():
     """A force-driven tool that touches nothing is brought into contact, with a note, to the same place as one that touches."""
     notes = []
