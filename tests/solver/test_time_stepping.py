@@ -9,6 +9,7 @@ import pytest
 
 import prensa as pr
 from prensa.errors import PrensaError, SolveError
+from prensa.fem.planning import plan_step
 from prensa.fem.state import State
 from prensa.solver import time_stepping
 from prensa.solver.failure import Unevaluable
@@ -55,6 +56,55 @@ def test_pushing_and_moving_are_inverse(kinematics):
     pushed = last(pressed(pr.Step("push", push={"punch": {"y": -F}}, increments=1), kinematics=kinematics))
     assert pushed.tools["punch"].place.y == pytest.approx(-0.3, rel=1e-8 if kinematics == "small" else 1e-4)
     assert pushed.force("punch").y == pytest.approx(F, rel=1e-10)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_a_step_may_end_exactly_when_a_tool_touches(seed):
+    """An approach by the gap, then a press: what the press alone gives, wherever round-off puts the touch."""
+    rng = np.random.default_rng(seed)
+    gap, depth, height, y = (float(np.round(v, 2)) for v in rng.uniform([0.05, 0.05, 1.0, -9.0], [2.0, 0.1, 9.0, 9.0]))
+    body = block((2, 2), size=(4.0, height), origin=(0.0, y))
+    tools = [
+        pr.Plane(normal=(0, -1), at=(0.0, y + height + gap)),
+        pr.Circle(radius=7.0, at=(2.0, y + height + gap + 7.0)),
+    ]
+    p = pr.Problem(
+        "touch", kinematics="small", bodies={"b": body}, tools={"t": tools[seed % 2]}, contacts=[pr.Contact("b.top", "t")],
+        fixed={"b.bottom": "xy"},
+        steps=[
+            pr.Step("approach", move={"t": {"y": -gap}}, increments=(None, 1, 3)[seed % 3]),
+            pr.Step("press", move={"t": {"y": -gap - depth}}, increments=2),
+        ],
+    )  # fmt: skip
+    *_, inc = pr.solve(p)
+    *_, alone = pr.solve(replace(p, steps=p.steps[1:]))
+    assert inc.time == 2.0 and inc.force("t").y == pytest.approx(alone.force("t").y, rel=1e-5)
+
+
+def test_a_table_of_many_rows_keeps_its_corners():
+    """A short pulse leaves the same plastic work by 401 rows and by 601, where automatic increments would pass it over."""
+    material = pr.J2(1000.0, 0.3, pr.Linear(s0=5.0, H=50.0))
+
+    def plastic(rows):
+        times = np.linspace(0.0, 1.0, rows)
+        stroke = np.interp(times, [0.0, 0.4, 0.45, 0.5, 1.0], [0.0, 0.0, -0.1, 0.0, 0.0])
+        p = pr.Problem(
+            "pulse", kinematics="small", bodies={"b": block((1, 1), material)}, tools={"t": pr.Plane(touching="b.top")},
+            contacts=[pr.Contact("b.top", "t")], fixed={"b.bottom": "y", "b.left": "x"},
+            steps=[pr.Step("hit", move={"t": {"y": tuple(zip(times.tolist(), stroke.tolist()))}}, increments=10)],
+        )  # fmt: skip
+        return last(p).energy["plastic"]
+
+    assert plastic(601) == pytest.approx(plastic(401), rel=1e-3) and plastic(601) > 1.0
+
+
+def test_a_table_of_velocities_stops_at_its_own_rows_only():
+    """The samples of the integrated course are no corners, however few or many rows the table has."""
+    for rows in (5, 600):
+        table = tuple((float(t), -float(t)) for t in np.linspace(0.0, 1.0, rows))
+        system = pr.discretise(pressed(pr.Step("move", velocity={"punch": {"y": table}}), kinematics="small"))
+        plan = plan_step(system, 0, np.zeros(system.ndof))
+        assert np.allclose(plan.corners(), [t for t, _ in table[1:-1]])
 
 
 def test_a_pushed_tool_comes_from_afar_and_says_so():

@@ -147,7 +147,7 @@ def forces(
     area = weight if area is None else area
     P, T = weight * p, area[:, None] * t
     F, K = assembled(pairs, P, T, weight[:, None] * dp, area[:, None, None] * dt)
-    if pairs.moving and not lagged:
+    if not lagged:
         if before is not None:
             P, T = weight * before, area[:, None] * committed.traction
         turned(pairs, P, T, K)
@@ -179,7 +179,7 @@ def assembled(pairs: Pairs, P: Array, T: Array, dP: Array, dT: Array) -> tuple[A
 def turned(pairs: Pairs, P: Array, T: Array, K: Array) -> None:
     """Add to K (k, m, m) what the turn of the frame and the change of the arm make of the forces P along n and T along e."""
     if T.shape[1] == 1:
-        _turn(pairs.n, pairs.e[:, 0], pairs.arm, pairs.turn, P, T[:, 0], K)
+        _turn(pairs.n, pairs.e[:, 0], pairs.arm, pairs.turn, pairs.moving, P, T[:, 0], K)
         return
     # the arm moves with the body point and against the tool; the frame of a plane that does not turn stays
     f = P[:, None] * pairs.n + (T[:, :, None] * pairs.e).sum(axis=1)
@@ -214,7 +214,7 @@ def _assemble(Fn, Ft, P, T, dP, dT, F, K):
 
 
 @njit(cache=True)
-def _turn(n, e, arm, turn, P, T, K):
+def _turn(n, e, arm, turn, moving, P, T, K):
     """Add to K what the turn of the frame and the change of the arm make of the forces P along n and T along e."""
     v = np.empty(5)
     for k in range(len(P)):
@@ -223,10 +223,11 @@ def _turn(n, e, arm, turn, P, T, K):
         for i in range(5):
             for j in range(5):
                 K[k, i, j] -= v[i] * turn[k, j]
-        # the arm moves with the body point and against the tool
+        # the arm moves against the tool, and with the body point where forces act at it
         x, y = P[k] * n[k, 0] + T[k] * e[k, 0], P[k] * n[k, 1] + T[k] * e[k, 1]
-        K[k, 4, 0] += y
-        K[k, 4, 1] -= x
+        if moving:
+            K[k, 4, 0] += y
+            K[k, 4, 1] -= x
         K[k, 4, 2] -= y
         K[k, 4, 3] += x
 

@@ -24,7 +24,7 @@ class Pairs(NamedTuple):
     """k pairs with t tangents, m coordinates q: gap g (k,), surface coordinates s (k, t); normal n (k, d), tangents e (k, t, d).
 
     dg, Fn (k, m); ds, Ft (k, t, m). turn (k, m) = ∂(angle of the frame n, e)/∂q in the plane (zero where the frame does not
-    turn), arm (k, d) from the tool's reference point, moving: whether the arm moves with the body point.
+    turn), arm (k, d) from the tool's reference point, where it is now; moving: whether the arm moves with the body point too.
     """
 
     g: Array
@@ -74,10 +74,26 @@ def _turn_into_space(g, c, n_tool, R, arm, n, e, Fn, Ft, ds, turn):
         turn[k, 4] += 1.0
 
 
-def reference_pairs(shape: Tool, X: Array, normal: Array, u: Array, at: Array, place: Array, limit: float) -> Pairs:
+class Since(NamedTuple):
+    """Where a slip goes on: coordinate s (k, 1) and body point u (k, 2), displacement and rotation of the tool (3,) there."""
+
+    s: Array | float
+    u: Array | float
+    place: Array
+
+
+UNMOVED = Since(0.0, 0.0, np.zeros(3))
+
+
+def reference_pairs(
+    shape: Tool, X: Array, normal: Array, u: Array, at: Array, place: Array, limit: float, since: Since = UNMOVED
+) -> Pairs:
     """Linear Signorini: gap on the undeformed surface along its own normal, X, normal, u (k, 2).
 
-    g = h − ν·u with h the distance along ν from X to the tool where it is now; forces act along −ν at X.
+    g = h − ν·u with h the distance along ν from X to the tool where it is now; forces act along −ν at X, their moment is
+    about the tool's reference point where it is now. The surface has no coordinate on the tool: slip is what the point
+    slid ``since``, e·(Δu − Δd) − (a × e) Δθ with the arm a of half the way, so that no turn of before slips when the tool
+    moves along ν.
     """
     c, s = np.cos(place[2]), np.sin(place[2])
     R = np.array([[c, -s], [s, c]])
@@ -97,12 +113,17 @@ def reference_pairs(shape: Tool, X: Array, normal: Array, u: Array, at: Array, p
     miss = ~np.isfinite(h) | (slope > -GRAZING)
     h, slope = np.where(miss, np.inf, h), np.where(miss, -1.0, slope)
     g = h - (normal * u).sum(axis=1)
-    to_hit = X + np.where(miss, 0.0, h)[:, None] * normal - centre
+    arm = X - centre
+    to_hit = arm + np.where(miss, 0.0, h)[:, None] * normal
     dg = np.zeros((len(X), 5))
     dg[:, :2] = n
     dg[:, 2:4] = N / slope[:, None]
     dg[:, 4] = (to_hit[:, 0] * N[:, 1] - to_hit[:, 1] * N[:, 0]) / slope
-    arm = X - at
     Fn, Ft = _generalised(n, arm), _generalised(e, arm)
-    slip = (e * (u - place[:2])).sum(axis=1) + Ft[:, 4] * place[2]
-    return Pairs(g, slip[:, None], n, e[:, None], dg, Ft[:, None], Fn, Ft[:, None], np.zeros((len(X), 5)), arm, False)
+    step = place - since.place
+    ds = _generalised(e, arm + 0.5 * step[:2])
+    slip = since.s + ((e * (u - since.u - step[:2])).sum(axis=1) + ds[:, 4] * step[2])[:, None]
+    # the arm of half the way goes half the way of the tool
+    ds[:, 2] += 0.5 * step[2] * e[:, 1]
+    ds[:, 3] -= 0.5 * step[2] * e[:, 0]
+    return Pairs(g, slip, n, e[:, None], dg, ds[:, None], Fn, Ft[:, None], np.zeros((len(X), 5)), arm, False)

@@ -13,7 +13,7 @@ Flags = NDArray[np.bool_]
 
 
 # what a column holds at each point: a number, t of them, or a flag; they begin as zero and false
-_ONE = {"tangential": False, "dtype": np.float64}
+_SCALAR = {"tangential": False, "dtype": np.float64}
 _TANGENTIAL = {"tangential": True, "dtype": np.float64}
 _FLAG = {"tangential": False, "dtype": np.bool_}
 
@@ -27,7 +27,7 @@ class ContactRecord:
     """
 
     traction: Array = field(metadata=_TANGENTIAL)
-    slip: Array = field(metadata=_ONE)
+    slip: Array = field(metadata=_SCALAR)
     coordinate: Array = field(metadata=_TANGENTIAL)
     closed: Flags = field(metadata=_FLAG)
 

@@ -16,12 +16,19 @@ Index = NDArray[np.int64]
 class Course:
     """A function of time through (times, values), held before the first and after the last time.
 
-    ``ramp``: given by its end alone; what follows it starts from wherever it is.
+    ``ramp``: given by its end alone; what follows it starts from wherever it is. ``corners``: times at which increments end;
+    None: all of ``times``.
     """
 
     times: Array
     values: Array
     ramp: bool = False
+    corners: Array | None = None
+
+    @property
+    def stops(self) -> Array:
+        """Times at which increments end: those that were given, not those of samples between them."""
+        return self.times if self.corners is None else self.corners
 
     def __call__(self, t: float) -> float:
         """Value at time t."""
@@ -41,9 +48,11 @@ def integrated(value: Any, start: float, t0: float, t1: float) -> Course:
         return Course(np.array([t0, t1]), np.array([start, start + float(value) * (t1 - t0)]))
     tv, v = np.array(value, dtype=np.float64).T
     # the integral of a piecewise linear velocity is quadratic: sample it finely between its own points
-    t = np.unique(np.concatenate([np.linspace(t0, t1, 513), tv[(tv > t0) & (tv < t1)]]))
+    given = tv[(tv > t0) & (tv < t1)]
+    t = np.unique(np.concatenate([np.linspace(t0, t1, 513), given]))
     rate = np.interp(t, tv, v)
-    return Course(t, start + np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(t))]))
+    way = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(t))])
+    return Course(t, start + way, corners=given)
 
 
 @dataclass
@@ -124,9 +133,9 @@ class StepPlan:
 
     def corners(self) -> Array:
         """Times inside the step at which a table has a corner: increments end there."""
-        times = [g.course.times for g in self.groups if g.course is not None and len(g.course.times) < 500]
-        times += [c.times for c in self.push.values()]
-        times += [c.times for _, c in self.springs.values() if len(c.times) < 500]
+        times = [g.course.stops for g in self.groups if g.course is not None]
+        times += [c.stops for c in self.push.values()]
+        times += [c.stops for _, c in self.springs.values()]
         for load in self.loads.values():
             times += [c.times for c in (load.pressure, load.shear, load.tx, load.ty)]
         times += [c.times for pair in self.body_force.values() for c in pair]

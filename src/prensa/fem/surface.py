@@ -105,7 +105,7 @@ class ContactInteraction:
             stick = c.state.contact.closed[s.rows]
         follows = law is not None and not law.proportional and system.problem.kinematics == "finite"
         area = system.weights(s, system.positions(ask.u), c.depth) if follows else None
-        pairs, lam = system.pairs(s, ask.u), ask.lam[s.rows]
+        pairs, lam = system.pairs(s, ask.u, c.state), ask.lam[s.rows]
         period = system.tools[s.tool].shape.period
         f = forces(
             pairs,

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces, Scale
-from prensa.contact.pairing import Pairs, current_pairs, reference_pairs
+from prensa.contact.pairing import UNMOVED, Pairs, Since, current_pairs, reference_pairs
 from prensa.contact.record import ContactRecord
 from prensa.contact.recovery import recover
 from prensa.contact.spatial import plane_pairs
@@ -292,10 +292,20 @@ class System:
         return Context(state, plan, time, dt, weights, scales, laws, law_at, x_n, depth, interactions)
 
     # ----------------------------------------------------------------------------------------------------- residual
-    def pairs(self, s: Surface, u: Array) -> Pairs:
-        """Gap and slip data of a contact at its integration points, for degrees of freedom u."""
+    def pairs(self, s: Surface, u: Array, since: State | None = None) -> Pairs:
+        """Gap and slip data of a contact at its integration points, for degrees of freedom u.
+
+        since: the committed state from which slip goes on where the surface stays undeformed; the undeformed one if None.
+        """
         displacement = s.points.at(self.displacement(u))
-        return self._pairs(s, u, s.X, displacement, s.normal)
+        before = UNMOVED
+        if since is not None and self.problem.contact_geometry == "reference":
+            before = Since(
+                since.contact.coordinate[s.rows],
+                s.points.at(self.displacement(since.u)),
+                self.place_of(s.tool, since.u),
+            )
+        return self._pairs(s, u, s.X, displacement, s.normal, before)
 
     def node_pairs(self, s: Surface, u: Array) -> Pairs:
         """Gap and slip data of a contact at the nodes of its surface, whatever the rule."""
@@ -303,7 +313,9 @@ class System:
         displacement = self.displacement(u)[nodes]
         return self._pairs(s, u, self.X[nodes], displacement, s.node_normal)
 
-    def _pairs(self, s: Surface, u: Array, X: Array, displacement: Array, normal: Array) -> Pairs:
+    def _pairs(
+        self, s: Surface, u: Array, X: Array, displacement: Array, normal: Array, since: Since = UNMOVED
+    ) -> Pairs:
         tool = self.tools[s.tool]
         place_ = self.place_of(s.tool, u)
         if self.dofs.dimension == 3:
@@ -311,7 +323,7 @@ class System:
             return plane_pairs(shape, X + displacement, tool.at, place_)
         if self.problem.contact_geometry == "current":
             return current_pairs(tool.shape, X + displacement, tool.at, place_)
-        return reference_pairs(tool.shape, X, normal, displacement, tool.at, place_, 100.0 * self.length)
+        return reference_pairs(tool.shape, X, normal, displacement, tool.at, place_, 100.0 * self.length, since)
 
     def evaluate(
         self, c: Context, u: Array, lam: Array, stiffness: bool = True, stick: Flags | None = None, guess: bool = False

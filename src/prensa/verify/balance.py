@@ -7,7 +7,9 @@ Summing the equilibrium r(u) = f_int − f_contact − f_ext − f_support = 0 o
 with F_tools, M_tools the action of the bodies on the tools. Which x? The internal forces have no moment about the
 positions at which equilibrium is written: the current ones in finite strain, the initial ones X in small strain (the
 Cauchy stress is symmetric there). Reactions and loads of a small-strain model therefore act at X. Its contact forces
-act at X too when the contact geometry is ``reference``, and the moment balance is exact as it stands. With the
+act at X too when the contact geometry is ``reference``, and the moment balance is exact as it stands. Tools are where they
+are now in either geometry: a tool's moment is about its present reference point, and the point about which the balance is
+taken, the origin, stays. With the
 ``current`` geometry they act on the tool at the moved points x = X + u, while the body answers at X, so what is exact
 is
 
@@ -90,7 +92,7 @@ def imbalance(system: System, inc: Increment) -> tuple[float, float]:
     actions += [wrench(b.x if finite else b.X, b.reaction) for b in inc.bodies.values()]
     tools = {}
     for name, tool in inc.tools.items():
-        at = tool.at + (np.array(tool.place[:2]) if moved else 0.0)
+        at = tool.at + np.array(tool.place[:2])  # where it is now, whatever the geometry
         f = np.array(tool.force)
         tools[name] = np.array([f[0], f[1], f[2] + at[0] * f[1] - at[1] * f[0]])
     gaps, neglected = [], np.zeros(3)
