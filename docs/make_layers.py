@@ -41,12 +41,19 @@ def reduced(edges: dict[str, set[str]]) -> dict[str, set[str]]:
 
 
 def depths(edges: dict[str, set[str]]) -> dict[str, int]:
-    """Layer of each package, 0 at the top, next below the lowest that imports it; RecursionError if two import one another."""
+    """Layer of each package, 0 at the top, next below the lowest that imports it; RecursionError if two import one another.
+
+    A package that nothing imports stands next above the highest that it imports, or at the top if there is none.
+    """
 
     def depth(a: str) -> int:
         return max((depth(b) + 1 for b in edges if a in edges[b]), default=0)
 
-    return {a: depth(a) for a in edges}
+    layer = {a: depth(a) for a in edges}
+    for a in edges:
+        if layer[a] == 0 and edges[a]:
+            layer[a] = min(layer[b] for b in edges[a]) - 1
+    return layer
 
 
 def places(edges: dict[str, set[str]]) -> dict[str, Point]:
