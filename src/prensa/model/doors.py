@@ -13,6 +13,7 @@ from typing import Annotated, Any, ClassVar, Union, dataclass_transform
 from pydantic import BeforeValidator, Discriminator, Tag, TypeAdapter, ValidationError, ValidationInfo
 from pydantic_core import PydanticKnownError
 
+from prensa.model.checks import suggest
 from prensa.model.fields import described
 from prensa.registry import DOORS, Door, user_type
 
@@ -26,6 +27,17 @@ def union(kind: str) -> Any:
     alternatives = [Annotated[cls, Tag(name)] for name, cls in door.own().items()]
     users = Annotated[Any, BeforeValidator(_user(door)), Tag(USERS)]
     return Annotated[Union[(*alternatives, users)], Discriminator(_tag(door))]
+
+
+def _mistake(error: Any, fields: list[str]) -> str:
+    """One mistake of a user's law, in words: it has no place in the vocabulary that other messages are made from."""
+    where = ".".join(map(str, error["loc"]))
+    if error["type"] in ("unexpected_keyword_argument", "extra_forbidden"):
+        return f"has no {where!r}{suggest(where, fields)}"
+    if error["type"] in ("missing", "missing_argument"):
+        return f"needs {where!r}"
+    message = str(error["ctx"]["error"]) if error["type"] == "value_error" else error["msg"]
+    return f"has {where} = {error['input']!r}: {message}" if where else message
 
 
 @dataclasses.dataclass(frozen=True)
@@ -80,9 +92,8 @@ def _user(door: Door) -> Callable[[Any, ValidationInfo], Any]:
         try:
             return TypeAdapter(cls).validate_python(given, context=info.context)
         except ValidationError as error:
-            first = error.errors(include_url=False)[0]
-            where = ".".join(map(str, first["loc"]))
-            raise ValueError(f"{name}: {where + ': ' if where else ''}{first['msg']}") from None
+            fields = [f.name for f in dataclasses.fields(cls)]
+            raise ValueError(f"{name} {'; '.join(_mistake(e, fields) for e in error.errors(include_url=False))}") from None
 
     return read
 
