@@ -107,6 +107,16 @@ def test_a_table_of_velocities_stops_at_its_own_rows_only():
         assert np.allclose(plan.corners(), [t for t, _ in table[1:-1]])
 
 
+@pytest.mark.parametrize(("friction", "status"), [(None, 2), (pr.Coulomb(0.0), 2), (pr.Coulomb(0.3), 1)])
+def test_a_contact_sticks_or_slips_by_its_law(friction, status):
+    """Points that stick without any traction stick; without friction closed points slip."""
+    step = pr.Step("press", move={"punch": {"y": -0.01}}, increments=1)
+    held = {"block.bottom": "xy", "block.top": "x"}
+    inc = last(pressed(step, tool=pr.Plane(touching="block.top"), kinematics="small", friction=friction, fixed=held))
+    (contact,) = inc.contacts.values()
+    assert not contact.shear.any() and (contact.status == status).all() and (contact.points.status == status).all()
+
+
 def test_a_pushed_tool_comes_from_afar_and_says_so():
     """A force-driven tool that touches nothing is brought into contact, with a note, to the same place as one that touches."""
     notes = []
