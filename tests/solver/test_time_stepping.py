@@ -206,6 +206,24 @@ def test_pressure_on_a_tube(follower):
     assert b.displacement[0, 0] == pytest.approx(lame(10.0, 0.01), rel=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("said", "follows"),
+    [
+        ((None, None), True),
+        ((False, None), False),
+        ((False, True), True),
+        ((True, False), False),
+        ((None, False), False),
+    ],
+)
+def test_a_later_load_keeps_what_an_earlier_one_said_of_following(said, follows):
+    """A load that does not say `follower` keeps what its boundary's loads before said; none said it: it follows."""
+    loads = [{"block.right": pr.Load(pressure=2.0, follower=f)} for f in said]
+    steps = [pr.Step("first", loads=loads[0]), pr.Step("second", loads=loads[1])]
+    system = pr.discretise(pressed(steps))
+    assert plan_step(system, 1, np.zeros(system.ndof)).loads["block.right"].follower is follows
+
+
 def test_follower_pressure_does_no_net_force_on_a_closed_surface():
     """Equal pressure all round compresses a free-floating block without reactions, even when it has turned."""
     p = pr.Problem(

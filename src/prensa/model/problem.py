@@ -476,13 +476,14 @@ class Load:
     """Load on a boundary: ``traction`` (dead: fixed direction, per undeformed area) or ``pressure`` and ``shear``.
 
     ``pressure`` pushes into the body, ``shear`` acts along the boundary (body on the left when walking along +).
-    With ``follower`` (default) both turn with the surface and act on its current area; without, on the undeformed one.
+    With ``follower`` (default ``true``) both turn with the surface and act on its current area; without, on the undeformed
+    one. A later load on the boundary that does not say ``follower`` keeps what an earlier one said.
     """
 
     pressure: PressureValue | None = None
     shear: PressureValue | None = None
     traction: tuple[PressureValue, PressureValue] | None = None
-    follower: bool = True
+    follower: bool | None = None
 
     @model_validator(mode="after")
     def _check(self) -> Load:
