@@ -527,7 +527,7 @@ class Problem:
     """All the physics of a case.
 
     ``space``: ``plane strain``, ``plane stress`` or ``axisymmetric`` (x is the radius, y the axis); plane problems have
-    ``thickness``, in plane stress the initial one.
+    ``thickness``, in plane stress the initial one; axisymmetric ones have none.
     ``kinematics``: ``finite`` (updated Lagrangian) or ``small``. ``contact_geometry``: ``current`` (moved surface, true
     tool normal) or ``reference`` (gap on the undeformed surface along its own normal: linear Signorini).
     ``body_force``: force per volume ρb on each body.
