@@ -50,7 +50,10 @@ UNITS = {
     ("MuLinear", "slope"): "1/length",
     ("JohnsonCook", "rate0"): "1/time",
 }
-DEFAULTS = {("Step", "increments"): "automatic", ("Profile", "fillet"): "automatic", ("Polygon", "fillet"): "automatic"}
+DEFAULTS = {
+    ("Step", "increments"): "automatic", ("Profile", "fillet"): "automatic", ("Polygon", "fillet"): "automatic",
+    ("Load", "follower"): "`true`, or as before",
+}  # fmt: skip
 
 OPENING = """\
 # Reference of the case file

@@ -28,6 +28,34 @@ def prensa_does(*words: object, input: str | None = None):
     return CliRunner().invoke(app, [str(w) for w in words], input=input)
 
 
+@pytest.mark.parametrize("verb", ["check", "run"])
+@pytest.mark.parametrize(
+    "change",
+    [
+        "tools.punch.radus=3", "tools.punsh.radius=3", "steps.5.name=x", "steps.press.name=x", "steps.-1.name=x", "steps.²=3",
+        "tools.punch.radius", "=3", "", ".=3", "name.x=3", "bodies.billet.mesh.n=[1,2", "numerics.tol=1", "tools.punch.at.2=1",
+    ],
+)  # fmt: skip
+def test_a_wrong_change_is_a_sentence(case, verb, change):
+    """A wrong key, name, index or step, no "=", brackets that stay open: one line, and the exit code of bad input."""
+    result = prensa_does(verb, case, "--set", change)
+    assert result.exit_code == 2 and isinstance(result.exception, SystemExit)
+    assert result.output.startswith(f"--set {change}: ") and len(result.output.strip().splitlines()) == 1
+
+
+def test_a_fillet_for_each_corner_is_checked(case):
+    """`fillet` as a list passes the check of lengths; one out of proportion is told."""
+    text = case.read_text().replace(
+        "    type: circle\n    radius: 8 cm\n",
+        "    type: profile\n    points: [[-12, 3], [0, 0], [12, 3]]\n    fillet: [0, 1, 0]\n",
+    )
+    case.write_text(text)
+    result = prensa_does("check", case)
+    assert result.exit_code == 0 and "against bodies" not in result.output
+    result = prensa_does("check", case, "--set", "tools.punch.fillet=[0, 0.001, 0]")
+    assert "tools.punch.fillet: 0.001 mm against bodies" in result.output
+
+
 def test_help_and_version_come_at_once():
     """The verbs are listed without loading what they do."""
     code = "import sys, prensa.cli as c; c.app(['--help'], standalone_mode=False); print(sorted(sys.modules))"

@@ -75,6 +75,10 @@ SEEDED = {
         Seeded("missing tool", (("{die: {y", "{dye: {y"),), "13:26", ("unknown tool 'dye'", "'die'")),
         Seeded("key written twice", (("steps:", "fixed: {}\nsteps:"),), "12:1", ("'fixed' appears twice",)),
         Seeded(
+            "thickness of a body of revolution", (("plane strain", "axisymmetric\nthickness: 2"),), "3:1",
+            ("an axisymmetric problem has no thickness", "whole circumference", "leave it out"),
+        ),
+        Seeded(
             "two steps of one name", (("steps:\n", "steps:\n  - {name: press}\n"),), "14:12",
             ("two steps are called 'press'",),
         ),

@@ -107,6 +107,16 @@ def test_a_table_of_velocities_stops_at_its_own_rows_only():
         assert np.allclose(plan.corners(), [t for t, _ in table[1:-1]])
 
 
+@pytest.mark.parametrize(("friction", "status"), [(None, 2), (pr.Coulomb(0.0), 2), (pr.Coulomb(0.3), 1)])
+def test_a_contact_sticks_or_slips_by_its_law(friction, status):
+    """Points that stick without any traction stick; without friction closed points slip."""
+    step = pr.Step("press", move={"punch": {"y": -0.01}}, increments=1)
+    held = {"block.bottom": "xy", "block.top": "x"}
+    inc = last(pressed(step, tool=pr.Plane(touching="block.top"), kinematics="small", friction=friction, fixed=held))
+    (contact,) = inc.contacts.values()
+    assert not contact.shear.any() and (contact.status == status).all() and (contact.points.status == status).all()
+
+
 def test_a_pushed_tool_comes_from_afar_and_says_so():
     """A force-driven tool that touches nothing is brought into contact, with a note, to the same place as one that touches."""
     notes = []
@@ -194,6 +204,24 @@ def test_pressure_on_a_tube(follower):
     )  # fmt: skip
     b = last(p).bodies["t"]
     assert b.displacement[0, 0] == pytest.approx(lame(10.0, 0.01), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("said", "follows"),
+    [
+        ((None, None), True),
+        ((False, None), False),
+        ((False, True), True),
+        ((True, False), False),
+        ((None, False), False),
+    ],
+)
+def test_a_later_load_keeps_what_an_earlier_one_said_of_following(said, follows):
+    """A load that does not say `follower` keeps what its boundary's loads before said; none said it: it follows."""
+    loads = [{"block.right": pr.Load(pressure=2.0, follower=f)} for f in said]
+    steps = [pr.Step("first", loads=loads[0]), pr.Step("second", loads=loads[1])]
+    system = pr.discretise(pressed(steps))
+    assert plan_step(system, 1, np.zeros(system.ndof)).loads["block.right"].follower is follows
 
 
 def test_follower_pressure_does_no_net_force_on_a_closed_surface():

@@ -144,7 +144,8 @@ def _loads(system: System, number: int) -> dict[str, BoundaryLoad]:
             "tx": [(k, ld.traction[0] if ld.traction else None) for k, ld in items],
             "ty": [(k, ld.traction[1] if ld.traction else None) for k, ld in items],
         }
-        follower = items[-1][1].follower and p.kinematics == "finite"
+        said = [ld.follower for _, ld in items if ld.follower is not None]
+        follower = (said[-1] if said else True) and p.kinematics == "finite"
         out[name] = BoundaryLoad(
             system.boundary_edges(name), follower, **{c: _history(v, number) for c, v in parts.items()}
         )

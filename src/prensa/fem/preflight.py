@@ -123,8 +123,10 @@ def _lengths(system: System) -> Iterator[Notice]:
     size = system.length
     for name, tool in system.problem.tools.items():
         for key in ("radius", "width", "outer", "fillet"):
-            value = getattr(tool, key, None)
-            if value and not size / 500 <= value <= 500 * size:
+            given = getattr(tool, key, None)
+            values = given if isinstance(given, tuple) else (given,)  # a fillet of each corner
+            value = next((v for v in values if v and not size / 500 <= v <= 500 * size), None)
+            if value is not None:
                 yield Notice(
                     f"tools.{name}.{key}",
                     f"{value:.4g} {unit} against bodies of {size:.4g} {unit}; are both in the same unit?",

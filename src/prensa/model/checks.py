@@ -94,6 +94,12 @@ def _whole(p: Any) -> Iterator[Finding]:
         element: Any = DOORS["element"].find(body.element) if body.element is not None else None
         if element is not None and element.no_plane_stress and p.space == "plane stress":
             yield Finding(("bodies", key, "element"), element.no_plane_stress)
+    if p.space == "axisymmetric" and p.thickness not in (None, 1.0):
+        yield Finding(
+            ("thickness",),
+            "an axisymmetric problem has no thickness, its forces are those of the whole circumference; leave it out",
+            at_key=True,
+        )
     if p.kinematics == "finite" and p.contact_geometry == "reference":
         yield Finding(
             ("contact_geometry",), "'reference' is the linear Signorini problem and needs 'kinematics: small'"

@@ -476,13 +476,14 @@ class Load:
     """Load on a boundary: ``traction`` (dead: fixed direction, per undeformed area) or ``pressure`` and ``shear``.
 
     ``pressure`` pushes into the body, ``shear`` acts along the boundary (body on the left when walking along +).
-    With ``follower`` (default) both turn with the surface and act on its current area; without, on the undeformed one.
+    With ``follower`` (default ``true``) both turn with the surface and act on its current area; without, on the undeformed
+    one. A later load on the boundary that does not say ``follower`` keeps what an earlier one said.
     """
 
     pressure: PressureValue | None = None
     shear: PressureValue | None = None
     traction: tuple[PressureValue, PressureValue] | None = None
-    follower: bool = True
+    follower: bool | None = None
 
     @model_validator(mode="after")
     def _check(self) -> Load:
@@ -526,7 +527,7 @@ class Problem:
     """All the physics of a case.
 
     ``space``: ``plane strain``, ``plane stress`` or ``axisymmetric`` (x is the radius, y the axis); plane problems have
-    ``thickness``, in plane stress the initial one.
+    ``thickness``, in plane stress the initial one; axisymmetric ones have none.
     ``kinematics``: ``finite`` (updated Lagrangian) or ``small``. ``contact_geometry``: ``current`` (moved surface, true
     tool normal) or ``reference`` (gap on the undeformed surface along its own normal: linear Signorini).
     ``body_force``: force per volume ρb on each body.

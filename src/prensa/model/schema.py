@@ -118,15 +118,15 @@ def _read(path: Path) -> str:
 def located(messages: str, path: str | Path, overrides: Iterable[str] = ()) -> str:
     """Put the place in the file before each line that starts with a path, as ``tools.punch.radius: …`` does.
 
-    The file has been read before without mistakes; lines that name no place in it stay as they are.
+    Lines that name no place in it stay as they are, all of them where the file or an override cannot be read.
     """
     try:
         tree, _ = yaml.read(_read(Path(path)), str(path))
-    except CaseError:
+        start = root(tree)
+        for item in overrides:
+            override(start, item)
+    except CaseError:  # what cannot be read is what the messages tell
         return messages
-    start = root(tree)
-    for item in overrides:
-        override(start, item)
     lines = []
     for text in messages.splitlines():
         dotted, colon, _ = text.partition(": ")

@@ -50,7 +50,7 @@ def increment_of(
     return Increment(
         plan.name, plan.number + 1, state.clock.number, state.clock.time, tool_states(system, state, e),
         state.energy._asdict(), support_forces(system, e, plan), statistics, ended,
-        whole, lambda: contact_states(system, whole(), e), lambda: body_states(system, whole(), e, plan),
+        whole, lambda: contact_states(system, whole(), e, plan), lambda: body_states(system, whole(), e, plan),
     )  # fmt: skip
 
 
@@ -100,15 +100,18 @@ def tool_states(system: System, state: State, e: Evaluation) -> dict[str, ToolSt
     return out
 
 
-def contact_states(system: System, state: State, e: Evaluation) -> dict[str, ContactState]:
-    """Contact results along each surface; pressures are nodal forces over current tributary areas."""
+def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> dict[str, ContactState]:
+    """Contact results along each surface; pressures are nodal forces over current tributary areas.
+
+    Closed points slip in a step without friction; with friction those whose traction is on its bound.
+    """
     x = system.positions(state.u)
     finite = system.problem.kinematics == "finite"
     where, depth = (x, system.depth_in(e.history)) if finite else (system.X, system.depth)
     flat = system.dofs.dimension == 2  # stresses are not recovered in space yet
     patches, smooth = (nodal_stress(system, state, e, how) if flat else None for how in (None, smoothed))
     out = {}
-    for s, f in zip(system.surfaces, e.contacts):
+    for s, f, law in zip(system.surfaces, e.contacts, plan.friction, strict=True):
         nodes, pairs = s.points.nodes, system.node_pairs(s, state.u)
         area, weight = system.tributary(s, where, depth), system.weights(s, where, depth)
         # a node without area (on the axis, of a quadratic edge) is told what its neighbour is
@@ -116,8 +119,8 @@ def contact_states(system: System, state: State, e: Evaluation) -> dict[str, Con
         pressure = s.points.to_nodes(f.weight * f.p)[of] / area[of]
         shear, t = _tangential(s.points.to_nodes(f.area[:, None] * f.t)[of] / area[of, None]), f.area[:, None] * f.t
         from_stress = _pressure_of(patches, nodes, pairs.n)
-        frictionless = not f.t.any() and not f.slip.any()
-        status = np.where(f.p > 0, np.where(f.slip | frictionless, 2, 1), 0).astype(np.int8)
+        slides = f.slip | system.frictionless(law)
+        status = np.where(f.p > 0, np.where(slides, 2, 1), 0).astype(np.int8)
         p, t = f.p * f.weight / weight, _tangential(t / weight[:, None])
         if s.points.rule.projected:
             p, t = ((s.points.N * v[s.points.slots]).sum(axis=1) for v in (pressure, shear))
