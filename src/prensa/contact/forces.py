@@ -23,7 +23,8 @@ from prensa.friction.return_map import return_map
 
 Array = NDArray[np.float64]
 
-TOUCH = 1e-10  # gap over element depth below which a point touches
+EPS = float(np.finfo(np.float64).eps)
+TOUCH = 1e-10  # gap over element depth below which a point touches where an increment starts
 
 
 class ContactForces(NamedTuple):
@@ -32,6 +33,7 @@ class ContactForces(NamedTuple):
     weight (k,) belongs to p, area (k,) to t: the same but for laws that are not proportional to the pressure.
     stretched (k, t): ∂(a t)/∂a, force per area that the surface gains, where the areas are current ones; else None.
     dp (k, 1 + t + m), dt (k, t, 1 + t + m): derivatives of p and t by λ_n, λ_T and q.
+    ``rests`` (k,): closed, or open by no more than round-off.
     """
 
     pairs: Pairs
@@ -45,6 +47,7 @@ class ContactForces(NamedTuple):
     area: Array
     dp: Array
     dt: Array
+    rests: NDArray[np.bool_]
     stretched: Array | None = None
 
     @property
@@ -95,7 +98,7 @@ class Scale:
 def forces(
     pairs: Pairs, weight: Array, scale: Scale, lam: Array, committed: ContactRecord, law: FrictionLaw | None, at: At,
     period: float, hold: NDArray[np.bool_] | None = None, area: Array | None = None, lagged: bool = False,
-    before: Array | None = None,
+    before: Array | None = None, round_off: Array | float = 0.0, landed: NDArray[np.bool_] | None = None,
 ) -> ContactForces:  # fmt: skip
     """Contact forces on the pair coordinates and their exact, unsymmetric stiffness.
 
@@ -109,17 +112,14 @@ def forces(
     the tool's curvature are in the forces only.
     before (k,): committed pressures, an override for the first guess of an increment, which has the tools deep in the bodies:
     points that were closed stay so whatever their pressure, and in the terms of K that turn the frame tractions are the
-    committed ones, since those of the overlaps would outweigh the bodies.
+    committed ones, since those of the overlaps would outweigh the bodies. What just touches resists then: the kink's other
+    slope would leave a resting body free.
+    ``round_off`` (k,) of the gaps; landed (k,): points that a prediction has put on the tool from inside it. K has the slope
+    of the side that p is on, so that a point in tension is let go; what was closed and is open by round-off, or has landed
+    and is open by less than `TOUCH`, keeps that of closed points.
     """
     k, m = len(weight), pairs.s.shape[1]
-    p_trial = lam[:, 0] - scale.k_n * pairs.g  # −inf where a ray misses the tool
-    # a point that just touches resists like a closed one: the kink's other slope would leave a resting body free
-    touching = p_trial >= -TOUCH * scale.k_n * scale.h
-    p = np.maximum(p_trial, 0.0)
-    if before is not None:
-        closed = committed.closed
-        touching = touching | closed
-        p = np.where(closed, p_trial, p)
+    p, touching, rests = _normal(pairs.g, scale, lam[:, 0], committed.closed, before is not None, round_off, landed)
     n = 1 + m
     dp = np.zeros((k, n + pairs.dg.shape[1]))
     dp[:, 0] = touching
@@ -151,7 +151,26 @@ def forces(
         if before is not None:
             P, T = weight * before, area[:, None] * committed.traction
         turned(pairs, P, T, K)
-    return ContactForces(pairs, p, t, kappa, slip, F, K, weight, area, dp, dt, stretched)
+    return ContactForces(pairs, p, t, kappa, slip, F, K, weight, area, dp, dt, rests, stretched)
+
+
+def _normal(
+    g: Array, scale: Scale, lam: Array, closed: NDArray[np.bool_], guess: bool, round_off: Array | float,
+    landed: NDArray[np.bool_] | None,
+) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:  # fmt: skip
+    """Pressures (k,) at gaps g (k,), which points resist, and which are open by no more than round-off.
+
+    ``closed``: committed flags; ``guess``: points that were closed stay so, and what is within `TOUCH` of the tool resists.
+    """
+    trial = lam - scale.k_n * g  # −inf where a ray misses the tool
+    rests = trial >= -(scale.k_n * round_off + EPS * np.abs(lam))
+    just = trial >= -TOUCH * scale.k_n * scale.h
+    if guess:
+        return np.where(closed, trial, np.maximum(trial, 0.0)), just | closed, rests
+    touching = np.where(closed, rests, trial >= 0.0)
+    if landed is not None:
+        touching = touching | (landed & just)
+    return np.maximum(trial, 0.0), touching, rests
 
 
 def _chained(A: Array, B: Array) -> Array:

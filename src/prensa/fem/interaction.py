@@ -26,7 +26,8 @@ class Request(NamedTuple):
     """What an evaluation asks for: degrees of freedom u (ndof,), multipliers lam (points, 1 + t), whether matrices are wanted.
 
     ``stick`` (points,): contact points that are forced to stick; ``guess``: points that were closed are kept closed and stuck,
-    for the first guess of an increment. ``reach``: a length that positions do not exceed, for their round-off.
+    for the first guess of an increment. ``reach``: a length that positions do not exceed, for their round-off. ``landed``
+    (points,): contact points that a prediction has put on their tool from inside it.
     """
 
     u: Array
@@ -35,6 +36,7 @@ class Request(NamedTuple):
     stick: Flags | None = None
     guess: bool = False
     reach: float = 0.0
+    landed: Flags | None = None
 
 
 class Part(NamedTuple):

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces, Scale, forces, multiplier_rows, stretching
 from prensa.contact.integration import Points
+from prensa.contact.pairing import Pairs
 from prensa.fem.context import Context
 from prensa.fem.failure import FrictionTooSoft
 from prensa.fem.interaction import Part, Request, Response
@@ -120,9 +121,11 @@ class ContactInteraction:
             area,
             c.lagged,
             before,
+            self._round_off(pairs, ask.u),
+            None if ask.landed is None else ask.landed[s.rows],
         )
         # points that just touch are closed or open by the round-off of their gaps; those that stick have that of their slips
-        stiff = (weight * scale.k_n * f.dp[:, 0] + f.area * scale.k_t * f.resists).sum()
+        stiff = (weight * scale.k_n * (f.rests | (f.dp[:, 0] > 0)) + f.area * scale.k_t * f.resists).sum()
         out = Response(floor=EPS * float(stiff) * ask.reach, trial=f)
         if not np.isfinite(f.K).all():
             out.failed = FrictionTooSoft(s.name)
@@ -139,6 +142,13 @@ class ContactInteraction:
             parts.append(self._stretching(c, f, ask.u))
         out.parts = parts
         return out
+
+    def _round_off(self, pairs: Pairs, u: Array) -> Array:
+        """Round-off of the gaps (k,): ε × the coordinates whose differences they are."""
+        system, tool = self.system, self.surface.tool
+        place = system.place_of(tool, u)[: system.dofs.dimension]
+        centre = float(np.abs(system.tools[tool].at).max() + np.abs(place).max())
+        return ROUND * EPS * (np.abs(pairs.arm).max(axis=1, initial=0.0) + centre)
 
     def _violation(self, f: ContactForces, rows: Array, scale: Scale, reach: float) -> float:
         """Largest residual of the multipliers' equations as a length over the element depth, beyond round-off."""

@@ -62,6 +62,11 @@ class Evaluation(NamedTuple):
     violation: float = 0.0
 
     @property
+    def resting(self) -> NDArray[np.bool_]:
+        """Contact points (all,) that are closed, or open by no more than round-off."""
+        return np.concatenate([np.zeros(0, dtype=bool), *(f.rests for f in self.contacts)])
+
+    @property
     def touching(self) -> NDArray[np.bool_]:
         """Contact points (all,) that resist: closed, or just in touch."""
         return np.concatenate([np.zeros(0, dtype=bool), *(f.dp[:, 0] > 0 for f in self.contacts)])
@@ -326,12 +331,13 @@ class System:
         return reference_pairs(tool.shape, X, normal, displacement, tool.at, place_, 100.0 * self.length, since)
 
     def evaluate(
-        self, c: Context, u: Array, lam: Array, stiffness: bool = True, stick: Flags | None = None, guess: bool = False
-    ) -> Evaluation:
+        self, c: Context, u: Array, lam: Array, stiffness: bool = True, stick: Flags | None = None, guess: bool = False,
+        landed: Flags | None = None,
+    ) -> Evaluation:  # fmt: skip
         """Residual r = f_int − f_contact − f_ext of dofs u (ndof,) and multipliers lam (points, 2), and its derivative.
 
         Contacts whose multipliers are degrees of freedom have them in u and their equations in r; lam is not used there.
-        stick, guess: overrides, see `Request`. Pure: it answers the same for the same arguments whatever came before.
+        stick, guess, landed: overrides, see `Request`. Pure: it answers the same for the same arguments whatever came before.
         """
         r, f_ext = np.zeros((2, self.ndof))
         data = np.zeros(len(self.pattern.indices)) if stiffness else None
@@ -340,7 +346,7 @@ class System:
             return Evaluation(r, data, np.inf, (), (), r, bulk.failed)
         scale, floor, violation = NOTHING * self.stiffness + bulk.scale, bulk.floor, 0.0
         reach = self.length + float(np.abs(u[self.dofs.tool.slice]).max(initial=0.0))
-        ask = Request(u, self.multipliers(u, lam), stiffness, stick, guess, reach)
+        ask = Request(u, self.multipliers(u, lam), stiffness, stick, guess, reach, landed)
         trials = []
         for interaction in c.interactions:
             out = interaction.respond(c, ask)

@@ -93,7 +93,9 @@ def _user(door: Door) -> Callable[[Any, ValidationInfo], Any]:
             return TypeAdapter(cls).validate_python(given, context=info.context)
         except ValidationError as error:
             fields = [f.name for f in dataclasses.fields(cls)]
-            raise ValueError(f"{name} {'; '.join(_mistake(e, fields) for e in error.errors(include_url=False))}") from None
+            raise ValueError(
+                f"{name} {'; '.join(_mistake(e, fields) for e in error.errors(include_url=False))}"
+            ) from None
 
     return read
 

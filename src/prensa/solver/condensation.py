@@ -159,7 +159,8 @@ class CondensedMatrix:
 
     # -------------------------------------------------------------------------------------------------------- assembly
     def evaluate(
-        self, c: Context, u: Array, lam: Array, stiffness: bool = True, stick: Flags | None = None, guess: bool = False
+        self, c: Context, u: Array, lam: Array, stiffness: bool = True, stick: Flags | None = None, guess: bool = False,
+        landed: Flags | None = None,
     ) -> Evaluation:  # fmt: skip
         """As `System.evaluate`; its matrix holds contact alone.
 
@@ -169,7 +170,7 @@ class CondensedMatrix:
             If a point touches that the columns at hand do not reach.
 
         """
-        e = self.contact.evaluate(c, self.recovered(c, u), lam, stiffness, stick, guess)
+        e = self.contact.evaluate(c, self.recovered(c, u), lam, stiffness, stick, guess, landed)
         if not e.failed and (e.touching & self.beyond).any():
             raise ActiveSetGrew(self.blocks | self.base.blocks_of(e.touching))
         return e

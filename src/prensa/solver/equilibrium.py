@@ -61,11 +61,11 @@ class Equilibrium:
 
     def evaluate(
         self, u: Array, lam: Array, stiffness: bool = True, stick: Flags | None = None, guess: bool = False,
-        section: str = "assembly",
+        section: str = "assembly", landed: Flags | None = None,
     ) -> Evaluation:  # fmt: skip
         """Residual and, with ``stiffness``, its derivative; stick (points,): contact points that are forced to stick."""
         with self.report.timed(section):
-            return self.reduced.assembly.evaluate(self.context, u, lam, stiffness, stick, guess)
+            return self.reduced.assembly.evaluate(self.context, u, lam, stiffness, stick, guess, landed)
 
     def norm(self, e: Evaluation) -> float:
         """Sum of the absolute free residuals; infinite where the residual could not be evaluated."""

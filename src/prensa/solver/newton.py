@@ -109,7 +109,7 @@ def terminate(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> Eval
 def _near(eq: Equilibrium, state: NewtonState, e: Evaluation) -> bool:
     """Whether the iterate has converged, or is so near that the factors at hand may finish the work."""
     first = state.iteration == 0
-    opened = first and state.assumed is not None and (state.assumed & (state.status == 0)).any()
+    opened = first and state.assumed is not None and (state.assumed & ~e.resting).any()
     limit = max(eq.numerics.tolerance, eq.policy.near if not first and eq.numerics.reuse_factors else 0.0)
     return bool((state.relative <= limit or state.norm <= e.floor) and not opened)
 

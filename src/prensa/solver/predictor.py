@@ -47,10 +47,12 @@ def _extrapolated(eq: Equilibrium, start: Array, values: Array, lam: Array) -> G
         return None
     u = start + c.state.extrapolated(c.dt)
     u[fixed] = values
+    overlaps = [system.pairs(s, u).g < 0.0 for s in system.surfaces]
+    landed = np.concatenate([np.zeros(0, dtype=bool), *overlaps])
     project_prediction(system, c, u, eq.policy)
     u[fixed] = values
     u = system.with_slaves(u)
-    e = eq.evaluate(u, lam)
+    e = eq.evaluate(u, lam, landed=landed)
     # plastic points answer to a linear start as if they were elastic: even a poor extrapolation is better there
     if not e.failed and (system.has_memory or eq.norm(e) <= eq.policy.good_start * e.scale):
         return Guess(u, e)

@@ -43,7 +43,8 @@ class Assembly(Protocol):
     """Where residuals and matrices in all dofs come from."""
 
     def evaluate(
-        self, c: Context, u: Array, lam: Array, stiffness: bool = True, stick: Flags | None = None, guess: bool = False
+        self, c: Context, u: Array, lam: Array, stiffness: bool = True, stick: Flags | None = None, guess: bool = False,
+        landed: Flags | None = None,
     ) -> Evaluation:  # fmt: skip
         """As `System.evaluate`."""
 
@@ -92,10 +93,11 @@ class Whole:
         self.system, self.pattern = system, system.pattern
 
     def evaluate(
-        self, c: Context, u: Array, lam: Array, stiffness: bool = True, stick: Flags | None = None, guess: bool = False
+        self, c: Context, u: Array, lam: Array, stiffness: bool = True, stick: Flags | None = None, guess: bool = False,
+        landed: Flags | None = None,
     ) -> Evaluation:  # fmt: skip
         """As `System.evaluate`."""
-        return self.system.evaluate(c, u, lam, stiffness, stick, guess)
+        return self.system.evaluate(c, u, lam, stiffness, stick, guess, landed)
 
     def apply(self, data: Array, delta: Array) -> Array:
         """K δ with the whole matrix."""
