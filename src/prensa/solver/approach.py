@@ -15,7 +15,6 @@ from prensa.fem.state import State
 from prensa.fem.surface import Surface
 from prensa.fem.system import System
 from prensa.solver.policy import DEFAULT, Policy
-from prensa.solver.step_control import SLIVER
 
 Array = NDArray[np.float64]
 
@@ -56,7 +55,7 @@ def first_touch(
             continue
         touch, _ = _bisect(apart, float(times[met]), float(times[met + 1]))
         # a touch at the very end, of the step say, needs no increment of its own after it
-        if touch - now > policy.touch * (end - now) and end - touch > SLIVER * (plan.t1 - plan.t0):
+        if touch - now > policy.touch * (end - now) and end - touch > policy.sliver * (plan.t1 - plan.t0):
             notes = [f"{system.tools[s.tool].name} first touches {'+'.join(s.description.surface)} at time {touch:.6g}"]
             end = touch
     return end, notes

@@ -105,6 +105,8 @@ class Policy:
     """Share of the step below which time would soon stand still: what needs that is a jump."""
     touch: float = 0.02
     """Share of the increment before a first touch below which the increment is not split there."""
+    sliver: float = 1e-9
+    """Share of a step below which what is left of it is no increment."""
     looks: int = 200
     """Times at most at which a first touch within an increment is looked for."""
 

@@ -13,8 +13,6 @@ from prensa.solver.policy import Policy
 
 Array = NDArray[np.float64]
 
-SLIVER = 1e-9  # share of a step below which what is left of it is no increment
-
 
 class StepControl:
     """Increments of a step. ``longest``: the one that was asked for, or what the tools' travel allows."""
@@ -78,7 +76,7 @@ class StepControl:
         if plan.increments:
             grid = plan.t0 + np.arange(1, plan.increments + 1) / plan.increments * (plan.t1 - plan.t0)
             stops += grid[grid > now + 1e-9].tolist()[:1]
-        stop = min(s for s in stops if s > now + SLIVER * self.length)
+        stop = min(s for s in stops if s > now + self.policy.sliver * self.length)
         # no slivers: what is left just beyond the increment is taken along or halved
         left = stop - now
         if dt >= left * (1 - 1e-9):
