@@ -83,7 +83,7 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = ()) -> 
     for name in [*problem.loads, *(k for s in problem.steps for k in s.loads)]:
         system.boundary_edges(name)
     if earlier is not None:
-        system.beginning, system.release = earlier.begin(system)
+        system.beginning = earlier.begin(system)
     return system
 
 

@@ -42,7 +42,7 @@ def plan_step(system: System, number: int, step_start: Array) -> StepPlan:
                 groups.append(_tool_group(step, name, key, dof, step_start, number))
     return StepPlan(
         step.name, number, float(number), float(number + 1), groups, push, _loads(system, number), _body_forces(p, number),
-        _friction(p, number), step.increments, springs,
+        _friction(p, number), step.increments, springs, _released(system, number, step_start, groups),
     )  # fmt: skip
 
 
@@ -81,6 +81,19 @@ def _support_groups(system: System, number: int, step_start: Array) -> list[Pres
         add(dofs, None if held else course(value, 0.0, float(number), float(number + 1)), (name, axis))
     add(system.dofs.displacement.dof(system.axis_nodes, "x"), None)
     return groups
+
+
+def _released(system: System, number: int, step_start: Array, groups: list[Prescribed]) -> list[Prescribed]:
+    """What supports held in the step before and these groups do not prescribe."""
+    if number == 0:
+        return []
+    taken = np.concatenate([np.zeros(0, dtype=np.int64), *(g.dofs for g in groups)])
+    out = []
+    for g in _support_groups(system, number - 1, step_start):
+        free = ~np.isin(g.dofs, taken)
+        if free.any():
+            out.append(Prescribed(g.dofs[free], g.start[free], support=g.support))
+    return out
 
 
 def _tool_group(step: model.Step, name: str, key: str, dof: int, step_start: Array, number: int) -> Prescribed:

@@ -95,7 +95,8 @@ class StepPlan:
     """Everything prescribed in one step; ``t0``, ``t1`` its times.
 
     ``fixed`` (k,) prescribed dofs in increasing order; ``push`` tool degrees of freedom with force courses; ``springs`` tool
-    degrees of freedom that hang on a spring, with its stiffness and the course of its mount.
+    degrees of freedom that hang on a spring, with its stiffness and the course of its mount; ``released`` what supports held
+    in the step before and nothing prescribes now.
     """
 
     name: str
@@ -109,6 +110,7 @@ class StepPlan:
     friction: list[Any]
     increments: int | None
     springs: dict[int, tuple[float, Course]] = field(default_factory=dict)
+    released: list[Prescribed] = field(default_factory=list)
     fixed: Index = field(init=False)
 
     def __post_init__(self) -> None:
@@ -121,6 +123,10 @@ class StepPlan:
         if not self.groups:
             return np.zeros(0)
         return np.concatenate([g.at(t, self.t0, self.t1) for g in self.groups])[self._order]
+
+    def left(self, t: float) -> float:
+        """Share (1 … 0) that is left at time t of what the step lets go."""
+        return min(max((self.t1 - t) / (self.t1 - self.t0), 0.0), 1.0)
 
     @property
     def moved(self) -> Index:

@@ -103,7 +103,6 @@ class System:
     dofs: DofMap
     ties: Ties | None = None
     beginning: State | None = None
-    release: Array | None = None
     bodies: BodyForces | None = None
     more: Sequence[Interaction] = ()
     courses: Callable[[System, int, Array], StepPlan] | None = None
@@ -261,6 +260,11 @@ class System:
         """The state at time 0: undeformed, or where an earlier run ended."""
         return self.beginning or self.undeformed()
 
+    @property
+    def release(self) -> Array | None:
+        """Forces (ndof,) of an earlier run that the first step lets go, or None."""
+        return None if self.beginning is None else self.beginning.release
+
     def undeformed(self) -> State:
         """The undeformed state."""
         n_points = sum(len(s.points) for s in self.surfaces)
@@ -293,7 +297,7 @@ class System:
                 # a softening law needs k_T > |∂τ_y/∂κ| for a unique root: take twice that at the committed pressures
                 least = 2.0 * law.softening(state.lam[s.rows, 0], state.contact.slip[s.rows], law_at[-1])
             scales.append(s.scale(least))
-        interactions = [*self._contacts, *self.more, *loads_of(self, plan)]
+        interactions = [*self._contacts, *self.more, *loads_of(self, plan, state.release)]
         return Context(state, plan, time, dt, weights, scales, laws, law_at, x_n, depth, interactions)
 
     # ----------------------------------------------------------------------------------------------------- residual

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from prensa.errors import SolveError, refuse
 from prensa.fem.context import Context
 from prensa.fem.discretise import discretise
+from prensa.fem.letting_go import let_go, table_jumps
 from prensa.fem.planning import plan_step
 from prensa.fem.preflight import preflight
 from prensa.fem.schedule import StepPlan
@@ -119,6 +120,9 @@ class TimeStepping:
         steps = self.system.problem.steps
         for number in range(state.clock.step, len(steps)):
             plan = plan_step(self.system, number, state.step_start)
+            if number and state.clock.time == plan.t0:
+                state = replace(state, release=let_go(self.system, state, plan))
+                self.messages.warn(table_jumps(self.system, state, plan))
             self._prepare(plan)
             control = StepControl(self.system, plan, self.policy)
             while state.clock.time < plan.t1:
@@ -236,5 +240,5 @@ def committed(system: System, c: Context, result: NewtonResult, e: Evaluation, d
     return State(
         u=result.u, du=du, dt_last=0.0 if ended else c.dt, second_difference=difference, history=e.history, contact=contact,
         lam=lam, energy=energy, work=work, clock=Clock(step, old.clock.number + 1, c.time, dt, damping),
-        step_start=step_start,
+        step_start=step_start, release=None if ended else old.release,
     )  # fmt: skip
