@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from prensa.fem.schedule import BoundaryLoad, Course, Prescribed, StepPlan, course, integrated, zero_course
 from prensa.fem.system import System
+from prensa.friction.fading import fading
 from prensa.model import problem as model
 
 Array = NDArray[np.float64]
@@ -42,7 +43,7 @@ def plan_step(system: System, number: int, step_start: Array) -> StepPlan:
                 groups.append(_tool_group(step, name, key, dof, step_start, number))
     return StepPlan(
         step.name, number, float(number), float(number + 1), groups, push, _loads(system, number), _body_forces(p, number),
-        _friction(p, number), step.increments, springs, _released(system, number, step_start, groups),
+        _fading(p, number), step.increments, springs, _released(system, number, step_start, groups),
     )  # fmt: skip
 
 
@@ -176,6 +177,14 @@ def _body_forces(p: model.Problem, number: int) -> dict[str, tuple[Course, Cours
                 _history([(k, b[1]) for k, b in entries], number),
             )
     return out
+
+
+def _fading(p: model.Problem, number: int) -> list[Any]:
+    """Friction of the contacts in a step; what the step before bore beyond it is let go."""
+    now = _friction(p, number)
+    if number == 0:
+        return now
+    return [fading(b, n, float(number), float(number + 1)) for b, n in zip(_friction(p, number - 1), now)]
 
 
 def _friction(p: model.Problem, number: int) -> list[Any]:

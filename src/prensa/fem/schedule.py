@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.friction.fading import Fading
+
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
@@ -127,6 +129,10 @@ class StepPlan:
     def left(self, t: float) -> float:
         """Share (1 … 0) that is left at time t of what the step lets go."""
         return min(max((self.t1 - t) / (self.t1 - self.t0), 0.0), 1.0)
+
+    def friction_at(self, t: float) -> list[Any]:
+        """Friction of the contacts at time t: what the step lets go of the one before has gone at its end."""
+        return [d.now if isinstance(d, Fading) and t >= self.t1 else d for d in self.friction]
 
     @property
     def moved(self) -> Index:

@@ -122,7 +122,7 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
     flat = system.dofs.dimension == 2  # stresses are not recovered in space yet
     patches, smooth = (nodal_stress(system, state, e, how) if flat else None for how in (None, smoothed))
     out = {}
-    for s, f, law in zip(system.surfaces, e.contacts, plan.friction, strict=True):
+    for s, f, law in zip(system.surfaces, e.contacts, plan.friction_at(state.clock.time), strict=True):
         nodes, pairs = s.points.nodes, system.node_pairs(s, state.u)
         area, weight = system.tributary(s, where, depth), system.weights(s, where, depth)
         # a node without area (on the axis, of a quadratic edge) is told what its neighbour is
