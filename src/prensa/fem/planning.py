@@ -152,11 +152,12 @@ def _loads(system: System, number: int) -> dict[str, BoundaryLoad]:
             entries.setdefault(name, []).append((k, load))
     out = {}
     for name, items in entries.items():
+        # a boundary has one kind of load: a traction replaces pressure and shear, and they replace a traction
         parts = {
-            "pressure": [(k, ld.pressure) for k, ld in items],
-            "shear": [(k, ld.shear) for k, ld in items],
-            "tx": [(k, ld.traction[0] if ld.traction else None) for k, ld in items],
-            "ty": [(k, ld.traction[1] if ld.traction else None) for k, ld in items],
+            "pressure": [(k, 0.0 if ld.traction else ld.pressure) for k, ld in items],
+            "shear": [(k, 0.0 if ld.traction else ld.shear) for k, ld in items],
+            "tx": [(k, ld.traction[0] if ld.traction else 0.0) for k, ld in items],
+            "ty": [(k, ld.traction[1] if ld.traction else 0.0) for k, ld in items],
         }
         said = [ld.follower for _, ld in items if ld.follower is not None]
         follower = (said[-1] if said else True) and p.kinematics == "finite"
