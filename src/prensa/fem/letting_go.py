@@ -26,14 +26,14 @@ TOLD = 1e-6  # share of a force from which a table that does not begin with it i
 def let_go(system: System, state: State, plan: StepPlan) -> Array | None:
     """Forces (ndof,) carried in the committed state at the start of a step, less those of its plan at that time.
 
-    Zero where it prescribes the degree of freedom, and where a tool begins to roll; None if there is nothing to let go.
+    Zero where it prescribes a tool's motion, and where a tool begins to roll; None if there is nothing to let go.
     """
     before = plan_step(system, plan.number - 1, state.step_start)
     carried, asked = (system.external(system.context(state, p, plan.t0), state.u) for p in (before, plan))
     out = carried - asked
     freed = np.setdiff1d(before.fixed, plan.fixed)
     out[freed] += state.work[freed] - carried[freed]
-    out[plan.fixed] = 0.0
+    out[plan.fixed[system.dofs.tool.owns(plan.fixed)]] = 0.0
     out[_rolling(system, state, plan)] = 0.0
     return out if np.abs(out).sum() > NOTHING * np.abs(state.work).sum() else None
 
@@ -85,3 +85,26 @@ def _jump(path: str, course: Course, carried: float, plan: StepPlan) -> Iterator
             f"step {plan.name!r}, {path}: the table has {asked:.6g} at time {plan.t0:g}, where {carried:.6g} is carried; the "
             f"difference goes linearly to 0 over the step (let the table begin with {carried:.6g})"
         )
+
+
+def still_held(system: System, state: State, plan: StepPlan) -> str:
+    """What a step lets go, in words, and how much of it the committed state still carries; '' if nothing."""
+    if state.release is None:
+        return ""
+    parts = []
+    for group in plan.released:
+        force = float(state.release[group.dofs].sum())
+        if group.support is not None and force != 0.0:
+            parts.append(f"support {group.support[0]!r} ({force:.4g} along {group.support[1]})")
+    for t, tool in enumerate(system.tools):
+        for key, force in zip(system.dofs.tool.components, system.place_of(t, state.release)):
+            if force != 0.0:
+                way = "to turn" if key.startswith("r") else f"along {key}"
+                parts.append(f"tool {tool.name!r} ({force:.4g} {way})")
+    if not parts:
+        return ""
+    gone = 100.0 * (1.0 - plan.left(state.clock.time))
+    return (
+        f"The step lets go of {', '.join(parts)}, of which {gone:.3g} % had gone at the last good state: what else acts on the "
+        "bodies and tools must balance the rest."
+    )

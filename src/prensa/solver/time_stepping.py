@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from prensa.errors import SolveError, refuse
 from prensa.fem.context import Context
 from prensa.fem.discretise import discretise
-from prensa.fem.letting_go import let_go, table_jumps
+from prensa.fem.letting_go import let_go, still_held, table_jumps
 from prensa.fem.planning import plan_step
 from prensa.fem.preflight import preflight
 from prensa.fem.schedule import StepPlan
@@ -213,6 +213,8 @@ class TimeStepping:
         cut = f"The increment was cut {cutbacks} times without success."
         if cutbacks < self.numerics.max_cutbacks:
             cut += " It is too short by now for another cut: the body jumps here, or nothing can go on."
+        if held := still_held(self.system, c.state, c.plan):
+            last += f" {held}"
         return SolveError(
             f"step {c.plan.name!r}, time {c.time:.6g}: {sentence(reason)}{'; ' + place if place else ''}. {cut} {last} "
             f"What to try: {hint(reason)}.",
