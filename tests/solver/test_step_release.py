@@ -217,8 +217,9 @@ def test_a_load_that_changes_its_kind_goes_over_linearly():
 def test_friction_that_is_lowered_fades(way, mode):
     """The drag of a sliding tool goes from μ₀N to μ₁N with the mean of both laws; what springs back is dissipated."""
     enforcement, rule = way
-    steps = [PRESS, replace(DRAG, move={"t": pr.Motion(x=0.6)}), pr.Step("oil", friction={"b.top-t": pr.Coulomb(0.1)}, increments=3)]
-    p = pressed(*steps, enforcement=enforcement, rule=rule, kinematics=mode[0], contact_geometry=mode[1])
+    drag = replace(DRAG, move={"t": pr.Motion(x=0.6)})
+    oil = pr.Step("oil", friction={"b.top-t": pr.Coulomb(0.1)}, increments=3)
+    p = pressed(PRESS, drag, oil, enforcement=enforcement, rule=rule, kinematics=mode[0], contact_geometry=mode[1])
     path = by_step(p)
     before = path["drag"][-1]
     assert -before.force("t").x == pytest.approx(0.3 * before.force("t").y, rel=1e-6)
@@ -322,7 +323,8 @@ def test_what_cannot_balance_is_told_with_what_was_let_go():
     load = pr.Step("load", loads={"b.right": pr.Load(traction=(6.0, 0.0))}, increments=1)
     go = pr.Step("go", fixed={"b.left": "free"}, increments=4)
     problem = replace(pressed(press, load, go, mu=0.1), fixed={"b.bottom": "y", "b.left": "x"})
-    with pytest.raises(SolveError, match=r"body 'b' can move along x.*lets go of support 'b.left' \(-8\.\d+ along x\), of which 3\.\d"):
+    words = r"body 'b' can move along x.*lets go of support 'b.left' \(-8\.\d+ along x\), of which 3\.\d"
+    with pytest.raises(SolveError, match=words):
         list(pr.solve(problem))
     with pytest.raises(pr.errors.PreflightError, match="in step 'go' it is free to move along x"):
         list(pr.solve(replace(problem, contacts=[pr.Contact("b.top", "t")])))
@@ -332,7 +334,8 @@ def test_steps_that_change_nothing_release_nothing():
     """Held, pushed and loaded on: not a bit of difference between one step and two."""
     wait = pr.Step("wait", push={"t": pr.Push(y=-60.0)}, increments=1)
     push = replace(wait, name="push")
-    path = list(pr.solve(pressed(push, wait, replace(wait, name="on"), loads={"b.right": pr.Load(pressure=3.0)}, kinematics="small")))
+    more = {"loads": {"b.right": pr.Load(pressure=3.0)}, "kinematics": "small"}
+    path = list(pr.solve(pressed(push, wait, replace(wait, name="on"), **more)))
     assert all(i.state.release is None for i in path)
     for a, b in itertools.pairwise(path):
         assert np.abs(a.state.u - b.state.u).max() <= 1e-9

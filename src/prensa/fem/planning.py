@@ -153,7 +153,7 @@ def _loads(system: System, number: int) -> dict[str, BoundaryLoad]:
     out = {}
     for name, items in entries.items():
         # a boundary has one kind of load: a traction replaces pressure and shear, and they replace a traction
-        parts = {
+        parts: dict[str, list[tuple[int, Any]]] = {
             "pressure": [(k, 0.0 if ld.traction else ld.pressure) for k, ld in items],
             "shear": [(k, 0.0 if ld.traction else ld.shear) for k, ld in items],
             "tx": [(k, ld.traction[0] if ld.traction else 0.0) for k, ld in items],
