@@ -20,7 +20,7 @@ from prensa.fem.system import System
 Array = NDArray[np.float64]
 
 NOTHING = 1e-8  # share of the outer forces below which there is nothing to let go: the residual of a converged state
-TOLD = 1e-6  # share of a force from which a table that does not begin with it is told
+DIFFERS = 1e-6  # share of a force from which a table that does not begin with it is told
 
 
 def let_go(system: System, state: State, plan: StepPlan) -> Array | None:
@@ -80,7 +80,7 @@ def table_jumps(system: System, state: State, plan: StepPlan) -> Iterator[str]:
 
 def _jump(path: str, course: Course, carried: float, plan: StepPlan) -> Iterator[str]:
     asked = course(plan.t0)
-    if not course.ramp and abs(asked - carried) > TOLD * max(abs(asked), abs(carried)):
+    if not course.ramp and abs(asked - carried) > DIFFERS * max(abs(asked), abs(carried)):
         yield (
             f"step {plan.name!r}, {path}: the table has {asked:.6g} at time {plan.t0:g}, where {carried:.6g} is carried; the "
             f"difference goes linearly to 0 over the step (let the table begin with {carried:.6g})"
