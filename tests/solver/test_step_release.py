@@ -105,7 +105,10 @@ def test_the_reaction_of_a_support_being_let_go_is_at_its_nodes():
 
 def test_the_result_of_an_elastic_body_does_not_depend_on_the_increments():
     """One increment ends where four and eleven do."""
-    ends = [by_step(bar(PULL, replace(FREE, increments=n), loads={"b.right": pr.Load(traction=(5.0, 0.0))})) for n in (1, 4, 11)]
+    ends = [
+        by_step(bar(PULL, replace(FREE, increments=n), loads={"b.right": pr.Load(traction=(5.0, 0.0))}))
+        for n in (1, 4, 11)
+    ]
     shapes = [e["free"][-1].bodies["b"].displacement for e in ends]
     assert np.abs(shapes[0]).max() > 1e-3
     for shape in shapes[1:]:
@@ -155,7 +158,9 @@ def test_all_motions_of_a_tool_are_let_go():
     first = steps["press"][-1].force("t")
     assert abs(first.m) > 1.0
     assert_linear(steps["push"], [i.force("t").m for i in steps["push"]], first.m, 0.0)
-    steps = by_step(pressed(PRESS, DRAG, pr.Step("free", push={"t": pr.Push(x=0.0)}, increments=2), replace(PRESS, name="again")))
+    steps = by_step(
+        pressed(PRESS, DRAG, pr.Step("free", push={"t": pr.Push(x=0.0)}, increments=2), replace(PRESS, name="again"))
+    )
     first, there = steps["drag"][-1].force("t"), steps["free"][-1].tools["t"].place
     assert first.x < -10.0
     assert_linear(steps["free"], [i.force("t").x for i in steps["free"]], first.x, 0.0)
@@ -204,7 +209,9 @@ def test_a_load_that_changes_its_kind_goes_over_linearly():
     assert np.abs(last.bodies["b"].displacement - steps["press"][0].bodies["b"].displacement).max() <= 1e-12
     top = {"b.top": pr.Load(pressure=10.0)}
     dead = {"b.top": pr.Load(pressure=10.0, follower=False)}
-    steps = by_step(bar(pr.Step("press", increments=2), pr.Step("dead", loads=dead, increments=4), loads=top, fixed=hold))
+    steps = by_step(
+        bar(pr.Step("press", increments=2), pr.Step("dead", loads=dead, increments=4), loads=top, fixed=hold)
+    )
     *_, never = pr.solve(bar(pr.Step("press", increments=4), loads=dead, fixed=hold))
     held = [i.supports["b.left"] for i in (steps["press"][-1], *steps["dead"])]
     assert held[0].x > 1.0
@@ -267,7 +274,9 @@ def test_the_bound_of_fading_friction_has_exact_derivatives(now):
         tau, by_p, by_kappa = law.bound(p, kappa, at)
         assert (tau >= 0.0).all()
         assert np.allclose(by_p, (law.bound(p + h, kappa, at)[0] - law.bound(p - h, kappa, at)[0]) / (2 * h), atol=1e-7)
-        assert np.allclose(by_kappa, (law.bound(p, kappa + h, at)[0] - law.bound(p, kappa - h, at)[0]) / (2 * h), atol=1e-7)
+        assert np.allclose(
+            by_kappa, (law.bound(p, kappa + h, at)[0] - law.bound(p, kappa - h, at)[0]) / (2 * h), atol=1e-7
+        )
         assert (law.softening(p, kappa, at) >= -by_kappa - 1e-12).all()
     assert now is not None or not tau.any()
 
@@ -294,7 +303,11 @@ def test_the_tangent_of_a_releasing_step_is_exact(rule):
 def test_a_releasing_step_is_resumed_bit_for_bit():
     """From arrays, as a checkpoint keeps them, in the middle of a step that lets a support, a tool and friction go."""
     go = pr.Step(
-        "go", push={"t": pr.Push(y=-60.0)}, fixed={"b.right": "free"}, friction={"b.top-t": pr.Coulomb(0.1)}, increments=4
+        "go",
+        push={"t": pr.Push(y=-60.0)},
+        fixed={"b.right": "free"},
+        friction={"b.top-t": pr.Coulomb(0.1)},
+        increments=4,
     )
     problem = replace(pressed(PRESS, go, material=PLASTIC), fixed={"b.bottom": "xy", "b.right": "x"})
     path = list(pr.solve(problem))
@@ -339,3 +352,21 @@ def test_steps_that_change_nothing_release_nothing():
     assert all(i.state.release is None for i in path)
     for a, b in itertools.pairwise(path):
         assert np.abs(a.state.u - b.state.u).max() <= 1e-9
+
+
+@pytest.mark.parametrize("sides", [("a.top", "b.bottom"), ("b.bottom", "a.top")], ids="-".join)
+def test_supports_of_tied_nodes_are_let_go(sides):
+    """Every support beside a tie of meshes that do not match falls linearly, slave side or master side."""
+    a, b = pr.Rectangle((4, 2), (4, 2)), pr.Rectangle((4, 2), (6, 3), origin=(0, 2))
+    bodies = {"a": pr.Body(a, ELASTIC), "b": pr.Body(b, ELASTIC)}
+    go = pr.Step("go", fixed=dict.fromkeys(("b.top", "a.left", "b.left"), "free"), increments=3)
+    problem = pr.Problem(
+        "tied", kinematics="small", bodies=bodies, ties=(pr.Tie(*sides),), fixed={"a.bottom": "xy"},
+        steps=(replace(PULL, fixed={"b.top": pr.Fixed(y=0.1), "a.left": "x", "b.left": "x"}), go),
+    )  # fmt: skip
+    path = [i for i in pr.solve(problem) if i.number > 1]
+    for name, axis in (("b.top", "y"), ("a.left", "x"), ("b.left", "x"), ("a.bottom", "y")):
+        values = [getattr(i.supports[name], axis) for i in path]
+        assert abs(values[0]) > 1.0
+        assert_linear(path[1:], values[1:], values[0], 0.0)
+    assert np.abs(path[-1].state.u).max() <= 1e-10
