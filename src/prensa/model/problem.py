@@ -497,7 +497,8 @@ class Step:
     """One stage of the history; step k spans time k − 1 … k.
 
     ``move``: tool displacement from the initial position reached at the end of the step (or a table);
-    ``velocity``: tool velocity during the step (length per unit time); ``push``: tool force.
+    ``by``: the same from where the tool is at the start of the step, also of a boundary, whose support it prescribes from then
+    on; ``velocity``: tool velocity during the step (length per unit time); ``push``: tool force.
     Numbers ramp linearly from the value at the start of the step. What is not mentioned is held.
     ``increments``: the number of equal increments asked for (each is cut further when it does not converge);
     without it the step size is chosen automatically.
@@ -505,6 +506,7 @@ class Step:
 
     name: str
     move: Mapping[str, Motion] = field(default_factory=dict)
+    by: Mapping[str, Motion] = field(default_factory=dict)
     velocity: Mapping[str, Velocity] = field(default_factory=dict)
     push: Mapping[str, Push] = field(default_factory=dict)
     fixed: Mapping[str, FixedValue] = field(default_factory=dict)
