@@ -192,7 +192,8 @@ def _refuse_edges_on_points(tool: PlacedTool, points: Points, X: Array, normal: 
     """
     for *edge, ex, ey in tool.shape.edges:
         along = (X - tool.at - edge) @ np.array([ex, ey])
-        inside = along.min() + 1e-9 < 0.0 < along.max() - 1e-9
+        slack = 1e-9 * float(np.ptp(along))
+        inside = along.min() + slack < 0.0 < along.max() - slack
         facing = ey * normal[:, 0] - ex * normal[:, 1] < 0.0
         over = np.flatnonzero(facing & (np.abs(along) < 0.02 * points.depth))
         if inside and len(over):

@@ -351,7 +351,8 @@ class System:
         if bulk.failed:
             return Evaluation(r, data, np.inf, (), (), r, bulk.failed)
         scale, floor, violation = NOTHING * self.stiffness + bulk.scale, bulk.floor, 0.0
-        reach = self.length + float(np.abs(u[self.dofs.tool.slice]).max(initial=0.0))
+        ways = self.dofs.tool.of(u)[:, : self.dofs.dimension]  # turns are no lengths
+        reach = self.length + float(np.abs(ways).max(initial=0.0))
         ask = Request(u, self.multipliers(u, lam), stiffness, stick, guess, reach, landed)
         trials = []
         for interaction in c.interactions:
