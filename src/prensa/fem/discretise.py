@@ -78,7 +78,7 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = ()) -> 
     pattern = _pattern(cells, surfaces, dofs, more)
     blocks = [_block(problem, name, cells[name], X, pattern) for name in problem.bodies]
     system = System(problem, meshes, offsets, X, blocks, tools, surfaces, pattern, dofs, ties, more=more)
-    for name in [*problem.fixed, *(k for s in problem.steps for k in s.fixed)]:
+    for name in [*problem.fixed, *(k for s in problem.steps for k in (*s.fixed, *problem.driven(s)))]:
         system.boundary_nodes(name)
     for name in [*problem.loads, *(k for s in problem.steps for k in s.loads)]:
         system.boundary_edges(name)

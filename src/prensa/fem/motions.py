@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 JUMP = 0.01  # way over the least element depth of the contacts that a table may begin elsewhere
+SMALL = 0.1  # mean displacement gradient from which small-strain kinematics is remarked upon
+ALONG = 0.9  # cosine from which a support acts along a tool's normal
 AXES = ("x", "y", "rz")
 
 
@@ -26,6 +28,8 @@ def motions(system: System) -> Iterator[Notice]:
     yield from _bores(system)
     at_start, known = system.initial().u, np.ones(system.ndof, dtype=bool)
     before: StepPlan | None = None
+    small = system.problem.kinematics == "small" and not system.problem.allow_large_strain
+    reached: dict[str, tuple[float, float]] = {}
     for number in range(len(system.problem.steps)):
         plan = plan_step(system, number, at_start)
         yield from _beginnings(system, plan, at_start, known, before)
@@ -34,6 +38,9 @@ def motions(system: System) -> Iterator[Notice]:
         known &= np.isin(np.arange(system.ndof), plan.fixed)
         at_start, before = at_start.copy(), plan
         at_start[plan.fixed] = plan.values(plan.t1)
+        for body, depth, far in pressed_far(system, plan, at_start, known) if small else ():
+            reached[body] = max(reached.get(body, (0.0, 1.0)), (depth, far), key=lambda r: r[0] / r[1])
+    yield from _small(system, reached)
 
 
 # ------------------------------------------------------------------------------------------------------------- beginnings
@@ -153,3 +160,39 @@ def _bores(system: System) -> Iterator[Notice]:
                     f"it holds a bore of radius {r[0]:.4g}: the symmetry line of a plane problem is the axis here, and a bore "
                     "opens and closes; leave it out, or write {x: 0} if a rigid mandrel is meant",
                 )
+
+
+# ------------------------------------------------------------------------------------------------------------ small strain
+def pressed_far(system: System, plan: StepPlan, u: Array, known: Flags) -> Iterator[tuple[str, float, float]]:
+    """Body, share and distance of the deepest reach of tools at the end of a step, all of known places.
+
+    The mean displacement gradient between a pressed node and a held one is at least the way over the distance.
+    """
+    x = system.positions(u)
+    for s in system.surfaces:
+        if not known[system.dofs.tool.dofs(s.tool)].all():
+            continue
+        pairs = system.node_pairs(s, u)
+        k = int(np.argmin(np.where(np.abs(pairs.n).max(axis=1) > ALONG, pairs.g, np.inf)))
+        depth, axis = -float(pairs.g[k]), int(np.argmax(np.abs(pairs.n[k])))
+        if not depth > 0 or abs(pairs.n[k, axis]) < ALONG:
+            continue
+        nodes, along = system.dofs.displacement.split(plan.fixed[system.dofs.displacement.owns(plan.fixed)])
+        first = system.offsets[s.body]
+        mine = (along == axis) & (nodes >= first) & (nodes < first + len(system.meshes[s.body].points))
+        if mine.any():
+            far = float(np.hypot(*(x[nodes[mine]] - x[s.points.nodes[k]]).T).min())
+            if far > float(s.points.depth.min()):
+                yield s.body, depth, far
+
+
+def _small(system: System, reached: dict[str, tuple[float, float]]) -> Iterator[Notice]:
+    """Small-strain kinematics where the tools go too far for it."""
+    for body, (depth, far) in reached.items():
+        if depth > SMALL * far:
+            yield Notice(
+                "kinematics",
+                f"tools press {body!r} in by {depth:.4g} at {far:.4g} from its support, strains or rotations of {depth / far:.2g}: "
+                "'small' neglects terms of that size, and is refused in the run where they are beyond 0.1 in a twentieth of the "
+                "body; use 'finite'",
+            )

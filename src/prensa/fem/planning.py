@@ -60,8 +60,8 @@ def _supports(p: model.Problem, number: int) -> dict[tuple[str, str], tuple[Any,
             for c in ("x", "y"):
                 if getattr(f, c) is not None:
                     supports[(name, c)] = (getattr(f, c), max(k, 0), False)
-        for name, motion in source.by.items() if isinstance(source, model.Step) else ():
-            for c in ("x", "y") if name not in p.tools else ():
+        for name, motion in p.driven(p.steps[k]).items() if k >= 0 else ():
+            for c in ("x", "y"):
                 if getattr(motion, c) is not None:
                     supports[(name, c)] = (getattr(motion, c), k, True)
     return supports

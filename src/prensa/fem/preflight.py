@@ -298,10 +298,10 @@ def _driven(system: System, body: str) -> bool:
     """Whether something besides tools can move a body."""
     p = system.problem
     owners: tuple[Any, ...] = (p, *p.steps)
+    if any(name.partition(".")[0] == body for step in p.steps for name in p.driven(step)):
+        return True
     for owner in owners:
         if any(name.partition(".")[0] == body for name in owner.loads) or body in owner.body_force:
-            return True
-        if any(name.partition(".")[0] == body for name in getattr(owner, "by", {}) if name not in p.tools):
             return True
         for name, f in owner.fixed.items():
             if name.partition(".")[0] == body and any(v is not None and v != "held" for v in (f.x, f.y)):

@@ -101,6 +101,8 @@ def _whole(p: Any) -> Iterator[Finding]:
             "an axisymmetric problem has no thickness, its forces are those of the whole circumference; leave it out",
             at_key=True,
         )
+    if p.kinematics == "finite" and p.allow_large_strain:
+        yield Finding(("allow_large_strain",), "finite strain needs no leave; it goes with 'kinematics: small'", at_key=True)
     if p.kinematics == "finite" and p.contact_geometry == "reference":
         yield Finding(
             ("contact_geometry",), "'reference' is the linear Signorini problem and needs 'kinematics: small'"

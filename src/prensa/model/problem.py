@@ -532,6 +532,7 @@ class Problem:
     ``thickness``, in plane stress the initial one; axisymmetric ones have none.
     ``kinematics``: ``finite`` (updated Lagrangian) or ``small``. ``contact_geometry``: ``current`` (moved surface, true
     tool normal) or ``reference`` (gap on the undeformed surface along its own normal: linear Signorini).
+    ``allow_large_strain``: what ``small`` gives where strains or rotations are beyond 0.1, which is refused otherwise.
     ``body_force``: force per volume ρb on each body.
     """
 
@@ -548,9 +549,14 @@ class Problem:
     space: Literal["plane strain", "plane stress", "axisymmetric"] = "plane strain"
     kinematics: Literal["finite", "small"] = "finite"
     contact_geometry: Literal["current", "reference"] = "current"
+    allow_large_strain: bool = False
     thickness: Annotated[Length, Field(gt=0)] = 1.0
     units: Units = field(default_factory=Units)
     start: Start | None = None
+
+    def driven(self, step: Step) -> dict[str, Motion]:
+        """Boundaries that a step moves ``by`` a way: what it says of no tool."""
+        return {name: motion for name, motion in step.by.items() if name not in self.tools}
 
     @model_validator(mode="after")
     def _check(self) -> Problem:
