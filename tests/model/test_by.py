@@ -53,7 +53,7 @@ def test_travels_from_where_a_thing_is_are_those_from_the_initial_place():
 
 
 def test_a_step_goes_on_from_a_place_that_only_the_answer_knows():
-    """After a force the tool is where the body lets it be; ``by`` is measured from there, and a boundary's points each from theirs."""
+    """After a force the tool is where the body lets it be; ``by`` is measured from there, also of a boundary."""
     text = CASE.replace("move: {t: {y: -0.02}}", "push: {t: {y: -100}}")
     incs = [i for i in pr.solve(loads(text).problem) if i.end_of_step]
     assert incs[0].tools["t"].place.y < -0.01
@@ -92,7 +92,7 @@ def test_a_case_with_by_is_written_and_read_again():
 
 
 def test_a_run_with_by_is_resumed_and_started_from(tmp_path: Path):
-    """Stopped in the middle of a step that goes on from elsewhere, it ends bit for bit as if it had not; a new run goes on from there."""
+    """Stopped in a step that goes on from elsewhere, it ends bit for bit as if it had not; a new run goes on from there."""
     case = loads(CASE)
     whole = run(case, tmp_path / "whole", quiet=True)
     part = run(case, tmp_path / "part", quiet=True)
@@ -112,8 +112,8 @@ def test_a_run_with_by_is_resumed_and_started_from(tmp_path: Path):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ("by: {t: {y: -0.01}", "move: {t: {y: -1}}, by: {t: {y: -0.01}", "y of tool 't' is given by 'move' and by 'by'; keep one"),
-        ("b.right: {x: 0.03}}", "b.right: {x: 0.03}}, fixed: {b.right: x}", "x of 'b.right' is given by 'fixed' and by 'by'; keep one"),
+        ("by: {t: {y: -0.01}", "move: {t: {y: -1}}, by: {t: {y: -0.01}", "y of tool 't' is given by 'move' and by 'by'"),
+        ("b.right: {x: 0.03}}", "b.right: {x: 0.03}}, fixed: {b.right: x}", "x of 'b.right' is given by 'fixed' and by 'by'"),
         ("b.right: {x: 0.03}", "b.rigth: {x: 0.03}", "unknown boundary 'rigth' of body 'b'; did you mean 'right'?"),
         ("b.right: {x: 0.03}", "b.right: {rz: 0.03}", "'b.right' is a boundary, which has no rotation"),
         ("by: {t: {y: -0.01}", "by: {s: {y: -0.01}", "unknown tool 's'"),

@@ -57,7 +57,7 @@ def test_the_hoop_strain_counts_in_axisymmetry():
 @pytest.mark.parametrize("condense", [False, True])
 def test_small_strain_is_refused_where_it_means_nothing(condense, caplog):
     """Beyond 10 % the run ends before the increment that goes there, and says what to write; nothing is cut."""
-    with pytest.raises(SolveError, match="means nothing any more.*kinematics: finite") as failed:
+    with pytest.raises(SolveError, match=r"means nothing any more.*kinematics: finite") as failed:
         list(pr.solve(stretched(0.15), pr.Numerics(condense=condense)))
     assert isinstance(failed.value.reason, BeyondSmall)
     if not condense:  # condensed bodies are looked at where a step ends
@@ -66,7 +66,9 @@ def test_small_strain_is_refused_where_it_means_nothing(condense, caplog):
     assert not caplog.records
 
 
-@pytest.mark.parametrize(("strain", "more"), [(0.15, {"allow_large_strain": True}), (0.15, {"kinematics": "finite"}), (0.04, {})])
+@pytest.mark.parametrize(
+    ("strain", "more"), [(0.15, {"allow_large_strain": True}), (0.15, {"kinematics": "finite"}), (0.04, {})]
+)
 def test_what_is_small_or_meant_or_finite_is_not_remarked_upon(strain, more, caplog):
     """Said twice it runs, without a word; so do small strains, and finite ones."""
     assert len(list(pr.solve(stretched(strain, **more)))) == 4

@@ -1,5 +1,6 @@
 """What the steps prescribe, looked at before the solve: tables that begin elsewhere, steps that move nothing, bores held by a
-symmetry line of plane problems, and tools that press small-strain bodies far."""
+symmetry line of plane problems, and tools that press small-strain bodies far.
+"""
 
 from __future__ import annotations
 
@@ -192,7 +193,7 @@ def _small(system: System, reached: dict[str, tuple[float, float]]) -> Iterator[
         if depth > SMALL * far:
             yield Notice(
                 "kinematics",
-                f"tools press {body!r} in by {depth:.4g} at {far:.4g} from its support, strains or rotations of {depth / far:.2g}: "
-                "'small' neglects terms of that size, and is refused in the run where they are beyond 0.1 in a twentieth of the "
+                f"tools press {body!r} in by {depth:.4g} at {far:.4g} from its support, strains or rotations of "
+                f"{depth / far:.2g}: 'small' neglects terms of that size, and is refused in the run where they are beyond 0.1 in a twentieth of the "
                 "body; use 'finite'",
             )

@@ -102,7 +102,9 @@ def _whole(p: Any) -> Iterator[Finding]:
             at_key=True,
         )
     if p.kinematics == "finite" and p.allow_large_strain:
-        yield Finding(("allow_large_strain",), "finite strain needs no leave; it goes with 'kinematics: small'", at_key=True)
+        yield Finding(
+            ("allow_large_strain",), "finite strain needs no leave; it goes with 'kinematics: small'", at_key=True
+        )
     if p.kinematics == "finite" and p.contact_geometry == "reference":
         yield Finding(
             ("contact_geometry",), "'reference' is the linear Signorini problem and needs 'kinematics: small'"
@@ -299,13 +301,14 @@ def _stiffness(name: str, material: Any, first: float, units: Any) -> Iterator[s
     """Moduli that are those of metals in another unit than the case's, and flow stresses far below the modulus."""
     E = material.modulus
     gpa = factor("1 GPa", units.length, units.force, (1, -2))
-    if E > STIFFEST * gpa or first > STRONGEST * gpa:
-        what, value, most = ("E", E, STIFFEST) if E > STIFFEST * gpa else ("flow stress", first, STRONGEST)
+    if STIFFEST * gpa < E or first > STRONGEST * gpa:
+        what, value, most = ("E", E, STIFFEST) if STIFFEST * gpa < E else ("flow stress", first, STRONGEST)
         pa = factor("1 Pa", units.length, units.force, (1, -2))
         meant = f"; did you mean '{value:g} Pa'?" if value * pa < most * gpa else "; check its unit"
         both = f" (and flow stress {first:g})" if what == "E" and first > STRONGEST * gpa else ""
         stress = f"{units.force}/{units.length}²"
-        yield f"bodies.{name}.material: {what} = {value:g}{both} in {stress}, {value / gpa:.3g} GPa, is that of no material{meant}"
+        amount = f"{what} = {value:g}{both} in {stress}, {value / gpa:.3g} GPa"
+        yield f"bodies.{name}.material: {amount}, is that of no material{meant}"
         return
     per = {("mm", "N"): 1e-3, ("m", "N"): 1e-9}.get((units.length, units.force))
     if 0 < first < 1e-6 * E:

@@ -156,7 +156,9 @@ def turned_through(system: System, state: State, u: Array, policy: Policy = DEFA
         if not abs(angle) > policy.turn:
             continue
         x = system.positions(u)[s.points.nodes] - tool.at - place[:2]
-        angles = place[2] - angle * np.linspace(0.0, 1.0, 2 + int(min(abs(angle) / (0.5 * policy.turn), policy.most_samples)))
+        angles = place[2] - angle * np.linspace(
+            0.0, 1.0, 2 + int(min(abs(angle) / (0.5 * policy.turn), policy.most_samples))
+        )
         depth = [float(-tool.shape.closest(x @ turn).g.min()) for turn in _turns(angles)]
         if max(depth) - max(depth[0], 0.0) > policy.swept * float(s.points.depth.min()):
             return TurnedThrough(tool.name, s.body, abs(angle))

@@ -172,8 +172,8 @@ def sentence(failure: Failure) -> str:
         case BeyondSmall():
             return (
                 f"a twentieth of body {failure.body!r} is strained by more than {failure.strain:.2g} (most "
-                f"{failure.most_strain:.2g}) and turned by more than {in_degrees(failure.rotation)} (most {in_degrees(failure.most_rotation)}), where "
-                "'kinematics: small' means nothing any more"
+                f"{failure.most_strain:.2g}) and turned by more than {in_degrees(failure.rotation)} (most "
+                f"{in_degrees(failure.most_rotation)}), where 'kinematics: small' means nothing any more"
             )
         case CornerInverted():
             return f"{place_of(failure)} folded over"

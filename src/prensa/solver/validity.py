@@ -100,11 +100,8 @@ class Validity:
             strain = np.maximum(strain, np.abs(u[..., 0].sum(axis=1) / self.system.X[block.corners, 0].sum(axis=1)))
         rotation = np.arctan(0.5 * np.abs(H[:, 1, 0] - H[:, 0, 1]))
         volume = block.volume.sum(axis=1)
-        return Deformation(
-            *(_exceeded(v, volume, self.policy.small_share) for v in (strain, rotation)),
-            float(strain.max()),
-            float(rotation.max()),
-        )
+        much, far = (_exceeded(v, volume, self.policy.small_share) for v in (strain, rotation))
+        return Deformation(much, far, float(strain.max()), float(rotation.max()))
 
 
 def slopes(x: Array) -> Array:
