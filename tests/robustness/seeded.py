@@ -164,11 +164,11 @@ SEEDED = {
         ),
         Seeded("hardening in another unit", (("b: 8}", "b: 8, H: 9e5}"),), "6:44", ("faster than E",), True),
         Seeded(
-            "strains in per cent", ((FLOW, "{type: table, points: [[0, 60], [20, 100], [100, 150]]}"),), "6:66",
+            "strains in per cent", ((FLOW, "{type: table, points: [[0, 60], [20, 100], [100, 150]]}"),), "6:64",
             ("the strains go up to 100", "did you mean '100 %'"), True,
         ),
         Seeded(
-            "prestrain in per cent", ((FLOW, "{type: swift, K: 200, e0: 2, n: 0.2}"),), "6:66",
+            "prestrain in per cent", ((FLOW, "{type: swift, K: 200, e0: 2, n: 0.2}"),), "6:72",
             ("a prestrain of 2, 200 %", "did you mean '2 %'?"), True,
         ),
         Seeded(

@@ -18,7 +18,7 @@ from prensa.tools.analytic import Tool, turned
 Array = NDArray[np.float64]
 
 GRAZING = 1e-6  # cosine below which a ray along the surface normal counts as tangent to the tool
-TURN = np.pi / 8  # rotation of a tool from one look at where a point is on its surface to the next
+LOOK_EVERY = np.pi / 8  # rotation of a tool from one look at where a point is on its surface to the next
 
 
 class Pairs(NamedTuple):
@@ -91,9 +91,9 @@ def continued(shape: Tool, s: Array, X: Array, u: Array, at: Array, place: Array
 
     A closed surface has a cut, across which its coordinate jumps by the period: where a point is does not tell how often it
     went round. Half a period and less is the shorter way. A tool that turns by more is followed in turns of no more than
-    `TURN`, points and tool on straight ways, so that a whole turn slips by the circumference.
+    `LOOK_EVERY`, points and tool on straight ways, so that a whole turn slips by the circumference.
     """
-    looks = int(np.ceil(min(abs(place[2] - since.place[2]) / TURN, 1e4)))
+    looks = int(np.ceil(min(abs(place[2] - since.place[2]) / LOOK_EVERY, 1e4)))
     now = np.asarray(since.s)
     for share in np.arange(1, looks) / max(looks, 1):
         turn = since.place[2] + share * (place[2] - since.place[2])

@@ -149,7 +149,8 @@ def _bores(system: System) -> Iterator[Notice]:
     p = system.problem
     if not system.axisymmetric:
         return
-    for prefix, owner in (("", p), *((f"steps.{i}.", s) for i, s in enumerate(p.steps))):
+    owners: list[tuple[str, Any]] = [("", p), *((f"steps.{i}.", s) for i, s in enumerate(p.steps))]
+    for prefix, owner in owners:
         for name, support in owner.fixed.items():
             if support.x != "held" or support.y is not None:
                 continue
@@ -194,6 +195,6 @@ def _small(system: System, reached: dict[str, tuple[float, float]]) -> Iterator[
             yield Notice(
                 "kinematics",
                 f"tools press {body!r} in by {depth:.4g} at {far:.4g} from its support, strains or rotations of "
-                f"{depth / far:.2g}: 'small' neglects terms of that size, and is refused in the run where they are beyond 0.1 in a twentieth of the "
-                "body; use 'finite'",
+                f"{depth / far:.2g}: 'small' neglects terms of that size, and is refused in the run where they are beyond 0.1 "
+                "in a twentieth of the body; use 'finite'",
             )

@@ -15,7 +15,10 @@ from prensa.model.units import Pressure, Strain
 
 Array = NDArray[np.float64]
 
-FIRST, LAST = 2.0, 10.0  # strains of the second and of the last pair from which on they are likely in per cent
+MOST_SECOND, MOST_LAST = (
+    2.0,
+    10.0,
+)  # strains of the second and of the last pair from which on they are likely in per cent
 
 
 class FlowTable(FlowCurve):
@@ -44,7 +47,7 @@ class FlowTable(FlowCurve):
 
     def doubts(self) -> Iterator[tuple[str, str]]:
         """Strains that look like per cent."""
-        if self.points[1][0] >= FIRST or self.points[-1][0] > LAST:
+        if self.points[1][0] >= MOST_SECOND or self.points[-1][0] > MOST_LAST:
             last = self.points[-1][0]
             yield (
                 "points",
