@@ -18,14 +18,15 @@ Index = NDArray[np.int64]
 class Course:
     """A function of time through (times, values), held before the first and after the last time.
 
-    ``ramp``: given by its end alone; what follows it starts from wherever it is. ``corners``: times at which increments end;
-    None: all of ``times``.
+    ``ramp``: given by its end alone; what follows it starts from wherever it is. ``relative``: values are the way from there.
+    ``corners``: times at which increments end; None: all of ``times``.
     """
 
     times: Array
     values: Array
     ramp: bool = False
     corners: Array | None = None
+    relative: bool = False
 
     @property
     def stops(self) -> Array:
@@ -44,6 +45,12 @@ def course(value: Any, start: float, t0: float, t1: float) -> Course:
     return Course(np.array([t0, t1]), np.array([start, float(value)]), ramp=True)
 
 
+def way(value: Any, t0: float, t1: float) -> Course:
+    """Course of the way from wherever a thing is at t0: a number (ramp over the step t0 … t1) or a table (global time)."""
+    c = course(value, 0.0, t0, t1)
+    return Course(c.times, c.values, relative=True)
+
+
 def integrated(value: Any, start: float, t0: float, t1: float) -> Course:
     """Displacement course of a velocity: constant over the step, or a table of (time, velocity) integrated exactly."""
     if not isinstance(value, tuple):
@@ -53,13 +60,13 @@ def integrated(value: Any, start: float, t0: float, t1: float) -> Course:
     given = tv[(tv > t0) & (tv < t1)]
     t = np.unique(np.concatenate([np.linspace(t0, t1, 513), given]))
     rate = np.interp(t, tv, v)
-    way = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(t))])
-    return Course(t, start + way, corners=given)
+    covered = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(t))])
+    return Course(t, start + covered, corners=given)
 
 
 @dataclass
 class Prescribed:
-    """Boundary condition: dofs that follow one course, each from its own start: value = start + share · (course − origin).
+    """Boundary condition: dofs that follow one course, a ramp or a relative one each from its own start.
 
     ``support``: name of the boundary and axis, 'x' or 'y', that it holds; None for tools and the axis of revolution.
     """
@@ -73,6 +80,8 @@ class Prescribed:
         """Values (k,) at time t."""
         if self.course is None:
             return self.start
+        if self.course.relative:
+            return self.start + self.course(t)
         if self.course.ramp:
             # a ramp brings every unknown from where it is to the target
             s = min(max((t - t0) / (t1 - t0), 0.0), 1.0)

@@ -107,7 +107,6 @@ class ContactInteraction:
         follows = law is not None and not law.proportional and system.problem.kinematics == "finite"
         area = system.weights(s, system.positions(ask.u), c.depth) if follows else None
         pairs, lam = system.pairs(s, ask.u, c.state), ask.lam[s.rows]
-        period = system.tools[s.tool].shape.period
         f = forces(
             pairs,
             weight,
@@ -116,7 +115,6 @@ class ContactInteraction:
             c.state.contact.of(s.rows),
             law,
             c.law_at[k],
-            period,
             stick,
             area,
             c.lagged,

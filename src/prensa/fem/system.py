@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces, Scale
-from prensa.contact.pairing import UNMOVED, Pairs, Since, current_pairs, reference_pairs
+from prensa.contact.pairing import UNMOVED, Pairs, Since, continued, current_pairs, reference_pairs
 from prensa.contact.record import ContactRecord
 from prensa.contact.recovery import recover
 from prensa.contact.spatial import plane_pairs
@@ -304,17 +304,23 @@ class System:
     def pairs(self, s: Surface, u: Array, since: State | None = None) -> Pairs:
         """Gap and slip data of a contact at its integration points, for degrees of freedom u.
 
-        since: the committed state from which slip goes on where the surface stays undeformed; the undeformed one if None.
+        since: the committed state from which slip goes on, where the surface stays undeformed or the tool's is closed; the
+        undeformed one if None.
         """
         displacement = s.points.at(self.displacement(u))
-        before = UNMOVED
-        if since is not None and self.problem.contact_geometry == "reference":
-            before = Since(
-                since.contact.coordinate[s.rows],
-                s.points.at(self.displacement(since.u)),
-                self.place_of(s.tool, since.u),
-            )
-        return self._pairs(s, u, s.X, displacement, s.normal, before)
+        reference, tool = self.problem.contact_geometry == "reference", self.tools[s.tool]
+        if since is None or not (reference or np.isfinite(tool.shape.period)):
+            return self._pairs(s, u, s.X, displacement, s.normal)
+        before = Since(
+            since.contact.coordinate[s.rows],
+            s.points.at(self.displacement(since.u)),
+            self.place_of(s.tool, since.u),
+        )
+        pairs = self._pairs(s, u, s.X, displacement, s.normal, before)
+        if reference:
+            return pairs
+        place = self.place_of(s.tool, u)
+        return pairs._replace(s=continued(tool.shape, pairs.s, s.X, displacement, tool.at, place, before))
 
     def node_pairs(self, s: Surface, u: Array) -> Pairs:
         """Gap and slip data of a contact at the nodes of its surface, whatever the rule."""
@@ -349,7 +355,8 @@ class System:
         if bulk.failed:
             return Evaluation(r, data, np.inf, (), (), r, bulk.failed)
         scale, floor, violation = NOTHING * self.stiffness + bulk.scale, bulk.floor, 0.0
-        reach = self.length + float(np.abs(u[self.dofs.tool.slice]).max(initial=0.0))
+        ways = self.dofs.tool.of(u)[:, : self.dofs.dimension]  # turns are no lengths
+        reach = self.length + float(np.abs(ways).max(initial=0.0))
         ask = Request(u, self.multipliers(u, lam), stiffness, stick, guess, reach, landed)
         trials = []
         for interaction in c.interactions:

@@ -88,7 +88,8 @@ def support_forces(system: System, e: Evaluation, plan: StepPlan, state: State) 
 
 def support_names(problem: Problem) -> list[str]:
     """Boundaries and points that are held in some step, in the order of the description."""
-    return list(dict.fromkeys([*problem.fixed, *(name for step in problem.steps for name in step.fixed)]))
+    later = (name for step in problem.steps for name in (*step.fixed, *problem.driven(step)))
+    return list(dict.fromkeys([*problem.fixed, *later]))
 
 
 def tool_states(system: System, state: State, e: Evaluation) -> dict[str, ToolState]:

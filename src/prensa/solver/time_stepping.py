@@ -28,7 +28,7 @@ from prensa.solver.approach import approach, first_touch
 from prensa.solver.attempt import attempt
 from prensa.solver.condensation import Condensation, condensed, to_be_condensed
 from prensa.solver.equilibrium import Equilibrium, NewtonResult, Reporter
-from prensa.solver.failure import FreeToMove, sentence
+from prensa.solver.failure import BeyondSmall, FreeToMove, sentence
 from prensa.solver.increment import Increment, Monitor
 from prensa.solver.ledger import ledger, nodal_work
 from prensa.solver.policy import Policy
@@ -38,6 +38,7 @@ from prensa.solver.reduced import Reduced
 from prensa.solver.reporting import Messages
 from prensa.solver.results import increment_of
 from prensa.solver.step_control import StepControl
+from prensa.solver.validity import Validity
 
 log = logging.getLogger("prensa")
 Array = NDArray[np.float64]
@@ -109,7 +110,7 @@ class TimeStepping:
     ) -> None:
         self.system, self.numerics, self.policy = system, numerics, policy
         self.messages, self.timer, self.condense = messages, timer, condense
-        self.acceptance = Acceptance(system, policy)
+        self.acceptance, self.validity = Acceptance(system, policy), Validity(system, policy)
         self.reduced: Reduced | None = None
         self.condensed: Condensation | None = None
         self.last: Increment | None = None
@@ -131,7 +132,7 @@ class TimeStepping:
                 touched |= state.contact.closed
                 yield increment
         if len(steps):
-            self.messages.warn(untouched_tools(self.system, touched))
+            self.messages.warn([*untouched_tools(self.system, touched), *self.validity.told()])
 
     def _prepare(self, plan: StepPlan) -> None:
         """The matrix of a step: that of the step before where the same dofs are prescribed."""
@@ -192,6 +193,10 @@ class TimeStepping:
         ended = c.time >= c.plan.t1
         dt = 0.0 if ended else control.next(c, e, result.iterations, cutbacks)
         state = committed(self.system, c, result, e, dt)
+        # of condensed bodies the displacements are known at the end of a step
+        if result.recover is None and (refusal := self.validity.look(state.u, state.history)):
+            result.reason = refusal
+            raise self.post_mortem(c, result, cutbacks)
         increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended)
         if ended:
             residual = max(result.residual, self.numerics.tolerance)
@@ -203,15 +208,18 @@ class TimeStepping:
         """The error that says what failed, where, why, and what to try."""
         reason = result.reason
         assert reason is not None
-        if not isinstance(reason, FreeToMove):
+        if not isinstance(reason, FreeToMove | BeyondSmall):
             reason = unilaterally_supported(self.system, c) or reason  # whatever came of it
         place = where(self.equilibrium(c), reason, result)
         last = (
             f"The last good state is that of time {self.last.time:.6g} (increment {self.last.number})." if self.last else
             "No increment of this run had converged before."
         )  # fmt: skip
+        self.messages.warn(self.validity.told())
         cut = f"The increment was cut {cutbacks} times without success."
-        if cutbacks < self.numerics.max_cutbacks:
+        if isinstance(reason, BeyondSmall):
+            cut = "A shorter increment would end there too."
+        elif cutbacks < self.numerics.max_cutbacks:
             cut += " It is too short by now for another cut: the body jumps here, or nothing can go on."
         if held := still_held(self.system, c.state, c.plan):
             last += f" {held}"
