@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from prensa.contact.pairing import current_pairs
 from prensa.errors import Notice
+from prensa.fem.inside import Watch, inside, overlaps, watches
 from prensa.fem.modes import CLOSED, modes
 from prensa.fem.planning import plan_step
 from prensa.fem.schedule import StepPlan
@@ -36,10 +37,13 @@ def preflight(system: System) -> list[Notice]:
     """All notices on a discretised problem, the fatal ones first."""
     if system.dofs.dimension != 2:
         return []
-    beginning = [*_sizes(system), *_beginning(system)]
+    watched = watches(system)
+    beginning = [*_sizes(system), *_beginning(system), *_overlaps(system)]
+    if not any(n.fatal for n in beginning):
+        beginning += _inside(system, watched)
     found = [
         *_flow_curves(system), *_tables(system), *_lengths(system), *_shapes(system), *beginning,
-        *([] if any(n.fatal for n in beginning) else _passage(system)), *modes(system),
+        *([] if any(n.fatal for n in beginning) else _passage(system, watched)), *modes(system),
     ]  # fmt: skip
     return sorted(found, key=lambda n: not n.fatal)
 
@@ -230,6 +234,24 @@ def _beginning(system: System) -> Iterator[Notice]:
             )
 
 
+def _overlaps(system: System) -> Iterator[Notice]:
+    """Bodies that lie in one another."""
+    for a, b, (x, y), depth in overlaps(system):
+        yield Notice(
+            f"bodies.{b}",
+            f"it overlaps body {a!r}, by {depth:.3g} at ({x:.4g}, {y:.4g}): bodies do not feel one another; move it with 'origin' "
+            "(or its points), and join the two with 'ties' where they meet",
+        )
+
+
+def _inside(system: System, watched: list[Watch]) -> list[Notice]:
+    """Metal that lies inside a tool from the beginning."""
+    node = inside(system, watched, system.initial().u)
+    if node is None:
+        return []
+    return [Notice(f"tools.{node.tool}", f"{node} when the run begins: move the tool, or {node.remedy}", True)]
+
+
 # ------------------------------------------------------------------------------------------------------------ the passage
 class _Moment(NamedTuple):
     """Bodies at rest at time t: degrees of freedom u (ndof,), and which tools have a place that is prescribed up to here."""
@@ -253,8 +275,8 @@ def _moments(system: System) -> Iterator[_Moment]:
         at_start = u
 
 
-def _passage(system: System) -> Iterator[Notice]:
-    """Tools that never touch, that press what cannot yield, or that cross each other."""
+def _passage(system: System, watched: list[Watch]) -> Iterator[Notice]:
+    """Tools that never touch, that press what cannot yield, that cross each other, or go into what has no contact with them."""
     nearest = np.full(len(system.surfaces), np.inf)
     known = np.ones(len(system.surfaces), dtype=bool)
     moved = {name for name, body in system.problem.bodies.items() if _driven(system, name)}
@@ -270,6 +292,9 @@ def _passage(system: System) -> Iterator[Notice]:
             nearest[i] = min(nearest[i], float(pairs.g.min()))
             _held(system, s, i, m, x, pressed)
         for notice in _crossing(system, m, x):
+            told.setdefault(notice.path, notice)
+        at_rest = set(system.problem.bodies) - moved - _touched(system, nearest, known)
+        for notice in _entered(system, watched, m, at_rest):
             told.setdefault(notice.path, notice)
     for i, s in enumerate(system.surfaces):
         if nearest[i] <= 0 or not known[i]:
@@ -291,6 +316,21 @@ def _passage(system: System) -> Iterator[Notice]:
             continue  # the tool goes beyond the supports: said once
         i, s = number, system.surfaces[number]
         yield _overconstrained(system, s, i, depth, t, node, candidate=k >= 0)
+
+
+def _touched(system: System, nearest: Array, known: NDArray[np.bool_]) -> set[str]:
+    """Bodies that some tool has reached by now, or may have, with those tied to them."""
+    reached = {
+        s.body for i, s in enumerate(system.surfaces) if nearest[i] <= CLOSED * s.points.depth.min() or not known[i]
+    }
+    return {other for body in reached for other in system.tied_bodies(body)}
+
+
+def _entered(system: System, watched: list[Watch], m: _Moment, at_rest: set[str]) -> Iterator[Notice]:
+    """Tools that are inside a body that nothing has touched before, past a side that has no contact with them."""
+    node = inside(system, [w for w in watched if m.known[w.tool]], m.u) if at_rest else None
+    if node is not None and node.body in at_rest:
+        yield Notice(f"tools.{node.tool}", f"at time {m.t:.4g} {node}: {node.remedy}")
 
 
 def _driven(system: System, body: str) -> bool:

@@ -13,6 +13,7 @@ from prensa.solver.failure import (
     CornerInverted,
     Failure,
     FreeToMove,
+    MetalInside,
     Tunnelled,
     Unevaluable,
     Unsettled,
@@ -37,6 +38,8 @@ def hint(failure: Failure) -> str:
             return "a hardening flow curve, a larger fillet of the tool, a finer mesh there, more 'increments'"
         case Tunnelled():
             return "more 'increments', or a shorter travel"
+        case MetalInside(node):
+            return node.remedy
         case Unsettled():
             return "a larger 'beta', or 'penalty'"
     return "more 'increments', a smaller motion per step, a larger fillet or a finer mesh where it happens, or less softening"
