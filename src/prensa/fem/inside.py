@@ -5,14 +5,13 @@ Contacts see their own points alone. Here all other nodes of all outlines are he
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.integration import depth_of
-from prensa.fem.outlines import distance, named_edges
+from prensa.fem.outlines import named_edges
 from prensa.fem.system import System
 from prensa.mesh.mesh import boundary_edges
 
@@ -134,42 +133,3 @@ def described(system: System, w: Watch, k: int, u: Array, depth: float) -> Insid
     side = next((s for s in sides if s not in against), body)
     x, y = system.X[node] + system.displacement(u)[node]
     return Inside(system.tools[w.tool].name, local, body, side, float(x), float(y), depth)
-
-
-def overlaps(system: System) -> Iterator[tuple[str, str, tuple[float, float], float]]:
-    """Pairs of bodies that lie in one another at the beginning: the deepest node (or element centre), and how deep."""
-    x = system.positions(system.initial().u)
-    shapes = []
-    for body, mesh in system.meshes.items():
-        own = x[system.offsets[body] :][: len(mesh.points)]
-        edges = boundary_edges(mesh.cells)
-        h = np.hypot(*(own[edges[:, 1]] - own[edges[:, 0]]).T)
-        shapes.append(
-            (body, np.concatenate([own[np.unique(edges)], own[mesh.cells].mean(axis=1)]), own, edges, float(h.min()))
-        )
-    for j, (b, *second) in enumerate(shapes):
-        for a, *first in shapes[:j]:
-            worst = max(_deepest(first, second), _deepest(second, first), key=lambda found: found[1])
-            if worst[1] > ALLOWED * min(first[3], second[3]):
-                yield a, b, *worst
-
-
-def _deepest(one: list[Any], other: list[Any]) -> tuple[tuple[float, float], float]:
-    """The place of one shape that lies deepest in the outline of another, and how deep; 0 if none does."""
-    places, (_, points, edges, _) = one[0], other
-    low, high = points.min(axis=0), points.max(axis=0)
-    places = places[((places > low) & (places < high)).all(axis=1)]
-    places = places[_within(places, points[edges[:, 0]], points[edges[:, 1]])]
-    if not len(places):
-        return (0.0, 0.0), 0.0
-    d = distance(places, points, edges)
-    k = int(np.argmax(d))
-    return (float(places[k, 0]), float(places[k, 1])), float(d[k])
-
-
-def _within(x: Array, a: Array, b: Array) -> NDArray[np.bool_]:
-    """Whether places x (n, 2) lie in the outline of straight edges from a (k, 2) to b: those that a ray meets an odd number of times."""
-    above = (a[:, 1] > x[:, 1:]) != (b[:, 1] > x[:, 1:])
-    rise = np.where(b[:, 1] == a[:, 1], 1.0, b[:, 1] - a[:, 1])
-    crossing = a[:, 0] + (x[:, 1:] - a[:, 1]) / rise * (b[:, 0] - a[:, 0])
-    return np.asarray((above & (crossing > x[:, :1])).sum(axis=1) % 2 == 1)

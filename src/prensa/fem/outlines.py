@@ -67,7 +67,8 @@ def _keys(edges: Index, mesh: Mesh) -> Index:
 def _rest_of_outline(problem: model.Problem, contact: model.Contact, body: str, meshes: dict[str, Mesh]) -> Index:
     """The outline of a body without the sides that are named for the same tool, and without what can touch nothing."""
     mesh, outline = meshes[body], boundary_edges(meshes[body].cells)
-    for entry in (*problem.contacts, *problem.no_contact):
+    entries: tuple[model.Contact | model.NoContact, ...] = (*problem.contacts, *problem.no_contact)
+    for entry in entries:
         named = tuple(s for s in entry.surface if s.startswith(f"{body}."))
         if entry.against == contact.against and named:
             outline = outline[~np.isin(_keys(outline, mesh), _keys(named_edges(mesh, named), mesh))]

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from prensa.contact.pairing import current_pairs
 from prensa.errors import Notice
-from prensa.fem.inside import Watch, inside, overlaps, watches
+from prensa.fem.inside import Watch, inside, watches
 from prensa.fem.modes import CLOSED, modes
+from prensa.fem.overlap import overlaps
 from prensa.fem.planning import plan_step
 from prensa.fem.schedule import StepPlan
 from prensa.fem.surface import Surface
@@ -236,11 +237,11 @@ def _beginning(system: System) -> Iterator[Notice]:
 
 def _overlaps(system: System) -> Iterator[Notice]:
     """Bodies that lie in one another."""
-    for a, b, (x, y), depth in overlaps(system):
+    for o in overlaps(system):
         yield Notice(
-            f"bodies.{b}",
-            f"it overlaps body {a!r}, by {depth:.3g} at ({x:.4g}, {y:.4g}): bodies do not feel one another; move it with 'origin' "
-            "(or its points), and join the two with 'ties' where they meet",
+            f"bodies.{o.second}",
+            f"it overlaps body {o.first!r}, by {o.depth:.3g} at ({o.x:.4g}, {o.y:.4g}): bodies do not feel one another; move it "
+            "('origin'), and join the two with 'ties' where they meet",
         )
 
 

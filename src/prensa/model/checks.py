@@ -352,7 +352,7 @@ def warnings_of(problem: Problem) -> list[str]:
         if isinstance(mu, float) and mu > 2:
             percent = f"; did you mean {mu / 100:g}?" if mu <= 100 else ""
             said.append(f"{where}: mu = {mu:g} is a friction coefficient above 2{percent}")
-    used = {c.against for c in (*problem.contacts, *problem.no_contact)}
+    used = {c.against for c in problem.contacts} | {n.against for n in problem.no_contact}
     said += [
         f"tools.{t}: no contact is against this tool; it will meet nothing" for t in problem.tools if t not in used
     ]

@@ -332,11 +332,11 @@ def _default_enforcement() -> Any:
 class Contact:
     """Contact of ``surface`` (a body: its whole outline; a boundary ``body.name`` or a list of them) against a tool.
 
-    The outline of a body is without the sides that other entries name with the same tool (contacts, with a friction of
-    their own, say, or ``no_contact``), and without what can touch nothing: the axis, lines of symmetry (held along their
-    normal in all steps) and tied sides. ``friction`` overrides the problem's. ``integration``: where the contact terms are integrated; ``nodal`` (trapezoid)
-    is the one to use, the others show what they do: ``gauss1``, ``gauss2``, ``gauss3``, ``simpson`` on each edge, and
-    ``kikuchi``, two Gauss points with pressures projected to the nodes.
+    The outline of a body is without the sides that other contacts with the same tool name, which may have a friction of
+    their own, without those of ``no_contact``, and without what no tool touches: the axis, lines of symmetry (held along
+    their normal in all steps) and tied sides. ``friction`` overrides the problem's. ``integration``: where the contact terms
+    are integrated; ``nodal`` (trapezoid) is the one to use, the others show what they do: ``gauss1``, ``gauss2``,
+    ``gauss3``, ``simpson`` on each edge, and ``kikuchi``, two Gauss points with pressures projected to the nodes.
     """
 
     surface: Annotated[tuple[str, ...], BeforeValidator(_as_names), Field(min_length=1)]

@@ -230,8 +230,8 @@ class TimeStepping:
         if cutbacks < self.numerics.max_cutbacks:
             cut += " It is too short by now for another cut: the body jumps here, or nothing can go on."
         return SolveError(
-            f"step {c.plan.name!r}, time {c.time:.6g}: {sentence(reason)}{'; ' + place if place else ''}. {cut} {self.last_good()} "
-            f"What to try: {hint(reason)}.",
+            f"step {c.plan.name!r}, time {c.time:.6g}: {sentence(reason)}{'; ' + place if place else ''}. {cut} "
+            f"{self.last_good()} What to try: {hint(reason)}.",
             self.last,
             reason,
         )
