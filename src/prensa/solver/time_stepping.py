@@ -204,7 +204,9 @@ class TimeStepping:
         sunk = np.zeros(len(self.system.tools))
         for s, f in zip(self.system.surfaces, result.evaluation.contacts):
             sunk[s.tool] = max(sunk[s.tool], -float(f.g.min()))
-        node = inside(self.system, self.watched, result.u, sunk) if self.watched else None
+        node = inside(self.system, self.watched, result.u, sunk)
+        if result.recover is not None and (node is not None or c.time >= c.plan.t1):  # displacements not yet computed
+            node = inside(self.system, self.watched, result.recover(), sunk)
         if node is not None:
             reason = MetalInside(node)
             raise SolveError(
