@@ -120,11 +120,11 @@ class Policy:
     opposite: float = -0.5
     """Cosine between the normals where a straight way enters and leaves a tool: it has tunnelled."""
     still: float = 0.25
-    """Way over element depth that tunnels through nothing."""
+    """Way over element depth, or over the thickness of the tool if that is less, that tunnels through nothing."""
     outside: float = -0.05
     """Gap over the way, at both ends of the increment, of a node that is outside the tool."""
     samples: int = 8
-    """Places on a node's way per element depth at which tunnelling is looked for …"""
+    """Places on a node's way per element depth, or thickness of the tool, at which tunnelling is looked for …"""
     most_samples: int = 256
     """… and at most."""
 
