@@ -119,17 +119,17 @@ def inside(system: System, watched: list[Watch], u: Array, sunk: Array | None = 
         beyond = (-g - sunk[w.tool]) / w.size - ALLOWED
         k = int(np.argmax(beyond))
         if beyond[k] > worst:
-            worst, found = float(beyond[k]), described(system, w, k, u, float(-g[k]))
+            worst, found = float(beyond[k]), _described(system, w, k, w.nodes[beyond > 0], u, float(-g[k]))
     return found
 
 
-def described(system: System, w: Watch, k: int, u: Array, depth: float) -> Inside:
-    """Node number k of a watch in words."""
+def _described(system: System, w: Watch, k: int, deep: Index, u: Array, depth: float) -> Inside:
+    """Node number k of a watch in words; the side named is that of most of the nodes that lie ``deep`` inside."""
     node = int(w.nodes[k])
     body = next(b for b in reversed(list(system.offsets)) if system.offsets[b] <= node)
-    local, mesh = node - system.offsets[body], system.meshes[body]
-    against = {s for c in system.problem.contacts if c.against == system.tools[w.tool].name for s in c.surface}
-    sides = [f"{body}.{name}" for name, edges in mesh.edges.items() if local in edges]
-    side = next((s for s in sides if s not in against), body)
+    first, edges = system.offsets[body], system.meshes[body].edges
+    sides = [name for name, e in edges.items() if node - first in e]
+    side = max(sides, key=lambda name: int(np.isin(deep - first, edges[name]).sum()), default="")
     x, y = system.X[node] + system.displacement(u)[node]
-    return Inside(system.tools[w.tool].name, local, body, side, float(x), float(y), depth)
+    name = f"{body}.{side}" if side else body
+    return Inside(system.tools[w.tool].name, node - first, body, name, float(x), float(y), depth)

@@ -28,6 +28,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 SAMPLES = 17  # moments a step at which the tools are looked at
+SUNK = 0.45  # depth over element depth from which no increment, however short, pushes a tool out of a plastic body
 REACH = 0.01  # depth over element depth by which a tool may press a held node
 ALONG = 0.9  # cosine from which a support acts along a tool's normal
 TIP = 0.1  # distance from the end of a tool, over an element, at which its width is taken
@@ -227,12 +228,21 @@ def _beginning(system: System) -> Iterator[Notice]:
         if depth[k] > CLOSED and not start.contact.closed[s.rows].any():
             x, y = system.X[nodes[k]]
             n = pairs.n[k]
+            plastic = system.problem.bodies[s.body].material.plastic
             yield Notice(
                 f"tools.{name}",
                 f"it starts {-pairs.g[k]:.4g} inside {surface!r}, deepest at node {nodes[k] - system.offsets[s.body]} "
                 f"({x:.4g}, {y:.4g}): the first increment has to push it out; move the tool by ({-pairs.g[k] * -n[0] + 0.0:.4g}, "
-                f"{-pairs.g[k] * -n[1] + 0.0:.4g}), or place it with 'touching: {s.description.surface[0]}'",
+                f"{-pairs.g[k] * -n[1] + 0.0:.4g}){_to_touch(system, s, int(nodes[k]))}",
+                bool(plastic and depth[k] > SUNK),
             )
+
+
+def _to_touch(system: System, s: Surface, node: int) -> str:
+    """How to place a tool at the boundary of a node, in words; '' where that has no name."""
+    sides = [name for name in s.description.surface if "." in name]
+    sides += [f"{s.body}.{k}" for k, e in system.meshes[s.body].edges.items() if node - system.offsets[s.body] in e]
+    return f", or place it with 'touching: {sides[0]}'" if sides else ""
 
 
 def _overlaps(system: System) -> Iterator[Notice]:
@@ -300,7 +310,12 @@ def _passage(system: System, watched: list[Watch]) -> Iterator[Notice]:
     for i, s in enumerate(system.surfaces):
         if nearest[i] <= 0 or not known[i]:
             moved.add(s.body)
+    reached = {
+        s.tool for i, s in enumerate(system.surfaces) if nearest[i] <= CLOSED * s.points.depth.min() or not known[i]
+    }
     for i, s in enumerate(system.surfaces):
+        if s.tool in reached and s.description.surface == (s.body,):
+            continue  # a tool is against all bodies where nothing else is said, not meant to meet them all
         if known[i] and nearest[i] > CLOSED * s.points.depth.min() and s.body not in moved:
             gap = f"never comes nearer than {nearest[i]:.4g}" if np.isfinite(nearest[i]) else "never stands over it"
             yield Notice(
