@@ -13,7 +13,7 @@ from prensa.model import problem as model
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-ALONG = 0.999  # cosine from which an edge's normal is along x or y
+STRAIGHT = 0.999  # cosine from which an edge's normal is along x or y
 BESIDE = 0.05  # distance over the length of an edge below which it lies on the other side of a tie
 
 
@@ -99,7 +99,7 @@ def _symmetric(problem: model.Problem, body: str, mesh: Mesh, edges: Index) -> N
         held[:, 0] |= mesh.points[:, 0] <= 1e-12 * float(np.ptp(mesh.points, axis=0).max())
     t = ends[:, 1] - ends[:, 0]
     normal = np.abs(np.stack([t[:, 1], t[:, 0]], axis=1)) / np.hypot(*t.T)[:, None]
-    return np.asarray((held[edges].all(axis=1) & (normal > ALONG)).any(axis=1))
+    return np.asarray((held[edges].all(axis=1) & (normal > STRAIGHT)).any(axis=1))
 
 
 def _tied(problem: model.Problem, body: str, meshes: dict[str, Mesh], edges: Index) -> NDArray[np.bool_]:

@@ -16,7 +16,7 @@ from prensa.mesh.mesh import boundary_edges, segments
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-APART = 0.05  # depth over the shortest side of an outline up to which bodies just meet
+MEETING = 0.05  # depth over the shortest side of an outline up to which bodies just meet
 
 
 class Overlap(NamedTuple):
@@ -45,7 +45,7 @@ def overlaps(system: System) -> Iterator[Overlap]:
     outlines = [_outline(system, body, x) for body in system.meshes] if system.dofs.dimension == 2 else []
     for a, b in combinations(outlines, 2):
         worst = max(_deepest(a, b), _deepest(b, a), key=lambda found: found.depth)
-        if worst.depth > APART * min(a.shortest, b.shortest):
+        if worst.depth > MEETING * min(a.shortest, b.shortest):
             yield worst
 
 
