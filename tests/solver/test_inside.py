@@ -167,7 +167,7 @@ def test_bodies_that_overlap_are_told_and_neighbours_are_not():
         other = pr.Body(pr.Rectangle(size=(2, 2), n=(4, 4), origin=origin), METAL)
         p = pressed(tools={})
         found = list(overlaps(pr.discretise(replace(p, bodies={**p.bodies, "c": other}))))
-        assert [(o.first, o.second) for o in found] in ([], [("b", "c")], [("c", "b")])
+        assert [(o.first, o.second) for o in found] in ([], [("b", "c")])
         assert bool(found) == bool(depth)
         if depth:
             assert found[0].depth == pytest.approx(depth, abs=0.3)

@@ -20,7 +20,7 @@ MEETING = 0.05  # depth over the shortest side of an outline up to which bodies 
 
 
 class Overlap(NamedTuple):
-    """Two bodies, and the node or the centre of an element (x, y) that lies deepest in the other, by ``depth``."""
+    """Two bodies in the order of the description, and the node or the centre of an element (x, y) that lies deepest in the other."""
 
     first: str
     second: str
@@ -46,7 +46,7 @@ def overlaps(system: System) -> Iterator[Overlap]:
     for a, b in combinations(outlines, 2):
         worst = max(_deepest(a, b), _deepest(b, a), key=lambda found: found.depth)
         if worst.depth > MEETING * min(a.shortest, b.shortest):
-            yield worst
+            yield worst._replace(first=a.body, second=b.body)
 
 
 def _outline(system: System, body: str, x: Array) -> _Outline:
