@@ -20,7 +20,7 @@ MEETING = 0.05  # depth over the shortest side of an outline up to which bodies 
 
 
 class Overlap(NamedTuple):
-    """Two bodies in the order of the description, and the node or the centre of an element (x, y) that lies deepest in the other."""
+    """Two bodies in the order of the description, and the node or element centre (x, y) of one that lies deepest in the other."""
 
     first: str
     second: str
