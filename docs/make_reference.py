@@ -29,7 +29,7 @@ SECTIONS: dict[str, tuple[type, ...]] = {
     "Materials": tuple(dict(public("material")).values()),
     "Flow curves": tuple(dict(public("flow")).values()),
     "Tools": (*dict(public("tool")).values(), model.Springs),
-    "Contacts": (model.Contact, *dict(public("enforcement")).values()),
+    "Contacts": (model.Contact, model.NoContact, *dict(public("enforcement")).values()),
     "Friction": tuple(dict(public("friction")).values()),
     "Supports, motions and loads": (model.Fixed, model.Motion, model.Push, model.Load),
     "How it is solved, and what is written": (model.Numerics, model.Output),
@@ -37,8 +37,8 @@ SECTIONS: dict[str, tuple[type, ...]] = {
 
 # What the types do not tell.
 VALUES = {
-    ("Contact", "surface"): "boundary `body.name` or list of them",
-    ("Contact", "against"): "name of a tool",
+    **{(c, "surface"): "body, boundary `body.name` or list of them" for c in ("Contact", "NoContact")},
+    **{(c, "against"): "name of a tool" for c in ("Contact", "NoContact")},
     ("Coulomb", "mu"): "{}, or the name of a CSV file of κ, μ",
     **{(t, "fillet"): "number ≥ 0, or a list with one for each point" for t in ("Profile", "Polygon")},
     ("Step", "friction"): "names of contacts: a friction law or `null`",

@@ -29,7 +29,7 @@ Curve = tuple[Array, Array]
 
 def solved(mu: float, *changes: str) -> list[Increment]:
     """All the increments of ``ring_compression.yaml`` with these changes."""
-    return list(pr.solve(pr.load(HERE / "ring_compression.yaml", [f"contacts.0.friction.mu={mu}", *changes]).problem))
+    return list(pr.solve(pr.load(HERE / "ring_compression.yaml", [f"friction.mu={mu}", *changes]).problem))
 
 
 def curve(increments: list[Increment]) -> Curve:

@@ -42,7 +42,7 @@ def reduction(inc: Increment) -> float:
 def changes(mu: float, quick: bool) -> list[str]:
     """What differs from the case file."""
     mesh = ["bodies.billet.mesh.n=[12, 9]"] if quick else []
-    return [f"contacts.0.friction.mu={mu}", "bodies.billet.mesh.grade={x: [10], y: [7.5], ratio: 3}", *mesh]
+    return [f"friction.mu={mu}", "bodies.billet.mesh.grade={x: [10], y: [7.5], ratio: 3}", *mesh]
 
 
 def rows(runs: Runs, quick: bool) -> Iterator[Row]:

@@ -213,6 +213,31 @@ SEEDED = {
             "10:5", ("never touches", "nearer than 0.5", "sign"), True,
         ),
         Seeded(
+            "tool deep inside a plastic body", (("touching: strip.top", "normal: [0, -1], at: [0, 1.6]"),), "8:3",
+            ("starts 0.4 inside", "move the tool by (0, 0.4)"),
+        ),
+        Seeded(
+            "tool inside a side that has no contact with it", (("contacts:", "  wall: {type: plane, normal: [-1, 0], at: [3.9, 0]}\ncontacts:"),), "9:3",
+            ("of 'strip.right'", "lies 0.1 inside tool 'wall'", "add '{surface: strip.right, against: wall}'", "'no_contact'"),
+        ),
+        Seeded(
+            "tool moved into a side that has no contact with it",
+            (
+                ("contacts:", "  wall: {type: plane, normal: [-1, 0], at: [4.5, 0]}\ncontacts:"),
+                ("  - {name: press", "  - {name: push, move: {wall: {x: -1}}}\n  - {name: press"), ("touching: strip.top", "normal: [0, -1], at: [0, 2.1]"),
+            ),
+            "9:3", ("at time", "'strip.right'", "add '{surface: strip.right, against: wall}'"), True,
+        ),
+        Seeded(
+            "one side in two contacts with a tool", (("fixed:", "  - {surface: strip.top, against: die}\nfixed:"),), "11:15",
+            ("'strip.top' is against 'die' in contacts.0 already", "name it in one of them"),
+        ),
+        Seeded(
+            "bodies that overlap",
+            (("tools:", "  other:\n    mesh: {type: rectangle, size: [4, 2], n: [8, 4], origin: [0, -0.6]}\n    material: {type: elastic, E: 70e3, nu: 0.3}\ntools:"), ("strip.left: x", "strip.left: x, other.top: xy")),
+            "7:3", ("overlaps body 'strip', by 0.85", "'ties'"), True,
+        ),
+        Seeded(
             "contact with the wrong side", (("[strip.top, strip.right]", "strip.bottom"),), "8:3",
             ("same way as that of 'strip.bottom'", "name the boundary"),
         ),
@@ -281,6 +306,10 @@ SEEDED = {
         ),
     ],
     "what only the run can tell": [
+        Seeded(
+            "side that walks through a wall", (("contacts:", "  wall: {type: plane, normal: [-1, 0], at: [4, 0]}\ncontacts:\n  - {surface: strip.bottom, against: wall}"),), "",
+            ("of 'strip.right'", "inside tool 'wall', which no contact of that side is against", "'surface: strip', the whole outline"), verb="run",
+        ),
         Seeded(
             "tool that steps through the body in one increment",
             (*BRIDGE, ("type: plane, touching: strip.top", "type: circle, radius: 1.0, at: [2, 4]")),

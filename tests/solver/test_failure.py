@@ -11,6 +11,7 @@ import pytest
 import prensa as pr
 from prensa.errors import SolveError
 from prensa.fem.failure import ElementFailed, FrictionTooSoft, Why
+from prensa.fem.inside import Inside
 from prensa.solver import failure as f
 from prensa.solver.policy import Policy
 from prensa.solver.post_mortem import hint
@@ -21,6 +22,7 @@ EACH = (
     f.Blocked("top-tool", 1.0, 2.0), f.Singular("a pivot is zero"), f.ToolRunaway("tool", "rz"), f.Runaway(),
     f.LostSupport("body"), f.UnilaterallySupported("body", "tool"), f.Tunnelled("tool", 7, "body", 1.0, 2.0),
     f.CornerInverted(3, "body", 1.0, 2.0), f.Collapsed(3, "body", 1.0, 2.0, 1.5),
+    f.MetalInside(Inside("tool", 7, "body", "body.right", 1.0, 2.0, 0.1)),
 )  # fmt: skip
 
 

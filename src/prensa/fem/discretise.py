@@ -13,6 +13,7 @@ from prensa.elements.element import Mode, element_of
 from prensa.errors import PrensaError
 from prensa.fem.assembly import Block, Pattern, block_slots, make_pattern
 from prensa.fem.interaction import Interaction
+from prensa.fem.outlines import contact_edges
 from prensa.fem.start import earlier_run
 from prensa.fem.surface import Surface
 from prensa.fem.system import System
@@ -105,14 +106,7 @@ def _candidates(
 ) -> Points:
     """Candidate points of a contact on its surface."""
     owner = contact.surface[0].partition(".")[0]
-    mesh, parts = meshes[owner], []
-    for s in contact.surface:
-        edge = s.partition(".")[2]
-        mesh.nodes(edge, s)
-        if edge not in mesh.edges:
-            raise MeshError(f"contact surface {s!r} is a point; it must be a boundary")
-        parts.append(mesh.edges[edge])
-    edges = np.unique(np.concatenate(parts), axis=0)
+    mesh, edges = meshes[owner], contact_edges(problem, contact, meshes)
     depth = depth_of(edges, mesh.cells, mesh.points)
     nodes, edges = ordered_nodes(edges) + offsets[owner], edges + offsets[owner]
     axisymmetric = problem.space == "axisymmetric"

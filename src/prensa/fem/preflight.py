@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 
 from prensa.contact.pairing import current_pairs
 from prensa.errors import Notice
+from prensa.fem.inside import Watch, inside, watches
 from prensa.fem.modes import CLOSED, modes
 from prensa.fem.motions import motions
+from prensa.fem.overlap import overlaps
 from prensa.fem.planning import plan_step
 from prensa.fem.schedule import StepPlan
 from prensa.fem.surface import Surface
@@ -27,6 +29,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 SAMPLES = 17  # moments a step at which the tools are looked at
+SUNK = 0.45  # depth over element depth from which no increment, however short, pushes a tool out of a plastic body
 REACH = 0.01  # depth over element depth by which a tool may press a held node
 ALONG = 0.9  # cosine from which a support acts along a tool's normal
 TIP = 0.1  # distance from the end of a tool, over an element, at which its width is taken
@@ -37,10 +40,13 @@ def preflight(system: System) -> list[Notice]:
     """All notices on a discretised problem, the fatal ones first."""
     if system.dofs.dimension != 2:
         return []
-    beginning = [*_sizes(system), *_beginning(system)]
+    watched = watches(system)
+    beginning = [*_sizes(system), *_beginning(system), *_overlaps(system)]
+    if not any(n.fatal for n in beginning):
+        beginning += _inside(system, watched)
     found = [
         *_flow_curves(system), *_tables(system), *_lengths(system), *_shapes(system), *motions(system), *beginning,
-        *([] if any(n.fatal for n in beginning) else _passage(system)), *modes(system),
+        *([] if any(n.fatal for n in beginning) else _passage(system, watched)), *modes(system),
     ]  # fmt: skip
     return sorted(found, key=lambda n: not n.fatal)
 
@@ -223,12 +229,39 @@ def _beginning(system: System) -> Iterator[Notice]:
         if depth[k] > CLOSED and not start.contact.closed[s.rows].any():
             x, y = system.X[nodes[k]]
             n = pairs.n[k]
+            plastic = system.problem.bodies[s.body].material.plastic
             yield Notice(
                 f"tools.{name}",
                 f"it starts {-pairs.g[k]:.4g} inside {surface!r}, deepest at node {nodes[k] - system.offsets[s.body]} "
                 f"({x:.4g}, {y:.4g}): the first increment has to push it out; move the tool by ({-pairs.g[k] * -n[0] + 0.0:.4g}, "
-                f"{-pairs.g[k] * -n[1] + 0.0:.4g}), or place it with 'touching: {s.description.surface[0]}'",
+                f"{-pairs.g[k] * -n[1] + 0.0:.4g}){_to_touch(system, s, int(nodes[k]))}",
+                bool(plastic and depth[k] > SUNK),
             )
+
+
+def _to_touch(system: System, s: Surface, node: int) -> str:
+    """How to place a tool at the boundary of a node, in words; '' where that has no name."""
+    sides = [name for name in s.description.surface if "." in name]
+    sides += [f"{s.body}.{k}" for k, e in system.meshes[s.body].edges.items() if node - system.offsets[s.body] in e]
+    return f", or place it with 'touching: {sides[0]}'" if sides else ""
+
+
+def _overlaps(system: System) -> Iterator[Notice]:
+    """Bodies that lie in one another."""
+    for o in overlaps(system):
+        yield Notice(
+            f"bodies.{o.second}",
+            f"it overlaps body {o.first!r}, by {o.depth:.3g} at ({o.x:.4g}, {o.y:.4g}): bodies do not feel one another; move it "
+            "('origin'), and join the two with 'ties' where they meet",
+        )
+
+
+def _inside(system: System, watched: list[Watch]) -> list[Notice]:
+    """Metal that lies inside a tool from the beginning."""
+    node = inside(system, watched, system.initial().u)
+    if node is None:
+        return []
+    return [Notice(f"tools.{node.tool}", f"{node} when the run begins: move the tool, or {node.remedy}", True)]
 
 
 # ------------------------------------------------------------------------------------------------------------ the passage
@@ -254,8 +287,8 @@ def _moments(system: System) -> Iterator[_Moment]:
         at_start = u
 
 
-def _passage(system: System) -> Iterator[Notice]:
-    """Tools that never touch, that press what cannot yield, or that cross each other."""
+def _passage(system: System, watched: list[Watch]) -> Iterator[Notice]:
+    """Tools that never touch, that press what cannot yield, that cross each other, or go into what has no contact with them."""
     nearest = np.full(len(system.surfaces), np.inf)
     known = np.ones(len(system.surfaces), dtype=bool)
     moved = {name for name, body in system.problem.bodies.items() if _driven(system, name)}
@@ -272,10 +305,18 @@ def _passage(system: System) -> Iterator[Notice]:
             _held(system, s, i, m, x, pressed)
         for notice in _crossing(system, m, x):
             told.setdefault(notice.path, notice)
+        at_rest = set(system.problem.bodies) - moved - _touched(system, nearest, known)
+        for notice in _entered(system, watched, m, at_rest):
+            told.setdefault(notice.path, notice)
     for i, s in enumerate(system.surfaces):
         if nearest[i] <= 0 or not known[i]:
             moved.add(s.body)
+    reached = {
+        s.tool for i, s in enumerate(system.surfaces) if nearest[i] <= CLOSED * s.points.depth.min() or not known[i]
+    }
     for i, s in enumerate(system.surfaces):
+        if s.tool in reached and s.description.surface == (s.body,):
+            continue  # a tool is against all bodies where nothing else is said, not meant to meet them all
         if known[i] and nearest[i] > CLOSED * s.points.depth.min() and s.body not in moved:
             gap = f"never comes nearer than {nearest[i]:.4g}" if np.isfinite(nearest[i]) else "never stands over it"
             yield Notice(
@@ -292,6 +333,21 @@ def _passage(system: System) -> Iterator[Notice]:
             continue  # the tool goes beyond the supports: said once
         i, s = number, system.surfaces[number]
         yield _overconstrained(system, s, i, depth, t, node, candidate=k >= 0)
+
+
+def _touched(system: System, nearest: Array, known: NDArray[np.bool_]) -> set[str]:
+    """Bodies that some tool has reached by now, or may have, with those tied to them."""
+    reached = {
+        s.body for i, s in enumerate(system.surfaces) if nearest[i] <= CLOSED * s.points.depth.min() or not known[i]
+    }
+    return {other for body in reached for other in system.tied_bodies(body)}
+
+
+def _entered(system: System, watched: list[Watch], m: _Moment, at_rest: set[str]) -> Iterator[Notice]:
+    """Tools that are inside a body that nothing has touched before, past a side that has no contact with them."""
+    node = inside(system, [w for w in watched if m.known[w.tool]], m.u) if at_rest else None
+    if node is not None and node.body in at_rest:
+        yield Notice(f"tools.{node.tool}", f"at time {m.t:.4g} {node}: {node.remedy}")
 
 
 def _driven(system: System, body: str) -> bool:

@@ -322,7 +322,7 @@ def _radii(sharp: list[Piece], points: Sequence[Any], fillet: Any, closed: bool,
             out.append(0.0)
             continue
         p = sharp[i - 1]
-        turn = abs(corner(p, q))
+        turn = corner(p, q)  # a concave corner has nothing to slide over: a fillet there would only take room
         room = SHARE * min(p.length, q.length, *(x.radius for x in (p, q) if x.radius))
         out.append(min(automatic, room / tan(0.5 * turn)) if turn > SMOOTH and automatic > 0 else 0.0)
     return out

@@ -68,6 +68,7 @@ def find(p: Any) -> Iterator[Finding]:
     for key, tool in p.tools.items():
         if tool is not None:
             yield from _tool(p, ("tools", key), tool)
+    yield from _surfaces(p)
     yield from _contacts(p)
     yield from _friction(p)
     yield from _ties(p)
@@ -111,10 +112,14 @@ def _whole(p: Any) -> Iterator[Finding]:
         )
 
 
-def _boundary(p: Any, name: str, path: tuple[str | int, ...], at_key: bool = False) -> Iterator[Finding]:
+def _boundary(
+    p: Any, name: str, path: tuple[str | int, ...], at_key: bool = False, body_too: bool = False
+) -> Iterator[Finding]:
+    """What is wrong with the name of a boundary; ``body_too``: a body's name alone may stand there."""
     body, _, edge = name.partition(".")
     if not body or not edge:
-        yield Finding(path, f"{name!r} is no boundary; write it as 'body.boundary'", at_key)
+        also = " or, for its whole outline, 'body'" if body_too else ""
+        yield Finding(path, f"{name!r} is no boundary; write it as 'body.boundary'{also}", at_key)
     elif body not in p.bodies:
         yield Finding(path, f"unknown body {body!r} in {name!r}{suggest(body, p.bodies)}", at_key)
     elif (known := _boundaries(p.bodies.get(body))) and edge not in known:
@@ -163,6 +168,48 @@ def _tool(p: Any, path: tuple[str | int, ...], tool: Any) -> Iterator[Finding]:
     yield from tool.findings(p, path)
 
 
+def _surfaces(p: Any) -> Iterator[Finding]:
+    """Names in contacts and in ``no_contact``, and sides that two of these entries claim with the same tool."""
+    claimed: dict[tuple[str, str], str] = {}
+    seen: set[str] = set()
+    for kind in ("contacts", "no_contact"):
+        for i, entry in enumerate(getattr(p, kind)):
+            if entry is None:
+                continue
+            path = (kind, i)
+            twice = kind == "contacts" and entry.name in seen  # told as such
+            seen.add(getattr(entry, "name", ""))
+            for k, s in enumerate(entry.surface):
+                here = (*path, "surface", k)
+                if "." in s or s not in p.bodies:
+                    yield from _boundary(p, s, here, body_too=True)
+                elif len(entry.surface) > 1:
+                    yield Finding(here, f"{s!r} alone is its whole outline; leave out the rest of the list")
+                other = claimed.setdefault((s, entry.against), f"{kind}.{i}")
+                if other != f"{kind}.{i}" and not twice:
+                    yield Finding(
+                        here,
+                        f"{s!r} is against {entry.against!r} in {other} already: which of the two holds is not said; name it in "
+                        "one of them",
+                    )
+            if entry.against not in p.tools:
+                yield Finding((*path, "against"), f"unknown tool {entry.against!r}{suggest(entry.against, p.tools)}")
+    if p.contact_geometry == "reference":
+        yield from _corners(p)
+
+
+def _corners(p: Any) -> Iterator[Finding]:
+    """An outline has corners, at which the undeformed surface has no normal to measure a gap along."""
+    for i, c in enumerate(p.contacts):
+        if c is not None and any("." not in s for s in c.surface):
+            yield Finding(
+                ("contacts", i, "surface"),
+                f"'contact_geometry: reference' measures gaps along the normal of the undeformed surface, which the outline of "
+                f"{c.surface[0]!r} does not have at its corners; name the boundaries that tool {c.against!r} touches",
+            )
+            return
+
+
 def _contacts(p: Any) -> Iterator[Finding]:
     seen: set[str] = set()
     for i, c in enumerate(p.contacts):
@@ -172,8 +219,6 @@ def _contacts(p: Any) -> Iterator[Finding]:
         if c.name in seen:
             yield Finding(path, f"contact {c.name!r} appears twice; keep one")
         seen.add(c.name)
-        for k, s in enumerate(c.surface):
-            yield from _boundary(p, s, (*path, "surface", k))
         bodies = {s.partition(".")[0] for s in c.surface}
         rule: Any = DOORS["integration rule"].find(c.integration)
         if not rule.quadratic_edges:
@@ -192,8 +237,6 @@ def _contacts(p: Any) -> Iterator[Finding]:
             )
         if len(bodies) > 1 and all(b in p.bodies for b in bodies):
             yield Finding((*path, "surface"), "one contact surface belongs to one body; write two contacts")
-        if c.against not in p.tools:
-            yield Finding((*path, "against"), f"unknown tool {c.against!r}{suggest(c.against, p.tools)}")
 
 
 def _friction(p: Any) -> Iterator[Finding]:
@@ -273,7 +316,7 @@ def _step(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding]:
     yield from _supports(p, step, path)
     contacts = [c.name for c in p.contacts if c is not None]
     for key in step.friction:
-        if key not in contacts and None not in p.contacts:
+        if key not in contacts and None not in p.contacts and contacts:
             message = f"unknown contact {key!r}{suggest(key, contacts)}"
             yield Finding((*path, "friction", key), message, at_key=True)
 
@@ -343,7 +386,7 @@ def warnings_of(problem: Problem) -> list[str]:
         if isinstance(mu, float) and mu > 2:
             percent = f"; did you mean {mu / 100:g}?" if mu <= 100 else ""
             said.append(f"{where}: mu = {mu:g} is a friction coefficient above 2{percent}")
-    used = {c.against for c in problem.contacts}
+    used = {c.against for c in problem.contacts} | {n.against for n in problem.no_contact}
     said += [
         f"tools.{t}: no contact is against this tool; it will meet nothing" for t in problem.tools if t not in used
     ]

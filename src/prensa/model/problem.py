@@ -330,11 +330,13 @@ def _default_enforcement() -> Any:
 
 @described
 class Contact:
-    """Contact of ``surface`` (a boundary ``body.name`` or a list of them) against a tool.
+    """Contact of ``surface`` (a body: its whole outline; a boundary ``body.name`` or a list of them) against a tool.
 
-    ``friction`` overrides the problem's. ``integration``: where the contact terms are integrated; ``nodal`` (trapezoid)
-    is the one to use, the others show what they do: ``gauss1``, ``gauss2``, ``gauss3``, ``simpson`` on each edge, and
-    ``kikuchi``, two Gauss points with pressures projected to the nodes.
+    The outline of a body is without the sides that other contacts with the same tool name, which may have a friction of
+    their own, without those of ``no_contact``, and without what no tool touches: the axis, lines of symmetry (held along
+    their normal in all steps) and tied sides. ``friction`` overrides the problem's. ``integration``: where the contact terms
+    are integrated; ``nodal`` (trapezoid) is the one to use, the others show what they do: ``gauss1``, ``gauss2``,
+    ``gauss3``, ``simpson`` on each edge, and ``kikuchi``, two Gauss points with pressures projected to the nodes.
     """
 
     surface: Annotated[tuple[str, ...], BeforeValidator(_as_names), Field(min_length=1)]
@@ -347,6 +349,17 @@ class Contact:
     def name(self) -> str:
         """``<surface>-<tool>``, the name used in files and by steps."""
         return "+".join(self.surface) + "-" + self.against
+
+
+@described
+class NoContact:
+    """Sides that a tool may go through: ``surface`` (a body, a boundary ``body.name`` or a list of them) and a tool.
+
+    Nothing acts between them, and metal that lies inside the tool there is meant.
+    """
+
+    surface: Annotated[tuple[str, ...], BeforeValidator(_as_names), Field(min_length=1)]
+    against: str
 
 
 def _run_folder(run: Any, info: Any) -> Any:
@@ -536,7 +549,8 @@ class Problem:
     ``kinematics``: ``finite`` (updated Lagrangian) or ``small``. ``contact_geometry``: ``current`` (moved surface, true
     tool normal) or ``reference`` (gap on the undeformed surface along its own normal: linear Signorini).
     ``allow_large_strain``: what ``small`` gives where strains or rotations are beyond 0.1, which is refused otherwise.
-    ``body_force``: force per volume ρb on each body.
+    ``body_force``: force per volume ρb on each body. ``contacts`` left out (or empty): every tool against the outline of every
+    body; ``no_contact``: what tools may go through.
     """
 
     name: str
@@ -544,6 +558,7 @@ class Problem:
     steps: tuple[Step, ...]
     tools: Mapping[str, Tool] = field(default_factory=dict)
     contacts: tuple[Contact, ...] = ()
+    no_contact: tuple[NoContact, ...] = ()
     ties: tuple[Tie, ...] = ()
     fixed: Mapping[str, FixedValue] = field(default_factory=dict)
     loads: Mapping[str, Load] = field(default_factory=dict)
@@ -565,8 +580,15 @@ class Problem:
     def _check(self) -> Problem:
         from prensa.model.checks import check_names
 
+        if not self.contacts:
+            object.__setattr__(self, "contacts", self._every_contact())
         check_names(self)
         return self
+
+    def _every_contact(self) -> tuple[Contact, ...]:
+        """Every tool against the outline of every body, but those that ``no_contact`` lists as a whole."""
+        none = {(s, n.against) for n in self.no_contact for s in n.surface}
+        return tuple(Contact((body,), tool) for tool in self.tools for body in self.bodies if (body, tool) not in none)
 
 
 @described
@@ -612,7 +634,7 @@ class Case:
 
 
 __all__ = [
-    "Annulus", "ArcSide", "Body", "Case", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion", "Numerics",
+    "Annulus", "ArcSide", "Body", "Case", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion", "NoContact", "Numerics",
     "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "SplineSide", "Springs", "Start", "Step", "Tie",
     "Units",
 ]  # fmt: skip

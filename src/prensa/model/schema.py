@@ -210,7 +210,7 @@ def _part(kind: Any, data: dict[str, Any], name: str, context: Any) -> Any:
         if not isinstance(value, dict):
             return _Any() if name in data or name == "bodies" else {}
         return {k: _valid(items.__args__[1], v, context) for k, v in value.items()}
-    if name in ("steps", "contacts", "ties"):
+    if name in ("steps", "contacts", "no_contact", "ties"):
         if not isinstance(value, list):
             return (None,) if name in data or name == "steps" else ()
         return tuple(_valid(items.__args__[0], v, context) for v in value)

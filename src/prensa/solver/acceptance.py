@@ -131,14 +131,15 @@ def tunnelled(system: System, state: State, u: Array, policy: Policy = DEFAULT) 
 
 def _through(system: System, s: Surface, start: Array, end: Array, policy: Policy) -> NDArray[np.bool_]:
     """Nodes (k,) of a surface whose straight ways (k, 2) in the frame of the tool lead through it."""
-    h = float(s.points.depth.min())
+    tool = system.tools[s.tool]
+    h = min(float(s.points.depth.min()), tool.thickness)
     length = np.hypot(*(end - start).T)
     if length.max() < policy.still * h:
         return np.zeros(len(start), dtype=bool)
     samples = min(int(policy.samples * length.max() / h) + policy.samples, policy.most_samples)
     share = np.linspace(0.0, 1.0, samples)
     way = start + share[:, None, None] * (end - start)
-    close = system.tools[s.tool].shape.closest(way.reshape(-1, way.shape[-1]))
+    close = tool.shape.closest(way.reshape(-1, way.shape[-1]))
     g, n = close.g.reshape(len(share), -1), close.n.reshape(way.shape)
     inside, each = g < 0, np.arange(len(start))
     enters, leaves = inside.argmax(axis=0), len(share) - 1 - inside[::-1].argmax(axis=0)

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from prensa.fem.failure import NotEvaluated
+from prensa.fem.inside import Inside
 
 
 @dataclass(frozen=True)
@@ -138,12 +139,19 @@ class Collapsed:
     strain: float
 
 
+@dataclass(frozen=True)
+class MetalInside:
+    """A node that is in no contact with a tool lies inside it: no smaller increment would help."""
+
+    node: Inside
+
+
 FreeToMove = Singular | ToolRunaway | Runaway | LostSupport | UnilaterallySupported
 """Some body or tool has nothing to hold it."""
 
 Failure = (
     Unevaluable | Diverged | Stagnated | NotConverged | Unsettled | Blocked | Tunnelled | TurnedThrough | CornerInverted
-    | Collapsed | BeyondSmall | FreeToMove
+    | Collapsed | BeyondSmall | MetalInside | FreeToMove
 )  # fmt: skip
 
 
@@ -179,6 +187,8 @@ def sentence(failure: Failure) -> str:
             return f"{place_of(failure)} folded over"
         case Collapsed():
             return f"{place_of(failure)} flowed by {failure.strain:.2g} in one increment: it collapses"
+        case MetalInside(node):
+            return str(node)
         case _:
             return _free(failure)
 

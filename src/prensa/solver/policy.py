@@ -120,7 +120,7 @@ class Policy:
     opposite: float = -0.5
     """Cosine between the normals where a straight way enters and leaves a tool: it has tunnelled."""
     still: float = 0.25
-    """Way over element depth that tunnels through nothing."""
+    """Way over element depth, or over the thickness of the tool if that is less, that tunnels through nothing."""
     outside: float = -0.05
     """Gap over the way, at both ends of the increment, of a node that is outside the tool."""
     turn: float = 0.8
@@ -128,7 +128,7 @@ class Policy:
     swept: float = 0.5
     """… and penetration over element depth, beyond that at the end, with which it would have gone through a body."""
     samples: int = 8
-    """Places on a node's way per element depth at which tunnelling is looked for …"""
+    """Places on a node's way per element depth, or thickness of the tool, at which tunnelling is looked for …"""
     most_samples: int = 256
     """… and at most."""
 

@@ -14,6 +14,7 @@ from prensa.solver.failure import (
     CornerInverted,
     Failure,
     FreeToMove,
+    MetalInside,
     Tunnelled,
     TurnedThrough,
     Unevaluable,
@@ -43,6 +44,8 @@ def hint(failure: Failure) -> str:
             return "'kinematics: finite'; 'allow_large_strain: true' beside 'small' has the answer all the same"
         case TurnedThrough():
             return "more 'increments', or a smaller turn"
+        case MetalInside(node):
+            return node.remedy
         case Unsettled():
             return "a larger 'beta', or 'penalty'"
     return "more 'increments', a smaller motion per step, a larger fillet or a finer mesh where it happens, or less softening"

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from prensa.errors import SolveError, refuse
 from prensa.fem.context import Context
 from prensa.fem.discretise import discretise
+from prensa.fem.inside import inside, watches
 from prensa.fem.letting_go import let_go, still_held, table_jumps
 from prensa.fem.planning import plan_step
 from prensa.fem.preflight import preflight
@@ -28,7 +29,7 @@ from prensa.solver.approach import approach, first_touch
 from prensa.solver.attempt import attempt
 from prensa.solver.condensation import Condensation, condensed, to_be_condensed
 from prensa.solver.equilibrium import Equilibrium, NewtonResult, Reporter
-from prensa.solver.failure import BeyondSmall, FreeToMove, sentence
+from prensa.solver.failure import BeyondSmall, FreeToMove, MetalInside, sentence
 from prensa.solver.increment import Increment, Monitor
 from prensa.solver.ledger import ledger, nodal_work
 from prensa.solver.policy import Policy
@@ -111,6 +112,7 @@ class TimeStepping:
         self.system, self.numerics, self.policy = system, numerics, policy
         self.messages, self.timer, self.condense = messages, timer, condense
         self.acceptance, self.validity = Acceptance(system, policy), Validity(system, policy)
+        self.watched = watches(system)
         self.reduced: Reduced | None = None
         self.condensed: Condensation | None = None
         self.last: Increment | None = None
@@ -162,6 +164,7 @@ class TimeStepping:
             if refusal := self.acceptance.refusal(c, result):
                 result.converged, result.reason = False, refusal
             if result.converged:
+                self.look_inside(c, result)
                 return self.commit(c, control, result, spent, cutbacks)
             self.messages.rejected(state, plan, end, result)
             dt = control.cut(end - now)
@@ -204,6 +207,29 @@ class TimeStepping:
         self.messages.accepted(c.state, c.plan, result, increment)
         return state, increment
 
+    def look_inside(self, c: Context, result: NewtonResult) -> None:
+        """Raise `SolveError` if metal lies inside a tool with which it has no contact: no smaller increment would help."""
+        assert result.evaluation is not None
+        sunk = np.zeros(len(self.system.tools))
+        for s, f in zip(self.system.surfaces, result.evaluation.contacts):
+            sunk[s.tool] = max(sunk[s.tool], -float(f.g.min()))
+        node = inside(self.system, self.watched, result.u, sunk)
+        if result.recover is not None and (node is not None or c.time >= c.plan.t1):  # displacements not yet computed
+            node = inside(self.system, self.watched, result.recover(), sunk)
+        if node is not None:
+            reason = MetalInside(node)
+            raise SolveError(
+                f"step {c.plan.name!r}, time {c.time:.6g}: {sentence(reason)}. {self.last_good()} What to try: {hint(reason)}.",
+                self.last,
+                reason,
+            )
+
+    def last_good(self) -> str:
+        """What there is to go back to, in words."""
+        if self.last is None:
+            return "No increment of this run had converged before."
+        return f"The last good state is that of time {self.last.time:.6g} (increment {self.last.number})."
+
     def post_mortem(self, c: Context, result: NewtonResult, cutbacks: int) -> SolveError:
         """The error that says what failed, where, why, and what to try."""
         reason = result.reason
@@ -211,21 +237,18 @@ class TimeStepping:
         if not isinstance(reason, FreeToMove | BeyondSmall):
             reason = unilaterally_supported(self.system, c) or reason  # whatever came of it
         place = where(self.equilibrium(c), reason, result)
-        last = (
-            f"The last good state is that of time {self.last.time:.6g} (increment {self.last.number})." if self.last else
-            "No increment of this run had converged before."
-        )  # fmt: skip
         self.messages.warn(self.validity.told())
         cut = f"The increment was cut {cutbacks} times without success."
         if isinstance(reason, BeyondSmall):
             cut = "A shorter increment would end there too."
         elif cutbacks < self.numerics.max_cutbacks:
             cut += " It is too short by now for another cut: the body jumps here, or nothing can go on."
+        last = self.last_good()
         if held := still_held(self.system, c.state, c.plan):
             last += f" {held}"
         return SolveError(
-            f"step {c.plan.name!r}, time {c.time:.6g}: {sentence(reason)}{'; ' + place if place else ''}. {cut} {last} "
-            f"What to try: {hint(reason)}.",
+            f"step {c.plan.name!r}, time {c.time:.6g}: {sentence(reason)}{'; ' + place if place else ''}. {cut} "
+            f"{last} What to try: {hint(reason)}.",
             self.last,
             reason,
         )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,8 @@ from prensa.tools.analytic import Tool
 from prensa.tools.tool import ToolShape
 
 Array = NDArray[np.float64]
+
+DIRECTIONS = 36  # in which the width of a tool is taken
 
 
 class ToolError(PrensaError):
@@ -28,6 +31,12 @@ class PlacedTool:
     at: Array
     direction: Array
     description: ToolShape
+
+    @cached_property
+    def thickness(self) -> float:
+        """Least width of what the tool's surface spans, in any direction; infinite where it has no end that may be sharp."""
+        angles = np.linspace(0.0, np.pi, DIRECTIONS, endpoint=False)
+        return min(self.shape.across(np.array([np.cos(a), np.sin(a)]), 0.0)[1] for a in angles)
 
 
 def surface_normal(points: Array, edges: NDArray[np.int64]) -> Array:

@@ -105,7 +105,7 @@ class Profile(Chained):
     ``points`` are corners in the frame of the tool (its reference point is the origin), or arcs to the next corner. An
     open profile goes on straight beyond both ends; a ``closed`` one returns to its first point, and is a cavity (bodies
     inside) if walked clockwise. ``fillet``: radius of the rounding of its corners, one for all or one for each point;
-    0 is sharp. Not given, a corner that moves on a surface is rounded with a quarter of an element.
+    0 is sharp. Not given, a convex corner that moves on a surface is rounded with a quarter of an element.
     """
 
     points: tuple[Vertex, ...]
