@@ -6,10 +6,12 @@ Laws of other packages describe themselves with these, so nothing of the vocabul
 from __future__ import annotations
 
 from dataclasses import field
+from functools import wraps
+from importlib import import_module
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypeVar, dataclass_transform
 
-from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag, ValidationError
 from pydantic.dataclasses import dataclass
 
 from prensa.model.units import Angle, BodyForce, Displacement, Force, Moment, Number, Pressure, SpringStiffness
@@ -20,8 +22,21 @@ _T = TypeVar("_T")
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))
 def described(cls: type[_T]) -> type[_T]:
-    """Make *cls* a frozen, strictly checked dataclass (unknown keys are errors)."""
-    return dataclass(frozen=True, config=_FROZEN)(cls)  # type: ignore[return-value]
+    """Make *cls* a frozen, strictly checked dataclass; wrong arguments are a `CaseError` in the words of a case file."""
+    made: Any = dataclass(frozen=True, config=_FROZEN)(cls)
+    check = made.__init__
+
+    @wraps(check)
+    def __init__(self: Any, *arguments: Any, **named: Any) -> None:
+        try:
+            check(self, *arguments, **named)
+        except ValidationError as error:
+            # the words need the whole vocabulary, which is made of these classes: known by name only
+            words = import_module("prensa.model.constructors")
+            raise words.explained(made, error, arguments, named) from None
+
+    made.__init__ = __init__
+    return made  # type: ignore[no-any-return]
 
 
 # --------------------------------------------------------------------------------------------- time-dependent values
