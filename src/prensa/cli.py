@@ -135,7 +135,7 @@ def verify(
 @app.command()
 def bench(
     what: Annotated[str, typer.Argument(help="What to measure: robustness or fuzz.")] = "robustness",
-    count: Annotated[int, typer.Option(help="Number of random problems of each suite, or of inputs.")] = 60,
+    count: Annotated[int, typer.Option(min=1, help="Number of random problems of each suite, or of inputs.")] = 60,
     seed: Annotated[str, typer.Option(help="Seed, a number; 'commit' takes it from the hash of the commit.")] = "0",
     report_file: Annotated[
         Path | None, typer.Option("--report", help="Write the outcomes to this file, .csv or .md.")
@@ -172,7 +172,7 @@ def bench(
 def _seed_number(seed: str) -> int:
     from prensa.errors import PrensaError
 
-    if not seed.isdigit():
+    if not (seed.isascii() and seed.isdigit() and len(seed) < 20):
         raise PrensaError(f"--seed is {seed!r}; it must be a whole number or 'commit'")
     return int(seed)
 
@@ -224,6 +224,9 @@ def _errors_reported(
         raise typer.Exit(_code(error)) from None
     except OSError as error:
         typer.echo(f"prensa: {error}", err=True)
+        raise typer.Exit(FAILED) from None
+    except MemoryError as error:
+        typer.echo(f"prensa: out of memory ({error}); use fewer elements", err=True)
         raise typer.Exit(FAILED) from None
     except KeyboardInterrupt:
         typer.echo(f"\ninterrupted; {_left_on_disk(folder)}", err=True)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from prensa.errors import CaseError
 
 import prensa as pr
+from prensa.errors import CaseError
 from prensa.mesh.generate import mesh_of
 from prensa.model.checks import _boundaries
 from prensa.model.schema import loads, warnings_of

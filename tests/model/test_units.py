@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from prensa.errors import CaseError
 
 import prensa as pr
+from prensa.errors import CaseError
 from prensa.model.schema import loads
 from prensa.model.units import _SI, factor
 

@@ -44,7 +44,9 @@ def explained(cls: type, error: ValidationError, arguments: tuple[Any, ...], nam
         if e["type"] not in ("unexpected_positional_argument", "multiple_argument_values")
     ]
     said += [f"{f.path and '.'.join(map(str, f.path))}: {f.message}" for e in inside for f in _findings(e)]
-    said += [str(e["ctx"]["error"]) for e in inside if not e["loc"] and not _findings(e) and "error" in e.get("ctx", {})]
+    said += [
+        str(e["ctx"]["error"]) for e in inside if not e["loc"] and not _findings(e) and "error" in e.get("ctx", {})
+    ]
     # of a file's errors the first key is that of a case's problem, and is left out
     told = mistakes([e | {"loc": ("problem", *e["loc"])} for e in inside if e["loc"]], (), root, [])
     return CaseError([*(Mistake(NOWHERE, s) for s in said), *told])

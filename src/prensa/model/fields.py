@@ -36,7 +36,7 @@ def described(cls: type[_T]) -> type[_T]:
             raise words.explained(made, error, arguments, named) from None
 
     made.__init__ = __init__
-    return made  # type: ignore[no-any-return]
+    return made
 
 
 # --------------------------------------------------------------------------------------------- time-dependent values

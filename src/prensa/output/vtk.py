@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.errors import PrensaError
 from prensa.output.cells import VTK
 from prensa.output.files import numbered, replacing, write_text
 from prensa.solver.increment import BodyState, Increment
@@ -26,7 +27,10 @@ Array = NDArray[np.float64]
 
 
 class Fields:
-    """Writer of ``fields/NNNN.vtu`` and ``fields.pvd`` in *directory*; *keep* continues, without later increments."""
+    """Writer of ``fields/NNNN.vtu`` and ``fields.pvd`` in *directory*; *keep* continues, without later increments.
+
+    The files are complete, and with the operating system; whoever refers to them brings them to the disk (`files.flush`).
+    """
 
     def __init__(self, directory: Path, keep: int | None = None) -> None:
         self._directory = directory
@@ -46,9 +50,8 @@ class Fields:
         for name, time in self._times.items():
             ET.SubElement(collection, "DataSet", timestep=repr(float(time)), group="", part="0", file=name)
         ET.indent(root)
-        write_text(
-            self._directory / COLLECTION, '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
-        )
+        text = '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
+        write_text(self._directory / COLLECTION, text, durable=False)
 
 
 def write_fields(path: Path, increment: Increment) -> Path:
@@ -76,14 +79,18 @@ def write_fields(path: Path, increment: Increment) -> Path:
         },
         cell_data={"body": [np.full(len(b.cells), k, dtype=np.int32) for k, b in enumerate(bodies)]},
     )
-    with replacing(path) as temporary:
+    with replacing(path, durable=False) as temporary:
         mesh.write(temporary, file_format="vtu", binary=True, compression="zlib")
     return path
 
 
 def read_collection(path: str | Path) -> list[tuple[float, str]]:
-    """Pairs (time, file relative to the collection) of a ``.pvd`` file."""
-    return [(float(d.get("timestep", "nan")), d.get("file", "")) for d in ET.parse(path).getroot().iter("DataSet")]
+    """Pairs (time, file relative to the collection) of a ``.pvd`` file; raises PrensaError if it is damaged."""
+    try:
+        sets = list(ET.parse(path).getroot().iter("DataSet"))
+        return [(float(d.get("timestep", "nan")), d.get("file", "")) for d in sets]
+    except (ET.ParseError, ValueError) as error:
+        raise PrensaError(f"{path}: the collection cannot be read ({error}); run the case again") from None
 
 
 # ------------------------------------------------------------------------------------------------------------- details
