@@ -9,6 +9,7 @@ axis and zz the hoop stress.
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -22,6 +23,13 @@ from prensa.solver.increment import BodyState, Increment
 
 FIELDS_FOLDER = "fields"
 COLLECTION = "fields.pvd"
+_HEAD = """\
+<?xml version="1.0"?>
+<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">
+  <Collection>
+"""
+_TAIL = "  </Collection>\n</VTKFile>\n"
+_ENTRY = re.compile(r'<DataSet timestep="([^"]+)" group="" part="0" file="([^"]+)" />')
 
 Array = NDArray[np.float64]
 
@@ -40,18 +48,23 @@ class Fields:
     def append(self, increment: Increment) -> Path:
         """Write the fields of *increment*, then the collection that names them; returns the path of the former."""
         path = write_fields(self._directory / FIELDS_FOLDER / f"{increment.number:04d}.vtu", increment)
-        self._times[f"{FIELDS_FOLDER}/{path.name}"] = increment.time
-        self._write_collection()
+        name = f"{FIELDS_FOLDER}/{path.name}"
+        self._times[name] = increment.time
+        try:
+            with open(self._directory / COLLECTION, "rb+") as file:  # in place: writing all of it again takes ever longer
+                file.seek(-len(_TAIL), 2)
+                file.write((_entry(name, increment.time) + _TAIL).encode())
+        except FileNotFoundError:
+            self._write_collection()
         return path
 
     def _write_collection(self) -> None:
-        root = ET.Element("VTKFile", type="Collection", version="0.1", byte_order="LittleEndian")
-        collection = ET.SubElement(root, "Collection")
-        for name, time in self._times.items():
-            ET.SubElement(collection, "DataSet", timestep=repr(float(time)), group="", part="0", file=name)
-        ET.indent(root)
-        text = '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
-        write_text(self._directory / COLLECTION, text, durable=False)
+        entries = [_entry(name, time) for name, time in self._times.items()]
+        write_text(self._directory / COLLECTION, "".join([_HEAD, *entries, _TAIL]), durable=False)
+
+
+def _entry(name: str, time: float) -> str:
+    return f'    <DataSet timestep="{float(time)!r}" group="" part="0" file="{name}" />\n'
 
 
 def write_fields(path: Path, increment: Increment) -> Path:
@@ -116,5 +129,6 @@ def _times_until(directory: Path, last: int) -> dict[str, float]:
         if number > last:
             path.unlink()
     collection = directory / COLLECTION
-    entries = read_collection(collection) if collection.is_file() else []
-    return {name: time for time, name in entries if (directory / name).is_file()}
+    text = collection.read_text(encoding="utf-8", errors="replace") if collection.is_file() else ""
+    entries = _ENTRY.findall(text)  # whole ones only: a power cut may have left a later one in pieces
+    return {name: float(time) for time, name in entries if (directory / name).is_file()}
