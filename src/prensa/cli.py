@@ -77,6 +77,7 @@ def run(
         Path | None, typer.Option(help="Folder of the results; results/<name of the case file> if not given.")
     ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but warnings and errors.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace the results of another case in that folder.")] = False,
 ) -> None:
     """Run a case and leave its results in a folder."""
     folder = out or Path("results") / case.stem
@@ -90,7 +91,7 @@ def run(
             from prensa.output.run import run as run_case
 
         with _announcing_compilation(quiet):
-            run_case(loaded, out=folder, quiet=quiet, source=case)
+            run_case(loaded, out=folder, quiet=quiet, source=case, force=force)
 
 
 @app.command()
@@ -179,12 +180,20 @@ def _seed_number(seed: str) -> int:
 
 def _fuzz(count: int, seed: int) -> bool:
     """Whether an input was a defect."""
-    from prensa.bench import fuzz
+    from prensa.bench import fuzz, fuzz_calls
 
-    report = fuzz.run(count, seed, typer.echo)
-    counts = ", ".join(f"{report.counts[k]} {k}" for k in ("read", "refused", "failed"))
-    typer.echo(f"{count} inputs, seed {seed}: {counts}; the slowest took {report.slowest:.2f} s")
-    return bool(report.defects)
+    defects = 0
+    for name, source, share in (
+        ("files", fuzz.files, 2),
+        ("changes", fuzz_calls.overrides, 4),
+        ("calls", fuzz_calls.calls, 4),
+    ):
+        number = max(count // share, 1)
+        report = fuzz.run(number, seed, typer.echo, source)
+        counts = ", ".join(f"{report.counts[k]} {k}" for k in ("read", "refused", "failed"))
+        typer.echo(f"{number} {name}, seed {seed}: {counts}; the slowest took {report.slowest:.2f} s")
+        defects += len(report.defects)
+    return bool(defects)
 
 
 def _outcome(outcome: Outcome) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
 
@@ -80,6 +82,12 @@ def take(function: str, name: str, value: object, kinds: type | tuple[type, ...]
     """
     if not isinstance(value, kinds):
         raise ArgumentError(f"{function}: {name} is {shown(value)}; {remedy}")
+
+
+def take_path(function: str, value: object) -> Path:
+    """Refuse what is no path, as `take`; returns the path."""
+    take(function, "path", value, (str, os.PathLike), "give the path of a file or folder")
+    return Path(value)  # type: ignore[arg-type]
 
 
 class SolveError(PrensaError):

@@ -55,6 +55,7 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = ()) -> 
 
     """
     take("discretise", "problem", problem, model.Problem, "give a Problem (case.problem of a case)")
+    take("discretise", "extensions", extensions, Sequence, "give a list of Extension")
     for extension in extensions:
         take("discretise", "an extension", extension, Extension, "give a list of Extension")
     meshes = _meshes(problem)

@@ -19,7 +19,7 @@ from prensa.model.places import Place
 from prensa.model.text import MAX_NESTING, Node
 
 NOWHERE = Mark("")
-MOST_VALUES = 100_000  # of the arguments that are laid out: more say nothing about what is wrong
+MOST_VALUES = 5_000  # of the arguments that are laid out: more say nothing about what is wrong
 
 
 class _Value(Node):
@@ -87,4 +87,4 @@ def _tree(value: Any, left: Iterator[None], depth: int) -> Node:
         return _Value(nodes, NOWHERE, text, dict.fromkeys(nodes, NOWHERE))
     if below is not None:
         return _Value([_tree(v, left, depth + 1) for v in below], NOWHERE, text)
-    return _Value(value, NOWHERE, text)
+    return _Value(None if isinstance(value, dict | list | tuple) else value, NOWHERE, text)

@@ -17,6 +17,7 @@ from pydantic.dataclasses import dataclass
 from prensa.model.units import Angle, BodyForce, Displacement, Force, Moment, Number, Pressure, SpringStiffness
 
 _FROZEN = ConfigDict(extra="forbid", arbitrary_types_allowed=False, allow_inf_nan=False)
+_WORDS = "prensa.model.constructors"  # it needs the whole vocabulary, which is made of these classes: known by name, as laws are
 _T = TypeVar("_T")
 
 
@@ -31,8 +32,7 @@ def described(cls: type[_T]) -> type[_T]:
         try:
             check(self, *arguments, **named)
         except ValidationError as error:
-            # the words need the whole vocabulary, which is made of these classes: known by name only
-            words = import_module("prensa.model.constructors")
+            words = import_module(_WORDS)
             raise words.explained(made, error, arguments, named) from None
 
     made.__init__ = __init__

@@ -413,7 +413,7 @@ class Tie:
 
 # -------------------------------------------------------------------------------------------------- motion and loads
 def _support_kind(value: Any) -> str:
-    return "held" if value == "held" else value_kind(value)
+    return "held" if isinstance(value, str) and value == "held" else value_kind(value)
 
 
 SupportValue = Annotated[

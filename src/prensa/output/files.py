@@ -65,7 +65,7 @@ def _folder_to_disk(path: Path) -> None:
 def write_text(path: Path, text: str, durable: bool = True) -> Path:
     """Replace *path* by *text* (UTF-8) atomically; returns *path*; ``durable`` as of `replacing`."""
     with replacing(path, durable) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+        temporary.write_text(text, encoding="utf-8", newline="\n")
     return path
 
 

@@ -22,7 +22,7 @@ FILES = (
     history.HISTORY, history.CONVERGENCE, checkpoint.CHECKPOINT, vtk.COLLECTION, report.SUMMARY, report.REPORT, runlog.LOG,
 )  # fmt: skip
 _FIRST_LINE = re.compile(r"\S+ \S+ INFO +prensa \S+, case (.+), input ([0-9a-f]{64})$")
-_AT = 1 << 30  # byte that Windows locks: what comes before it can still be read by others
+_LOCKED_BYTE = 1 << 30  # byte that Windows locks: what comes before it can still be read by others
 
 
 class Owner(NamedTuple):
@@ -91,7 +91,7 @@ def _lock(file: IO[str]) -> bool:
         else:
             import msvcrt
 
-            os.lseek(file.fileno(), _AT, os.SEEK_SET)
+            os.lseek(file.fileno(), _LOCKED_BYTE, os.SEEK_SET)
             msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
     except (BlockingIOError, PermissionError):
         return False

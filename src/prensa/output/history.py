@@ -14,7 +14,7 @@ from typing import Any, TextIO
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.errors import PrensaError
+from prensa.errors import PrensaError, take_path
 from prensa.model.problem import Problem
 from prensa.output.files import file_name, numbered, replacing
 from prensa.solver.increment import STATUS, ContactState, Force, Increment
@@ -157,12 +157,12 @@ def read_history(directory: str | Path) -> dict[str, NDArray[Any]]:
         If there is no such file in *directory*.
 
     """
-    return _read(Path(directory) / HISTORY)
+    return _read(take_path("read_history", directory) / HISTORY)
 
 
 def read_convergence(directory: str | Path) -> dict[str, NDArray[Any]]:
     """Columns of ``convergence.csv``: relative residual and status changes of each iteration of each increment."""
-    return _read(Path(directory) / CONVERGENCE)
+    return _read(take_path("read_convergence", directory) / CONVERGENCE)
 
 
 def refuse_lost_rows(directory: Path, number: int, time: float) -> None:
@@ -226,7 +226,7 @@ def _write(path: Path, names: Sequence[str], columns: Iterable[Iterable[Any]]) -
 
 def read_contact(path: str | Path) -> dict[str, NDArray[Any]]:
     """Columns of a contact table by name; ``status`` holds the words open, stick and slip."""
-    return _read(Path(path))
+    return _read(take_path("read_contact", path))
 
 
 def forget_contacts_after(directory: Path, number: int) -> None:

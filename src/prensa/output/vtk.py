@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.errors import PrensaError
+from prensa.errors import PrensaError, take_path
 from prensa.output.cells import VTK
 from prensa.output.files import numbered, replacing, write_text
 from prensa.solver.increment import BodyState, Increment
@@ -51,7 +51,9 @@ class Fields:
         name = f"{FIELDS_FOLDER}/{path.name}"
         self._times[name] = increment.time
         try:
-            with open(self._directory / COLLECTION, "rb+") as file:  # in place: writing all of it again takes ever longer
+            with open(
+                self._directory / COLLECTION, "rb+"
+            ) as file:  # in place: writing all of it again takes ever longer
                 file.seek(-len(_TAIL), 2)
                 file.write((_entry(name, increment.time) + _TAIL).encode())
         except FileNotFoundError:
@@ -99,10 +101,11 @@ def write_fields(path: Path, increment: Increment) -> Path:
 
 def read_collection(path: str | Path) -> list[tuple[float, str]]:
     """Pairs (time, file relative to the collection) of a ``.pvd`` file; raises PrensaError if it is damaged."""
+    path = take_path("read_collection", path)
     try:
         sets = list(ET.parse(path).getroot().iter("DataSet"))
         return [(float(d.get("timestep", "nan")), d.get("file", "")) for d in sets]
-    except (ET.ParseError, ValueError) as error:
+    except (ET.ParseError, ValueError, OSError) as error:
         raise PrensaError(f"{path}: the collection cannot be read ({error}); run the case again") from None
 
 

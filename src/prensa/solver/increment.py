@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.errors import PrensaError
+from prensa.errors import PrensaError, take
 from prensa.model.checks import suggest
 
 if TYPE_CHECKING:
@@ -210,6 +210,7 @@ class Increment:
 
     def force(self, tool: str) -> Force:
         """Force of the bodies on *tool*, positive along +axis (a punch pressing down feels a positive y)."""
+        take("force", "tool", tool, str, "give the name of a tool")
         if tool not in self.tools:
             raise PrensaError(f"unknown tool {tool!r}{suggest(str(tool), self.tools)}")
         return self.tools[tool].force

@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.errors import SolveError, refuse, take
+from prensa.errors import ArgumentError, SolveError, refuse, take
 from prensa.fem.context import Context
 from prensa.fem.discretise import discretise
 from prensa.fem.planning import plan_step
@@ -110,6 +110,10 @@ def _check_arguments(
         ("policy", policy, Policy),
     ):
         take("solve", name, value, (kind, type(None)), f"give a {kind.__name__} or None")
+    if isinstance(start, State) and isinstance(problem, System) and start.u.shape != (problem.ndof,):
+        raise ArgumentError(
+            f"solve: start has {len(start.u)} unknowns and the problem {problem.ndof}; they do not belong together"
+        )
     if monitor is not None and not callable(monitor):
         take("solve", "monitor", monitor, type(None), "give a function of a Progress or None")
 
