@@ -14,6 +14,7 @@ from pydantic import ValidationError
 
 from prensa.errors import CaseError, Mark, Mistake, shown
 from prensa.model.checks import FindingsError
+from prensa.model.fields import explain_with
 from prensa.model.messages import mistakes
 from prensa.model.places import Place
 from prensa.model.text import MAX_NESTING, Node
@@ -88,3 +89,6 @@ def _tree(value: Any, left: Iterator[None], depth: int) -> Node:
     if below is not None:
         return _Value([_tree(v, left, depth + 1) for v in below], NOWHERE, text)
     return _Value(None if isinstance(value, dict | list | tuple) else value, NOWHERE, text)
+
+
+explain_with(explained)

@@ -5,20 +5,37 @@ Laws of other packages describe themselves with these, so nothing of the vocabul
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import field
 from functools import wraps
-from importlib import import_module
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypeVar, dataclass_transform
 
 from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag, ValidationError
 from pydantic.dataclasses import dataclass
 
+from prensa.errors import CaseError, Mark, Mistake
 from prensa.model.units import Angle, BodyForce, Displacement, Force, Moment, Number, Pressure, SpringStiffness
 
 _FROZEN = ConfigDict(extra="forbid", arbitrary_types_allowed=False, allow_inf_nan=False)
-_WORDS = "prensa.model.constructors"  # it needs the whole vocabulary, which is made of these classes: known by name, as laws are
 _T = TypeVar("_T")
+Words: TypeAlias = Callable[[type, ValidationError, tuple[Any, ...], dict[str, Any]], CaseError]
+
+
+def _plain_words(cls: type, error: ValidationError, arguments: tuple[Any, ...], named: dict[str, Any]) -> CaseError:
+    found = error.errors(include_url=False)
+    return CaseError(
+        Mistake(Mark(""), f"{'.'.join(map(str, e['loc'])) or 'the arguments'} of {cls.__name__}: {e['msg']}")
+        for e in found
+    )
+
+
+_words: list[Words] = [_plain_words]
+
+
+def explain_with(words: Words) -> None:
+    """Let *words* say what is wrong with arguments: good ones need the vocabulary, which is made of these classes."""
+    _words.append(words)
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))
@@ -32,8 +49,7 @@ def described(cls: type[_T]) -> type[_T]:
         try:
             check(self, *arguments, **named)
         except ValidationError as error:
-            words = import_module(_WORDS)
-            raise words.explained(made, error, arguments, named) from None
+            raise _words[-1](made, error, arguments, named) from None
 
     made.__init__ = __init__
     return made

@@ -17,6 +17,7 @@ from typing import Any
 from pydantic import TypeAdapter, ValidationError
 
 from prensa.errors import CaseError, Mark, Mistake, take
+from prensa.model import constructors  # noqa: F401  (says what is wrong with the arguments of descriptions)
 from prensa.model import text as yaml
 from prensa.model.checks import find, warnings_of
 from prensa.model.messages import mistakes
