@@ -27,8 +27,9 @@ from prensa.fem.system import System
 from prensa.model.problem import Case
 from prensa.output import checkpoint, history, pictures, report, runlog, vtk
 from prensa.output.files import file_name, file_names, flush, write_text
-from prensa.output.folder import locked, make_room, refuse_links
+from prensa.output.folder import make_room, refuse_links
 from prensa.output.interrupt import Interruptible
+from prensa.output.lock import locked
 from prensa.output.progress import ProgressBar
 from prensa.solver.increment import Increment, Progress
 from prensa.solver.time_stepping import Timer, at_rest, solve
