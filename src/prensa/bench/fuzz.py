@@ -320,7 +320,7 @@ Source = Callable[[int, int, Path], Iterator[tuple[str, Callable[[], str]]]]
 
 
 def files(count: int, seed: int, folder: Path) -> Iterator[tuple[str, Callable[[], str]]]:
-    """Attempts to read the `inputs`; every twentieth is a file as `prensa.load` meets it, of any bytes or none."""
+    """Attempts to read the `inputs`."""
     for text in inputs(count, seed, folder):
         yield text, partial(read, text, folder)
 
