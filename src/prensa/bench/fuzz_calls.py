@@ -202,6 +202,6 @@ def _functions(folder: Path) -> list[tuple[str, Callable[..., Any]]]:
         ("loads overrides", lambda v, *_: loads("name: x", overrides=v)), ("measure name", lambda v, *_: measure(increment, v)),
         ("measure", lambda v, *_: measure(v, "time")), ("measures", of(measures)), ("force", lambda v, *_: increment.force(v)),
         ("run", lambda v, *_: run(v, folder / "none", quiet=True)), ("resume", of(resume)), ("read_history", of(history.read_history)),
-        ("run out", lambda v, *_: run(prensa.Case(problem), v, quiet=True) if not isinstance(v, str | Path) else None),
+        ("run out", lambda v, *_: run(prensa.Case(problem), v, quiet=True) if v is not None and not isinstance(v, str | Path) else None),
         ("read_summary", of(read_summary)), ("read_contact", of(history.read_contact)), ("read_collection", of(vtk.read_collection)),
     ]  # fmt: skip
