@@ -87,7 +87,12 @@ def take(function: str, name: str, value: object, kinds: type | tuple[type, ...]
 def take_path(function: str, value: object) -> Path:
     """Refuse what is no path, as `take`; returns the path."""
     take(function, "path", value, (str, os.PathLike), "give the path of a file or folder")
-    return Path(value)  # type: ignore[arg-type]
+    path = Path(value)  # type: ignore[arg-type]
+    try:
+        path.exists()
+    except (OSError, ValueError) as error:  # too long, or with characters that no path has
+        raise PrensaError(f"{function}: the path {shown(str(path))} cannot be looked up ({type(error).__name__})") from None
+    return path
 
 
 class SolveError(PrensaError):

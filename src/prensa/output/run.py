@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa import __version__
-from prensa.errors import PrensaError, refuse, take
+from prensa.errors import PrensaError, refuse, take, take_path
 from prensa.fem.discretise import discretise
 from prensa.fem.preflight import preflight
 from prensa.fem.state import State
@@ -123,7 +123,7 @@ def resume(directory: str | Path, quiet: bool = False) -> RunResult:
 
     """
     take("resume", "directory", directory, (str, PathLike), "give the folder of a run")
-    directory = Path(directory)
+    directory = take_path("resume", directory)
     if not (directory / checkpoint.CHECKPOINT).is_file():
         raise PrensaError(f"{directory / checkpoint.CHECKPOINT}: there is no checkpoint; start with 'prensa run'")
     with locked(directory):
