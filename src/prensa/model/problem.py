@@ -463,9 +463,10 @@ class Motion:
 def _per_second(value: Any) -> Any:
     """Unit strings of a velocity, such as ``100 mm/s`` (also in its tables), as the displacement of one second."""
     if isinstance(value, dict):
-        return {k: _per_second(v) for k, v in value.items()}
+        return {k: v if isinstance(v, dict) else _per_second(v) for k, v in value.items()}
     if isinstance(value, list | tuple):
-        return [[p[0], _per_second(p[1])] if isinstance(p, list | tuple) and len(p) == 2 else p for p in value]
+        pairs = (isinstance(p, list | tuple) and len(p) == 2 and isinstance(p[1], str) for p in value)
+        return [[p[0], _per_second(p[1])] if pair else p for p, pair in zip(value, pairs)]
     if isinstance(value, str):
         quantity, per, second = value.rpartition("/")
         if not per or second.strip() != "s":
