@@ -49,6 +49,11 @@ def __getattr__(name: str) -> Any:
 
             value = dict(public()).get(name)
         if value is None:
-            raise AttributeError(f"module 'prensa' has no attribute {name!r}")
+            import sys
+
+            message = f"module 'prensa' has no attribute {name!r}"
+            raise AttributeError(message, name=name, obj=sys.modules[__name__])  # Python adds the nearest name
+    if isinstance(value, type):
+        import prensa.model.constructors  # noqa: F401  (says what is wrong with the arguments of descriptions)
     globals()[name] = value
     return value

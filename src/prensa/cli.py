@@ -78,6 +78,7 @@ def run(
         Path | None, typer.Option(help="Folder of the results; results/<name of the case file> if not given.")
     ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but warnings and errors.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace the results of another case in that folder.")] = False,
 ) -> None:
     """Run a case and leave its results in a folder."""
     folder = out or Path("results") / case.stem
@@ -91,7 +92,7 @@ def run(
             from prensa.output.run import run as run_case
 
         with _announcing_compilation(quiet):
-            run_case(loaded, out=folder, quiet=quiet, source=case)
+            run_case(loaded, out=folder, quiet=quiet, source=case, force=force)
 
 
 @app.command()
@@ -136,7 +137,7 @@ def verify(
 @app.command()
 def bench(
     what: Annotated[str, typer.Argument(help="What to measure: robustness or fuzz.")] = "robustness",
-    count: Annotated[int, typer.Option(help="Number of random problems of each suite, or of inputs.")] = 60,
+    count: Annotated[int, typer.Option(min=1, help="Number of random problems of each suite, or of inputs.")] = 60,
     seed: Annotated[str, typer.Option(help="Seed, a number; 'commit' takes it from the hash of the commit.")] = "0",
     report_file: Annotated[
         Path | None, typer.Option("--report", help="Write the outcomes to this file, .csv or .md.")
@@ -173,19 +174,27 @@ def bench(
 def _seed_number(seed: str) -> int:
     from prensa.errors import PrensaError
 
-    if not seed.isdigit():
+    if not (seed.isascii() and seed.isdigit() and len(seed) < 20):
         raise PrensaError(f"--seed is {seed!r}; it must be a whole number or 'commit'")
     return int(seed)
 
 
 def _fuzz(count: int, seed: int) -> bool:
     """Whether an input was a defect."""
-    from prensa.bench import fuzz
+    from prensa.bench import fuzz, fuzz_calls
 
-    report = fuzz.run(count, seed, typer.echo)
-    counts = ", ".join(f"{report.counts[k]} {k}" for k in ("read", "refused", "failed"))
-    typer.echo(f"{count} inputs, seed {seed}: {counts}; the slowest took {report.slowest:.2f} s")
-    return bool(report.defects)
+    defects = 0
+    for name, source, share in (
+        ("files", fuzz.files, 2),
+        ("changes", fuzz_calls.overrides, 4),
+        ("calls", fuzz_calls.calls, 4),
+    ):
+        number = max(count // share, 1)
+        report = fuzz.run(number, seed, typer.echo, source)
+        counts = ", ".join(f"{report.counts[k]} {k}" for k in ("read", "refused", "failed"))
+        typer.echo(f"{number} {name}, seed {seed}: {counts}; the slowest took {report.slowest:.2f} s")
+        defects += len(report.defects)
+    return bool(defects)
 
 
 def _outcome(outcome: Outcome) -> None:
@@ -225,6 +234,9 @@ def _errors_reported(
         raise typer.Exit(_code(error)) from None
     except OSError as error:
         typer.echo(f"prensa: {error}", err=True)
+        raise typer.Exit(FAILED) from None
+    except MemoryError as error:
+        typer.echo(f"prensa: out of memory ({error}); use fewer elements", err=True)
         raise typer.Exit(FAILED) from None
     except KeyboardInterrupt:
         typer.echo(f"\ninterrupted; {_left_on_disk(folder)}", err=True)

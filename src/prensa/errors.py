@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
 
@@ -17,7 +19,7 @@ LONGEST_MESSAGE = 1000  # characters of a message
 
 @dataclass(frozen=True, order=True)
 class Mark:
-    """A place in a case: ``source`` (file or override), ``line`` and ``column`` from 1 (0: the source as a whole)."""
+    """A place in a case: ``source`` (file or override; empty in Python), ``line``, ``column`` from 1 (0: all of it)."""
 
     source: str
     line: int = 0
@@ -38,7 +40,7 @@ class Mistake:
         words = self.message
         if len(words) > LONGEST_MESSAGE:  # somebody's whole file as one value
             words = f"{words[: LONGEST_MESSAGE // 2]} … {words[-LONGEST_MESSAGE // 2 :]}"
-        return f"{self.mark}: {words}"
+        return f"{self.mark}: {words}" if self.mark.source else words
 
 
 class CaseError(PrensaError, ValueError):
@@ -49,6 +51,50 @@ class CaseError(PrensaError, ValueError):
         more = len(self.mistakes) - TOLD
         rest = [f"… and {more} mistakes more"] if more > 0 else []
         super().__init__("\n".join([*map(str, self.mistakes[:TOLD]), *rest]))
+
+
+class ArgumentError(PrensaError, TypeError):
+    """An argument of a function is of another kind than it takes."""
+
+
+def shown(value: object, longest: int = 60) -> str:
+    """A value in a message: short values as Python writes them, others by their kind."""
+    if value is None or isinstance(value, bool | int | float | complex | str | bytes):
+        try:
+            text = repr(value)
+        except ValueError:  # more digits than Python writes
+            return "a number of thousands of digits"
+        return text if len(text) <= longest else f"{text[: longest - 1]}…"
+    name = {"dict": "mapping", "ndarray": "array"}.get(type(value).__name__, type(value).__name__)
+    if isinstance(value, type):
+        return f"the class {value.__name__}"
+    return f"{'an' if name[:1] in 'AEIOaeio' else 'a'} {name}"
+
+
+def take(function: str, name: str, value: object, kinds: type | tuple[type, ...], remedy: str) -> None:
+    """Refuse an argument that is none of *kinds*.
+
+    Raises
+    ------
+    ArgumentError
+        ``function: name is …; remedy``.
+
+    """
+    if not isinstance(value, kinds):
+        raise ArgumentError(f"{function}: {name} is {shown(value)}; {remedy}")
+
+
+def take_path(function: str, value: object) -> Path:
+    """Refuse what is no path, as `take`; returns the path."""
+    take(function, "path", value, (str, os.PathLike), "give the path of a file or folder")
+    path = Path(value)  # type: ignore[arg-type]
+    try:
+        path.exists()
+    except (OSError, ValueError) as error:  # too long, or with characters that no path has
+        raise PrensaError(
+            f"{function}: the path {shown(str(path))} cannot be looked up ({type(error).__name__})"
+        ) from None
+    return path
 
 
 class SolveError(PrensaError):

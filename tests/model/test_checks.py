@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from pydantic import ValidationError
 
 import prensa as pr
+from prensa.errors import CaseError
 from prensa.mesh.generate import mesh_of
 from prensa.model.checks import _boundaries
 from prensa.model.schema import loads, warnings_of
@@ -16,7 +16,7 @@ from .test_mistakes import CASE
 def test_python_tells_all_cross_references_at_once():
     """The error of the constructor names every path that is wrong, not only the first."""
     body = pr.Body(pr.Rectangle((1, 1), (2, 2)), pr.Elastic(E=1, nu=0))
-    with pytest.raises(ValidationError) as caught:
+    with pytest.raises(CaseError) as caught:
         pr.Problem("p", {"b": body}, [pr.Step("s", move={"t": {"y": 1}})], contacts=[pr.Contact("b.topp", "u")])
     for path in (
         "steps.0.move.t: unknown tool",

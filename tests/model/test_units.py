@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from pydantic import ValidationError
 
 import prensa as pr
+from prensa.errors import CaseError
 from prensa.model.schema import loads
 from prensa.model.units import _SI, factor
 
@@ -76,14 +76,14 @@ def test_strings_work_where_numbers_do():
 
 def test_strings_are_refused_in_python():
     """A description in Python has no file whose units could apply."""
-    with pytest.raises(ValidationError, match="in Python give a number"):
+    with pytest.raises(CaseError, match="in Python give a number"):
         pr.Circle(radius="8 cm")
 
 
 @pytest.mark.parametrize("bad", [float("nan"), float("inf"), True], ids=str)
 def test_numbers_are_finite_and_no_truths(bad):
     """NaN, infinity and True are refused in Python as in files."""
-    with pytest.raises(ValidationError):
+    with pytest.raises(CaseError):
         pr.Circle(radius=bad)
-    with pytest.raises(ValidationError):
+    with pytest.raises(CaseError):
         pr.Numerics(tolerance=bad)

@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from prensa.bench import fuzz
+from prensa.bench import fuzz, fuzz_calls
 
 
 def test_mutated_inputs_are_read_or_refused():
@@ -50,3 +50,11 @@ def test_defects_are_found(monkeypatch):
 def test_the_inputs_are_the_same_for_the_same_seed(tmp_path):
     """A defect can be had again from seed and number."""
     assert list(fuzz.inputs(30, 5, tmp_path)) == list(fuzz.inputs(30, 5, tmp_path))
+
+
+@pytest.mark.parametrize(("source", "count"), [(fuzz_calls.overrides, 40), (fuzz_calls.calls, 300)])
+def test_changes_and_calls_are_read_or_refused(source, count):
+    """A sample of broken changes of the command line and of broken calls in Python: none is a defect."""
+    report = fuzz.run(count, seed=6, source=source)
+    assert report.defects == []
+    assert report.counts["refused"] > count / 2 and sum(report.counts.values()) == count

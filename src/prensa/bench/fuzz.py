@@ -15,9 +15,10 @@ import tempfile
 import time
 import traceback
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -271,14 +272,14 @@ def _value(rng: np.random.Generator, old: Any) -> Any:
 
 
 # ------------------------------------------------------------------------------------------------------------- running
-def read(text: str, folder: Path) -> str:
+def read(text: str, folder: Path, changes: Sequence[str] = ()) -> str:
     """Read, mesh and check a case, as ``prensa check`` does: 'read', or 'refused' in words; raises what is a defect."""
     from prensa.fem.discretise import discretise
     from prensa.fem.preflight import preflight
     from prensa.model.schema import loads, warnings_of
 
     try:
-        problem = loads(text, "case.yaml", folder).problem
+        problem = loads(text, "case.yaml", folder, changes).problem
         warnings_of(problem)
         if sum(_elements(b.mesh) for b in problem.bodies.values()) <= LARGEST_MESH and len(problem.steps) <= 100:
             preflight(discretise(problem))
@@ -314,18 +315,30 @@ def inputs(count: int, seed: int, folder: Path) -> Iterator[str]:
             yield (mutate_tree if rng.random() < 0.5 else mutate_text)(rng, text)
 
 
-def run(count: int, seed: int, report_defect: Callable[[str], None] = lambda _: None) -> Report:
-    """Try *count* inputs; ``report_defect`` is called with each defect as it is found."""
+Source = Callable[[int, int, Path], Iterator[tuple[str, Callable[[], str]]]]
+"""Of a count, a seed and a folder: what is tried, in words, and how to try it."""
+
+
+def files(count: int, seed: int, folder: Path) -> Iterator[tuple[str, Callable[[], str]]]:
+    """Attempts to read the `inputs`."""
+    for text in inputs(count, seed, folder):
+        yield text, partial(read, text, folder)
+
+
+def run(
+    count: int, seed: int, report_defect: Callable[[str], None] = lambda _: None, source: Source | None = None
+) -> Report:
+    """Try *count* inputs of a *source* (files); ``report_defect`` is called with each defect as it is found."""
     report = Report()
     with tempfile.TemporaryDirectory() as name, np.errstate(all="ignore"):
         folder = Path(name)
         read(EXTRA, folder)  # compiles the kernels: what they take is no input's fault
         read(_file_case(folder), folder)
-        for number, text in enumerate(inputs(count, seed, folder)):
+        for number, (text, attempt) in enumerate((source or files)(count, seed, folder)):
             begun = time.process_time()
             try:
                 with _bounded():
-                    outcome = read(text, folder)
+                    outcome = attempt()
             except (Exception, TimeOutError) as error:
                 outcome = "failed"
                 place = traceback.extract_tb(error.__traceback__)[-1]

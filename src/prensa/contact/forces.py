@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from prensa.contact.integration import Shares
@@ -20,6 +19,7 @@ from prensa.contact.pairing import Pairs
 from prensa.contact.record import ContactRecord
 from prensa.friction.law import At, FrictionLaw
 from prensa.friction.return_map import return_map
+from prensa.kernels.compiled import njit
 
 Array = NDArray[np.float64]
 

@@ -10,9 +10,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from prensa.kernels.compiled import njit
 from prensa.tools.analytic import Tool, turned
 
 Array = NDArray[np.float64]

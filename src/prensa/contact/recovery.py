@@ -9,9 +9,9 @@ determine all. `smoothed` is the older route, the one that the paper took.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from prensa.kernels.compiled import njit
 from prensa.mesh.mesh import boundary_edges, corner_cells
 
 Array = NDArray[np.float64]

@@ -12,9 +12,9 @@ material is given f = F F_n⁻¹, and its P and A = ∂P/∂f are pulled back to
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from prensa.elements.shapes import q4, square
+from prensa.kernels.compiled import njit
 from prensa.kernels.tensor import det_minus_one
 
 AT, _ = square(2)

@@ -13,9 +13,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from prensa.elements.shapes import cube, h8, table
+from prensa.kernels.compiled import njit
 from prensa.kernels.spatial import det_minus_one
 
 BRICK_NODES, BRICK_POINTS = 8, 8

@@ -16,8 +16,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from prensa.kernels.compiled import njit
 from prensa.kernels.tensor import det_minus_one
 
 _G = 1.0 / math.sqrt(3.0)

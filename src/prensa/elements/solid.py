@@ -7,8 +7,8 @@ x_n (updated Lagrangian); in small strain that is X.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from prensa.kernels.compiled import njit
 from prensa.kernels.tensor import det_minus_one
 
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from prensa.elements.element import Chunk, Element, Failure, Mode, workspace
+from prensa.kernels.compiled import njit
 from prensa.layout import DofMap
 from prensa.materials.laws import At, Material
 from prensa.mesh.mesh import corner_cells

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from prensa.contact.integration import Points, behind, depth_of, node_normals, point_normals, points_of
 from prensa.elements.element import Mode, element_of
-from prensa.errors import PrensaError
+from prensa.errors import PrensaError, take
 from prensa.fem.assembly import Block, Pattern, block_slots, make_pattern
 from prensa.fem.interaction import Interaction
 from prensa.fem.outlines import contact_edges
@@ -55,6 +55,10 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = ()) -> 
         For a boundary that does not exist, a mesh that cannot be computed on, a tool that cannot be placed.
 
     """
+    take("discretise", "problem", problem, model.Problem, "give a Problem (case.problem of a case)")
+    take("discretise", "extensions", extensions, Sequence, "give a list of Extension")
+    for extension in extensions:
+        take("discretise", "an extension", extension, Extension, "give a list of Extension")
     meshes = _meshes(problem)
     offsets, total = {}, 0
     for name, mesh in meshes.items():

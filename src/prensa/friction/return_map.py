@@ -8,10 +8,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from prensa.friction.law import At, FrictionLaw, bounded
+from prensa.kernels.compiled import njit
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
+
+from prensa.kernels.compiled import njit
 
 SWEEPS = 30  # of Jacobi's method, which takes about five
 

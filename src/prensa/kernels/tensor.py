@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 
-from numba import njit
+from prensa.kernels.compiled import njit
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from prensa.kernels.compiled import njit
 from prensa.kernels.spatial import det_of, det_of_kept, inverse_of, push_forward
 from prensa.kernels.tensor import det_minus_one
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from prensa.kernels.compiled import njit
 from prensa.materials.flow_curve import TINY, FlowCurve, FlowParameters, stress_at
 
 PERFECT, LINEAR, LUDWIK, SWIFT, VOCE, HOCKETT_SHERBY, JOHNSON_COOK, TABLE = range(8)

@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from prensa.kernels.compiled import njit
 from prensa.materials.hardening import JOHNSON_COOK, TINY, flow_stress
 
 

@@ -13,6 +13,7 @@ from typing import Annotated, Any, ClassVar, Union, dataclass_transform
 from pydantic import BeforeValidator, Discriminator, Tag, TypeAdapter, ValidationError, ValidationInfo
 from pydantic_core import PydanticKnownError
 
+from prensa.errors import shown
 from prensa.model.checks import suggest
 from prensa.model.fields import described
 from prensa.registry import DOORS, Door, user_type
@@ -37,7 +38,7 @@ def _mistake(error: Any, fields: list[str]) -> str:
     if error["type"] in ("missing", "missing_argument"):
         return f"needs {where!r}"
     message = str(error["ctx"]["error"]) if error["type"] == "value_error" else error["msg"]
-    return f"has {where} = {error['input']!r}: {message}" if where else message
+    return f"has {where} = {shown(error['input'])}: {message}" if where else message
 
 
 @dataclasses.dataclass(frozen=True)
@@ -83,7 +84,7 @@ def _user(door: Door) -> Callable[[Any, ValidationInfo], Any]:
         if not isinstance(value, dict):
             if not isinstance(value, door.base_class()):
                 raise ValueError(
-                    f"{value!r} is no {door.kind}: it must derive from prensa.{door.base_class().__name__}"
+                    f"{shown(value)} is no {door.kind}: it must derive from prensa.{door.base_class().__name__}"
                 )
             return value
         given = dict(value)

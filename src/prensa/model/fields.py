@@ -5,23 +5,54 @@ Laws of other packages describe themselves with these, so nothing of the vocabul
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import field
+from functools import wraps
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypeVar, dataclass_transform
 
-from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag
+from pydantic import AfterValidator, BeforeValidator, ConfigDict, Discriminator, Field, Tag, ValidationError
 from pydantic.dataclasses import dataclass
 
+from prensa.errors import CaseError, Mark, Mistake
 from prensa.model.units import Angle, BodyForce, Displacement, Force, Moment, Number, Pressure, SpringStiffness
 
 _FROZEN = ConfigDict(extra="forbid", arbitrary_types_allowed=False, allow_inf_nan=False)
 _T = TypeVar("_T")
+Words: TypeAlias = Callable[[type, ValidationError, tuple[Any, ...], dict[str, Any]], CaseError]
+
+
+def _plain_words(cls: type, error: ValidationError, arguments: tuple[Any, ...], named: dict[str, Any]) -> CaseError:
+    found = error.errors(include_url=False)
+    return CaseError(
+        Mistake(Mark(""), f"{'.'.join(map(str, e['loc'])) or 'the arguments'} of {cls.__name__}: {e['msg']}")
+        for e in found
+    )
+
+
+_words: list[Words] = [_plain_words]
+
+
+def explain_with(words: Words) -> None:
+    """Let *words* say what is wrong with arguments: good ones need the vocabulary, which is made of these classes."""
+    _words.append(words)
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))
 def described(cls: type[_T]) -> type[_T]:
-    """Make *cls* a frozen, strictly checked dataclass (unknown keys are errors)."""
-    return dataclass(frozen=True, config=_FROZEN)(cls)  # type: ignore[return-value]
+    """Make *cls* a frozen, strictly checked dataclass; wrong arguments are a `CaseError` in the words of a case file."""
+    made: Any = dataclass(frozen=True, config=_FROZEN)(cls)
+    check = made.__init__
+
+    @wraps(check)
+    def __init__(self: Any, *arguments: Any, **named: Any) -> None:
+        try:
+            check(self, *arguments, **named)
+        except ValidationError as error:
+            raise _words[-1](made, error, arguments, named) from None
+
+    made.__init__ = __init__
+    return made
 
 
 # --------------------------------------------------------------------------------------------- time-dependent values

@@ -6,7 +6,7 @@ import difflib
 from collections.abc import Iterable
 from typing import Any
 
-from prensa.errors import Mistake
+from prensa.errors import Mistake, shown
 from prensa.model.checks import Finding, FindingsError, suggest
 from prensa.model.places import Place, expected, fields_of, follow, is_names, tags
 
@@ -118,7 +118,7 @@ def _choice(error: Any, place: Place, above: Place) -> Mistake:
     options = [w.lower() if w in ("True", "False") else w for w in words if w]
     if not isinstance(value, str):
         return Mistake(place.mark(), _wrong(error, place))
-    noun = _noun(above) if key == "type" else str(key)
+    noun = _noun(above) if key == "type" and above.path else str(key)
     if 1 < len(options) <= 3:
         return Mistake(place.mark(), f"unknown {noun} {value!r}; write {' or '.join(map(repr, options))}")
     return Mistake(place.mark(), f"unknown {noun} {value!r}{suggest(value, options)}")
@@ -140,7 +140,7 @@ def _values(count: int) -> str:
 def _shown(error: Any, place: Place) -> str:
     if place.node is not None:
         return place.node.shown()
-    return repr(error["input"])[:60]
+    return shown(error["input"])
 
 
 def _wrong(error: Any, place: Place) -> str:

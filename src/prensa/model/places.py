@@ -133,7 +133,7 @@ class Place:
     def label(self) -> str:
         """The place in words: ``radius of tool 'cylinder' (circle)``."""
         if self.parent is None or not self.path:
-            return "the case"
+            return self.owner or "the case"
         if chosen(self.kind, self.node) and self.owner:
             return self.owner
         index = ""

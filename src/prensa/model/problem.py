@@ -47,6 +47,26 @@ def _as_names(value: Any) -> Any:
 
 
 # ------------------------------------------------------------------------------------------------------------ meshes
+MOST_ELEMENTS = 5_000_000  # of a body: some thirty gigabytes, told before they are asked for
+
+
+def _bounded(count: float) -> None:
+    if count > MOST_ELEMENTS:
+        raise ValueError(
+            f"{float(min(count, 1e300)):.3g} elements; a body has {MOST_ELEMENTS:,} at most".replace(",", " ")
+        )
+
+
+def _affordable(n: tuple[int, int]) -> tuple[int, int]:
+    _bounded(n[0] * n[1])
+    return n
+
+
+Counts: TypeAlias = Annotated[
+    tuple[Annotated[Whole, Field(ge=1)], Annotated[Whole, Field(ge=1)]], AfterValidator(_affordable)
+]
+
+
 @described
 class Grade:
     """Where the elements of a rectangle are small.
@@ -83,7 +103,7 @@ class Rectangle:
     """
 
     size: tuple[Annotated[Length, Field(gt=0)], Annotated[Length, Field(gt=0)]]
-    n: tuple[Annotated[Whole, Field(ge=1)], Annotated[Whole, Field(ge=1)]]
+    n: Counts
     origin: tuple[Length, Length] = (0.0, 0.0)
     grade: GradeValue | None = None
     type: Literal["rectangle"] = "rectangle"
@@ -139,6 +159,7 @@ class Disc:
     def _check(self) -> Disc:
         if self.n[0] % 2:
             raise ValueError(f"the number of elements along a quarter of the rim must be even, not {self.n[0]}")
+        _bounded(4 * self.n[0] * self.n[1] + self.n[0] ** 2)  # layers around a core of squares
         return self
 
 
@@ -153,7 +174,7 @@ class Annulus:
 
     inner: Annotated[Length, Field(gt=0)]
     outer: Annotated[Length, Field(gt=0)]
-    n: tuple[Annotated[Whole, Field(ge=1)], Annotated[Whole, Field(ge=1)]]
+    n: Counts
     centre: tuple[Length, Length] = (0.0, 0.0)
     angles: tuple[Angle, Angle] = (0.0, math.tau)
     grade: Literal["inner", "outer"] | None = None
@@ -216,7 +237,7 @@ class Patch:
     """
 
     corners: tuple[tuple[Length, Length], tuple[Length, Length], tuple[Length, Length], tuple[Length, Length]]
-    n: tuple[Annotated[Whole, Field(ge=1)], Annotated[Whole, Field(ge=1)]]
+    n: Counts
     sides: Mapping[str, Side] = field(default_factory=dict)
     grade: GradeName | None = None
     ratio: Annotated[Number, Field(ge=1)] = 8.0
@@ -407,7 +428,7 @@ class Tie:
 
 # -------------------------------------------------------------------------------------------------- motion and loads
 def _support_kind(value: Any) -> str:
-    return "held" if value == "held" else value_kind(value)
+    return "held" if isinstance(value, str) and value == "held" else value_kind(value)
 
 
 SupportValue = Annotated[
@@ -457,9 +478,10 @@ class Motion:
 def _per_second(value: Any) -> Any:
     """Unit strings of a velocity, such as ``100 mm/s`` (also in its tables), as the displacement of one second."""
     if isinstance(value, dict):
-        return {k: _per_second(v) for k, v in value.items()}
+        return {k: v if isinstance(v, dict) else _per_second(v) for k, v in value.items()}
     if isinstance(value, list | tuple):
-        return [[p[0], _per_second(p[1])] if isinstance(p, list | tuple) and len(p) == 2 else p for p in value]
+        pairs = (isinstance(p, list | tuple) and len(p) == 2 and isinstance(p[1], str) for p in value)
+        return [[p[0], _per_second(p[1])] if pair else p for p, pair in zip(value, pairs)]
     if isinstance(value, str):
         quantity, per, second = value.rpartition("/")
         if not per or second.strip() != "s":

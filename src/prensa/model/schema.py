@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import os
 from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
@@ -15,7 +16,8 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from prensa.errors import CaseError, Mark, Mistake
+from prensa.errors import CaseError, Mark, Mistake, take
+from prensa.model import constructors  # noqa: F401  (says what is wrong with the arguments of descriptions)
 from prensa.model import text as yaml
 from prensa.model.checks import find, warnings_of
 from prensa.model.messages import mistakes
@@ -51,6 +53,7 @@ def load(path: str | Path, overrides: Iterable[str] = ()) -> Case:
         With all the mistakes of the file, one a line: ``file.yaml:12:5: message; remedy``.
 
     """
+    take("load", "path", path, (str, os.PathLike), "give the path of a case file")
     path = Path(path)
     return loads(_read(path), str(path), path.parent, overrides)
 
@@ -68,6 +71,8 @@ def loads(
         As `load`.
 
     """
+    take("loads", "text", text, str, "give the text of a case file")
+    overrides = _changes(overrides)
     tree, known = yaml.read(text, name, bounded=bounded)
     if tree.value is None:
         raise CaseError([*known, Mistake(Mark(name), "the file is empty; a case needs 'name', 'bodies' and 'steps'")])
@@ -89,6 +94,17 @@ def loads(
     if known:
         raise CaseError(sorted(known))
     return case
+
+
+def _changes(overrides: Iterable[str]) -> list[str]:
+    """Changes as a list; a text alone is one of them."""
+    if isinstance(overrides, str):
+        return [overrides]
+    take("load", "overrides", overrides, Iterable, "give a list of texts 'path=value'")
+    changes = list(overrides)
+    for change in changes:
+        take("load", "an override", change, str, "write it as 'path=value'")
+    return changes
 
 
 def _read(path: Path) -> str:
@@ -229,6 +245,7 @@ def _valid(kind: Any, value: Any, context: Any) -> Any:
 # ------------------------------------------------------------------------------------------------------------- writing
 def dump(case: Problem | Case) -> str:
     """YAML of a problem or a case, defaults left out: ``loads(dump(problem)).problem == problem``."""
+    take("dump", "case", case, (Problem, Case), "give a Problem or a Case")
     if isinstance(case, Problem):
         return yaml.write(_plain(case))
     sections = {"numerics": _plain(case.numerics), "output": _plain(case.output)}

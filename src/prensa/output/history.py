@@ -1,7 +1,7 @@
 """Tables of a run: ``history.csv``, ``convergence.csv`` and ``contact/<surface>-<tool>/NNNN.csv``.
 
-Numbers are written with the fewest digits that read back to the same bits. Every row is flushed when it is complete, so
-that a run that stops at any moment leaves tables that open.
+Numbers are written with the fewest digits that read back to the same bits. Every row goes to the operating system when it
+is complete, so that a run that stops at any moment leaves tables that open; `files.flush` brings them to the disk.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any, TextIO
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.errors import PrensaError
+from prensa.errors import PrensaError, take_path
 from prensa.model.problem import Problem
 from prensa.output.files import file_name, numbered, replacing
 from prensa.solver.increment import STATUS, ContactState, Force, Increment
@@ -157,12 +157,38 @@ def read_history(directory: str | Path) -> dict[str, NDArray[Any]]:
         If there is no such file in *directory*.
 
     """
-    return _read(Path(directory) / HISTORY)
+    return _read(take_path("read_history", directory) / HISTORY)
 
 
 def read_convergence(directory: str | Path) -> dict[str, NDArray[Any]]:
     """Columns of ``convergence.csv``: relative residual and status changes of each iteration of each increment."""
-    return _read(Path(directory) / CONVERGENCE)
+    return _read(take_path("read_convergence", directory) / CONVERGENCE)
+
+
+def refuse_lost_rows(directory: Path, number: int, time: float) -> None:
+    """Refuse tables that do not hold every increment up to *number*, which ended at *time*: the checkpoint's.
+
+    Raises
+    ------
+    PrensaError
+        If rows are missing, as after a power cut or a copy that was not whole, or belong to another run.
+
+    """
+    table, cost = read_history(directory), read_convergence(directory)
+    rows = table["increment"] <= number
+    known = table["increment"][rows]
+    last = int(known[-1]) if len(known) else 0
+    where = f"the checkpoint stands after increment {number}, time {time:.6g}"
+    if not np.array_equal(known, np.arange(1, number + 1)):
+        gap = next((k for k in range(1, number + 1) if k not in set(known.tolist())), last)
+        message = f"{where}, and increment {gap} is missing here: rows were lost or doubled; run the case again"
+        raise PrensaError(f"{directory / HISTORY}: {message}")
+    if number and table["time"][rows][-1] != time:
+        message = f"{where}, and here that increment ends at {table['time'][rows][-1]:.6g}: they are of two runs"
+        raise PrensaError(f"{directory / HISTORY}: {message}; run the case again")
+    if number and number not in cost["increment"]:
+        message = f"{where}, and its iterations are missing here: rows were lost; run the case again"
+        raise PrensaError(f"{directory / CONVERGENCE}: {message}")
 
 
 # ------------------------------------------------------------------------------------------------------------ contacts
@@ -180,14 +206,19 @@ def write_contact(directory: Path, name: str, number: int, contact: ContactState
         c.pressure_smoothed, c.error, c.X[:, 0], c.X[:, 1],
     ))  # fmt: skip
     if not np.array_equal(q.X, c.X):
-        _write(folder / f"{number:04d}{POINTS_SUFFIX}", POINT_COLUMNS, (
+        _write(of_points(path), POINT_COLUMNS, (
             q.x[:, 0], q.x[:, 1], q.gap, q.pressure, q.shear, q.slip, words[1], q.weight, q.X[:, 0], q.X[:, 1],
         ))  # fmt: skip
     return path
 
 
+def of_points(path: Path) -> Path:
+    """The table of the integration points that may be beside a contact table."""
+    return path.with_name(path.stem + POINTS_SUFFIX)
+
+
 def _write(path: Path, names: Sequence[str], columns: Iterable[Iterable[Any]]) -> None:
-    with replacing(path) as temporary, open(temporary, "w", encoding="utf-8", newline="") as file:
+    with replacing(path, durable=False) as temporary, open(temporary, "w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(names)
         writer.writerows([_text(v) for v in row] for row in zip(*columns))
@@ -195,7 +226,7 @@ def _write(path: Path, names: Sequence[str], columns: Iterable[Iterable[Any]]) -
 
 def read_contact(path: str | Path) -> dict[str, NDArray[Any]]:
     """Columns of a contact table by name; ``status`` holds the words open, stick and slip."""
-    return _read(Path(path))
+    return _read(take_path("read_contact", path))
 
 
 def forget_contacts_after(directory: Path, number: int) -> None:
@@ -220,8 +251,11 @@ def _complete_rows(path: Path) -> tuple[list[str], list[list[str]]]:
     """Header and rows, without a last row that was cut off in the middle."""
     if not path.is_file():
         raise PrensaError(f"{path}: there is no such table; was the folder written by 'prensa run'?")
-    text = path.read_text(encoding="utf-8")
-    rows = list(csv.reader(text[: text.rfind("\n") + 1].splitlines()))
+    try:
+        text = path.read_text(encoding="utf-8")
+        rows = list(csv.reader(text[: text.rfind("\n") + 1].splitlines()))
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise PrensaError(f"{path}: the table is damaged ({error}); run the case again") from None
     if not rows:
         raise PrensaError(f"{path}: the table is empty, even of column names; run the case again")
     return rows[0], [r for r in rows[1:] if len(r) == len(rows[0])]
@@ -230,7 +264,10 @@ def _complete_rows(path: Path) -> tuple[list[str], list[list[str]]]:
 def _read(path: Path) -> dict[str, NDArray[Any]]:
     header, rows = _complete_rows(path)
     columns = list(zip(*rows)) if rows else [()] * len(header)
-    return {name: np.array(values, dtype=_kind(name)) for name, values in zip(header, columns)}
+    try:
+        return {name: np.array(values, dtype=_kind(name)) for name, values in zip(header, columns)}
+    except (ValueError, OverflowError) as error:
+        raise PrensaError(f"{path}: the table is damaged ({error}); run the case again") from None
 
 
 def _kind(name: str) -> type:

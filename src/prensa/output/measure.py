@@ -23,7 +23,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from prensa.errors import PrensaError
+from prensa.errors import PrensaError, take
 from prensa.model.checks import suggest
 from prensa.solver.increment import STATUS, BodyState, ContactState, Increment
 
@@ -39,6 +39,8 @@ def measure(increment: Increment, name: str) -> float:
         If there is no such measure; the message suggests the nearest one.
 
     """
+    take("measure", "increment", increment, Increment, "give what solve yields")
+    take("measure", "name", name, str, "give the name of a measure, such as 'max.mises'")
     known = dict(_measures(increment))
     if name not in known:
         raise PrensaError(f"unknown measure {name!r}{suggest(name, known)}")
@@ -47,6 +49,7 @@ def measure(increment: Increment, name: str) -> float:
 
 def measures(increment: Increment) -> tuple[str, ...]:
     """Names of all the measures of *increment*."""
+    take("measures", "increment", increment, Increment, "give what solve yields")
     return tuple(dict(_measures(increment)))
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from prensa.model.problem import Case
 from prensa.output import plot
-from prensa.output.files import file_name, replacing
+from prensa.output.files import file_names, replacing
 from prensa.output.history import read_convergence, read_history
 from prensa.solver.increment import Increment
 
@@ -65,8 +65,9 @@ def _drawings(directory: Path, case: Case, increment: Increment | None) -> Itera
         yield "deformed", lambda: plot.deformed(increment, problem)
         if any(b.plastic_strain.any() for b in increment.bodies.values()):
             yield "plastic_strain", lambda: plot.deformed(increment, problem, "plastic_strain")
+        files = file_names(c.name for c in problem.contacts)
         for name, contact in increment.contacts.items():
-            yield _PRESSURE + file_name(name), lambda c=contact: plot.pressure(c, problem)  # type: ignore[misc]
+            yield _PRESSURE + files[name], lambda c=contact: plot.pressure(c, problem)  # type: ignore[misc]
     history = read_history(directory)
     if len(history["time"]):
         if problem.tools:

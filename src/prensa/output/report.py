@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from prensa.errors import PrensaError
+from prensa.errors import PrensaError, take_path
 from prensa.model.problem import Case, Problem
 from prensa.output import style
 from prensa.output.files import write_text
@@ -32,7 +32,7 @@ def write_report(directory: str | Path) -> Path:
     """
     import jinja2
 
-    directory = Path(directory)
+    directory = take_path("write_report", directory)
     summary = read_summary(directory)
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("prensa.output"), autoescape=True, trim_blocks=True, lstrip_blocks=True,
@@ -47,12 +47,12 @@ def write_report(directory: str | Path) -> Path:
 
 def read_summary(directory: str | Path) -> dict[str, Any]:
     """Content of ``summary.json``; raises PrensaError when there is none or it is damaged."""
-    path = Path(directory) / SUMMARY
+    path = take_path("read_summary", directory) / SUMMARY
     try:
         return dict(json.loads(path.read_text(encoding="utf-8")))
     except FileNotFoundError:
         raise PrensaError(f"{path}: there is no summary; was the folder written by 'prensa run'?") from None
-    except (ValueError, OSError) as error:
+    except (ValueError, TypeError, OSError) as error:
         raise PrensaError(f"{path}: the summary cannot be read ({error}); run the case again") from None
 
 

@@ -11,6 +11,7 @@ import logging
 import time as clocks
 from contextlib import closing
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -18,15 +19,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa import __version__
-from prensa.errors import PrensaError, refuse
+from prensa.errors import PrensaError, refuse, take, take_path
 from prensa.fem.discretise import discretise
 from prensa.fem.preflight import preflight
 from prensa.fem.state import State
 from prensa.fem.system import System
 from prensa.model.problem import Case
 from prensa.output import checkpoint, history, pictures, report, runlog, vtk
-from prensa.output.files import TEMPORARY, file_name, numbered, write_text
+from prensa.output.files import file_name, file_names, flush, write_text
+from prensa.output.folder import make_room, refuse_links
 from prensa.output.interrupt import Interruptible
+from prensa.output.lock import locked
 from prensa.output.progress import ProgressBar
 from prensa.solver.increment import Increment, Progress
 from prensa.solver.time_stepping import Timer, at_rest, solve
@@ -55,10 +58,16 @@ class RunResult:
         return history.read_history(self.directory)
 
 
-def run(case: Case, out: str | Path | None = None, quiet: bool = False, source: str | Path | None = None) -> RunResult:
+def run(
+    case: Case,
+    out: str | Path | None = None,
+    quiet: bool = False,
+    source: str | Path | None = None,
+    force: bool = False,
+) -> RunResult:
     """Run *case* and leave its results in the folder *out* (``results/<name>`` if None).
 
-    The stable names of an earlier run in that folder are removed first, everything else there is left alone.
+    The stable names of an earlier run of the case in that folder are removed first, everything else there is left alone.
 
     Parameters
     ----------
@@ -70,24 +79,36 @@ def run(case: Case, out: str | Path | None = None, quiet: bool = False, source: 
         Show nothing but warnings.
     source
         Name of the case file, for the report.
+    force
+        Replace the results of a case of another name too, and files of these names that no run has left.
 
     Raises
     ------
     PrensaError
-        If the case cannot be discretised (nothing is touched then) or does not converge (after writing).
+        If the case cannot be discretised, another run writes in the folder, or it is not this case's (nothing is touched
+        then); if it does not converge (after writing).
     KeyboardInterrupt
         After Ctrl-C, when everything is written; `resume` continues.
 
     """
+    take("run", "case", case, Case, "give a Case: what load returns, or Case(problem)")
+    take("run", "out", out, (str, PathLike, type(None)), "give the path of a folder or None")
     began = clocks.perf_counter()
     system = discretise(case.problem)  # a case that cannot run leaves earlier results alone
     refuse(preflight(system))
     directory = Path(out) if out is not None else Path("results") / file_name(case.problem.name)
     if case.problem.start is not None and Path(case.problem.start.run) == directory.resolve():
         raise PrensaError(f"{directory}: the case starts from the run in this folder; give another one for its results")
-    remove_results(directory)
-    made = {"discretisation": clocks.perf_counter() - began}
-    return _Run(directory, case, system, None, quiet, {"source": str(source or ""), "timings": made}).execute()
+    if directory.exists() and not directory.is_dir():
+        raise PrensaError(f"{directory}: this is a file; name a folder for the results")
+    directory.mkdir(parents=True, exist_ok=True)
+    with locked(directory):
+        before = make_room(directory, case.problem.name, force)
+        made = {"discretisation": clocks.perf_counter() - began}
+        this = _Run(directory, case, system, None, quiet, {"source": str(source or ""), "timings": made})
+        if before is not None and before.input_hash != checkpoint.text_hash(this.text):
+            this.bar.say(f"{directory}: replaces the results of another input")
+        return this.execute()
 
 
 def resume(directory: str | Path, quiet: bool = False) -> RunResult:
@@ -98,45 +119,22 @@ def resume(directory: str | Path, quiet: bool = False) -> RunResult:
     Raises
     ------
     PrensaError
-        If there is no usable checkpoint, or as `run`.
+        If there is no usable checkpoint, the tables do not hold what it stands for, or as `run`.
 
     """
-    directory = Path(directory)
-    case, state = checkpoint.read_checkpoint(directory / checkpoint.CHECKPOINT)
-    try:
-        before = report.read_summary(directory)
-    except PrensaError:
-        before = {}  # the run was killed before it could write one
-    return _Run(directory, case, discretise(case.problem), state, quiet, before).execute()
-
-
-def remove_results(directory: Path) -> None:
-    """Make *directory* and remove from it the files that runs write, by their stable names only.
-
-    Raises
-    ------
-    PrensaError
-        If *directory* is a file.
-
-    """
-    if directory.exists() and not directory.is_dir():
-        raise PrensaError(f"{directory}: this is a file; name a folder for the results")
-    directory.mkdir(parents=True, exist_ok=True)
-    single = (
-        history.HISTORY,
-        history.CONVERGENCE,
-        checkpoint.CHECKPOINT,
-        vtk.COLLECTION,
-        report.SUMMARY,
-        report.REPORT,
-    )
-    old = [directory / name for name in (*single, runlog.LOG)]
-    old += [path.with_name(path.name + TEMPORARY) for path in old]  # left by a run that was killed
-    old += [path for _, path in numbered(directory / vtk.FIELDS_FOLDER, ".vtu")]
-    old += [path for path in (directory / pictures.PICTURES).glob("*.png") if pictures.is_picture(path)]
-    for path in old:
-        path.unlink(missing_ok=True)
-    history.forget_contacts_after(directory, -1)
+    take("resume", "directory", directory, (str, PathLike), "give the folder of a run")
+    directory = take_path("resume", directory)
+    if not (directory / checkpoint.CHECKPOINT).is_file():
+        raise PrensaError(f"{directory / checkpoint.CHECKPOINT}: there is no checkpoint; start with 'prensa run'")
+    with locked(directory):
+        refuse_links(directory, files=True)
+        case, state = checkpoint.read_checkpoint(directory / checkpoint.CHECKPOINT)
+        history.refuse_lost_rows(directory, state.clock.number, state.clock.time)
+        try:
+            before = report.read_summary(directory)
+        except PrensaError:
+            before = {}  # the run was killed before it could write one
+        return _Run(directory, case, discretise(case.problem), state, quiet, before).execute()
 
 
 # ------------------------------------------------------------------------------------------------------------- details
@@ -155,6 +153,9 @@ class _Run:
         self.last: Increment | None = None
         self.saved: Increment | None = None
         self.checkpoint_seconds = 0.0
+        self.names = file_names(c.name for c in case.problem.contacts)
+        self.growing = [directory / name for name in (history.HISTORY, history.CONVERGENCE, vtk.COLLECTION)]
+        self.written: list[Path] = []  # since the last checkpoint
 
     def _known_warnings(self) -> list[str]:
         """Warnings of the run before the resume and of the description, which the caller has shown already."""
@@ -214,14 +215,15 @@ class _Run:
             contacts = increment.contacts
         with self.timer("tables"):
             for name, contact in contacts.items():
-                history.write_contact(self.directory, name, increment.number, contact)
+                path = history.write_contact(self.directory, self.names[name], increment.number, contact)
+                self.written += [path, history.of_points(path)]
             self.tables.append(increment)
         every = self.case.output.fields
         if increment.end_of_step or (every and increment.number % every == 0):
             with self.timer("recovery"):
                 increment.bodies  # noqa: B018  (computed when first asked for)
             with self.timer("fields"):
-                self.fields.append(increment)
+                self.written.append(self.fields.append(increment))
         self.last = increment
         if increment.end_of_step or self.checkpoint_seconds <= CHECKPOINT_SHARE * (
             clocks.perf_counter() - self.started
@@ -229,8 +231,11 @@ class _Run:
             self._save(increment)
 
     def _save(self, increment: Increment) -> None:
+        """Write the checkpoint, after everything that it stands for has reached the disk."""
         begun = clocks.perf_counter()
         with self.timer("checkpoint"):
+            flush([*self.growing, *self.written], self.directory)
+            self.written.clear()
             checkpoint.write_checkpoint(self.directory / checkpoint.CHECKPOINT, self.text, increment.state)
         self.checkpoint_seconds += clocks.perf_counter() - begun
         self.saved = increment

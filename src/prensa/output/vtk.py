@@ -9,24 +9,36 @@ axis and zz the hoop stress.
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.errors import PrensaError, take_path
 from prensa.output.cells import VTK
 from prensa.output.files import numbered, replacing, write_text
 from prensa.solver.increment import BodyState, Increment
 
 FIELDS_FOLDER = "fields"
 COLLECTION = "fields.pvd"
+_HEAD = """\
+<?xml version="1.0"?>
+<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">
+  <Collection>
+"""
+_TAIL = "  </Collection>\n</VTKFile>\n"
+_ENTRY = re.compile(r'<DataSet timestep="([^"]+)" group="" part="0" file="([^"]+)" />')
 
 Array = NDArray[np.float64]
 
 
 class Fields:
-    """Writer of ``fields/NNNN.vtu`` and ``fields.pvd`` in *directory*; *keep* continues, without later increments."""
+    """Writer of ``fields/NNNN.vtu`` and ``fields.pvd`` in *directory*; *keep* continues, without later increments.
+
+    The files are complete, and with the operating system; whoever refers to them brings them to the disk (`files.flush`).
+    """
 
     def __init__(self, directory: Path, keep: int | None = None) -> None:
         self._directory = directory
@@ -36,19 +48,25 @@ class Fields:
     def append(self, increment: Increment) -> Path:
         """Write the fields of *increment*, then the collection that names them; returns the path of the former."""
         path = write_fields(self._directory / FIELDS_FOLDER / f"{increment.number:04d}.vtu", increment)
-        self._times[f"{FIELDS_FOLDER}/{path.name}"] = increment.time
-        self._write_collection()
+        name = f"{FIELDS_FOLDER}/{path.name}"
+        self._times[name] = increment.time
+        try:
+            with open(
+                self._directory / COLLECTION, "rb+"
+            ) as file:  # in place: writing all of it again takes ever longer
+                file.seek(-len(_TAIL), 2)
+                file.write((_entry(name, increment.time) + _TAIL).encode())
+        except FileNotFoundError:
+            self._write_collection()
         return path
 
     def _write_collection(self) -> None:
-        root = ET.Element("VTKFile", type="Collection", version="0.1", byte_order="LittleEndian")
-        collection = ET.SubElement(root, "Collection")
-        for name, time in self._times.items():
-            ET.SubElement(collection, "DataSet", timestep=repr(float(time)), group="", part="0", file=name)
-        ET.indent(root)
-        write_text(
-            self._directory / COLLECTION, '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"
-        )
+        entries = [_entry(name, time) for name, time in self._times.items()]
+        write_text(self._directory / COLLECTION, "".join([_HEAD, *entries, _TAIL]), durable=False)
+
+
+def _entry(name: str, time: float) -> str:
+    return f'    <DataSet timestep="{float(time)!r}" group="" part="0" file="{name}" />\n'
 
 
 def write_fields(path: Path, increment: Increment) -> Path:
@@ -76,14 +94,19 @@ def write_fields(path: Path, increment: Increment) -> Path:
         },
         cell_data={"body": [np.full(len(b.cells), k, dtype=np.int32) for k, b in enumerate(bodies)]},
     )
-    with replacing(path) as temporary:
+    with replacing(path, durable=False) as temporary:
         mesh.write(temporary, file_format="vtu", binary=True, compression="zlib")
     return path
 
 
 def read_collection(path: str | Path) -> list[tuple[float, str]]:
-    """Pairs (time, file relative to the collection) of a ``.pvd`` file."""
-    return [(float(d.get("timestep", "nan")), d.get("file", "")) for d in ET.parse(path).getroot().iter("DataSet")]
+    """Pairs (time, file relative to the collection) of a ``.pvd`` file; raises PrensaError if it is damaged."""
+    path = take_path("read_collection", path)
+    try:
+        sets = list(ET.parse(path).getroot().iter("DataSet"))
+        return [(float(d.get("timestep", "nan")), d.get("file", "")) for d in sets]
+    except (ET.ParseError, ValueError, OSError) as error:
+        raise PrensaError(f"{path}: the collection cannot be read ({error}); run the case again") from None
 
 
 # ------------------------------------------------------------------------------------------------------------- details
@@ -109,5 +132,6 @@ def _times_until(directory: Path, last: int) -> dict[str, float]:
         if number > last:
             path.unlink()
     collection = directory / COLLECTION
-    entries = read_collection(collection) if collection.is_file() else []
-    return {name: time for time, name in entries if (directory / name).is_file()}
+    text = collection.read_text(encoding="utf-8", errors="replace") if collection.is_file() else ""
+    entries = _ENTRY.findall(text)  # whole ones only: a power cut may have left a later one in pieces
+    return {name: float(time) for time, name in entries if (directory / name).is_file()}

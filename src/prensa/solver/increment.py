@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.errors import PrensaError, take
+from prensa.model.checks import suggest
+
 if TYPE_CHECKING:
     from prensa.fem.state import State
 
@@ -207,6 +210,9 @@ class Increment:
 
     def force(self, tool: str) -> Force:
         """Force of the bodies on *tool*, positive along +axis (a punch pressing down feels a positive y)."""
+        take("force", "tool", tool, str, "give the name of a tool")
+        if tool not in self.tools:
+            raise PrensaError(f"unknown tool {tool!r}{suggest(str(tool), self.tools)}")
         return self.tools[tool].force
 
     @cached_property

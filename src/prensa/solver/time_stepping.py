@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.errors import SolveError, refuse
+from prensa.errors import ArgumentError, SolveError, refuse, take
 from prensa.fem.context import Context
 from prensa.fem.discretise import discretise
 from prensa.fem.inside import inside, watches
@@ -82,6 +82,7 @@ def solve(
         cut-backs.
 
     """
+    _check_arguments(problem, numerics, start, monitor, timer, policy)
     system = problem if isinstance(problem, System) else discretise(problem)
     if start is None:
         notices = preflight(system)
@@ -92,6 +93,32 @@ def solve(
     condense = to_be_condensed(system, numerics, policy)
     stepping = TimeStepping(system, numerics, policy, Messages(system, monitor), timer or Timer(), condense)
     return stepping.run(start or system.initial())
+
+
+def _check_arguments(
+    problem: object, numerics: object, start: object, monitor: object, timer: object, policy: object
+) -> None:
+    if not isinstance(problem, System):
+        take(
+            "solve",
+            "problem",
+            problem,
+            model.Problem,
+            "give a Problem or what discretise makes of it (case.problem of a case)",
+        )
+    for name, value, kind in (
+        ("numerics", numerics, model.Numerics),
+        ("start", start, State),
+        ("timer", timer, Timer),
+        ("policy", policy, Policy),
+    ):
+        take("solve", name, value, (kind, type(None)), f"give a {kind.__name__} or None")
+    if isinstance(start, State) and isinstance(problem, System) and start.u.shape != (problem.ndof,):
+        raise ArgumentError(
+            f"solve: start has {len(start.u)} unknowns and the problem {problem.ndof}; they do not belong together"
+        )
+    if monitor is not None and not callable(monitor):
+        take("solve", "monitor", monitor, type(None), "give a function of a Progress or None")
 
 
 def at_rest(system: System) -> Increment | None:

@@ -8,7 +8,8 @@ zero, c = 1/g. A point whose closest points are two belongs to the nearer one, t
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
+
+from prensa.kernels.compiled import njit
 
 # columns of the table of pieces
 X, Y, DX, DY, LO, HI = 0, 1, 2, 3, 4, 5  # line: origin, direction; arc: centre, direction of its middle
