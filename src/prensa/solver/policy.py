@@ -131,6 +131,8 @@ class Policy:
     # ----------------------------------------------------------------------------------------------------- warnings
     deep: float = 0.1
     """Penetration over element depth worth a warning."""
+    staircase: float = 0.025
+    """Step of a force, over its mean, as elements pass, below which it is not spoken of."""
     hidden: float = 100.0
     """A tool force below this many times the residual allowed is not a result."""
 

@@ -30,6 +30,7 @@ from prensa.solver.equilibrium import Equilibrium, NewtonResult, Reporter
 from prensa.solver.failure import FreeToMove, sentence
 from prensa.solver.increment import Increment, Monitor
 from prensa.solver.ledger import ledger, nodal_work
+from prensa.solver.passages import Passages, passing_of
 from prensa.solver.policy import Policy
 from prensa.solver.post_mortem import hint, where
 from prensa.solver.quality import quality_warnings, untouched_tools
@@ -66,11 +67,13 @@ def solve(
     monitor: Monitor | None = None,
     timer: Timer | None = None,
     policy: Policy | None = None,
+    passages: Passages | None = None,
 ) -> Iterator[Increment]:
     """Yield the converged increments of a problem, in order.
 
     ``start`` continues from a committed state; ``monitor`` is called at every iteration; ``timer`` collects seconds by
-    section; ``policy``: the constants of the solver, for studies.
+    section; ``policy``: the constants of the solver, for studies; ``passages``: what has passed through the contacts before
+    ``start``, of which means over a passage are taken.
 
     Raises
     ------
@@ -88,6 +91,7 @@ def solve(
     numerics, policy = numerics or model.Numerics(), policy or Policy()
     condense = to_be_condensed(system, numerics, policy)
     stepping = TimeStepping(system, numerics, policy, Messages(system, monitor), timer or Timer(), condense)
+    stepping.passages = passages or stepping.passages
     return stepping.run(start or system.initial())
 
 
@@ -112,6 +116,7 @@ class TimeStepping:
         self.reduced: Reduced | None = None
         self.condensed: Condensation | None = None
         self.last: Increment | None = None
+        self.passages = Passages(system)
 
     def run(self, state: State) -> Iterator[Increment]:
         """Increments from a committed state to the end of the last step."""
@@ -189,6 +194,8 @@ class TimeStepping:
         dt = 0.0 if ended else control.next(c, e, result.iterations, cutbacks)
         state = committed(self.system, c, result, e, dt)
         increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended)
+        increment = self.passages.follow(increment, passing_of(self.system, e, c.state.u, state.u))
+        self.messages.warn(self.passages.warnings(self.policy))
         if ended:
             residual = max(result.residual, self.numerics.tolerance)
             self.messages.warn(quality_warnings(self.system, c, e, residual, self.policy))
