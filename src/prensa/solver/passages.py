@@ -119,6 +119,6 @@ class Passages:
             size = abs(float(now[1][k]))
             seen, drift = 2.0 * float(now[2][k]), abs(float(now[1][k] - before[1][k]))
             # what grows from one passage to the next is no staircase
-            if lying * WORTH_SAYING <= STEP and seen - drift >= policy.staircase * size and drift <= 0.5 * seen:
+            if lying * WORTH_SAYING <= STEP and seen - drift >= policy.staircase * size and drift <= policy.settled * seen:
                 self._told.add(name)
-                yield f"contact {name}: {sentence(lying, seen / size)}"
+                yield f"contact {name}: {sentence(lying, (seen - drift) / size)}"
