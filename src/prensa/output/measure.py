@@ -63,10 +63,11 @@ def _measures(increment: Increment) -> Iterator[tuple[str, Getter]]:
     for column, mean in increment.means.items():
         yield f"mean.{column}", _later(getattr, mean, "mean")
         yield f"ripple.{column}", _later(getattr, mean, "ripple")
-    for name, count in increment.passages.items():
-        yield f"passages.{name}", _later(float, count)
-        yield f"elements.{name}", _later(getattr, increment.passing[name], "elements")
     contacts = list(increment.contacts.items())
+    for name, passing in increment.passing.items():
+        for suffix in (f".{name}", "") if len(contacts) == 1 else (f".{name}",):
+            yield f"passages{suffix}", _later(float, increment.passages[name])
+            yield f"elements{suffix}", _later(getattr, passing, "elements")
     for name, contact in contacts:
         yield from _of_contact(contact, f".{name}")
     if len(contacts) == 1:

@@ -109,7 +109,7 @@ class Passages:
     def warnings(self, policy: Policy = DEFAULT) -> Iterator[str]:
         """What there is to say, once, of contacts through which few elements pass."""
         for name, (tool, steps) in self._contacts.items():
-            if not steps or name in self._told or (before := self._window(name, 1.0)) is None:
+            if not steps or name in self._told or (before := self._window(name, 2.0)) is None:
                 continue
             now = self._window(name)
             assert now is not None

@@ -134,7 +134,7 @@ class Policy:
     staircase: float = 0.025
     """Step of a force, over its mean, as elements pass, below which it is not spoken of …"""
     settled: float = 0.25
-    """… and as long as its mean changes by more than this share of the step from one element to the next."""
+    """… and as long as its mean changes by more than this share of the step while two elements pass."""
     hidden: float = 100.0
     """A tool force below this many times the residual allowed is not a result."""
 

@@ -85,7 +85,8 @@ def hill(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
         press = steady(history, "sheet.top-die", "die.fy")
         label = f"E/Y = {over_yield:g}"
         yield row(f"{label}: pull", exact.pull, pull.mean, 0.03)
-        yield row(f"{label}: force on the die", exact.pull / np.tan(ALPHA), press.mean, 0.03)
+        # the die's rounded corner bears up to a node more, which presses across the pull
+        yield row(f"{label}: force across the pull", exact.pull / np.tan(ALPHA), press.mean, 0.05)
         yield row(f"{label}: elements in the contact", 12.0, pull.lying, 0.0, "at least")
         yield row(f"{label}: spread of the means", 0.005, max(pull.spread, press.spread), 0.0, "at most")
         yield row(f"{label}: step of the pull over the mean", STEP / pull.lying, pull.step, 1 / 3)
@@ -106,3 +107,21 @@ def rolling(length: float, rows: int, E: float, mu: float, turn: float = 0.15) -
             pr.Step("roll", move={"roll": pr.Motion(rz=0.04 + turn)}, fixed={"strip.left": "free"}),
         ),
     )  # fmt: skip
+
+
+@case("strip rolling (Karman)", suite="forming", slow=True)
+def karman(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
+    """Means over a passage: force within 3 % and torque within 1.5 % of the slab, steady to 0.5 %."""
+    for over_yield, tolerance in ((290.0, 1e-9), (5800.0, 1e-8)):
+        # where the strip has just been touched, round-off of so stiff a strip is above the default of 1e-9 of its forces
+        balance = Balance()
+        E, mu = over_yield * FLOW.s0 * E_scale, 0.1 * mu_scale
+        history = list(balance.watch(rolling(0.4, 4, E, mu, turn=0.08), pr.Numerics(tolerance=tolerance)))
+        exact = ref.strip_rolling(R=65.0, H=1.0, h=0.75, mu=0.1, k=K, E=over_yield * FLOW.s0)
+        force, torque = (steady(history, "strip.top-roll", f"roll.{c}") for c in ("fy", "mz"))
+        label = f"E/Y = {over_yield:g}"
+        yield row(f"{label}: force", exact.force, force.mean, 0.03)
+        yield row(f"{label}: torque", exact.torque, -torque.mean, 0.015)
+        yield row(f"{label}: elements in the contact", 12.0, force.lying, 0.0, "at least")
+        yield row(f"{label}: spread of the means", 0.005, max(force.spread, torque.spread), 0.0, "at most")
+        yield from balance.rows()
