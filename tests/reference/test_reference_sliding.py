@@ -32,7 +32,9 @@ def test_rolling_is_the_slab_marched_from_both_ends():
     pressure, s = np.where(late, p[0], p[1]), np.where(late, 1.0, -1.0)
     found = ref.strip_rolling(R=R, H=H, h=h, mu=mu, k=k)
     assert found.neutral == pytest.approx(phi[late][-1], rel=2e-3)
-    assert found.force == pytest.approx(np.trapezoid(pressure * R * (np.cos(phi) + s * mu * np.sin(phi)), phi), rel=1e-3)
+    assert found.force == pytest.approx(
+        np.trapezoid(pressure * R * (np.cos(phi) + s * mu * np.sin(phi)), phi), rel=1e-3
+    )
     assert found.torque == pytest.approx(np.trapezoid(-s * mu * pressure * R**2, phi), rel=3e-3)
 
 

@@ -12,7 +12,7 @@ from prensa.solver.passages import Passages
 from prensa.verify.sliding import FLOW, drawing, rolling
 
 ROLL = pr.Circle(radius=4.0, at=(2.0, 5.0))
-WEDGE = pr.Profile(points=((-1.0, 3.0), (2.0, 0.99), (5.0, 3.0)), fillet=1.0, at=(0.0, 0.0))
+WEDGE = pr.Profile(points=((-1.0, 3.0), (2.0, 0.8), (5.0, 3.0)), fillet=1.0, at=(0.0, 0.0))
 
 
 def block(tool=ROLL, **more) -> pr.Problem:
@@ -57,15 +57,15 @@ def test_what_goes_along_with_the_tool_does_not_pass():
 
 
 def test_a_tool_that_turns_about_another_point_carries_its_surface_along():
-    """A wedge that turns about the origin slides over the block by the way of its tip, 0.99 × 0.01."""
-    assert passed(block(WEDGE), place=(0.0, 0.0, 0.01)).advance == pytest.approx(0.99 * 0.01 / 0.5, rel=0.1)
+    """A wedge that turns about the origin slides over the block by the way of its lowest point, about 1 × 0.001."""
+    assert passed(block(WEDGE), place=(0.0, 0.0, 0.001)).advance == pytest.approx(0.001 / 0.5, rel=0.1)
 
 
 def rows(passages: Passages, n, force, step="one") -> None:
     for count, value in zip(n, force):
         row = dict.fromkeys(passages.columns, 0.0)
         row |= {"roll.fy": value, "block.top-roll.passages": count, "block.top-roll.elements": 5.0}
-        passages.restore(step, row)
+        passages.restore(step, row, False)
 
 
 def test_the_mean_of_a_square_wave_is_its_mean():
@@ -77,7 +77,8 @@ def test_the_mean_of_a_square_wave_is_its_mean():
         rows(passages, [count], [100.0 + 10.0 * (count % 1.0 < 0.3)])
         if count > 1.5:
             means.append(passages.means()["roll.fy"])
-    assert np.abs([m.mean - 103.0 for m in means]).max() < 0.15
+    # each of the two jumps may lie anywhere in its increment
+    assert np.abs([m.mean - 103.0 for m in means]).max() < 10.0 * np.diff(n).max()
     assert all(m.ripple == 5.0 for m in means)
 
 

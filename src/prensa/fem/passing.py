@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 STEP = 0.75  # step of the force, over its mean, times the elements in the contact: measured in drawing, within 20 %
 WORTH_SAYING = 0.05  # step of the force that is foretold and told
-ROUNDNESS = 0.1  # sine of the angle between normal and arm up to which a tool turns within its own surface, as a roll does
+ROUNDNESS = 0.1  # sine between normal and arm up to which a tool turns within its own surface, as a roll does
 FORETOLD = 2.0  # elements that pass before anything is foretold
 STEEP = 0.5  # share of a motion along the surface's normal from which it presses more than it slides
 INSIDE = 1e-6  # gap over element depth, and sine of a motion into the tool, that are none
@@ -63,9 +63,14 @@ def passing(system: System, s: Surface, f: ContactForces, before: Array, after: 
     way = new - _carried(system, s, old, f.pairs.arm[closed], f.pairs.n[closed], before, after)
     along = (way * f.pairs.e[closed, 0]).sum(axis=1)
     share, weight = along / s.points.at(_lengths(system, s, system.positions(after)))[closed], f.weight[closed]
-    lying = np.count_nonzero(s.points.any_at_nodes(closed)) / _pieces(system, s)
     pressure = float(weight @ f.p[closed] / weight.sum())
-    return Passing(abs(float(weight @ share / weight.sum())), float(lying), pressure)
+    return Passing(abs(float(weight @ share / weight.sum())), _elements(system, s, int(closed.sum())), pressure)
+
+
+def _elements(system: System, s: Surface, points: int) -> float:
+    """Elements that so many points of a contact stand for: a node one, or half of a quadratic one."""
+    whole = len(s.points) if s.points.are_nodes else len(s.points.edges)
+    return points * whole / len(s.points) / _pieces(system, s)
 
 
 def _carried(system: System, s: Surface, x: Array, arm: Array, n: Array, before: Array, after: Array) -> Array:

@@ -61,7 +61,8 @@ def restored(directory: Path, system: System, last: int) -> Passages:
         for k, n in enumerate(table["increment"]):
             if n <= last and int(n) in rows:
                 row = {name: values[rows[int(n)]] for name, values in more.items()}
-                passages.restore(str(table["step"][k]), row | {name: values[k] for name, values in table.items()})
+                ended = float(table["time"][k]).is_integer()  # steps end at whole times
+                passages.restore(str(table["step"][k]), row | {name: v[k] for name, v in table.items()}, ended)
     return passages
 
 

@@ -203,7 +203,9 @@ class Rolling:
     neutral: float
 
 
-def strip_rolling(*, R: float, H: float, h: float, mu: float, k: float, E: float | None = None, nu: float = 0.3) -> Rolling:
+def strip_rolling(
+    *, R: float, H: float, h: float, mu: float, k: float, E: float | None = None, nu: float = 0.3
+) -> Rolling:
     """R (roll), H, h (half thickness before and in the gap; lengths), mu (-), k, E (stress), nu (-) -> Rolling, no tensions.
 
     Karman's equation of the slab, d(q y)/dphi = R p (sin phi -+ mu cos phi) with q the mean horizontal and p the roll's
@@ -241,7 +243,9 @@ def strip_rolling(*, R: float, H: float, h: float, mu: float, k: float, E: float
 
     after, before = zone(1.0, 0.0, bite, q0), zone(-1.0, bite, 0.0, 0.0)
     if not before(0.0)[0] > q0:
-        raise ValueError(f"mu = {mu!r}: too little friction for the rolls to draw the strip in; give more, or less draft")
+        raise ValueError(
+            f"mu = {mu!r}: too little friction for the rolls to draw the strip in; give more, or less draft"
+        )
     neutral = float(brentq(lambda phi: float(after(phi)[0] - before(phi)[0]), 0.0, bite))
 
     def pressure(phi: float) -> float:

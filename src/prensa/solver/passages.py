@@ -65,10 +65,14 @@ class Passages:
         self._add(increment.step, count, values)
         return replace(increment, passing=passed, passages=count, means=self.means())
 
-    def restore(self, step: str, row: Mapping[str, float]) -> None:
-        """Take over what was written of an earlier increment: values by column, ``<contact>.passages`` among them."""
+    def restore(self, step: str, row: Mapping[str, float], ended: bool) -> None:
+        """Take over what was written of an earlier increment: values by column, ``<contact>.passages`` among them.
+
+        ``ended``: it was the last one of the step, whose warnings have been told.
+        """
         self._add(step, {name: float(row[f"{name}.passages"]) for name in self.count}, row)
-        list(self.warnings())
+        if ended:
+            list(self.warnings())
 
     def _add(self, step: str, count: dict[str, float], values: Mapping[str, float]) -> None:
         if not self._rows:
@@ -107,7 +111,7 @@ class Passages:
         return len(self._rows) - i, mean, 0.5 * np.ptp(y, axis=0)
 
     def warnings(self, policy: Policy = DEFAULT) -> Iterator[str]:
-        """What there is to say, once, of contacts through which few elements pass."""
+        """What there is to say at the end of a step, once, of contacts through which few elements pass."""
         for name, (tool, steps) in self._contacts.items():
             if not steps or name in self._told or (before := self._window(name, 2.0)) is None:
                 continue
@@ -119,6 +123,10 @@ class Passages:
             size = abs(float(now[1][k]))
             seen, drift = 2.0 * float(now[2][k]), abs(float(now[1][k] - before[1][k]))
             # what grows from one passage to the next is no staircase
-            if lying * WORTH_SAYING <= STEP and seen - drift >= policy.staircase * size and drift <= policy.settled * seen:
+            if (
+                lying * WORTH_SAYING <= STEP
+                and seen - drift >= policy.staircase * size
+                and drift <= policy.settled * seen
+            ):
                 self._told.add(name)
                 yield f"contact {name}: {sentence(lying, (seen - drift) / size)}"

@@ -195,8 +195,8 @@ class TimeStepping:
         state = committed(self.system, c, result, e, dt)
         increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended)
         increment = self.passages.follow(increment, passing_of(self.system, e, c.state.u, state.u))
-        self.messages.warn(self.passages.warnings(self.policy))
         if ended:
+            self.messages.warn(self.passages.warnings(self.policy))
             residual = max(result.residual, self.numerics.tolerance)
             self.messages.warn(quality_warnings(self.system, c, e, residual, self.policy))
         self.messages.accepted(c.state, c.plan, result, increment)
