@@ -22,7 +22,7 @@ from prensa.fem.system import System
 
 Array = NDArray[np.float64]
 
-STEP = 0.75  # step of the force, over its mean, times the elements in the contact: measured in drawing, within 20 %
+STAIR = 0.75  # step of the force, over its mean, times the elements in the contact: measured in drawing, within 20 %
 WORTH_SAYING = 0.05  # step of the force that is foretold and told
 ROUNDNESS = 0.1  # sine between normal and arm up to which a tool turns within its own surface, as a roll does
 FORETOLD = 2.0  # elements that pass before anything is foretold
@@ -135,14 +135,14 @@ def foretold(system: System, moments: Iterable[tuple[StepPlan, Array]]) -> Itera
         last = u
     for s in wanted:
         t = tracks[s.name]
-        if t.passed >= FORETOLD and t.lying > 0 and t.lying * WORTH_SAYING <= STEP:
+        if t.passed >= FORETOLD and t.lying > 0 and t.lying * WORTH_SAYING <= STAIR:
             yield Notice(f"contacts.{system.surfaces.index(s)}", sentence(t.lying))
 
 
 def sentence(lying: float, seen: float | None = None) -> str:
     """What there is to say of a contact with so few elements in it; seen: step of its force over the mean, if there is one."""
     few = max(round(lying), 1)
-    told = f"{100 * STEP / few:.0f} %" + (f" (here {100 * seen:.0f} %)" if seen is not None else "")
+    told = f"{100 * STAIR / few:.0f} %" + (f" (here {100 * seen:.0f} %)" if seen is not None else "")
     return (
         f"about {few} element{'s' if few > 1 else ''} lie{'' if few > 1 else 's'} in the contact, forces step by {told} as "
         "nodes pass; shorten the elements along the motion ('grade' with 'x_between' or 'y_between'), and take the means over "

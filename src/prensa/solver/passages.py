@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.fem.passing import STEP, WORTH_SAYING, Passing, passable, passing, plastic, sentence
+from prensa.fem.passing import STAIR, WORTH_SAYING, Passing, passable, passing, plastic, sentence
 from prensa.fem.system import Evaluation, System
 from prensa.solver.increment import Increment, Mean
 from prensa.solver.policy import DEFAULT, Policy
@@ -124,7 +124,7 @@ class Passages:
             seen, drift = 2.0 * float(now[2][k]), abs(float(now[1][k] - before[1][k]))
             # what grows from one passage to the next is no staircase
             if (
-                lying * WORTH_SAYING <= STEP
+                lying * WORTH_SAYING <= STAIR
                 and seen - drift >= policy.staircase * size
                 and drift <= policy.settled * seen
             ):

@@ -14,7 +14,7 @@ import numpy as np
 import prensa as pr
 from prensa import reference as ref
 from prensa.fem.discretise import discretise
-from prensa.fem.passing import STEP
+from prensa.fem.passing import STAIR
 from prensa.solver.increment import Increment
 from prensa.verify.balance import Balance, imbalance
 from prensa.verify.table import Row, case, row
@@ -59,17 +59,17 @@ def columns_mesh(x: np.ndarray, top: np.ndarray, rows: int) -> pr.Points:
     )
 
 
-ALPHA = np.radians(15.0)
+WEDGE_ANGLE = np.radians(15.0)
 
 
 def drawing(length: float, rows: int, E: float, travel: float = 2.0) -> pr.Problem:
     """Half of a sheet of half thickness 1 drawn by ``travel`` through a smooth wedge that it fills, elements of a length."""
-    exit = ref.wedge_drawing(alpha=ALPHA, H=1.0, k=K).exit
-    reach = (1.0 - exit) / np.tan(ALPHA)
+    exit = ref.wedge_drawing(alpha=WEDGE_ANGLE, H=1.0, k=K).exit
+    reach = (1.0 - exit) / np.tan(WEDGE_ANGLE)
     behind = reach + exit * travel + 0.8  # what comes in is slower than what goes out
     x = length * np.arange(-round(behind / length), round(0.6 / length) + 1)
-    mesh = columns_mesh(x, np.clip(exit - x * np.tan(ALPHA), exit, 1.0), rows)
-    profile = ((-10.0, exit + 10.0 * np.tan(ALPHA)), (0.0, exit), (0.1, exit), (5.1, exit + 5.0))
+    mesh = columns_mesh(x, np.clip(exit - x * np.tan(WEDGE_ANGLE), exit, 1.0), rows)
+    profile = ((-10.0, exit + 10.0 * np.tan(WEDGE_ANGLE)), (0.0, exit), (0.1, exit), (5.1, exit + 5.0))
     return pr.Problem(
         "drawing", space="plane strain", bodies={"sheet": pr.Body(mesh, pr.J2(E, 0.3, FLOW))},
         tools={"die": pr.Profile(points=profile, at=(0.0, 0.0))}, contacts=(pr.Contact("sheet.top", "die"),),
@@ -80,7 +80,7 @@ def drawing(length: float, rows: int, E: float, travel: float = 2.0) -> pr.Probl
 @case("strip drawing (Hill)", suite="forming", slow=True)
 def hill(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """Means over a passage within 3 % of the slip-line field, steady to 0.5 %; the step of the forces as foretold."""
-    exact = ref.wedge_drawing(alpha=ALPHA, H=1.0, k=K)
+    exact = ref.wedge_drawing(alpha=WEDGE_ANGLE, H=1.0, k=K)
     for over_yield in (290.0, 5800.0):
         balance = Balance()
         history = list(balance.watch(drawing(1 / 15, 8, over_yield * FLOW.s0 * E_scale)))
@@ -89,10 +89,10 @@ def hill(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
         label = f"E/Y = {over_yield:g}"
         yield row(f"{label}: pull", exact.pull, pull.mean, 0.03)
         # the die's rounded corner bears up to a node more, which presses across the pull
-        yield row(f"{label}: force across the pull", exact.pull / np.tan(ALPHA), press.mean, 0.05)
+        yield row(f"{label}: force across the pull", exact.pull / np.tan(WEDGE_ANGLE), press.mean, 0.05)
         yield row(f"{label}: elements in the contact", 12.0, pull.lying, 0.0, "at least")
         yield row(f"{label}: spread of the means", 0.005, max(pull.spread, press.spread), 0.0, "at most")
-        yield row(f"{label}: step of the pull over the mean", STEP / pull.lying, pull.step, 1 / 3)
+        yield row(f"{label}: step of the pull over the mean", STAIR / pull.lying, pull.step, 1 / 3)
         yield from balance.rows()
 
 
