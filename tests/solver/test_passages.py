@@ -79,7 +79,7 @@ def test_the_mean_of_a_square_wave_is_its_mean():
             means.append(passages.means()["roll.fy"])
     # each of the two jumps may lie anywhere in its increment
     assert np.abs([m.mean - 103.0 for m in means]).max() < 10.0 * np.diff(n).max()
-    assert all(m.ripple == 5.0 for m in means)
+    assert np.allclose([m.ripple for m in means], 5.0)
 
 
 def test_windows_do_not_reach_over_the_beginning_of_a_step_nor_into_a_dwell():

@@ -102,12 +102,16 @@ class Passages:
         while self._rows[i][0][contact] > start:
             i -= 1
         n = np.array([count[contact] for count, _ in self._rows[i:]])
-        y = np.array([values for _, values in self._rows[i:]])
-        at = np.unique(np.concatenate([[start], n[(n > start) & (n < end)], [end]]))
         # where nothing passed the last row counts
-        last = np.concatenate([n[1:] > n[:-1], [True]])
-        y = np.stack([np.interp(at, n[last], column[last]) for column in y.T], axis=1)
-        mean = (0.5 * (y[1:] + y[:-1]) * np.diff(at)[:, None]).sum(axis=0)
+        last = np.flatnonzero(np.append(n[1:] > n[:-1], True))
+        n, y = n[last], np.array([self._rows[i + k][1] for k in last])
+        stop = int(np.searchsorted(n, end))  # the first row at the end or beyond
+        n, y = n[: stop + 1], y[: stop + 1]
+        for row, beside, at in ((0, 1, start), (-1, -2, end)):
+            share = (at - n[row]) / (n[beside] - n[row])
+            y[row] = (1.0 - share) * y[row] + share * y[beside]
+            n[row] = at
+        mean = (0.5 * (y[1:] + y[:-1]) * np.diff(n)[:, None]).sum(axis=0)
         return len(self._rows) - i, mean, 0.5 * np.ptp(y, axis=0)
 
     def warnings(self, policy: Policy = DEFAULT) -> Iterator[str]:
