@@ -59,12 +59,12 @@ def check(case: CaseFile, changes: Changes = None) -> None:
         problem = load(case, changes or ()).problem
         from prensa.errors import refuse
         from prensa.fem.discretise import discretise
-        from prensa.fem.preflight import preflight
+        from prensa.fem.preflight import preflight, staircase
 
         system = discretise(problem)
         for line in _description_lines(system):
             typer.echo(line)
-        notices = preflight(system)
+        notices = [*preflight(system), *staircase(system)]
         for warning in [*warnings_of(problem), *(str(n) for n in notices if not n.fatal)]:
             typer.echo(_with_location(warning, case, changes, "warning: "), err=True)
         refuse(notices)

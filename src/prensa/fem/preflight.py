@@ -18,6 +18,7 @@ from prensa.fem.inside import Watch, inside, watches
 from prensa.fem.modes import CLOSED, modes
 from prensa.fem.motions import motions
 from prensa.fem.overlap import overlaps
+from prensa.fem.passing import foretold
 from prensa.fem.planning import plan_step
 from prensa.fem.schedule import StepPlan
 from prensa.fem.surface import Surface
@@ -49,6 +50,11 @@ def preflight(system: System) -> list[Notice]:
         *([] if any(n.fatal for n in beginning) else _passage(system, watched)), *modes(system),
     ]  # fmt: skip
     return sorted(found, key=lambda n: not n.fatal)
+
+
+def staircase(system: System) -> list[Notice]:
+    """Notices on contacts whose forces will step as elements pass; a run says it of those in which it is seen."""
+    return list(foretold(system, ((m.plan, m.u) for m in _moments(system))))
 
 
 # ------------------------------------------------------------------------------------------------ materials and tables

@@ -23,9 +23,9 @@ def rectangle(m: model.Rectangle) -> Draft:
             x=(x0,) if "left" in grade else (x0 + lx,) if "right" in grade else (),
             y=(y0,) if "bottom" in grade else (y0 + ly,) if "top" in grade else (),
         )
-    towards_x, towards_y, ratio = (grade.x, grade.y, grade.ratio) if grade else ((), (), 1.0)
-    x = graded(x0, x0 + lx, nx, towards_x, ratio)
-    y = graded(y0, y0 + ly, ny, towards_y, ratio)
+    grade = grade or model.Grade(ratio=1.0)
+    x = graded(x0, x0 + lx, nx, grade.x, grade.ratio, grade.x_between)
+    y = graded(y0, y0 + ly, ny, grade.y, grade.ratio, grade.y_between)
     points = np.stack(np.meshgrid(x, y, indexing="xy"), axis=-1)
     node = np.arange((nx + 1) * (ny + 1)).reshape(ny + 1, nx + 1)
     edges = {

@@ -7,10 +7,13 @@ import numpy as np
 from prensa.mesh.mesh import Array, MeshError
 
 
-def graded(start: float, end: float, n: int, towards: tuple[float, ...], ratio: float) -> Array:
+def graded(
+    start: float, end: float, n: int, towards: tuple[float, ...], ratio: float, between: tuple[float, float] | None = None
+) -> Array:  # fmt: skip
     """Coordinates (n + 1,) from start to end, element size growing linearly with the distance from the nearest target.
 
-    ``ratio`` = largest size wanted / smallest. Every target inside the range becomes a coordinate.
+    ``ratio`` = largest size wanted / smallest. Every target inside the range becomes a coordinate, and both ends of a stretch
+    ``between`` two coordinates, along which sizes are the smallest.
 
     Raises
     ------
@@ -18,6 +21,7 @@ def graded(start: float, end: float, n: int, towards: tuple[float, ...], ratio: 
         If a target lies outside, or n is too small to keep every target.
 
     """
+    towards = (*towards, *(between or ()))
     if not towards or ratio == 1.0:
         targets = np.array(sorted(towards)) if towards else np.array([])
         if len(targets) == 0:
@@ -29,6 +33,8 @@ def graded(start: float, end: float, n: int, towards: tuple[float, ...], ratio: 
     fine = np.linspace(start, end, 20_001)
     fine = np.unique(np.concatenate([fine, targets]))
     distance = np.min(np.abs(fine[:, None] - targets[None, :]), axis=1)
+    if between is not None:
+        distance[(fine >= between[0]) & (fine <= between[1])] = 0.0
     density = 1.0 / (1.0 + (ratio - 1.0) * distance / max(distance.max(), 1e-300))
     count = np.concatenate([[0.0], np.cumsum(0.5 * (density[1:] + density[:-1]) * np.diff(fine))])
     knots = np.unique(np.concatenate([[start], targets, [end]]))

@@ -72,12 +72,24 @@ class Grade:
     """Where the elements of a rectangle are small.
 
     ``x`` and ``y`` list the coordinates towards which elements shrink (each becomes a mesh line);
-    ``ratio`` is the size of the largest element over that of the smallest, per direction.
+    ``x_between`` and ``y_between`` are stretches along which all elements have the smallest size (both ends become mesh lines):
+    what will slide past a tool, which is the contact and the travel. ``ratio`` is the size of the largest element over that of
+    the smallest, per direction.
     """
 
     x: tuple[Length, ...] = ()
     y: tuple[Length, ...] = ()
+    x_between: tuple[Length, Length] | None = None
+    y_between: tuple[Length, Length] | None = None
     ratio: Annotated[Number, Field(ge=1)] = 8.0
+
+    @model_validator(mode="after")
+    def _check(self) -> Grade:
+        for key in ("x_between", "y_between"):
+            stretch = getattr(self, key)
+            if stretch is not None and not stretch[0] < stretch[1]:
+                raise ValueError(f"'{key}' must rise, got {stretch[0]:g} … {stretch[1]:g}: write it from its lower end")
+        return self
 
 
 GradeName = Literal["left", "right", "top", "bottom", "top-left", "top-right", "bottom-left", "bottom-right"]

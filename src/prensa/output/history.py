@@ -229,6 +229,11 @@ def read_contact(path: str | Path) -> dict[str, NDArray[Any]]:
     return _read(take_path("read_contact", path))
 
 
+def read_table(path: str | Path) -> dict[str, NDArray[Any]]:
+    """Columns of any table of a run by name."""
+    return _read(Path(path))
+
+
 def forget_contacts_after(directory: Path, number: int) -> None:
     """Remove the contact tables of increments later than *number*; other files there are left alone."""
     for folder in sorted((directory / CONTACT_FOLDER).glob("*/")):

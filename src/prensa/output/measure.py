@@ -11,6 +11,9 @@
 ``min|max.thickness``                 in plane stress, over all bodies or one
 ``max.displacement``                  largest length of a nodal displacement, also per body
 ``energy.<part>``                     entry of the ledger
+``mean|ripple.<column>``              over the last element that passed (`prensa.solver.passages`): of a column of
+                                      ``history.csv`` as ``mean.die.fx``, or of ``<contact>.pressure``
+``passages|elements.<contact>``       elements that have passed, and that lie in the contact
 ``time``, ``iterations``, ``cutbacks``, ``residual``
 ====================================  ==================================================================================
 
@@ -60,7 +63,14 @@ def _measures(increment: Increment) -> Iterator[tuple[str, Getter]]:
             yield f"force.{name}.{c}", _later(getattr, tool.force, c)
         for c in tool.place._fields:
             yield f"place.{name}.{c}", _later(getattr, tool.place, c)
+    for column, mean in increment.means.items():
+        yield f"mean.{column}", _later(getattr, mean, "mean")
+        yield f"ripple.{column}", _later(getattr, mean, "ripple")
     contacts = list(increment.contacts.items())
+    for name, passing in increment.passing.items():
+        for suffix in (f".{name}", "") if len(contacts) == 1 else (f".{name}",):
+            yield f"passages{suffix}", _later(float, increment.passages[name])
+            yield f"elements{suffix}", _later(getattr, passing, "elements")
     for name, contact in contacts:
         yield from _of_contact(contact, f".{name}")
     if len(contacts) == 1:

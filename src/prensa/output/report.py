@@ -79,6 +79,7 @@ def _tables(directory: Path, summary: dict[str, Any]) -> dict[str, Any]:
         "facts": list(_facts(case, summary)),
         "tools": [(t, [float(last[f"{t}.{c}"]) for c in ("ux", "uy", "rz", "fx", "fy", "mz")]) for t in problem.tools if last],
         "areas": [(c.name, float(last[f"{c.name}.area"])) for c in problem.contacts if last],
+        "means": [(step, *row) for step, rows in summary.get("passage_means", {}).items() for row in _means(rows, problem)],
         "energies": [(e, float(last[f"energy.{e}"]), abs(float(last[f"energy.{e}"])) / scale if scale else 0.0)
                      for e in ENERGIES if last],
         "units": {"length": style.length_unit(problem), "force": style.force_unit(problem), "area": style.area_unit(problem),
@@ -87,6 +88,17 @@ def _tables(directory: Path, summary: dict[str, Any]) -> dict[str, Any]:
         "time": float(last["time"]) if last else 0.0,
         "step": str(last.get("step", "–")),
     }  # fmt: skip
+
+
+def _means(found: dict[str, dict[str, float]], problem: Problem) -> Iterator[tuple[str, float, float, str]]:
+    """Quantity, mean, ripple and unit, without what vanishes or has no mechanical meaning about an axis."""
+    units = {"fx": style.force_unit(problem), "fy": style.force_unit(problem), "mz": style.moment_unit(problem)}
+    largest = max((abs(v["mean"]) for q, v in found.items() if q[-2:] in ("fx", "fy")), default=0.0)
+    for name, v in found.items():
+        key = name[-2:] if name[-2:] in units else ""
+        if (key and abs(v["mean"]) <= 1e-6 * largest) or (key in ("fx", "mz") and problem.space == "axisymmetric"):
+            continue
+        yield name, v["mean"], v["ripple"], units.get(key, style.pressure_unit(problem))
 
 
 def _facts(case: Case, summary: dict[str, Any]) -> Iterator[tuple[str, str]]:

@@ -25,13 +25,14 @@ from prensa.fem.preflight import preflight
 from prensa.fem.state import State
 from prensa.fem.system import System
 from prensa.model.problem import Case
-from prensa.output import checkpoint, history, pictures, report, runlog, vtk
+from prensa.output import checkpoint, history, passages, pictures, report, runlog, vtk
 from prensa.output.files import file_name, file_names, flush, write_text
 from prensa.output.folder import make_room, refuse_links
 from prensa.output.interrupt import Interruptible
 from prensa.output.lock import locked
 from prensa.output.progress import ProgressBar
 from prensa.solver.increment import Increment, Progress
+from prensa.solver.passages import Passages
 from prensa.solver.time_stepping import Timer, at_rest, solve
 
 log = logging.getLogger("prensa")
@@ -154,7 +155,8 @@ class _Run:
         self.saved: Increment | None = None
         self.checkpoint_seconds = 0.0
         self.names = file_names(c.name for c in case.problem.contacts)
-        self.growing = [directory / name for name in (history.HISTORY, history.CONVERGENCE, vtk.COLLECTION)]
+        tables = (history.HISTORY, history.CONVERGENCE, passages.PASSAGES, vtk.COLLECTION)
+        self.growing = [directory / name for name in tables]
         self.written: list[Path] = []  # since the last checkpoint
 
     def _known_warnings(self) -> list[str]:
@@ -187,12 +189,16 @@ class _Run:
     def _solve_and_write(self) -> None:
         """Open the writers, new or continued, and solve."""
         log.info("prensa %s, case %r, input %s", __version__, self.case.problem.name, checkpoint.text_hash(self.text))
-        keep = None
+        keep, self.passed = None, Passages(self.system)
         if self.start is not None:
             keep = self.start.clock.number
+            self.passed = passages.restored(self.directory, self.system, keep)
             history.forget_contacts_after(self.directory, keep)
             log.info("resumed after increment %d, time %.6g", keep, self.start.clock.time)
-        with closing(history.History(self.directory, self.case.problem, keep)) as self.tables:
+        with (
+            closing(history.History(self.directory, self.case.problem, keep)) as self.tables,
+            closing(passages.PassageTable(self.directory, self.passed, keep)) as self.means,
+        ):
             self.fields = vtk.Fields(self.directory, keep)
             self._solve_increments()
 
@@ -204,7 +210,8 @@ class _Run:
             self.bar(progress)
 
         with self.bar:
-            for increment in solve(self.system, self.case.numerics, self.start, monitor, self.timer):
+            numerics = self.case.numerics
+            for increment in solve(self.system, numerics, self.start, monitor, self.timer, passages=self.passed):
                 with self.guard.postponed():
                     self._write(increment)
 
@@ -218,6 +225,7 @@ class _Run:
                 path = history.write_contact(self.directory, self.names[name], increment.number, contact)
                 self.written += [path, history.of_points(path)]
             self.tables.append(increment)
+            self.means.append(increment)
         every = self.case.output.fields
         if increment.end_of_step or (every and increment.number % every == 0):
             with self.timer("recovery"):
@@ -304,6 +312,7 @@ class _Run:
             "finished": datetime.datetime.now().astimezone().isoformat(" ", "seconds"),
             "last_force": {t: {c: last(f"{t}.{k}") for c, k in zip("xym", ("fx", "fy", "mz"))} for t in problem.tools},
             "last_place": {t: {c: last(f"{t}.u{c}") for c in "xy"} | {"rz": last(f"{t}.rz")} for t in problem.tools},
+            "passage_means": passages.last_means(self.directory),
             "last_area": {c.name: last(f"{c.name}.area") for c in problem.contacts},
             "energy": {e: last(f"energy.{e}") for e in history.ENERGIES},
             "totals": {

@@ -7,7 +7,7 @@
 | `ring_stamp` | flat ring or disc on a half-space, ring on a layer |
 | `friction` | partial slip, slip hardening of one point, wedge, circular path, capstan, Wang & Osakada |
 | `upsetting` | frictionless upsetting with elasticity: cylinder, ring, plane strain; Considere |
-| `forming` | limit loads, tubes, rough plates, slab method |
+| `forming` | limit loads, tubes, rough plates, slab method, drawing, rolling |
 | `bending` | moment, curvature and springback of a strip |
 | `tables` | tabulated results of other programs and papers |
 
@@ -16,14 +16,18 @@ Any consistent units. Functions take and return plain numbers and numpy arrays; 
 
 from .bending import Bending, bend_strip, bend_strip_perfect, bend_strip_power
 from .forming import (
+    Drawing,
+    Rolling,
     Slab,
     prandtl_punch,
     rough_plates_cycloid,
     rough_plates_slab,
     slab_cylinder,
     slab_strip,
+    strip_rolling,
     tube_expansion,
     tube_pressure,
+    wedge_drawing,
 )
 from .friction import (
     CattaneoMindlin,
@@ -72,6 +76,7 @@ from .upsetting import (
 __all__ = [
     "Bending",
     "CattaneoMindlin",
+    "Drawing",
     "HertzLine",
     "HertzSphere",
     "LayerLine",
@@ -81,6 +86,7 @@ __all__ = [
     "Necking",
     "RingCalibration",
     "RingStamp",
+    "Rolling",
     "Slab",
     "SlipLaw",
     "Upsetting",
@@ -115,6 +121,7 @@ __all__ = [
     "slab_strip",
     "sliding_wedge",
     "slip_hardening",
+    "strip_rolling",
     "tube_expansion",
     "tube_pressure",
     "uniaxial_compression",
@@ -122,4 +129,5 @@ __all__ = [
     "upset_plane_strain",
     "upset_plane_stress",
     "wang_osakada",
+    "wedge_drawing",
 ]

@@ -1,4 +1,4 @@
-"""Closed forms of metal forming: limit loads, tubes, rough plates and the slab method.
+"""Closed forms of metal forming: limit loads, tubes, rough plates, the slab method, drawing and rolling.
 
 Homogeneous upsetting, ring and necking: `upsetting.py`. Strip bending and springback: `bending.py`.
 """
@@ -6,7 +6,9 @@ Homogeneous upsetting, ring and necking: `upsetting.py`. Strip bending and sprin
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -162,3 +164,98 @@ def _slab(size: float, h: float, mu: float, sigma: float, k: float, m: float | N
         elif mu > 0.0:
             sticking = max(0.0, size - h / (2.0 * mu) * math.log(limit / (mu * sigma)))
     return Slab(size, h, mu, sigma, limit, sticking, axisymmetric)
+
+
+# --- drawing and rolling ------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """Half thickness at the exit (length), mean pressure on the die (stress), pull of the half (force per width)."""
+
+    exit: float
+    pressure: float
+    pull: float
+
+
+def wedge_drawing(*, alpha: float, H: float, k: float) -> Drawing:
+    """H (length, half thickness), alpha (rad, half angle), k (stress) -> Drawing: sheet through a smooth wedge, plane strain.
+
+    Of the reduction r = 2 sin(alpha)/(1 + 2 sin(alpha)) alone, whose slip-line field is one fan between two triangles: exact
+    for a rigid, perfectly plastic sheet, pressure 2k (1 + alpha)/(1 + 2 sin(alpha)) on the die and pull = pressure r H.
+    Raises ValueError for H or k <= 0 and alpha outside (0, pi/2).
+    Source: Hill & Tupper (1948), J. Iron Steel Inst. 159; Hill (1950), ch. 7.
+    """
+    positive(alpha=alpha, H=H, k=k)
+    if alpha >= 0.5 * math.pi:
+        raise ValueError(f"alpha = {alpha!r}: half angle of a wedge; give it in radians, below pi/2")
+    reduction = 2.0 * math.sin(alpha) / (1.0 + 2.0 * math.sin(alpha))
+    pressure = float(2.0 * k * (1.0 + alpha)) / (1.0 + 2.0 * math.sin(alpha))
+    return Drawing(H * (1.0 - reduction), pressure, pressure * reduction * H)
+
+
+@dataclass(frozen=True)
+class Rolling:
+    """Force (per width) and torque (per width) of one roll, angle of the neutral point from the plane of the rolls (rad)."""
+
+    force: float
+    torque: float
+    neutral: float
+
+
+def strip_rolling(
+    *, R: float, H: float, h: float, mu: float, k: float, E: float | None = None, nu: float = 0.3
+) -> Rolling:
+    """R (roll), H, h (half thickness before and in the gap; lengths), mu (-), k, E (stress), nu (-) -> Rolling, no tensions.
+
+    Karman's equation of the slab, d(q y)/dphi = R p (sin phi -+ mu cos phi) with q the mean horizontal and p the roll's
+    pressure, vertical stress less q = 2k, integrated on the true arc y = h + R (1 - cos phi) from both ends; they meet at the
+    neutral point. Perfectly plastic, plane strain, slipping all along (mu p < k). With a finite E the strip leaves the plane
+    of the rolls elastically, p = p0 - E y'/((1 - nu^2) h) over the arc on which it recovers.
+    Raises ValueError for lengths, k or E <= 0, mu < 0, H <= h, and where the rolls do not draw the strip in.
+    Source: von Karman (1925), ZAMM 5; Bland & Ford (1948), Proc. I.M.E. 159; the recovery after Ford, Ellis & Bland (1951).
+    """
+    from scipy.integrate import quad, solve_ivp
+    from scipy.optimize import brentq
+
+    positive(R=R, H=H, h=h, k=k, E=1.0 if E is None else E)
+    not_negative(mu=mu)
+    if not h < H:
+        raise ValueError(f"H = {H!r}: half thickness before the rolls not above that in the gap, h = {h!r}; give H > h")
+    bite = math.acos(1.0 - (H - h) / R)
+    # elastic recovery beyond the plane of the rolls, with the pressure at its beginning
+    p0, length = 2.0 * k, 0.0
+    for _ in range(30):
+        length = 0.0 if E is None else math.sqrt(2.0 * R * h * p0 * (1.0 - nu * nu) / E)
+        recovery = 2.0 / 3.0 * p0 * length
+        q0 = (mu * recovery - 0.25 * p0 * length**2 / R) / h
+        p0 = 2.0 * k + q0
+
+    def zone(sign: float, start: float, end: float, q: float) -> Any:
+        """q(phi) where friction on the strip points backwards (sign 1, beyond the neutral point) or forwards (-1)."""
+
+        def slope(phi: float, state: Array) -> list[float]:
+            p = (2.0 * k + state[0]) / (1.0 + sign * mu * math.tan(phi))
+            gain = p * (math.sin(phi) + sign * mu * math.cos(phi)) - state[0] * math.sin(phi)
+            return [gain * R / (h + R * (1.0 - math.cos(phi)))]
+
+        return solve_ivp(slope, (start, end), [q], rtol=1e-10, atol=1e-10 * k, dense_output=True).sol
+
+    after, before = zone(1.0, 0.0, bite, q0), zone(-1.0, bite, 0.0, 0.0)
+    if not before(0.0)[0] > q0:
+        raise ValueError(
+            f"mu = {mu!r}: too little friction for the rolls to draw the strip in; give more, or less draft"
+        )
+    neutral = float(brentq(lambda phi: float(after(phi)[0] - before(phi)[0]), 0.0, bite))
+
+    def pressure(phi: float) -> float:
+        sign, q = (1.0, after) if phi < neutral else (-1.0, before)
+        return float((2.0 * k + q(phi)[0]) / (1.0 + sign * mu * math.tan(phi)))
+
+    def total(weight: Callable[[float, float], float]) -> float:
+        parts = ((0.0, neutral, 1.0), (neutral, bite, -1.0))
+        return sum(float(quad(lambda f, s=s: pressure(f) * weight(f, s) * R, a, b)[0]) for a, b, s in parts)
+
+    force = total(lambda f, s: math.cos(f) + s * mu * math.sin(f)) + recovery
+    torque = R * (total(lambda f, s: -s * mu) - mu * recovery)
+    return Rolling(force, torque, neutral)

@@ -14,6 +14,7 @@ from prensa.errors import PrensaError, take
 from prensa.model.checks import suggest
 
 if TYPE_CHECKING:
+    from prensa.fem.passing import Passing
     from prensa.fem.state import State
 
 Array = NDArray[np.float64]
@@ -175,6 +176,13 @@ REACTION: Mapping[int, Any] = {2: Reaction, 3: SpatialReaction}
 """By the dimension of space."""
 
 
+class Mean(NamedTuple):
+    """Mean of a quantity over the last element that passed through a contact, and half of what it rose and fell meanwhile."""
+
+    mean: float
+    ripple: float
+
+
 @dataclass(frozen=True)
 class Statistics:
     """Cost of an increment: Newton iterations (rejected attempts included), cut-backs, final relative residual."""
@@ -207,6 +215,12 @@ class Increment:
     _state: Callable[[], State] = field(repr=False, compare=False)
     _contacts: Callable[[], Mapping[str, ContactState]] = field(repr=False, compare=False)
     _bodies: Callable[[], Mapping[str, BodyState]] = field(repr=False, compare=False)
+    passing: Mapping[str, Passing] = field(default_factory=dict)
+    """By contact, of those whose tool has an end: elements that passed in this increment and that lie in it, mean pressure."""
+    passages: Mapping[str, float] = field(default_factory=dict)
+    """The same contacts: elements that have passed in the whole run."""
+    means: Mapping[str, Mean] = field(default_factory=dict)
+    """By column of ``history.csv`` and ``<contact>.pressure``: over the last element that passed in this step, where one has."""
 
     def force(self, tool: str) -> Force:
         """Force of the bodies on *tool*, positive along +axis (a punch pressing down feels a positive y)."""

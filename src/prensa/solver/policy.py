@@ -135,6 +135,10 @@ class Policy:
     # ----------------------------------------------------------------------------------------------------- warnings
     deep: float = 0.1
     """Penetration over element depth worth a warning."""
+    staircase: float = 0.025
+    """Step of a force, over its mean, as elements pass, below which it is not spoken of …"""
+    settled: float = 0.25
+    """… and as long as its mean changes by more than this share of the step while two elements pass."""
     hidden: float = 100.0
     """A tool force below this many times the residual allowed is not a result."""
 

@@ -32,6 +32,7 @@ from prensa.solver.equilibrium import Equilibrium, NewtonResult, Reporter
 from prensa.solver.failure import BeyondSmall, FreeToMove, MetalInside, sentence
 from prensa.solver.increment import Increment, Monitor
 from prensa.solver.ledger import ledger, nodal_work
+from prensa.solver.passages import Passages, passing_of
 from prensa.solver.policy import Policy
 from prensa.solver.post_mortem import hint, where
 from prensa.solver.quality import quality_warnings, untouched_tools
@@ -69,11 +70,13 @@ def solve(
     monitor: Monitor | None = None,
     timer: Timer | None = None,
     policy: Policy | None = None,
+    passages: Passages | None = None,
 ) -> Iterator[Increment]:
     """Yield the converged increments of a problem, in order.
 
     ``start`` continues from a committed state; ``monitor`` is called at every iteration; ``timer`` collects seconds by
-    section; ``policy``: the constants of the solver, for studies.
+    section; ``policy``: the constants of the solver, for studies; ``passages``: what has passed through the contacts before
+    ``start``, of which means over a passage are taken.
 
     Raises
     ------
@@ -92,6 +95,7 @@ def solve(
     numerics, policy = numerics or model.Numerics(), policy or Policy()
     condense = to_be_condensed(system, numerics, policy)
     stepping = TimeStepping(system, numerics, policy, Messages(system, monitor), timer or Timer(), condense)
+    stepping.passages = passages or stepping.passages
     return stepping.run(start or system.initial())
 
 
@@ -143,6 +147,7 @@ class TimeStepping:
         self.reduced: Reduced | None = None
         self.condensed: Condensation | None = None
         self.last: Increment | None = None
+        self.passages = Passages(system)
 
     def run(self, state: State) -> Iterator[Increment]:
         """Increments from a committed state to the end of the last step."""
@@ -228,7 +233,9 @@ class TimeStepping:
             result.reason = refusal
             raise self.post_mortem(c, result, cutbacks)
         increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended)
+        increment = self.passages.follow(increment, passing_of(self.system, e, c.state.u, state.u))
         if ended:
+            self.messages.warn(self.passages.warnings(self.policy))
             residual = max(result.residual, self.numerics.tolerance)
             self.messages.warn(quality_warnings(self.system, c, e, residual, self.policy))
         self.messages.accepted(c.state, c.plan, result, increment)

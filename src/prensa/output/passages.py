@@ -1,0 +1,93 @@
+"""``passages.csv``: means over the last element that passed through a contact, one row an increment.
+
+It is there where a tool of the case has an end that elements can pass (any but a plane).
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.fem.system import System
+from prensa.output.history import Table, read_history, read_table
+from prensa.solver.increment import Increment, Mean
+from prensa.solver.passages import Passages
+
+PASSAGES = "passages.csv"
+NONE = Mean(math.nan, math.nan)
+
+
+class PassageTable:
+    """Writer of ``passages.csv`` in *directory*; *passages* follows the run, *keep* as in `prensa.output.history.History`."""
+
+    def __init__(self, directory: Path, passages: Passages, keep: int | None = None) -> None:
+        self._contacts = list(passages.count)
+        self._quantities = [c for c in passages.columns if not c.endswith(".elements")]
+        contacts = [f"{name}.{c}" for name in self._contacts for c in ("passages", "elements", "pressure")]
+        means = [f"{column}.{c}" for column in self._quantities for c in Mean._fields]
+        path = directory / PASSAGES
+        keep = keep if path.is_file() else None
+        self._table = Table(path, ["step", "increment", "time", *contacts, *means], keep) if self._contacts else None
+
+    def append(self, increment: Increment) -> None:
+        """Write the row of *increment* and push it to the operating system."""
+        if self._table is None:
+            return
+        head = [increment.step, increment.number, increment.time]
+        contacts = [
+            v for name in self._contacts
+            for v in (increment.passages[name], increment.passing[name].elements, increment.passing[name].pressure)
+        ]  # fmt: skip
+        means = [v for column in self._quantities for v in increment.means.get(column, NONE)]
+        self._table.append([*head, *contacts, *means])
+
+    def close(self) -> None:
+        """Close the file."""
+        if self._table is not None:
+            self._table.close()
+
+
+def restored(directory: Path, system: System, last: int) -> Passages:
+    """What has passed up to increment *last* of the run in *directory*, from its tables."""
+    passages = Passages(system)
+    if passages.count and (directory / PASSAGES).is_file():
+        table = read_history(directory)
+        more = read_passages(directory)
+        rows = {int(n): k for k, n in enumerate(more["increment"])}
+        for k, n in enumerate(table["increment"]):
+            if n <= last and int(n) in rows:
+                row = {name: values[rows[int(n)]] for name, values in more.items()}
+                ended = float(table["time"][k]).is_integer()  # steps end at whole times
+                passages.restore(str(table["step"][k]), row | {name: v[k] for name, v in table.items()}, ended)
+    return passages
+
+
+def read_passages(directory: str | Path) -> dict[str, NDArray[Any]]:
+    """Columns of ``passages.csv`` by name.
+
+    Raises
+    ------
+    PrensaError
+        If there is no such file in *directory*: the case has no tool with an end.
+
+    """
+    return read_table(Path(directory) / PASSAGES)
+
+
+def last_means(directory: Path) -> dict[str, dict[str, dict[str, float]]]:
+    """By step and quantity mean and ripple over the last passage in that step, where there was one."""
+    if not (directory / PASSAGES).is_file():
+        return {}
+    table = read_passages(directory)
+    quantities = [name.removesuffix(".mean") for name in table if name.endswith(".mean")]
+    out: dict[str, dict[str, dict[str, float]]] = {}
+    for step in dict.fromkeys(table["step"].tolist()):
+        k = int(np.flatnonzero(table["step"] == step)[-1])
+        values = {q: {c: float(table[f"{q}.{c}"][k]) for c in Mean._fields} for q in quantities}
+        if found := {q: v for q, v in values.items() if math.isfinite(v["mean"])}:
+            out[step] = found
+    return out
