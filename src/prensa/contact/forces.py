@@ -99,6 +99,7 @@ def forces(
     pairs: Pairs, weight: Array, scale: Scale, lam: Array, committed: ContactRecord, law: FrictionLaw | None, at: At,
     hold: NDArray[np.bool_] | None = None, area: Array | None = None, lagged: bool = False,
     before: Array | None = None, round_off: Array | float = 0.0, landed: NDArray[np.bool_] | None = None,
+    foundation: Array | None = None,
 ) -> ContactForces:  # fmt: skip
     """Contact forces on the pair coordinates and their exact, unsymmetric stiffness.
 
@@ -116,13 +117,18 @@ def forces(
     ``round_off`` (k,) of the gaps; landed (k,): points that a prediction has put on the tool from inside it. K has the slope
     of the side that p is on, so that a point in tension is let go; what was closed and is open by round-off, or has landed
     and is open by less than `TOUCH`, keeps that of closed points.
+    foundation (k,): where it is not 0, the slope of p in K is this share of a closed point's, whatever the state.
     """
     k, m = len(weight), pairs.s.shape[1]
     p, touching, rests = _normal(pairs.g, scale, lam[:, 0], committed.closed, before is not None, round_off, landed)
     n = 1 + m
     dp = np.zeros((k, n + pairs.dg.shape[1]))
-    dp[:, 0] = touching
-    dp[:, n:] = np.where(touching, -scale.k_n, 0.0)[:, None] * pairs.dg
+    slope = touching.astype(np.float64)
+    if foundation is not None:
+        slope = np.where(foundation > 0, foundation, slope)
+        touching = slope > 0
+    dp[:, 0] = slope
+    dp[:, n:] = np.where(touching, -slope * scale.k_n, 0.0)[:, None] * pairs.dg
     t, kappa, slip, stretched = np.zeros((k, m)), committed.slip.copy(), np.zeros(k, dtype=bool), None
     if law is not None:
         ds = pairs.s - committed.coordinate

@@ -133,6 +133,12 @@ class Points:
         T[:, 2:, 2 * a :] = np.eye(3 + more)
         return T
 
+    def on_dofs(self, F: Array) -> Array:
+        """Forces or slopes F (k, 5) of the points' pairs → (k, 2a + 3) on the displacements of their nodes and the tool."""
+        if self.N.shape[1] == 1:
+            return F
+        return np.asarray((F[:, None] @ self.carry())[:, 0])
+
     def spread(self, F: Array, K: Array) -> tuple[Array, Array]:
         """Forces F (k, 5) and stiffnesses K (k, m, m), m ≥ 5, of the points → on their nodes: 2a for the first two."""
         if self.N.shape[1] == 1:

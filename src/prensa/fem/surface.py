@@ -121,6 +121,7 @@ class ContactInteraction:
             before,
             self._round_off(pairs, ask.u),
             None if ask.landed is None else ask.landed[s.rows],
+            None if ask.foundation is None else ask.foundation[s.rows],
         )
         # points that just touch are closed or open by the round-off of their gaps; those that stick have that of their slips
         stiff = (weight * scale.k_n * (f.rests | (f.dp[:, 0] > 0)) + f.area * scale.k_t * f.resists).sum()

@@ -342,12 +342,12 @@ class System:
 
     def evaluate(
         self, c: Context, u: Array, lam: Array, stiffness: bool = True, stick: Flags | None = None, guess: bool = False,
-        landed: Flags | None = None,
+        landed: Flags | None = None, foundation: Array | None = None,
     ) -> Evaluation:  # fmt: skip
         """Residual r = f_int − f_contact − f_ext of dofs u (ndof,) and multipliers lam (points, 2), and its derivative.
 
         Contacts whose multipliers are degrees of freedom have them in u and their equations in r; lam is not used there.
-        stick, guess, landed: overrides, see `Request`. Pure: it answers the same for the same arguments whatever came before.
+        stick, guess, landed, foundation: overrides, see `Request`. Pure: it answers the same for the same arguments.
         """
         r, f_ext = np.zeros((2, self.ndof))
         data = np.zeros(len(self.pattern.indices)) if stiffness else None
@@ -357,7 +357,7 @@ class System:
         scale, floor, violation = NOTHING * self.stiffness + bulk.scale, bulk.floor, 0.0
         ways = self.dofs.tool.of(u)[:, : self.dofs.dimension]  # turns are no lengths
         reach = self.length + float(np.abs(ways).max(initial=0.0))
-        ask = Request(u, self.multipliers(u, lam), stiffness, stick, guess, reach, landed)
+        ask = Request(u, self.multipliers(u, lam), stiffness, stick, guess, reach, landed, foundation)
         trials = []
         for interaction in c.interactions:
             out = interaction.respond(c, ask)

@@ -29,6 +29,12 @@ def attempt(eq: Equilibrium, start: Array, soften: bool = True) -> NewtonResult:
     soften: whether a failure is followed by another try with contacts that stiffen stage by stage, if they ask for it.
     """
     result = attempt_by(eq, [], start)
+    if not result.converged and result.contact_changed(eq.policy):
+        again = attempt_by(eq, [], start, by_contact=True)
+        again.iterations += result.iterations
+        if again.converged:
+            return again
+        result.iterations = again.iterations
     path = stages(eq.system, eq.context, eq.policy) if soften and not result.converged else []
     if not path:
         return result
@@ -37,13 +43,16 @@ def attempt(eq: Equilibrium, start: Array, soften: bool = True) -> NewtonResult:
     return again
 
 
-def attempt_by(eq: Equilibrium, path: list[Context], start: Array) -> NewtonResult:
-    """One attempt; ``path``: increment contexts to be solved roughly before, each from the solution of the last."""
+def attempt_by(eq: Equilibrium, path: list[Context], start: Array, by_contact: bool = False) -> NewtonResult:
+    """One attempt; ``path``: increment contexts to be solved roughly before, each from the solution of the last.
+
+    ``by_contact``: as in `newton`.
+    """
     eq.reduced.factorisation.begin()
     lam = eq.system.initial_multipliers(eq.context.state)
     result = NewtonResult(False, None, start, None, lam, 0)
     try:
-        result.reason = _solve(eq, path, start, lam, result)
+        result.reason = _solve(eq, path, start, lam, result, by_contact)
     except BlockedError as error:
         result.reason = error.failure
     except SingularError as error:
@@ -53,7 +62,7 @@ def attempt_by(eq: Equilibrium, path: list[Context], start: Array) -> NewtonResu
 
 
 def _solve(
-    eq: Equilibrium, path: list[Context], start: Array, lam: Array, result: NewtonResult
+    eq: Equilibrium, path: list[Context], start: Array, lam: Array, result: NewtonResult, by_contact: bool
 ) -> Failure | None:  # fmt: skip
     """Solve the stages and then the increment; None when that is done."""
     guess = initial_guess(replace(eq, context=path[0]) if path else eq, start, lam)
@@ -64,13 +73,13 @@ def _solve(
         if not isinstance(end, Evaluation):
             return end
         guess = Guess(project_stage(eq.system, now, then, result.u))
-    return _augment(eq, guess, lam, result)
+    return _augment(eq, guess, lam, result, by_contact)
 
 
-def _augment(eq: Equilibrium, guess: Guess, lam: Array, result: NewtonResult) -> Failure | None:
+def _augment(eq: Equilibrium, guess: Guess, lam: Array, result: NewtonResult, by_contact: bool) -> Failure | None:
     """Newton, and again with updated multipliers of augmented contacts until these are settled."""
     while True:
-        end = newton(eq, guess, lam, result)
+        end = newton(eq, guess, lam, result, by_contact)
         if not isinstance(end, Evaluation):
             return end
         update, change = updated_multipliers(eq.system, eq.context, end, lam, eq.policy)

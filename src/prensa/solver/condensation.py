@@ -160,7 +160,7 @@ class CondensedMatrix:
     # -------------------------------------------------------------------------------------------------------- assembly
     def evaluate(
         self, c: Context, u: Array, lam: Array, stiffness: bool = True, stick: Flags | None = None, guess: bool = False,
-        landed: Flags | None = None,
+        landed: Flags | None = None, foundation: Array | None = None,
     ) -> Evaluation:  # fmt: skip
         """As `System.evaluate`; its matrix holds contact alone.
 
@@ -170,7 +170,7 @@ class CondensedMatrix:
             If a point touches that the columns at hand do not reach.
 
         """
-        e = self.contact.evaluate(c, self.recovered(c, u), lam, stiffness, stick, guess, landed)
+        e = self.contact.evaluate(c, self.recovered(c, u), lam, stiffness, stick, guess, landed, foundation)
         if not e.failed and (e.touching & self.beyond).any():
             raise ActiveSetGrew(self.blocks | self.base.blocks_of(e.touching))
         return e

@@ -40,6 +40,10 @@ class NewtonResult:
     augmentations: int = 0
     recover: Callable[[], Array] | None = None
 
+    def contact_changed(self, policy: Policy) -> bool:
+        """Whether contact points still opened, closed or slipped another way when the iterations ended."""
+        return any(self.changes[-policy.patience :])
+
 
 class Reporter(NamedTuple):
     """Callbacks of an attempt: ``iteration(result, evaluation)``; ``timed(section)`` context manager."""
@@ -61,11 +65,11 @@ class Equilibrium:
 
     def evaluate(
         self, u: Array, lam: Array, stiffness: bool = True, stick: Flags | None = None, guess: bool = False,
-        section: str = "assembly", landed: Flags | None = None,
+        section: str = "assembly", landed: Flags | None = None, foundation: Array | None = None,
     ) -> Evaluation:  # fmt: skip
         """Residual and, with ``stiffness``, its derivative; stick (points,): contact points that are forced to stick."""
         with self.report.timed(section):
-            return self.reduced.assembly.evaluate(self.context, u, lam, stiffness, stick, guess, landed)
+            return self.reduced.assembly.evaluate(self.context, u, lam, stiffness, stick, guess, landed, foundation)
 
     def norm(self, e: Evaluation) -> float:
         """Sum of the absolute free residuals; infinite where the residual could not be evaluated."""

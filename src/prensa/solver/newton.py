@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.fem.system import Evaluation
+from prensa.solver.contact_step import contact_step
 from prensa.solver.equilibrium import Equilibrium, NewtonResult, Signature, reversed_slip, signature
 from prensa.solver.failure import Diverged, Failure, NotConverged, Stagnated, Unevaluable
 from prensa.solver.finish import finish
@@ -46,14 +47,19 @@ class NewtonState:
     least: list[float] = field(default_factory=list)
 
 
-def newton(eq: Equilibrium, guess: Guess, lam: Array, result: NewtonResult) -> Evaluation | Failure:
-    """The evaluation of the converged iterate, or why there is none; ``result`` keeps the iterates and the cost."""
+def newton(
+    eq: Equilibrium, guess: Guess, lam: Array, result: NewtonResult, by_contact: bool = False
+) -> Evaluation | Failure:  # fmt: skip
+    """The evaluation of the converged iterate, or why there is none; ``result`` keeps the iterates and the cost.
+
+    ``by_contact``: with steps that find out themselves which contact points are closed (see `contact_step`).
+    """
     state = init(eq, guess, lam)
     for _ in range(eq.numerics.max_iterations):
         observe(eq, state, result)
         end = terminate(eq, state, result)
         if end is None:
-            end = step(eq, state, result)
+            end = step(eq, state, result, by_contact)
         if end is not None:
             return end
         state.iteration += 1
@@ -114,7 +120,7 @@ def _near(eq: Equilibrium, state: NewtonState, e: Evaluation) -> bool:
     return bool((state.relative <= limit or state.norm <= e.floor) and not opened)
 
 
-def step(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> Failure | None:
+def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: bool = False) -> Failure | None:
     """Move the state by a full Newton step, or by the best of a few fractions of the last good one.
 
     A full step that opens or closes contact points may raise the residual and still be right (it is then a step of
@@ -122,7 +128,7 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> Failure |
     and shortens its step (watchdog of Chamberlain et al. 1982); likewise while points reverse their slip. Any other step
     that raises the residual is shortened.
     """
-    e, delta = _direction(eq, state)
+    e, delta = _contact_direction(eq, state) if by_contact else _direction(eq, state)
     result.iterations += 1
     if runaway := eq.runaway(delta):
         return runaway
@@ -154,6 +160,18 @@ def _direction(eq: Equilibrium, state: NewtonState) -> tuple[Evaluation, Array]:
     with eq.report.timed("factorisation and solve"):
         matrix, e = eq.reduced.matrix(e, -e.r), e._replace(data=None)
         return e, eq.reduced.solve(matrix, -e.r)
+
+
+def _contact_direction(eq: Equilibrium, state: NewtonState) -> tuple[Evaluation, Array]:
+    """As `_direction`, with the contact conditions as inequalities where that can be done."""
+    e = state.evaluation
+    assert e is not None
+    stick = state.reversed if state.reversed.any() else None
+    delta = contact_step(eq, state.u, state.lam, e, stick)
+    if delta is None:
+        return _direction(eq, state)
+    state.evaluation = None
+    return e._replace(data=None), delta
 
 
 def _accepted(eq: Equilibrium, state: NewtonState, full: Evaluation, size: float) -> bool:

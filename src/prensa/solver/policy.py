@@ -60,6 +60,23 @@ class Policy:
     beyond_bound: float = 10.0
     """Tangential traction over pressure that is beyond every friction bound."""
 
+    # ------------------------------------------------------------------------------------------------- contact steps
+    candidates: float = 0.5
+    """Gap over element depth below which a contact step lets a point close …"""
+    most_candidates: int = 1500
+    """… of which it takes on so many at most: each costs a substitution."""
+    foundation: float = 1e-4
+    """Share of its normal stiffness with which a candidate resists open or closed: far above what bends a sheet, so that the
+    matrix is regular, far below what presses it, so that the response keeps its digits."""
+    interior_steps: int = 100
+    """Iterations of the interior point method at most …"""
+    interior: float = 0.995
+    """… each so much of the way to where a pressure or a gap would vanish …"""
+    complementary: float = 1e-32
+    """… until the mean product of scaled pressures and gaps is this: pressures of a loose end are 1e-13 of the largest."""
+    polishing: int = 6
+    """Times at most that the equations of the pairs found are solved."""
+
     # ------------------------------------------------------------------------------------------------- continuation
     soft: float = 10.0
     """β of the first stage of the continuation in the penalty."""

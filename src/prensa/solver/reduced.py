@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,9 @@ from prensa.solver.eliminated import Tied
 from prensa.solver.linear import Factorisation, running
 from prensa.solver.multipliers import Equations, determined
 from prensa.solver.policy import DEFAULT, Policy
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -49,7 +52,7 @@ class Assembly(Protocol):
 
     def evaluate(
         self, c: Context, u: Array, lam: Array, stiffness: bool = True, stick: Flags | None = None, guess: bool = False,
-        landed: Flags | None = None,
+        landed: Flags | None = None, foundation: Array | None = None,
     ) -> Evaluation:  # fmt: skip
         """As `System.evaluate`."""
 
@@ -99,10 +102,10 @@ class Whole:
 
     def evaluate(
         self, c: Context, u: Array, lam: Array, stiffness: bool = True, stick: Flags | None = None, guess: bool = False,
-        landed: Flags | None = None,
+        landed: Flags | None = None, foundation: Array | None = None,
     ) -> Evaluation:  # fmt: skip
         """As `System.evaluate`."""
-        return self.system.evaluate(c, u, lam, stiffness, stick, guess, landed)
+        return self.system.evaluate(c, u, lam, stiffness, stick, guess, landed, foundation)
 
     def apply(self, data: Array, delta: Array) -> Array:
         """K δ with the whole matrix."""
@@ -197,6 +200,11 @@ class Reduced:
     def solve(self, matrix: Array, b: Array) -> Array:
         """Free dofs (ndof,) with K_ff x_f = b_f, zero where prescribed."""
         return self.restriction.whole(self.factorisation.solve(matrix, self.restriction.part(b)), len(b))
+
+    def responses(self, loads: csr_matrix, of: csr_matrix) -> Array:
+        """Σ of_i x (n, k) of the solutions x for k loads, rows (k, ndof), with the last factors; of (n, ndof)."""
+        columns = self.restriction.part(loads.toarray().T)
+        return np.asarray(self.restriction.part(of.toarray().T).T @ self.factorisation.again(columns))
 
     def again(self, b: Array) -> Array:
         """As `solve`, with the last factors, unchecked: only for corrections whose effect is looked at."""

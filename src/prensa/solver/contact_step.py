@@ -1,0 +1,123 @@
+"""A Newton step in which the linearised contact conditions hold as the inequalities that they are.
+
+Newton's matrix assumes which points are closed, and an iteration corrects that assumption. Where bodies are soft in bending
+and lie flat (a sheet between binder and die), each correction makes the next one necessary: points open and close for ever,
+however short the increment. Here bodies are linearised alone (Josephy 1979), and which points are closed comes out of a small
+complementarity problem of pressures p ≥ 0 and gaps k_n g ≥ 0. Newton's order stays, and the number of points that change
+does not matter. It costs a substitution for each candidate, so it is for increments that Newton's method gave up.
+
+Every candidate rests on a foundation, a spring of a share θ of its k_n that acts open or closed; that keeps the matrix regular
+where bodies are held by contact alone. What the pressure is besides the spring's,
+
+    Δp = θ Δ(λ − k_n g) + v,   λ − k_n g = x − y,   p = x ≥ 0,   y ≥ 0,   x y = 0,   so v = (1 − θ) Δx + θ Δy,
+
+acts on the bodies through the response S = −∂(λ − k_n g)/∂v, and (1 − θ S) Δy − (1 + (1 − θ) S) Δx = −Δ(λ − k_n g) of the
+springs alone. Friction follows the pressures with its slope ∂t/∂p.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix, vstack
+
+from prensa.contact.forces import ContactForces, Scale
+from prensa.fem.surface import Surface
+from prensa.fem.system import Evaluation
+from prensa.solver.complementarity import complementary
+from prensa.solver.equilibrium import Equilibrium
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+
+class Candidates(NamedTuple):
+    """m points that may be closed: forces (m, ndof) by v, −∂r/∂v; slopes (m, ndof) of the trial pressure λ − k_n g, (m,)."""
+
+    forces: csr_matrix
+    slopes: csr_matrix
+    trial: Array
+
+
+def contact_step(eq: Equilibrium, u: Array, lam: Array, e: Evaluation, stick: Flags | None) -> Array | None:
+    """Step (ndof,) from the iterate u (ndof,), whose evaluation is e; None where there is none or it would cost too much.
+
+    stick (points,): contact points that are forced to stick.
+    """
+    policy = eq.policy
+    near = np.concatenate(
+        [
+            np.where(np.isfinite(f.g), f.g, np.inf) < policy.candidates * sc.h
+            for f, sc in zip(e.contacts, eq.context.scales)
+        ]
+    )
+    if not 0 < near.sum() <= policy.most_candidates:
+        return None
+    base = eq.evaluate(u, lam, stick=stick, foundation=np.where(near, policy.foundation, 0.0))
+    if base.failed:
+        return None
+    all_lam = eq.system.multipliers(u, lam)
+    points = _candidates(eq, base, near, all_lam)
+    r = base.r
+    with eq.report.timed("factorisation and solve"):
+        matrix, base = eq.reduced.matrix(base, -r), base._replace(data=None)
+        alone = eq.reduced.solve(matrix, -r)
+        found = _pressures(eq, points, alone)
+        step = None if found is None else alone + eq.reduced.again(points.forces.T @ found)
+    # they are not those of Newton's matrix, which finishing substitutions want
+    eq.reduced.factorisation.begin()
+    return step
+
+
+def _pressures(eq: Equilibrium, points: Candidates, alone: Array) -> Array | None:
+    """Share v (m,) of the candidates' pressures, given the step (ndof,) of the springs alone."""
+    policy, m, share = eq.policy, len(points.trial), eq.policy.foundation
+    S = np.empty((m, m))
+    for first in range(0, m, policy.columns):
+        block = slice(first, first + policy.columns)
+        S[:, block] = -(eq.reduced.responses(points.forces[block], points.slopes))
+    x, y = np.maximum(points.trial, 0.0), np.maximum(-points.trial, 0.0)
+    left, right = np.eye(m) - share * S, np.eye(m) + (1.0 - share) * S
+    found = complementary(left, right, left @ y - right @ x - points.slopes @ alone, policy)
+    return None if found is None else (1.0 - share) * (found[0] - x) + share * (found[1] - y)
+
+
+def _candidates(eq: Equilibrium, base: Evaluation, near: Flags, lam: Array) -> Candidates:
+    """The candidates of all contacts, from an evaluation on their foundation; lam (points, 1 + t) multipliers."""
+    parts = [
+        _of_surface(s, f, scale, np.flatnonzero(near[s.rows]), lam[s.rows], eq.system.ndof)
+        for s, f, scale in zip(eq.system.surfaces, base.contacts, eq.context.scales)
+    ]
+    return Candidates(
+        vstack([p.forces for p in parts], format="csr"),
+        vstack([p.slopes for p in parts], format="csr"),
+        np.concatenate([p.trial for p in parts]),
+    )
+
+
+def _of_surface(s: Surface, f: ContactForces, scale: Scale, at: NDArray[np.int64], lam: Array, ndof: int) -> Candidates:
+    """The candidates ``at`` (m,) of one contact."""
+    share, t = f.dp[:, 0], f.t.shape[1]
+    share = np.where(share > 0, share, 1.0)
+    by_p = f.dt[:, :, 0] / share[:, None]
+    along = (f.area[:, None, None] * by_p[:, :, None] * f.pairs.Ft).sum(axis=1)
+    forces = s.points.on_dofs(f.weight[:, None] * f.pairs.Fn + along)[at]
+    slopes = s.points.on_dofs(f.dp[:, 1 + t :] / share[:, None])[at]
+    if s.exact:
+        # r has −F and the multipliers' equations w c (p − λ)/k; the trial pressure has λ = c ℓ itself
+        c = f.weight * scale.unit
+        rows = -np.hstack([(c / scale.k_n)[:, None], (c / scale.k_t)[:, None] * by_p])[at]
+        own = np.zeros((len(at), 1 + t))
+        own[:, 0] = scale.unit[at]
+        forces, slopes = np.hstack([forces, rows]), np.hstack([slopes, own])
+    dofs = s.coupled[at]
+    trial = lam[at, 0] - scale.k_n[at] * f.g[at]
+    return Candidates(_rows(forces, dofs, ndof), _rows(slopes, dofs, ndof), trial)
+
+
+def _rows(values: Array, dofs: NDArray[np.int64], ndof: int) -> csr_matrix:
+    """Rows (m, ndof) with values (m, k) at dofs (m, k)."""
+    m, k = dofs.shape
+    return csr_matrix((values.ravel(), dofs.ravel(), np.arange(0, m * k + 1, k)), (m, ndof))
