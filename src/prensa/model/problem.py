@@ -46,6 +46,22 @@ def _as_names(value: Any) -> Any:
     return (value,) if isinstance(value, str) else tuple(value) if isinstance(value, list) else value
 
 
+def _switched_off(value: Any) -> Any:
+    """'off', which older YAML reads as false."""
+    return "off" if value is False else value
+
+
+def _stabilise_kind(value: Any) -> str:
+    return "number" if isinstance(value, int | float) else "word"
+
+
+Stabilise = Annotated[
+    Annotated[Literal["auto", "off"], Tag("word")] | Annotated[Number, Field(gt=0, le=0.1), Tag("number")],
+    Discriminator(_stabilise_kind),
+    BeforeValidator(_switched_off),
+]
+
+
 # ------------------------------------------------------------------------------------------------------------ meshes
 @described
 class Grade:
@@ -501,6 +517,7 @@ class Step:
     Numbers ramp linearly from the value at the start of the step. What is not mentioned is held.
     ``increments``: the number of equal increments asked for (each is cut further when it does not converge);
     without it the step size is chosen automatically.
+    ``stabilise`` overrides the problem's.
     """
 
     name: str
@@ -512,6 +529,7 @@ class Step:
     body_force: Mapping[str, tuple[BodyForceValue, BodyForceValue]] = field(default_factory=dict)
     friction: Mapping[str, Friction | None] = field(default_factory=dict)
     increments: Annotated[Whole, Field(ge=1)] | None = None
+    stabilise: Stabilise | None = None
 
 
 @described
@@ -531,6 +549,9 @@ class Problem:
     ``kinematics``: ``finite`` (updated Lagrangian) or ``small``. ``contact_geometry``: ``current`` (moved surface, true
     tool normal) or ``reference`` (gap on the undeformed surface along its own normal: linear Signorini).
     ``body_force``: force per volume ρb on each body.
+    ``stabilise``: viscous forces on the velocities of the nodes carry bodies over limit points, where they snap or buckle:
+    ``auto``, or the share of the work that they may dissipate (``auto``: 2e-4); ``off`` without. What they do dissipate is
+    in the ledger, and told when it is more than 1 % of the work.
     """
 
     name: str
@@ -547,6 +568,7 @@ class Problem:
     kinematics: Literal["finite", "small"] = "finite"
     contact_geometry: Literal["current", "reference"] = "current"
     thickness: Annotated[Length, Field(gt=0)] = 1.0
+    stabilise: Stabilise = "off"
     units: Units = field(default_factory=Units)
     start: Start | None = None
 
@@ -556,6 +578,17 @@ class Problem:
 
         check_names(self)
         return self
+
+
+def stabilised(problem: Any, number: int) -> float | Literal["auto", "off"]:
+    """What ``stabilise`` is in step *number* (from 0) of a problem."""
+    own = problem.steps[number].stabilise if number < len(problem.steps) else None
+    return problem.stabilise if own is None else own
+
+
+def ever_stabilised(problem: Any) -> bool:
+    """Whether any step of a problem is stabilised."""
+    return any(stabilised(problem, k) != "off" for k in range(len(problem.steps)))
 
 
 @described

@@ -300,7 +300,7 @@ class _Run:
             "last_force": {t: {c: last(f"{t}.{k}") for c, k in zip("xym", ("fx", "fy", "mz"))} for t in problem.tools},
             "last_place": {t: {c: last(f"{t}.u{c}") for c in "xy"} | {"rz": last(f"{t}.rz")} for t in problem.tools},
             "last_area": {c.name: last(f"{c.name}.area") for c in problem.contacts},
-            "energy": {e: last(f"energy.{e}") for e in history.ENERGIES},
+            "energy": {e: last(f"energy.{e}") for e in history.energies_of(problem)},
             "totals": {
                 "increments": len(iterations),
                 "iterations": int(iterations.sum()),

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -39,11 +41,21 @@ def attempt(eq: Equilibrium, start: Array, soften: bool = True) -> NewtonResult:
 
 def attempt_by(eq: Equilibrium, path: list[Context], start: Array) -> NewtonResult:
     """One attempt; ``path``: increment contexts to be solved roughly before, each from the solution of the last."""
+    return _outcome(eq, start, partial(_solve, eq, path, start))
+
+
+def attempt_from(eq: Equilibrium, u: Array) -> NewtonResult:
+    """One attempt from the iterate u (ndof,) itself, which nothing extrapolates."""
+    return _outcome(eq, u, partial(_augment, eq, Guess(u)))
+
+
+def _outcome(eq: Equilibrium, start: Array, solve: Callable[[Array, NewtonResult], Failure | None]) -> NewtonResult:
+    """What comes of an attempt that ``solve`` makes with multipliers (points, 1 + t), from the dofs ``start``."""
     eq.reduced.factorisation.begin()
     lam = eq.system.initial_multipliers(eq.context.state)
     result = NewtonResult(False, None, start, None, lam, 0)
     try:
-        result.reason = _solve(eq, path, start, lam, result)
+        result.reason = solve(lam, result)
     except BlockedError as error:
         result.reason = error.failure
     except SingularError as error:

@@ -13,9 +13,12 @@ from prensa.solver.failure import (
     CornerInverted,
     Failure,
     FreeToMove,
+    Jumped,
+    LimitPoint,
     Tunnelled,
     Unevaluable,
     Unsettled,
+    Unstable,
 )
 
 
@@ -37,6 +40,11 @@ def hint(failure: Failure) -> str:
             return "a hardening flow curve, a larger fillet of the tool, a finer mesh there, more 'increments'"
         case Tunnelled():
             return "more 'increments', or a shorter travel"
+        case LimitPoint() | Unstable() | Jumped():
+            return (
+                "'stabilise: auto', which lets the jump happen against small viscous forces; a tool that is moved "
+                "('move') instead of pushed; a step that ends before"
+            )
         case Unsettled():
             return "a larger 'beta', or 'penalty'"
     return "more 'increments', a smaller motion per step, a larger fillet or a finer mesh where it happens, or less softening"

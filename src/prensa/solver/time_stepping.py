@@ -27,7 +27,7 @@ from prensa.solver.approach import approach, first_touch
 from prensa.solver.attempt import attempt
 from prensa.solver.condensation import Condensation, condensed, to_be_condensed
 from prensa.solver.equilibrium import Equilibrium, NewtonResult, Reporter
-from prensa.solver.failure import FreeToMove, sentence
+from prensa.solver.failure import FreeToMove, LimitPoint, sentence
 from prensa.solver.increment import Increment, Monitor
 from prensa.solver.ledger import ledger, nodal_work
 from prensa.solver.policy import Policy
@@ -36,6 +36,8 @@ from prensa.solver.quality import quality_warnings, untouched_tools
 from prensa.solver.reduced import Reduced
 from prensa.solver.reporting import Messages
 from prensa.solver.results import increment_of
+from prensa.solver.stabilisation import Stabilisation
+from prensa.solver.stability import at_limit, judged, told
 from prensa.solver.step_control import StepControl
 
 log = logging.getLogger("prensa")
@@ -108,7 +110,7 @@ class TimeStepping:
     ) -> None:
         self.system, self.numerics, self.policy = system, numerics, policy
         self.messages, self.timer, self.condense = messages, timer, condense
-        self.acceptance = Acceptance(system, policy)
+        self.acceptance, self.stabilisation = Acceptance(system, policy), Stabilisation(system, policy)
         self.reduced: Reduced | None = None
         self.condensed: Condensation | None = None
         self.last: Increment | None = None
@@ -147,7 +149,7 @@ class TimeStepping:
         spent, cutbacks = 0, 0
         while True:
             end, notes = first_touch(self.system, state, plan, control.end(now, dt), self.policy)
-            c = replace(self.system.context(state, plan, end), lagged=self.numerics.iteration == "paper")
+            c = self.context(state, plan, end)
             start, more = approach(self.system, c)
             for message in notes + more:
                 self.messages.note(state, plan, message)
@@ -156,13 +158,24 @@ class TimeStepping:
             spent += result.iterations
             if refusal := self.acceptance.refusal(c, result):
                 result.converged, result.reason = False, refusal
+            dt = control.cut(end - now)
+            last = cutbacks == self.numerics.max_cutbacks or control.exhausted(dt)
+            if self.condensed is None:  # linear bodies are stable
+                before = result.iterations
+                result = judged(self.equilibrium(c), result, self.acceptance, cutbacks, not last)
+                spent += result.iterations - before
             if result.converged:
                 return self.commit(c, control, result, spent, cutbacks)
             self.messages.rejected(state, plan, end, result)
-            dt = control.cut(end - now)
-            if cutbacks == self.numerics.max_cutbacks or control.exhausted(dt):
+            if last or (isinstance(result.reason, LimitPoint) and at_limit(c, self.policy)):
                 raise self.post_mortem(c, result, cutbacks)
             cutbacks += 1
+
+    def context(self, state: State, plan: StepPlan, end: float) -> Context:
+        """Everything that an increment from a state to the time ``end`` needs."""
+        c = self.system.context(state, plan, end)
+        viscous = self.stabilisation.forces(c)
+        return replace(c, lagged=self.numerics.iteration == "paper", interactions=[*c.interactions, *viscous])
 
     def equilibrium(self, c: Context) -> Equilibrium:
         """The equations of an increment, condensed where the bodies are."""
@@ -187,11 +200,13 @@ class TimeStepping:
         e = result.evaluation._replace(data=None)  # increments that are kept must not keep their matrices
         ended = c.time >= c.plan.t1
         dt = 0.0 if ended else control.next(c, e, result.iterations, cutbacks)
-        state = committed(self.system, c, result, e, dt)
+        state = committed(self.system, c, result, e, dt, self.stabilisation)
         increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended)
         if ended:
             residual = max(result.residual, self.numerics.tolerance)
             self.messages.warn(quality_warnings(self.system, c, e, residual, self.policy))
+            self.messages.warn(self.stabilisation.told(state.energy, state.stability))
+        self.messages.warn(told(c, result))
         self.messages.accepted(c.state, c.plan, result, increment)
         return state, increment
 
@@ -207,7 +222,9 @@ class TimeStepping:
             "No increment of this run had converged before."
         )  # fmt: skip
         cut = f"The increment was cut {cutbacks} times without success."
-        if cutbacks < self.numerics.max_cutbacks:
+        if isinstance(reason, LimitPoint):
+            cut = f"Increments were down to {c.dt:.1g} of time: no shorter one can help."
+        elif cutbacks < self.numerics.max_cutbacks:
             cut += " It is too short by now for another cut: the body jumps here, or nothing can go on."
         return SolveError(
             f"step {c.plan.name!r}, time {c.time:.6g}: {sentence(reason)}{'; ' + place if place else ''}. {cut} {last} "
@@ -217,7 +234,9 @@ class TimeStepping:
         )
 
 
-def committed(system: System, c: Context, result: NewtonResult, e: Evaluation, dt: float) -> State:
+def committed(
+    system: System, c: Context, result: NewtonResult, e: Evaluation, dt: float, stabilisation: Stabilisation
+) -> State:
     """The state after a converged increment; dt: duration of the next one, 0 at the end of the step.
 
     At the end of a step all dofs are recovered: the next step may need some that this one does not.
@@ -227,8 +246,9 @@ def committed(system: System, c: Context, result: NewtonResult, e: Evaluation, d
         contact = contact.replaced(s.rows, f.record)
         lam[s.rows, 0], lam[s.rows, 1:] = f.p, f.t
     work = nodal_work(system, c, e)
-    energy = ledger(system, c, result.u, e, work)
     ended, du = c.time >= c.plan.t1, result.u - old.u
+    energy = ledger(system, c, result.u, e, work, stabilisation.dissipated(c, du))
+    stability = stabilisation.after(c, du, energy.external - old.energy.external, result.negative)
     if ended and result.recover is not None:
         result.u, result.recover = result.recover(), None
     step, step_start = (c.plan.number + 1, result.u) if ended else (c.plan.number, old.step_start)
@@ -236,5 +256,5 @@ def committed(system: System, c: Context, result: NewtonResult, e: Evaluation, d
     return State(
         u=result.u, du=du, dt_last=0.0 if ended else c.dt, second_difference=difference, history=e.history, contact=contact,
         lam=lam, energy=energy, work=work, clock=Clock(step, old.clock.number + 1, c.time, dt, damping),
-        step_start=step_start,
+        step_start=step_start, stability=stability,
     )  # fmt: skip
