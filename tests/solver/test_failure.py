@@ -21,7 +21,8 @@ EACH = (
     f.Unevaluable("something else"), f.Diverged(), f.Stagnated(1e-3), f.NotConverged(25, 1e-3), f.Unsettled(40),
     f.Blocked("top-tool", 1.0, 2.0), f.Singular("a pivot is zero"), f.ToolRunaway("tool", "rz"), f.Runaway(),
     f.LostSupport("body"), f.UnilaterallySupported("body", "tool"), f.Tunnelled("tool", 7, "body", 1.0, 2.0),
-    f.CornerInverted(3, "body", 1.0, 2.0), f.Collapsed(3, "body", 1.0, 2.0, 1.5),
+    f.CornerInverted(3, "body", 1.0, 2.0), f.Collapsed(3, "body", 1.0, 2.0, 1.5), f.Unstable(2), f.Jumped(),
+    f.LimitPoint(f.Unstable(1)),
     f.MetalInside(Inside("tool", 7, "body", "body.right", 1.0, 2.0, 0.1)),
 )  # fmt: skip
 

@@ -22,7 +22,9 @@ from prensa.model.problem import Case
 
 CHECKPOINT = "checkpoint.h5"
 FORMAT = "prensa checkpoint"
-VERSION = 3  # 2: second difference of the increments; 3: named fields of contact points, clock and energies
+VERSION = (
+    4  # 2: second difference of the increments; 3: named fields of contact points, clock and energies; 4: stability
+)
 
 log = logging.getLogger(__name__)
 

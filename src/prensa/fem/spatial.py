@@ -41,6 +41,7 @@ class PlaneStep:
     move: Mapping[str, float]
     increments: int | None = None
     fixed: Mapping[str, Any] = field(default_factory=dict)
+    stabilise: float | str | None = None
 
 
 @dataclass(frozen=True)
@@ -63,6 +64,7 @@ class BricksUnderPlane:
     element: str = "h8_fbar"
     kinematics: str = "finite"
     name: str = "bricks"
+    stabilise: float | str = "off"
 
     space = "3d"
     contact_geometry = "current"

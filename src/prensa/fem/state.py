@@ -62,6 +62,22 @@ class Energy(NamedTuple):
     friction: float = 0.0
     contact: float = 0.0
     imbalance: float = 0.0
+    viscous: float = 0.0
+
+
+class Stability(NamedTuple):
+    """What stability goes by: ``negative`` modes of the last equilibrium, and the viscous forces of a stabilised step.
+
+    ``viscosity``: force over velocity and volume; it follows from ``motion``, ∫∫ |v|² dV dt, and ``work`` of the step so far.
+    """
+
+    negative: int = 0
+    viscosity: float = 0.0
+    motion: float = 0.0
+    work: float = 0.0
+
+
+UNKNOWN = Stability()
 
 
 @dataclass(frozen=True)
@@ -74,7 +90,8 @@ class State:
     one (elements, points, h) array per block, flattened together; ``contact`` the contact points; ``lam`` (points, 1 + t)
     normal and tangential multipliers; ``work`` (ndof,) forces of the last committed increment; ``step_start`` (ndof,) the
     degrees of freedom at the start of the present step; ``release`` (ndof,) forces carried at that time beyond those that the
-    step asks for, which it lets go linearly; None if there are none.
+    step asks for, which it lets go linearly; None if there are none;
+    ``stability`` of the last equilibrium.
     """
 
     u: Array
@@ -89,6 +106,7 @@ class State:
     clock: Clock
     step_start: Array
     release: Array | None = None
+    stability: Stability = UNKNOWN
 
     def extrapolated(self, dt: float) -> Array:
         """Change of the degrees of freedom (ndof,) in the next ``dt``, extrapolated from the last increments."""
@@ -151,4 +169,4 @@ class State:
         return cls(**values)
 
 
-NAMED = {"clock": Clock, "energy": Energy}
+NAMED = {"clock": Clock, "energy": Energy, "stability": Stability}

@@ -46,6 +46,22 @@ def _as_names(value: Any) -> Any:
     return (value,) if isinstance(value, str) else tuple(value) if isinstance(value, list) else value
 
 
+def _switched_off(value: Any) -> Any:
+    """'off', which older YAML reads as false."""
+    return "off" if value is False else value
+
+
+def _stabilise_kind(value: Any) -> str:
+    return "number" if isinstance(value, int | float) else "word"
+
+
+Stabilise = Annotated[
+    Annotated[Literal["auto", "off"], Tag("word")] | Annotated[Number, Field(gt=0, le=0.1), Tag("number")],
+    Discriminator(_stabilise_kind),
+    BeforeValidator(_switched_off),
+]
+
+
 # ------------------------------------------------------------------------------------------------------------ meshes
 MOST_ELEMENTS = 5_000_000  # of a body: some thirty gigabytes, told before they are asked for
 
@@ -552,6 +568,7 @@ class Step:
     changed goes linearly, over the step, from the force that it carries to what is asked; lowered friction fades so too.
     ``increments``: the number of equal increments asked for (each is cut further when it does not converge);
     without it the step size is chosen automatically.
+    ``stabilise`` overrides the problem's.
     """
 
     name: str
@@ -564,6 +581,7 @@ class Step:
     body_force: Mapping[str, tuple[BodyForceValue, BodyForceValue]] = field(default_factory=dict)
     friction: Mapping[str, Friction | None] = field(default_factory=dict)
     increments: Annotated[Whole, Field(ge=1)] | None = None
+    stabilise: Stabilise | None = None
 
 
 @described
@@ -585,6 +603,9 @@ class Problem:
     ``allow_large_strain``: what ``small`` gives where strains or rotations are beyond 0.1, which is refused otherwise.
     ``body_force``: force per volume ρb on each body. ``contacts`` left out (or empty): every tool against the outline of every
     body; ``no_contact``: what tools may go through.
+    ``stabilise``: viscous forces on the velocities of the nodes carry bodies over limit points, where they snap or buckle:
+    ``auto``, or the share of the work that they may dissipate (``auto``: 2e-4); ``off`` without. What they do dissipate is
+    in the ledger, and told when it is more than 1 % of the work.
     """
 
     name: str
@@ -603,6 +624,7 @@ class Problem:
     contact_geometry: Literal["current", "reference"] = "current"
     allow_large_strain: bool = False
     thickness: Annotated[Length, Field(gt=0)] = 1.0
+    stabilise: Stabilise = "off"
     units: Units = field(default_factory=Units)
     start: Start | None = None
 
@@ -623,6 +645,17 @@ class Problem:
         """Every tool against the outline of every body, but those that ``no_contact`` lists as a whole."""
         none = {(s, n.against) for n in self.no_contact for s in n.surface}
         return tuple(Contact((body,), tool) for tool in self.tools for body in self.bodies if (body, tool) not in none)
+
+
+def stabilised(problem: Any, number: int) -> float | Literal["auto", "off"]:
+    """What ``stabilise`` is in step *number* (from 0) of a problem."""
+    own = problem.steps[number].stabilise if number < len(problem.steps) else None
+    return problem.stabilise if own is None else own
+
+
+def ever_stabilised(problem: Any) -> bool:
+    """Whether any step of a problem is stabilised."""
+    return any(stabilised(problem, k) != "off" for k in range(len(problem.steps)))
 
 
 @described

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import PrensaError, take_path
-from prensa.model.problem import Problem
+from prensa.model.problem import Problem, ever_stabilised
 from prensa.output.files import file_name, numbered, replacing
 from prensa.solver.increment import STATUS, ContactState, Force, Increment
 from prensa.solver.results import support_names
@@ -43,7 +43,7 @@ def history_columns(problem: Problem) -> list[str]:
     areas = [f"{contact.name}.area" for contact in problem.contacts]
     springs = [f"{tool}.spring.{c}" for tool, c, _ in _springs(problem)]
     supports = [f"fixed.{name}.{c}" for name in support_names(problem) for c in ("fx", "fy")]
-    energies = [f"energy.{name}" for name in ENERGIES]
+    energies = [f"energy.{name}" for name in energies_of(problem)]
     bodies = problem.bodies if problem.space == "plane stress" else ()
     thickness = [f"{body}.thickness.{c}" for body in bodies for c in ("min", "max")]
     return [
@@ -61,6 +61,11 @@ def history_columns(problem: Problem) -> list[str]:
     ]
 
 
+def energies_of(problem: Problem) -> list[str]:
+    """Names of the energies that a run writes: with what viscous forces dissipate where some step is stabilised."""
+    return [*ENERGIES, *(["viscous"] if ever_stabilised(problem) else [])]
+
+
 def history_row(problem: Problem, increment: Increment) -> list[Any]:
     """Values of one row of ``history.csv``, in the order of `history_columns`."""
     tools = [v for tool in problem.tools for v in (*increment.tools[tool].place, *increment.tools[tool].force)]
@@ -70,7 +75,7 @@ def history_row(problem: Problem, increment: Increment) -> list[Any]:
     areas = [increment.contacts[contact.name].area for contact in problem.contacts]
     depths = [increment.bodies[body].thickness for body in problem.bodies] if problem.space == "plane stress" else []
     thickness = [v for t in depths if t is not None for v in (t.min(), t.max())]
-    energies = [increment.energy.get(name, 0.0) for name in ENERGIES]
+    energies = [increment.energy.get(name, 0.0) for name in energies_of(problem)]
     cost = increment.statistics
     head = [increment.step, increment.number, increment.time]
     return [*head, *tools, *areas, *thickness, *energies, cost.iterations, cost.cutbacks, *supports, *springs]

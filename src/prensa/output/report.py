@@ -12,7 +12,7 @@ from prensa.errors import PrensaError, take_path
 from prensa.model.problem import Case, Problem
 from prensa.output import style
 from prensa.output.files import write_text
-from prensa.output.history import ENERGIES, read_history
+from prensa.output.history import energies_of, read_history
 from prensa.output.pictures import PICTURES, caption, order
 
 REPORT = "report.html"
@@ -74,14 +74,14 @@ def _tables(directory: Path, summary: dict[str, Any]) -> dict[str, Any]:
     problem = case.problem
     history = read_history(directory)
     last = {k: v[-1] for k, v in history.items()} if len(history["time"]) else {}
-    scale = max((abs(float(last[f"energy.{e}"])) for e in ENERGIES), default=0.0) if last else 0.0
+    scale = max((abs(float(last[f"energy.{e}"])) for e in energies_of(problem)), default=0.0) if last else 0.0
     return {
         "facts": list(_facts(case, summary)),
         "tools": [(t, [float(last[f"{t}.{c}"]) for c in ("ux", "uy", "rz", "fx", "fy", "mz")]) for t in problem.tools if last],
         "areas": [(c.name, float(last[f"{c.name}.area"])) for c in problem.contacts if last],
         "means": [(step, *row) for step, rows in summary.get("passage_means", {}).items() for row in _means(rows, problem)],
         "energies": [(e, float(last[f"energy.{e}"]), abs(float(last[f"energy.{e}"])) / scale if scale else 0.0)
-                     for e in ENERGIES if last],
+                     for e in energies_of(problem) if last],
         "units": {"length": style.length_unit(problem), "force": style.force_unit(problem), "area": style.area_unit(problem),
                   "moment": style.moment_unit(problem), "energy": style.energy_unit(problem)},
         "axes": style.axes_names(problem),

@@ -314,7 +314,7 @@ class _Run:
             "last_place": {t: {c: last(f"{t}.u{c}") for c in "xy"} | {"rz": last(f"{t}.rz")} for t in problem.tools},
             "passage_means": passages.last_means(self.directory),
             "last_area": {c.name: last(f"{c.name}.area") for c in problem.contacts},
-            "energy": {e: last(f"energy.{e}") for e in history.ENERGIES},
+            "energy": {e: last(f"energy.{e}") for e in history.energies_of(problem)},
             "totals": {
                 "increments": len(iterations),
                 "iterations": int(iterations.sum()),

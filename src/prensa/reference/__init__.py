@@ -9,12 +9,14 @@
 | `upsetting` | frictionless upsetting with elasticity: cylinder, ring, plane strain; Considere |
 | `forming` | limit loads, tubes, rough plates, slab method, drawing, rolling |
 | `bending` | moment, curvature and springback of a strip |
+| `buckling` | columns: Euler's load, the elastica |
 | `tables` | tabulated results of other programs and papers |
 
 Any consistent units. Functions take and return plain numbers and numpy arrays; scipy is loaded on first use.
 """
 
 from .bending import Bending, bend_strip, bend_strip_perfect, bend_strip_power
+from .buckling import elastica_clamped, euler_clamped
 from .forming import (
     Drawing,
     Rolling,
@@ -99,6 +101,8 @@ __all__ = [
     "considere",
     "cylinder_on_layer_pressure",
     "cylinder_on_layer_table",
+    "elastica_clamped",
+    "euler_clamped",
     "flat_punch_stick",
     "flat_punch_stiffness",
     "hertz_line",

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -48,11 +50,21 @@ def attempt_by(eq: Equilibrium, path: list[Context], start: Array, by_contact: b
 
     ``by_contact``: as in `newton`.
     """
+    return _outcome(eq, start, partial(_solve, eq, path, start, by_contact))
+
+
+def attempt_from(eq: Equilibrium, u: Array) -> NewtonResult:
+    """One attempt from the iterate u (ndof,) itself, which nothing extrapolates."""
+    return _outcome(eq, u, partial(_augment, eq, Guess(u), False))
+
+
+def _outcome(eq: Equilibrium, start: Array, solve: Callable[[Array, NewtonResult], Failure | None]) -> NewtonResult:
+    """What comes of an attempt that ``solve`` makes with multipliers (points, 1 + t), from the dofs ``start``."""
     eq.reduced.factorisation.begin()
     lam = eq.system.initial_multipliers(eq.context.state)
     result = NewtonResult(False, None, start, None, lam, 0)
     try:
-        result.reason = _solve(eq, path, start, lam, result, by_contact)
+        result.reason = solve(lam, result)
     except BlockedError as error:
         result.reason = error.failure
     except SingularError as error:
@@ -62,7 +74,7 @@ def attempt_by(eq: Equilibrium, path: list[Context], start: Array, by_contact: b
 
 
 def _solve(
-    eq: Equilibrium, path: list[Context], start: Array, lam: Array, result: NewtonResult, by_contact: bool
+    eq: Equilibrium, path: list[Context], start: Array, by_contact: bool, lam: Array, result: NewtonResult
 ) -> Failure | None:  # fmt: skip
     """Solve the stages and then the increment; None when that is done."""
     guess = initial_guess(replace(eq, context=path[0]) if path else eq, start, lam)
@@ -73,10 +85,10 @@ def _solve(
         if not isinstance(end, Evaluation):
             return end
         guess = Guess(project_stage(eq.system, now, then, result.u))
-    return _augment(eq, guess, lam, result, by_contact)
+    return _augment(eq, guess, by_contact, lam, result)
 
 
-def _augment(eq: Equilibrium, guess: Guess, lam: Array, result: NewtonResult, by_contact: bool) -> Failure | None:
+def _augment(eq: Equilibrium, guess: Guess, by_contact: bool, lam: Array, result: NewtonResult) -> Failure | None:
     """Newton, and again with updated multipliers of augmented contacts until these are settled."""
     while True:
         end = newton(eq, guess, lam, result, by_contact)

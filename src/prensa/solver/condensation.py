@@ -54,6 +54,8 @@ Flags = NDArray[np.bool_]
 # ---------------------------------------------------------------------------------------------------------- whether at all
 def refusal(system: System) -> str:
     """Why the bodies cannot be condensed; '' if they can."""
+    if model.ever_stabilised(system.problem):
+        return "viscous forces ('stabilise') act on all nodes"
     if system.dofs.dimension != 2:
         return "only bodies in the plane are condensed"
     if system.problem.kinematics != "small":

@@ -25,7 +25,8 @@ Signature = NDArray[np.int8]
 class NewtonResult:
     """Outcome of an increment attempt: converged or ``reason``; dofs u, evaluation there, multipliers, cost.
 
-    ``recover``: gives all dofs where u has only those that the next increment needs.
+    ``recover``: gives all dofs where u has only those that the next increment needs. ``negative``: modes in which the
+    equilibrium is unstable; ``beside``: it was found beside one that is; ``jumped``: the way to it is unstable.
     """
 
     converged: bool
@@ -39,6 +40,9 @@ class NewtonResult:
     changes: list[int] = field(default_factory=list)
     augmentations: int = 0
     recover: Callable[[], Array] | None = None
+    negative: int = 0
+    beside: bool = False
+    jumped: bool = False
 
     def contact_changed(self, policy: Policy) -> bool:
         """Whether contact points still opened, closed or slipped another way when the iterations ended."""

@@ -146,12 +146,32 @@ class MetalInside:
     node: Inside
 
 
+@dataclass(frozen=True)
+class Unstable:
+    """An equilibrium that the bodies would leave by themselves; ``negative``: modes in which they would."""
+
+    negative: int
+
+
+@dataclass(frozen=True)
+class Jumped:
+    """An increment that leads past unstable states to a far equilibrium."""
+
+
+@dataclass(frozen=True)
+class LimitPoint:
+    """The path of equilibria ends: tries beyond are unstable, however short the increment; ``cause``: how the last ended."""
+
+    cause: Unstable | Jumped | Stagnated | NotConverged | Diverged
+
+
 FreeToMove = Singular | ToolRunaway | Runaway | LostSupport | UnilaterallySupported
 """Some body or tool has nothing to hold it."""
 
 Failure = (
     Unevaluable | Diverged | Stagnated | NotConverged | Unsettled | Blocked | Tunnelled | TurnedThrough | CornerInverted
-    | Collapsed | BeyondSmall | MetalInside | FreeToMove
+    | Collapsed | BeyondSmall | MetalInside | Unstable | Jumped | LimitPoint
+    | FreeToMove
 )  # fmt: skip
 
 
@@ -185,6 +205,16 @@ def sentence(failure: Failure) -> str:
             )
         case CornerInverted():
             return f"{place_of(failure)} folded over"
+        case Unstable(negative):
+            ways = "one mode" if negative == 1 else f"{negative} modes"
+            return f"the equilibrium found is unstable (in {ways}): the bodies would leave it by themselves"
+        case Jumped():
+            return "the bodies jump within the increment, past unstable states"
+        case LimitPoint(cause):
+            return (
+                "limit point: here the bodies can no longer follow what drives them in equilibrium, they jump (the stiffness "
+                f"loses its sign; {sentence(cause)})"
+            )
         case Collapsed():
             return f"{place_of(failure)} flowed by {failure.strain:.2g} in one increment: it collapses"
         case MetalInside(node):

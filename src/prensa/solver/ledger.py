@@ -20,8 +20,8 @@ def nodal_work(system: System, c: Context, e: Evaluation) -> Array:
     return work
 
 
-def ledger(system: System, c: Context, u: Array, e: Evaluation, work: Array) -> Energy:
-    """Energies after an increment that ends at dofs u (ndof,) with forces ``work`` (ndof,)."""
+def ledger(system: System, c: Context, u: Array, e: Evaluation, work: Array, dissipated: float) -> Energy:
+    """Energies after an increment that ends at dofs u (ndof,) with forces ``work`` (ndof,); ``dissipated`` by viscous forces."""
     old = c.state
     external = old.energy.external + 0.5 * float((old.work + work) @ (u - old.u))
     elastic, plastic, friction = system.elastic_energy(e.history), system.plastic_work(e.history), old.energy.friction
@@ -34,4 +34,6 @@ def ledger(system: System, c: Context, u: Array, e: Evaluation, work: Array) -> 
         before, now = 0.5 * old.work[dof] ** 2 / stiffness, 0.5 * work[dof] ** 2 / stiffness
         external += float(now - before)
         elastic += float(now)
-    return Energy(external, elastic, plastic, friction, contact, external - (elastic + plastic + friction + contact))
+    viscous = old.energy.viscous + dissipated
+    imbalance = external - (elastic + plastic + friction + contact + viscous)
+    return Energy(external, elastic, plastic, friction, contact, imbalance, viscous)

@@ -149,7 +149,33 @@ class Policy:
     most_samples: int = 256
     """… and at most."""
 
+    # ---------------------------------------------------------------------------------------------------- stability
+    modes: int = 4
+    """Softest modes that are looked at after every increment …"""
+    mode_sweeps: int = 8
+    """… by so many passes through the factors at most; two, unless one of them is negative."""
+    mode_error: float = 0.1
+    """Residual of a negative mode, over its length, above which it is none."""
+    unstable_cuts: int = 3
+    """Cuts of an increment that ends in an unstable equilibrium, before another one is looked for beside it …"""
+    look_beside: float = 1e-3
+    """… or share of the step below which that is done at once."""
+    branches: tuple[float, ...] = (1e-3, 1e-2, 3e-2)
+    """How far along the unstable mode, over the size of the bodies, that is looked for."""
+
+    astray: float = 1.0
+    """Way beside what the last increments foretold, over that, of an increment that may have jumped …"""
+    between: tuple[float, ...] = (0.25, 0.5, 0.75)
+    """… and shares of its way at which stability is looked for then."""
+    at_limit: float = 1e-6
+    """Share of a step below which an increment that ends in unstable iterates again and again is one at a limit point."""
+
+    stabilise: float = 2e-4
+    """Share of the work of a step that viscous forces may dissipate with ``stabilise: auto``."""
+
     # ----------------------------------------------------------------------------------------------------- warnings
+    viscous: float = 0.01
+    """Share of the work that viscous forces dissipate that is worth a warning."""
     deep: float = 0.1
     """Penetration over element depth worth a warning."""
     staircase: float = 0.025

@@ -14,11 +14,14 @@ from prensa.solver.failure import (
     CornerInverted,
     Failure,
     FreeToMove,
+    Jumped,
+    LimitPoint,
     MetalInside,
     Tunnelled,
     TurnedThrough,
     Unevaluable,
     Unsettled,
+    Unstable,
 )
 
 
@@ -46,6 +49,11 @@ def hint(failure: Failure) -> str:
             return "more 'increments', or a smaller turn"
         case MetalInside(node):
             return node.remedy
+        case LimitPoint() | Unstable() | Jumped():
+            return (
+                "'stabilise: auto', which lets the jump happen against small viscous forces; a tool that is moved "
+                "('move') instead of pushed; a step that ends before"
+            )
         case Unsettled():
             return "a larger 'beta', or 'penalty'"
     return "more 'increments', a smaller motion per step, a larger fillet or a finer mesh where it happens, or less softening"

@@ -29,7 +29,7 @@ from prensa.solver.approach import approach, first_touch
 from prensa.solver.attempt import attempt
 from prensa.solver.condensation import Condensation, condensed, to_be_condensed
 from prensa.solver.equilibrium import Equilibrium, NewtonResult, Reporter
-from prensa.solver.failure import BeyondSmall, FreeToMove, MetalInside, sentence
+from prensa.solver.failure import BeyondSmall, FreeToMove, LimitPoint, MetalInside, sentence
 from prensa.solver.increment import Increment, Monitor
 from prensa.solver.ledger import ledger, nodal_work
 from prensa.solver.passages import Passages, passing_of
@@ -39,6 +39,8 @@ from prensa.solver.quality import quality_warnings, untouched_tools
 from prensa.solver.reduced import Reduced
 from prensa.solver.reporting import Messages
 from prensa.solver.results import increment_of
+from prensa.solver.stabilisation import Stabilisation
+from prensa.solver.stability import at_limit, judged, told
 from prensa.solver.step_control import StepControl
 from prensa.solver.validity import Validity
 
@@ -144,6 +146,7 @@ class TimeStepping:
         self.messages, self.timer, self.condense = messages, timer, condense
         self.acceptance, self.validity = Acceptance(system, policy), Validity(system, policy)
         self.watched = watches(system)
+        self.stabilisation = Stabilisation(system, policy)
         self.reduced: Reduced | None = None
         self.condensed: Condensation | None = None
         self.last: Increment | None = None
@@ -186,7 +189,7 @@ class TimeStepping:
         spent, cutbacks = 0, 0
         while True:
             end, notes = first_touch(self.system, state, plan, control.end(now, dt), self.policy)
-            c = replace(self.system.context(state, plan, end), lagged=self.numerics.iteration == "paper")
+            c = self.context(state, plan, end)
             start, more = approach(self.system, c)
             for message in notes + more:
                 self.messages.note(state, plan, message)
@@ -195,14 +198,25 @@ class TimeStepping:
             spent += result.iterations
             if refusal := self.acceptance.refusal(c, result):
                 result.converged, result.reason = False, refusal
+            dt = control.cut(end - now)
+            last = cutbacks == self.numerics.max_cutbacks or control.exhausted(dt)
+            if self.condensed is None:  # linear bodies are stable
+                before = result.iterations
+                result = judged(self.equilibrium(c), result, self.acceptance, cutbacks, not last)
+                spent += result.iterations - before
             if result.converged:
                 self.look_inside(c, result)
                 return self.commit(c, control, result, spent, cutbacks)
             self.messages.rejected(state, plan, end, result)
-            dt = control.cut(end - now)
-            if cutbacks == self.numerics.max_cutbacks or control.exhausted(dt):
+            if last or (isinstance(result.reason, LimitPoint) and at_limit(c, self.policy)):
                 raise self.post_mortem(c, result, cutbacks)
             cutbacks += 1
+
+    def context(self, state: State, plan: StepPlan, end: float) -> Context:
+        """Everything that an increment from a state to the time ``end`` needs."""
+        c = self.system.context(state, plan, end)
+        viscous = self.stabilisation.forces(c)
+        return replace(c, lagged=self.numerics.iteration == "paper", interactions=[*c.interactions, *viscous])
 
     def equilibrium(self, c: Context) -> Equilibrium:
         """The equations of an increment, condensed where the bodies are."""
@@ -227,7 +241,7 @@ class TimeStepping:
         e = result.evaluation._replace(data=None)  # increments that are kept must not keep their matrices
         ended = c.time >= c.plan.t1
         dt = 0.0 if ended else control.next(c, e, result.iterations, cutbacks)
-        state = committed(self.system, c, result, e, dt)
+        state = committed(self.system, c, result, e, dt, self.stabilisation)
         # of condensed bodies the displacements are known at the end of a step
         if result.recover is None and (refusal := self.validity.look(state.u, state.history)):
             result.reason = refusal
@@ -238,6 +252,8 @@ class TimeStepping:
             self.messages.warn(self.passages.warnings(self.policy))
             residual = max(result.residual, self.numerics.tolerance)
             self.messages.warn(quality_warnings(self.system, c, e, residual, self.policy))
+            self.messages.warn(self.stabilisation.told(state.energy, state.stability))
+        self.messages.warn(told(c, result))
         self.messages.accepted(c.state, c.plan, result, increment)
         return state, increment
 
@@ -273,7 +289,9 @@ class TimeStepping:
         place = where(self.equilibrium(c), reason, result)
         self.messages.warn(self.validity.told())
         cut = f"The increment was cut {cutbacks} times without success."
-        if isinstance(reason, BeyondSmall):
+        if isinstance(reason, LimitPoint):
+            cut = f"Increments were down to {c.dt:.1g} of time: no shorter one can help."
+        elif isinstance(reason, BeyondSmall):
             cut = "A shorter increment would end there too."
         elif cutbacks < self.numerics.max_cutbacks:
             cut += " It is too short by now for another cut: the body jumps here, or nothing can go on."
@@ -288,7 +306,9 @@ class TimeStepping:
         )
 
 
-def committed(system: System, c: Context, result: NewtonResult, e: Evaluation, dt: float) -> State:
+def committed(
+    system: System, c: Context, result: NewtonResult, e: Evaluation, dt: float, stabilisation: Stabilisation
+) -> State:
     """The state after a converged increment; dt: duration of the next one, 0 at the end of the step.
 
     At the end of a step all dofs are recovered: the next step may need some that this one does not.
@@ -298,8 +318,9 @@ def committed(system: System, c: Context, result: NewtonResult, e: Evaluation, d
         contact = contact.replaced(s.rows, f.record)
         lam[s.rows, 0], lam[s.rows, 1:] = f.p, f.t
     work = nodal_work(system, c, e)
-    energy = ledger(system, c, result.u, e, work)
     ended, du = c.time >= c.plan.t1, result.u - old.u
+    energy = ledger(system, c, result.u, e, work, stabilisation.dissipated(c, du))
+    stability = stabilisation.after(c, du, energy.external - old.energy.external, result.negative)
     if ended and result.recover is not None:
         result.u, result.recover = result.recover(), None
     step, step_start = (c.plan.number + 1, result.u) if ended else (c.plan.number, old.step_start)
@@ -307,5 +328,5 @@ def committed(system: System, c: Context, result: NewtonResult, e: Evaluation, d
     return State(
         u=result.u, du=du, dt_last=0.0 if ended else c.dt, second_difference=difference, history=e.history, contact=contact,
         lam=lam, energy=energy, work=work, clock=Clock(step, old.clock.number + 1, c.time, dt, damping),
-        step_start=step_start, release=None if ended else old.release,
+        step_start=step_start, release=None if ended else old.release, stability=stability,
     )  # fmt: skip

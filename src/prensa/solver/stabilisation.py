@@ -1,0 +1,104 @@
+"""Viscous forces that carry a body over limit points: on the velocity of every node, scaled from the work of the step so far.
+
+f = −c V (u − u_n)/Δt on the displacements of a node with the volume V of its share of the elements around it (of equal shares:
+row sums of quadratic elements are negative at corners). Short increments make their stiffness c V/Δt large, so that one of
+them always follows a stable equilibrium. c is what would have had the forces dissipate a given share of the work of the
+step so far, were the motion always the one so far; it never falls within a step, so that a jump does not use it up.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.fem.context import Context
+from prensa.fem.interaction import Part, Request, Response
+from prensa.fem.state import Energy, Stability
+from prensa.fem.system import System
+from prensa.model.problem import ever_stabilised, stabilised
+from prensa.solver.policy import Policy
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+def nodal_volumes(system: System) -> Array:
+    """Volumes (n,) of the nodes: equal shares of the elements around them, initial configuration."""
+    out = np.zeros(system.nodes)
+    for block in system.blocks:
+        share = block.volume.sum(axis=1) / block.cells.shape[1]
+        np.add.at(out, block.cells, share[:, None])
+    return out
+
+
+@dataclass(frozen=True)
+class Viscous:
+    """Viscous forces of a ``viscosity`` on nodes of ``volumes`` (n,)."""
+
+    system: System
+    viscosity: float
+    volumes: Array
+
+    def couplings(self) -> list[Index]:
+        """Of each node with itself."""
+        return [self.system.dofs.displacement.dofs(np.arange(self.system.nodes))]
+
+    def respond(self, c: Context, ask: Request) -> Response:
+        """See `Interaction`."""
+        (dofs,) = self.couplings()
+        stiffness = self.viscosity * self.volumes / c.dt
+        r = stiffness[:, None] * (ask.u - c.state.u)[dofs]
+        K = stiffness[:, None, None] * np.eye(dofs.shape[1]) if ask.stiffness else None
+        return Response([Part("viscous", dofs, r, K)], float(np.abs(r).sum()))
+
+
+class Stabilisation:
+    """The viscous forces of a run; there are none in steps that do not ask for them."""
+
+    def __init__(self, system: System, policy: Policy) -> None:
+        self.system, self.policy = system, policy
+        self.volumes = nodal_volumes(system) if ever_stabilised(system.problem) else np.zeros(0)
+
+    def share(self, number: int) -> float:
+        """Share of the work that the viscous forces of step *number* may dissipate; 0 without."""
+        asked = stabilised(self.system.problem, number)
+        return self.policy.stabilise if asked == "auto" else 0.0 if asked == "off" else float(asked)
+
+    def forces(self, c: Context) -> list[Viscous]:
+        """The viscous forces of an increment, as interactions."""
+        viscosity = c.state.stability.viscosity
+        if not (viscosity > 0 and self.share(c.plan.number)):
+            return []
+        return [Viscous(self.system, viscosity, self.volumes)]
+
+    def motion(self, c: Context, du: Array) -> float:
+        """∫∫ |v|² dV dt of an increment of the displacements du (ndof,)."""
+        if not self.share(c.plan.number):
+            return 0.0
+        return float(self.volumes @ (self.system.displacement(du) ** 2).sum(axis=1)) / c.dt
+
+    def dissipated(self, c: Context, du: Array) -> float:
+        """Work of the viscous forces in an increment; no velocity changes within one."""
+        return c.state.stability.viscosity * self.motion(c, du)
+
+    def told(self, energy: Energy, stability: Stability) -> list[str]:
+        """What there is to say of the viscous forces at the end of a step."""
+        work = max(abs(energy.external), stability.work)
+        if not energy.viscous > self.policy.viscous * work:
+            return []
+        return [
+            f"the viscous forces of 'stabilise' have dissipated {100 * energy.viscous / work:.2g} % of the work: part of it is "
+            "what a jump sets free; a smaller number for 'stabilise' shows what the forces themselves change"
+        ]
+
+    def after(self, c: Context, du: Array, work: float, negative: int) -> Stability:
+        """What the next increment goes by; ``work`` of the loads in this one, ``negative`` modes of its end."""
+        old, share = c.state.stability, self.share(c.plan.number)
+        first = not c.state.dt_last > 0  # of the step: until then the viscosity of the step before is the best guess
+        motion = self.motion(c, du) + (0.0 if first else old.motion)
+        work = abs(work) + (0.0 if first else old.work)
+        if not motion > 0:
+            return Stability(negative, old.viscosity if share else 0.0)
+        return Stability(negative, max(share * work / motion, 0.0 if first else old.viscosity), motion, work)

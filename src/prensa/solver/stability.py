@@ -1,0 +1,208 @@
+"""Is an equilibrium stable? The lowest modes of Newton's matrix, from the factors at hand.
+
+An equilibrium is left for another one, without any change of what drives it, where the matrix has a negative eigenvalue. Of
+the direct solvers only LDLᵀ counts those (Sylvester's law of inertia); LU has no inertia, its determinant only the parity, and
+multipliers add negative ones that mean nothing. So the modes are looked at themselves: a block of forces goes through the
+factors twice, which leaves the softest modes (subspace iteration; Bathe 1996, 11.6), and the eigenvalues of the map from
+forces on the free displacements and tools to their displacements, within that block, say how these answer. Where the
+symmetric part of the matrix is positive definite none of them can be negative, whatever the block; where multipliers hold
+points, what they hold does not move.
+
+Modes that go soft with compression are the lowest ones long before they turn, so that a few columns find them.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.fem.context import Context
+from prensa.fem.system import System
+from prensa.solver.acceptance import Acceptance
+from prensa.solver.attempt import attempt_from
+from prensa.solver.equilibrium import Equilibrium, NewtonResult
+from prensa.solver.failure import Diverged, Jumped, LimitPoint, NotConverged, Stagnated, Unstable
+from prensa.solver.linear import SingularError
+from prensa.solver.policy import Policy
+from prensa.solver.reduced import Reduced
+
+Array = NDArray[np.float64]
+
+
+class Modes(NamedTuple):
+    """The softest modes of a matrix: how many of them are ``negative``, the ``least`` eigenvalue, its ``mode`` (ndof,).
+
+    Eigenvalues are stiffnesses of modes of unit length. The mode has a largest displacement of 1.
+    """
+
+    negative: int
+    least: float
+    mode: Array
+
+
+def softest_modes(system: System, reduced: Reduced, policy: Policy) -> Modes | None:
+    """The softest modes of the matrix of the last factors; None if there are no factors or nothing is free."""
+    factors, free = reduced.factorisation, reduced.free
+    bodily = free < system.dofs.tool.slice.stop  # multipliers come last
+    if not factors.factored or not bodily.any():
+        return None
+    columns = min(policy.modes, int(bodily.sum()))
+    forces = np.where(bodily[:, None], np.random.default_rng(0).standard_normal((len(free), columns)), 0.0)
+    for sweep in range(policy.mode_sweeps):
+        basis = np.linalg.qr(forces)[0]
+        forces = np.where(bodily[:, None], factors.again(basis), 0.0)
+        if not np.isfinite(forces).all():
+            return None
+        compliance, vectors = np.linalg.eig(basis.T @ forces)
+        negative = (compliance.real < 0) & (np.abs(compliance.imag) <= policy.mode_error * np.abs(compliance))
+        if sweep > 0 and not negative.any():
+            break
+        # a negative one counts when it is an eigenvalue, not only a Ritz value of a block that is not there yet
+        error = np.linalg.norm(forces @ vectors - (basis @ vectors) * compliance, axis=0)
+        found = negative & (error <= policy.mode_error * np.abs(compliance))
+        if sweep > 0 and found.any() and (found == negative).all():
+            break
+        negative = found
+    stiffness = 1.0 / np.where(compliance == 0, np.inf, compliance).real
+    at = int(np.argmin(np.where(negative, compliance.real, np.inf)) if negative.any() else np.argmax(compliance.real))
+    mode = reduced.restriction.whole((basis @ vectors[:, at]).real, system.ndof)
+    mode /= max(float(np.abs(mode[system.dofs.displacement.slice]).max()), 1e-300)
+    return Modes(int(negative.sum()), float(stiffness[at]), mode)
+
+
+# ------------------------------------------------------------------------------------------------------ what follows from it
+def judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutbacks: int, may_cut: bool) -> NewtonResult:
+    """The outcome of an attempt with its stability: refused, replaced by one beside it, told; or a limit point.
+
+    An unstable equilibrium is refused as long as shorter increments may find the stable one, which an imperfection leads
+    to. Then a stable one is looked for beside it: perfect structures have no other way to leave theirs. Where there is none
+    the unstable one is kept, and from there on no more is asked.
+    """
+    if not result.converged:
+        return _failed(eq, result, cutbacks >= eq.policy.soften_after or not may_cut)
+    modes = softest_modes(eq.system, eq.reduced, eq.policy)
+    if modes is None:
+        result.negative = eq.context.state.stability.negative
+        return result
+    if modes.negative and not eq.context.state.stability.negative:
+        modes = _at(eq, result) or modes
+    result.negative = modes.negative
+    if not modes.negative and jumped(eq, result):
+        if at_limit(eq.context, eq.policy):
+            result.converged, result.reason = False, LimitPoint(Jumped())
+        elif may_cut:
+            result.converged, result.reason = False, Jumped()
+        result.jumped = result.converged
+    if not modes.negative or eq.context.state.stability.negative:
+        return result
+    viscous = eq.context.state.stability.viscosity > 0  # short increments are stable then
+    c, policy = eq.context, eq.policy
+    cut = may_cut and (viscous or cutbacks < policy.unstable_cuts)
+    short = c.dt < policy.look_beside * (c.plan.t1 - c.plan.t0)
+    if not viscous and (short or not cut) and (other := _beside(eq, result, modes, acceptance)):
+        return other
+    if at_limit(c, policy):
+        result.converged, result.reason = False, LimitPoint(Unstable(modes.negative))
+    elif cut:
+        result.converged, result.reason = False, Unstable(modes.negative)
+    return result
+
+
+def told(c: Context, result: NewtonResult) -> list[str]:
+    """What there is to say of the stability of a converged increment."""
+    place = f"step {c.plan.name!r}, time {c.time:.6g}"
+    if result.beside:
+        return [
+            f"{place}: the bodies buckle. The equilibrium that they were in is unstable from here on and the run follows a "
+            "stable one beside it; a small imperfection of the shape or the load decides which of them a real body takes"
+        ]
+    if result.jumped:
+        return [
+            f"{place}: the bodies jump to another equilibrium within one increment; shorter ones could not follow the way there: "
+            "'stabilise: auto' does, and says what the jump dissipates"
+        ]
+    if result.negative and not c.state.stability.negative:
+        ways = "one mode" if result.negative == 1 else f"{result.negative} modes"
+        return [
+            f"{place}: the equilibrium is unstable from here on (in {ways}) and no stable one was found beside it: real bodies "
+            "jump away from it; an imperfection of the shape, more 'increments' or 'stabilise: auto' let them"
+        ]
+    return []
+
+
+def jumped(eq: Equilibrium, result: NewtonResult) -> bool:
+    """Whether an increment leads past unstable states, so that its end is on another branch than its start.
+
+    Only asked where the iteration was long and the end is not where the last increments led: matrices are made for it.
+    """
+    state, policy, system = eq.context.state, eq.policy, eq.system
+    if result.iterations <= policy.easy:
+        return False
+    du = result.u - state.u
+    if state.dt_last > 0:
+        foretold = system.displacement(state.extrapolated(eq.context.dt))
+        if np.abs(system.displacement(du) - foretold).max() <= policy.astray * np.abs(foretold).max():
+            return False
+    for share in policy.between:
+        e = eq.evaluate(system.with_slaves(state.u + share * du), result.lam)
+        if e.failed:
+            return False
+        try:
+            eq.reduced.solve(eq.reduced.matrix(e, -e.r), -e.r)
+        except SingularError:
+            return False
+        modes = softest_modes(system, eq.reduced, policy)
+        if modes is not None and modes.negative:
+            return True
+    return False
+
+
+def _failed(eq: Equilibrium, result: NewtonResult, short: bool) -> NewtonResult:
+    """A failure is a limit point where short increments too end at matrices with a negative mode."""
+    reason = result.reason
+    if isinstance(reason, Stagnated | NotConverged | Diverged | Unstable) and (
+        short or at_limit(eq.context, eq.policy)
+    ):
+        modes = softest_modes(eq.system, eq.reduced, eq.policy)
+        if modes is not None and modes.negative:
+            result.reason = LimitPoint(reason)
+    return result
+
+
+def at_limit(c: Context, policy: Policy) -> bool:
+    """Whether an increment is so short that a limit point cannot be approached any further in a way that matters."""
+    return not c.state.stability.viscosity > 0 and c.dt < policy.at_limit * (c.plan.t1 - c.plan.t0)
+
+
+def _at(eq: Equilibrium, result: NewtonResult) -> Modes | None:
+    """The modes of the matrix at the solution itself: the last factors are of the iterate before."""
+    e = eq.evaluate(result.u, result.lam)
+    try:
+        eq.reduced.solve(eq.reduced.matrix(e, -e.r), -e.r)
+    except SingularError:
+        return None
+    return softest_modes(eq.system, eq.reduced, eq.policy)
+
+
+def _beside(eq: Equilibrium, result: NewtonResult, modes: Modes, acceptance: Acceptance) -> NewtonResult | None:
+    """A stable equilibrium beside an unstable one, along its mode, the way that the bodies were going; None if not found."""
+    spent, u = result.iterations, result.u
+    nodal = eq.system.dofs.displacement.slice
+    way = -1.0 if float((u - eq.context.state.u)[nodal] @ modes.mode[nodal]) < 0 else 1.0
+    for share in eq.policy.branches:
+        found = []
+        for sign in (way, -way):
+            other = attempt_from(eq, u + sign * share * eq.system.length * modes.mode)
+            spent += other.iterations
+            if other.converged and not acceptance.refusal(eq.context, other):
+                at = softest_modes(eq.system, eq.reduced, eq.policy)
+                if at is not None and not at.negative:
+                    found.append(other)
+        if found:
+            # the nearer one: the other may be beyond a jump
+            other = min(found, key=lambda one: np.abs((one.u - eq.context.state.u)[nodal]).max().round(12))
+            other.iterations, other.beside = spent, True
+            return other
+    return None

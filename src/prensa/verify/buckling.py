@@ -1,0 +1,42 @@
+"""Columns that buckle: the force after buckling against the elastica."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import prensa as pr
+from prensa.reference.buckling import elastica_clamped
+from prensa.verify.table import Row, case, row
+
+COLUMN_LENGTH = 40.0
+SHORTENING = 2.0
+
+
+def column(E_scale: float, element: str, bend: float, layers: int, stabilise: str = "off") -> pr.Problem:
+    """A column of thickness 1, straight or bent by ``bend`` in its middle, pressed in increments far too long."""
+    sides = {}
+    if bend:
+        sides = {k: pr.ArcSide(through=(x + bend, COLUMN_LENGTH / 2)) for k, x in (("left", 0.0), ("right", 1.0))}
+    mesh = pr.Patch(corners=((0, 0), (1, 0), (1, COLUMN_LENGTH), (0, COLUMN_LENGTH)), n=(2, layers), sides=sides)
+    return pr.Problem(
+        "column", bodies={"b": pr.Body(mesh, pr.Elastic(E=1e5 * E_scale, nu=0.3), element)},
+        fixed={"b.bottom": "xy"}, stabilise=stabilise,
+        steps=(pr.Step("press", fixed={"b.top": pr.Fixed(x="held", y=-SHORTENING)}),),
+    )  # fmt: skip
+
+
+@case("column beyond its buckling load", suite="bodies")
+def columns(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
+    """Bent by 2 % of its thickness, by a millionth, or straight, a column follows the elastica, not the straight path beyond."""
+    reference = elastica_clamped(SHORTENING, E=1e5 / (1 - 0.3**2), length=COLUMN_LENGTH, thickness=1.0)
+    for element, layers, bend in (("q4_enhanced", 60, 0.02), ("q8", 16, 0.02), ("q8", 16, 1e-6), ("q8", 16, 0.0)):
+        *_, last = pr.solve(column(E_scale, element, bend, layers))
+        force, below = -last.supports["b.top"].y, last.supports["b.bottom"].y
+        yield row(f"{element}, bent by {bend:g}: force", reference, force, 0.01)
+        yield row(
+            f"{element}, bent by {bend:g}: forces out of balance / force",
+            0.0,
+            (force - below) / force,
+            1e-8,
+            "absolute",
+        )

@@ -1,0 +1,166 @@
+"""Equilibria that bodies would leave by themselves are found by their modes; beyond limit points viscous forces carry a body."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import prensa as pr
+from prensa.bench.slender import draw, verdict
+from prensa.errors import PrensaError, SolveError
+from prensa.fem.discretise import discretise
+from prensa.fem.interaction import Request
+from prensa.fem.planning import plan_step
+from prensa.fem.state import State
+from prensa.reference.buckling import elastica_clamped
+from prensa.solver import failure
+from prensa.solver.policy import Policy
+from prensa.solver.reduced import Reduced
+from prensa.solver.stabilisation import Viscous, nodal_volumes
+from prensa.solver.stability import softest_modes
+from prensa.verify.buckling import COLUMN_LENGTH, SHORTENING, column
+
+POLICY = Policy()
+
+
+def shallow_arch(push: float, stabilise: str | float = "off", move: float | None = None) -> pr.Problem:
+    """A shallow arch clamped at its ends under a circle that is pushed, or moved."""
+    radius, half = 40.0, 0.35
+    angles = (math.pi / 2 - half, math.pi / 2 + half)
+    way = {"move": {"p": pr.Motion(y=move)}} if move is not None else {"push": {"p": pr.Push(y=push)}}
+    return pr.Problem(
+        "arch", {"b": pr.Body(pr.Annulus(radius, radius + 1.0, (20, 1), angles=angles), pr.Elastic(E=1e4, nu=0.3), "q8")},
+        (pr.Step("push", **way),), {"p": pr.Circle(radius=8, at=(0.0, radius + 9.0))}, (pr.Contact("b.outer", "p"),),
+        fixed={"b.start": "xy", "b.end": "xy"}, stabilise=stabilise,
+    )  # fmt: skip
+
+
+def test_modes_count_negative_eigenvalues():
+    """On the straight path of a column beyond its buckling loads the count is that of the dense matrix, symmetric or not."""
+    system = discretise(column(1.0, "q4_enhanced", 0.0, 20))
+    plan = plan_step(system, 0, np.zeros(system.ndof))
+    height = system.X[:, 1] / COLUMN_LENGTH
+    for press, symmetric in itertools.product((0.001, 0.045, 0.09), (True, False)):
+        u = np.zeros(system.ndof)
+        system.displacement(u)[:, 1] = -press * SHORTENING * height
+        c = system.context(system.initial(), plan, press)
+        e = system.evaluate(c, u, system.initial().lam)
+        reduced = Reduced.of(system, plan.fixed, pr.Numerics(), symmetric)
+        matrix = reduced.matrix(e, -e.r)
+        assert softest_modes(system, reduced, POLICY) is None  # nothing is factored yet
+        reduced.solve(matrix, -e.r)
+        structure = reduced.factorisation.structure  # type: ignore[attr-defined]
+        from scipy.sparse import csc_matrix
+
+        dense = csc_matrix((matrix, structure.indices, structure.indptr), (structure.n,) * 2).toarray()
+        found = softest_modes(system, reduced, POLICY)
+        assert found is not None
+        exact = np.linalg.eigvalsh(0.5 * (dense + dense.T))
+        assert found.negative == (exact < 0).sum() == (press > 0.04) + (press > 0.08), press
+
+
+def test_a_bent_column_takes_its_own_branch_however_long_the_increments():
+    """Increments of a tenth of a step would jump over the buckling load; the force after them is that of the elastica."""
+    *_, last = pr.solve(column(1.0, "q8", 0.02, 10))
+    reference = elastica_clamped(SHORTENING, E=1e5 / (1 - 0.3**2), length=COLUMN_LENGTH, thickness=1.0)
+    assert -last.supports["b.top"].y == pytest.approx(reference, rel=0.03)
+
+
+def test_a_straight_column_buckles_and_says_so(caplog):
+    """Without an imperfection the run leaves the straight path where that is no longer stable, and tells."""
+    *_, last = pr.solve(column(1.0, "q8", 0.0, 10))
+    reference = elastica_clamped(SHORTENING, E=1e5 / (1 - 0.3**2), length=COLUMN_LENGTH, thickness=1.0)
+    assert -last.supports["b.top"].y == pytest.approx(reference, rel=0.03)
+    assert "buckle" in caplog.text
+    assert last.state.stability.negative == 0
+
+
+@pytest.mark.parametrize("number", [6, 10])
+def test_random_slender_bodies(number):
+    """A few of the random columns, arches and rings: right or told."""
+    assert verdict(draw(5, number), fine=25)[0] != "wrong"
+
+
+def test_a_pushed_arch_ends_at_its_limit_point():
+    """A force beyond the limit load has no equilibrium before the arch has snapped: told as such, with what to try."""
+    with pytest.raises(SolveError, match="limit point") as caught:
+        list(pr.solve(shallow_arch(-60.0)))
+    assert isinstance(caught.value.reason, failure.LimitPoint)
+    assert "stabilise: auto" in str(caught.value)
+
+
+def test_a_stabilised_arch_snaps_through(caplog):
+    """With viscous forces the pushed arch goes on to the far side, where it carries the force; their work is in the ledger."""
+    increments = list(pr.solve(shallow_arch(-60.0, "auto")))
+    last = increments[-1]
+    assert last.time == 1.0
+    assert last.tools["p"].force.y == pytest.approx(60.0, rel=1e-6)
+    assert last.tools["p"].place.y < -4.0  # twice the rise is 4.8
+    viscous = [i.energy["viscous"] for i in increments]
+    assert all(b >= a for a, b in itertools.pairwise(viscous))
+    assert viscous[-1] > 0.01 * last.energy["external"]
+    assert "viscous forces" in caplog.text
+
+
+def test_stabilisation_changes_little_where_nothing_snaps(caplog):
+    """Moved by little, the arch has the force that it has without, to the share that is allowed; nothing is told."""
+    plain, damped = ([*pr.solve(shallow_arch(0.0, s, move=-0.4))][-1] for s in ("off", "auto"))
+    assert damped.tools["p"].force.y == pytest.approx(plain.tools["p"].force.y, rel=2e-3)
+    assert 0 < damped.energy["viscous"] < 1e-3 * damped.energy["external"]
+    assert "viscous" not in caplog.text
+
+
+@pytest.mark.parametrize("space", ["plane strain", "plane stress", "axisymmetric"])
+def test_viscous_tangent_is_exact(space):
+    """Forces are linear in the displacements, and their matrices are what differences give; volumes add up."""
+    body = pr.Body(pr.Rectangle(size=(2, 1), n=(2, 2), origin=(1, 0)), pr.Elastic(E=1.0, nu=0.3), "q8")
+    problem = pr.Problem("b", {"b": body}, (pr.Step("s"),), space=space, fixed={"b.bottom": "xy"}, stabilise="auto")
+    system = discretise(problem)
+    volumes = nodal_volumes(system)
+    assert volumes.min() > 0
+    assert volumes.sum() == pytest.approx(system.blocks[0].volume.sum())
+    c = system.context(system.initial(), plan_step(system, 0, np.zeros(system.ndof)), 0.25)
+    c = replace(c, interactions=[Viscous(system, 3.0, volumes)])
+    rng = np.random.default_rng(0)
+    u, du = rng.standard_normal((2, system.ndof)) * 1e-3
+    lam = system.initial().lam
+    at = [system.evaluate(c, v, lam) for v in (u + 1e-6 * du, u - 1e-6 * du, u)]
+    from scipy.sparse import csc_matrix
+
+    K = csc_matrix((at[2].data, system.pattern.indices, system.pattern.indptr), (system.ndof,) * 2)
+    assert np.abs((at[0].r - at[1].r) / 2e-6 - K @ du).max() <= 1e-7 * np.abs(K @ du).max()
+    (part,) = Viscous(system, 3.0, volumes).respond(c, Request(u, lam)).parts
+    assert part.r is not None
+    assert np.vdot(part.r, system.displacement(u)) == pytest.approx(
+        3.0 * volumes @ (system.displacement(u) ** 2).sum(axis=1) / 0.25
+    )
+
+
+def test_a_stabilised_run_resumes_exactly():
+    """The viscosity is part of the committed state: continued in the middle, everything ends with the same bits."""
+    problem = shallow_arch(0.0, 1e-3, move=-1.0)
+    whole = list(pr.solve(problem))
+    half = State.from_arrays(whole[len(whole) // 2].state.arrays())
+    assert half.stability.viscosity > 0
+    *_, last = pr.solve(problem, start=half)
+    for name, value in whole[-1].state.arrays().items():
+        assert np.array_equal(last.state.arrays()[name], value), name
+
+
+def test_stabilisation_is_refused_where_bodies_are_condensed():
+    """Condensed bodies have no velocities of their nodes: asked for both, the run says so; 'auto' solves the whole system."""
+    problem = replace(shallow_arch(0.0, "auto", move=-0.2), kinematics="small")
+    with pytest.raises(PrensaError, match="stabilise"):
+        list(pr.solve(problem, pr.Numerics(condense=True)))
+    assert list(pr.solve(problem))
+
+
+@pytest.mark.parametrize("value", [0, -1e-3, 0.5, "on"])
+def test_values_that_mean_nothing_are_refused(value):
+    """A share of the work is above 0 and at most a tenth."""
+    with pytest.raises(ValueError, match="stabilise"):
+        shallow_arch(-1.0, value)
