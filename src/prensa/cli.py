@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -135,8 +135,13 @@ def verify(
 @app.command()
 def bench(
     what: Annotated[str, typer.Argument(help="What to measure: robustness or fuzz.")] = "robustness",
-    count: Annotated[int, typer.Option(help="Number of random problems of each suite, or of inputs.")] = 60,
+    count: Annotated[int, typer.Option(help="Number of random problems of each family, or of inputs.")] = 60,
     seed: Annotated[str, typer.Option(help="Seed, a number; 'commit' takes it from the hash of the commit.")] = "0",
+    family: Annotated[
+        list[str] | None, typer.Option(help="Of robustness, only this family; repeatable. All of them if not given.")
+    ] = None,
+    first: Annotated[int, typer.Option(min=0, help="Number of the first problem of each family.")] = 0,
+    jobs: Annotated[int, typer.Option(min=1, help="Problems solved at the same time, each in a process.")] = 1,
     report_file: Annotated[
         Path | None, typer.Option("--report", help="Write the outcomes to this file, .csv or .md.")
     ] = None,
@@ -149,24 +154,50 @@ def bench(
     with _errors_reported():
         from prensa.bench import robustness
 
-        if enforcement not in robustness.ENFORCEMENTS:
-            typer.echo(f"unknown enforcement {enforcement!r}; known: {', '.join(robustness.ENFORCEMENTS)}", err=True)
-            raise typer.Exit(BAD_INPUT)
+        _refuse_unknown("enforcement", [enforcement], robustness.ENFORCEMENTS)
+        _refuse_unknown("family", family or (), robustness.known())
         number, commit = robustness.commit_seed() if seed == "commit" else (_seed_number(seed), "")
         if what == "fuzz":
             bad = _fuzz(count, number)
         else:
-            tallies = [
-                robustness.run(suite, count, number, _outcome, enforcement=enforcement)
-                for suite in ("elastic", "plastic")
-            ]
-            for t in tallies:
-                shares = ", ".join(f"{s} {t.share(s):.1%}" for s in ("right", "failed", "wrong"))
-                typer.echo(f"{t.suite}: {count} problems, seed {number}: {shares}")
-            if report_file is not None:
-                robustness.write(report_file, tallies, commit)
-            bad = any(t.share("wrong") for t in tallies)
+            families = list(dict.fromkeys(family or robustness.known()))
+            bad = _robustness(families, count, number, first, enforcement, jobs, report_file, commit)
     raise typer.Exit(FAILED if bad else 0)
+
+
+def _refuse_unknown(kind: str, names: Iterable[str], known: Iterable[str]) -> None:
+    """Leave with a word where a name is not a known one."""
+    for name in names:
+        if name not in known:
+            typer.echo(f"unknown {kind} {name!r}; known: {', '.join(known)}", err=True)
+            raise typer.Exit(BAD_INPUT)
+
+
+def _robustness(
+    families: list[str],
+    count: int,
+    seed: int,
+    first: int,
+    enforcement: str,
+    jobs: int,
+    report_file: Path | None,
+    commit: str,
+) -> bool:
+    """Whether an answer was wrong."""
+    from functools import partial
+
+    from prensa.bench import robustness
+
+    tallies = []
+    for family in families:
+        tally = robustness.run(family, count, seed, partial(_outcome, family), first, enforcement, jobs)
+        shares = ", ".join(f"{s} {tally.share(s):.1%}" for s in robustness.VERDICTS)
+        low, high = robustness.bounds(tally.count("right"), count)
+        typer.echo(f"{family}: {count} problems, seed {seed}: {shares}; 95 % bounds of right {low:.1%} to {high:.1%}")
+        tallies.append(tally)
+        if report_file is not None:  # after each: what was solved is kept if somebody interrupts
+            robustness.write(report_file, tallies, commit)
+    return any(t.count("wrong") for t in tallies)
 
 
 def _seed_number(seed: str) -> int:
@@ -187,9 +218,10 @@ def _fuzz(count: int, seed: int) -> bool:
     return bool(report.defects)
 
 
-def _outcome(outcome: Outcome) -> None:
+def _outcome(family: str, outcome: Outcome) -> None:
     if outcome.status != "right":
-        typer.echo(f"{outcome.status}: {outcome.kind}: {outcome.words}")
+        reason = f" ({outcome.reason})" if outcome.reason else ""
+        typer.echo(f"{outcome.status}{reason}: {family} {outcome.kind}: {outcome.words}")
 
 
 @contextmanager
