@@ -100,6 +100,9 @@ def friction(mu: float) -> Any:
     return pr.Coulomb(mu) if mu > 0 else None
 
 
+AT_UNIT_STRAIN = 4.0  # flow stress of the drawn metals at a plastic strain of 1, of the initial one, is no larger
+
+
 @dataclass(frozen=True)
 class Metal:
     """A material with its largest flow stress; ``strength`` 0: elastic."""
@@ -122,5 +125,7 @@ def metal(rng: np.random.Generator, plastic: bool, E: float | None = None) -> Me
     if not plastic:
         return Metal(pr.Elastic(E, nu), E, nu, 0.0)
     s0 = number(rng, 0.001, 0.003) * E
-    flow: Any = [pr.Linear(s0, 0.01 * E), pr.Voce(s0, s0, 8.0), pr.Swift(2.5 * s0, 0.01, 0.2)][rng.integers(3)]
-    return Metal(pr.J2(E, nu, flow), E, nu, 3.0 * s0)
+    flow: Any = [pr.Linear(s0, 3.0 * s0), pr.Voce(s0, s0, 8.0), pr.Swift(2.5 * s0, 0.01, 0.2)][rng.integers(3)]
+    return Metal(
+        pr.J2(E, nu, flow), E, nu, AT_UNIT_STRAIN * s0
+    )  # Swift's curve begins at s0 too, within a few per cent

@@ -16,7 +16,7 @@ SAME_CHAIN = 1e-4  # allowed difference of the last forces, of the largest
 def problem(rng: np.random.Generator) -> Drawn:
     """Press, slide, press deeper, lift a little: in two to four runs."""
     b = block(rng, plastic=rng.random() < 0.6, nx=int(rng.integers(14, 23)), ny=int(rng.integers(4, 7)))
-    depth, way = number(rng, 0.01, 0.03) * b.height, number(rng, -1.5, 1.5)
+    depth, way = number(rng, 0.01, 0.04) * b.height, number(rng, -2.0, 2.0)
     n = int(rng.integers(10, 21))
     steps = [
         pr.Step("press", move={"tool": pr.Motion(y=-depth)}, increments=n),

@@ -34,7 +34,7 @@ def _on_block(rng: np.random.Generator, kind: str) -> Drawn:
     start = -number(rng, 0.1, 0.2) * width
     roll = circle((start, height + R), R)
     mu = number(rng, 0.05, 0.6)
-    depth = number(rng, 0.002, 0.01) * height
+    depth = number(rng, 0.002, 0.02) * height
     way = number(rng, 0.1, 0.3) * width
     steps = [pr.Step("press", move={"roll": pr.Motion(y=-depth)})]
     if kind == "towed":
@@ -69,7 +69,7 @@ def _rolling(rng: np.random.Generator) -> Drawn:
     """Upper half of a strip pushed into the gap, then drawn through by friction."""
     m = metal(rng, plastic=True)
     half, R = 1.0, number(rng, 20.0, 60.0)
-    reduction = number(rng, 0.05, 0.2)
+    reduction = number(rng, 0.05, 0.25)
     arc = float(np.sqrt(R * 2 * half * reduction))
     mu = number(rng, 0.8, 1.6) * arc / R
     h = number(rng, 0.12, 0.25)
@@ -87,7 +87,7 @@ def _rolling(rng: np.random.Generator) -> Drawn:
         fixed={"strip.bottom": "y"},
         steps=(
             pr.Step("bite", fixed={"strip.left": {"x": enter}}, move={"roll": pr.Motion(rz=turn)}),
-            pr.Step("roll", fixed={"strip.left": "free"}, move={"roll": pr.Motion(rz=turn + 0.5 * arc / R)}),
+            pr.Step("roll", fixed={"strip.left": "free"}, move={"roll": pr.Motion(rz=turn + arc / R)}),
         ),
     )  # fmt: skip
     kind = f"rolling by {reduction:.0%}, arc/R {arc / R:.2g}, mu {mu:.2g}, {nx} x {ny}"

@@ -25,7 +25,7 @@ def problem(rng: np.random.Generator) -> Drawn:
     clearance = number(rng, 1.2, 3.0) * t
     punch = number(rng, 0.25, 0.4) * half + radius
     edge = punch + clearance
-    depth = number(rng, 0.3, 1.5) * radius if m.strength else number(rng, 0.05, 0.3) * radius
+    depth = number(rng, 0.3, 2.5) * radius if m.strength else number(rng, 0.05, 0.3) * radius
     depth = min(depth, 0.4 * (half - edge))
     far = 4 * half
     tools = {

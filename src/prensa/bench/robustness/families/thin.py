@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import prensa as pr
-from prensa.bench.robustness.drawn import Drawn, friction, metal, number, plane
+from prensa.bench.robustness.drawn import AT_UNIT_STRAIN, Drawn, friction, metal, number, plane
 from prensa.bench.robustness.families.under import LOCKING_FREE
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ def problem(rng: np.random.Generator) -> Drawn:
         nx, ny = nx // 2, ny // 2
     tools = {"upper": plane((0.0, t), (0.0, -1.0)), "lower": plane((0.0, 0.0), (0.0, 1.0))}
     mu = 0.0 if rng.random() < 0.2 else number(rng, 0.01, 0.3)
-    reduction = number(rng, 0.03, 0.25) if m.strength else number(rng, 0.001, 0.01)
+    reduction = number(rng, 0.03, 0.45) if m.strength else number(rng, 0.001, 0.01)
     contacts = (
         pr.Contact(("sheet.right", "sheet.top"), "upper"), pr.Contact(("sheet.bottom", "sheet.right"), "lower"),
     )  # fmt: skip
@@ -44,7 +44,7 @@ def problem(rng: np.random.Generator) -> Drawn:
         now, long = (1 - reduction) * t, half / (1 - reduction)
         mean = record.history["upper.fy"][last] / half
         if m.strength:
-            low, high = 2 / np.sqrt(3) * m.strength / 3, 2 / np.sqrt(3) * m.strength
+            low, high = 2 / np.sqrt(3) * m.strength / AT_UNIT_STRAIN, 2 / np.sqrt(3) * m.strength
             strain = 2 / np.sqrt(3) * -np.log(1 - reduction)
             low = 0.9 * min(low, m.E * strain)
         else:

@@ -36,10 +36,10 @@ def problem(rng: np.random.Generator) -> Drawn:
         R = number(rng, 0.5, 2.0) * width
         shape, tool = "circle", circle((0.0, top + R), R)
     mu = 0.0 if rng.random() < 0.2 else number(rng, 0.02, 0.4)
-    depth = number(rng, 0.005, 0.03) * top
+    depth = number(rng, 0.005, 0.05) * top
     steps = (
         pr.Step("press", move={"tool": pr.Motion(y=-depth)}),
-        pr.Step("slide", move={"tool": pr.Motion(x=number(rng, -2.0, 2.0) * depth)}),
+        pr.Step("slide", move={"tool": pr.Motion(x=number(rng, -3.0, 3.0) * depth)}),
         pr.Step("lift", move={"tool": pr.Motion(y=-0.98 * depth)}),
     )
     contact = pr.Contact(("skin.top",), "tool")

@@ -24,12 +24,12 @@ def problem(rng: np.random.Generator) -> Drawn:
     units = str(rng.choice(list(UNITS)))
     aspect, tall = logarithmic(rng, 1.0, 20.0), rng.random() < 0.5
     numbers: dict[str, Any] = {
-        "E": logarithmic(rng, 1.0, 1e6), "nu": number(rng, 0.0, 0.49), "mu": logarithmic(rng, 1e-6, 2.0),
+        "E": logarithmic(rng, 1.0, 1e6), "nu": number(rng, 0.0, 0.499), "mu": logarithmic(rng, 1e-6, 2.0),
         "plastic": rng.random() < 0.4, "nx": int(rng.integers(6, 15)), "ny": int(rng.integers(3, 9)),
         "element": str(rng.choice(["q4_fbar", "q4_fbar", "q4_enhanced", "q8"])),
         "shape": str(rng.choice(["plane", "stamp", "circle"])),
-        "axisymmetric": rng.random() < 0.3, "aspect": 1 / aspect if tall else aspect, "depth": number(rng, 0.002, 0.05),
-        "way": number(rng, -1.0, 1.0),
+        "axisymmetric": rng.random() < 0.3, "aspect": 1 / aspect if tall else aspect, "depth": number(rng, 0.002, 0.08),
+        "way": number(rng, -2.0, 2.0),
     }  # fmt: skip
     p, tool = _in_units(units, **numbers)
     twins = [Twin(replace(_in_units("mm-N", **numbers)[0], name="the same in mm and N"), UNITS[units][1], SAME_UNITS)]
