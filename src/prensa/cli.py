@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from prensa.bench.robustness import Outcome
+    from prensa.bench.robustness import Outcome, Tally
     from prensa.fem.system import System
     from prensa.model.problem import Step
 
@@ -145,6 +145,10 @@ def bench(
     report_file: Annotated[
         Path | None, typer.Option("--report", help="Write the outcomes to this file, .csv or .md.")
     ] = None,
+    tables: Annotated[
+        list[Path] | None,
+        typer.Option("--from", help="Solve nothing, take the outcomes from this .csv of an earlier run; repeatable."),
+    ] = None,
     enforcement: Annotated[str, typer.Option(help="Of all contacts: penalty, augmented or exact.")] = "penalty",
 ) -> None:
     """Solve random problems on default settings and check every answer, or try to break the reader with broken inputs."""
@@ -152,6 +156,8 @@ def bench(
         typer.echo(f"unknown benchmark {what!r}; known: 'robustness', 'fuzz'", err=True)
         raise typer.Exit(BAD_INPUT)
     with _errors_reported():
+        from functools import partial
+
         from prensa.bench import robustness
 
         _refuse_unknown("enforcement", [enforcement], robustness.ENFORCEMENTS)
@@ -160,8 +166,11 @@ def bench(
         if what == "fuzz":
             bad = _fuzz(count, number)
         else:
-            families = list(dict.fromkeys(family or robustness.known()))
-            bad = _robustness(families, count, number, first, enforcement, jobs, report_file, commit)
+            names = list(dict.fromkeys(family or robustness.known()))
+            solved = (
+                robustness.run(name, count, number, partial(_outcome, name), first, enforcement, jobs) for name in names
+            )
+            bad = _told(robustness.collected(tables) if tables else solved, report_file, commit)
     raise typer.Exit(FAILED if bad else 0)
 
 
@@ -173,31 +182,20 @@ def _refuse_unknown(kind: str, names: Iterable[str], known: Iterable[str]) -> No
             raise typer.Exit(BAD_INPUT)
 
 
-def _robustness(
-    families: list[str],
-    count: int,
-    seed: int,
-    first: int,
-    enforcement: str,
-    jobs: int,
-    report_file: Path | None,
-    commit: str,
-) -> bool:
-    """Whether an answer was wrong."""
-    from functools import partial
-
+def _told(tallies: Iterable[Tally], report_file: Path | None, commit: str) -> bool:
+    """Tell of families and write them, each as it is done; whether an answer was wrong."""
     from prensa.bench import robustness
 
-    tallies = []
-    for family in families:
-        tally = robustness.run(family, count, seed, partial(_outcome, family), first, enforcement, jobs)
+    done: list[Tally] = []
+    for tally in tallies:
+        done.append(tally)
         shares = ", ".join(f"{s} {tally.share(s):.1%}" for s in robustness.VERDICTS)
-        low, high = robustness.bounds(tally.count("right"), count)
-        typer.echo(f"{family}: {count} problems, seed {seed}: {shares}; 95 % bounds of right {low:.1%} to {high:.1%}")
-        tallies.append(tally)
+        low, high = robustness.bounds(tally.count("right"), len(tally.outcomes))
+        head = f"{tally.suite}: {len(tally.outcomes)} problems, seed {tally.seed}"
+        typer.echo(f"{head}: {shares}; 95 % bounds of right {low:.1%} to {high:.1%}")
         if report_file is not None:  # after each: what was solved is kept if somebody interrupts
-            robustness.write(report_file, tallies, commit)
-    return any(t.count("wrong") for t in tallies)
+            robustness.write(report_file, done, commit)
+    return any(t.count("wrong") for t in done)
 
 
 def _seed_number(seed: str) -> int:

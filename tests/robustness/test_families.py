@@ -15,6 +15,8 @@ from prensa.bench.robustness import checks
 from prensa.bench.robustness.drawn import Drawn, Twin, chain, circle, plane, stamp
 from prensa.bench.robustness.files import Record, read, solve_into, solve_stages
 from prensa.bench.robustness.judging import judge_files, unlike
+from prensa.fem.preflight import preflight
+from prensa.model.schema import warnings_of
 
 # ---------------------------------------------------------------------------------------------------------- own geometry
 TOOLS = {
@@ -242,6 +244,7 @@ def test_a_family_is_drawn_by_its_seed(family):
             system = pr.discretise(stage)
             assert {t.name: tuple(t.at) for t in system.tools} == {k: v.at for k, v in d.tools.items()}
             assert set(d.mu) == {c.name for c in stage.contacts}
+            assert [*map(str, preflight(system)), *warnings_of(stage)] == []  # nor is anything said of a good case
 
 
 def test_outcomes_of_several_processes_are_in_order():
@@ -266,6 +269,12 @@ def test_the_command_runs_a_family(tmp_path):
     assert "wide: 1 problems, seed 0: right 100.0%" in done.output
     (row,) = csv.DictReader(table.read_text(encoding="utf-8").splitlines())
     assert (row["family"], row["number"], row["verdict"]) == ("wide", "1", "right")
+    page = tmp_path / "x.md"
+    again = runner.invoke(app, ["bench", "robustness", "--from", str(table), "--report", str(page)])
+    assert again.output == done.output
+    assert "| wide | 0 | 1 | 100.0% | 2.5% to 100.0% | 0.0% | 0.0% | 0.0% |" in page.read_text(encoding="utf-8")
+    refused = runner.invoke(app, ["bench", "robustness", "--from", str(page)])
+    assert (refused.exit_code, "not a table of outcomes" in refused.output) == (2, True)
     refused = runner.invoke(app, ["bench", "robustness", "--family", "wires"])
     assert refused.exit_code == 2
     assert "unknown family 'wires'" in refused.output

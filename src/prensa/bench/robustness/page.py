@@ -5,10 +5,11 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
 
 from prensa.bench.robustness.increments import RERUN_EVERY
-from prensa.bench.robustness.outcome import VERDICTS, Tally, bounds
+from prensa.bench.robustness.outcome import VERDICTS, Outcome, Tally, bounds
 from prensa.errors import PrensaError
 
 REPORTED = ("family", "seed", "number", "kind", "verdict", "reason", "iterations", "cutbacks", "seconds", "words")
@@ -47,6 +48,28 @@ def write(path: Path, tallies: list[Tally], commit: str = "") -> None:
                 out.writerow((t.suite, t.seed, o.number, o.kind, o.status, o.reason, *cost, o.words))
 
 
+def collected(tables: Iterable[Path]) -> list[Tally]:
+    """Outcomes of earlier runs from their tables, a problem that is in several of them once, as it is in the last.
+
+    Raises
+    ------
+    PrensaError
+        For a file that is not such a table.
+
+    """
+    found: dict[tuple[str, int], dict[int, Outcome]] = {}
+    for path in tables:
+        with path.open(encoding="utf-8", newline="") as file:
+            rows = csv.DictReader(file)
+            if tuple(rows.fieldnames or ()) != REPORTED:
+                raise PrensaError(f"{path}: this is not a table of outcomes; --from takes what --report wrote as .csv")
+            for r in rows:
+                cost = (int(r["iterations"]), int(r["cutbacks"]), float(r["seconds"]))
+                outcome = Outcome(int(r["number"]), r["kind"], r["verdict"], r["words"], *cost, r["reason"])
+                found.setdefault((r["family"], int(r["seed"])), {})[outcome.number] = outcome
+    return [Tally(suite, seed, [of[k] for k in sorted(of)]) for (suite, seed), of in found.items()]
+
+
 def page(tallies: list[Tally], commit: str = "") -> str:
     """The published table: shares with their bounds, cost, and every problem that was not answered rightly, in its words."""
     seed = "commit" if commit else tallies[0].seed
@@ -54,6 +77,7 @@ def page(tallies: list[Tally], commit: str = "") -> str:
         "# Random problems on default settings", "",
         f"Made by `prensa bench robustness --seed {seed} --report`"
         + (f" at commit {commit}; the seed is the beginning of its hash." if commit else "."),
+        f"One problem again: `prensa bench robustness --seed {tallies[0].seed} --family FAMILY --first NUMBER --count 1`.",
         "Told: the solver said that it cannot. Wrong: an answer that a check refutes. Time: not ended within the limit of the",
         "family. Bounds: of the share of right answers, with 95 % confidence (Clopper and Pearson). Iterations, cut-backs and",
         "seconds are means of a problem.", "",
