@@ -12,6 +12,7 @@ import pytest
 import prensa as pr
 from prensa.bench import robustness
 from prensa.bench.robustness import checks
+from prensa.bench.robustness.claims import let_go, sprung_back
 from prensa.bench.robustness.drawn import Drawn, Twin, chain, circle, plane, stamp
 from prensa.bench.robustness.files import Record, read, solve_into, solve_stages
 from prensa.bench.robustness.judging import judge_files, unlike
@@ -192,6 +193,47 @@ def test_a_wrong_answer_is_found(what):
 
     assert re.search(words, found), found
     assert checks.wrong_with(d, [spoilt])
+
+
+@pytest.mark.parametrize("element", ["q4_fbar", "q8"])
+def test_wrong_answers_of_bodies_of_revolution_are_found(element, tmp_path):
+    """A cylinder under a flat tool: right as it is, and its volume, areas and balance refused when they are spoilt."""
+    tool = plane((0.0, 2.0), (0.0, -1.0))
+    p = pr.Problem(
+        "cylinder", space="axisymmetric",
+        bodies={"rod": pr.Body(pr.Rectangle((3.0, 2.0), (4, 3)), pr.Elastic(1e4, 0.2), element)}, tools={"tool": tool.tool},
+        contacts=(pr.Contact(("rod.top",), "tool"),), fixed={"rod.bottom": "xy"},
+        steps=(pr.Step("press", move={"tool": pr.Motion(y=-0.02)}, increments=2),
+               pr.Step("lift", move={"tool": pr.Motion(y=0.01)}, increments=2)),
+    )  # fmt: skip
+    solve_into(tmp_path, p, np.inf)
+    d, record = Drawn((p,), {"tool": tool}, {"rod.top-tool": 0.0}, 1e4, 0.2), read(tmp_path, p)
+    assert checks.wrong_with(replace(d, claims=(let_go, sprung_back)), [record]) == ""
+    for spoil, words in (
+        (lambda r: r.bodies[2]["rod"].x.__imul__(1.001), "volume of rod"),
+        (lambda r: r.contacts["rod.top-tool"][2]["pressure"].__imul__(1.001), "forces at the nodes miss"),
+    ):
+        spoilt = copy.deepcopy(record)
+        spoil(spoilt)
+        assert words in checks.balance(d, spoilt) + checks.volume(d, spoilt)
+    left = copy.deepcopy(record)
+    left.bodies[4]["rod"].x[3, 0] += 1e-3
+    assert "is left with displacements" in sprung_back(left)
+    left.history["tool.fy"][-1] = 1.0
+    assert "after its release" in let_go(left)
+
+
+def test_a_crash_is_a_wrong_answer(tmp_path, monkeypatch):
+    """What is no message of prensa's own is told as a crash, and the suite goes on."""
+    from prensa.bench.robustness import judging
+
+    def crash(*_: object) -> None:
+        raise IndexError("list index out of range")
+
+    monkeypatch.setattr(judging, "solve_stages", crash)
+    outcome = judge_files(pressed(), 0, tmp_path)
+    assert (outcome.status, outcome.reason) == ("wrong", "Crashed")
+    assert outcome.words == "crashed: IndexError: list index out of range"
 
 
 def test_a_twin_of_another_answer_is_found():

@@ -35,6 +35,8 @@ def _verdict(d: Drawn, folder: Path, until: float) -> tuple[str, str, str]:
         return "time", f"not ended after {d.limit:g} s, {_how_far(folder / 'run')}", ""
     except PrensaError as error:
         return "told", str(error), reason_of(error)
+    except Exception as error:
+        return "wrong", f"crashed: {type(error).__name__}: {error}", "Crashed"
     if wrong := wrong_with(d, records):
         return "wrong", wrong, ""
     for k, twin in enumerate(d.twins):

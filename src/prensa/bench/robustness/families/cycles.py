@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import prensa as pr
+from prensa.bench.robustness.claims import let_go, sprung_back
 from prensa.bench.robustness.drawn import Drawn, number
-from prensa.bench.robustness.families.slide_release import let_go
 from prensa.bench.robustness.families.under import block
 
 if TYPE_CHECKING:
@@ -41,5 +41,6 @@ def problem(rng: np.random.Generator) -> Drawn:
             "" if off <= allowed else f"peaks of the cycles differ by {off:.2%}: {', '.join(f'{f:.5g}' for f in peaks)}"
         )
 
+    back = () if b.metal.strength else (sprung_back,)
     kind = f"{b.shape}, mu {b.mu:.2g}, {b.metal.type}, {b.element}"
-    return Drawn((b.problem("cycles", steps),), **b.facts, claims=(let_go, repeats), limit=30.0, kind=kind)
+    return Drawn((b.problem("cycles", steps),), **b.facts, claims=(let_go, repeats, *back), limit=30.0, kind=kind)

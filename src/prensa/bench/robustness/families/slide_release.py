@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import prensa as pr
+from prensa.bench.robustness.claims import let_go, sprung_back
 from prensa.bench.robustness.drawn import Drawn, logarithmic, number
 from prensa.bench.robustness.families.under import block
 
@@ -22,11 +23,5 @@ def problem(rng: np.random.Generator) -> Drawn:
         pr.Step("release", move={"tool": pr.Motion(y=0.5 * depth)}),
     ))  # fmt: skip
     kind = f"{b.shape}, mu {b.mu:.2g}, {b.metal.type}, {b.element}"
-    return Drawn((p,), **b.facts, claims=(let_go,), limit=30.0, kind=kind)
-
-
-def let_go(record: object) -> str:
-    """A tool that has gone bears nothing."""
-    history = record.history  # type: ignore[attr-defined]
-    force = np.hypot(history["tool.fx"], history["tool.fy"])
-    return "" if force[-1] <= 1e-8 * force.max() else f"the tool bears {force[-1]:.3g} after its release"
+    claims = (let_go,) if b.metal.strength else (let_go, sprung_back)
+    return Drawn((p,), **b.facts, claims=claims, limit=30.0, kind=kind)

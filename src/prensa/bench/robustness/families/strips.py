@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 import prensa as pr
+from prensa.bench.robustness.claims import let_go, sprung_back
 from prensa.bench.robustness.drawn import Drawn, chain, friction, metal, number
 
 
@@ -51,4 +52,6 @@ def problem(rng: np.random.Generator) -> Drawn:
         ),
     )  # fmt: skip
     kind = f"t/w {t / (2 * half):.2%}, mu {mu:.2g}, {m.type}, {element}"
-    return Drawn((p,), tools, {c.name: mu for c in contacts}, m.E, m.nu, m.strength, limit=40.0, kind=kind)
+    claims = (let_go,) if m.strength else (let_go, sprung_back)
+    mus = {c.name: mu for c in contacts}
+    return Drawn((p,), tools, mus, m.E, m.nu, m.strength, claims=claims, limit=40.0, kind=kind)

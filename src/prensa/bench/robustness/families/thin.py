@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import prensa as pr
+from prensa.bench.robustness.claims import let_go, sprung_back
 from prensa.bench.robustness.drawn import AT_UNIT_STRAIN, Drawn, friction, logarithmic, metal, number, plane
 from prensa.bench.robustness.families.under import LOCKING_FREE
 
@@ -28,6 +29,7 @@ def problem(rng: np.random.Generator) -> Drawn:
     # the hill's exponent 2μL/h stays below 4, beyond which pressures are no longer those of metals
     most = min(max(1.0 - np.sqrt(mu * half / t / 2.0), 0.03), 0.45)
     reduction = logarithmic(rng, 0.01, most) if m.strength else number(rng, 0.001, 0.01)
+    apart = {"upper": pr.Motion(y=0.2 * t), "lower": pr.Motion(y=-0.2 * t)}
     contacts = (
         pr.Contact(("sheet.right", "sheet.top"), "upper"), pr.Contact(("sheet.bottom", "sheet.right"), "lower"),
     )  # fmt: skip
@@ -36,7 +38,7 @@ def problem(rng: np.random.Generator) -> Drawn:
         tools={k: v.tool for k, v in tools.items()}, contacts=contacts, friction=friction(mu), fixed={"sheet.left": "x"},
         steps=(
             pr.Step("squeeze", move={"upper": pr.Motion(y=-reduction * t)}),
-            pr.Step("open", move={"upper": pr.Motion(y=0.2 * t)}, fixed={"sheet.bottom-left": "y"}),
+            pr.Step("open", move=apart, fixed={"sheet.bottom-left": "y"}),
         ),
     )  # fmt: skip
 
@@ -58,5 +60,6 @@ def problem(rng: np.random.Generator) -> Drawn:
         return "" if low <= mean <= high else f"mean pressure {mean:.4g} is outside of {low:.4g} … {high:.4g}"
 
     kind = f"t/w {t / (2 * half):.1%}, by {reduction:.1%}, mu {mu:.2g}, {m.type}, {element}"
+    back = () if m.strength else (sprung_back,)
     mus = {c.name: mu for c in contacts}
-    return Drawn((p,), tools, mus, m.E, m.nu, m.strength, claims=(hill,), limit=30.0, kind=kind)
+    return Drawn((p,), tools, mus, m.E, m.nu, m.strength, claims=(hill, let_go, *back), limit=30.0, kind=kind)
