@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -156,21 +156,31 @@ def bench(
         typer.echo(f"unknown benchmark {what!r}; known: 'robustness', 'fuzz'", err=True)
         raise typer.Exit(BAD_INPUT)
     with _errors_reported():
-        from functools import partial
-
         from prensa.bench import robustness
 
         _refuse_unknown("enforcement", [enforcement], robustness.ENFORCEMENTS)
         _refuse_unknown("family", family or (), robustness.known())
         number, commit = robustness.commit_seed() if seed == "commit" else (_seed_number(seed), "")
+        names = list(dict.fromkeys(family or robustness.known()))
         if what == "fuzz":
+            if family or tables or report_file or first or jobs > 1:
+                typer.echo(
+                    "--family, --first, --jobs, --from and --report are for 'robustness'; leave them out", err=True
+                )
+                raise typer.Exit(BAD_INPUT)
             bad = _fuzz(count, number)
+        elif tables:
+            done = [t for t in robustness.collected(tables) if t.suite in names]
+            _written(report_file, done, commit)
+            bad = _summed_up(done)
         else:
-            names = list(dict.fromkeys(family or robustness.known()))
-            solved = (
-                robustness.run(name, count, number, partial(_outcome, name), first, enforcement, jobs) for name in names
-            )
-            bad = _told(robustness.collected(tables) if tables else solved, report_file, commit)
+            done = []
+            for name in names:
+                follow = _followed(done, report_file, commit)
+                done.append(robustness.run(name, count, number, follow, first, enforcement, jobs))
+                _summed_up(done[-1:])
+            _written(report_file, done, commit)
+            bad = any(t.count("wrong") for t in done)
     raise typer.Exit(FAILED if bad else 0)
 
 
@@ -182,20 +192,35 @@ def _refuse_unknown(kind: str, names: Iterable[str], known: Iterable[str]) -> No
             raise typer.Exit(BAD_INPUT)
 
 
-def _told(tallies: Iterable[Tally], report_file: Path | None, commit: str) -> bool:
-    """Tell of families and write them, each as it is done; whether an answer was wrong."""
+def _summed_up(tallies: list[Tally]) -> bool:
+    """A line for each family; whether an answer was wrong."""
     from prensa.bench import robustness
 
-    done: list[Tally] = []
     for tally in tallies:
-        done.append(tally)
         shares = ", ".join(f"{s} {tally.share(s):.1%}" for s in robustness.VERDICTS)
         low, high = robustness.bounds(tally.count("right"), len(tally.outcomes))
         head = f"{tally.suite}: {len(tally.outcomes)} problems, seed {tally.seed}"
         typer.echo(f"{head}: {shares}; 95 % bounds of right {low:.1%} to {high:.1%}")
-        if report_file is not None:  # after each: what was solved is kept if somebody interrupts
-            robustness.write(report_file, done, commit)
-    return any(t.count("wrong") for t in done)
+    return any(t.count("wrong") for t in tallies)
+
+
+def _followed(done: list[Tally], report_file: Path | None, commit: str) -> Callable[[Tally, Outcome], None]:
+    """What is said and kept of every problem as it is judged: whoever interrupts has all that was solved."""
+
+    def follow(tally: Tally, outcome: Outcome) -> None:
+        if outcome.status != "right":
+            reason = f" ({outcome.reason})" if outcome.reason else ""
+            typer.echo(f"{outcome.status}{reason}: {tally.suite} {outcome.kind}: {outcome.words}")
+        _written(report_file, [*done, tally], commit)
+
+    return follow
+
+
+def _written(report_file: Path | None, tallies: list[Tally], commit: str) -> None:
+    from prensa.bench import robustness
+
+    if report_file is not None:
+        robustness.write(report_file, tallies, commit)
 
 
 def _seed_number(seed: str) -> int:
@@ -214,12 +239,6 @@ def _fuzz(count: int, seed: int) -> bool:
     counts = ", ".join(f"{report.counts[k]} {k}" for k in ("read", "refused", "failed"))
     typer.echo(f"{count} inputs, seed {seed}: {counts}; the slowest took {report.slowest:.2f} s")
     return bool(report.defects)
-
-
-def _outcome(family: str, outcome: Outcome) -> None:
-    if outcome.status != "right":
-        reason = f" ({outcome.reason})" if outcome.reason else ""
-        typer.echo(f"{outcome.status}{reason}: {family} {outcome.kind}: {outcome.words}")
 
 
 @contextmanager

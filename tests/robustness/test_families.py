@@ -317,6 +317,8 @@ def test_the_command_runs_a_family(tmp_path):
     assert "| wide | 0 | 1 | 100.0% | 2.5% to 100.0% | 0.0% | 0.0% | 0.0% |" in page.read_text(encoding="utf-8")
     refused = runner.invoke(app, ["bench", "robustness", "--from", str(page)])
     assert (refused.exit_code, "not a table of outcomes" in refused.output) == (2, True)
+    refused = runner.invoke(app, ["bench", "fuzz", "--family", "wide"])
+    assert (refused.exit_code, "are for 'robustness'" in refused.output) == (2, True)
     refused = runner.invoke(app, ["bench", "robustness", "--family", "wires"])
     assert refused.exit_code == 2
     assert "unknown family 'wires'" in refused.output

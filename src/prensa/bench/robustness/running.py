@@ -31,17 +31,18 @@ def judged(family: str, seed: int, number: int, enforcement: str = "penalty") ->
 
 
 def run(
-    suite: str, count: int, seed: int, report: Callable[[Outcome], None] = lambda _: None, first: int = 0,
+    suite: str, count: int, seed: int, report: Callable[[Tally, Outcome], None] = lambda *_: None, first: int = 0,
     enforcement: str = "penalty", jobs: int = 1,
 ) -> Tally:  # fmt: skip
     """Draw and judge *count* problems of a family, beginning with number *first*; ``enforcement``: one of `ENFORCEMENTS`.
 
-    ``jobs`` > 1: in as many processes. Outcomes are in the order of their numbers, ``report`` sees them as they come.
+    ``jobs`` > 1: in as many processes. Outcomes are in the order of their numbers, ``report`` sees them as they
+    come, beside those before.
     """
     tally = Tally(suite, seed)
     for outcome in _outcomes(suite, range(first, first + count), seed, enforcement, jobs):
         tally.outcomes.append(outcome)
-        report(outcome)
+        report(tally, outcome)
     tally.outcomes.sort(key=lambda o: o.number)
     return tally
 
