@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from prensa.bench.robustness import Outcome
+    from prensa.bench.robustness import Outcome, Tally
     from prensa.fem.system import System
     from prensa.model.problem import Step
 
@@ -137,10 +137,19 @@ def verify(
 @app.command()
 def bench(
     what: Annotated[str, typer.Argument(help="What to measure: robustness or fuzz.")] = "robustness",
-    count: Annotated[int, typer.Option(min=1, help="Number of random problems of each suite, or of inputs.")] = 60,
+    count: Annotated[int, typer.Option(min=1, help="Number of random problems of each family, or of inputs.")] = 60,
     seed: Annotated[str, typer.Option(help="Seed, a number; 'commit' takes it from the hash of the commit.")] = "0",
+    family: Annotated[
+        list[str] | None, typer.Option(help="Of robustness, only this family; repeatable. All of them if not given.")
+    ] = None,
+    first: Annotated[int, typer.Option(min=0, help="Number of the first problem of each family.")] = 0,
+    jobs: Annotated[int, typer.Option(min=1, help="Problems solved at the same time, each in a process.")] = 1,
     report_file: Annotated[
         Path | None, typer.Option("--report", help="Write the outcomes to this file, .csv or .md.")
+    ] = None,
+    tables: Annotated[
+        list[Path] | None,
+        typer.Option("--from", help="Solve nothing, take the outcomes from this .csv of an earlier run; repeatable."),
     ] = None,
     enforcement: Annotated[str, typer.Option(help="Of all contacts: penalty, augmented or exact.")] = "penalty",
 ) -> None:
@@ -151,24 +160,69 @@ def bench(
     with _errors_reported():
         from prensa.bench import robustness
 
-        if enforcement not in robustness.ENFORCEMENTS:
-            typer.echo(f"unknown enforcement {enforcement!r}; known: {', '.join(robustness.ENFORCEMENTS)}", err=True)
-            raise typer.Exit(BAD_INPUT)
+        _refuse_unknown("enforcement", [enforcement], robustness.ENFORCEMENTS)
+        _refuse_unknown("family", family or (), robustness.known())
         number, commit = robustness.commit_seed() if seed == "commit" else (_seed_number(seed), "")
+        names = list(dict.fromkeys(family or robustness.known()))
         if what == "fuzz":
+            if family or tables or report_file or first or jobs > 1:
+                typer.echo(
+                    "--family, --first, --jobs, --from and --report are for 'robustness'; leave them out", err=True
+                )
+                raise typer.Exit(BAD_INPUT)
             bad = _fuzz(count, number)
+        elif tables:
+            done = [t for t in robustness.collected(tables) if t.suite in names]
+            _written(report_file, done, commit)
+            bad = _summed_up(done)
         else:
-            tallies = [
-                robustness.run(suite, count, number, _outcome, enforcement=enforcement)
-                for suite in ("elastic", "plastic")
-            ]
-            for t in tallies:
-                shares = ", ".join(f"{s} {t.share(s):.1%}" for s in ("right", "failed", "wrong"))
-                typer.echo(f"{t.suite}: {count} problems, seed {number}: {shares}")
-            if report_file is not None:
-                robustness.write(report_file, tallies, commit)
-            bad = any(t.share("wrong") for t in tallies)
+            done = []
+            for name in names:
+                follow = _followed(done, report_file, commit)
+                done.append(robustness.run(name, count, number, follow, first, enforcement, jobs))
+                _summed_up(done[-1:])
+            _written(report_file, done, commit)
+            bad = any(t.count("wrong") for t in done)
     raise typer.Exit(FAILED if bad else 0)
+
+
+def _refuse_unknown(kind: str, names: Iterable[str], known: Iterable[str]) -> None:
+    """Leave with a word where a name is not a known one."""
+    for name in names:
+        if name not in known:
+            typer.echo(f"unknown {kind} {name!r}; known: {', '.join(known)}", err=True)
+            raise typer.Exit(BAD_INPUT)
+
+
+def _summed_up(tallies: list[Tally]) -> bool:
+    """A line for each family; whether an answer was wrong."""
+    from prensa.bench import robustness
+
+    for tally in tallies:
+        shares = ", ".join(f"{s} {tally.share(s):.1%}" for s in robustness.VERDICTS)
+        low, high = robustness.bounds(tally.count("right"), len(tally.outcomes))
+        head = f"{tally.suite}: {len(tally.outcomes)} problems, seed {tally.seed}"
+        typer.echo(f"{head}: {shares}; 95 % bounds of right {low:.1%} to {high:.1%}")
+    return any(t.count("wrong") for t in tallies)
+
+
+def _followed(done: list[Tally], report_file: Path | None, commit: str) -> Callable[[Tally, Outcome], None]:
+    """What is said and kept of every problem as it is judged: whoever interrupts has all that was solved."""
+
+    def follow(tally: Tally, outcome: Outcome) -> None:
+        if outcome.status != "right":
+            reason = f" ({outcome.reason})" if outcome.reason else ""
+            typer.echo(f"{outcome.status}{reason}: {tally.suite} {outcome.kind}: {outcome.words}")
+        _written(report_file, [*done, tally], commit)
+
+    return follow
+
+
+def _written(report_file: Path | None, tallies: list[Tally], commit: str) -> None:
+    from prensa.bench import robustness
+
+    if report_file is not None:
+        robustness.write(report_file, tallies, commit)
 
 
 def _seed_number(seed: str) -> int:
@@ -195,11 +249,6 @@ def _fuzz(count: int, seed: int) -> bool:
         typer.echo(f"{number} {name}, seed {seed}: {counts}; the slowest took {report.slowest:.2f} s")
         defects += len(report.defects)
     return bool(defects)
-
-
-def _outcome(outcome: Outcome) -> None:
-    if outcome.status != "right":
-        typer.echo(f"{outcome.status}: {outcome.kind}: {outcome.words}")
 
 
 @contextmanager

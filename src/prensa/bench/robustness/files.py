@@ -1,0 +1,139 @@
+"""A run into files, and the files read back: all that the checks know of an answer.
+
+Reading is done here once more, from the documented tables and fields alone, and shares nothing with the writers.
+"""
+
+from __future__ import annotations
+
+import csv
+import time
+from contextlib import closing
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import prensa as pr
+from prensa.fem.discretise import discretise
+from prensa.output import checkpoint
+from prensa.output.history import History, write_contact
+from prensa.output.vtk import Fields
+from prensa.solver.increment import Progress
+
+Array = NDArray[np.float64]
+FIELDS_EVERY = 10  # increments between two files of fields, beside those at the ends of steps
+
+
+class OutOfTime(Exception):
+    """The limit of processor time is spent."""
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A body at one increment: ``X``, ``x`` (n, 2), ``cells`` (m, a), ``reaction`` (n, 2)."""
+
+    X: Array
+    x: Array
+    cells: NDArray[np.int64]
+    reaction: Array
+
+
+@dataclass(frozen=True)
+class Record:
+    """Files of one run: ``problem``; columns of ``history``; contact tables by name and number; bodies by number."""
+
+    problem: pr.Problem
+    history: dict[str, Array]
+    steps: list[str]
+    contacts: dict[str, dict[int, dict[str, Array]]]
+    bodies: dict[int, dict[str, Shape]]
+
+
+def solve_into(folder: Path, problem: pr.Problem, until: float) -> None:
+    """Solve a problem and leave its tables, fields and checkpoint in a folder; ``until``: processor time to stop at.
+
+    Raises
+    ------
+    OutOfTime
+        When the processor time is spent.
+    PrensaError
+        As `prensa.solve`.
+
+    """
+
+    def watch(_: Progress) -> None:
+        if time.process_time() > until:
+            raise OutOfTime
+
+    folder.mkdir(parents=True, exist_ok=True)
+    system = discretise(problem)
+    last = None
+    with closing(History(folder, problem)) as tables:
+        fields = Fields(folder)
+        for last in pr.solve(system, monitor=watch):
+            for name, contact in last.contacts.items():
+                write_contact(folder, name, last.number, contact)
+            tables.append(last)
+            if last.end_of_step or last.number % FIELDS_EVERY == 0:
+                fields.append(last)
+    if last is not None:
+        text = checkpoint.case_text(pr.Case(problem))
+        checkpoint.write_checkpoint(folder / checkpoint.CHECKPOINT, text, last.state)
+
+
+def solve_stages(folder: Path, stages: tuple[pr.Problem, ...], until: float) -> list[Record]:
+    """Solve stages one after the other, each from the run of the one before, and read their files."""
+    records = []
+    for k, stage in enumerate(stages):
+        here = folder / f"{k}"
+        problem = stage if k == 0 else replace(stage, start=pr.Start(run=str((folder / f"{k - 1}").resolve())))
+        solve_into(here, problem, until)
+        records.append(read(here, problem))
+    return records
+
+
+def read(folder: Path, problem: pr.Problem) -> Record:
+    """The files of a run."""
+    rows = _rows(folder / "history.csv")
+    history = {k: np.array([float(r[k]) for r in rows]) for k in (rows[0] if rows else ()) if k != "step"}
+    contacts = {}
+    for c in problem.contacts:
+        tables = sorted((folder / "contact" / c.name).glob("[0-9]*.csv"))
+        contacts[c.name] = {int(t.stem): _table(t) for t in tables if t.stem.isdigit()}
+    names = list(problem.bodies)
+    bodies = {int(f.stem): _shapes(f, names) for f in sorted((folder / "fields").glob("*.vtu"))}
+    return Record(problem, history, [r["step"] for r in rows], contacts, bodies)
+
+
+def totals(folder: Path) -> tuple[int, int]:
+    """Iterations and cut-backs of all runs below a folder, of those too that did not end."""
+    rows = [r for path in folder.rglob("history.csv") for r in _rows(path)]
+    return sum(int(r["iterations"]) for r in rows), sum(int(r["cutbacks"]) for r in rows)
+
+
+def _rows(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def _table(path: Path) -> dict[str, Array]:
+    with path.open(encoding="utf-8", newline="") as file:
+        head, *rows = csv.reader(file)
+    columns = dict(zip(head, zip(*rows)))
+    return {k: np.array(columns[k], dtype=float) for k in ("node", "x", "y", "gap", "pressure", "shear", "X", "Y")}
+
+
+def _shapes(path: Path, names: list[str]) -> dict[str, Shape]:
+    import meshio
+
+    mesh: Any = meshio.read(path)
+    x, u, r = mesh.points[:, :2], mesh.point_data["displacement"][:, :2], mesh.point_data["reaction"][:, :2]
+    out = {}
+    for block, number in zip(mesh.cells, mesh.cell_data["body"]):
+        for k in np.unique(number):
+            cells = block.data[number == k].astype(np.int64)
+            own = np.arange(cells.min(), cells.max() + 1)
+            out[names[int(k)]] = Shape(x[own] - u[own], x[own], cells - own[0], r[own])
+    return out

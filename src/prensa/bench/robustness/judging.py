@@ -1,0 +1,73 @@
+"""One problem of a family: solved into files within its time, its files checked, its twins compared."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from prensa.bench.robustness.checks import wrong_with
+from prensa.bench.robustness.drawn import Drawn, Twin
+from prensa.bench.robustness.files import OutOfTime, Record, read, solve_into, solve_stages, totals
+from prensa.bench.robustness.increments import reason_of
+from prensa.bench.robustness.outcome import Outcome
+from prensa.errors import PrensaError
+
+
+def judge_files(d: Drawn, number: int, folder: Path | None = None) -> Outcome:
+    """Solve one drawn problem into a folder (None: a temporary one), and judge what its files say."""
+    if folder is None:
+        with tempfile.TemporaryDirectory() as own:
+            return judge_files(d, number, Path(own))
+    start = time.process_time()
+    status, words, reason = _verdict(d, folder, start + d.limit)
+    iterations, cutbacks = totals(folder / "run")
+    seconds = time.process_time() - start
+    return Outcome(number, f"{number}: {d.kind}", status, words, iterations, cutbacks, seconds, reason)
+
+
+def _verdict(d: Drawn, folder: Path, until: float) -> tuple[str, str, str]:
+    try:
+        records = solve_stages(folder / "run", d.stages, until)
+    except OutOfTime:
+        return "time", f"not ended after {d.limit:g} s, {_how_far(folder / 'run')}", ""
+    except PrensaError as error:
+        return "told", str(error), reason_of(error)
+    except Exception as error:
+        return "wrong", f"crashed: {type(error).__name__}: {error}", "Crashed"
+    if wrong := wrong_with(d, records):
+        return "wrong", wrong, ""
+    for k, twin in enumerate(d.twins):
+        try:
+            solve_into(folder / f"twin{k}", twin.problem, until + d.limit)
+        except OutOfTime:
+            return "right", "(the twin used for comparison did not end in time)", ""
+        except PrensaError as error:
+            return "right", f"(the twin used for comparison failed: {error})", ""
+        if wrong := unlike(records[-1], read(folder / f"twin{k}", twin.problem), twin):
+            return "wrong", wrong, ""
+    return "right", "", ""
+
+
+def _how_far(folder: Path) -> str:
+    """Stage and time reached."""
+    stages = sorted(folder.iterdir(), key=lambda p: int(p.name)) if folder.is_dir() else []
+    if not stages:
+        return "before its first increment"
+    lines = (stages[-1] / "history.csv").read_text(encoding="utf-8").splitlines()
+    at = lines[-1].split(",")[:3] if len(lines) > 1 else ["", "0", "0"]
+    return f"stage {len(stages)}, step {at[0]!r}, increment {at[1]}, time {float(at[2]):.4g}"
+
+
+def unlike(one: Record, other: Record, twin: Twin) -> str:
+    """What differs in the last forces of the tools, relative to the largest force of the whole run; '' if nothing."""
+    for tool in one.problem.tools:
+        for c in ("fx", "fy"):
+            a, b = one.history[f"{tool}.{c}"], other.history[f"{tool}.{c}"] * twin.scale
+            whole = max(float(np.abs(other.history[f"{t}.{k}"]).max()) for t in one.problem.tools for k in ("fx", "fy"))
+            whole *= abs(twin.scale)
+            if abs(a[-1] - b[-1]) > twin.tolerance * whole:
+                return f"last {tool}.{c} {a[-1]:.6g}, of {twin.problem.name} {b[-1]:.6g}; largest force {whole:.4g}"
+    return ""

@@ -1,0 +1,59 @@
+"""Families drawn and judged, one problem after the other or in several processes."""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import replace
+
+from prensa.bench.robustness.blocks import draw
+from prensa.bench.robustness.families import FAMILIES, drawn
+from prensa.bench.robustness.increments import RERUN_EVERY, enforced, judge
+from prensa.bench.robustness.judging import judge_files
+from prensa.bench.robustness.outcome import Outcome, Tally
+
+BLOCKS = ("elastic", "plastic")
+
+
+def known() -> tuple[str, ...]:
+    """Names of all families."""
+    return (*BLOCKS, *FAMILIES)
+
+
+def judged(family: str, seed: int, number: int, enforcement: str = "penalty") -> Outcome:
+    """Draw and judge one problem."""
+    if family in BLOCKS:
+        return judge(enforced(draw(family, seed, number), enforcement), number, number % RERUN_EVERY == 0)
+    d = drawn(family, seed, number)
+    twins = tuple(replace(t, problem=enforced(t.problem, enforcement)) for t in d.twins)
+    return judge_files(replace(d, stages=tuple(enforced(p, enforcement) for p in d.stages), twins=twins), number)
+
+
+def run(
+    suite: str, count: int, seed: int, report: Callable[[Tally, Outcome], None] = lambda *_: None, first: int = 0,
+    enforcement: str = "penalty", jobs: int = 1,
+) -> Tally:  # fmt: skip
+    """Draw and judge *count* problems of a family, beginning with number *first*; ``enforcement``: one of `ENFORCEMENTS`.
+
+    ``jobs`` > 1: in as many processes. Outcomes are in the order of their numbers, ``report`` sees them as they
+    come, beside those before.
+    """
+    tally = Tally(suite, seed)
+    for outcome in _outcomes(suite, range(first, first + count), seed, enforcement, jobs):
+        tally.outcomes.append(outcome)
+        report(tally, outcome)
+    tally.outcomes.sort(key=lambda o: o.number)
+    return tally
+
+
+def _outcomes(suite: str, numbers: range, seed: int, enforcement: str, jobs: int) -> Iterator[Outcome]:
+    if jobs <= 1 or len(numbers) <= 1:
+        for number in numbers:
+            yield judged(suite, seed, number, enforcement)
+        return
+    # a fresh interpreter each: the threads of a solver do not survive a fork
+    with ProcessPoolExecutor(min(jobs, len(numbers)), multiprocessing.get_context("spawn")) as pool:
+        ahead = [pool.submit(judged, suite, seed, number, enforcement) for number in numbers]
+        for future in as_completed(ahead):
+            yield future.result()
