@@ -69,7 +69,7 @@ def contact_corrected(system: System, c: Context, e: Evaluation, u: Array, step:
     after_lam = system.multipliers(moved, lam)
     for s, f, scale in zip(system.surfaces, e.contacts, c.scales):
         nodes = s.points.nodes
-        target = _linear_gap(system, s, f.pairs, step, s.points.at(delta))
+        target = _linear_gap(system, s, f.pairs, step, (f.points or s.points).at(delta))
         stays = s.points.any_at_nodes(after_lam[s.rows, 0] - scale.k_n * target > 0)
         stays &= ~system.supported(nodes, c.plan)
         if not s.points.are_nodes:

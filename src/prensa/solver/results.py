@@ -112,6 +112,7 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
     patches, smooth = (nodal_stress(system, state, e, how) if flat else None for how in (None, smoothed))
     out = {}
     for s, f, law in zip(system.surfaces, e.contacts, plan.friction, strict=True):
+        s = s if f.points is None else replace(s, points=f.points, X=f.points.at(system.X))
         nodes, pairs = s.points.nodes, system.node_pairs(s, state.u)
         area, weight = system.tributary(s, where, depth), system.weights(s, where, depth)
         # a node without area (on the axis, of a quadratic edge) is told what its neighbour is

@@ -11,6 +11,7 @@ from prensa.tools.analytic import Analytic, Closest
 
 Array = NDArray[np.float64]
 
+_ALONG_FACE = 1e-9  # cosine below which a ray runs along the face
 _EDGE = 1e-9  # a point this close to the edge of a flat, relative to its width, counts as under it
 
 
@@ -64,3 +65,31 @@ class Flat(Analytic):
         s = np.where(arc, np.where(side > 0, hi, lo) + side * r * angle, x)
         s = np.where(behind, np.where(side > 0, hi, lo) + side * (0.5 * np.pi * r - (y + r)), s)
         return Closest(g, n, c, s)
+
+    def along(self, xi: Array, direction: Array, limit: float) -> Array:
+        """Distance (k,) along the unit direction to the face or a fillet; the flanks behind them are met by no ray.
+
+        In closed form: a ray beside a face that is turned runs in at a flank far behind, where the face's distance says inside.
+        """
+        n0, e0 = np.array([self.nx, self.ny]), np.array([-self.ny, self.nx])
+        y, x, dy, dx = xi @ n0, xi @ e0, float(direction @ n0), float(direction @ e0)
+        if dy > -_ALONG_FACE:
+            return np.full(len(xi), np.inf)
+        r, tol = self.fillet, _EDGE * (self.b - self.a)
+        lo, hi = self.a + r, self.b - r
+        h = -y / dy
+        at = x + h * dx
+        beside = (at < lo - tol) | (at > hi + tol)
+        if r == 0.0:
+            h[beside] = np.inf
+        elif beside.any():
+            # the first crossing of the circle of the fillet, if that lies on its quarter
+            middle = np.where(at < lo, lo, hi)
+            ox, oy = x - middle, y + r
+            b, off = ox * dx + oy * dy, ox * dy - oy * dx
+            root = np.sqrt(np.maximum(r * r - off * off, 0.0))
+            first = -b - root
+            outwards = np.where(at < lo, -1.0, 1.0) * (ox + first * dx)
+            on = (np.abs(off) <= r) & (outwards >= -tol) & (oy + first * dy >= -tol)
+            h = np.where(beside, np.where(on, first, np.inf), h)
+        return np.where(h > limit, np.inf, h)
