@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import prensa as pr
 from prensa.contact.rules.nodal import Nodal
 from prensa.fem.planning import plan_step
+from prensa.fem.preflight import preflight
 from prensa.verify.balance import Balance
 
 E, NU = 200e3, 0.3
@@ -16,7 +19,9 @@ MODES = [("small", "reference"), ("small", "current"), ("finite", "current")]
 SPACES = ["plane strain", "plane stress", "axisymmetric"]
 
 
-def pressed(width, steps=None, *, h=0.5, size=(20.0, 10.0), x=10.0, mode=MODES[0], space="plane strain", tool=None, **contact):
+def pressed(
+    width, steps=None, *, h=0.5, size=(20.0, 10.0), x=10.0, mode=MODES[0], space="plane strain", tool=None, **contact
+):
     """A bonded block under a sharp stamp about x."""
     n = (round(size[0] / h), round(size[1] / h))
     return pr.Problem(
@@ -137,3 +142,16 @@ def test_a_turned_face_is_met_by_what_lies_under_it_alone():
     assert (np.abs(last.X[last.status > 0, 0] - 3.47) < 1.15 + 0.5).all()
     assert np.isfinite(last.force).all()
     assert np.abs(last.force).max() < 2e4
+
+
+@pytest.mark.parametrize(("element", "rule"), [(None, "gauss2"), ("q8", "nodal"), (None, "nodal")])
+def test_widths_that_are_known_to_an_element_only_are_told(element, rule):
+    """Where edges are not cut, the notice names the corner's place; where they are, or corners lie at nodes, there is none."""
+    found = {}
+    for width in (4.3, 4.0):
+        p = pressed(width, integration=rule)
+        p = replace(p, bodies={"block": replace(p.bodies["block"], element=element)})
+        found[width] = [str(n) for n in preflight(pr.discretise(p)) if "sharp edge" in str(n)]
+    assert len(found[4.3]) == (rule != "nodal" or element is not None)
+    assert all("(7.85, 10)" in words and "fillet" in words for words in found[4.3])
+    assert not found[4.0]

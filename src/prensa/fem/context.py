@@ -28,8 +28,8 @@ class Context:
 
     ``weights`` and ``scales`` of the contacts on the committed configuration, friction ``laws`` and what their bounds depend
     on (``law_at``); ``x_n`` (n, d) node positions that increments refer to; ``depth`` (n,) thickness at the nodes at the last
-    commit, None in axisymmetry; ``surfaces``: the contacts, their edges cut where sharp corners were at the last commit, and what is
-    ``committed`` of their points; ``lagged``: the contact stiffness is the paper's symmetric one (see `forces`);
+    commit, None in axisymmetry; ``surfaces``: the contacts, their edges cut at sharp corners, and what is ``committed``
+    of their points; ``lagged``: the contact stiffness is the paper's symmetric one (see `forces`);
     ``interactions``: contacts, in the order of the description, then loads.
     """
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.cut import cut, cuts_of
+from prensa.contact.cut import Cut, cut, cuts_of
 from prensa.contact.forces import ContactForces, Scale
 from prensa.contact.pairing import UNMOVED, Pairs, Since, current_pairs, reference_pairs
 from prensa.contact.record import ContactRecord
@@ -297,7 +297,9 @@ class System:
                 least = 2.0 * law.softening(state.lam[s.rows, 0], state.contact.slip[s.rows], law_at[-1])
             scales.append(s.scale(least))
         interactions = [*self._contacts, *self.more, *loads_of(self, plan)]
-        return Context(state, plan, time, dt, weights, scales, laws, law_at, x_n, depth, surfaces, committed, interactions)
+        return Context(
+            state, plan, time, dt, weights, scales, laws, law_at, x_n, depth, surfaces, committed, interactions
+        )
 
     def _cut(self, state: State, plan: StepPlan, time: float) -> list[Surface]:
         """The contacts, edges of committed bodies cut where sharp corners are: at *time* as far as that is prescribed."""
@@ -309,15 +311,17 @@ class System:
 
     def _cut_by(self, s: Surface, u: Array, place: Array) -> Surface:
         """A contact with its edges, of bodies at degrees of freedom u (ndof,), cut by its tool at a place (3,)."""
-        if not s.sharp:
-            return s
-        x = self.positions(u) if self.problem.contact_geometry == "current" else self.X
-        tool = self.tools[s.tool]
-        cuts = cuts_of(tool.shape, tool.at, place, x, s.points.edges, 100.0 * self.length)
+        cuts = self.cuts(s, u, place) if s.sharp else []
         if not cuts:
             return s
-        points = cut(s.points, x if self.problem.kinematics == "finite" else self.X, cuts)
+        points = cut(s.points, self.positions(u) if self.problem.kinematics == "finite" else self.X, cuts)
         return replace(s, points=points, X=points.at(self.X))
+
+    def cuts(self, s: Surface, u: Array, place: Array) -> list[Cut]:
+        """Where sharp corners of a contact's tool at a place (3,) lie over its edges, of bodies at degrees of freedom u."""
+        x = self.positions(u) if self.problem.contact_geometry == "current" else self.X
+        tool = self.tools[s.tool]
+        return cuts_of(tool.shape, tool.at, place, x, s.points.edges, 100.0 * self.length)
 
     def _committed(self, s: Surface, state: State) -> ContactRecord:
         """What is committed of the points of a contact, at the places that these have in the next increment."""
