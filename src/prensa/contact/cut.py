@@ -21,6 +21,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 BESIDE = 1e-4  # share of an edge by which a look at the tool is taken on either side of a corner
+FLANK = 0.1  # cosine towards a surface below which a part of a tool is a flank, that covers nothing
 AT_NODE = 1e-9  # share of an edge by which a corner may miss a node that it lies on
 
 
@@ -69,12 +70,20 @@ def cuts_of(shape: Tool, at: Array, place: Array, x: Array, edges: Index, limit:
             continue
         k = over[np.argmin(np.abs((to * outward).sum(axis=1))[over])]
         beside = a[k] + (along[k] + np.array([[-BESIDE], [BESIDE]])) * length[k] * t[k]
-        under = np.isfinite(shape.along((beside - centre) @ R, outward[k] @ R, limit))
+        under = _lies_over(shape, (beside - centre) @ R, outward[k] @ R, limit)
         if under[0] != under[1]:
             end = 0 if under[0] else 1
             found.append(Cut(int(k), end, float(along[k] if end == 0 else 1.0 - along[k])))
     several = [cut.edge for cut in found]
     return [cut for cut in found if several.count(cut.edge) == 1]
+
+
+def _lies_over(shape: Tool, xi: Array, direction: Array, limit: float) -> Array:
+    """Whether a tool lies over points xi (k, 2) in its frame, seen along the unit direction, with more than a flank."""
+    h = shape.along(xi, direction, limit)
+    hit = np.isfinite(h)
+    n = shape.closest(xi + np.where(hit, h, 0.0)[:, None] * direction).n
+    return np.asarray(hit & (n @ direction < -FLANK))
 
 
 def cut(points: Points, x: Array, cuts: list[Cut]) -> Points:

@@ -67,29 +67,33 @@ class Flat(Analytic):
         return Closest(g, n, c, s)
 
     def along(self, xi: Array, direction: Array, limit: float) -> Array:
-        """Distance (k,) along the unit direction to the face or a fillet; the flanks behind them are met by no ray.
+        """Distance (k,) along the unit direction to where the ray comes in: at the face, a fillet, or a flank from beside it.
 
-        In closed form: a ray beside a face that is turned runs in at a flank far behind, where the face's distance says inside.
+        In closed form: inside, points beside a turned face have the face's distance, with which Newton's way from a flank ends
+        anywhere.
         """
         n0, e0 = np.array([self.nx, self.ny]), np.array([-self.ny, self.nx])
         y, x, dy, dx = xi @ n0, xi @ e0, float(direction @ n0), float(direction @ e0)
-        if dy > -_ALONG_FACE:
-            return np.full(len(xi), np.inf)
         r, tol = self.fillet, _EDGE * (self.b - self.a)
-        lo, hi = self.a + r, self.b - r
-        h = -y / dy
-        at = x + h * dx
-        beside = (at < lo - tol) | (at > hi + tol)
-        if r == 0.0:
-            h[beside] = np.inf
-        elif beside.any():
-            # the first crossing of the circle of the fillet, if that lies on its quarter
-            middle = np.where(at < lo, lo, hi)
-            ox, oy = x - middle, y + r
-            b, off = ox * dx + oy * dy, ox * dy - oy * dx
-            root = np.sqrt(np.maximum(r * r - off * off, 0.0))
-            first = -b - root
-            outwards = np.where(at < lo, -1.0, 1.0) * (ox + first * dx)
-            on = (np.abs(off) <= r) & (outwards >= -tol) & (oy + first * dy >= -tol)
-            h = np.where(beside, np.where(on, first, np.inf), h)
+        h, inside = np.full(len(xi), np.inf), self.closest(xi).g < 0.0
+        for out, end in ((1.0, self.b), (-1.0, self.a)):
+            if out * dx < 0.0:
+                flank = (end + 2.0 * out * tol - x) / dx  # less far out it would be under the face
+                h = np.where((flank >= 0.0) & (y + flank * dy <= -r), flank, h)
+            if r > 0.0:  # the first crossing of the fillet's circle, if that lies on its quarter
+                ox, oy = out * x - (out * end - r), y + r
+                b, off = ox * out * dx + oy * dy, ox * dy - oy * out * dx
+                first = -b - np.sqrt(np.maximum(r * r - off * off, 0.0))
+                on = (
+                    (np.abs(off) <= r)
+                    & ((first >= 0.0) | inside)
+                    & (ox + first * out * dx >= 0.0)
+                    & (oy + first * dy >= 0.0)
+                )
+                h = np.where(on, first, h)
+        if dy < -_ALONG_FACE:
+            face = -y / dy
+            at = x + face * dx
+            on = (at >= self.a + r - tol) & (at <= self.b - r + tol) & ((face >= -tol) | inside)
+            h = np.where(on, face, h)
         return np.where(h > limit, np.inf, h)
