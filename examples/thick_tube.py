@@ -93,6 +93,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     mesh = f"bodies.tube.mesh.n={'[8, 1]' if chosen.quick else '[32, 1]'}"
     first = [
         "kinematics=small",
+        "allow_large_strain=true",
         "bodies.tube.material.nu=0.4999",
         f"fixed.tube.left.x={2 * YIELDING}",
         "steps.0.increments=24",

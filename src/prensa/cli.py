@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import math
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -290,7 +291,10 @@ def _description_lines(system: System) -> Iterator[str]:
         yield f"tie: {tie.slave} follows {tie.master}"
     for tool in system.tools:
         place = f"reference point at ({tool.at[0]:.6g}, {tool.at[1]:.6g})"
-        yield f"tool {tool.name}: {tool.description.type}, {place}{tool.description.told(tool.shape, tool.direction)}"
+        told = tool.description.told(tool.shape, tool.direction)
+        if system.axisymmetric and math.isfinite(tool.shape.period) and abs(tool.at[0]) > 1e-9 * system.length:
+            told += ", off the axis: a ring about it (a circle is a torus)"
+        yield f"tool {tool.name}: {tool.description.type}, {place}{told}"
     for surface in system.surfaces:
         contact = surface.description
         law = contact.friction or p.friction
@@ -307,7 +311,7 @@ def _actions(step: Step) -> str:
     """What a step does, as it is written, and its increments."""
     from prensa.model.schema import brief
 
-    kinds = ("move", "velocity", "push", "fixed", "loads", "body_force", "friction")
+    kinds = ("move", "by", "velocity", "push", "fixed", "loads", "body_force", "friction")
     acts = [f"{kind} {brief(getattr(step, kind))}" for kind in kinds if getattr(step, kind)]
     many = "" if step.increments == 1 else "s"
     acts.append(f"{step.increments} increment{many}" if step.increments else "increments chosen on the way")

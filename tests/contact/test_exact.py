@@ -21,6 +21,7 @@ def problem(enforcement=None, *, steps=(PRESS, SLIDE), space="plane strain", mod
     kinematics, geometry = mode
     return pr.Problem(
         "exact", space=space, kinematics=kinematics, contact_geometry=geometry,
+        allow_large_strain=kinematics == "small",
         bodies={"block": pr.Body(pr.Rectangle(size=(4.0, 2.5), n=n), pr.J2(1000.0, 0.3, pr.Linear(30.0, 100.0)))},
         tools={"tool": tool or pr.Circle(radius=3.0, at=(0.0 if axi else 2.0, 5.5))},
         contacts=[pr.Contact("block.top", "tool", friction=friction, enforcement=enforcement or pr.Exact())],

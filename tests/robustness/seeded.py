@@ -149,6 +149,10 @@ SEEDED = {
         Seeded(
             "turn in degrees", (CYLINDER, ("{y: -0.2}", "{y: -0.2, rz: 90}")), "13:41", ("90 radians", "'90 deg'"), True
         ),
+        Seeded(
+            "everything in Pa, case in millimetres", (("E: 70e3", "E: 70e9"), ("s0: 60, Q: 120", "s0: 60e6, Q: 120e6")), "6:5",
+            ("is that of no material", "did you mean '7e+10 Pa'?"), True,
+        ),
         Seeded("friction in percent", (("mu: 0.1", "mu: 10"),), "10:55", ("did you mean 0.1?",), True),
     ],
     "materials and tables": [
@@ -159,6 +163,24 @@ SEEDED = {
             ("flow stress falls",), True,
         ),
         Seeded("hardening in another unit", (("b: 8}", "b: 8, H: 9e5}"),), "6:44", ("faster than E",), True),
+        Seeded(
+            "strains in per cent", ((FLOW, "{type: table, points: [[0, 60], [20, 100], [100, 150]]}"),), "6:64",
+            ("the strains go up to 100", "did you mean '100 %'"), True,
+        ),
+        Seeded(
+            "prestrain in per cent", ((FLOW, "{type: swift, K: 200, e0: 2, n: 0.2}"),), "6:72",
+            ("a prestrain of 2, 200 %", "did you mean '2 %'?"), True,
+        ),
+        Seeded(
+            "table that begins where the tool is not",
+            (("increments: 4}", "increments: 4}\n  - {name: back, move: {die: {y: [[1, 0], [2, 0.1]]}}}"),), "14:31",
+            ("tool 'die' would jump", "it is at -0.2 then", "[1, -0.2]", "'by'"), True,
+        ),
+        Seeded(
+            "step that repeats the travel of the one before",
+            (("increments: 4}", "increments: 4}\n  - {name: more, move: {die: {y: -0.2}}}"),), "14:31",
+            ("step 'more' moves nothing", "measured from the initial place", "write -0.4", "'by: {die: {y: -0.2}}'"), True,
+        ),
         Seeded(
             "table that ends before its step", (("y: -0.2", "y: [[0, 0], [0.5, -0.2]]"),), "13:32",
             ("covers the times 0 … 0.5", "held at -0.2"), True,
@@ -218,6 +240,10 @@ SEEDED = {
         ),
         Seeded("tool that fits between two nodes", (CYLINDER, ("radius: 2", "radius: 0.1")), "8:23", ("finds no node",)),
         Seeded("absolute penalty of the paper", (("mu: 0.1}", "mu: 0.1}, enforcement: {type: penalty, k_n: 1e10}"),), "10:91", ("k_n = 1e+10, beta = 6.5e+04", "leave it out"), True),
+        Seeded(
+            "small strain where there is none", (("y: -0.2", "y: -1"), ("plane strain", "plane strain\nkinematics: small")), "3:1",
+            ("tools press 'strip' in by 1", "strains or rotations of 0.5", "use 'finite'"), True,
+        ),
         Seeded("tool through the support", (("y: -0.2", "y: -2.5"),), "10:5", ("reaches 0.5 beyond node 7", "travel larger")),
         Seeded(
             "tools that cross",
@@ -244,6 +270,10 @@ SEEDED = {
         Seeded(
             "body free along its axis", (("plane strain", "axisymmetric"), ("strip.bottom: y, ", ""), ("touching: strip.top", "normal: [0, -1], at: [0, 3]")),
             "4:3", ("move along the axis y",), True,
+        ),
+        Seeded(
+            "symmetry line of a plane problem at a bore", (("plane strain", "axisymmetric"), ("n: [8, 4]", "n: [8, 4], origin: [4.5, 0]")),
+            "11:26", ("it holds a bore of radius 4.5", "leave it out", "{x: 0}"), True,
         ),
         Seeded(
             "held nodes under the tool", (("strip.bottom: y,", "strip.bottom: y, strip.top: y,"),), "10:5",
@@ -274,6 +304,22 @@ SEEDED = {
              ("contacts:", "  vice: {type: plane, normal: [1, 0], at: [0, 0]}\ncontacts:\n  - {surface: strip.left, against: vice, enforcement: {type: penalty, k_n: 1e6}}"),
              ("strip.left: x", "strip.right: x"), ("{die: {y: -0.2}}", "{die: {y: -1e-9}, vice: {x: 0.2}}")),
             "", ("not above what convergence leaves open", "forces are at work elsewhere"), True, "run",
+        ),
+        Seeded(
+            "small strain that is none in the answer", (("y: -0.2", "y: -1"), ("plane strain", "plane strain\nkinematics: small")), "",
+            ("means nothing any more", "'kinematics: finite'", "'allow_large_strain: true'"), False, "run",
+        ),
+        Seeded(
+            "flow curve that ends before the strains do", ((FLOW, "{type: table, points: [[0, 60], [0.01, 100]]}"),), "",
+            ("ends at a plastic strain of 0.01", "was used up to"), True, "run",
+        ),
+        Seeded(
+            "tool that turns through the body in one increment",
+            ((", friction: {type: coulomb, mu: 0.1}", ""), ELASTIC, ("[strip.top, strip.right]", "strip.top"),
+             (CYLINDER[0], "type: polygon, points: [[-2, -2], [2, -2], [2, 2], [-2, 2]], fillet: 1, at: [2, 4]"),
+             ("strip.bottom: y, strip.left: x", "strip.bottom: xy"), ("y: -0.2", "y: -0.05"),
+             ("increments: 4}", "increments: 4}\n  - {name: turn, move: {die: {rz: 360 deg}}, increments: 1}\nnumerics: {max_cutbacks: 0}")),
+            "", ("turned by 360° in one increment, right through 'strip'",), False, "run",
         ),
         Seeded(
             "contact that is never made",

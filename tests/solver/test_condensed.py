@@ -39,6 +39,7 @@ def pressed(space="plane strain", *, steps=None, **more) -> pr.Problem:
         "space": space, "kinematics": "small", "bodies": {"b": block()}, "steps": steps, "fixed": {"b.bottom": "xy"},
         "tools": {"t": pr.Circle(radius=2.0, touching="b.top")},
         "contacts": (pr.Contact("b.top", "t", friction=pr.Coulomb(0.3)),),
+        "allow_large_strain": more.get("kinematics") != "finite",
     }  # fmt: skip
     return pr.Problem("pressed", **given | more)
 

@@ -23,7 +23,8 @@ def block(n=(8, 6), material=ELASTIC, size=(4.0, 3.0), origin=(0.0, 0.0), elemen
 
 def pressed(step, *, tool=None, kinematics="finite", friction=None, material=ELASTIC, fixed=None, **more):
     return pr.Problem(
-        "pressed", kinematics=kinematics, bodies={"block": block(material=material)},
+        "pressed", kinematics=kinematics, allow_large_strain=kinematics == "small",
+        bodies={"block": block(material=material)},
         tools={"punch": tool or pr.Circle(radius=5.0, touching="block.top")},
         contacts=[pr.Contact("block.top", "punch", friction=friction)],
         fixed=fixed or {"block.bottom": "xy"}, steps=step if isinstance(step, list) else [step], **more,

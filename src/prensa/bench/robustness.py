@@ -108,11 +108,13 @@ def draw(suite: str, seed: int, number: int) -> pr.Problem:
     wide = flat or hollow or tool.type == "profile"
     sides = ["body.top", "body.right"] if rng.random() < (0.8 if plastic else 0.2) and wide else ["body.top"]
     tied = motion in ("press and slide", "roll", "twist")
-    fixed = {"body.bottom": "xy" if tied or rng.random() < 0.5 else "y", "body.left": "x"}
+    left = pr.Fixed(x=0.0) if origin else "x"  # round a rigid mandrel
+    fixed = {"body.bottom": "xy" if tied or rng.random() < 0.5 else "y", "body.left": left}
     shape = ("hollow " if hollow else "") + tool.type + (" on springs" if tool.spring else "")
     return pr.Problem(
         f"{number}: {shape}, {motion}, {_name(law)}, {kinematics}-{geometry}, {space}, {material.type}, {element}, {system}",
-        space=space, kinematics=kinematics, contact_geometry=geometry, bodies={"body": body}, tools={"tool": tool},
+        space=space, kinematics=kinematics, contact_geometry=geometry, allow_large_strain=kinematics == "small",
+        bodies={"body": body}, tools={"tool": tool},
         contacts=(pr.Contact(tuple(sides), "tool", friction=law),), fixed=fixed, steps=tuple(steps),
         units=pr.Units(*system.split("-")),
     )  # fmt: skip

@@ -99,7 +99,7 @@ class Scale:
 
 def forces(
     pairs: Pairs, weight: Array, scale: Scale, lam: Array, committed: ContactRecord, law: FrictionLaw | None, at: At,
-    period: float, hold: NDArray[np.bool_] | None = None, area: Array | None = None, lagged: bool = False,
+    hold: NDArray[np.bool_] | None = None, area: Array | None = None, lagged: bool = False,
     before: Array | None = None, round_off: Array | float = 0.0, landed: NDArray[np.bool_] | None = None,
 ) -> ContactForces:  # fmt: skip
     """Contact forces on the pair coordinates and their exact, unsymmetric stiffness.
@@ -109,7 +109,6 @@ def forces(
     area (k,): current areas, to which the tractions of a law that is not proportional to the pressure belong, its bound being
     that at the pressure per current area, P/a; None: those are ``weight``, or cancel. How areas depend on the positions is not
     in K (see `stretching`).
-    ``period``: length of a closed tool's surface, across which the coordinate jumps.
     ``lagged``: stiffness of the paper (24)-(26), k_n n⊗n + k_TT e⊗e: friction at the pressure of the last iterate and
     the tool's curvature are in the forces only.
     before (k,): committed pressures, an override for the first guess of an increment, which has the tools deep in the bodies:
@@ -129,8 +128,6 @@ def forces(
     t, kappa, slip, stretched = np.zeros((k, m)), committed.slip.copy(), np.zeros(k, dtype=bool), None
     if law is not None:
         ds = pairs.s - committed.coordinate
-        if np.isfinite(period):
-            ds = ds - period * np.round(ds / period)
         pressure = np.maximum(p, 0.0)
         if area is not None:
             share = weight / area

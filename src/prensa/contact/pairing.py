@@ -18,6 +18,7 @@ from prensa.tools.analytic import Tool, turned
 Array = NDArray[np.float64]
 
 GRAZING = 1e-6  # cosine below which a ray along the surface normal counts as tangent to the tool
+LOOK_EVERY = np.pi / 8  # rotation of a tool from one look at where a point is on its surface to the next
 
 
 class Pairs(NamedTuple):
@@ -75,7 +76,7 @@ def _turn_into_space(g, c, n_tool, R, arm, n, e, Fn, Ft, ds, turn):
 
 
 class Since(NamedTuple):
-    """Where a slip goes on: coordinate s (k, 1) and body point u (k, 2), displacement and rotation of the tool (3,) there."""
+    """Where a slip goes on: coordinate s (k, 1) and displacement of the body point u (k, 2), that of the tool (3,) there."""
 
     s: Array | float
     u: Array | float
@@ -83,6 +84,28 @@ class Since(NamedTuple):
 
 
 UNMOVED = Since(0.0, 0.0, np.zeros(3))
+
+
+def continued(shape: Tool, s: Array, X: Array, u: Array, at: Array, place: Array, since: Since) -> Array:
+    """Coordinates s (k, 1) on a closed surface, counted on from those ``since``: X (k, 2) initial positions, u (k, 2).
+
+    A closed surface has a cut, across which its coordinate jumps by the period: where a point is does not tell how often it
+    went round. Half a period and less is the shorter way. A tool that turns by more is followed in turns of no more than
+    `LOOK_EVERY`, points and tool on straight ways, so that a whole turn slips by the circumference.
+    """
+    looks = int(np.ceil(min(abs(place[2] - since.place[2]) / LOOK_EVERY, 1e4)))
+    now = np.asarray(since.s)
+    for share in np.arange(1, looks) / max(looks, 1):
+        turn = since.place[2] + share * (place[2] - since.place[2])
+        c, d = np.cos(turn), np.sin(turn)
+        x = X + since.u + share * (u - since.u) - at - since.place[:2] - share * (place[:2] - since.place[:2])
+        now = _next(shape.closest(x @ np.array([[c, -d], [d, c]])).s[:, None], now, shape.period)
+    return _next(s, now, shape.period)
+
+
+def _next(s: Array, before: Array, period: float) -> Array:
+    """Coordinates (k, 1) with as many periods as bring them next to those before."""
+    return s - period * np.round((s - before) / period)
 
 
 def reference_pairs(

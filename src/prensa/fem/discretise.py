@@ -80,12 +80,12 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = ()) -> 
     pattern = _pattern(cells, surfaces, dofs, more)
     blocks = [_block(problem, name, cells[name], X, pattern) for name in problem.bodies]
     system = System(problem, meshes, offsets, X, blocks, tools, surfaces, pattern, dofs, ties, more=more)
-    for name in [*problem.fixed, *(k for s in problem.steps for k in s.fixed)]:
+    for name in [*problem.fixed, *(k for s in problem.steps for k in (*s.fixed, *problem.driven(s)))]:
         system.boundary_nodes(name)
     for name in [*problem.loads, *(k for s in problem.steps for k in s.loads)]:
         system.boundary_edges(name)
     if earlier is not None:
-        system.beginning, system.release = earlier.begin(system)
+        system.beginning = earlier.begin(system)
     return system
 
 
@@ -202,7 +202,8 @@ def _refuse_edges_on_points(tool: PlacedTool, points: Points, X: Array, normal: 
     """
     for *edge, ex, ey in tool.shape.edges:
         along = (X - tool.at - edge) @ np.array([ex, ey])
-        inside = along.min() + 1e-9 < 0.0 < along.max() - 1e-9
+        slack = 1e-9 * float(np.ptp(along))
+        inside = along.min() + slack < 0.0 < along.max() - slack
         facing = ey * normal[:, 0] - ex * normal[:, 1] < 0.0
         over = np.flatnonzero(facing & (np.abs(along) < 0.02 * points.depth))
         if inside and len(over):

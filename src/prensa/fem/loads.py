@@ -166,7 +166,7 @@ class Spring:
 
 @dataclass(frozen=True)
 class Release:
-    """Forces (ndof,) that held the bodies in an earlier run, let go linearly during the first step."""
+    """Forces (ndof,) that are carried at the start of a step and not asked for in it, let go linearly over it."""
 
     forces: Array
 
@@ -176,18 +176,19 @@ class Release:
 
     def respond(self, c: Context, ask: Request) -> Response:
         """See `Interaction`."""
-        if c.time >= 1.0:
+        left = c.plan.left(c.time)
+        if left == 0.0:
             return Response(external=True)
-        dofs = np.arange(len(self.forces))[:, None]
-        return Response([Part("release", dofs, (1.0 - c.time) * self.forces[:, None])], external=True)
+        dofs = np.flatnonzero(self.forces)
+        return Response([Part("release", dofs[:, None], left * self.forces[dofs, None])], external=True)
 
 
-def loads_of(system: System, plan: StepPlan) -> list[Interaction]:
-    """The loads, tool forces and springs of a step as interactions."""
+def loads_of(system: System, plan: StepPlan, release: Array | None) -> list[Interaction]:
+    """The loads, tool forces and springs of a step as interactions, and the forces (ndof,) that it lets go."""
     out: list[Interaction] = [EdgeLoad(system, name, load) for name, load in plan.loads.items()]
     out += [BodyForce(system, body, courses) for body, courses in plan.body_force.items()]
     out += [ToolForce(dof, course) for dof, course in plan.push.items()]
     out += [Spring(dof, stiffness, mount) for dof, (stiffness, mount) in plan.springs.items()]
-    if system.release is not None:
-        out.append(Release(system.release))
+    if release is not None:
+        out.append(Release(release))
     return out

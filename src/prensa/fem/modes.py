@@ -101,7 +101,7 @@ def _contact_rows(system: System, body: str, plan: StepPlan, touching: bool) -> 
     Tools that are pushed are brought to touch before the solve.
     """
     rows = [np.zeros((0, 3))]
-    for s, law in zip(system.surfaces, plan.friction):
+    for s, law in zip(system.surfaces, plan.friction_at(plan.t1)):
         if s.body not in system.tied_bodies(body):
             continue
         tool = system.tools[s.tool]

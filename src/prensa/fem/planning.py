@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.fem.schedule import BoundaryLoad, Course, Prescribed, StepPlan, course, integrated, zero_course
+from prensa.fem.schedule import BoundaryLoad, Course, Prescribed, StepPlan, course, integrated, way, zero_course
 from prensa.fem.system import System
+from prensa.friction.fading import fading
 from prensa.model import problem as model
 
 Array = NDArray[np.float64]
@@ -42,16 +43,16 @@ def plan_step(system: System, number: int, step_start: Array) -> StepPlan:
                 groups.append(_tool_group(step, name, key, dof, step_start, number))
     return StepPlan(
         step.name, number, float(number), float(number + 1), groups, push, _loads(system, number), _body_forces(p, number),
-        _friction(p, number), step.increments, springs,
+        _fading(p, number), step.increments, springs, _released(system, number, step_start, groups),
     )  # fmt: skip
 
 
-def _supports(p: model.Problem, number: int) -> dict[tuple[str, str], tuple[Any, int]]:
-    """(boundary, axis) → value and the step since which it holds: the problem's, then each step's up to this one.
+def _supports(p: model.Problem, number: int) -> dict[tuple[str, str], tuple[Any, int, bool]]:
+    """(boundary, axis) → value, step since which it holds, and whether the value is a way: each step's up to this one.
 
-    A later entry replaces an earlier one of the boundary.
+    The problem's come first; a later entry replaces an earlier one of the boundary.
     """
-    supports: dict[tuple[str, str], tuple[Any, int]] = {}
+    supports: dict[tuple[str, str], tuple[Any, int, bool]] = {}
     for k, source in [(-1, p.fixed), *[(i, s.fixed) for i, s in enumerate(p.steps[: number + 1])]]:
         for name, f in source.items():
             if f.free:
@@ -59,7 +60,11 @@ def _supports(p: model.Problem, number: int) -> dict[tuple[str, str], tuple[Any,
                 supports.pop((name, "y"), None)
             for c in ("x", "y"):
                 if getattr(f, c) is not None:
-                    supports[(name, c)] = (getattr(f, c), max(k, 0))
+                    supports[(name, c)] = (getattr(f, c), max(k, 0), False)
+        for name, motion in p.driven(p.steps[k]).items() if k >= 0 else ():
+            for c in ("x", "y"):
+                if getattr(motion, c) is not None:
+                    supports[(name, c)] = (getattr(motion, c), k, True)
     return supports
 
 
@@ -75,20 +80,36 @@ def _support_groups(system: System, number: int, step_start: Array) -> list[Pres
         if len(dofs):
             groups.append(Prescribed(dofs, step_start[dofs].copy(), c, support))
 
-    for (name, axis), (value, since) in _supports(system.problem, number).items():
+    t0, t1 = float(number), float(number + 1)
+    for (name, axis), (value, since, relative) in _supports(system.problem, number).items():
         dofs = system.dofs.displacement.dof(system.boundary_nodes(name), axis)
-        held = value == "held" or (since < number and not isinstance(value, tuple))
-        add(dofs, None if held else course(value, 0.0, float(number), float(number + 1)), (name, axis))
+        held = value == "held" or (since < number and (relative or not isinstance(value, tuple)))
+        add(dofs, None if held else way(value, t0, t1) if relative else course(value, 0.0, t0, t1), (name, axis))
     add(system.dofs.displacement.dof(system.axis_nodes, "x"), None)
     return groups
+
+
+def _released(system: System, number: int, step_start: Array, groups: list[Prescribed]) -> list[Prescribed]:
+    """What supports held in the step before and these groups do not prescribe."""
+    if number == 0:
+        return []
+    taken = np.concatenate([np.zeros(0, dtype=np.int64), *(g.dofs for g in groups)])
+    out = []
+    for g in _support_groups(system, number - 1, step_start):
+        free = ~np.isin(g.dofs, taken)
+        if free.any():
+            out.append(Prescribed(g.dofs[free], g.start[free], support=g.support))
+    return out
 
 
 def _tool_group(step: model.Step, name: str, key: str, dof: int, step_start: Array, number: int) -> Prescribed:
     """One motion of a tool that a step prescribes, or holds where it says nothing."""
     t0, t1 = float(number), float(number + 1)
-    move, speed = (getattr(kind.get(name), key, None) for kind in (step.move, step.velocity))
+    move, by, speed = (getattr(kind.get(name), key, None) for kind in (step.move, step.by, step.velocity))
     c = None
-    if speed is not None:
+    if by is not None:
+        c = way(by, t0, t1)
+    elif speed is not None:
         c = integrated(speed, step_start[dof], t0, t1)
     elif move is not None:
         c = course(move, step_start[dof], t0, t1)
@@ -99,9 +120,12 @@ def _mount(p: model.Problem, tool: str, key: str, number: int) -> Course:
     """Course in step *number* of the mount of a tool: what its steps move, held where not mentioned."""
     now = zero_course()
     for k, step in enumerate(p.steps[: number + 1]):
-        move, speed = (getattr(kind.get(tool), key, None) for kind in (step.move, step.velocity))
+        move, by, speed = (getattr(kind.get(tool), key, None) for kind in (step.move, step.by, step.velocity))
         start, t0 = now(float(k)), float(k)
-        if move is not None:
+        if by is not None:
+            onward = way(by, t0, t0 + 1.0)
+            now = Course(onward.times, start + onward.values)
+        elif move is not None:
             now = course(move, start, t0, t0 + 1.0)
         elif speed is not None:
             now = integrated(speed, start, t0, t0 + 1.0)
@@ -138,11 +162,12 @@ def _loads(system: System, number: int) -> dict[str, BoundaryLoad]:
             entries.setdefault(name, []).append((k, load))
     out = {}
     for name, items in entries.items():
-        parts = {
-            "pressure": [(k, ld.pressure) for k, ld in items],
-            "shear": [(k, ld.shear) for k, ld in items],
-            "tx": [(k, ld.traction[0] if ld.traction else None) for k, ld in items],
-            "ty": [(k, ld.traction[1] if ld.traction else None) for k, ld in items],
+        # a boundary has one kind of load: a traction replaces pressure and shear, and they replace a traction
+        parts: dict[str, list[tuple[int, Any]]] = {
+            "pressure": [(k, 0.0 if ld.traction else ld.pressure) for k, ld in items],
+            "shear": [(k, 0.0 if ld.traction else ld.shear) for k, ld in items],
+            "tx": [(k, ld.traction[0] if ld.traction else 0.0) for k, ld in items],
+            "ty": [(k, ld.traction[1] if ld.traction else 0.0) for k, ld in items],
         }
         said = [ld.follower for _, ld in items if ld.follower is not None]
         follower = (said[-1] if said else True) and p.kinematics == "finite"
@@ -163,6 +188,14 @@ def _body_forces(p: model.Problem, number: int) -> dict[str, tuple[Course, Cours
                 _history([(k, b[1]) for k, b in entries], number),
             )
     return out
+
+
+def _fading(p: model.Problem, number: int) -> list[Any]:
+    """Friction of the contacts in a step; what the step before bore beyond it is let go."""
+    now = _friction(p, number)
+    if number == 0:
+        return now
+    return [fading(b, n, float(number), float(number + 1)) for b, n in zip(_friction(p, number - 1), now)]
 
 
 def _friction(p: model.Problem, number: int) -> list[Any]:

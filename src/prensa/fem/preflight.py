@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from prensa.contact.pairing import current_pairs
 from prensa.errors import Notice
 from prensa.fem.modes import CLOSED, modes
+from prensa.fem.motions import motions
 from prensa.fem.planning import plan_step
 from prensa.fem.schedule import StepPlan
 from prensa.fem.surface import Surface
@@ -38,7 +39,7 @@ def preflight(system: System) -> list[Notice]:
         return []
     beginning = [*_sizes(system), *_beginning(system)]
     found = [
-        *_flow_curves(system), *_tables(system), *_lengths(system), *_shapes(system), *beginning,
+        *_flow_curves(system), *_tables(system), *_lengths(system), *_shapes(system), *motions(system), *beginning,
         *([] if any(n.fatal for n in beginning) else _passage(system)), *modes(system),
     ]  # fmt: skip
     return sorted(found, key=lambda n: not n.fatal)
@@ -101,7 +102,7 @@ def _tables(system: System) -> Iterator[Notice]:
 
 
 def _tables_of(owner: Any) -> Iterator[tuple[str, Any]]:
-    for kind in ("move", "velocity", "push", "fixed", "loads", "body_force"):
+    for kind in ("move", "by", "velocity", "push", "fixed", "loads", "body_force"):
         for name, entry in getattr(owner, kind, {}).items():
             parts = enumerate(entry) if isinstance(entry, tuple) else vars(entry).items()
             for key, value in parts:
@@ -132,7 +133,7 @@ def _lengths(system: System) -> Iterator[Notice]:
                     f"{value:.4g} {unit} against bodies of {size:.4g} {unit}; are both in the same unit?",
                 )
     for i, step in enumerate(system.problem.steps):
-        for kind in ("move", "velocity"):
+        for kind in ("move", "by", "velocity"):
             for name, motion in getattr(step, kind).items():
                 for key in ("x", "y", "rz"):
                     value = getattr(motion, key)
@@ -318,6 +319,8 @@ def _driven(system: System, body: str) -> bool:
     """Whether something besides tools can move a body."""
     p = system.problem
     owners: tuple[Any, ...] = (p, *p.steps)
+    if any(name.partition(".")[0] == body for step in p.steps for name in p.driven(step)):
+        return True
     for owner in owners:
         if any(name.partition(".")[0] == body for name in owner.loads) or body in owner.body_force:
             return True

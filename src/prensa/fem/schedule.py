@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.friction.fading import Fading
+
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
@@ -16,14 +18,15 @@ Index = NDArray[np.int64]
 class Course:
     """A function of time through (times, values), held before the first and after the last time.
 
-    ``ramp``: given by its end alone; what follows it starts from wherever it is. ``corners``: times at which increments end;
-    None: all of ``times``.
+    ``ramp``: given by its end alone; what follows it starts from wherever it is. ``relative``: values are the way from there.
+    ``corners``: times at which increments end; None: all of ``times``.
     """
 
     times: Array
     values: Array
     ramp: bool = False
     corners: Array | None = None
+    relative: bool = False
 
     @property
     def stops(self) -> Array:
@@ -42,6 +45,12 @@ def course(value: Any, start: float, t0: float, t1: float) -> Course:
     return Course(np.array([t0, t1]), np.array([start, float(value)]), ramp=True)
 
 
+def way(value: Any, t0: float, t1: float) -> Course:
+    """Course of the way from wherever a thing is at t0: a number (ramp over the step t0 … t1) or a table (global time)."""
+    c = course(value, 0.0, t0, t1)
+    return Course(c.times, c.values, relative=True)
+
+
 def integrated(value: Any, start: float, t0: float, t1: float) -> Course:
     """Displacement course of a velocity: constant over the step, or a table of (time, velocity) integrated exactly."""
     if not isinstance(value, tuple):
@@ -51,13 +60,13 @@ def integrated(value: Any, start: float, t0: float, t1: float) -> Course:
     given = tv[(tv > t0) & (tv < t1)]
     t = np.unique(np.concatenate([np.linspace(t0, t1, 513), given]))
     rate = np.interp(t, tv, v)
-    way = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(t))])
-    return Course(t, start + way, corners=given)
+    covered = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(t))])
+    return Course(t, start + covered, corners=given)
 
 
 @dataclass
 class Prescribed:
-    """Boundary condition: dofs that follow one course, each from its own start: value = start + share · (course − origin).
+    """Boundary condition: dofs that follow one course, a ramp or a relative one each from its own start.
 
     ``support``: name of the boundary and axis, 'x' or 'y', that it holds; None for tools and the axis of revolution.
     """
@@ -71,6 +80,8 @@ class Prescribed:
         """Values (k,) at time t."""
         if self.course is None:
             return self.start
+        if self.course.relative:
+            return self.start + self.course(t)
         if self.course.ramp:
             # a ramp brings every unknown from where it is to the target
             s = min(max((t - t0) / (t1 - t0), 0.0), 1.0)
@@ -95,7 +106,8 @@ class StepPlan:
     """Everything prescribed in one step; ``t0``, ``t1`` its times.
 
     ``fixed`` (k,) prescribed dofs in increasing order; ``push`` tool degrees of freedom with force courses; ``springs`` tool
-    degrees of freedom that hang on a spring, with its stiffness and the course of its mount.
+    degrees of freedom that hang on a spring, with its stiffness and the course of its mount; ``released`` what supports held
+    in the step before and nothing prescribes now.
     """
 
     name: str
@@ -109,6 +121,7 @@ class StepPlan:
     friction: list[Any]
     increments: int | None
     springs: dict[int, tuple[float, Course]] = field(default_factory=dict)
+    released: list[Prescribed] = field(default_factory=list)
     fixed: Index = field(init=False)
 
     def __post_init__(self) -> None:
@@ -121,6 +134,14 @@ class StepPlan:
         if not self.groups:
             return np.zeros(0)
         return np.concatenate([g.at(t, self.t0, self.t1) for g in self.groups])[self._order]
+
+    def left(self, t: float) -> float:
+        """Share (1 … 0) that is left at time t of what the step lets go."""
+        return min(max((self.t1 - t) / (self.t1 - self.t0), 0.0), 1.0)
+
+    def friction_at(self, t: float) -> list[Any]:
+        """Friction of the contacts at time t: what the step lets go of the one before has gone at its end."""
+        return [d.now if isinstance(d, Fading) and t >= self.t1 else d for d in self.friction]
 
     @property
     def moved(self) -> Index:

@@ -79,6 +79,10 @@ class BricksUnderPlane:
         """The tool."""
         return {"plane": self}
 
+    def driven(self, step: PlaneStep) -> Mapping[str, Any]:
+        """None: steps move the tool alone."""
+        return {}
+
     @property
     def fixed(self) -> Mapping[str, Any]:
         """What is held."""

@@ -72,8 +72,8 @@ class Earlier:
                 return old
         return None
 
-    def begin(self, system: System) -> tuple[State, Array | None]:
-        """State at time 0 of the new system, and the forces (ndof,) to be let go, or None."""
+    def begin(self, system: System) -> State:
+        """State at time 0 of the new system, with the forces to be let go."""
         new = system.undeformed()
         u, contact, lam = self._moved(self.state.u, system), new.contact, new.lam.copy()
         history = list(new.history)
@@ -92,7 +92,7 @@ class Earlier:
         state = replace(new, u=u, step_start=u.copy(), history=tuple(history), contact=contact, lam=lam)
         return self._balanced(system, state)
 
-    def _balanced(self, system: System, state: State) -> tuple[State, Array | None]:
+    def _balanced(self, system: System, state: State) -> State:
         """The state with its forces and energies, and what has to be added so that nothing jumps at time 0.
 
         The weights of the contact points move on with the committed shape: a contact that goes on begins its next increment
@@ -115,8 +115,8 @@ class Earlier:
         friction, imbalance = self.state.energy.friction, self.state.energy.imbalance
         spent = elastic + plastic + friction + stored
         energy = Energy(spent + imbalance, elastic, plastic, friction, stored, imbalance)
-        state = replace(state, work=work, energy=energy)
-        return state, release if np.abs(release).sum() > NOTHING * e.scale else None
+        carried = release if np.abs(release).sum() > NOTHING * e.scale else None
+        return replace(state, work=work, energy=energy, release=carried)
 
     def _jump(self, system: System, c: Context, now: Evaluation) -> Array:
         """Forces (ndof,) of the contacts that go on, with the weights of the last increment less those of the next."""

@@ -73,7 +73,8 @@ class State:
     two increments (for `extrapolated`; of condensed bodies they are those of their contact candidates alone); ``history``
     one (elements, points, h) array per block, flattened together; ``contact`` the contact points; ``lam`` (points, 1 + t)
     normal and tangential multipliers; ``work`` (ndof,) forces of the last committed increment; ``step_start`` (ndof,) the
-    degrees of freedom at the start of the present step.
+    degrees of freedom at the start of the present step; ``release`` (ndof,) forces carried at that time beyond those that the
+    step asks for, which it lets go linearly; None if there are none.
     """
 
     u: Array
@@ -87,6 +88,7 @@ class State:
     work: Array
     clock: Clock
     step_start: Array
+    release: Array | None = None
 
     def extrapolated(self, dt: float) -> Array:
         """Change of the degrees of freedom (ndof,) in the next ``dt``, extrapolated from the last increments."""
@@ -116,6 +118,8 @@ class State:
                 out |= {f"history_{i}": a for i, a in enumerate(value)}
             elif f.name == "contact":
                 out |= {f"contact.{part.name}": getattr(value, part.name) for part in fields(value)}
+            elif value is None:
+                continue
             elif isinstance(value, tuple):
                 named: Any = value
                 out |= {f"{f.name}.{k}": np.asarray(v) for k, v in named._asdict().items()}
@@ -137,6 +141,8 @@ class State:
                 )
             elif f.name == "dt_last":
                 values[f.name] = float(arrays[f.name])
+            elif f.name == "release" and f.name not in arrays:
+                values[f.name] = None
             elif f.name in NAMED:
                 kind: Any = NAMED[f.name]
                 values[f.name] = kind(*(arrays[f"{f.name}.{k}"].item() for k in kind._fields))

@@ -112,7 +112,6 @@ class ContactInteraction:
         follows = law is not None and not law.proportional and system.problem.kinematics == "finite" and not s.sharp
         area = system.weights(s, system.positions(ask.u), c.depth) if follows else None
         pairs, lam = system.pairs(s, ask.u, c.state), ask.lam[s.rows]
-        period = system.tools[s.tool].shape.period
         f = forces(
             pairs,
             weight,
@@ -121,7 +120,6 @@ class ContactInteraction:
             c.committed[k],
             law,
             c.law_at[k],
-            period,
             stick,
             area,
             c.lagged,

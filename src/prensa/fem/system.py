@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from prensa.contact.cut import Cut, cut, cuts_of
 from prensa.contact.forces import ContactForces, Scale
-from prensa.contact.pairing import UNMOVED, Pairs, Since, current_pairs, reference_pairs
+from prensa.contact.pairing import UNMOVED, Pairs, Since, continued, current_pairs, reference_pairs
 from prensa.contact.record import ContactRecord
 from prensa.contact.recovery import recover
 from prensa.contact.spatial import plane_pairs
@@ -104,7 +104,6 @@ class System:
     dofs: DofMap
     ties: Ties | None = None
     beginning: State | None = None
-    release: Array | None = None
     bodies: BodyForces | None = None
     more: Sequence[Interaction] = ()
     courses: Callable[[System, int, Array], StepPlan] | None = None
@@ -262,6 +261,11 @@ class System:
         """The state at time 0: undeformed, or where an earlier run ended."""
         return self.beginning or self.undeformed()
 
+    @property
+    def release(self) -> Array | None:
+        """Forces (ndof,) of an earlier run that the first step lets go, or None."""
+        return None if self.beginning is None else self.beginning.release
+
     def undeformed(self) -> State:
         """The undeformed state."""
         n_points = sum(len(s.points) for s in self.surfaces)
@@ -296,7 +300,7 @@ class System:
                 # a softening law needs k_T > |∂τ_y/∂κ| for a unique root: take twice that at the committed pressures
                 least = 2.0 * law.softening(state.lam[s.rows, 0], state.contact.slip[s.rows], law_at[-1])
             scales.append(s.scale(least))
-        interactions = [*self._contacts, *self.more, *loads_of(self, plan)]
+        interactions = [*self._contacts, *self.more, *loads_of(self, plan, state.release)]
         return Context(
             state, plan, time, dt, weights, scales, laws, law_at, x_n, depth, surfaces, committed, interactions
         )
@@ -328,23 +332,29 @@ class System:
         record = state.contact.of(s.rows)
         if not s.sharp or self.problem.contact_geometry == "reference":
             return record
-        return replace(record, coordinate=self.pairs(s, state.u).s)
+        return replace(record, coordinate=self.pairs(s, state.u, state).s)
 
     # ----------------------------------------------------------------------------------------------------- residual
     def pairs(self, s: Surface, u: Array, since: State | None = None) -> Pairs:
         """Gap and slip data of a contact at its integration points, for degrees of freedom u.
 
-        since: the committed state from which slip goes on where the surface stays undeformed; the undeformed one if None.
+        since: the committed state from which slip goes on, where the surface stays undeformed or the tool's is closed; the
+        undeformed one if None.
         """
         displacement = s.points.at(self.displacement(u))
-        before = UNMOVED
-        if since is not None and self.problem.contact_geometry == "reference":
-            before = Since(
-                since.contact.coordinate[s.rows],
-                s.points.at(self.displacement(since.u)),
-                self.place_of(s.tool, since.u),
-            )
-        return self._pairs(s, u, s.X, displacement, s.normal, before)
+        reference, tool = self.problem.contact_geometry == "reference", self.tools[s.tool]
+        if since is None or not (reference or np.isfinite(tool.shape.period)):
+            return self._pairs(s, u, s.X, displacement, s.normal)
+        before = Since(
+            since.contact.coordinate[s.rows],
+            s.points.at(self.displacement(since.u)),
+            self.place_of(s.tool, since.u),
+        )
+        pairs = self._pairs(s, u, s.X, displacement, s.normal, before)
+        if reference:
+            return pairs
+        place = self.place_of(s.tool, u)
+        return pairs._replace(s=continued(tool.shape, pairs.s, s.X, displacement, tool.at, place, before))
 
     def node_pairs(self, s: Surface, u: Array) -> Pairs:
         """Gap and slip data of a contact at the nodes of its surface, whatever the rule."""
@@ -379,7 +389,8 @@ class System:
         if bulk.failed:
             return Evaluation(r, data, np.inf, (), (), r, bulk.failed)
         scale, floor, violation = NOTHING * self.stiffness + bulk.scale, bulk.floor, 0.0
-        reach = self.length + float(np.abs(u[self.dofs.tool.slice]).max(initial=0.0))
+        ways = self.dofs.tool.of(u)[:, : self.dofs.dimension]  # turns are no lengths
+        reach = self.length + float(np.abs(ways).max(initial=0.0))
         ask = Request(u, self.multipliers(u, lam), stiffness, stick, guess, reach, landed)
         trials = []
         for interaction in c.interactions:

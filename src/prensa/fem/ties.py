@@ -130,7 +130,7 @@ def held_components(
 ) -> NDArray[np.bool_]:
     """Components (n, 2) that a support or the axis of revolution prescribes at some time."""
     held = np.zeros((len(X), 2), dtype=bool)
-    for source in (problem.fixed, *(s.fixed for s in problem.steps)):
+    for source in (problem.fixed, *(source for s in problem.steps for source in (s.fixed, problem.driven(s)))):
         for name, support in source.items():
             body, _, edge = name.partition(".")
             nodes = meshes[body].nodes(edge, name) + offsets[body]

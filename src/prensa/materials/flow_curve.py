@@ -14,6 +14,7 @@ the complex step::
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -52,9 +53,26 @@ class FlowCurve(Member, abstract=True):
         """Parameters of a compiled kernel of the same curve; None where there is none, and `stress` is all there is."""
         return None
 
+    def known_to(self) -> float:
+        """Plastic strain up to which the curve has data; infinite where it is a formula."""
+        return np.inf
+
+    def doubts(self) -> Iterator[tuple[str, str]]:
+        """Field and words of each value that is allowed but likely a slip; they are told before the solve."""
+        return iter(())
+
     def first(self) -> float:
         """Flow stress of the virgin material at rest."""
         return float(stress_at(self, np.zeros(1), np.zeros(1))[0])
+
+
+MOST_PRESTRAIN = 0.5  # of Swift's law, from which on it is likely in per cent
+
+
+def prestrain_doubts(e0: float) -> Iterator[tuple[str, str]]:
+    """What there is to say of a prestrain e0 of Swift's law."""
+    if e0 > MOST_PRESTRAIN:
+        yield "e0", f"a prestrain of {e0:g}, {100 * e0:g} %: strains are plain numbers; did you mean '{e0:g} %'?"
 
 
 def stress_at(curve: FlowCurve, strain: Array, rate: Array) -> Array:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from prensa.model.units import factor
 from prensa.registry import DOORS
 
 if TYPE_CHECKING:
@@ -99,6 +100,10 @@ def _whole(p: Any) -> Iterator[Finding]:
             ("thickness",),
             "an axisymmetric problem has no thickness, its forces are those of the whole circumference; leave it out",
             at_key=True,
+        )
+    if p.kinematics == "finite" and p.allow_large_strain:
+        yield Finding(
+            ("allow_large_strain",), "finite strain needs no leave; it goes with 'kinematics: small'", at_key=True
         )
     if p.kinematics == "finite" and p.contact_geometry == "reference":
         yield Finding(
@@ -238,9 +243,12 @@ def _supports(p: Any, owner: Any, path: tuple[str | int, ...]) -> Iterator[Findi
 
 def _step(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding]:
     given: dict[tuple[str, str], str] = {}
-    for kind in ("move", "velocity", "push"):
+    for kind in ("move", "by", "velocity", "push"):
         for key, motion in getattr(step, kind).items():
             here = (*path, kind, key)
+            if kind == "by" and key not in p.tools and "." in key:
+                yield from _boundary_moved(p, step, here, motion)
+                continue
             if key not in p.tools:
                 yield Finding(here, f"unknown tool {key!r}{suggest(key, p.tools)}", at_key=True)
                 continue
@@ -270,19 +278,44 @@ def _step(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding]:
             yield Finding((*path, "friction", key), message, at_key=True)
 
 
+def _boundary_moved(p: Any, step: Any, path: tuple[str | int, ...], motion: Any) -> Iterator[Finding]:
+    """A boundary under ``by``: a support, so that the step cannot prescribe it otherwise too."""
+    name = str(path[-1])
+    yield from _boundary(p, name, path, at_key=True)
+    if motion is None:
+        return
+    if motion.rz is not None:
+        yield Finding((*path, "rz"), f"{name!r} is a boundary, which has no rotation; give x or y", at_key=True)
+    support = step.fixed.get(name)
+    for axis in ("x", "y"):
+        if getattr(motion, axis) is not None and getattr(support, axis, None) is not None:
+            yield Finding((*path, axis), f"{axis} of {name!r} is given by 'fixed' and by 'by'; keep one", at_key=True)
+
+
 # ------------------------------------------------------------------------------------------------------------ warnings
+STIFFEST, STRONGEST = 2000.0, 20.0  # GPa: above the modulus of diamond, and above the strength of any metal
 METALS = ((65.0, 75.0), (105.0, 125.0), (185.0, 215.0))  # GPa: aluminium and glass, copper and titanium, steel
 
 
 def _stiffness(name: str, material: Any, first: float, units: Any) -> Iterator[str]:
     """Moduli that are those of metals in another unit than the case's, and flow stresses far below the modulus."""
     E = material.modulus
+    gpa = factor("1 GPa", units.length, units.force, (1, -2))
+    if STIFFEST * gpa < E or first > STRONGEST * gpa:
+        what, value, most = ("E", E, STIFFEST) if STIFFEST * gpa < E else ("flow stress", first, STRONGEST)
+        pa = factor("1 Pa", units.length, units.force, (1, -2))
+        meant = f"; did you mean '{value:g} Pa'?" if value * pa < most * gpa else "; check its unit"
+        both = f" (and flow stress {first:g})" if what == "E" and first > STRONGEST * gpa else ""
+        stress = f"{units.force}/{units.length}²"
+        amount = f"{what} = {value:g}{both} in {stress}, {value / gpa:.3g} GPa"
+        yield f"bodies.{name}.material: {amount}, is that of no material{meant}"
+        return
     per = {("mm", "N"): 1e-3, ("m", "N"): 1e-9}.get((units.length, units.force))
     if 0 < first < 1e-6 * E:
         yield f"bodies.{name}.material: flow stress {first:g} is a millionth of E = {E:g}; check the units of both"
     elif per is not None and first <= E / 20 and material.poisson < 0.45:
-        for unit, factor in (("GPa", 1.0), ("MPa", 1e3)):
-            in_gpa = E / factor
+        for unit, share in (("GPa", 1.0), ("MPa", 1e3)):
+            in_gpa = E / share
             if unit == "MPa" and per == 1e-3:
                 continue
             if any(low <= in_gpa <= high for low, high in METALS):
@@ -302,6 +335,7 @@ def warnings_of(problem: Problem) -> list[str]:
             meant = f"; did you mean {E:g}e3 or '{E:g} GPa'?" if in_mpa and E < 1000 else "; check the units of both"
             said.append(f"bodies.{name}.material: E = {E:g} in {stress}, flow stress {first:g}{meant}")
         said += _stiffness(name, body.material, first, problem.units)
+        said += [f"bodies.{name}.material.flow.{key}: {words}" for key, words in (flow.doubts() if flow else ())]
     laws = [("friction", problem.friction)]
     laws += [(f"contacts.{i}.friction", c.friction) for i, c in enumerate(problem.contacts)]
     for where, law in laws:

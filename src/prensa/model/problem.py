@@ -410,7 +410,7 @@ SupportValue = Annotated[
 class Fixed:
     """Support of a boundary, per component: ``held`` where it is, a number or a table of total displacement, or none.
 
-    ``free`` releases what earlier entries prescribed there.
+    ``free`` releases what earlier entries prescribed there: its force goes linearly to zero over the step.
     """
 
     x: SupportValue | None = None
@@ -462,6 +462,7 @@ Velocity = Annotated[Motion, BeforeValidator(_per_second)]
 class Push:
     """Force on a tool at its reference point and moment ``m``; 0 leaves the tool free to move along or to turn.
 
+    A number is reached linearly from the force that the tool carries at the start of the step, pushed or moved before.
     In plane problems of the whole ``thickness`` (so per unit thickness where that is 1); strings may be per length of
     thickness too, such as ``-35 N/mm``. In axisymmetry of the whole circumference.
     """
@@ -477,7 +478,8 @@ class Load:
 
     ``pressure`` pushes into the body, ``shear`` acts along the boundary (body on the left when walking along +).
     With ``follower`` (default ``true``) both turn with the surface and act on its current area; without, on the undeformed
-    one. A later load on the boundary that does not say ``follower`` keeps what an earlier one said.
+    one. A later load on the boundary that does not say ``follower`` keeps what an earlier one said. A later traction replaces
+    pressure and shear, and they replace a traction, linearly over the step.
     """
 
     pressure: PressureValue | None = None
@@ -497,14 +499,17 @@ class Step:
     """One stage of the history; step k spans time k − 1 … k.
 
     ``move``: tool displacement from the initial position reached at the end of the step (or a table);
-    ``velocity``: tool velocity during the step (length per unit time); ``push``: tool force.
-    Numbers ramp linearly from the value at the start of the step. What is not mentioned is held.
+    ``by``: the same from where the tool is at the start of the step, also of a boundary, whose support it prescribes from then
+    on; ``velocity``: tool velocity during the step (length per unit time); ``push``: tool force.
+    Numbers ramp linearly from the value at the start of the step. What is not mentioned is held. What is released or
+    changed goes linearly, over the step, from the force that it carries to what is asked; lowered friction fades so too.
     ``increments``: the number of equal increments asked for (each is cut further when it does not converge);
     without it the step size is chosen automatically.
     """
 
     name: str
     move: Mapping[str, Motion] = field(default_factory=dict)
+    by: Mapping[str, Motion] = field(default_factory=dict)
     velocity: Mapping[str, Velocity] = field(default_factory=dict)
     push: Mapping[str, Push] = field(default_factory=dict)
     fixed: Mapping[str, FixedValue] = field(default_factory=dict)
@@ -530,6 +535,7 @@ class Problem:
     ``thickness``, in plane stress the initial one; axisymmetric ones have none.
     ``kinematics``: ``finite`` (updated Lagrangian) or ``small``. ``contact_geometry``: ``current`` (moved surface, true
     tool normal) or ``reference`` (gap on the undeformed surface along its own normal: linear Signorini).
+    ``allow_large_strain``: what ``small`` gives where strains or rotations are beyond 0.1, which is refused otherwise.
     ``body_force``: force per volume ρb on each body.
     """
 
@@ -546,9 +552,14 @@ class Problem:
     space: Literal["plane strain", "plane stress", "axisymmetric"] = "plane strain"
     kinematics: Literal["finite", "small"] = "finite"
     contact_geometry: Literal["current", "reference"] = "current"
+    allow_large_strain: bool = False
     thickness: Annotated[Length, Field(gt=0)] = 1.0
     units: Units = field(default_factory=Units)
     start: Start | None = None
+
+    def driven(self, step: Step) -> dict[str, Motion]:
+        """Boundaries that a step moves ``by`` a way: what it says of no tool."""
+        return {name: motion for name, motion in step.by.items() if name not in self.tools}
 
     @model_validator(mode="after")
     def _check(self) -> Problem:

@@ -130,7 +130,7 @@ def located(messages: str, path: str | Path, overrides: Iterable[str] = ()) -> s
     lines = []
     for text in messages.splitlines():
         dotted, colon, _ = text.partition(": ")
-        mark = _dotted(tree, dotted) if colon and "." in dotted else None
+        mark = _dotted(tree, dotted) if colon and " " not in dotted else None
         lines.append(f"{mark}: {text}" if mark is not None else text)
     return "\n".join(lines)
 

@@ -22,6 +22,7 @@ from prensa.solver.failure import (
     Failure,
     LostSupport,
     Tunnelled,
+    TurnedThrough,
     UnilaterallySupported,
     place_of,
 )
@@ -49,6 +50,8 @@ class Acceptance:
             return None
         if through := tunnelled(self.system, c.state, result.u, self.policy):
             return through
+        if turned := turned_through(self.system, c.state, result.u, self.policy):
+            return turned
         if lost := lost_support(self.system, c, e):
             return lost
         if self.system.problem.kinematics == "small":
@@ -141,6 +144,31 @@ def _through(system: System, s: Surface, start: Array, end: Array, policy: Polic
     enters, leaves = inside.argmax(axis=0), len(share) - 1 - inside[::-1].argmax(axis=0)
     opposite = (n[enters, each] * n[leaves, each]).sum(axis=1) < policy.opposite
     return np.asarray(inside.any(axis=0) & opposite & (np.minimum(g[0], g[-1]) > policy.outside * length))
+
+
+def turned_through(system: System, state: State, u: Array, policy: Policy = DEFAULT) -> TurnedThrough | None:
+    """A tool that turned far in a single increment, and through a body on the way; None if none did. Round ones may."""
+    for s in system.surfaces:
+        if system.dofs.dimension != 2:
+            break
+        tool, place = system.tools[s.tool], system.place_of(s.tool, u)
+        angle = float(place[2] - system.place_of(s.tool, state.u)[2])
+        if not abs(angle) > policy.turn:
+            continue
+        x = system.positions(u)[s.points.nodes] - tool.at - place[:2]
+        angles = place[2] - angle * np.linspace(
+            0.0, 1.0, 2 + int(min(abs(angle) / (0.5 * policy.turn), policy.most_samples))
+        )
+        depth = [float(-tool.shape.closest(x @ turn).g.min()) for turn in _turns(angles)]
+        if max(depth) - max(depth[0], 0.0) > policy.swept * float(s.points.depth.min()):
+            return TurnedThrough(tool.name, s.body, abs(angle))
+    return None
+
+
+def _turns(angles: Array) -> Array:
+    """Matrices (k, 2, 2) that turn rows of vectors into frames turned by angles (k,)."""
+    c, d = np.cos(angles), np.sin(angles)
+    return np.stack([np.stack([c, -d], axis=1), np.stack([d, c], axis=1)], axis=1)
 
 
 def _in_tool(system: System, s: Surface, u: Array) -> Array:

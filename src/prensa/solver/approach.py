@@ -89,6 +89,8 @@ def approach(system: System, c: Context) -> tuple[Array, list[str]]:
     for t, tool in enumerate(system.tools):
         dofs, d = system.dofs.tool.dofs(t), system.dofs.dimension
         force = np.array([c.plan.push[k](c.time) if k in c.plan.push else 0.0 for k in dofs.tolist()])
+        if c.state.release is not None:
+            force += c.plan.left(c.time) * c.state.release[dofs]
         force[d:] *= not force[:d].any()
         own = [(i, s) for i, s in enumerate(system.surfaces) if s.tool == t]
         if not force.any() or not own or any(were_closed(c.state, s) for _, s in own):

@@ -43,7 +43,7 @@ from prensa.solver.condensed_bodies import Blocks, Bodies, FreeResponse
 from prensa.solver.equilibrium import Equilibrium, NewtonResult
 from prensa.solver.linear import DenseFactors, SingularError
 from prensa.solver.policy import DEFAULT, Policy
-from prensa.solver.reduced import Reduced, equations_of, weights_of
+from prensa.solver.reduced import Reduced, equations_of, in_lengths, weights_of
 
 log = logging.getLogger("prensa")
 Array = NDArray[np.float64]
@@ -151,7 +151,7 @@ class CondensedMatrix:
             False,
             self,
             self,
-            DenseFactors(base.policy),
+            DenseFactors(base.policy, in_lengths(base.weight[self.free])),
             base.weight[self.free],
             base.equations,
             base.policy,

@@ -137,7 +137,7 @@ class Bodies:
 
     def loaded(self, c: Context) -> bool:
         """Whether loads may act on the bodies."""
-        return bool(c.plan.loads or c.plan.body_force or self.system.release is not None)
+        return bool(c.plan.loads or c.plan.body_force or c.state.release is not None)
 
     def _loads(self, c: Context) -> Array | None:
         if not self.loaded(c):

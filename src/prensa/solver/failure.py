@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from prensa.fem.failure import NotEvaluated
@@ -97,6 +98,26 @@ class Tunnelled:
 
 
 @dataclass(frozen=True)
+class TurnedThrough:
+    """A tool that turned by an ``angle`` (rad) in one increment, on the way of which it would have been in the ``body``."""
+
+    tool: str
+    body: str
+    angle: float
+
+
+@dataclass(frozen=True)
+class BeyondSmall:
+    """Small-strain kinematics where a body is strained or turned (rad) too far for it: by a share of its volume, and at most."""
+
+    body: str
+    strain: float
+    rotation: float
+    most_strain: float
+    most_rotation: float
+
+
+@dataclass(frozen=True)
 class CornerInverted:
     """An element (x, y: its initial centre) a corner of which jumped beyond 180°."""
 
@@ -121,7 +142,8 @@ FreeToMove = Singular | ToolRunaway | Runaway | LostSupport | UnilaterallySuppor
 """Some body or tool has nothing to hold it."""
 
 Failure = (
-    Unevaluable | Diverged | Stagnated | NotConverged | Unsettled | Blocked | Tunnelled | CornerInverted | Collapsed | FreeToMove
+    Unevaluable | Diverged | Stagnated | NotConverged | Unsettled | Blocked | Tunnelled | TurnedThrough | CornerInverted
+    | Collapsed | BeyondSmall | FreeToMove
 )  # fmt: skip
 
 
@@ -145,6 +167,14 @@ def sentence(failure: Failure) -> str:
             )
         case Tunnelled(tool, node, body, x, y):
             return f"tool {tool!r} passed through node {node} of {body!r} at ({x:.4g}, {y:.4g}) in one increment"
+        case TurnedThrough(tool, body, angle):
+            return f"tool {tool!r} turned by {in_degrees(angle)} in one increment, right through {body!r}"
+        case BeyondSmall():
+            return (
+                f"a twentieth of body {failure.body!r} is strained by more than {failure.strain:.2g} (most "
+                f"{failure.most_strain:.2g}) and turned by more than {in_degrees(failure.rotation)} (most "
+                f"{in_degrees(failure.most_rotation)}), where 'kinematics: small' means nothing any more"
+            )
         case CornerInverted():
             return f"{place_of(failure)} folded over"
         case Collapsed():
@@ -175,6 +205,11 @@ def _free(failure: FreeToMove) -> str:
             return f"body {body!r} is free to move, since its last contact has opened; support it"
         case UnilaterallySupported(body, tool):
             return f"body {body!r} is free to move: nothing but its contact with tool {tool!r} holds it"
+
+
+def in_degrees(angle: float) -> str:
+    """An angle (rad) in words."""
+    return f"{round(math.degrees(angle), 1):g}°"
 
 
 def place_of(failure: CornerInverted | Collapsed) -> str:

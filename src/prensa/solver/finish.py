@@ -21,17 +21,21 @@ class Secant:
     Broyden (1965); recursion on the steps alone after Kelley (1995, Iterative Methods for Linear and Nonlinear Equations, 7.3).
     """
 
-    def __init__(self, first: Array | None, least: float = DEFAULT.least_secant) -> None:
-        self.steps = [] if first is None or not float(first @ first) > 0 else [first]
-        self.least = least
+    def __init__(self, first: Array | None, least: float = DEFAULT.least_secant, lengths: Array | None = None) -> None:
+        """``first`` (n,): the step before; ``lengths`` (n,): what a unit of each dof is as a length, all 1 if None."""
+        self.least, self.lengths = least, lengths
+        self.steps = [] if first is None or not self._product(first, first) > 0 else [first]
+
+    def _product(self, a: Array, b: Array) -> float:
+        return float(a @ b) if self.lengths is None else float((self.lengths * a) @ (self.lengths * b))
 
     def step(self, z: Array) -> Array:
         """Step (n,) from z = −K₀⁻¹ r with the factors at hand."""
         for s, then in pairwise(self.steps):
-            z = z + then * (float(s @ z) / float(s @ s))
+            z = z + then * (self._product(s, z) / self._product(s, s))
         if self.steps:
             s = self.steps[-1]
-            slope = 1.0 - float(s @ z) / float(s @ s)
+            slope = 1.0 - self._product(s, z) / self._product(s, s)
             z = z / slope if abs(slope) > self.least else z
         self.steps.append(z)
         return z
@@ -69,7 +73,7 @@ def finish(eq: Equilibrium, u: Array, e: Evaluation, lam: Array, came_by: Array 
     stop leaves open. came_by (ndof,): the step that led to u, if its factors are those at hand.
     """
     done = Finish(u, e, eq.norm(e))
-    _substitute(eq, done, lam, Secant(came_by, eq.policy.least_secant))
+    _substitute(eq, done, lam, Secant(came_by, eq.policy.least_secant, eq.reduced.lengths(len(u))))
     if not done.within(eq):
         return done, False
     e, policy = done.evaluation, eq.policy

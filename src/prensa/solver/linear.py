@@ -163,7 +163,8 @@ class Factorisation:
     """Solver for matrices of one sparsity pattern (CSC ``indptr``, ``indices``, n × n).
 
     ``symmetric``: their values are so too; ``definite``: most of those are expected to be positive definite. One that is
-    not goes to LDLᵀ, at the cost of an attempt that ends early.
+    not goes to LDLᵀ, at the cost of an attempt that ends early. ``scale`` (n,): of rows and columns alike, powers of two that
+    make all of one unit, so that pivots and residuals do not depend on it.
     """
 
     def __init__(
@@ -176,8 +177,9 @@ class Factorisation:
         symmetric: bool = False,
         definite: bool = False,
         policy: Policy = DEFAULT,
+        scale: Array | None = None,
     ):
-        self.policy = policy
+        self.policy, self.scale = policy, scale
         self.structure = Structure(n, indptr, indices, GENERAL, threads)
         self.first = [
             (name, kind)
@@ -199,8 +201,10 @@ class Factorisation:
         return self._solve is not None
 
     def again(self, b: Array) -> Array:
-        """Solution of b (n,) or (n, k) with the factors of the last `solve`; its residual is not checked."""
+        """Solution of b (n,), or (n, k) where nothing is scaled, with the factors of the last `solve`; unchecked."""
         assert self._solve is not None
+        if self.scale is not None:
+            return self.scale * np.asarray(self._solve(self.scale * b))
         return np.asarray(self._solve(b))
 
     def _factor(self) -> Factor:
@@ -217,6 +221,9 @@ class Factorisation:
         n, indptr, indices = self.structure[:3]
         if n == 0:
             return np.zeros(0)
+        if self.scale is not None:
+            values = values * self.scale[indices] * np.repeat(self.scale, np.diff(indptr))
+            b = self.scale * b
         A = csc_matrix((np.abs(values), indices, indptr), (n, n))
         norm = (A @ np.ones(n)).max()
         A.data = values
@@ -225,7 +232,8 @@ class Factorisation:
         fallback = 0
         while True:
             try:
-                return self._checked(A, norm, values, b)
+                x = self._checked(A, norm, values, b)
+                return x if self.scale is None else self.scale * x
             except (RuntimeError, ArithmeticError, ValueError) as error:
                 reason = str(error)
             if fallback + 1 >= len(self.order):
@@ -257,8 +265,8 @@ class Factorisation:
 class DenseFactors:
     """Factors of a dense matrix, with what attempts use of the interface of `Factorisation`."""
 
-    def __init__(self, policy: Policy) -> None:
-        self.policy = policy
+    def __init__(self, policy: Policy, scale: Array | None = None) -> None:
+        self.policy, self.scale = policy, scale
         self._factors: tuple[Array, Any] | None = None
 
     def begin(self) -> None:
@@ -275,7 +283,10 @@ class DenseFactors:
         from scipy.linalg.lapack import dgetrs
 
         assert self._factors is not None
-        return np.asarray(dgetrs(*self._factors, b)[0]) if len(b) else b
+        if not len(b):
+            return b
+        scale: Any = 1.0 if self.scale is None else self.scale
+        return np.asarray(scale * dgetrs(*self._factors, scale * b)[0])
 
     def solve(self, M: Array, b: Array) -> Array:
         """Solution of M x = b, refined once; raises `SingularError`."""
@@ -285,14 +296,17 @@ class DenseFactors:
             return b
         if not np.isfinite(M).all():
             raise SingularError("the matrix has entries that are not numbers")
+        scale: Any = 1.0 if self.scale is None else self.scale
+        M = M if self.scale is None else scale[:, None] * M * scale
         lu, pivots, info = dgetrf(M)
         if info > 0:
             raise SingularError("a pivot is zero")
         self._factors = lu, pivots
         x = self.again(b)
-        x = x + self.again(b - M @ x)
+        x = x + self.again(b - M @ (x / scale) / scale)
+        b, y = scale * b, x / scale
         norm = np.abs(M).sum(axis=1).max()
-        error = np.abs(b - M @ x).max() / (norm * np.abs(x).max() + np.abs(b).max() + 1e-300)
+        error = np.abs(b - M @ y).max() / (norm * np.abs(y).max() + np.abs(b).max() + 1e-300)
         if not error <= self.policy.backward_error:
             self._factors = None
             raise SingularError(f"backward error {error:.1e}")

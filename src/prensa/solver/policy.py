@@ -123,6 +123,10 @@ class Policy:
     """Way over element depth that tunnels through nothing."""
     outside: float = -0.05
     """Gap over the way, at both ends of the increment, of a node that is outside the tool."""
+    turn: float = 0.8
+    """Rotation (rad) of a tool in one increment from which on its way there is looked at …"""
+    swept: float = 0.5
+    """… and penetration over element depth, beyond that at the end, with which it would have gone through a body."""
     samples: int = 8
     """Places on a node's way per element depth at which tunnelling is looked for …"""
     most_samples: int = 256
@@ -133,6 +137,13 @@ class Policy:
     """Penetration over element depth worth a warning."""
     hidden: float = 100.0
     """A tool force below this many times the residual allowed is not a result."""
+
+    small_told: float = 0.05
+    """Strain, or rotation (rad), in small-strain kinematics that is worth a warning: forces are off by about as much …"""
+    small_most: float = 0.1
+    """… and that is refused, …"""
+    small_share: float = 0.05
+    """… if this share of a body's volume exceeds it: peaks under an edge depend on the mesh and hardly on anything else."""
 
     # ------------------------------------------------------------------------------------------------ linear solver
     backward_error: float = 1e-10

@@ -9,11 +9,13 @@ from prensa.fem.modes import free_to_move
 from prensa.fem.system import Evaluation, System
 from prensa.solver.equilibrium import Equilibrium, NewtonResult
 from prensa.solver.failure import (
+    BeyondSmall,
     Collapsed,
     CornerInverted,
     Failure,
     FreeToMove,
     Tunnelled,
+    TurnedThrough,
     Unevaluable,
     Unsettled,
 )
@@ -37,6 +39,10 @@ def hint(failure: Failure) -> str:
             return "a hardening flow curve, a larger fillet of the tool, a finer mesh there, more 'increments'"
         case Tunnelled():
             return "more 'increments', or a shorter travel"
+        case BeyondSmall():
+            return "'kinematics: finite'; 'allow_large_strain: true' beside 'small' has the answer all the same"
+        case TurnedThrough():
+            return "more 'increments', or a smaller turn"
         case Unsettled():
             return "a larger 'beta', or 'penalty'"
     return "more 'increments', a smaller motion per step, a larger fillet or a finer mesh where it happens, or less softening"
@@ -46,7 +52,7 @@ def where(eq: Equilibrium, failure: Failure, result: NewtonResult) -> str:
     """Where the last iterate of a failed attempt is worst: node, element, contact and tool, with coordinates; '' unknown."""
     if isinstance(failure, FreeToMove):
         return _free_bodies(eq)
-    if not result.residuals:
+    if not result.residuals or isinstance(failure, BeyondSmall):
         return ""
     system, reduced = eq.system, eq.reduced
     e = eq.evaluate(result.u, result.lam, stiffness=False)

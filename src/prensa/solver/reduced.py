@@ -30,6 +30,11 @@ def weights_of(system: System) -> Array:
     return weight
 
 
+def in_lengths(weight: Array) -> Array | None:
+    """Powers of two next to weights (f,), which make rotations lengths and moments forces; None where there are none."""
+    return None if (weight == 1.0).all() else np.exp2(np.round(np.log2(weight)))
+
+
 def equations_of(system: System, fixed: Index) -> list[Equations]:
     """Multiplier equations of the exact contacts, with ``fixed`` dofs prescribed."""
     free = np.ones(system.ndof, dtype=bool)
@@ -156,13 +161,13 @@ class Reduced:
         restriction = (
             Tied(system.ties, system.pattern, fixed) if system.ties is not None else Selected(system.pattern, fixed)
         )
+        weight = weights_of(system)[restriction.free]
         # multipliers make a matrix indefinite; without them that takes a free tool, or large compression
         definite = not any(s.exact for s in system.surfaces)
         factorisation = Factorisation(
             len(restriction.free), restriction.indptr, restriction.indices, numerics.solver, numerics.threads, symmetric,
-            definite, policy,
+            definite, policy, in_lengths(weight),
         )  # fmt: skip
-        weight = weights_of(system)[restriction.free]
         return cls(
             fixed, symmetric, Whole(system), restriction, factorisation, weight, equations_of(system, fixed), policy
         )
@@ -171,6 +176,10 @@ class Reduced:
     def free(self) -> Index:
         """The free dofs (f,)."""
         return self.restriction.free
+
+    def lengths(self, n: int) -> Array | None:
+        """What a unit of each dof (n,) is as a length: that of the system for free rotations, else 1; None if there are none."""
+        return None if (self.weight == 1.0).all() else self.restriction.whole(1.0 / self.weight, n)
 
     def norm(self, r: Array) -> float:
         """Sum of the absolute free residuals, moments divided by a length."""

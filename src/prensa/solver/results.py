@@ -49,7 +49,7 @@ def increment_of(
 
     return Increment(
         plan.name, plan.number + 1, state.clock.number, state.clock.time, tool_states(system, state, e),
-        state.energy._asdict(), support_forces(system, e, plan), statistics, ended,
+        state.energy._asdict(), support_forces(system, e, plan, state), statistics, ended,
         whole, lambda: contact_states(system, whole(), e, plan), lambda: body_states(system, whole(), e, plan),
     )  # fmt: skip
 
@@ -63,12 +63,23 @@ def tool_forces(system: System, e: Evaluation) -> dict[str, Force]:
     return {k: FORCE_IN[d](*map(float, v)) for k, v in total.items()}
 
 
-def support_forces(system: System, e: Evaluation, plan: StepPlan) -> dict[str, Reaction]:
-    """Force of each support on the body; supports of other steps are there with zeros, so that the names never change."""
+def reactions(system: System, e: Evaluation, plan: StepPlan, state: State) -> Array:
+    """Forces (ndof,) where degrees of freedom are prescribed, and what is left of those that the step lets go there."""
+    out = np.zeros(system.ndof)
+    out[plan.fixed] = system.to_masters(e.r)[plan.fixed]
+    if state.release is not None:
+        left = plan.left(state.clock.time)
+        for group in plan.released:
+            out[group.dofs] = left * state.release[group.dofs]
+    return out
+
+
+def support_forces(system: System, e: Evaluation, plan: StepPlan, state: State) -> dict[str, Reaction]:
+    """Force of each support on the body, also of one being let go; those of other steps are zero: the names never change."""
     problem = system.problem
     total = {name: [0.0] * system.dofs.dimension for name in support_names(problem)}
-    r = system.to_masters(e.r)
-    for group in plan.groups:
+    r = reactions(system, e, plan, state)
+    for group in [*plan.groups, *plan.released]:
         if group.support is not None:
             name, axis = group.support
             total[name]["xyz".index(axis)] += float(r[group.dofs].sum())
@@ -77,7 +88,8 @@ def support_forces(system: System, e: Evaluation, plan: StepPlan) -> dict[str, R
 
 def support_names(problem: Problem) -> list[str]:
     """Boundaries and points that are held in some step, in the order of the description."""
-    return list(dict.fromkeys([*problem.fixed, *(name for step in problem.steps for name in step.fixed)]))
+    later = (name for step in problem.steps for name in (*step.fixed, *problem.driven(step)))
+    return list(dict.fromkeys([*problem.fixed, *later]))
 
 
 def tool_states(system: System, state: State, e: Evaluation) -> dict[str, ToolState]:
@@ -111,7 +123,7 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
     flat = system.dofs.dimension == 2  # stresses are not recovered in space yet
     patches, smooth = (nodal_stress(system, state, e, how) if flat else None for how in (None, smoothed))
     out = {}
-    for s, f, law in zip(system.surfaces, e.contacts, plan.friction, strict=True):
+    for s, f, law in zip(system.surfaces, e.contacts, plan.friction_at(state.clock.time), strict=True):
         s = s if f.points is None else replace(s, points=f.points, X=f.points.at(system.X))
         nodes, pairs = s.points.nodes, system.node_pairs(s, state.u)
         area, weight = system.tributary(s, where, depth), system.weights(s, where, depth)
@@ -192,9 +204,7 @@ def body_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> 
     where = x if system.problem.kinematics == "finite" else system.X
     flat = system.dofs.dimension == 2
     stress = nodal_stress(system, state, e) if flat else np.full((system.nodes, 4), np.nan)
-    support = np.zeros(system.ndof)
-    support[plan.fixed] = system.to_masters(e.r)[plan.fixed]
-    reaction = system.displacement(support)
+    reaction = system.displacement(reactions(system, e, plan, state))
     thickness = system.depth_in(e.history) if system.problem.space == "plane stress" else None
     out = {}
     for b, h in zip(system.blocks, e.history):

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from prensa.errors import SolveError, refuse
 from prensa.fem.context import Context
 from prensa.fem.discretise import discretise
+from prensa.fem.letting_go import let_go, still_held, table_jumps
 from prensa.fem.planning import plan_step
 from prensa.fem.preflight import preflight
 from prensa.fem.schedule import StepPlan
@@ -27,7 +28,7 @@ from prensa.solver.approach import approach, first_touch
 from prensa.solver.attempt import attempt
 from prensa.solver.condensation import Condensation, condensed, to_be_condensed
 from prensa.solver.equilibrium import Equilibrium, NewtonResult, Reporter
-from prensa.solver.failure import FreeToMove, sentence
+from prensa.solver.failure import BeyondSmall, FreeToMove, sentence
 from prensa.solver.increment import Increment, Monitor
 from prensa.solver.ledger import ledger, nodal_work
 from prensa.solver.policy import Policy
@@ -37,6 +38,7 @@ from prensa.solver.reduced import Reduced
 from prensa.solver.reporting import Messages
 from prensa.solver.results import increment_of
 from prensa.solver.step_control import StepControl
+from prensa.solver.validity import Validity
 
 log = logging.getLogger("prensa")
 Array = NDArray[np.float64]
@@ -108,7 +110,7 @@ class TimeStepping:
     ) -> None:
         self.system, self.numerics, self.policy = system, numerics, policy
         self.messages, self.timer, self.condense = messages, timer, condense
-        self.acceptance = Acceptance(system, policy)
+        self.acceptance, self.validity = Acceptance(system, policy), Validity(system, policy)
         self.reduced: Reduced | None = None
         self.condensed: Condensation | None = None
         self.last: Increment | None = None
@@ -119,6 +121,9 @@ class TimeStepping:
         steps = self.system.problem.steps
         for number in range(state.clock.step, len(steps)):
             plan = plan_step(self.system, number, state.step_start)
+            if number and state.clock.time == plan.t0:
+                state = replace(state, release=let_go(self.system, state, plan))
+                self.messages.warn(table_jumps(self.system, state, plan))
             self._prepare(plan)
             control = StepControl(self.system, plan, self.policy)
             while state.clock.time < plan.t1:
@@ -127,7 +132,7 @@ class TimeStepping:
                 touched |= state.contact.closed
                 yield increment
         if len(steps):
-            self.messages.warn(untouched_tools(self.system, touched))
+            self.messages.warn([*untouched_tools(self.system, touched), *self.validity.told()])
 
     def _prepare(self, plan: StepPlan) -> None:
         """The matrix of a step: that of the step before where the same dofs are prescribed."""
@@ -188,6 +193,10 @@ class TimeStepping:
         ended = c.time >= c.plan.t1
         dt = 0.0 if ended else control.next(c, e, result.iterations, cutbacks)
         state = committed(self.system, c, result, e, dt)
+        # of condensed bodies the displacements are known at the end of a step
+        if result.recover is None and (refusal := self.validity.look(state.u, state.history)):
+            result.reason = refusal
+            raise self.post_mortem(c, result, cutbacks)
         increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended)
         if ended:
             residual = max(result.residual, self.numerics.tolerance)
@@ -199,16 +208,21 @@ class TimeStepping:
         """The error that says what failed, where, why, and what to try."""
         reason = result.reason
         assert reason is not None
-        if not isinstance(reason, FreeToMove):
+        if not isinstance(reason, FreeToMove | BeyondSmall):
             reason = unilaterally_supported(self.system, c) or reason  # whatever came of it
         place = where(self.equilibrium(c), reason, result)
         last = (
             f"The last good state is that of time {self.last.time:.6g} (increment {self.last.number})." if self.last else
             "No increment of this run had converged before."
         )  # fmt: skip
+        self.messages.warn(self.validity.told())
         cut = f"The increment was cut {cutbacks} times without success."
-        if cutbacks < self.numerics.max_cutbacks:
+        if isinstance(reason, BeyondSmall):
+            cut = "A shorter increment would end there too."
+        elif cutbacks < self.numerics.max_cutbacks:
             cut += " It is too short by now for another cut: the body jumps here, or nothing can go on."
+        if held := still_held(self.system, c.state, c.plan):
+            last += f" {held}"
         return SolveError(
             f"step {c.plan.name!r}, time {c.time:.6g}: {sentence(reason)}{'; ' + place if place else ''}. {cut} {last} "
             f"What to try: {hint(reason)}.",
@@ -236,5 +250,5 @@ def committed(system: System, c: Context, result: NewtonResult, e: Evaluation, d
     return State(
         u=result.u, du=du, dt_last=0.0 if ended else c.dt, second_difference=difference, history=e.history, contact=contact,
         lam=lam, energy=energy, work=work, clock=Clock(step, old.clock.number + 1, c.time, dt, damping),
-        step_start=step_start,
+        step_start=step_start, release=None if ended else old.release,
     )  # fmt: skip

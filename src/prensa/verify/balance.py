@@ -90,6 +90,11 @@ def imbalance(system: System, inc: Increment) -> tuple[float, float]:
         for body, (bx, by) in plan.body_force.items()
     ]
     actions += [wrench(b.x if finite else b.X, b.reaction) for b in inc.bodies.values()]
+    release = np.zeros(system.ndof) if inc.state.release is None else plan.left(inc.time) * inc.state.release
+    others = release.copy()
+    for group in plan.released:  # which are among the reactions
+        others[group.dofs] = 0.0
+    actions.append(wrench(x, system.displacement(others)))
     tools = {}
     for name, tool in inc.tools.items():
         at = tool.at + np.array(tool.place[:2])  # where it is now, whatever the geometry
@@ -106,7 +111,7 @@ def imbalance(system: System, inc: Increment) -> tuple[float, float]:
     for dof, amplitude in plan.push.items():
         t, component = (int(v) for v in system.dofs.tool.split(np.asarray(dof)))
         force = list(inc.tools.values())[t].force
-        gaps.append(np.eye(3)[component] * (force[component] + amplitude(inc.time)))
+        gaps.append(np.eye(3)[component] * (force[component] + amplitude(inc.time) + release[dof]))
     for dof in plan.springs:
         t, component = (int(v) for v in system.dofs.tool.split(np.asarray(dof)))
         tool = list(inc.tools.values())[t]

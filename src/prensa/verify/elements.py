@@ -277,7 +277,8 @@ def cook(element: str, n: int, E_scale: float) -> pr.Problem:
     corners = ((0.0, 0.0), (48.0, 44.0), (48.0, 60.0), (0.0, 44.0))
     body = pr.Body(pr.Patch(corners=corners, n=(n, n)), pr.Elastic(E_scale, 1 / 3), element)
     return pr.Problem(
-        "Cook", space="plane stress", kinematics="small", bodies={"membrane": body}, fixed={"membrane.left": "xy"},
+        "Cook", space="plane stress", kinematics="small", allow_large_strain=True, bodies={"membrane": body},
+        fixed={"membrane.left": "xy"},
         steps=(pr.Step("load", loads={"membrane.right": pr.Load(traction=(0.0, 1 / 16))}, increments=1),),
     )  # fmt: skip
 

@@ -241,7 +241,7 @@ def tube(n: int, displacement: float, kinematics: str, increments: int, E_scale:
         pr.Rectangle(size=(10, 1), n=(n, 1), origin=(10, 0)), pr.J2(E * E_scale, NU, pr.Perfect(100.0 * np.sqrt(3.0)))
     )
     return pr.Problem(
-        "tube", space="axisymmetric", kinematics=kinematics, bodies={"tube": body},
+        "tube", space="axisymmetric", kinematics=kinematics, allow_large_strain=kinematics == "small", bodies={"tube": body},
         fixed={"tube.bottom": "y", "tube.top": "y", "tube.left": pr.Fixed(x=displacement)},
         steps=(pr.Step("expand", increments=increments),),
     )  # fmt: skip

@@ -19,7 +19,8 @@ def _dragged(
     """A block under a tool that is pressed down, dragged and turned a little."""
     block = pr.Body(pr.Rectangle(size=(6, 2), n=(24, 8)), pr.Elastic(E=1000.0 * E_scale, nu=0.3))
     return pr.Problem(
-        "dragged", kinematics=kinematics, contact_geometry=geometry, bodies={"block": block}, tools={"tool": tool},
+        "dragged", kinematics=kinematics, contact_geometry=geometry, allow_large_strain=kinematics == "small",
+        bodies={"block": block}, tools={"tool": tool},
         contacts=(pr.Contact("block.top", "tool", friction=pr.Coulomb(0.2 * mu_scale)),), fixed={"block.bottom": "xy"},
         steps=(
             pr.Step("press", move={"tool": pr.Motion(y=-0.15)}, increments=2),

@@ -5,13 +5,14 @@ Swift (1952), J. Mech. Phys. Solids 1, 1-18.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from prensa.materials.flow_curve import FlowCurve, FlowParameters
+from prensa.materials.flow_curve import FlowCurve, FlowParameters, prestrain_doubts
 from prensa.model.units import Number, Pressure, Strain
 
 Array = NDArray[np.float64]
@@ -24,6 +25,10 @@ class Swift(FlowCurve):
     e0: Annotated[Strain, Field(gt=0)]
     n: Annotated[Number, Field(ge=0)]
     type: Literal["swift"] = "swift"
+
+    def doubts(self) -> Iterator[tuple[str, str]]:
+        """A prestrain that looks like per cent."""
+        return prestrain_doubts(self.e0)
 
     def stress(self, strain: Array, rate: Array) -> tuple[Array, ...]:
         """σ_y and its derivative by the plastic strain, each (k,)."""

@@ -6,14 +6,14 @@ needs. A J2 update costs two to five times that of a compiled curve (docs/decisi
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from prensa.materials.flow_curve import FlowCurve
+from prensa.materials.flow_curve import FlowCurve, prestrain_doubts
 from prensa.model.units import Number, Pressure, Strain
 
 Array = NDArray[np.float64]
@@ -34,6 +34,10 @@ class SwiftVoce(FlowCurve):
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = (
         {"K": 565.0, "e0": 0.007, "n": 0.26, "s0": 150.0, "Q": 200.0, "b": 12.0, "w": 0.6},
     )
+
+    def doubts(self) -> Iterator[tuple[str, str]]:
+        """A prestrain that looks like per cent."""
+        return prestrain_doubts(self.e0)
 
     def stress(self, strain: Array, rate: Array) -> tuple[Array, Array]:
         """σ_y and its derivative by the plastic strain, each (k,)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import pairwise
 from typing import Any, Literal
 
@@ -13,6 +14,11 @@ from prensa.materials.flow_curve import FlowCurve, FlowParameters
 from prensa.model.units import Pressure, Strain
 
 Array = NDArray[np.float64]
+
+MOST_SECOND, MOST_LAST = (
+    2.0,
+    10.0,
+)  # strains of the second and of the last pair from which on they are likely in per cent
 
 
 class FlowTable(FlowCurve):
@@ -34,6 +40,20 @@ class FlowTable(FlowCurve):
         from scipy.interpolate import PchipInterpolator
 
         return PchipInterpolator([e for e, _ in self.points], [s for _, s in self.points])
+
+    def known_to(self) -> float:
+        """Strain of the last pair."""
+        return float(self.points[-1][0])
+
+    def doubts(self) -> Iterator[tuple[str, str]]:
+        """Strains that look like per cent."""
+        if self.points[1][0] >= MOST_SECOND or self.points[-1][0] > MOST_LAST:
+            last = self.points[-1][0]
+            yield (
+                "points",
+                f"the strains go up to {last:g}, {100 * last:g} %: they are plain numbers; did you mean '{last:g} %', "
+                f"{last / 100:g}?",
+            )
 
     def first(self) -> float:
         """Flow stress of the first pair."""

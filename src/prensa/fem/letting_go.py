@@ -1,0 +1,110 @@
+"""What a step lets go: forces that supports, tools and loads carry at its start beyond those that it asks for.
+
+A jump of forces is in no equilibrium that an increment, however short, comes near to, and its way depends on the iteration.
+So whatever changes between two steps starts from the force that it carries: the difference is kept as dead forces, which go
+linearly to zero over the step, as those do that a case starts with (`fem/start.py`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.fem.planning import plan_step
+from prensa.fem.schedule import Course, StepPlan
+from prensa.fem.state import State
+from prensa.fem.system import System
+
+Array = NDArray[np.float64]
+
+NOTHING = 1e-8  # share of the outer forces below which there is nothing to let go: the residual of a converged state
+DIFFERS = 1e-6  # share of a force from which a table that does not begin with it is told
+
+
+def let_go(system: System, state: State, plan: StepPlan) -> Array | None:
+    """Forces (ndof,) carried in the committed state at the start of a step, less those of its plan at that time.
+
+    Zero where it prescribes a tool's motion, and where a tool begins to roll; None if there is nothing to let go.
+    """
+    before = plan_step(system, plan.number - 1, state.step_start)
+    carried, asked = (system.external(system.context(state, p, plan.t0), state.u) for p in (before, plan))
+    out = carried - asked
+    freed = np.setdiff1d(before.fixed, plan.fixed)
+    out[freed] += state.work[freed] - carried[freed]
+    out[plan.fixed[system.dofs.tool.owns(plan.fixed)]] = 0.0
+    out[_rolling(system, state, plan)] = 0.0
+    return out if np.abs(out).sum() > NOTHING * np.abs(state.work).sum() else None
+
+
+def _rolling(system: System, state: State, plan: StepPlan) -> list[int]:
+    """Rotations of tools that begin to roll: free to turn, moved along rather than into the bodies, never mentioned before.
+
+    Such a tool was held for want of a word; the moment that it has belongs to the points that it leaves behind as it rolls.
+    """
+    if system.dofs.dimension != 2 or system.courses is not None:
+        return []
+    now, earlier = system.problem.steps[plan.number], system.problem.steps[: plan.number]
+    way = np.zeros(system.ndof)
+    way[plan.fixed] = plan.values(plan.t1) - plan.values(plan.t0)
+    out = []
+    for t, name in enumerate(system.problem.tools):
+        (dx, dy, _), (fx, fy, _) = system.place_of(t, way), system.place_of(t, state.work)
+        said = any(
+            getattr(kind.get(name), key, None) is not None
+            for step in earlier
+            for kind, key in ((step.move, "rz"), (step.velocity, "rz"), (step.push, "m"))
+        )
+        if getattr(now.push.get(name), "m", None) == 0 and not said and abs(dx * fy - dy * fx) > abs(dx * fx + dy * fy):
+            out.append(int(system.dofs.tool.dofs(t)[2]))
+    return out
+
+
+def table_jumps(system: System, state: State, plan: StepPlan) -> Iterator[str]:
+    """Sentences on tables of forces that do not begin a step with what is carried then: the difference is let go."""
+    before = plan_step(system, plan.number - 1, state.step_start)
+    for dof, course in plan.push.items():
+        tool, component = (int(v) for v in system.dofs.tool.split(np.asarray(dof)))
+        key = "m" if system.dofs.tool.components[component] == "rz" else system.dofs.tool.components[component]
+        yield from _jump(f"push.{system.tools[tool].name}.{key}", course, float(state.work[dof]), plan)
+    for name, load in plan.loads.items():
+        for key in ("pressure", "shear", "tx", "ty"):
+            old = getattr(before.loads[name], key)(plan.t0) if name in before.loads else 0.0
+            yield from _jump(f"loads.{name}.{key}", getattr(load, key), old, plan)
+    for body, courses in plan.body_force.items():
+        for i, course in enumerate(courses):
+            old = before.body_force[body][i](plan.t0) if body in before.body_force else 0.0
+            yield from _jump(f"body_force.{body}.{'xyz'[i]}", course, old, plan)
+
+
+def _jump(path: str, course: Course, carried: float, plan: StepPlan) -> Iterator[str]:
+    asked = course(plan.t0)
+    if not course.ramp and abs(asked - carried) > DIFFERS * max(abs(asked), abs(carried)):
+        yield (
+            f"step {plan.name!r}, {path}: the table has {asked:.6g} at time {plan.t0:g}, where {carried:.6g} is carried; the "
+            f"difference goes linearly to 0 over the step (let the table begin with {carried:.6g})"
+        )
+
+
+def still_held(system: System, state: State, plan: StepPlan) -> str:
+    """What a step lets go, in words, and how much of it the committed state still carries; '' if nothing."""
+    if state.release is None:
+        return ""
+    parts = []
+    for group in plan.released:
+        force = float(state.release[group.dofs].sum())
+        if group.support is not None and force != 0.0:
+            parts.append(f"support {group.support[0]!r} ({force:.4g} along {group.support[1]})")
+    for t, tool in enumerate(system.tools):
+        for key, force in zip(system.dofs.tool.components, system.place_of(t, state.release)):
+            if force != 0.0:
+                way = "to turn" if key.startswith("r") else f"along {key}"
+                parts.append(f"tool {tool.name!r} ({force:.4g} {way})")
+    if not parts:
+        return ""
+    gone = 100.0 * (1.0 - plan.left(state.clock.time))
+    return (
+        f"The step lets go of {', '.join(parts)}, of which {gone:.3g} % had gone at the last good state: what else acts on the "
+        "bodies and tools must balance the rest."
+    )

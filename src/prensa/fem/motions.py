@@ -1,0 +1,200 @@
+"""What the steps prescribe, looked at before the solve: tables that begin elsewhere, steps that move nothing, bores held by a
+symmetry line of plane problems, and tools that press small-strain bodies far.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.errors import Notice
+from prensa.fem.planning import plan_step
+from prensa.fem.schedule import StepPlan
+from prensa.fem.system import System
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+JUMP = 0.01  # way over the least element depth of the contacts that a table may begin elsewhere
+SMALL = 0.1  # mean displacement gradient from which small-strain kinematics is remarked upon
+ALONG = 0.9  # cosine from which a support acts along a tool's normal
+AXES = ("x", "y", "rz")
+
+
+def motions(system: System) -> Iterator[Notice]:
+    """Notices on what each step prescribes; bodies are taken where supports and steps before leave them."""
+    yield from _bores(system)
+    at_start, known = system.initial().u, np.ones(system.ndof, dtype=bool)
+    before: StepPlan | None = None
+    small = system.problem.kinematics == "small" and not system.problem.allow_large_strain
+    reached: dict[str, tuple[float, float]] = {}
+    for number in range(len(system.problem.steps)):
+        plan = plan_step(system, number, at_start)
+        yield from _beginnings(system, plan, at_start, known, before)
+        if before is not None and known[plan.fixed].all():
+            yield from _standstill(system, plan, at_start, before)
+        known &= np.isin(np.arange(system.ndof), plan.fixed)
+        at_start, before = at_start.copy(), plan
+        at_start[plan.fixed] = plan.values(plan.t1)
+        for body, depth, far in pressed_far(system, plan, at_start, known) if small else ():
+            reached[body] = max(reached.get(body, (0.0, 1.0)), (depth, far), key=lambda r: r[0] / r[1])
+    yield from _small(system, reached)
+
+
+# ------------------------------------------------------------------------------------------------------------- beginnings
+def _beginnings(
+    system: System, plan: StepPlan, at_start: Array, known: Flags, before: StepPlan | None
+) -> Iterator[Notice]:
+    """Tables of displacement whose value at the start of their step is not where the tool or the support is."""
+    now = dict(zip(plan.fixed.tolist(), plan.values(plan.t0).tolist()))
+    h = min((float(s.points.depth.min()) for s in system.surfaces), default=system.length)
+    for path, name, axis, value, dofs in _tables(system, plan.number):
+        least = JUMP * (h if axis != "rz" else 1.0)
+        for dof in dofs:
+            if dof in plan.springs:
+                start = before.springs[dof][1](plan.t0) if before is not None and dof in before.springs else 0.0
+                jump = plan.springs[dof][1](plan.t0) - start
+            elif known[dof] and dof in now:
+                start, jump = float(at_start[dof]), now[dof] - float(at_start[dof])
+            else:
+                continue
+            if abs(jump) > least:
+                relative = path.split(".")[2] == "by"
+                first = float(np.interp(plan.t0, *np.array(value, dtype=np.float64).T))
+                yield Notice(
+                    path,
+                    f"{name} would jump: the table has {first:.6g} at time {plan.t0:g}, where the step begins, and "
+                    + (
+                        f"'by' is measured from where it is then: begin it with [{plan.t0:g}, 0]"
+                        if relative
+                        else f"it is at {start:.6g} then: begin the table with [{plan.t0:g}, {start:.6g}], or measure it from "
+                        "there with 'by'"
+                    ),
+                )
+                break
+
+
+def _tables(system: System, number: int) -> Iterator[tuple[str, str, str, Any, list[int]]]:
+    """Path, words, axis, value and dofs of each table of displacement that begins to count in a step."""
+    p, step = system.problem, system.problem.steps[number]
+    for kind in ("move", "by"):
+        for name, motion in getattr(step, kind).items():
+            for i, axis in enumerate(AXES):
+                if isinstance(value := getattr(motion, axis), tuple):
+                    path = f"steps.{number}.{kind}.{name}.{axis}"
+                    if name in p.tools:
+                        first = system.tool_dof(list(p.tools).index(name))
+                        yield path, f"tool {name!r}", axis, value, [first + i]
+                    else:
+                        yield path, f"{name!r}", axis, value, _dofs(system, name, axis)
+    for prefix, owner in [("", p)] * (number == 0) + [(f"steps.{number}.", step)]:
+        for name, support in owner.fixed.items():
+            for axis in ("x", "y"):
+                if isinstance(value := getattr(support, axis), tuple):
+                    yield f"{prefix}fixed.{name}.{axis}", f"{name!r}", axis, value, _dofs(system, name, axis)
+
+
+def _dofs(system: System, boundary: str, axis: str) -> list[int]:
+    return list(system.master_dofs(system.dofs.displacement.dof(system.boundary_nodes(boundary), axis)).tolist())
+
+
+# ------------------------------------------------------------------------------------------------------------- standstill
+def _standstill(system: System, plan: StepPlan, at_start: Array, before: StepPlan) -> Iterator[Notice]:
+    """A step that is to move something and in which nothing changes: travels from the initial place, written again."""
+    step = system.problem.steps[plan.number]
+    written = [
+        (name, axis, value)
+        for name, motion in step.move.items()
+        for axis in AXES
+        if isinstance(value := getattr(motion, axis), float) and value
+    ]
+    if not written or not _unchanged(plan, before) or plan.friction != before.friction:
+        return
+    start = np.concatenate([at_start[plan.fixed], [mount(plan.t0) for _, mount in before.springs.values()]])
+    for t in [*plan.corners(), plan.t1]:
+        if not np.allclose(plan.motion(float(t)), start, rtol=1e-9, atol=1e-12 * system.length):
+            return
+    name, axis, value = written[0]
+    yield Notice(
+        f"steps.{plan.number}.move.{name}.{axis}",
+        f"step {plan.name!r} moves nothing: tool {name!r} is at {axis} = {value:g} already; 'move' is measured from the initial "
+        f"place: write {2 * value:g}, or 'by: {{{name}: {{{axis}: {value:g}}}}}' for as much again",
+    )
+
+
+def _unchanged(plan: StepPlan, before: StepPlan) -> bool:
+    """Whether supports, forces and loads of a step are those with which the one before ended, and stay so."""
+
+    def levels(p: StepPlan, t: float) -> Array:
+        courses = [p.push[dof] for dof in sorted(p.push)]
+        courses += [c for _, ld in sorted(p.loads.items()) for c in (ld.pressure, ld.shear, ld.tx, ld.ty)]
+        courses += [c for _, pair in sorted(p.body_force.items()) for c in pair]
+        return np.array([c(t) for c in courses])
+
+    same = np.array_equal(plan.fixed, before.fixed) and list(plan.springs) == list(before.springs)
+    if not same or plan.loads.keys() != before.loads.keys() or plan.body_force.keys() != before.body_force.keys():
+        return False
+    if plan.push.keys() != before.push.keys():
+        return False
+    last = levels(before, before.t1)
+    return all(np.array_equal(levels(plan, float(t)), last) for t in [*plan.corners(), plan.t1])
+
+
+# ------------------------------------------------------------------------------------------------------------------ bores
+def _bores(system: System) -> Iterator[Notice]:
+    """The symmetry line of a plane problem, copied to a ring: a straight bore that is held radially and nothing else."""
+    p = system.problem
+    if not system.axisymmetric:
+        return
+    owners: list[tuple[str, Any]] = [("", p), *((f"steps.{i}.", s) for i, s in enumerate(p.steps))]
+    for prefix, owner in owners:
+        for name, support in owner.fixed.items():
+            if support.x != "held" or support.y is not None:
+                continue
+            body = name.partition(".")[0]
+            r, least = system.X[system.boundary_nodes(name), 0], float(system.meshes[body].points[:, 0].min())
+            if len(r) > 1 and least > 0 and np.ptp(r) <= 1e-9 * system.length and r[0] <= least * (1 + 1e-9):
+                yield Notice(
+                    f"{prefix}fixed.{name}",
+                    f"it holds a bore of radius {r[0]:.4g}: the symmetry line of a plane problem is the axis here, and a bore "
+                    "opens and closes; leave it out, or write {x: 0} if a rigid mandrel is meant",
+                )
+
+
+# ------------------------------------------------------------------------------------------------------------ small strain
+def pressed_far(system: System, plan: StepPlan, u: Array, known: Flags) -> Iterator[tuple[str, float, float]]:
+    """Body, share and distance of the deepest reach of tools at the end of a step, all of known places.
+
+    The mean displacement gradient between a pressed node and a held one is at least the way over the distance.
+    """
+    x = system.positions(u)
+    for s in system.surfaces:
+        if not known[system.dofs.tool.dofs(s.tool)].all():
+            continue
+        pairs = system.node_pairs(s, u)
+        k = int(np.argmin(np.where(np.abs(pairs.n).max(axis=1) > ALONG, pairs.g, np.inf)))
+        depth, axis = -float(pairs.g[k]), int(np.argmax(np.abs(pairs.n[k])))
+        if not depth > 0 or abs(pairs.n[k, axis]) < ALONG:
+            continue
+        nodes, along = system.dofs.displacement.split(plan.fixed[system.dofs.displacement.owns(plan.fixed)])
+        first = system.offsets[s.body]
+        mine = (along == axis) & (nodes >= first) & (nodes < first + len(system.meshes[s.body].points))
+        if mine.any():
+            far = float(np.hypot(*(x[nodes[mine]] - x[s.points.nodes[k]]).T).min())
+            if far > float(s.points.depth.min()):
+                yield s.body, depth, far
+
+
+def _small(system: System, reached: dict[str, tuple[float, float]]) -> Iterator[Notice]:
+    """Small-strain kinematics where the tools go too far for it."""
+    for body, (depth, far) in reached.items():
+        if depth > SMALL * far:
+            yield Notice(
+                "kinematics",
+                f"tools press {body!r} in by {depth:.4g} at {far:.4g} from its support, strains or rotations of "
+                f"{depth / far:.2g}: 'small' neglects terms of that size, and is refused in the run where they are beyond 0.1 "
+                "in a twentieth of the body; use 'finite'",
+            )

@@ -1,0 +1,118 @@
+"""How far a run goes beyond what its descriptions hold for: small-strain kinematics, and flow curves with an end.
+
+Converged and balanced answers may still be those of another problem. Strains and rotations are those at the elements' centres.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.fem.assembly import Block
+from prensa.fem.system import System
+from prensa.solver.failure import BeyondSmall, in_degrees
+from prensa.solver.policy import Policy
+
+Array = NDArray[np.float64]
+
+
+class Deformation(NamedTuple):
+    """Strain and rotation (rad) of a body: those that `Policy.small_share` of its volume exceeds, and the largest."""
+
+    strain: float
+    rotation: float
+    most_strain: float
+    most_rotation: float
+
+    def beyond(self, other: Deformation) -> Deformation:
+        """The larger of each."""
+        return Deformation(*map(max, zip(self, other)))
+
+
+REST = Deformation(0.0, 0.0, 0.0, 0.0)
+
+
+class Validity:
+    """Looks at every committed increment, and keeps the largest of what it sees."""
+
+    def __init__(self, system: System, policy: Policy) -> None:
+        self.system, self.policy = system, policy
+        p = system.problem
+        self.small = system.dofs.dimension == 2 and p.kinematics == "small" and not p.allow_large_strain
+        self.seen: dict[str, Deformation] = {}
+        self.used_to: dict[str, float] = {}
+        self._slopes: dict[str, Array] = {}
+
+    def look(self, u: Array, history: Sequence[Array]) -> BeyondSmall | None:
+        """Note an increment that ends at dofs u (ndof,) with a ``history``; why it is refused, or None."""
+        self._note_flow(history)
+        if not self.small:
+            return None
+        for block in self.system.blocks:
+            now = self._deformation(block, self.system.displacement(u))
+            self.seen[block.body] = now.beyond(self.seen.get(block.body, REST))
+            if max(now.strain, now.rotation) > self.policy.small_most:
+                del self.seen[block.body]  # told as the failure
+                return BeyondSmall(block.body, *now)
+        return None
+
+    def told(self) -> Iterator[str]:
+        """Sentences about the largest of what was seen."""
+        for body, d in self.seen.items():
+            if max(d.strain, d.rotation) > self.policy.small_told:
+                yield (
+                    f"body {body!r} is strained by up to {d.most_strain:.2g} and turned by up to "
+                    f"{in_degrees(d.most_rotation)}, a twentieth of it by more than {d.strain:.2g} and "
+                    f"{in_degrees(d.rotation)}: 'kinematics: small' neglects terms of that size; use 'finite', or say "
+                    "'allow_large_strain: true' as well"
+                )
+        for body, strain in self.used_to.items():
+            end = self.system.problem.bodies[body].material.flow.known_to()
+            yield (
+                f"the flow curve of body {body!r} ends at a plastic strain of {end:g} and was used up to {strain:.3g}, where it "
+                "stays at its last stress; give stresses up to there"
+            )
+
+    def _note_flow(self, history: Sequence[Array]) -> None:
+        if not self.system.has_memory:
+            return
+        for block, values in zip(self.system.blocks, history):
+            flow: Any = getattr(self.system.problem.bodies[block.body].material, "flow", None)
+            if flow is None or not block.law.plastic or not math.isfinite(end := flow.known_to()):
+                continue
+            strain = float(block.field(values, "plastic_strain").max())
+            if strain > end * (1 + 1e-9):
+                self.used_to[block.body] = max(strain, self.used_to.get(block.body, 0.0))
+
+    def _deformation(self, block: Block, moved: Array) -> Deformation:
+        """Of a body with nodes ``moved`` (n, 2) from their initial places."""
+        if block.body not in self._slopes:
+            self._slopes[block.body] = slopes(self.system.X[block.corners])
+        u = moved[block.corners]
+        H = np.einsum("mai,maj->mij", u, self._slopes[block.body])
+        middle, across = 0.5 * (H[:, 0, 0] + H[:, 1, 1]), 0.5 * (H[:, 0, 1] + H[:, 1, 0])
+        strain = np.abs(middle) + np.hypot(0.5 * (H[:, 0, 0] - H[:, 1, 1]), across)
+        if self.system.axisymmetric:
+            strain = np.maximum(strain, np.abs(u[..., 0].sum(axis=1) / self.system.X[block.corners, 0].sum(axis=1)))
+        rotation = np.arctan(0.5 * np.abs(H[:, 1, 0] - H[:, 0, 1]))
+        volume = block.volume.sum(axis=1)
+        much, far = (_exceeded(v, volume, self.policy.small_share) for v in (strain, rotation))
+        return Deformation(much, far, float(strain.max()), float(rotation.max()))
+
+
+def slopes(x: Array) -> Array:
+    """Derivatives ∂N_a/∂x_j (m, a, 2) of the shape functions of polygons x (m, 3|4, 2) at their centres."""
+    signs = np.array([[-1, -1], [1, 0], [0, 1]] if x.shape[1] == 3 else [[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    g = signs / (1.0 if x.shape[1] == 3 else 4.0)
+    return np.asarray(g @ np.linalg.inv(np.einsum("maj,ak->mjk", x, g)))
+
+
+def _exceeded(values: Array, volume: Array, share: float) -> float:
+    """The value (of (m,)) that a share of the volume exceeds."""
+    order = np.argsort(values)
+    below = np.cumsum(volume[order])
+    return float(values[order][min(int(np.searchsorted(below, (1.0 - share) * below[-1])), len(order) - 1)])
