@@ -33,6 +33,7 @@ TOOLS = {
     "ellipse": lambda axi: pr.Ellipse(semi=(6.0, 4.0), at=(0.0 if axi else 1.0, 7.9)),
     "a user's": lambda axi: Users(radius=6.0, at=(0.0 if axi else 1.0, 9.9)),
     "stamp": lambda axi: pr.Stamp(width=4.0, fillet=1.0, at=(0.0 if axi else 1.5, 3.9)),
+    "sharp stamp": lambda axi: pr.Stamp(width=2.3, at=(0.0 if axi else 1.55, 3.9)),
     "cavity": lambda axi: pr.Circle(radius=6.0, concave=True, at=(0.0, -0.12) if axi else (2.0, -1.79)),
     "profile": lambda axi: pr.Profile(
         points=((-1.0, 1.0), pr.Arc(through=(0.5, 0.0), to=(2.0, 0.6)), (3.0, 0.0), (4.5, 1.5)),

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.integration import Shares
+from prensa.contact.integration import Points, Shares
 from prensa.contact.pairing import Pairs
 from prensa.contact.record import ContactRecord
 from prensa.friction.law import At, FrictionLaw
@@ -34,6 +34,7 @@ class ContactForces(NamedTuple):
     stretched (k, t): ∂(a t)/∂a, force per area that the surface gains, where the areas are current ones; else None.
     dp (k, 1 + t + m), dt (k, t, 1 + t + m): derivatives of p and t by λ_n, λ_T and q.
     ``rests`` (k,): closed, or open by no more than round-off.
+    ``points``: those of the increment, which differ from the surface's where edges are cut.
     """
 
     pairs: Pairs
@@ -49,6 +50,7 @@ class ContactForces(NamedTuple):
     dt: Array
     rests: NDArray[np.bool_]
     stretched: Array | None = None
+    points: Points | None = None
 
     @property
     def g(self) -> Array:
@@ -169,6 +171,7 @@ def _normal(
     rests = trial >= -(scale.k_n * round_off + EPS * np.abs(lam))
     just = trial >= -TOUCH * scale.k_n * scale.h
     if guess:
+        closed = closed & np.isfinite(trial)  # a point that the tool has left behind has no gap
         return np.where(closed, trial, np.maximum(trial, 0.0)), just | closed, rests
     touching = np.where(closed, rests, trial >= 0.0)
     if landed is not None:

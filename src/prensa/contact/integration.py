@@ -58,7 +58,7 @@ class Points:
     def __len__(self) -> int:
         return len(self.support)
 
-    def _measure(self, x: Array, edge: Index, at: Array) -> Array:
+    def measure(self, x: Array, edge: Index, at: Array) -> Array:
         """Length times thickness or 2πr(ξ) of edges on node positions x (n, 2)."""
         a, b = x[self.edges[edge, 0]], x[self.edges[edge, 1]]
         length = np.hypot(*(b - a).T)
@@ -69,7 +69,7 @@ class Points:
         return self._areas(x, self.shares, len(self))
 
     def _areas(self, x: Array, s: Shares, n: int) -> Array:
-        parts = s.factor * self._measure(x, s.edge, s.at)
+        parts = s.factor * self.measure(x, s.edge, s.at)
         return np.asarray(np.bincount(s.point, parts, n), dtype=np.float64)
 
     def slopes(self, x: Array) -> Array:
@@ -100,6 +100,11 @@ class Points:
     def are_nodes(self) -> bool:
         """Whether the points are the nodes of the surface, one by one."""
         return self.N.shape[1] == 1 and np.array_equal(self.support[:, 0], self.nodes)
+
+    @property
+    def with_neighbours(self) -> bool:
+        """Whether the points are nodes that share what a sharp corner covers with their neighbours (`prensa.contact.cut`)."""
+        return self.N.shape[1] == 3
 
     @cached_property
     def slots(self) -> Index:

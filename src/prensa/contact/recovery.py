@@ -4,6 +4,10 @@ Zienkiewicz & Zhu (1992): around each interior corner node the stress of the int
 the element's order, which is evaluated at the nodes of the patch; a node on the boundary and a mid-side node average the
 patches that contain them. Nodes that no interior patch reaches fit the elements at hand, by fewer terms where those do not
 determine all. `smoothed` is the older route, the one that the paper took.
+
+No polynomial follows the kink that stresses have where a plastic zone ends: fitted across it and carried on to the skin it
+is tens of per cent out. A node of the boundary near ``kinked`` elements is fitted by the elements that it belongs to, by no
+more terms than follow from their own points.
 """
 
 from __future__ import annotations
@@ -15,8 +19,10 @@ from prensa.kernels.compiled import njit
 from prensa.mesh.mesh import boundary_edges, corner_cells
 
 Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
 TERMS = {3: 3, 4: 4, 6: 6, 8: 6}  # of 1, s, t, st, s², t²; the bilinear element has the first four
+OWN_TERMS = {3: 1, 4: 4, 6: 3, 8: 4}  # as many as the points of one element determine
 RANK = 1e-10  # ratio of eigenvalues of the normal equations below which the points do not determine the terms
 
 
@@ -95,20 +101,49 @@ def _patches(first, members, interior, cells, x, X, values, terms, out, count):
                     count[w] += 1
 
 
-def recover(x: Array, cells: NDArray[np.int64], X: Array, values: Array) -> Array:
-    """Nodal values (n, v) from point values (e, q, v) at positions X (e, q, 2); x (n, 2) nodes, cells (e, 3|4|6|8)."""
+@njit(cache=True)
+def _own(nodes, first, members, x, X, values, terms, out):
+    """Values at nodes (k,) from the points of the elements that they belong to."""
+    coefs = np.zeros((6, values.shape[2]))
+    for v in nodes:
+        patch = members[first[v] : first[v + 1]]
+        size = 0.0
+        for e in patch:
+            for q in range(X.shape[1]):
+                size = max(size, abs(X[e, q, 0] - x[v, 0]), abs(X[e, q, 1] - x[v, 1]))
+        _fit(patch, X, values, x[v], size, size, terms, coefs)
+        out[v, :] = coefs[0, :]
+
+
+def _around(cells: NDArray[np.int64], n: int, some: Flags) -> Flags:
+    """Nodes (n,) of the elements that share a node with some of the elements (e,)."""
+    near = np.zeros(n, dtype=np.bool_)
+    near[cells[some]] = True
+    near[cells[near[cells].any(axis=1)]] = True
+    return near
+
+
+def recover(x: Array, cells: NDArray[np.int64], X: Array, values: Array, kinked: Flags | None = None) -> Array:
+    """Nodal values (n, v) from point values (e, q, v) at positions X (e, q, 2); x (n, 2) nodes, cells (e, 3|4|6|8).
+
+    kinked (e,): elements in or between which the values may have a kink, such as those that have yielded.
+    """
     n, a = len(x), cells.shape[1]
     order = np.argsort(cells.ravel(), kind="stable")
     members = (order // a).astype(np.int64)
     first = np.concatenate([[0], np.cumsum(np.bincount(cells.ravel(), minlength=n))]).astype(np.int64)
     interior = np.zeros(n, dtype=np.bool_)
     interior[corner_cells(cells)] = True
-    interior[boundary_edges(cells)] = False
+    boundary = boundary_edges(cells)
+    interior[boundary] = False
     out, count = np.zeros((n, values.shape[2])), np.zeros(n, dtype=np.int64)
-    _patches(
-        first, members, interior, cells, x, np.ascontiguousarray(X), np.ascontiguousarray(values), TERMS[a], out, count
-    )
-    return out / np.maximum(count, 1)[:, None]
+    X, values = np.ascontiguousarray(X), np.ascontiguousarray(values)
+    _patches(first, members, interior, cells, x, X, values, TERMS[a], out, count)
+    out /= np.maximum(count, 1)[:, None]
+    if kinked is not None and kinked.any():
+        skin = np.unique(boundary)
+        _own(skin[_around(cells, n, kinked)[skin]], first, members, x, X, values, OWN_TERMS[a], out)
+    return out
 
 
 def smoothed(x: Array, cells: NDArray[np.int64], X: Array, values: Array) -> Array:

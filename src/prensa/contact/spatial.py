@@ -75,6 +75,7 @@ class FacePoints:
 
     rule = Nodal()
     are_nodes = True
+    with_neighbours = False
 
     def __len__(self) -> int:
         return len(self.nodes)

@@ -91,6 +91,9 @@ class Element(Member, abstract=True):
     like_neo_hooke: ClassVar[bool] = False
     """Whether its forces derive from an energy for laws that say so (`fbar_has_energy`), though it is not symmetric itself."""
 
+    follows_gradients: ClassVar[bool] = False
+    """Whether its points have the stress of where they are when it is bent, so that it can be carried on to the skin."""
+
     @property
     def nodes(self) -> int:
         """Nodes a."""

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.forces import Scale
+from prensa.contact.record import ContactRecord
 from prensa.fem.interaction import Interaction
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
 from prensa.friction.law import At, FrictionLaw
+
+if TYPE_CHECKING:
+    from prensa.fem.surface import Surface
 
 Array = NDArray[np.float64]
 
@@ -23,7 +28,8 @@ class Context:
 
     ``weights`` and ``scales`` of the contacts on the committed configuration, friction ``laws`` and what their bounds depend
     on (``law_at``); ``x_n`` (n, d) node positions that increments refer to; ``depth`` (n,) thickness at the nodes at the last
-    commit, None in axisymmetry; ``lagged``: the contact stiffness is the paper's symmetric one (see `forces`);
+    commit, None in axisymmetry; ``surfaces``: the contacts, their edges cut at sharp corners, and what is ``committed``
+    of their points; ``lagged``: the contact stiffness is the paper's symmetric one (see `forces`);
     ``interactions``: contacts, in the order of the description, then loads.
     """
 
@@ -37,5 +43,7 @@ class Context:
     law_at: list[At]
     x_n: Array
     depth: Array | None
+    surfaces: list[Surface]
+    committed: list[ContactRecord]
     interactions: Sequence[Interaction] = ()
     lagged: bool = False

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.contact.cut import may_cut, with_neighbours
 from prensa.contact.integration import Points, behind, depth_of, node_normals, point_normals, points_of
 from prensa.elements.element import Mode, element_of
 from prensa.errors import PrensaError, take
@@ -75,6 +76,7 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = ()) -> 
         or place(name, d, shapes, _rounding(problem, t, surfaces))
         for t, (name, d) in enumerate(problem.tools.items())
     ]
+    surfaces = [_sharpened(s, tools[s.tool], dofs) for s in surfaces]
     if problem.contact_geometry == "current":
         for surface in surfaces:
             _refuse_edges_on_points(tools[surface.tool], surface.points, surface.X, surface.normal)
@@ -149,6 +151,14 @@ def _surfaces(
     return out
 
 
+def _sharpened(s: Surface, tool: PlacedTool, dofs: DofMap) -> Surface:
+    """The contact with points that reach to the neighbours of their nodes where its tool has sharp corners."""
+    if not may_cut(s.points, tool.shape):
+        return s
+    points = with_neighbours(s.points)
+    return replace(s, points=points, dofs=dofs.pairs(points.support, s.tool))
+
+
 def _pattern(cells: dict[str, Index], surfaces: list[Surface], dofs: DofMap, more: Sequence[Interaction]) -> Pattern:
     """Couplings of the elements, of tools with their candidate nodes, and of multipliers."""
     none = np.zeros(0, dtype=np.int64)
@@ -156,7 +166,7 @@ def _pattern(cells: dict[str, Index], surfaces: list[Surface], dofs: DofMap, mor
         np.unique(np.concatenate([none, *(s.points.nodes for s in surfaces if s.tool == t)]))
         for t in range(dofs.tool.count)
     ]
-    coupled = [*(s.coupled for s in surfaces if s.exact), *(sets for i in more for sets in i.couplings())]
+    coupled = [*(s.coupled for s in surfaces if s.exact or s.sharp), *(sets for i in more for sets in i.couplings())]
     return make_pattern(list(cells.values()), dofs, near, coupled)
 
 

@@ -182,12 +182,33 @@ def _sizes(system: System) -> Iterator[Notice]:
                 f"is {h:.4g} long: the tool finds no node to press on, or one; refine the surface there to {0.25 * size:.2g}",
                 size < 0.5 * h,
             )
+        yield from _corners(system, s)
         k_n = getattr(s.description.enforcement, "k_n", None)
         beta = s.description.enforcement.beta_of(s.modulus / s.points.depth)
         if beta > 1e4 or beta < 1:
             which = f"k_n = {k_n:.3g}, beta = {beta:.2g}" if k_n is not None else f"beta = {beta:.2g}"
             result = "iterations suffer and pressures oscillate" if beta > 1 else "the tool sinks in by whole elements"
             yield Notice(f"contacts.{i}.enforcement", f"{which}: {result}; leave it out (beta = 100)")
+
+
+def _corners(system: System, s: Surface) -> Iterator[Notice]:
+    """Sharp corners between the points of a surface whose edges are not cut at them."""
+    tool, start = system.tools[s.tool], system.initial()
+    cuts = [] if s.sharp or not len(tool.shape.edges) else system.cuts(s, start.u, system.place_of(s.tool, start.u))
+    if not cuts:
+        return
+    ends = system.X[s.points.edges[cuts[0].edge]]
+    share = cuts[0].covered if cuts[0].end == 0 else 1.0 - cuts[0].covered
+    x, y = ends[0] + share * (ends[1] - ends[0])
+    rule = s.points.rule
+    why = "on the edges of quadratic elements" if rule.cuts else f"with 'integration: {rule.type}'"
+    use = "elements with straight edges" if rule.cuts else "'integration: nodal', which takes what is covered,"
+    yield Notice(
+        f"tools.{tool.name}",
+        f"its sharp edge lies between the nodes of {'+'.join(s.description.surface)!r} at ({x:.4g}, {y:.4g}), which {why} "
+        f"count whole or not at all: its width is known to {np.hypot(*(ends[1] - ends[0])):.2g} only; put a node there, "
+        f"use {use} or give a 'fillet'",
+    )
 
 
 def _tip(system: System, s: Surface, h: float) -> Iterator[Notice]:

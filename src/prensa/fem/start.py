@@ -126,7 +126,7 @@ class Earlier:
         if not kept or old.problem.kinematics == "small":
             return out
         x = old.positions(self.state.u - self.state.du)
-        last = replace(c, weights=[old.weights(s, x, c.depth) for s in old.surfaces])
+        last = replace(c, weights=[old.weights(s, x, c.depth) for s in c.surfaces])
         lam = self.state.lam.copy()
         for s, f, scale in zip(old.surfaces, now.contacts, c.scales):
             if not s.exact:  # so that the pressure is the committed one, whatever the multipliers were on the way to it
@@ -134,7 +134,7 @@ class Earlier:
         then = old.evaluate(last, self.state.u, lam, stiffness=False)
         for s, a, b in zip(old.surfaces, then.contacts, now.contacts):
             if s.name in kept:
-                F, _ = s.points.spread(a.F - b.F, a.K)
+                F, _ = (a.points or s.points).spread(a.F - b.F, a.K)
                 np.add.at(out, s.dofs, F)
         return out
 

@@ -53,6 +53,11 @@ class Surface:
     multipliers: Field | None = None
 
     @property
+    def sharp(self) -> bool:
+        """Whether edges may be cut at sharp corners of the tool, anew in each increment."""
+        return self.points.with_neighbours
+
+    @property
     def exact(self) -> bool:
         """Whether its multipliers are degrees of freedom."""
         return self.multipliers is not None
@@ -98,13 +103,13 @@ class ContactInteraction:
 
     def respond(self, c: Context, ask: Request) -> Response:
         """See `Interaction`."""
-        system, s, k = self.system, self.surface, self.number
+        system, s, k = self.system, c.surfaces[self.number], self.number
         scale, weight, law = c.scales[k], c.weights[k], c.laws[k]
         stick = None if ask.stick is None else ask.stick[s.rows]
         before = c.state.lam[s.rows, 0] if ask.guess else None
         if ask.guess:
             stick = c.state.contact.closed[s.rows]
-        follows = law is not None and not law.proportional and system.problem.kinematics == "finite"
+        follows = law is not None and not law.proportional and system.problem.kinematics == "finite" and not s.sharp
         area = system.weights(s, system.positions(ask.u), c.depth) if follows else None
         pairs, lam = system.pairs(s, ask.u, c.state), ask.lam[s.rows]
         f = forces(
@@ -112,7 +117,7 @@ class ContactInteraction:
             weight,
             scale,
             lam,
-            c.state.contact.of(s.rows),
+            c.committed[k],
             law,
             c.law_at[k],
             stick,
@@ -125,7 +130,7 @@ class ContactInteraction:
         )
         # points that just touch are closed or open by the round-off of their gaps; those that stick have that of their slips
         stiff = (weight * scale.k_n * (f.rests | (f.dp[:, 0] > 0)) + f.area * scale.k_t * f.resists).sum()
-        out = Response(floor=EPS * float(stiff) * ask.reach, trial=f)
+        out = Response(floor=EPS * float(stiff) * ask.reach, trial=f._replace(points=s.points))
         if not np.isfinite(f.K).all():
             out.failed = FrictionTooSoft(s.name)
             return out

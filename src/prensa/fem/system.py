@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.contact.cut import Cut, cut, cuts_of
 from prensa.contact.forces import ContactForces, Scale
 from prensa.contact.pairing import UNMOVED, Pairs, Since, continued, current_pairs, reference_pairs
 from prensa.contact.record import ContactRecord
@@ -285,7 +286,9 @@ class System:
         finite = self.problem.kinematics == "finite"
         x_n = self.positions(state.u) if finite else self.X
         depth = self.depth_in(state.history) if finite else self.depth
-        weights = [self.weights(s, x_n, depth) for s in self.surfaces]
+        surfaces = self._cut(state, plan, time)
+        weights = [self.weights(s, x_n, depth) for s in surfaces]
+        committed = [self._committed(s, state) for s in surfaces]
         dt = time - state.clock.time
         laws = [None if self.frictionless(d) else d for d in plan.friction]
         law_at, scales = [], []
@@ -298,7 +301,38 @@ class System:
                 least = 2.0 * law.softening(state.lam[s.rows, 0], state.contact.slip[s.rows], law_at[-1])
             scales.append(s.scale(least))
         interactions = [*self._contacts, *self.more, *loads_of(self, plan, state.release)]
-        return Context(state, plan, time, dt, weights, scales, laws, law_at, x_n, depth, interactions)
+        return Context(
+            state, plan, time, dt, weights, scales, laws, law_at, x_n, depth, surfaces, committed, interactions
+        )
+
+    def _cut(self, state: State, plan: StepPlan, time: float) -> list[Surface]:
+        """The contacts, edges of committed bodies cut where sharp corners are: at *time* as far as that is prescribed."""
+        if not any(s.sharp for s in self.surfaces):
+            return self.surfaces
+        ahead = state.u.copy()
+        ahead[plan.fixed] = plan.values(time)
+        return [self._cut_by(s, state.u, self.place_of(s.tool, ahead)) for s in self.surfaces]
+
+    def _cut_by(self, s: Surface, u: Array, place: Array) -> Surface:
+        """A contact with its edges, of bodies at degrees of freedom u (ndof,), cut by its tool at a place (3,)."""
+        cuts = self.cuts(s, u, place) if s.sharp else []
+        if not cuts:
+            return s
+        points = cut(s.points, self.positions(u) if self.problem.kinematics == "finite" else self.X, cuts)
+        return replace(s, points=points, X=points.at(self.X))
+
+    def cuts(self, s: Surface, u: Array, place: Array) -> list[Cut]:
+        """Where sharp corners of a contact's tool at a place (3,) lie over its edges, of bodies at degrees of freedom u."""
+        x = self.positions(u) if self.problem.contact_geometry == "current" else self.X
+        tool = self.tools[s.tool]
+        return cuts_of(tool.shape, tool.at, place, x, s.points.edges, 100.0 * self.length)
+
+    def _committed(self, s: Surface, state: State) -> ContactRecord:
+        """What is committed of the points of a contact, at the places that these have in the next increment."""
+        record = state.contact.of(s.rows)
+        if not s.sharp or self.problem.contact_geometry == "reference":
+            return record
+        return replace(record, coordinate=self.pairs(s, state.u, state).s)
 
     # ----------------------------------------------------------------------------------------------------- residual
     def pairs(self, s: Surface, u: Array, since: State | None = None) -> Pairs:

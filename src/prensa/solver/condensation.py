@@ -296,7 +296,7 @@ class Condensation:
         for s in system.surfaces:
             for node, N in zip(s.points.support.T, s.points.N.T):
                 for axis in range(2):
-                    needs[s.rows] |= of[np.searchsorted(self.nodal, 2 * node + axis)] & (N != 0)[:, None]
+                    needs[s.rows] |= of[np.searchsorted(self.nodal, 2 * node + axis)] & ((N != 0) | s.sharp)[:, None]
         return needs
 
     def blocks_of(self, points: Flags) -> Blocks:
@@ -343,7 +343,7 @@ class Condensation:
         near, held = small.recovered(c, result.u), result.u[bodies.held]
         f = e.f_ext.copy()
         for s, forces in zip(system.surfaces, e.contacts):
-            np.add.at(f, s.dofs, s.points.spread(forces.F, forces.K)[0])
+            np.add.at(f, s.dofs, (forces.points or s.points).spread(forces.F, forces.K)[0])
         f = system.to_masters(f)
 
         @cache

@@ -102,7 +102,7 @@ def _node(system: System, node: int, result: NewtonResult, e: Evaluation) -> str
     element = int(np.flatnonzero((block.cells == node).any(axis=1))[0])
     text = f"node {node - system.offsets[body]} of {body!r} at ({x[0]:.4g}, {x[1]:.4g}), element {element}"
     for s, f in zip(system.surfaces, e.contacts):
-        k = np.flatnonzero((s.points.support == node).any(axis=1))
+        k = np.flatnonzero(((s.points.support == node) & (s.points.N > 0.0)).any(axis=1))
         if len(k) and np.isfinite(f.g[k[0]]):
             status = "open" if f.p[k[0]] <= 0 else "slipping" if f.slip[k[0]] else "sticking"
             text += f", {status} at tool {system.tools[s.tool].name!r} (gap {f.g[k[0]]:.3g})"

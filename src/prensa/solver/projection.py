@@ -40,9 +40,11 @@ def project_prediction(system: System, c: Context, u: Array, policy: Policy = DE
     A node that has just landed would otherwise be extrapolated deep into the tool, at the speed it came with. Where a soft
     penalty lets the tool sink in, gaps go on growing, and nodes are left where the extrapolation has them.
     """
-    for s in system.surfaces:
+    for s, now in zip(system.surfaces, c.surfaces):
         closed = s.points.any_at_nodes(c.state.contact.closed[s.rows])
         has_point = s.points.any_at_nodes(np.ones(len(s.points), dtype=bool))  # a node on the axis may have no area
+        if s.sharp:  # of a cut edge the point between its nodes has a gap to keep, neither of these
+            has_point &= ~now.points.any_at_nodes(now.points.N[:, 0] < 1.0)
         committed = system.node_pairs(s, c.state.u).g
         sunk = closed & (committed < -policy.sunk_start * s.points.depth.min())
 
@@ -69,7 +71,7 @@ def contact_corrected(system: System, c: Context, e: Evaluation, u: Array, step:
     after_lam = system.multipliers(moved, lam)
     for s, f, scale in zip(system.surfaces, e.contacts, c.scales):
         nodes = s.points.nodes
-        target = _linear_gap(system, s, f.pairs, step, s.points.at(delta))
+        target = _linear_gap(system, s, f.pairs, step, (f.points or s.points).at(delta))
         stays = s.points.any_at_nodes(after_lam[s.rows, 0] - scale.k_n * target > 0)
         stays &= ~system.supported(nodes, c.plan)
         if not s.points.are_nodes:

@@ -124,6 +124,7 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
     patches, smooth = (nodal_stress(system, state, e, how) if flat else None for how in (None, smoothed))
     out = {}
     for s, f, law in zip(system.surfaces, e.contacts, plan.friction_at(state.clock.time), strict=True):
+        s = s if f.points is None else replace(s, points=f.points, X=f.points.at(system.X))
         nodes, pairs = s.points.nodes, system.node_pairs(s, state.u)
         area, weight = system.tributary(s, where, depth), system.weights(s, where, depth)
         # a node without area (on the axis, of a quadratic edge) is told what its neighbour is
@@ -178,7 +179,7 @@ def nodal_stress(system: System, state: State, e: Evaluation, recovery: Recovery
     out = np.zeros((system.nodes, 4))
     for b, h in zip(system.blocks, e.history):
         values = b.law.cauchy(b.at_law(h).reshape(-1, b.law.size)).reshape(len(b), -1, 4)
-        out[_own(b)] = _recovered(x, b, values, recovery)
+        out[_own(b)] = _recovered(x, b, values, h, recovery)
     return out
 
 
@@ -186,9 +187,15 @@ def _own(b: Any) -> Any:
     return slice(int(b.cells.min()), int(b.cells.max()) + 1)
 
 
-def _recovered(x: Array, b: Any, values: Array, recovery: Recovery | None = None) -> Array:
+def _recovered(x: Array, b: Any, values: Array, history: Array, recovery: Recovery | None = None) -> Array:
     own = _own(b)
-    return (recovery or recover)(x[own], b.cells - own.start, b.positions(x), values)
+    where = x[own], b.cells - own.start, b.positions(x), values
+    if recovery is not None:
+        return recovery(*where)
+    yielded = None
+    if b.law.plastic and b.element.follows_gradients:
+        yielded = (b.field(history, "plastic_strain") > 0.0).any(axis=(1, 2))
+    return recover(*where, kinked=yielded)
 
 
 def body_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> dict[str, BodyState]:
@@ -207,7 +214,7 @@ def body_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> 
         mises = np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3 * xy**2)
         plastic = np.zeros(len(sig))
         if b.law.plastic and flat:
-            plastic = np.maximum(_recovered(where, b, b.field(h, "plastic_strain"))[:, 0], 0.0)
+            plastic = np.maximum(_recovered(where, b, b.field(h, "plastic_strain"), h)[:, 0], 0.0)
         out[b.body] = BodyState(
             system.X[own], x[own], b.cells - own.start, reaction[own], sig, mises, plastic,
             None if thickness is None else thickness[own],

@@ -11,6 +11,7 @@ from prensa.tools.analytic import Analytic, Closest
 
 Array = NDArray[np.float64]
 
+_ALONG_FACE = 1e-9  # cosine below which a ray runs along the face
 _EDGE = 1e-9  # a point this close to the edge of a flat, relative to its width, counts as under it
 
 
@@ -64,3 +65,35 @@ class Flat(Analytic):
         s = np.where(arc, np.where(side > 0, hi, lo) + side * r * angle, x)
         s = np.where(behind, np.where(side > 0, hi, lo) + side * (0.5 * np.pi * r - (y + r)), s)
         return Closest(g, n, c, s)
+
+    def along(self, xi: Array, direction: Array, limit: float) -> Array:
+        """Distance (k,) along the unit direction to where the ray comes in: at the face, a fillet, or a flank from beside it.
+
+        In closed form: inside, points beside a turned face have the face's distance, with which Newton's way from a flank ends
+        anywhere.
+        """
+        n0, e0 = np.array([self.nx, self.ny]), np.array([-self.ny, self.nx])
+        y, x, dy, dx = xi @ n0, xi @ e0, float(direction @ n0), float(direction @ e0)
+        r, tol = self.fillet, _EDGE * (self.b - self.a)
+        h, inside = np.full(len(xi), np.inf), self.closest(xi).g < 0.0
+        for out, end in ((1.0, self.b), (-1.0, self.a)):
+            if out * dx < 0.0:
+                flank = (end + 2.0 * out * tol - x) / dx  # less far out it would be under the face
+                h = np.where((flank >= 0.0) & (y + flank * dy <= -r), flank, h)
+            if r > 0.0:  # the first crossing of the fillet's circle, if that lies on its quarter
+                ox, oy = out * x - (out * end - r), y + r
+                b, off = ox * out * dx + oy * dy, ox * dy - oy * out * dx
+                first = -b - np.sqrt(np.maximum(r * r - off * off, 0.0))
+                on = (
+                    (np.abs(off) <= r)
+                    & ((first >= 0.0) | inside)
+                    & (ox + first * out * dx >= 0.0)
+                    & (oy + first * dy >= 0.0)
+                )
+                h = np.where(on, first, h)
+        if dy < -_ALONG_FACE:
+            face = -y / dy
+            at = x + face * dx
+            on = (at >= self.a + r - tol) & (at <= self.b - r + tol) & ((face >= -tol) | inside)
+            h = np.where(on, face, h)
+        return np.where(h > limit, np.inf, h)

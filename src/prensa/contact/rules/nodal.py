@@ -20,6 +20,7 @@ class Nodal(IntegrationRule):
     type: Literal["nodal"] = "nodal"
     quadratic_edges: ClassVar[bool] = True
     determined: ClassVar[bool] = True
+    cuts: ClassVar[bool] = True
     point: ClassVar[str] = "node"
 
     def points(self, surface: Candidates) -> Points:

@@ -62,6 +62,7 @@ class T6(Isoparametric):
     """Quadratic triangle, three points."""
 
     type: Literal["t6"] = "t6"
+    follows_gradients: ClassVar[bool] = True
     quadratic: ClassVar[bool] = True
     table: ClassVar[shapes.Table] = shapes.table(6, shapes.triangle(3))
 
@@ -77,6 +78,7 @@ class Q8(Isoparametric):
     """Quadratic serendipity quadrilateral, 2 × 2 points."""
 
     type: Literal["q8"] = "q8"
+    follows_gradients: ClassVar[bool] = True
     quadratic: ClassVar[bool] = True
     table: ClassVar[shapes.Table] = shapes.table(8, shapes.square(2))
 
@@ -85,5 +87,6 @@ class Q8Full(Isoparametric):
     """Quadratic serendipity quadrilateral, 3 × 3 points."""
 
     type: Literal["q8_full"] = "q8_full"
+    follows_gradients: ClassVar[bool] = True
     quadratic: ClassVar[bool] = True
     table: ClassVar[shapes.Table] = shapes.table(8, shapes.square(3))

@@ -26,6 +26,7 @@ class Q4Enhanced(Isoparametric):
     """
 
     type: Literal["q4_enhanced"] = "q4_enhanced"
+    follows_gradients: ClassVar[bool] = True
     table: ClassVar[Table] = Q4.table
 
     def extra(self, mode: Mode) -> int:
