@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 STRAIGHT = 0.999  # cosine from which an edge's normal is along x or y
-BESIDE = 0.05  # distance over the length of an edge below which it lies on the other side of a tie
+ON_TIE = 0.05  # distance over the length of an edge below which it lies on the other side of a tie
 
 
 def contact_edges(problem: model.Problem, contact: model.Contact, meshes: dict[str, Mesh]) -> Index:
@@ -112,7 +112,7 @@ def _tied(problem: model.Problem, body: str, meshes: dict[str, Mesh], edges: Ind
             if mine.partition(".")[0] == body:
                 mesh = meshes[other.partition(".")[0]]
                 own = np.isin(_keys(edges, meshes[body]), _keys(named_edges(meshes[body], (mine,)), meshes[body]))
-                near = distance(middle, mesh.points, named_edges(mesh, (other,))) < BESIDE * length
+                near = distance(middle, mesh.points, named_edges(mesh, (other,))) < ON_TIE * length
                 out |= own & near
     return out
 

@@ -32,7 +32,7 @@ def attempt(eq: Equilibrium, start: Array, soften: bool = True) -> NewtonResult:
     """
     result = attempt_by(eq, [], start)
     if not result.converged and result.contact_changed(eq.policy):
-        again = attempt_by(eq, [], start, by_contact=True)
+        again = _outcome(eq, start, partial(_by_contact, eq, start))
         again.iterations += result.iterations
         if again.converged:
             return again
@@ -45,12 +45,20 @@ def attempt(eq: Equilibrium, start: Array, soften: bool = True) -> NewtonResult:
     return again
 
 
-def attempt_by(eq: Equilibrium, path: list[Context], start: Array, by_contact: bool = False) -> NewtonResult:
-    """One attempt; ``path``: increment contexts to be solved roughly before, each from the solution of the last.
+def attempt_by(eq: Equilibrium, path: list[Context], start: Array) -> NewtonResult:
+    """One attempt; ``path``: increment contexts to be solved roughly before, each from the solution of the last."""
+    return _outcome(eq, start, partial(_solve, eq, path, start, False))
 
-    ``by_contact``: as in `newton`.
-    """
-    return _outcome(eq, start, partial(_solve, eq, path, start, by_contact))
+
+def _by_contact(eq: Equilibrium, start: Array, lam: Array, result: NewtonResult) -> Failure | None:
+    """Solve by contact steps (see `newton`); raises `SingularError` if the solution is one that nothing holds in place."""
+    reason = _solve(eq, [], start, True, lam, result)
+    if reason is None:
+        # the foundation of contact steps hides a body that is free to move
+        here = eq.evaluate(result.u, result.lam)
+        with eq.report.timed("factorisation and solve"):
+            eq.reduced.solve(eq.reduced.matrix(here, -here.r), -here.r)
+    return reason
 
 
 def attempt_from(eq: Equilibrium, u: Array) -> NewtonResult:

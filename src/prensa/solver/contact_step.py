@@ -88,7 +88,7 @@ def _candidates(eq: Equilibrium, base: Evaluation, near: Flags, lam: Array) -> C
     """The candidates of all contacts, from an evaluation on their foundation; lam (points, 1 + t) multipliers."""
     parts = [
         _of_surface(s, f, scale, np.flatnonzero(near[s.rows]), lam[s.rows], eq.system.ndof)
-        for s, f, scale in zip(eq.system.surfaces, base.contacts, eq.context.scales)
+        for s, f, scale in zip(eq.context.surfaces, base.contacts, eq.context.scales)
     ]
     return Candidates(
         vstack([p.forces for p in parts], format="csr"),

@@ -201,11 +201,12 @@ class Factorisation:
         return self._solve is not None
 
     def again(self, b: Array) -> Array:
-        """Solution of b (n,), or (n, k) where nothing is scaled, with the factors of the last `solve`; unchecked."""
+        """Solution of b (n,) or (n, k) with the factors of the last `solve`; its residual is not checked."""
         assert self._solve is not None
-        if self.scale is not None:
-            return self.scale * np.asarray(self._solve(self.scale * b))
-        return np.asarray(self._solve(b))
+        if self.scale is None:
+            return np.asarray(self._solve(b))
+        scale = self.scale if b.ndim == 1 else self.scale[:, None]
+        return scale * np.asarray(self._solve(scale * b))
 
     def _factor(self) -> Factor:
         """Factoriser of the solver in turn, analysed when first asked for: that depends on the pattern alone."""
@@ -285,7 +286,7 @@ class DenseFactors:
         assert self._factors is not None
         if not len(b):
             return b
-        scale: Any = 1.0 if self.scale is None else self.scale
+        scale: Any = 1.0 if self.scale is None else self.scale if b.ndim == 1 else self.scale[:, None]
         return np.asarray(scale * dgetrs(*self._factors, scale * b)[0])
 
     def solve(self, M: Array, b: Array) -> Array:
