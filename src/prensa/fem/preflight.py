@@ -252,6 +252,18 @@ def _beginning(system: System) -> Iterator[Notice]:
             )
             continue
         depth = -pairs.g / float(s.points.depth.min())
+        behind = np.where(facing > 0.5, depth, 0.0)
+        k = int(np.argmax(behind))
+        if behind[k] > CLOSED and not start.contact.closed[s.rows].any():
+            x, y = system.X[nodes[k]]
+            to_touch = _to_touch(system, s, int(nodes[k]))
+            yield Notice(
+                f"tools.{name}",
+                f"it starts so deep inside {surface!r} that node {nodes[k] - system.offsets[s.body]} ({x:.4g}, {y:.4g}) is "
+                f"nearer to its far side, through which it would be pulled: move the tool out{to_touch}",
+                True,
+            )
+            continue
         k = int(np.argmax(depth))
         if depth[k] > CLOSED and not start.contact.closed[s.rows].any():
             x, y = system.X[nodes[k]]
