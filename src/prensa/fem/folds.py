@@ -19,6 +19,7 @@ Index = NDArray[np.int64]
 PASSED = (
     0.1  # way back over the length of an outline's segment, beyond which two that cross have passed through each other
 )
+FLAT = 1e-6  # of the size of the bodies: a side that is this flat is straight, a node this far beyond it lies past it
 
 
 class Fold(NamedTuple):
@@ -116,3 +117,46 @@ def sides_of(system: System, body: str, nodes: Index) -> list[str]:
     least = 2 if most > 1 else 1
     names = sorted((n for n, k in shared.items() if k >= least), key=lambda n: -shared[n])
     return [f"{body}.{n}" for n in names] or [body]
+
+
+def past_support(system: System, held: Index, body: str, nodes: Index, u: Array) -> tuple[str, str] | None:
+    """A side of an element's ``nodes`` that has slid past a straight support of the body, and that support; None if none has.
+
+    held: prescribed degrees of freedom. Beyond the end of a support nothing holds a free side off.
+    """
+    x, sides = system.positions(u), system.meshes[body].edges
+    for support in sides:
+        own = np.unique(sides[support]) + system.offsets[body]
+        for axis, component in enumerate("xy"):
+            flat = np.ptp(system.X[own, axis]) <= FLAT * system.length
+            if not (
+                flat and np.isin(own, nodes).any() and np.isin(system.dofs.displacement.dof(own, component), held).all()
+            ):
+                continue
+            inner = np.sign(system.X[:, axis][_others(system, body)].mean() - system.X[own[0], axis])
+            others = np.setdiff1d(nodes, own)
+            depth = inner * (x[own, axis].mean() - x[others, axis])
+            if len(others) and depth.max() > FLAT * system.length:
+                deep = others[depth > FLAT * system.length]
+                side = [n for n in sides_of(system, body, deep) if n not in (body, f"{body}.{support}")]
+                if side:
+                    return side[0], f"{body}.{support}"
+    return None
+
+
+def free_sides(system: System, held: Index, body: str, nodes: Index) -> list[str]:
+    """Sides of an element's ``nodes`` that are in no contact and that no support holds; held: prescribed degrees of freedom."""
+    out = []
+    for name in sides_of(system, body, nodes):
+        if name == body:
+            continue
+        own = np.unique(system.meshes[body].edges[name.removeprefix(f"{body}.")]) + system.offsets[body]
+        touched = any(s.body == body and np.isin(own, s.points.nodes).all() for s in system.surfaces)
+        supported = any(np.isin(system.dofs.displacement.dof(own, k), held).all() for k in "xy")
+        if not touched and not supported:
+            out.append(name)
+    return out
+
+
+def _others(system: System, body: str) -> Index:
+    return system.offsets[body] + np.arange(len(system.meshes[body].points))

@@ -10,7 +10,7 @@ import numpy as np
 
 from prensa.fem.context import Context
 from prensa.fem.failure import ElementFailed
-from prensa.fem.folds import sides_of
+from prensa.fem.folds import past_support, sides_of
 from prensa.fem.limits import shapes
 from prensa.fem.system import System
 from prensa.solver.failure import Collapsed, CornerInverted, Distorted, Failure, Unevaluable
@@ -30,7 +30,8 @@ class Distortion:
         if where is None or self.system.dofs.dimension != 2:
             return None
         self.failed[where] = self.failed.get(where, 0) + 1
-        if self.failed[where] < self.policy.worn_out or c.dt > self.policy.worn_dt * longest:
+        usual = min(longest, self.policy.longest * (c.plan.t1 - c.plan.t0))
+        if self.failed[where] < self.policy.worn_out or c.dt > self.policy.worn_dt * usual:
             return None
         body, element = where
         shape = float(shapes(self.system, body, c.state.u)[element])
@@ -47,8 +48,9 @@ class Distortion:
             s.name for s in system.surfaces if s.body == body and np.isin(nodes, s.points.nodes).any()
         ]  # fmt: skip
         return Distorted(
-            element, body, float(x), float(y), shape, self.failed[body, element], tuple(sides), tuple(contacts)
-        )
+            element, body, float(x), float(y), shape, self.failed[body, element], tuple(sides), tuple(contacts),
+            past_support(system, c.plan.fixed, body, nodes, c.state.u),
+        )  # fmt: skip
 
 
 def element_of(reason: Failure) -> tuple[str, int] | None:

@@ -168,7 +168,8 @@ class Folded:
 class Distorted:
     """An element (x, y: its centre now) on which attempts fail again and again; ``shape``: its scaled Jacobian.
 
-    ``attempts``: how many failed, ``sides`` that it lies at, ``contacts`` that it is part of.
+    ``attempts``: how many failed, ``sides`` that it lies at, ``contacts`` that it is part of; ``past``: a side of it that has
+    slid past a support, and that support.
     """
 
     element: int
@@ -179,6 +180,7 @@ class Distorted:
     attempts: int
     sides: tuple[str, ...]
     contacts: tuple[str, ...]
+    past: tuple[str, str] | None = None
 
 
 @dataclass(frozen=True)
@@ -269,11 +271,12 @@ def sentence(failure: Failure) -> str:
 
 def _distorted(failure: Distorted) -> str:
     at = f" at {' and '.join(map(repr, failure.sides))}" if failure.sides else ""
+    past = f"; side {failure.past[0]!r} has slid past the support {failure.past[1]!r}" if failure.past else ""
     contact = f", in contact {' and '.join(failure.contacts)}" if failure.contacts else ", which is in no contact"
     return (
         f"element {failure.element} of {failure.body}, now near ({failure.x:.4g}, {failure.y:.4g}){at}{contact * bool(at)}, is "
         f"worn out: {failure.attempts} attempts failed on it, and its scaled Jacobian is {failure.shape:.2g} (1 is a rectangle, "
-        "0 a corner of 180°)"
+        f"0 a corner of 180°){past}"
     )
 
 

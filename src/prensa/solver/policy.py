@@ -143,7 +143,7 @@ class Policy:
     worn_out: int = 6
     """Attempts of a step that fail on the same element …"""
     worn_dt: float = 1e-3
-    """… down to increments of this share of the longest …"""
+    """… down to increments of this share of the longest, which counts as no longer than an automatic one …"""
     worn_shape: float = 0.2
     """… with a scaled Jacobian below this, after which it is said that nothing can go on."""
     alone: float = 10.0

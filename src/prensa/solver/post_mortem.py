@@ -57,6 +57,11 @@ def hint(failure: Failure) -> str:
             return "place the tool where it touches ('touching') and move it in over the first step"
         case Folded():
             return "a tool between the two sides, or a step that ends before they meet: bodies have no contact with themselves"
+        case Distorted(past=(side, support)):
+            return (
+                f"a tool (a plane, say) in place of the support {support!r}, with {side!r} in its contact too; a step that ends "
+                "before"
+            )
         case Distorted():
             return (
                 "a mesh that is finer there, or shaped so that elements are good when they get there; a larger fillet of the "
