@@ -23,7 +23,10 @@ FLAT = 1e-6  # of the size of the bodies: a side that is this flat is straight, 
 
 
 class Fold(NamedTuple):
-    """Two sides ('body.boundary') of an outline that have passed through each other at (x, y), by ``depth``."""
+    """Two sides ('body.boundary') of an outline that have passed through each other at (x, y).
+
+    ``depth``: the least way back, there, of an end of one of the two segments that cross.
+    """
 
     first: str
     second: str
@@ -32,10 +35,10 @@ class Fold(NamedTuple):
     depth: float
 
     def __str__(self) -> str:
-        onto = "itself" if self.first == self.second else repr(self.second)
+        other = "itself" if self.first == self.second else f"side {self.second!r}"
         return (
-            f"side {self.first!r} has folded onto {onto} and passed through it, by {self.depth:.3g} at "
-            f"({self.x:.4g}, {self.y:.4g})"
+            f"side {self.first!r} crosses {other} near ({self.x:.4g}, {self.y:.4g}): the body has folded onto itself and passes "
+            "through itself"
         )
 
 
