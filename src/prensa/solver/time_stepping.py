@@ -242,6 +242,7 @@ class TimeStepping:
         ended = c.time >= c.plan.t1
         dt = 0.0 if ended else control.next(c, e, result.iterations, cutbacks)
         state = committed(self.system, c, result, e, dt, self.stabilisation)
+        self.validity.look_at_friction(c, e)
         # of condensed bodies the displacements are known at the end of a step
         if result.recover is None and (refusal := self.validity.look(state.u, state.history)):
             result.reason = refusal
