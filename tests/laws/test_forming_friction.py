@@ -48,7 +48,7 @@ def upset(law: pr.FrictionLaw) -> list[float]:
         "billet", space="axisymmetric",
         bodies={"billet": pr.Body(pr.Rectangle(size=(10, 5), n=(4, 2)), pr.J2(70e3, 0.33, pr.Voce(60, 120, 8)))},
         tools={"punch": pr.Plane(touching="billet.top")}, contacts=(pr.Contact("billet.top", "punch", law),),
-        fixed={"billet.bottom": "y", "billet.left": "x"}, steps=(pr.Step("press", move={"punch": {"y": -1.0}}, increments=4),),
+        fixed={"billet.bottom": "y", "billet.left": "x"}, steps=(pr.Step("press", move={"punch": {"y": -0.5}}, increments=4),),
     )  # fmt: skip
     return [inc.force("punch").y for inc in pr.solve(billet, pr.Numerics(tolerance=1e-12))]
 
