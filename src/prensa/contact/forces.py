@@ -57,10 +57,9 @@ class ContactForces(NamedTuple):
         """Gaps (k,)."""
         return self.pairs.g
 
-    @property
-    def record(self) -> ContactRecord:
-        """What is committed of the points."""
-        return ContactRecord(self.t, self.kappa, self.s, self.p > 0)
+    def record(self, before: ContactRecord, dt: float) -> ContactRecord:
+        """What is committed of the points after an increment of duration dt that began with ``before``."""
+        return ContactRecord(self.t, self.kappa, self.s, self.p > 0, (self.kappa - before.slip) / dt)
 
     @property
     def s(self) -> Array:

@@ -33,27 +33,19 @@ class At(NamedTuple):
     """What a bound may depend on besides pressure and slip, fixed during an increment.
 
     ``k`` (points,): shear yield stress of the body behind the surface at the start of the increment, None where the law does
-    not ask for it; ``dt``, ``time``: duration and end of the increment; ``slip`` (points,): accumulated slips at its start.
+    not ask for it; ``dt``, ``time``: duration and end of the increment; ``speed`` (points,): of slip at its start, that of the
+    increment before, length per unit time; None: at rest.
     """
 
     k: Array | None = None
     dt: float = 0.0
     time: float = 0.0
-    slip: Array | None = None
-
-    @property
-    def rate(self) -> float:
-        """1/dt: what a slip is multiplied by to be a speed; 0 where no time passes."""
-        return 1.0 / self.dt if self.dt > 0.0 and self.slip is not None else 0.0
-
-    def speed(self, kappa: Array) -> Array:
-        """Mean speed of slip (points,) over the increment, length per unit time, that leads to accumulated slips kappa."""
-        return 0.0 * kappa if self.slip is None else (kappa - self.slip) * self.rate
+    speed: Array | None = None
 
     def repeated(self, times: int) -> At:
         """The same for points that are listed several times over."""
-        k, slip = (None if v is None else np.tile(v, times) for v in (self.k, self.slip))
-        return self._replace(k=k, slip=slip)
+        k, speed = (None if v is None else np.tile(v, times) for v in (self.k, self.speed))
+        return self._replace(k=k, speed=speed)
 
 
 class FrictionLaw(Member, abstract=True):
@@ -65,7 +57,7 @@ class FrictionLaw(Member, abstract=True):
 
     @property
     def hardens(self) -> bool:
-        """Whether the bound depends on the accumulated slip or on its speed."""
+        """Whether the bound depends on the accumulated slip."""
         return True
 
     @property
@@ -81,19 +73,17 @@ class FrictionLaw(Member, abstract=True):
     def bound(self, p: Array, kappa: Array, at: At) -> Any:
         """Bound τ_y ≥ 0 (k,) on the tangential traction at pressures p (k,) and accumulated slips kappa (k,).
 
-        Pressures and tractions are per current area; ``at.speed(kappa)`` (k,) are the speeds of slip that lead to kappa.
-        Returns τ_y alone, or (τ_y, ∂τ_y/∂p, ∂τ_y/∂κ), the last with the speed's share, ``at.rate`` ∂τ_y/∂v.
+        Pressures and tractions are per current area. Returns τ_y alone, or (τ_y, ∂τ_y/∂p, ∂τ_y/∂κ).
         """
         raise NotImplementedError(f"{type(self).__name__} states no bound: define bound(self, p, kappa, at)")
 
     def softening(self, p: Array, kappa: Array, at: At) -> Array:
-        """Largest −∂τ_y/∂κ (k,) ≥ 0 at or ahead of the slips kappa (k,) at the start of the increment.
+        """Largest −∂τ_y/∂κ (k,) ≥ 0 at or ahead of the slips: what the tangential stiffness has to exceed.
 
-        The tangential stiffness has to exceed it. Sampled unless a law knows better.
+        Sampled unless a law knows better.
         """
         if not self.hardens:
             return np.zeros_like(p)
-        at = at._replace(slip=kappa)
         n = len(SLIPS)
         slips = (kappa + SLIPS[:, None]).ravel()
         slope = bounded(self, np.tile(p, n), slips, at.repeated(n))[2]

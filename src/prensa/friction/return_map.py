@@ -46,7 +46,6 @@ def return_map(
     """
     trial = np.where(touching[:, None], lam - k_t[:, None] * dg, 0.0)
     size = np.sqrt((trial**2).sum(axis=1))
-    at = at._replace(slip=kappa)
     tau, dtau_p, dtau_k = bounded(law, p, kappa, at)
     slip = touching & (size > (1.0 + ON_BOUND) * tau)
     if hold is not None:

@@ -315,8 +315,8 @@ def committed(
     At the end of a step all dofs are recovered: the next step may need some that this one does not.
     """
     old, contact, lam = c.state, c.state.contact, result.lam.copy()
-    for s, f in zip(system.surfaces, e.contacts):
-        contact = contact.replaced(s.rows, f.record)
+    for s, f, before in zip(system.surfaces, e.contacts, c.committed):
+        contact = contact.replaced(s.rows, f.record(before, c.dt))
         lam[s.rows, 0], lam[s.rows, 1:] = f.p, f.t
     work = nodal_work(system, c, e)
     ended, du = c.time >= c.plan.t1, result.u - old.u

@@ -69,8 +69,8 @@ class Validity:
             touching = f.p > 0
             if not ends or not touching.any():
                 continue
-            slid = f.kappa - before.slip
-            reached = {"pressure": f.p * f.weight / f.area, "slip": f.kappa, "speed": slid / c.dt}
+            speed = (f.kappa - before.slip) / c.dt
+            reached = {"pressure": f.p * f.weight / f.area, "slip": f.kappa, "speed": speed}
             for name, end in ends.items():
                 most = float(reached[name][touching].max())
                 if most > end * (1 + 1e-9):

@@ -15,9 +15,9 @@ from prensa.reference import levanov, smooth_cap, stribeck, wang_osakada, wanhei
 from prensa.verify.balance import Balance
 from prensa.verify.table import Row, case, row
 
-WIDTH, K = 4.0, 50.0
-PRESSURES = (30.0, 120.0, 300.0)
-SPEEDS = (0.02, 0.1, 0.4)
+BLOCK_WIDTH, YIELD_IN_SHEAR = 4.0, 50.0
+GIVEN_PRESSURES = (30.0, 120.0, 300.0)
+GIVEN_SPEEDS = (0.02, 0.1, 0.4)
 
 
 def slid_block(law: FrictionLaw, pressures: tuple[float, ...], speeds: tuple[float, ...], E_scale: float) -> pr.Problem:
@@ -33,7 +33,7 @@ def slid_block(law: FrictionLaw, pressures: tuple[float, ...], speeds: tuple[flo
         )
     return pr.Problem(
         "slid block", kinematics="small",
-        bodies={"block": pr.Body(pr.Rectangle(size=(WIDTH, 1.0), n=(4, 1)), pr.Elastic(E=1e5 * E_scale, nu=0.0))},
+        bodies={"block": pr.Body(pr.Rectangle(size=(BLOCK_WIDTH, 1.0), n=(4, 1)), pr.Elastic(E=1e5 * E_scale, nu=0.0))},
         tools={"plane": pr.Plane(normal=(0, 1), at=(0, 0))},
         contacts=(pr.Contact("block.bottom", "plane", friction=law, enforcement=pr.Exact()),),
         fixed={"block.bottom": pr.Fixed(x="held")}, steps=tuple(steps),
@@ -41,22 +41,22 @@ def slid_block(law: FrictionLaw, pressures: tuple[float, ...], speeds: tuple[flo
 
 
 def _capped(p: float, v: float) -> float:
-    return min(0.3 * p, 0.5 * K)
+    return min(0.3 * p, 0.5 * YIELD_IN_SHEAR)
 
 
 def _wang_osakada(p: float, v: float) -> float:
     m, p_cr = wang_osakada(0.1)
-    return 0.1 * p if p < p_cr * math.sqrt(3.0) * K else m * K
+    return 0.1 * p if p < p_cr * math.sqrt(3.0) * YIELD_IN_SHEAR else m * YIELD_IN_SHEAR
 
 
 Law = tuple[str, Callable[[float], FrictionLaw], Callable[[float, float], float]]
-LAWS: tuple[Law, ...] = (
-    ("capped, sharp", lambda s: pr.Capped(0.3 * s, 0.5 * s, K), _capped),
-    ("capped, n = 1", lambda s: pr.Capped(0.3 * s, 0.5 * s, K, 1), lambda p, v: smooth_cap(p, K, 0.3, 0.5, 1)),
-    ("capped, n = 3", lambda s: pr.Capped(0.3 * s, 0.5 * s, K, 3), lambda p, v: smooth_cap(p, K, 0.3, 0.5, 3)),
-    ("Wanheim-Bay, f = 0.6", lambda s: pr.WanheimBay(0.6 * s, K), lambda p, v: wanheim_bay(p, K, 0.6)),
-    ("Levanov, m = 0.4", lambda s: pr.Levanov(0.4 * s, K), lambda p, v: levanov(p, math.sqrt(3.0) * K, 0.4)),
-    ("Wang-Osakada, μ = 0.1", lambda s: pr.WangOsakada(0.1 * s, 0.0, K), _wang_osakada),
+FORMING_LAWS: tuple[Law, ...] = (
+    ("capped, sharp", lambda s: pr.Capped(0.3 * s, 0.5 * s, YIELD_IN_SHEAR), _capped),
+    ("capped, n = 1", lambda s: pr.Capped(0.3 * s, 0.5 * s, YIELD_IN_SHEAR, 1), lambda p, v: smooth_cap(p, YIELD_IN_SHEAR, 0.3, 0.5, 1)),
+    ("capped, n = 3", lambda s: pr.Capped(0.3 * s, 0.5 * s, YIELD_IN_SHEAR, 3), lambda p, v: smooth_cap(p, YIELD_IN_SHEAR, 0.3, 0.5, 3)),
+    ("Wanheim-Bay, f = 0.6", lambda s: pr.WanheimBay(0.6 * s, YIELD_IN_SHEAR), lambda p, v: wanheim_bay(p, YIELD_IN_SHEAR, 0.6)),
+    ("Levanov, m = 0.4", lambda s: pr.Levanov(0.4 * s, YIELD_IN_SHEAR), lambda p, v: levanov(p, math.sqrt(3.0) * YIELD_IN_SHEAR, 0.4)),
+    ("Wang-Osakada, μ = 0.1", lambda s: pr.WangOsakada(0.1 * s, 0.0, YIELD_IN_SHEAR), _wang_osakada),
     (
         "Stribeck",
         lambda s: pr.Stribeck(0.3 * s, 0.1 * s, 0.2, 1.5, 0.05 * s),
@@ -67,7 +67,7 @@ LAWS: tuple[Law, ...] = (
         lambda s: pr.FrictionTable(
             pressure=((30.0, 0.2), (120.0, 0.15), (300.0, 0.1)), speed=((0.02, 1.0), (0.1, 0.8), (0.4, 0.5)), mu=s
         ),
-        lambda p, v: p * dict(zip(PRESSURES, (0.2 * 1.0, 0.15 * 0.8, 0.1 * 0.5)))[p],
+        lambda p, v: p * dict(zip(GIVEN_PRESSURES, (0.2 * 1.0, 0.15 * 0.8, 0.1 * 0.5)))[p],
     ),
 )  # fmt: skip
 
@@ -76,10 +76,10 @@ LAWS: tuple[Law, ...] = (
 def friction_laws_of_forming(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """A block slid under a given pressure at a given speed feels what each friction law says."""
     balance = Balance()
-    for name, law, exact in LAWS:
-        ends = [i for i in balance.watch(slid_block(law(mu_scale), PRESSURES, SPEEDS, E_scale)) if i.end_of_step][1:]
-        for inc, p, v in zip(ends, PRESSURES, SPEEDS, strict=True):
-            yield row(f"{name}: F/A at p = {p:g}, v = {v:g}", exact(p, v), inc.force("plane").x / WIDTH, 1e-9)
+    for name, law, exact in FORMING_LAWS:
+        ends = [i for i in balance.watch(slid_block(law(mu_scale), GIVEN_PRESSURES, GIVEN_SPEEDS, E_scale)) if i.end_of_step][1:]
+        for inc, p, v in zip(ends, GIVEN_PRESSURES, GIVEN_SPEEDS, strict=True):
+            yield row(f"{name}: F/A at p = {p:g}, v = {v:g}", exact(p, v), inc.force("plane").x / BLOCK_WIDTH, 1e-9)
     m, p_cr = wang_osakada(0.1)
     law = pr.WangOsakada(0.1 * mu_scale)
     yield row("Wang-Osakada, μ = 0.1: m", m, law.m, 1e-12)

@@ -6,7 +6,6 @@ Stribeck (1902), Z. VDI 46, 1341-1348; the exponential with a free exponent is t
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -23,7 +22,7 @@ Array = NDArray[np.float64]
 class Stribeck(FrictionLaw):
     """Friction by the speed v of slip, |t_T| ≤ μ(v) p, μ(v) = mu_kinetic + (mu_static − mu_kinetic) exp(−(v/speed)ⁿ) + viscous v.
 
-    v: slip of an increment over its duration. ``exponent`` n: 1 (Bo & Pavelescu) or 2 (Gaussian). ``viscous``, per speed, lets
+    v: speed of slip of the increment before, which is 0 where a point has not slid. ``exponent`` n: 1 (Bo & Pavelescu) or 2 (Gaussian). ``viscous``, per speed, lets
     friction rise again. The time is that of the steps, which last one unit each: a speed of 100 mm/s is 100 mm a step.
     """
 
@@ -42,21 +41,18 @@ class Stribeck(FrictionLaw):
     )
 
     @property
+    def hardens(self) -> bool:
+        """False: the bound does not depend on the slip."""
+        return False
+
+    @property
     def frictionless(self) -> bool:
         """Whether μ is 0 at every speed."""
         return self.mu_static == self.mu_kinetic == self.viscous == 0
 
     def bound(self, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:
         """μ(v) p and its partial derivatives by p and κ, each (k,)."""
-        v = np.maximum(at.speed(kappa), 0.0)
-        n, x = self.exponent, np.minimum(v / self.speed, 1e3)  # exp(−1000) is 0
-        drop = (self.mu_static - self.mu_kinetic) * np.exp(-(x**n))
-        mu = self.mu_kinetic + drop + self.viscous * v
-        return mu * p, mu, (self.viscous - drop * n * x ** (n - 1.0) / self.speed) * at.rate * p
-
-    def softening(self, p: Array, kappa: Array, at: At) -> Array:
-        """Steepest fall of μ, at x = v/speed with xⁿ = 1 − 1/n, times p/dt (k,)."""
-        share = 1.0 - 1.0 / self.exponent
-        steepest = self.exponent * share**share * math.exp(-share) / self.speed  # 0⁰ = 1: of n = 1 that at rest
-        fall = max((self.mu_static - self.mu_kinetic) * steepest - self.viscous, 0.0)
-        return fall * at._replace(slip=kappa).rate * p
+        v = np.zeros_like(kappa) if at.speed is None else at.speed
+        x = np.minimum(v / self.speed, 1e3)  # exp(−1000) is 0
+        mu = self.mu_kinetic + (self.mu_static - self.mu_kinetic) * np.exp(-(x**self.exponent)) + self.viscous * v
+        return mu * p, mu, np.zeros_like(p)

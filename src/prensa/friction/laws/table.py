@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import lru_cache
 from itertools import pairwise
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,8 +34,8 @@ class FrictionTable(FrictionLaw):
 
     Each is a list of pairs, its argument rising; where several are given μ is the product of ``mu`` and of what each says: one
     of them may give μ and others factors, or all of them factors of ``mu``. Between the points a monotone cubic, before the
-    first and beyond the last their values; a run that goes beyond the last says so. The pressure is per current area; speed is
-    slip over the time of the steps, which last one unit each.
+    first and beyond the last their values; a run that goes beyond the last says so. The pressure is per current area; the
+    speed of slip is that of the increment before, over the time of the steps, which last one unit each.
     """
 
     pressure: OverPressure | None = None
@@ -67,8 +67,8 @@ class FrictionTable(FrictionLaw):
 
     @property
     def hardens(self) -> bool:
-        """Whether μ depends on the slip or its speed."""
-        return self.slip is not None or self.speed is not None
+        """Whether μ depends on the slip."""
+        return self.slip is not None
 
     @property
     def frictionless(self) -> bool:
@@ -84,19 +84,18 @@ class FrictionTable(FrictionLaw):
 
     def bound(self, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:
         """μ p and its partial derivatives by p and κ, each (k,)."""
-        by_p, by_slip, by_speed = (
-            _read(table, x) for table, x in ((self.pressure, p), (self.slip, kappa), (self.speed, at.speed(kappa)))
-        )
-        mu = self.mu * by_p[0] * by_slip[0] * by_speed[0]
-        tangent = mu + self.mu * by_p[1] * by_slip[0] * by_speed[0] * p
-        slope = self.mu * by_p[0] * (by_slip[1] * by_speed[0] + by_slip[0] * by_speed[1] * at.rate) * p
-        return mu * p, tangent, slope
+        v = np.zeros_like(p) if at.speed is None else at.speed
+        by_p, by_slip, by_v = (_read(t, x) for t, x in ((self.pressure, p), (self.slip, kappa), (self.speed, v)))
+        factor = self.mu * by_v[0]
+        mu = factor * by_p[0] * by_slip[0]
+        return mu * p, mu + factor * by_p[1] * by_slip[0] * p, factor * by_p[0] * by_slip[1] * p
 
     def softening(self, p: Array, kappa: Array, at: At) -> Array:
-        """Largest −∂τ_y/∂κ (k,) that the steepest falls and the largest values of the tables can give."""
-        slip, speed = _extremes(self.slip), _extremes(self.speed)
-        fall = slip.fall * speed.most + slip.most * speed.fall * at._replace(slip=kappa).rate
-        return self.mu * _read(self.pressure, p)[0] * fall * p
+        """Largest −∂τ_y/∂κ (k,): the steepest fall of the table over the slip, with the largest factor of the speed."""
+        if self.slip is None:
+            return np.zeros_like(p)
+        most = 1.0 if self.speed is None else max(factor for _, factor in self.speed)
+        return self.mu * most * _read(self.pressure, p)[0] * _steepest(self.slip) * p
 
 
 @lru_cache(maxsize=64)
@@ -108,26 +107,15 @@ def _cubic(table: tuple[tuple[float, float], ...]) -> tuple[Any, Any]:
     return cubic, cubic.derivative()
 
 
-class Extremes(NamedTuple):
-    """Largest value and steepest fall of a table."""
-
-    most: float
-    fall: float
-
-
 @lru_cache(maxsize=64)
-def _extremes(table: tuple[tuple[float, float], ...] | None) -> Extremes:
-    """Of the interpolant; its slope is a parabola between points, steepest at their ends or at its vertex."""
-    if table is None:
-        return Extremes(1.0, 0.0)
+def _steepest(table: tuple[tuple[float, float], ...]) -> float:
+    """Steepest fall ≥ 0 of a table; its slope is a parabola between points, steepest at their ends or at its vertex."""
     x = np.array([x for x, _ in table])
     slope = _cubic(table)[1]
     a, b = slope.c[:2]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        vertex = x[:-1] - 0.5 * b / a
-    inside = vertex[(vertex > x[:-1]) & (vertex < x[1:])]
-    steepest = float(slope(np.concatenate([x, inside])).min())
-    return Extremes(max(y for _, y in table), max(-steepest, 0.0))
+    vertex = x[:-1] - 0.5 * b / np.where(a == 0.0, 1.0, a)
+    inside = vertex[(a != 0.0) & (vertex > x[:-1]) & (vertex < x[1:])]
+    return max(-float(slope(np.concatenate([x, inside])).min()), 0.0)
 
 
 def _read(table: tuple[tuple[float, float], ...] | None, x: Array) -> tuple[Array, Array]:
