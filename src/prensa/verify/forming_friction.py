@@ -15,7 +15,7 @@ from prensa.reference import levanov, smooth_cap, stribeck, wang_osakada, wanhei
 from prensa.verify.balance import Balance
 from prensa.verify.table import Row, case, row
 
-BLOCK_WIDTH, YIELD_IN_SHEAR = 4.0, 50.0
+BLOCK_WIDTH, YIELD_K = 4.0, 50.0
 GIVEN_PRESSURES = (30.0, 120.0, 300.0)
 GIVEN_SPEEDS = (0.02, 0.1, 0.4)
 
@@ -41,22 +41,22 @@ def slid_block(law: FrictionLaw, pressures: tuple[float, ...], speeds: tuple[flo
 
 
 def _capped(p: float, v: float) -> float:
-    return min(0.3 * p, 0.5 * YIELD_IN_SHEAR)
+    return min(0.3 * p, 0.5 * YIELD_K)
 
 
 def _wang_osakada(p: float, v: float) -> float:
     m, p_cr = wang_osakada(0.1)
-    return 0.1 * p if p < p_cr * math.sqrt(3.0) * YIELD_IN_SHEAR else m * YIELD_IN_SHEAR
+    return 0.1 * p if p < p_cr * math.sqrt(3.0) * YIELD_K else m * YIELD_K
 
 
 Law = tuple[str, Callable[[float], FrictionLaw], Callable[[float, float], float]]
 FORMING_LAWS: tuple[Law, ...] = (
-    ("capped, sharp", lambda s: pr.Capped(0.3 * s, 0.5 * s, YIELD_IN_SHEAR), _capped),
-    ("capped, n = 1", lambda s: pr.Capped(0.3 * s, 0.5 * s, YIELD_IN_SHEAR, 1), lambda p, v: smooth_cap(p, YIELD_IN_SHEAR, 0.3, 0.5, 1)),
-    ("capped, n = 3", lambda s: pr.Capped(0.3 * s, 0.5 * s, YIELD_IN_SHEAR, 3), lambda p, v: smooth_cap(p, YIELD_IN_SHEAR, 0.3, 0.5, 3)),
-    ("Wanheim-Bay, f = 0.6", lambda s: pr.WanheimBay(0.6 * s, YIELD_IN_SHEAR), lambda p, v: wanheim_bay(p, YIELD_IN_SHEAR, 0.6)),
-    ("Levanov, m = 0.4", lambda s: pr.Levanov(0.4 * s, YIELD_IN_SHEAR), lambda p, v: levanov(p, math.sqrt(3.0) * YIELD_IN_SHEAR, 0.4)),
-    ("Wang-Osakada, μ = 0.1", lambda s: pr.WangOsakada(0.1 * s, 0.0, YIELD_IN_SHEAR), _wang_osakada),
+    ("capped, sharp", lambda s: pr.Capped(0.3 * s, 0.5 * s, YIELD_K), _capped),
+    ("capped, n = 1", lambda s: pr.Capped(0.3 * s, 0.5 * s, YIELD_K, 1), lambda p, v: smooth_cap(p, YIELD_K, 0.3, 0.5, 1)),
+    ("capped, n = 3", lambda s: pr.Capped(0.3 * s, 0.5 * s, YIELD_K, 3), lambda p, v: smooth_cap(p, YIELD_K, 0.3, 0.5, 3)),
+    ("Wanheim-Bay, f = 0.6", lambda s: pr.WanheimBay(0.6 * s, YIELD_K), lambda p, v: wanheim_bay(p, YIELD_K, 0.6)),
+    ("Levanov, m = 0.4", lambda s: pr.Levanov(0.4 * s, YIELD_K), lambda p, v: levanov(p, math.sqrt(3.0) * YIELD_K, 0.4)),
+    ("Wang-Osakada, μ = 0.1", lambda s: pr.WangOsakada(0.1 * s, 0.0, YIELD_K), _wang_osakada),
     (
         "Stribeck",
         lambda s: pr.Stribeck(0.3 * s, 0.1 * s, 0.2, 1.5, 0.05 * s),
