@@ -57,9 +57,10 @@ class ContactForces(NamedTuple):
         """Gaps (k,)."""
         return self.pairs.g
 
-    def record(self, before: ContactRecord, dt: float) -> ContactRecord:
-        """What is committed of the points after an increment of duration dt that began with ``before``."""
-        return ContactRecord(self.t, self.kappa, self.s, self.p > 0, (self.kappa - before.slip) / dt)
+    @property
+    def record(self) -> ContactRecord:
+        """What is committed of the points; the speed, for which a duration is needed, is that of points at rest."""
+        return ContactRecord(self.t, self.kappa, self.s, self.p > 0, np.zeros_like(self.kappa))
 
     @property
     def s(self) -> Array:
