@@ -8,7 +8,7 @@ import pytest
 import prensa as pr
 from prensa.errors import PreflightError, SolveError
 from prensa.fem.folds import fold, outlines
-from prensa.solver.failure import Distorted, Folded, LimitPoint, StartsInside
+from prensa.solver.failure import Distorted, Folded, FreeToMove, StartsInside
 
 METAL = pr.J2(E=70e3, nu=0.3, flow=pr.Voce(s0=60, Q=120, b=8))
 SOFT = pr.Elastic(E=1000.0, nu=0.3)
@@ -135,7 +135,7 @@ def test_friction_at_its_bound_is_named():
         ),
     )  # fmt: skip
     _, error = failure_of(problem)
-    assert isinstance(error.reason, LimitPoint)
+    assert isinstance(error.reason, FreeToMove)
     assert "friction of b.top-t is at its bound at all 7 closed points" in str(error)
     assert "friction of b.bottom-table is at its bound at all 7 closed points" in str(error)
 

@@ -20,8 +20,13 @@ def limits(system: System, c: Context, e: Evaluation, policy: Policy) -> Iterato
     if system.dofs.dimension == 2:
         yield from _flowing_alone(system, c, e, policy)
         yield from _worn(system, c, policy)
-        for number, s in enumerate(system.surfaces):
-            yield from _friction(system, c, s, e.contacts[number], number, policy)
+        yield from friction_limits(system, c, e, policy)
+
+
+def friction_limits(system: System, c: Context, e: Evaluation, policy: Policy) -> Iterator[str]:
+    """Clauses on the contacts whose friction is at its limit."""
+    for number, s in enumerate(system.surfaces if system.dofs.dimension == 2 else ()):
+        yield from _friction(system, c, s, e.contacts[number], number, policy)
 
 
 def _flowing_alone(system: System, c: Context, e: Evaluation, policy: Policy) -> Iterator[str]:

@@ -26,7 +26,7 @@ from prensa.solver.failure import (
     Unsettled,
     Unstable,
 )
-from prensa.solver.limits import limits
+from prensa.solver.limits import friction_limits, limits
 
 
 def hint(failure: Failure) -> str:
@@ -80,7 +80,9 @@ def hint(failure: Failure) -> str:
 def where(eq: Equilibrium, failure: Failure, result: NewtonResult) -> str:
     """Where the last iterate of a failed attempt is worst: node, element, contact and tool, with coordinates; '' unknown."""
     if isinstance(failure, FreeToMove):
-        return _free_bodies(eq)
+        e = eq.evaluate(result.u, result.lam, stiffness=False)
+        slides = [] if e.failed else friction_limits(eq.system, eq.context, e, eq.policy)
+        return "; ".join(filter(None, [_free_bodies(eq), *slides]))
     if not result.residuals or isinstance(failure, BeyondSmall | Distorted | StartsInside):
         return ""
     system, reduced = eq.system, eq.reduced
