@@ -13,18 +13,20 @@ from prensa.solver.increment import Increment
 from prensa.verify.balance import imbalance
 from prensa.verify.table import Row, case, row
 
-E, NU, MU = 70500.0, 0.342, 0.1342
-FLOW = pr.Swift(K=550.4, e0=(194.0 / 550.4) ** (1 / 0.223), n=0.223)
-PUNCH, SHOULDER, DIE, THICKNESS, LENGTH, STROKE = 23.5, 4.0, 25.0, 1.0, 60.0, 28.5
+SHEET_E, SHEET_NU, SHEET_MU = 70500.0, 0.342, 0.1342
+ALLOY = pr.Swift(K=550.4, e0=(194.0 / 550.4) ** (1 / 0.223), n=0.223)
+PUNCH, SHOULDER, DIE, SHEET_THICKNESS, HALF_SHEET, SHEET_STROKE = 23.5, 4.0, 25.0, 1.0, 60.0, 28.5
 FORMED, RELEASED = 21.84, 54.45
 """Angles (°) of NAFEMS R0094, benchmark 3, with friction. Another code has 43.2 for the second."""
 
 
 def free_bending(element: str, n: tuple[int, int], E_scale: float = 1.0, mu_scale: float = 1.0) -> pr.Problem:
     """Half of the sheet, bent to where the centres of the punch and of the shoulders are level, and released."""
-    sheet = pr.Body(pr.Rectangle(size=(LENGTH, THICKNESS), n=n), pr.J2(E * E_scale, NU, FLOW), element)
+    sheet = pr.Body(
+        pr.Rectangle(size=(HALF_SHEET, SHEET_THICKNESS), n=n), pr.J2(SHEET_E * E_scale, SHEET_NU, ALLOY), element
+    )
     die = pr.Profile(points=((80.0, 0.0), (DIE, 0.0), (DIE, -60.0)), fillet=SHOULDER, below="sheet.bottom")
-    friction = pr.Coulomb(MU * mu_scale)
+    friction = pr.Coulomb(SHEET_MU * mu_scale)
     away = {"punch": pr.Motion(y=2.0), "die": pr.Motion(y=-40.0)}
     return pr.Problem(
         "free bending", space="plane strain", bodies={"sheet": sheet},
@@ -32,7 +34,7 @@ def free_bending(element: str, n: tuple[int, int], E_scale: float = 1.0, mu_scal
         contacts=(pr.Contact("sheet.top", "punch"), pr.Contact("sheet.bottom", "die")), friction=friction,
         fixed={"sheet.left": "x"},
         steps=(
-            pr.Step("bend", move={"punch": pr.Motion(y=-STROKE)}),
+            pr.Step("bend", move={"punch": pr.Motion(y=-SHEET_STROKE)}),
             pr.Step("release", move=away, fixed={"sheet.bottom-left": "y"}),
         ),
     )  # fmt: skip
@@ -41,7 +43,7 @@ def free_bending(element: str, n: tuple[int, int], E_scale: float = 1.0, mu_scal
 def between_legs(inc: Increment) -> float:
     """Angle (°) between the legs: twice that of the line of least squares through the last quarter of the lower side."""
     side = inc.contacts["sheet.bottom-die"]
-    leg = side.x[side.X[:, 0] >= 0.75 * LENGTH]
+    leg = side.x[side.X[:, 0] >= 0.75 * HALF_SHEET]
     along = np.linalg.svd(leg - leg.mean(axis=0))[2][0]
     return float(2.0 * np.degrees(np.arctan2(abs(along[0]), abs(along[1]))))
 
@@ -53,8 +55,8 @@ def numisheet(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     A side of an element 1 mm long cuts 0.03 mm off the shoulder, and may open the angle by 3 %.
     """
     exact = ref.free_bending(
-        punch=PUNCH, shoulder=SHOULDER, apart=DIE + SHOULDER, thickness=THICKNESS, E=E, nu=NU, mu=MU,
-        flow=lambda strain: FLOW.K * (FLOW.e0 + strain) ** FLOW.n,
+        punch=PUNCH, shoulder=SHOULDER, apart=DIE + SHOULDER, thickness=SHEET_THICKNESS, E=SHEET_E, nu=SHEET_NU, mu=SHEET_MU,
+        flow=lambda strain: ALLOY.K * (ALLOY.e0 + strain) ** ALLOY.n,
     )  # fmt: skip
     for element in ("q4_enhanced", "q8"):
         problem = free_bending(element, (60, 2), E_scale, mu_scale)
