@@ -17,7 +17,7 @@ from .upsetting import Flow
 class FreeBending:
     """The bent strip.
 
-    ``angle`` between the legs and ``tangents``, the angle were they straight up to the punch (rad); ``force`` of a shoulder across
+    ``angle`` between the legs and ``tangents``, that were they straight up to the punch (rad); ``force`` of a shoulder across
     its leg, per unit width.
     """
 
