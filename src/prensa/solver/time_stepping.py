@@ -225,7 +225,7 @@ class TimeStepping:
             self.messages.rejected(state, plan, end, result)
             assert result.reason is not None
             last |= control.comes_free(result.reason, end - now)
-            hopeless = self.distortion.rejected(c, result.reason, control.longest) or self.stays_inside(state, cutbacks)
+            hopeless = self.distortion.rejected(c, result.reason, control.longest()) or self.stays_inside(state, cutbacks)
             result.reason = hopeless or result.reason
             if last or hopeless or (isinstance(result.reason, LimitPoint) and at_limit(c, self.policy)):
                 raise self.post_mortem(c, result, cutbacks)
