@@ -76,6 +76,14 @@ class Policy:
     """… until the mean product of scaled pressures and gaps is this: pressures of a loose end are 1e-13 of the largest."""
     polishing: int = 6
     """Times at most that the equations of the pairs found are solved."""
+    most_rubbing: int = 150
+    """Candidates at most whose friction is decided with their pressure, by pivots that cost the third power of their number: …"""
+    pivots: int = 10
+    """… so many for each of the equations at most …"""
+    least_pivot: float = 1e-11
+    """… none of which is less than this share of the largest in its column."""
+    adhesion: float = 1e-9
+    """Traction over the largest pressure that all points can bear there: those that carry nothing would tie with one another."""
 
     # ------------------------------------------------------------------------------------------------- continuation
     soft: float = 10.0
