@@ -124,13 +124,14 @@ class ContactInteraction:
             area,
             c.lagged,
             before,
-            self._round_off(pairs, ask.u),
+            round_off := self._round_off(pairs, ask.u),
             None if ask.landed is None else ask.landed[s.rows],
             None if ask.foundation is None else ask.foundation[s.rows],
         )
         # points that just touch are closed or open by the round-off of their gaps; those that stick have that of their slips
-        stiff = (weight * scale.k_n * (f.rests | (f.dp[:, 0] > 0)) + f.area * scale.k_t * f.resists).sum()
-        out = Response(floor=EPS * float(stiff) * ask.reach, trial=f._replace(points=s.points))
+        stiff = weight * scale.k_n * (f.rests | (f.dp[:, 0] > 0)) + f.area * scale.k_t * f.resists
+        floor = float((stiff * np.maximum(round_off, EPS * ask.reach)).sum())
+        out = Response(floor=floor, trial=f._replace(points=s.points))
         if not np.isfinite(f.K).all():
             out.failed = FrictionTooSoft(s.name)
             return out

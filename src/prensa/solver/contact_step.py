@@ -43,10 +43,13 @@ class Candidates(NamedTuple):
     trial: Array
 
 
-def contact_step(eq: Equilibrium, u: Array, lam: Array, e: Evaluation, stick: Flags | None) -> Array | None:
+def contact_step(
+    eq: Equilibrium, u: Array, lam: Array, e: Evaluation, stick: Flags | None, frictionless: bool = True
+) -> Array | None:  # fmt: skip
     """Step (ndof,) from the iterate u (ndof,), whose evaluation is e; None where there is none or it would cost too much.
 
-    stick (points,): contact points that are forced to stick.
+    stick (points,): contact points that are forced to stick where the step does not decide that; ``frictionless``: whether
+    there is a step that does not, too.
     """
     policy = eq.policy
     near = np.concatenate(
@@ -58,6 +61,8 @@ def contact_step(eq: Equilibrium, u: Array, lam: Array, e: Evaluation, stick: Fl
     if not 0 < near.sum() <= policy.most_candidates:
         return None
     rubbing = _rubbing(eq, e, near)
+    if not (frictionless or rubbing.any()):
+        return None
     shares = policy.foundation * np.stack([near, rubbing], axis=1)
     base = eq.evaluate(u, lam, stick=None if rubbing.any() else stick, foundation=shares)
     if base.failed:

@@ -128,7 +128,10 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     and shortens its step (watchdog of Chamberlain et al. 1982); likewise while points reverse their slip. Any other step
     that raises the residual is shortened.
     """
-    e, delta = _contact_direction(eq, state) if by_contact else _direction(eq, state)
+    if by_contact or state.reversed.any():
+        e, delta = _contact_direction(eq, state, by_contact)
+    else:
+        e, delta = _direction(eq, state)
     result.iterations += 1
     if runaway := eq.runaway(delta):
         return runaway
@@ -152,7 +155,7 @@ def _direction(eq: Equilibrium, state: NewtonState) -> tuple[Evaluation, Array]:
     if e is None or e.data is None:
         e = eq.evaluate(state.u, state.lam)
     if state.reversed.any():
-        # a point that slipped one way and now slips the other would flip for ever: it sticks for this solve
+        # where no step decides it, a point that slipped one way and now slips the other would flip for ever: it sticks here
         stuck = eq.evaluate(state.u, state.lam, stick=state.reversed)
         if not stuck.failed:
             e = stuck
@@ -162,12 +165,15 @@ def _direction(eq: Equilibrium, state: NewtonState) -> tuple[Evaluation, Array]:
         return e, eq.reduced.solve(matrix, -e.r)
 
 
-def _contact_direction(eq: Equilibrium, state: NewtonState) -> tuple[Evaluation, Array]:
-    """As `_direction`, with the contact conditions as inequalities where that can be done."""
+def _contact_direction(eq: Equilibrium, state: NewtonState, by_contact: bool) -> tuple[Evaluation, Array]:
+    """As `_direction`, with the contact conditions as inequalities where that can be done.
+
+    ``by_contact``: also where that leaves stick and slip to the next iterate.
+    """
     e = state.evaluation
     assert e is not None
     stick = state.reversed if state.reversed.any() else None
-    delta = contact_step(eq, state.u, state.lam, e, stick)
+    delta = contact_step(eq, state.u, state.lam, e, stick, by_contact)
     if delta is None:
         return _direction(eq, state)
     state.evaluation = None
