@@ -128,7 +128,8 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     and shortens its step (watchdog of Chamberlain et al. 1982); likewise while points reverse their slip. Any other step
     that raises the residual is shortened.
     """
-    if by_contact or state.reversed.any():
+    decided = by_contact or bool(state.reversed.any())
+    if decided:
         e, delta = _contact_direction(eq, state, by_contact)
     else:
         e, delta = _direction(eq, state)
@@ -140,6 +141,10 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     moved = contact_corrected(eq.system, eq.context, e, state.u, delta, state.lam)
     full = eq.evaluate(moved, state.lam, stiffness=not (state.relative <= eq.policy.close and state.settled))
     size = eq.norm(full)
+    if not decided and size > state.norm and _turns_back(e, full):
+        better = _decided(eq, state, e, result)
+        if better is not None and eq.norm(better[1]) < size:
+            (moved, full), size = better, eq.norm(better[1])
     if not full.failed and _accepted(eq, state, full, size):
         state.watched += size >= state.best
         state.came_by = moved - state.u
@@ -178,6 +183,25 @@ def _contact_direction(eq: Equilibrium, state: NewtonState, by_contact: bool) ->
         return _direction(eq, state)
     state.evaluation = None
     return e._replace(data=None), delta
+
+
+def _turns_back(e: Evaluation, full: Evaluation) -> bool:
+    """Whether a step from the evaluation e led to where points slip the other way, or to where nothing can be evaluated."""
+    return bool(full.failed) or bool(reversed_slip(signature(e), signature(full)).any())
+
+
+def _decided(
+    eq: Equilibrium, state: NewtonState, e: Evaluation, result: NewtonResult
+) -> tuple[Array, Evaluation] | None:  # fmt: skip
+    """Dofs and evaluation after a step from the state's iterate that decides stick and slip itself; None if there is none."""
+    delta = contact_step(eq, state.u, state.lam, e, None, frictionless=False)
+    if delta is None:
+        return None
+    result.iterations += 1
+    if eq.runaway(delta) is not None:
+        return None
+    moved = contact_corrected(eq.system, eq.context, e, state.u, delta, state.lam)
+    return moved, eq.evaluate(moved, state.lam)
 
 
 def _accepted(eq: Equilibrium, state: NewtonState, full: Evaluation, size: float) -> bool:
