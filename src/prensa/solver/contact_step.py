@@ -43,13 +43,21 @@ class Candidates(NamedTuple):
     trial: Array
 
 
-def contact_step(
-    eq: Equilibrium, u: Array, lam: Array, e: Evaluation, stick: Flags | None, frictionless: bool = True
-) -> Array | None:  # fmt: skip
-    """Step (ndof,) from the iterate u (ndof,), whose evaluation is e; None where there is none or it would cost too much.
+class Step(NamedTuple):
+    """A step (ndof,), and whether it ``decides`` all of contact: friction too, where there is any."""
 
-    stick (points,): contact points that are forced to stick where the step does not decide that; ``frictionless``: whether
-    there is a step that does not, too.
+    delta: Array
+    decides: bool
+
+
+def contact_step(
+    eq: Equilibrium, u: Array, lam: Array, e: Evaluation, stick: Flags | None, *, all_or_nothing: bool = False,
+    most: int | None = None,
+) -> Step | None:  # fmt: skip
+    """Step from the iterate u (ndof,), whose evaluation is e; None where there is none or it would cost too much.
+
+    stick (points,): contact points that are forced to stick where the step does not decide that; ``all_or_nothing``: no
+    step rather than such a one; ``most``: candidates at most, `Policy.most_candidates` if not given.
     """
     policy = eq.policy
     near = np.concatenate(
@@ -58,13 +66,15 @@ def contact_step(
             for f, sc in zip(e.contacts, eq.context.scales)
         ]
     )
-    if not 0 < near.sum() <= policy.most_candidates:
+    if not 0 < near.sum() <= (policy.most_candidates if most is None else most):
         return None
     rubbing = _rubbing(eq, e, near)
-    if not (frictionless or rubbing.any()):
+    decides = rubbing is not None
+    if all_or_nothing and not decides:
         return None
+    rubbing = np.zeros_like(near) if rubbing is None else rubbing
     shares = policy.foundation * np.stack([near, rubbing], axis=1)
-    base = eq.evaluate(u, lam, stick=None if rubbing.any() else stick, foundation=shares)
+    base = eq.evaluate(u, lam, stick=None if decides else stick, foundation=shares)
     if base.failed:
         return None
     all_lam = eq.system.multipliers(u, lam)
@@ -86,19 +96,19 @@ def contact_step(
         step = None if found is None else alone + eq.reduced.again(forces.T @ found)
     # they are not those of Newton's matrix, which finishing substitutions want
     eq.reduced.factorisation.begin()
-    return step
+    return None if step is None else Step(step, decides)
 
 
-def _rubbing(eq: Equilibrium, e: Evaluation, near: Flags) -> Flags:
-    """Candidates (points,) whose friction is decided with their pressure; none where that is not done."""
+def _rubbing(eq: Equilibrium, e: Evaluation, near: Flags) -> Flags | None:
+    """Candidates (points,) with friction, which is decided with their pressure; None where that is not done."""
     rubbing = np.zeros_like(near)
     for s, f, law in zip(eq.context.surfaces, e.contacts, eq.context.laws):
         if law is None or law.frictionless or f.bound is None:
             continue
         if s.exact or law.hardens or f.t.shape[1] != 1 or eq.context.lagged:
-            return np.zeros_like(near)
+            return None
         rubbing[s.rows] = near[s.rows]
-    return rubbing if rubbing.sum() <= eq.policy.most_rubbing else np.zeros_like(near)
+    return rubbing if rubbing.sum() <= eq.policy.few else None
 
 
 def _responses(eq: Equilibrium, forces: csr_matrix, slopes: csr_matrix) -> Array:

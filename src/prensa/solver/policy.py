@@ -76,8 +76,9 @@ class Policy:
     """… until the mean product of scaled pressures and gaps is this: pressures of a loose end are 1e-13 of the largest."""
     polishing: int = 6
     """Times at most that the equations of the pairs found are solved."""
-    most_rubbing: int = 60
-    """Candidates at most whose friction is decided with their pressure, by pivots that cost the third power of their number: …"""
+    few: int = 60
+    """Candidates with which a contact step costs no more than another iteration. So many points at most have their friction
+    decided with their pressure, by pivots that cost the third power of their number: …"""
     pivots: int = 10
     """… so many for each of the equations at most …"""
     least_pivot: float = 1e-11
