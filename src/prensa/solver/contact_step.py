@@ -86,7 +86,10 @@ def contact_step(
         alone = eq.reduced.solve(matrix, -r)
         forces, slopes = points.forces, points.slopes
         if friction is not None:
-            forces, slopes = vstack([forces, friction.forces], format="csr"), vstack([slopes, friction.slopes], format="csr")
+            forces, slopes = (
+                vstack([forces, friction.forces], format="csr"),
+                vstack([slopes, friction.slopes], format="csr"),
+            )
         S = _responses(eq, forces, slopes)
         ahead = slopes @ alone
         if friction is None:
@@ -178,7 +181,9 @@ def rubbed(eq: Equilibrium, base: Evaluation, rubbing: Flags, lam: Array) -> Fri
         trial = lam[s.rows, 1] - scale.k_t * slid[:, 0]
         dofs = s.coupled[at]
         parts.append(
-            Friction(as_rows(forces, dofs, ndof), as_rows(slopes, dofs, ndof), trial[at], f.t[at, 0], f.p[at], *f.bound[at].T)
+            Friction(
+                as_rows(forces, dofs, ndof), as_rows(slopes, dofs, ndof), trial[at], f.t[at, 0], f.p[at], *f.bound[at].T
+            )
         )
     return Friction(
         vstack([p.forces for p in parts], format="csr"),

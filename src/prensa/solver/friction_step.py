@@ -91,4 +91,6 @@ def tractions(
     x, y = size * np.where(closed, w[:m], z[:m]), size * np.where(closed, z[:m], w[:m])
     e *= size
     t_new = t @ np.concatenate([size * z[:m], e, [1.0]])
-    return np.concatenate([(1.0 - share) * (x - x0) + share * (y - y0), (1.0 - share) * (t_new - t0) - share * (e - e0)])
+    return np.concatenate(
+        [(1.0 - share) * (x - x0) + share * (y - y0), (1.0 - share) * (t_new - t0) - share * (e - e0)]
+    )
