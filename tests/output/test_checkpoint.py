@@ -49,7 +49,7 @@ def test_another_layout_is_refused(path):
     """A checkpoint of another layout names both versions and what to do."""
     with h5py.File(path, "a") as file:
         file.attrs["version"] = 99
-    with pytest.raises(PrensaError, match=r"layout 99.*reads layout 3.*resume with the version that wrote it"):
+    with pytest.raises(PrensaError, match=r"layout 99.*reads layout 4.*resume with the version that wrote it"):
         read_checkpoint(path)
 
 

@@ -208,6 +208,7 @@ class TimeStepping:
                 self.look_inside(c, result)
                 return self.commit(c, control, result, spent, cutbacks)
             self.messages.rejected(state, plan, end, result)
+            last |= control.comes_free(result.reason, end - now)
             if last or (isinstance(result.reason, LimitPoint) and at_limit(c, self.policy)):
                 raise self.post_mortem(c, result, cutbacks)
             cutbacks += 1
