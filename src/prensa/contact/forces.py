@@ -132,30 +132,25 @@ def forces(
     if foundation is not None:
         slope = np.where(foundation[:, 0] > 0, foundation[:, 0], slope)
         touching = slope > 0
-    dp[:, 0] = slope
-    dp[:, n:] = np.where(touching, -slope * scale.k_n, 0.0)[:, None] * pairs.dg
-    t, kappa, slip, stretched = np.zeros((k, m)), committed.slip.copy(), np.zeros(k, dtype=bool), None
-    bound = None
+    dp[:, 0], dp[:, n:] = slope, np.where(touching, -slope * scale.k_n, 0.0)[:, None] * pairs.dg
+    t, kappa, slip = np.zeros((k, m)), committed.slip.copy(), np.zeros(k, dtype=bool)
+    stretched, bound, dt = None, None, np.zeros((k, m, dp.shape[1]))
     if law is not None:
         ds = pairs.s - committed.coordinate
-        pressure = np.maximum(p, 0.0)
-        if area is not None:
-            share = weight / area
-            pressure = pressure * share
+        share = np.ones(k) if area is None else weight / area
+        pressure = np.maximum(p, 0.0) * share
         out = return_map(law, at, lam[:, 1:], ds, pressure, touching, committed.slip, scale.k_t, hold)
         by_p = out.dt_dp
+        bound = out.bound
         if area is not None:
-            by_p = by_p * share[:, None]
+            by_p, bound = by_p * share[:, None], bound * np.stack([np.ones(k), share], axis=1)
             stretched = out.t - out.dt_dp * pressure[:, None]
         t, kappa, slip = out.t, out.kappa, out.slip
-        dt = np.zeros((k, m, dp.shape[1])) if lagged else by_p[:, :, None] * dp[:, None]
+        if not lagged:
+            dt += by_p[:, :, None] * dp[:, None]
         dt[:, :, 1:n] -= out.dt_dg / scale.k_t[:, None, None]  # the trial traction is λ_T − k_T Δg_T
         dt[:, :, n:] += _chained(out.dt_dg, pairs.ds)
-        bound = out.bound if area is None else out.bound * np.stack([np.ones(k), share], axis=1)
-        if foundation is not None:
-            _rest(dt, foundation[:, 1], scale, pairs)
-    else:
-        dt = np.zeros((k, m, dp.shape[1]))
+        _rest(dt, foundation, scale, pairs)
     area = weight if area is None else area
     P, T = weight * p, area[:, None] * t
     F, K = assembled(pairs, P, T, weight[:, None] * dp, area[:, None, None] * dt)
@@ -186,9 +181,12 @@ def _normal(
     return np.maximum(trial, 0.0), touching, rests
 
 
-def _rest(dt: Array, share: Array, scale: Scale, pairs: Pairs) -> None:
+def _rest(dt: Array, foundation: Array | None, scale: Scale, pairs: Pairs) -> None:
     """Put the derivatives dt (k, t, 1 + t + m) of the points that rest on a tangential foundation at those of its springs."""
-    on, n = np.flatnonzero(share > 0), 1 + dt.shape[1]
+    if foundation is None:
+        return
+    share, n = foundation[:, 1], 1 + dt.shape[1]
+    on = np.flatnonzero(share > 0)
     dt[on] = 0.0
     for a in range(n - 1):
         dt[on, a, 1 + a] = share[on]

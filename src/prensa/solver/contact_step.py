@@ -43,38 +43,25 @@ class Candidates(NamedTuple):
     trial: Array
 
 
-class Step(NamedTuple):
-    """A step (ndof,), and whether it ``decides`` all of contact: friction too, where there is any."""
-
-    delta: Array
-    decides: bool
-
-
 def contact_step(
-    eq: Equilibrium, u: Array, lam: Array, e: Evaluation, stick: Flags | None, *, all_or_nothing: bool = False,
-    most: int | None = None,
-) -> Step | None:  # fmt: skip
-    """Step from the iterate u (ndof,), whose evaluation is e; None where there is none or it would cost too much.
+    eq: Equilibrium, u: Array, lam: Array, e: Evaluation, stick: Flags | None, most: int | None = None
+) -> Array | None:  # fmt: skip
+    """Step (ndof,) from the iterate u (ndof,), whose evaluation is e; None where there is none or it would cost too much.
 
-    stick (points,): contact points that are forced to stick where the step does not decide that; ``all_or_nothing``: no
-    step rather than such a one; ``most``: candidates at most, `Policy.most_candidates` if not given.
+    stick (points,): contact points that are forced to stick where the step does not decide that (see `decides_friction`);
+    ``most``: candidates at most, `Policy.most_candidates` if not given.
     """
     policy = eq.policy
-    near = np.concatenate(
-        [
-            np.where(np.isfinite(f.g), f.g, np.inf) < policy.candidates * sc.h
-            for f, sc in zip(e.contacts, eq.context.scales)
-        ]
-    )
+    near = _near(eq, e)
     if not 0 < near.sum() <= (policy.most_candidates if most is None else most):
         return None
     rubbing = _rubbing(eq, e, near)
-    decides = rubbing is not None
-    if all_or_nothing and not decides:
-        return None
-    rubbing = np.zeros_like(near) if rubbing is None else rubbing
+    if rubbing is None:
+        rubbing = np.zeros_like(near)
+    else:
+        stick = None
     shares = policy.foundation * np.stack([near, rubbing], axis=1)
-    base = eq.evaluate(u, lam, stick=None if decides else stick, foundation=shares)
+    base = eq.evaluate(u, lam, stick=stick, foundation=shares)
     if base.failed:
         return None
     all_lam = eq.system.multipliers(u, lam)
@@ -99,7 +86,18 @@ def contact_step(
         step = None if found is None else alone + eq.reduced.again(forces.T @ found)
     # they are not those of Newton's matrix, which finishing substitutions want
     eq.reduced.factorisation.begin()
-    return None if step is None else Step(step, decides)
+    return step
+
+
+def decides_friction(eq: Equilibrium, e: Evaluation) -> bool:
+    """Whether a contact step from the evaluation e finds out itself which points slip, too; so it does where none can."""
+    return _rubbing(eq, e, _near(eq, e)) is not None
+
+
+def _near(eq: Equilibrium, e: Evaluation) -> Flags:
+    """Candidates (points,)."""
+    share, scales = eq.policy.candidates, eq.context.scales
+    return np.concatenate([np.where(np.isfinite(f.g), f.g, np.inf) < share * sc.h for f, sc in zip(e.contacts, scales)])
 
 
 def _rubbing(eq: Equilibrium, e: Evaluation, near: Flags) -> Flags | None:

@@ -78,14 +78,16 @@ def tractions(
     size = float(max(x0.max(initial=0.0), np.abs(solved[:m, -1][closed]).max(initial=0.0)))
     size = size if size > 0 else 1.0
     bound = friction.slope[:, None] * takes_x[rubbing]
-    bound[:, -1] += friction.bound - friction.slope * friction.p + policy.adhesion * size
+    bound[:, -1] += friction.bound - friction.slope * friction.p
     t = solved[m:]
     parts = np.vstack([solved[:m], bound + t, bound - t])  # y or x, a, b by (x or y, e, constant)
     M = np.hstack([parts[:, :m], -parts[:, m:-1], parts[:, m:-1]])
-    found = pivoted(M, parts[:, -1] / size, policy)
+    constant = parts[:, -1] / size
+    adhesion = np.where(np.arange(len(M)) < m, 0.0, policy.adhesion)
+    found = pivoted(M, constant + adhesion, policy)
     if found is None:
         return None
-    w, z = found
+    w, z = _without_adhesion(M, constant, *found)
     l = len(t0)
     e = z[m + l :] - z[m : m + l]
     x, y = size * np.where(closed, w[:m], z[:m]), size * np.where(closed, z[:m], w[:m])
@@ -94,3 +96,13 @@ def tractions(
     return np.concatenate(
         [(1.0 - share) * (x - x0) + share * (y - y0), (1.0 - share) * (t_new - t0) - share * (e - e0)]
     )
+
+
+def _without_adhesion(M: Array, q: Array, w: Array, z: Array) -> tuple[Array, Array]:
+    """w, z (n,) of the same pairs with w = M z + q."""
+    takes = z > w
+    try:
+        values = np.linalg.solve(np.where(takes, -M, np.eye(len(q))), q)
+    except np.linalg.LinAlgError:
+        return w, z
+    return np.where(takes, 0.0, values), np.where(takes, values, 0.0)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.fem.system import Evaluation
-from prensa.solver.contact_step import contact_step
+from prensa.solver.contact_step import contact_step, decides_friction
 from prensa.solver.equilibrium import Equilibrium, NewtonResult, Signature, reversed_slip, signature
 from prensa.solver.failure import Diverged, Failure, NotConverged, Stagnated, Unevaluable
 from prensa.solver.finish import finish
@@ -176,10 +176,11 @@ def _contact_direction(eq: Equilibrium, state: NewtonState, by_contact: bool) ->
         e = state.evaluation
         assert e is not None
         stick = state.reversed if reverses else None
-        found = contact_step(eq, state.u, state.lam, e, stick, all_or_nothing=not by_contact)
-        if found is not None:
+        decides = decides_friction(eq, e)
+        delta = contact_step(eq, state.u, state.lam, e, stick) if by_contact or decides else None
+        if delta is not None:
             state.evaluation = None
-            return e._replace(data=None), *found
+            return e._replace(data=None), delta, decides
     return *_direction(eq, state), False
 
 
@@ -196,20 +197,21 @@ def _decided(
     changes = full.failed or (state.iteration > 0 and not np.array_equal(before > 0, after > 0))
     if not (turns or changes):
         return None
-    found = contact_step(eq, state.u, state.lam, e, None, all_or_nothing=turns, most=eq.policy.few)
-    if found is None:
+    decides = decides_friction(eq, e)
+    delta = contact_step(eq, state.u, state.lam, e, None, eq.policy.few) if decides or not turns else None
+    if delta is None:
         return None
     result.iterations += 1
-    if eq.runaway(found.delta) is not None:
+    if eq.runaway(delta) is not None:
         return None
-    moved = contact_corrected(eq.system, eq.context, e, state.u, found.delta, state.lam)
+    moved = contact_corrected(eq.system, eq.context, e, state.u, delta, state.lam)
     better = eq.evaluate(moved, state.lam)
     if not eq.norm(better) < eq.norm(full):
         return None
     state.by_contact = not turns
     if state.watch_from is not None and state.watch_from[0] is state.u:
-        state.watch_from = state.u, found.delta
-    return moved, better, found.decides
+        state.watch_from = state.u, delta
+    return moved, better, decides
 
 
 def _accepted(eq: Equilibrium, state: NewtonState, full: Evaluation, size: float, decided: bool) -> bool:
