@@ -60,7 +60,7 @@ def contact_step(
         rubbing = np.zeros_like(near)
     else:
         stick = None
-    shares = policy.foundation * np.stack([near, rubbing], axis=1)
+    shares = policy.foundation * np.stack([near, rubbing], axis=1).astype(np.float64)
     base = eq.evaluate(u, lam, stick=stick, foundation=shares)
     if base.failed:
         return None
