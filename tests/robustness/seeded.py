@@ -197,6 +197,11 @@ SEEDED = {
             ("starts 0.1 inside", "node 44 (4, 2)", "move the tool by (0, 0.1)"), True,
         ),
         Seeded(
+            "tool so deep in the body that nodes lie beyond its centre",
+            (ELASTIC, ("type: plane, touching: strip.top", "type: circle, radius: 0.8, at: [2, 1.8]")), "8:3",
+            ("nearer to its far side", "move the tool out"),
+        ),
+        Seeded(
             "reversed normal", (("touching: strip.top", "normal: [0, 1], at: [0, 2]"), ("[strip.top, strip.right]", "strip.top")),
             "8:22", ("same way as that of 'strip.top'", "reverse 'normal'"),
         ),
@@ -349,6 +354,16 @@ SEEDED = {
              ("strip.bottom: y, strip.left: x", "strip.bottom: xy"), ("y: -0.2", "y: -0.05"),
              ("increments: 4}", "increments: 4}\n  - {name: turn, move: {die: {rz: 360 deg}}, increments: 1}\nnumerics: {max_cutbacks: 0}")),
             "", ("turned by 360° in one increment, right through 'strip'",), False, "run",
+        ),
+        Seeded(
+            "tool half the height inside an elastic body",
+            (ELASTIC, ("strip.bottom: y", "strip.bottom: xy"), ("touching: strip.top", "normal: [0, -1], at: [0, 0.8]"), ("[strip.top, strip.right]", "strip.top")),
+            "", ("starts 1.2 inside 'strip.top'", "Shorter increments begin with the same overlap", "'touching'"), False, "run",
+        ),
+        Seeded(
+            "free side that folds under the support beside it",
+            (("[strip.top, strip.right]", "strip.top"), ("mu: 0.1", "mu: 3"), ("strip.bottom: y", "strip.bottom: xy"), ("y: -0.2", "y: -1.5"), ("increments: 4", "increments: 8")),
+            "", ("is worn out", "'strip.right' has slid past the support 'strip.bottom'", "in place of the support"), False, "run",
         ),
         Seeded(
             "contact that is never made",

@@ -31,6 +31,7 @@ Index = NDArray[np.int64]
 
 SAMPLES = 17  # moments a step at which the tools are looked at
 SUNK = 0.45  # depth over element depth from which no increment, however short, pushes a tool out of a plastic body
+BEHIND = 0.1  # depth over element depth in a tool of a node that is nearer to its far side
 REACH = 0.01  # depth over element depth by which a tool may press a held node
 ALONG = 0.9  # cosine from which a support acts along a tool's normal
 TIP = 0.1  # distance from the end of a tool, over an element, at which its width is taken
@@ -252,6 +253,18 @@ def _beginning(system: System) -> Iterator[Notice]:
             )
             continue
         depth = -pairs.g / float(s.points.depth.min())
+        behind = np.where(facing > 0.5, depth, 0.0)
+        k = int(np.argmax(behind))
+        if behind[k] > BEHIND and not start.contact.closed[s.rows].any():
+            x, y = system.X[nodes[k]]
+            to_touch = _to_touch(system, s, int(nodes[k]))
+            yield Notice(
+                f"tools.{name}",
+                f"it starts so deep inside {surface!r} that node {nodes[k] - system.offsets[s.body]} ({x:.4g}, {y:.4g}) is "
+                f"nearer to its far side, through which it would be pulled: move the tool out{to_touch}",
+                True,
+            )
+            continue
         k = int(np.argmax(depth))
         if depth[k] > CLOSED and not start.contact.closed[s.rows].any():
             x, y = system.X[nodes[k]]

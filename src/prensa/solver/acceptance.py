@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from prensa.fem.assembly import Block
 from prensa.fem.contacts import contacts_of, were_closed
 from prensa.fem.context import Context
+from prensa.fem.folds import free_sides, past_support
 from prensa.fem.modes import free_to_move
 from prensa.fem.state import State
 from prensa.fem.surface import Surface
@@ -60,13 +61,13 @@ class Acceptance:
 
     def _deformed(self, c: Context, e: Evaluation, x: Array) -> Iterator[Failure]:
         for block, new, old in zip(self.system.blocks, e.history, c.state.history):
-            if inverted := self._corner(block, c.x_n, x):
+            if inverted := self._corner(block, c, x):
                 yield inverted
             if block.law.plastic:
                 strain, before = (block.field(h, "plastic_strain")[..., 0] for h in (new, old))
                 yield from self._collapse(block, strain - before)
 
-    def _corner(self, block: Block, x_n: Array, x: Array) -> Failure | None:
+    def _corner(self, block: Block, c: Context, x: Array) -> Failure | None:
         """A corner beyond 180°: refused if it jumped there, told if it came there little by little.
 
         A corner of 180° is no fold: a free side that rolls onto a die makes such elements, and they answer well. A corner
@@ -81,15 +82,24 @@ class Acceptance:
         if not corner[worst] < self.policy.inverted:
             return None
         inverted = CornerInverted(worst, block.body, *self._centre(block, worst))
-        if corner[worst] < least_corner(x_n[corners[:, [worst]]])[0] - self.policy.inversion:
+        if corner[worst] < least_corner(c.x_n[corners[:, [worst]]])[0] - self.policy.inversion:
             return inverted
         if not self.warned:
             self.warned = True
-            log.warning(
-                "%s folds over itself: a free side slides past its support; make it part of a contact surface",
-                place_of(inverted),
-            )
+            log.warning("%s folds over itself: %s", place_of(inverted), self._folding(block, worst, c))
         return None
+
+    def _folding(self, block: Block, element: int, c: Context) -> str:
+        """What makes an element fold, and what to do."""
+        system, nodes = self.system, block.cells[element]
+        if past := past_support(system, c.plan.fixed, block.body, nodes, c.state.u):
+            return (
+                f"side {past[0]!r} slides past the support {past[1]!r}; put a tool there, with that side in its contact"
+            )
+        if free := free_sides(system, c.plan.fixed, block.body, nodes):
+            which = " and ".join(map(repr, free))
+            return f"{which}, in no contact, slides past its support or tool; make it part of a contact surface"
+        return "stresses there mean little; use a finer mesh, or a larger fillet of the tool"
 
     def _collapse(self, block: Block, growth: Array) -> Iterator[Failure]:
         """A point whose equivalent plastic strain grew (elements, points) too much."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from prensa.fem.context import Context
 from prensa.fem.system import Evaluation, System
 from prensa.solver.continuation import stages
+from prensa.solver.emergence import emergence
 from prensa.solver.equilibrium import Equilibrium, NewtonResult
 from prensa.solver.failure import Failure, Singular, Unsettled
 from prensa.solver.linear import SingularError
@@ -31,6 +32,12 @@ def attempt(eq: Equilibrium, start: Array, soften: bool = True) -> NewtonResult:
     soften: whether a failure is followed by another try with contacts that stiffen stage by stage, if they ask for it.
     """
     result = attempt_by(eq, [], start)
+    if not result.converged and (out := emergence(eq.system, eq.context, eq.policy)):
+        again = _outcome(eq, start, partial(_emerge, eq, out, start))
+        again.iterations += result.iterations
+        if again.converged:
+            return again
+        result.iterations = again.iterations
     if not result.converged and result.contact_changed(eq.policy):
         again = _outcome(eq, start, partial(_by_contact, eq, start))
         again.iterations += result.iterations
@@ -94,6 +101,18 @@ def _solve(
             return end
         guess = Guess(project_stage(eq.system, now, then, result.u))
     return _augment(eq, guess, by_contact, lam, result)
+
+
+def _emerge(eq: Equilibrium, path: list[Context], start: Array, lam: Array, result: NewtonResult) -> Failure | None:
+    """Solve the stages in which tools that start inside bodies come out of them (see `emergence`), and then the increment."""
+    rough = replace(eq.numerics, tolerance=eq.policy.rough)
+    for stage in path:
+        at = replace(eq, context=stage, numerics=rough)
+        end = newton(at, initial_guess(at, start, lam), lam, result)
+        if not isinstance(end, Evaluation):
+            return end
+        start = result.u
+    return _augment(eq, initial_guess(eq, start, lam), False, lam, result)
 
 
 def _augment(eq: Equilibrium, guess: Guess, by_contact: bool, lam: Array, result: NewtonResult) -> Failure | None:

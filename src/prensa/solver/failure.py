@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from prensa.fem.failure import NotEvaluated
+from prensa.fem.folds import Fold
 from prensa.fem.inside import Inside
 
 
@@ -147,6 +148,42 @@ class MetalInside:
 
 
 @dataclass(frozen=True)
+class StartsInside:
+    """A tool that starts inside a surface by ``depth``, so many ``elements``, and could not be pressed out of it."""
+
+    tool: str
+    surface: str
+    depth: float
+    elements: float
+
+
+@dataclass(frozen=True)
+class Folded:
+    """A side that has passed through another side of its body: no contact is there, and no smaller increment would help."""
+
+    fold: Fold
+
+
+@dataclass(frozen=True)
+class Distorted:
+    """An element (x, y: its centre now) on which attempts fail again and again; ``shape``: its scaled Jacobian.
+
+    ``attempts``: how many failed, ``sides`` that it lies at, ``contacts`` that it is part of; ``past``: a side of it that has
+    slid past a support, and that support.
+    """
+
+    element: int
+    body: str
+    x: float
+    y: float
+    shape: float
+    attempts: int
+    sides: tuple[str, ...]
+    contacts: tuple[str, ...]
+    past: tuple[str, str] | None = None
+
+
+@dataclass(frozen=True)
 class Unstable:
     """An equilibrium that the bodies would leave by themselves; ``negative``: modes in which they would."""
 
@@ -170,7 +207,7 @@ FreeToMove = Singular | ToolRunaway | Runaway | LostSupport | UnilaterallySuppor
 
 Failure = (
     Unevaluable | Diverged | Stagnated | NotConverged | Unsettled | Blocked | Tunnelled | TurnedThrough | CornerInverted
-    | Collapsed | BeyondSmall | MetalInside | Unstable | Jumped | LimitPoint
+    | Collapsed | BeyondSmall | MetalInside | Folded | Distorted | StartsInside | Unstable | Jumped | LimitPoint
     | FreeToMove
 )  # fmt: skip
 
@@ -219,8 +256,28 @@ def sentence(failure: Failure) -> str:
             return f"{place_of(failure)} flowed by {failure.strain:.2g} in one increment: it collapses"
         case MetalInside(node):
             return str(node)
+        case StartsInside(tool, surface, depth, elements):
+            return (
+                f"tool {tool!r} starts {depth:.3g} inside {surface!r}, {elements:.2g} of an element, and the body could not be "
+                "pressed out of it"
+            )
+        case Folded(fold):
+            return str(fold)
+        case Distorted():
+            return _distorted(failure)
         case _:
             return _free(failure)
+
+
+def _distorted(failure: Distorted) -> str:
+    at = f" at {' and '.join(map(repr, failure.sides))}" if failure.sides else ""
+    past = f"; side {failure.past[0]!r} has slid past the support {failure.past[1]!r}" if failure.past else ""
+    contact = f", in contact {' and '.join(failure.contacts)}" if failure.contacts else ", which is in no contact"
+    return (
+        f"element {failure.element} of {failure.body}, now near ({failure.x:.4g}, {failure.y:.4g}){at}{contact * bool(at)}, is "
+        f"worn out: {failure.attempts} attempts failed on it, and its scaled Jacobian is {failure.shape:.2g} (1 is a rectangle, "
+        f"0 a corner of 180°){past}"
+    )
 
 
 def _free(failure: FreeToMove) -> str:

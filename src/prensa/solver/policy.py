@@ -86,6 +86,12 @@ class Policy:
     adhesion: float = 1e-9
     """Traction over the largest pressure that all points can bear there: those that carry nothing would tie with one another."""
 
+    # ---------------------------------------------------------------------------------------------- an overlap at the start
+    overlap: float = 0.2
+    """Penetration over element depth with which a tool starts inside a body …"""
+    emerge: float = 0.25
+    """… and is pressed out of it in stages of so much each."""
+
     # ------------------------------------------------------------------------------------------------- continuation
     soft: float = 10.0
     """β of the first stage of the continuation in the penalty."""
@@ -143,6 +149,20 @@ class Policy:
     """Fall of that measure in one increment that is no gradual inversion."""
     collapse: float = 1.0
     """Equivalent plastic strain at any point in one increment beyond which it is refused."""
+    worn_out: int = 6
+    """Attempts of a step that fail on the same element …"""
+    worn_dt: float = 1e-3
+    """… down to increments of this share of the longest, which counts as no longer than an automatic one …"""
+    worn_shape: float = 0.2
+    """… with a scaled Jacobian below this, after which it is said that nothing can go on."""
+    alone: float = 10.0
+    """Plastic strain of an element over that of nearly all others in a failed increment, from which the element is named …"""
+    noticed: float = 1e-6
+    """… if it is more than this."""
+    on_bound: float = 1e-6
+    """Share of the bound of friction below which a traction misses it …"""
+    full_shear: float = 0.95
+    """… and friction over the shear strength of the metal from which it is as strong."""
     opposite: float = -0.5
     """Cosine between the normals where a straight way enters and leaves a tool: it has tunnelled."""
     still: float = 0.25

@@ -12,17 +12,21 @@ from prensa.solver.failure import (
     BeyondSmall,
     Collapsed,
     CornerInverted,
+    Distorted,
     Failure,
+    Folded,
     FreeToMove,
     Jumped,
     LimitPoint,
     MetalInside,
+    StartsInside,
     Tunnelled,
     TurnedThrough,
     Unevaluable,
     Unsettled,
     Unstable,
 )
+from prensa.solver.limits import friction_limits, limits
 
 
 def hint(failure: Failure) -> str:
@@ -49,6 +53,20 @@ def hint(failure: Failure) -> str:
             return "more 'increments', or a smaller turn"
         case MetalInside(node):
             return node.remedy
+        case StartsInside():
+            return "place the tool where it touches ('touching') and move it in over the first step"
+        case Folded():
+            return "a tool between the two sides, or a step that ends before they meet: bodies have no contact with themselves"
+        case Distorted(past=(side, support)):
+            return (
+                f"a tool (a plane, say) in place of the support {support!r}, with {side!r} in its contact too; a step that ends "
+                "before"
+            )
+        case Distorted():
+            return (
+                "a mesh that is finer there, or shaped so that elements are good when they get there; a larger fillet of the "
+                "tool or less friction; a step that ends before: the mesh is not made anew during a run"
+            )
         case LimitPoint() | Unstable() | Jumped():
             return (
                 "'stabilise: auto', which lets the jump happen against small viscous forces; a tool that is moved "
@@ -62,13 +80,16 @@ def hint(failure: Failure) -> str:
 def where(eq: Equilibrium, failure: Failure, result: NewtonResult) -> str:
     """Where the last iterate of a failed attempt is worst: node, element, contact and tool, with coordinates; '' unknown."""
     if isinstance(failure, FreeToMove):
-        return _free_bodies(eq)
-    if not result.residuals or isinstance(failure, BeyondSmall):
+        e = eq.evaluate(result.u, result.lam, stiffness=False)
+        slides = [] if e.failed else friction_limits(eq.system, eq.context, e, eq.policy)
+        return "; ".join(filter(None, [_free_bodies(eq), *slides]))
+    if not result.residuals or isinstance(failure, BeyondSmall | Distorted | StartsInside):
         return ""
     system, reduced = eq.system, eq.reduced
     e = eq.evaluate(result.u, result.lam, stiffness=False)
     if e.failed or not len(reduced.free):
         return ""
+    limit = "".join(f"; {words}" for words in limits(system, eq.context, e, eq.policy))
     dof = int(reduced.free[np.argmax(np.abs(reduced.weight * reduced.restriction.part(e.r)))])
     for s in system.surfaces:
         if s.exact and dof in range(s.unknowns.start, s.unknowns.stop):
@@ -77,8 +98,8 @@ def where(eq: Equilibrium, failure: Failure, result: NewtonResult) -> str:
     entity, component = (int(v) for v in field.split(np.array(dof)))
     if field is system.dofs.tool:
         name = system.tools[entity].name
-        return f"the largest residual is that of tool {name!r} along {field.components[component]}"
-    return f"the largest residual is at {_node(system, entity, result, e)}"
+        return f"the largest residual is that of tool {name!r} along {field.components[component]}{limit}"
+    return f"the largest residual is at {_node(system, entity, result, e)}{limit}"
 
 
 def _free_bodies(eq: Equilibrium) -> str:

@@ -40,7 +40,7 @@ class Messages:
     def accepted(self, old: State, plan: StepPlan, result: NewtonResult, increment: Increment) -> None:
         """An increment that is committed; old: the state that it started from."""
         forces = {name: tool.force for name, tool in increment.tools.items()}
-        self._tell(old, plan, increment.time, "accepted", "", result.iterations, result.residual, forces)
+        self._tell(old, plan, increment.time, "accepted", "", increment.statistics.iterations, result.residual, forces)
 
     def note(self, state: State, plan: StepPlan, message: str) -> None:
         """Something that happened at the state's time."""

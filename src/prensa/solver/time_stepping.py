@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from prensa.errors import ArgumentError, SolveError, refuse, take
 from prensa.fem.context import Context
 from prensa.fem.discretise import discretise
+from prensa.fem.folds import fold, outlines
 from prensa.fem.inside import inside, watches
 from prensa.fem.letting_go import let_go, still_held, table_jumps
 from prensa.fem.planning import plan_step
@@ -28,8 +29,20 @@ from prensa.solver.acceptance import Acceptance, unilaterally_supported
 from prensa.solver.approach import approach, first_touch
 from prensa.solver.attempt import attempt
 from prensa.solver.condensation import Condensation, condensed, to_be_condensed
+from prensa.solver.distortion import Distortion
+from prensa.solver.emergence import starts_inside
 from prensa.solver.equilibrium import Equilibrium, NewtonResult, Reporter
-from prensa.solver.failure import BeyondSmall, FreeToMove, LimitPoint, MetalInside, sentence
+from prensa.solver.failure import (
+    BeyondSmall,
+    Distorted,
+    Failure,
+    Folded,
+    FreeToMove,
+    LimitPoint,
+    MetalInside,
+    StartsInside,
+    sentence,
+)
 from prensa.solver.increment import Increment, Monitor
 from prensa.solver.ledger import ledger, nodal_work
 from prensa.solver.passages import Passages, passing_of
@@ -145,7 +158,8 @@ class TimeStepping:
         self.system, self.numerics, self.policy = system, numerics, policy
         self.messages, self.timer, self.condense = messages, timer, condense
         self.acceptance, self.validity = Acceptance(system, policy), Validity(system, policy)
-        self.watched = watches(system)
+        self.watched, self.outlines = watches(system), outlines(system)
+        self.distortion = Distortion(system, policy)
         self.stabilisation = Stabilisation(system, policy)
         self.reduced: Reduced | None = None
         self.condensed: Condensation | None = None
@@ -163,6 +177,7 @@ class TimeStepping:
                 self.messages.warn(table_jumps(self.system, state, plan))
             self._prepare(plan)
             control = StepControl(self.system, plan, self.policy)
+            self.distortion = Distortion(self.system, self.policy)
             while state.clock.time < plan.t1:
                 state, increment = self.advance(state, plan, control)
                 self.last = increment
@@ -205,13 +220,21 @@ class TimeStepping:
                 result = judged(self.equilibrium(c), result, self.acceptance, cutbacks, not last)
                 spent += result.iterations - before
             if result.converged:
-                self.look_inside(c, result)
+                self.look_inside(c, result, cutbacks)
                 return self.commit(c, control, result, spent, cutbacks)
             self.messages.rejected(state, plan, end, result)
+            assert result.reason is not None
             last |= control.comes_free(result.reason, end - now)
-            if last or (isinstance(result.reason, LimitPoint) and at_limit(c, self.policy)):
+            hopeless = self.distortion.rejected(c, result.reason, control.longest) or self.stays_inside(state, cutbacks)
+            result.reason = hopeless or result.reason
+            if last or hopeless or (isinstance(result.reason, LimitPoint) and at_limit(c, self.policy)):
                 raise self.post_mortem(c, result, cutbacks)
             cutbacks += 1
+
+    def stays_inside(self, state: State, cutbacks: int) -> Failure | None:
+        """The tool that starts deepest inside a body, if the first increment fails on: shorter ones have the same overlap."""
+        inside = starts_inside(self.system, state, self.policy) if cutbacks >= self.policy.soften_after else []
+        return max((reason for reason, *_ in inside), key=lambda reason: reason.elements, default=None)
 
     def context(self, state: State, plan: StepPlan, end: float) -> Context:
         """Everything that an increment from a state to the time ``end`` needs."""
@@ -259,8 +282,11 @@ class TimeStepping:
         self.messages.accepted(c.state, c.plan, result, increment)
         return state, increment
 
-    def look_inside(self, c: Context, result: NewtonResult) -> None:
-        """Raise `SolveError` if metal lies inside a tool with which it has no contact: no smaller increment would help."""
+    def look_inside(self, c: Context, result: NewtonResult, cutbacks: int) -> None:
+        """Raise `SolveError` if metal lies inside a tool with which it has no contact, or in itself.
+
+        No smaller increment would help then. Folds are looked for where increments are cut, and at the end of a step.
+        """
         assert result.evaluation is not None
         sunk = np.zeros(len(self.system.tools))
         for s, f in zip(self.system.surfaces, result.evaluation.contacts):
@@ -268,8 +294,12 @@ class TimeStepping:
         node = inside(self.system, self.watched, result.u, sunk)
         if result.recover is not None and (node is not None or c.time >= c.plan.t1):  # displacements not yet computed
             node = inside(self.system, self.watched, result.recover(), sunk)
-        if node is not None:
-            reason = MetalInside(node)
+        reason: Failure | None = None if node is None else MetalInside(node)
+        if reason is None and (cutbacks or c.time >= c.plan.t1):
+            u = result.u if result.recover is None else result.recover()
+            folded = fold(self.system, self.outlines, u)
+            reason = None if folded is None else Folded(folded)
+        if reason is not None:
             raise SolveError(
                 f"step {c.plan.name!r}, time {c.time:.6g}: {sentence(reason)}. {self.last_good()} What to try: {hint(reason)}.",
                 self.last,
@@ -293,6 +323,10 @@ class TimeStepping:
         cut = f"The increment was cut {cutbacks} times without success."
         if isinstance(reason, LimitPoint):
             cut = f"Increments were down to {c.dt:.1g} of time: no shorter one can help."
+        elif isinstance(reason, Distorted):
+            cut = f"Increments were down to {c.dt:.1g} of time."
+        elif isinstance(reason, StartsInside):
+            cut = "Shorter increments begin with the same overlap."
         elif isinstance(reason, BeyondSmall):
             cut = "A shorter increment would end there too."
         elif cutbacks < self.numerics.max_cutbacks:

@@ -1,0 +1,165 @@
+"""Outlines that fold: sides that have passed through other sides of their body, and which sides an element lies at.
+
+Nothing keeps a body from passing through itself: there is no contact of a body with itself.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.fem.system import System
+from prensa.mesh.mesh import boundary_edges, segments
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+PASSED = (
+    0.1  # way back over the length of an outline's segment, beyond which two that cross have passed through each other
+)
+FLAT = 1e-6  # of the size of the bodies: a side that is this flat is straight, a node this far beyond it lies past it
+
+
+class Fold(NamedTuple):
+    """Two sides ('body.boundary') of an outline that have passed through each other at (x, y).
+
+    ``depth``: the least way back, there, of an end of one of the two segments that cross.
+    """
+
+    first: str
+    second: str
+    x: float
+    y: float
+    depth: float
+
+    def __str__(self) -> str:
+        other = "itself" if self.first == self.second else f"side {self.second!r}"
+        return (
+            f"side {self.first!r} crosses {other} near ({self.x:.4g}, {self.y:.4g}): the body has folded onto itself and passes "
+            "through itself"
+        )
+
+
+class Outline(NamedTuple):
+    """A body: ends (k, 2) of the straight segments of its outline, node numbers of the whole system."""
+
+    body: str
+    ends: Index
+
+
+def outlines(system: System) -> list[Outline]:
+    """Outlines of all bodies; none in space."""
+    if system.dofs.dimension != 2:
+        return []
+    return [
+        Outline(body, segments(boundary_edges(mesh.cells)) + system.offsets[body])
+        for body, mesh in system.meshes.items()
+    ]
+
+
+def fold(system: System, bodies: list[Outline], u: Array) -> Fold | None:
+    """The deepest fold of any body, for degrees of freedom u (ndof,); None if there is none."""
+    x = system.positions(u)
+    found = [f for o in bodies if (f := _of_body(system, o, x)) is not None]
+    return max(found, key=lambda f: f.depth, default=None)
+
+
+def _of_body(system: System, o: Outline, x: Array) -> Fold | None:
+    a, b = x[o.ends[:, 0]], x[o.ends[:, 1]]
+    first, second = _near(a, b)
+    apart = (o.ends[first][:, :, None] != o.ends[second][:, None, :]).all(axis=(1, 2))
+    first, second = first[apart], second[apart]
+    # distances of the ends of each segment from the line of the other, positive on the left
+    of_second = _left(a[first], b[first], np.stack([a[second], b[second]]))
+    of_first = _left(a[second], b[second], np.stack([a[first], b[first]]))
+    crossing = (of_second[0] * of_second[1] < 0) & (of_first[0] * of_first[1] < 0)
+    if not crossing.any():
+        return None
+    back = np.minimum(np.abs(of_first).min(axis=0), np.abs(of_second).min(axis=0))
+    length = np.minimum(np.hypot(*(b - a)[first].T), np.hypot(*(b - a)[second].T))
+    deep = np.where(crossing & (back > PASSED * length), back, 0.0)
+    k = int(np.argmax(deep))
+    if not deep[k] > 0:
+        return None
+    place = 0.25 * (a[first[k]] + b[first[k]] + a[second[k]] + b[second[k]])
+    names = [" and ".join(sides_of(system, o.body, o.ends[i])) for i in (first[k], second[k])]
+    return Fold(names[0], names[1], float(place[0]), float(place[1]), float(deep[k]))
+
+
+def _near(a: Array, b: Array) -> tuple[Index, Index]:
+    """Pairs of segments from a (k, 2) to b whose boxes overlap, each once; found along x."""
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    order = np.argsort(low[:, 0])
+    last = np.searchsorted(
+        low[order, 0], high[order, 0], side="right"
+    )  # one after those that begin before this one ends
+    count = last - np.arange(len(order)) - 1
+    i = np.repeat(np.arange(len(order)), count)
+    j = np.arange(len(i)) - np.repeat(np.cumsum(count) - count, count) + i + 1
+    i, j = order[i], order[j]
+    meet = (low[i, 1] <= high[j, 1]) & (low[j, 1] <= high[i, 1])
+    return i[meet], j[meet]
+
+
+def _left(a: Array, b: Array, x: Array) -> Array:
+    """Distance of places x (2, n, 2) from the lines from a (n, 2) to b, positive on the left → (2, n)."""
+    t, r = b - a, x - a
+    return np.asarray((t[:, 0] * r[..., 1] - t[:, 1] * r[..., 0]) / np.maximum(np.hypot(t[:, 0], t[:, 1]), 1e-300))
+
+
+def sides_of(system: System, body: str, nodes: Index) -> list[str]:
+    """Boundaries 'body.name' of a body of which nodes, as the whole system counts, are part; most of them first.
+
+    Those that only meet an end are left out where another has more; the body's name alone where none has any.
+    """
+    local = nodes - system.offsets[body]
+    shared = {name: int(np.isin(local, edges).sum()) for name, edges in system.meshes[body].edges.items()}
+    most = max(shared.values(), default=0)
+    least = 2 if most > 1 else 1
+    names = sorted((n for n, k in shared.items() if k >= least), key=lambda n: -shared[n])
+    return [f"{body}.{n}" for n in names] or [body]
+
+
+def past_support(system: System, held: Index, body: str, nodes: Index, u: Array) -> tuple[str, str] | None:
+    """A side of an element's ``nodes`` that has slid past a straight support of the body, and that support; None if none has.
+
+    held: prescribed degrees of freedom. Beyond the end of a support nothing holds a free side off.
+    """
+    x, sides = system.positions(u), system.meshes[body].edges
+    for support in sides:
+        own = np.unique(sides[support]) + system.offsets[body]
+        for axis, component in enumerate("xy"):
+            flat = np.ptp(system.X[own, axis]) <= FLAT * system.length
+            if not (
+                flat and np.isin(own, nodes).any() and np.isin(system.dofs.displacement.dof(own, component), held).all()
+            ):
+                continue
+            inner = np.sign(system.X[:, axis][_others(system, body)].mean() - system.X[own[0], axis])
+            others = np.setdiff1d(nodes, own)
+            depth = inner * (x[own, axis].mean() - x[others, axis])
+            if len(others) and depth.max() > FLAT * system.length:
+                deep = others[depth > FLAT * system.length]
+                side = [n for n in sides_of(system, body, deep) if n not in (body, f"{body}.{support}")]
+                if side:
+                    return side[0], f"{body}.{support}"
+    return None
+
+
+def free_sides(system: System, held: Index, body: str, nodes: Index) -> list[str]:
+    """Sides of an element's ``nodes`` that are in no contact and that no support holds; held: prescribed degrees of freedom."""
+    out = []
+    for name in sides_of(system, body, nodes):
+        if name == body:
+            continue
+        own = np.unique(system.meshes[body].edges[name.removeprefix(f"{body}.")]) + system.offsets[body]
+        touched = any(s.body == body and np.isin(own, s.points.nodes).all() for s in system.surfaces)
+        supported = any(np.isin(system.dofs.displacement.dof(own, k), held).all() for k in "xy")
+        if not touched and not supported:
+            out.append(name)
+    return out
+
+
+def _others(system: System, body: str) -> Index:
+    return system.offsets[body] + np.arange(len(system.meshes[body].points))

@@ -1,0 +1,77 @@
+"""What is at its limit where an increment fails: metal that flows at one place alone, friction as strong as the metal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from prensa.contact.forces import ContactForces
+from prensa.fem.assembly import Block
+from prensa.fem.context import Context
+from prensa.fem.limits import friction_bound, shapes
+from prensa.fem.surface import Surface
+from prensa.fem.system import Evaluation, System
+from prensa.solver.policy import Policy
+
+
+def limits(system: System, c: Context, e: Evaluation, policy: Policy) -> Iterator[str]:
+    """Clauses on the elements and contacts that are at their limit at an evaluated iterate of a failed increment."""
+    if system.dofs.dimension == 2:
+        yield from _flowing_alone(system, c, e, policy)
+        yield from _worn(system, c, policy)
+        yield from friction_limits(system, c, e, policy)
+
+
+def friction_limits(system: System, c: Context, e: Evaluation, policy: Policy) -> Iterator[str]:
+    """Clauses on the contacts whose friction is at its limit."""
+    for number, s in enumerate(system.surfaces if system.dofs.dimension == 2 else ()):
+        yield from _friction(system, c, s, e.contacts[number], number, policy)
+
+
+def _flowing_alone(system: System, c: Context, e: Evaluation, policy: Policy) -> Iterator[str]:
+    """Elements that flow many times as much as the rest of their body."""
+    for block, new, old in zip(system.blocks, e.history, c.state.history):
+        if not block.law.plastic:
+            continue
+        grown = (block.field(new, "plastic_strain") - block.field(old, "plastic_strain"))[..., 0].max(axis=1)
+        worst, most = int(np.argmax(grown)), float(grown.max())
+        others = float(np.quantile(grown, policy.spread))
+        if most > policy.noticed and most > policy.alone * others:
+            times = f", {most / others:.0f} times as much as nearly all others" if others > 0 else ", alone"
+            yield f"{_element(system, block, worst)} flows by {most:.2g} in an increment of {c.dt:.1g}{times}: it collapses"
+
+
+def _worn(system: System, c: Context, policy: Policy) -> Iterator[str]:
+    """The worst element, if it lost its shape during the run."""
+    if system.problem.kinematics == "small":
+        return
+    for block in system.blocks:
+        shape = shapes(system, block.body, c.state.u)
+        worst = int(np.argmin(shape))
+        if shape[worst] < min(policy.worn_shape, shapes(system, block.body, 0.0 * c.state.u)[worst]):
+            yield f"{_element(system, block, worst)} is out of shape (scaled Jacobian {shape[worst]:.2g})"
+
+
+def _friction(
+    system: System, c: Context, s: Surface, f: ContactForces, number: int, policy: Policy
+) -> Iterator[str]:  # fmt: skip
+    """A contact that nothing but friction at its bound holds, or whose friction is what the metal under it bears in shear."""
+    bound, closed = friction_bound(c, number, f), f.p > 0
+    if bound is None or not closed.any():
+        return
+    shear, count = np.hypot.reduce(f.t, axis=1), int(closed.sum())
+    if (shear[closed] >= (1.0 - policy.on_bound) * bound[closed]).all():
+        yield (f"friction of {s.name} is at its bound at all {count} closed points: it resists no further sliding")
+    if system.problem.bodies[s.body].material.plastic:
+        full = closed & (shear > policy.full_shear * system.shear_strength(s, c.state))
+        if full.any():
+            yield (
+                f"friction of {s.name} is as strong as the metal at {int(full.sum())} of {count} closed points (more than "
+                f"{policy.full_shear:g} of its shear strength): the skin flows instead of sliding"
+            )
+
+
+def _element(system: System, block: Block, element: int) -> str:
+    x, y = system.X[block.cells[element]].mean(axis=0)[:2]
+    return f"element {element} of {block.body} (initially near {x:.4g}, {y:.4g})"

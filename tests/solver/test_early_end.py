@@ -1,0 +1,192 @@
+"""A run that cannot go on ends when that is known, and says on which element, side, contact or tool."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import prensa as pr
+from prensa.errors import PreflightError, SolveError
+from prensa.fem.folds import fold, outlines
+from prensa.solver.failure import Distorted, Folded, FreeToMove, StartsInside
+
+METAL = pr.J2(E=70e3, nu=0.3, flow=pr.Voce(s0=60, Q=120, b=8))
+SOFT = pr.Elastic(E=1000.0, nu=0.3)
+
+
+def failure_of(problem, numerics=None):
+    """The increments that a run had, and the error that ended it."""
+    done, run = [], pr.solve(problem, numerics)
+    with pytest.raises(SolveError) as caught:
+        while True:
+            done.append(next(run))
+    return done, caught.value
+
+
+def test_a_run_ends_where_an_element_is_worn_out():
+    """Rough flattening of a coarse strip: 534 increments and an element 'turned inside out' before; named and ended now."""
+    body = pr.Body(pr.Rectangle(size=(4, 2), n=(8, 4)), METAL)
+    problem = pr.Problem(
+        "flattened", bodies={"b": body}, tools={"die": pr.Plane(touching="b.top")},
+        contacts=(pr.Contact(("b.top", "b.right"), "die", friction=pr.Coulomb(0.5)),),
+        fixed={"b.bottom": "xy", "b.left": "x"},
+        steps=(pr.Step("press", move={"die": pr.Motion(y=-1.0)}, increments=20),),
+    )  # fmt: skip
+    done, error = failure_of(problem)
+    assert isinstance(error.reason, Distorted)
+    assert error.reason.shape < 0 and error.reason.sides == ("b.top",)
+    assert 20 < len(done) < 80
+    assert error.last is done[-1]
+    for words in ("element 30 of b", "'b.top'", "in contact b.top+b.right-die", "a mesh that is finer there"):
+        assert words in str(error)
+
+
+def test_a_side_that_slides_past_its_support_is_named(caplog):
+    """A free side that folds under the support beside it: told with both, and with the tool that should be there."""
+    body = pr.Body(pr.Rectangle(size=(2, 1), n=(6, 3)), pr.J2(1000.0, 0.3, pr.Perfect(5.0)))
+    problem = pr.Problem(
+        "crushed", bodies={"b": body}, tools={"t": pr.Plane(touching="b.top")},
+        contacts=(pr.Contact("b.top", "t", friction=pr.Coulomb(3.0)),), fixed={"b.bottom": "xy"},
+        steps=(pr.Step("crush", move={"t": pr.Motion(y=-0.97)}, increments=1),),
+    )  # fmt: skip
+    _, error = failure_of(problem)
+    assert isinstance(error.reason, Distorted) and error.reason.past == ("b.left", "b.bottom")
+    assert "'b.left' has slid past the support 'b.bottom'" in str(error)
+    assert "in place of the support 'b.bottom', with 'b.left' in its contact" in str(error)
+    assert "side 'b.left' slides past the support 'b.bottom'" in caplog.text
+
+
+def test_a_body_that_passes_through_itself_is_told():
+    """An open ring is closed further than its ends can be: they would pass through each other without a force."""
+    ring = pr.Annulus(inner=0.9, outer=1.1, n=(32, 2), angles=(0.13, 2 * np.pi - 0.13))
+    problem = pr.Problem(
+        "ring", bodies={"b": pr.Body(ring, SOFT)}, fixed={"b.start": "xy"},
+        steps=(pr.Step("close", fixed={"b.end": pr.Fixed(x=0.05, y=0.4)}, increments=4),),
+    )  # fmt: skip
+    _, error = failure_of(problem)
+    assert isinstance(error.reason, Folded)
+    assert "side 'b.end' crosses side 'b.outer'" in str(error) and "no contact with themselves" in str(error)
+
+
+@pytest.mark.parametrize("element", ["q4", "q8", "t6"])
+def test_outlines_that_only_bend_are_no_folds(element):
+    """A strip turned, sheared or bent to three quarters of a ring folds nowhere; bent further it does, where its ends meet."""
+    body = pr.Body(pr.Rectangle(size=(4, 1), n=(16, 2)), SOFT, element)
+    system = pr.discretise(pr.Problem("strip", bodies={"b": body}, fixed={"b.left": "xy"}, steps=(pr.Step("rest"),)))
+    x, y = system.X.T
+    known, u = outlines(system), system.initial().u
+
+    def folded(*places):
+        system.displacement(u)[:] = np.column_stack(places) - system.X
+        return fold(system, known, u)
+
+    assert folded(x, y) is folded(-y, x) is folded(x + 3 * y, y) is folded(x, y + 0.3 * x**2) is None
+    r = 2 - y - 0.1 * x
+    assert folded(r * np.sin(1.2 * x), r * np.cos(1.2 * x)) is None
+    met = folded(r * np.sin(1.63 * x), r * np.cos(1.63 * x))
+    assert met is not None and {"b.left", "b.right"} & {met.first, met.second}
+
+
+# ------------------------------------------------------------------------------------------------ overlaps at the start
+def pressed(tool, travel, mu=0.0, increments=5):
+    """A soft block, held below, under a tool."""
+    body = pr.Body(pr.Rectangle(size=(4, 2), n=(16, 8)), SOFT)
+    return pr.Problem(
+        "pressed", bodies={"b": body}, tools={"t": tool}, fixed={"b.bottom": "xy"},
+        contacts=(pr.Contact("b.top", "t", friction=pr.Coulomb(mu) if mu else None),),
+        steps=(pr.Step("press", move={"t": pr.Motion(y=travel)}, increments=increments),),
+    )  # fmt: skip
+
+
+def test_a_tool_three_elements_inside_an_elastic_body_is_pressed_out_at_once():
+    """The answer is that of a tool that touches and is moved in; it was given up after seven cuts, with an element inside out."""
+    inside = list(pr.solve(pressed(pr.Circle(radius=0.8, at=(2.0, 2.05)), -0.05)))
+    moved = list(pr.solve(pressed(pr.Circle(radius=0.8, at=(2.0, 2.8)), -0.8, increments=16)))
+    assert len(inside) == 5 and sum(i.statistics.cutbacks for i in inside) == 0
+    # contact stiffnesses belong to the areas that points have at the beginning of the increment
+    assert inside[-1].force("t").y == pytest.approx(moved[-1].force("t").y, rel=1e-3)
+
+
+def test_a_tool_that_no_body_gives_way_to_is_told_soon():
+    """Half the height of the block is beyond its limit point: seven or more cuts told nothing of the overlap."""
+    done, error = failure_of(pressed(pr.Plane(at=(0.0, 1.0)), -0.05))
+    assert not done and isinstance(error.reason, StartsInside)
+    assert error.reason.depth == pytest.approx(1.0) and error.reason.elements == pytest.approx(4.0)
+    assert "'t' starts 1 inside 'b.top', 4 of an element" in str(error) and "same overlap" in str(error)
+
+
+def test_a_tool_beyond_whose_centre_nodes_lie_is_refused():
+    """They would be pulled through it: the run completed, the tool was pulled in by 356 N."""
+    with pytest.raises(PreflightError, match="nearer to its far side"):
+        pr.solve(pressed(pr.Circle(radius=0.8, at=(2.0, 1.8)), -0.05))
+
+
+# -------------------------------------------------------------------------------- what is at its limit, and what it cost
+def test_friction_at_its_bound_is_named():
+    """A block that is pulled out of a vice by more than friction holds: the message says which contacts let go."""
+    body = pr.Body(pr.Rectangle(size=(2, 1), n=(6, 3)), SOFT)
+    problem = pr.Problem(
+        "pulled", bodies={"b": body},
+        tools={"t": pr.Plane(touching="b.top"), "table": pr.Plane(touching="b.bottom", normal=(0, 1))},
+        contacts=(pr.Contact("b.top", "t", friction=pr.Coulomb(0.2)), pr.Contact("b.bottom", "table", friction=pr.Coulomb(0.2))),
+        steps=(
+            pr.Step("press", move={"t": pr.Motion(y=-0.01)}, increments=2),
+            pr.Step("pull", loads={"b.right": pr.Load(pressure=-20.0)}, increments=4),
+        ),
+    )  # fmt: skip
+    _, error = failure_of(problem)
+    assert isinstance(error.reason, FreeToMove)
+    assert "friction of b.top-t is at its bound at all 7 closed points" in str(error)
+    assert "friction of b.bottom-table is at its bound at all 7 closed points" in str(error)
+
+
+def test_friction_as_strong_as_the_metal_is_named():
+    """A tool is pushed along by more than the skin bears in shear, which a factor of 1 lets it ask for."""
+    body = pr.Body(pr.Rectangle(size=(2, 1), n=(6, 3)), pr.J2(1000.0, 0.3, pr.Perfect(5.0)))
+    problem = pr.Problem(
+        "sheared", bodies={"b": body}, tools={"t": pr.Plane(touching="b.top")}, fixed={"b.bottom": "xy"},
+        contacts=(pr.Contact("b.top", "t", friction=pr.Shear(m=1.0)),),
+        steps=(
+            pr.Step("press", move={"t": pr.Motion(y=-0.02)}, increments=2),
+            pr.Step("slide", push={"t": pr.Push(x=10.0)}, increments=4),
+        ),
+    )  # fmt: skip
+    _, error = failure_of(problem)
+    assert "friction of b.top-t is as strong as the metal at" in str(error)
+
+
+@pytest.mark.parametrize("rule", ["simpson", "gauss3"])
+def test_stiff_penalties_at_more_points_than_nodes_are_solved_in_one_increment(rule):
+    """More closed points than displacements of a stiff penalty: hundreds of iterations before, in a hundred increments."""
+    body = pr.Body(pr.Rectangle(size=(4, 2), n=(16, 8)), SOFT)
+
+    def run(rule):
+        contact = pr.Contact("b.top", "t", enforcement=pr.Penalty(beta=1e4), integration=rule)
+        problem = pr.Problem(
+            "stiff", bodies={"b": body}, tools={"t": pr.Circle(radius=5, touching="b.top")}, contacts=(contact,),
+            fixed={"b.bottom": "xy"}, kinematics="small",
+            steps=(pr.Step("press", move={"t": pr.Motion(y=-0.05)}, increments=1),),
+        )  # fmt: skip
+        (increment,) = pr.solve(problem)
+        return increment
+
+    increment = run(rule)
+    assert increment.statistics.cutbacks == 0 and increment.statistics.iterations <= 12
+    assert increment.force("t").y == pytest.approx(run("nodal").force("t").y, rel=0.08)
+
+
+def test_an_increment_tells_all_its_iterations():
+    """What is said of an accepted increment counts the attempts that were cut, as its statistics do."""
+    said = []
+    body = pr.Body(pr.Rectangle(size=(4, 2), n=(8, 4)), METAL)
+    problem = pr.Problem(
+        "cut", bodies={"b": body}, tools={"die": pr.Plane(touching="b.top")},
+        contacts=(pr.Contact(("b.top", "b.right"), "die", friction=pr.Coulomb(0.5)),),
+        fixed={"b.bottom": "xy", "b.left": "x"},
+        steps=(pr.Step("press", move={"die": pr.Motion(y=-1.0)}, increments=20),),
+    )  # fmt: skip
+    increment = next(pr.solve(problem, monitor=said.append))
+    tried = sum(p.iteration for p in said if p.event == "rejected")
+    accepted = next(p for p in said if p.event == "accepted")
+    assert increment.statistics.cutbacks > 0 and tried > 0
+    assert accepted.iteration == increment.statistics.iterations > tried
