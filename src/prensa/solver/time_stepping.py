@@ -187,6 +187,7 @@ class TimeStepping:
         now, dt = state.clock.time, state.clock.dt
         dt = dt if dt > 0 else control.first()
         spent, cutbacks = 0, 0
+        most = self.most_cutbacks(state)
         while True:
             end, notes = first_touch(self.system, state, plan, control.end(now, dt), self.policy)
             c = self.context(state, plan, end)
@@ -199,7 +200,7 @@ class TimeStepping:
             if refusal := self.acceptance.refusal(c, result):
                 result.converged, result.reason = False, refusal
             dt = control.cut(end - now)
-            last = cutbacks == self.numerics.max_cutbacks or control.exhausted(dt)
+            last = cutbacks == most or control.exhausted(dt)
             if self.condensed is None:  # linear bodies are stable
                 before = result.iterations
                 result = judged(self.equilibrium(c), result, self.acceptance, cutbacks, not last)
@@ -212,6 +213,11 @@ class TimeStepping:
             if last or (isinstance(result.reason, LimitPoint) and at_limit(c, self.policy)):
                 raise self.post_mortem(c, result, cutbacks)
             cutbacks += 1
+
+    def most_cutbacks(self, state: State) -> int:
+        """How often an increment may be cut: more often where viscous forces give any an answer that is short enough."""
+        jumps = self.policy.jump_cuts if self.numerics.max_cutbacks and state.stability.viscosity > 0 else 0
+        return self.numerics.max_cutbacks + jumps
 
     def context(self, state: State, plan: StepPlan, end: float) -> Context:
         """Everything that an increment from a state to the time ``end`` needs."""
@@ -295,7 +301,7 @@ class TimeStepping:
             cut = f"Increments were down to {c.dt:.1g} of time: no shorter one can help."
         elif isinstance(reason, BeyondSmall):
             cut = "A shorter increment would end there too."
-        elif cutbacks < self.numerics.max_cutbacks:
+        elif cutbacks < self.most_cutbacks(c.state):
             cut += " It is too short by now for another cut: the body jumps here, or nothing can go on."
         last = self.last_good()
         if held := still_held(self.system, c.state, c.plan):
