@@ -202,6 +202,9 @@ class Policy:
     stabilise: float = 2e-4
     """Share of the work of a step that viscous forces may dissipate with ``stabilise: auto``."""
 
+    jump_cuts: int = 8
+    """Cuts of an increment beside those of `Numerics.max_cutbacks` where viscous forces hold: jumps are short."""
+
     # ----------------------------------------------------------------------------------------------------- warnings
     viscous: float = 0.01
     """Share of the work that viscous forces dissipate that is worth a warning."""
