@@ -155,3 +155,14 @@ def test_widths_that_are_known_to_an_element_only_are_told(element, rule):
     assert len(found[4.3]) == (rule != "nodal" or element is not None)
     assert all("(7.85, 10)" in words and "fillet" in words for words in found[4.3])
     assert not found[4.0]
+
+
+@pytest.mark.parametrize(("raised", "cut"), [(0.0, True), (0.05, True), (0.2, False)])
+def test_an_edge_into_which_a_corner_has_sunk_stays_whole(raised, cut):
+    """Deeper than a quarter of an element the point of a cut would have a force at once that nothing led to."""
+    system = pr.discretise(pressed(2.9, mode=("finite", "current"), size=(4.0, 2.0), x=2.0))
+    u = np.zeros(system.ndof)
+    system.displacement(u)[np.isclose(system.X[:, 1], 2.0), 1] = raised
+    state = replace(system.initial(), u=u)
+    (surface,) = system.context(state, plan_step(system, 0, u), 0.5).surfaces
+    assert (surface is not system.surfaces[0]) == cut

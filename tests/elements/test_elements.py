@@ -137,3 +137,50 @@ def test_rules_of_straight_edges_are_refused_on_quadratic_ones():
     )  # fmt: skip
     with pytest.raises(ValueError, match="'gauss2' is a rule of straight edges and t6 has quadratic ones; use 'nodal'"):
         replace(p, contacts=(replace(p.contacts[0], integration="gauss2"),))
+
+
+@pytest.mark.parametrize("axisymmetric", [False, True])
+def test_points_of_f_bar_resist_being_turned_through(axisymmetric):
+    """Forces and stiffness are derivatives of V E/2 ln²(ρ/3), which nothing bounds; an element of 180° at a corner has none."""
+    from prensa.elements import q4
+
+    rng = np.random.default_rng(0)
+    X = np.array([[[2.0, 0], [3, 0], [3, 1], [2, 1]]]) + 0.02 * rng.standard_normal((1, 4, 2))
+
+    def pushed(s):
+        d = np.zeros_like(X)
+        d[0, 2] = -s
+        return d
+
+    def areas(x):
+        g = 1 / 3**0.5
+        corner = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+        at = np.vstack([g * corner, [0, 0]])
+        N = 0.25 * (1 + at[:, None, 0] * corner[:, 0]) * (1 + at[:, None, 1] * corner[:, 1])
+        dx = 0.25 * corner[:, 0] * (1 + at[:, None, 1] * corner[:, 1])
+        dy = 0.25 * corner[:, 1] * (1 + at[:, None, 0] * corner[:, 0])
+        return np.linalg.det(np.stack([dx @ x, dy @ x], axis=1)), N @ x[:, 0]
+
+    def energy(d):
+        (j, _), (J, r) = areas((X + d)[0]), areas(X[0])
+        excess = np.log(j[4] / j[:4] * J[:4] / J[4] / 3.0)
+        return float((0.5 * 7.0 * J[:4] * (r[:4] if axisymmetric else 1.0) * np.maximum(excess, 0.0) ** 2).sum())
+
+    def response(d):
+        size, r, K = np.zeros(1), np.zeros((1, 8)), np.zeros((1, 8, 8))
+        q4.unfold(X, X, d, axisymmetric, 7.0, size, True, r, K)
+        return r[0], K[0]
+
+    def slope(f, d):
+        steps = 1e-6 * np.eye(8).reshape(8, 1, 4, 2)
+        return np.array([(f(d + h) - f(d - h)) / 2e-6 for h in steps])
+
+    d = pushed(0.575)
+    r, K = response(d)
+    assert energy(d) > 0
+    assert np.abs(slope(energy, d) - r).max() <= 1e-7 * np.abs(r).max()
+    assert np.abs(slope(lambda v: response(v)[0], d) - K).max() <= 1e-7 * np.abs(K).max()
+    assert np.array_equal(K, K.T)
+    assert not response(pushed(0.5))[0].any()
+    through = next(s for s in np.linspace(0.575, 0.7, 100000) if areas((X + pushed(s))[0])[0].min() <= 0)
+    assert energy(pushed(through - 2e-6)) > 20 * energy(d)

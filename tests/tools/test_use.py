@@ -149,3 +149,18 @@ def test_a_sharp_corner_over_a_node_is_refused_and_rounded_when_nothing_is_said(
     assert placed(pr.Profile(points=points, at=(3.0, 2.0))).shape.radius == pytest.approx(0.125)
     reference = pressed(pr.Profile(points=points, at=(3.0, 2.0)), [down()], mode=("small", "reference"))
     assert pr.discretise(reference).tools[0].shape.radius == 0.0
+
+
+def test_a_boundary_all_around_has_no_side_to_touch():
+    """A whole ring has no mean normal: 'touching' it is refused with what says the side, and 'above' places the tool."""
+    ring = pr.Body(pr.Annulus(3.0, 4.0, (32, 2)), ELASTIC)
+
+    def on(**place):
+        return pr.Problem(
+            "ring", bodies={"ring": ring}, tools={"tool": pr.Plane(normal=(0.0, -1.0), **place)},
+            contacts=[pr.Contact("ring.outer", "tool")], fixed={"ring.inner": "xy"}, steps=(down(),),
+        )  # fmt: skip
+
+    with pytest.raises(PrensaError, match=r"'above: ring\.outer'"):
+        pr.discretise(on(touching="ring.outer"))
+    assert pr.discretise(on(above="ring.outer")).tools[0].at[1] == pytest.approx(4.0)

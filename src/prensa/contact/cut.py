@@ -22,6 +22,7 @@ Index = NDArray[np.int64]
 
 BESIDE = 1e-4  # share of an edge by which a look at the tool is taken on either side of a corner
 FLANK = 0.1  # cosine towards a surface below which a part of a tool is a flank, that covers nothing
+PIERCED = 0.25  # depth of a point in the tool, over that of its element, from which its edge is not cut there
 AT_NODE = 1e-9  # share of an edge by which a corner may miss a node that it lies on
 
 

@@ -34,6 +34,7 @@ class ContactForces(NamedTuple):
     stretched (k, t): ∂(a t)/∂a, force per area that the surface gains, where the areas are current ones; else None.
     dp (k, 1 + t + m), dt (k, t, 1 + t + m): derivatives of p and t by λ_n, λ_T and q.
     ``rests`` (k,): closed, or open by no more than round-off.
+    bound (k, 2): what friction can bear per area and its derivative by p; None without friction.
     ``points``: those of the increment, which differ from the surface's where edges are cut.
     """
 
@@ -50,6 +51,7 @@ class ContactForces(NamedTuple):
     dt: Array
     rests: NDArray[np.bool_]
     stretched: Array | None = None
+    bound: Array | None = None
     points: Points | None = None
 
     @property
@@ -119,7 +121,8 @@ def forces(
     ``round_off`` (k,) of the gaps; landed (k,): points that a prediction has put on the tool from inside it. K has the slope
     of the side that p is on, so that a point in tension is let go; what was closed and is open by round-off, or has landed
     and is open by less than `TOUCH`, keeps that of closed points.
-    foundation (k,): where it is not 0, the slope of p in K is this share of a closed point's, whatever the state.
+    foundation (k, 2): where it is not 0, the slopes of p and of t in K are these shares of those of a closed point and of one
+    that sticks, whatever the state.
     """
     k, m = len(weight), pairs.s.shape[1]
     p, touching, rests = _normal(pairs.g, scale, lam[:, 0], committed.closed, before is not None, round_off, landed)
@@ -127,28 +130,27 @@ def forces(
     dp = np.zeros((k, n + pairs.dg.shape[1]))
     slope = touching.astype(np.float64)
     if foundation is not None:
-        slope = np.where(foundation > 0, foundation, slope)
+        slope = np.where(foundation[:, 0] > 0, foundation[:, 0], slope)
         touching = slope > 0
-    dp[:, 0] = slope
-    dp[:, n:] = np.where(touching, -slope * scale.k_n, 0.0)[:, None] * pairs.dg
-    t, kappa, slip, stretched = np.zeros((k, m)), committed.slip.copy(), np.zeros(k, dtype=bool), None
+    dp[:, 0], dp[:, n:] = slope, np.where(touching, -slope * scale.k_n, 0.0)[:, None] * pairs.dg
+    t, kappa, slip = np.zeros((k, m)), committed.slip.copy(), np.zeros(k, dtype=bool)
+    stretched, bound, dt = None, None, np.zeros((k, m, dp.shape[1]))
     if law is not None:
         ds = pairs.s - committed.coordinate
-        pressure = np.maximum(p, 0.0)
-        if area is not None:
-            share = weight / area
-            pressure = pressure * share
+        share = np.ones(k) if area is None else weight / area
+        pressure = np.maximum(p, 0.0) * share
         out = return_map(law, at, lam[:, 1:], ds, pressure, touching, committed.slip, scale.k_t, hold)
         by_p = out.dt_dp
+        bound = out.bound
         if area is not None:
-            by_p = by_p * share[:, None]
+            by_p, bound = by_p * share[:, None], bound * np.stack([np.ones(k), share], axis=1)
             stretched = out.t - out.dt_dp * pressure[:, None]
         t, kappa, slip = out.t, out.kappa, out.slip
-        dt = np.zeros((k, m, dp.shape[1])) if lagged else by_p[:, :, None] * dp[:, None]
+        if not lagged:
+            dt += by_p[:, :, None] * dp[:, None]
         dt[:, :, 1:n] -= out.dt_dg / scale.k_t[:, None, None]  # the trial traction is λ_T − k_T Δg_T
         dt[:, :, n:] += _chained(out.dt_dg, pairs.ds)
-    else:
-        dt = np.zeros((k, m, dp.shape[1]))
+        _rest(dt, foundation, scale, pairs)
     area = weight if area is None else area
     P, T = weight * p, area[:, None] * t
     F, K = assembled(pairs, P, T, weight[:, None] * dp, area[:, None, None] * dt)
@@ -156,7 +158,7 @@ def forces(
         if before is not None:
             P, T = weight * before, area[:, None] * committed.traction
         turned(pairs, P, T, K)
-    return ContactForces(pairs, p, t, kappa, slip, F, K, weight, area, dp, dt, rests, stretched)
+    return ContactForces(pairs, p, t, kappa, slip, F, K, weight, area, dp, dt, rests, stretched, bound)
 
 
 def _normal(
@@ -177,6 +179,18 @@ def _normal(
     if landed is not None:
         touching = touching | (landed & just)
     return np.maximum(trial, 0.0), touching, rests
+
+
+def _rest(dt: Array, foundation: Array | None, scale: Scale, pairs: Pairs) -> None:
+    """Put the derivatives dt (k, t, 1 + t + m) of the points that rest on a tangential foundation at those of its springs."""
+    if foundation is None:
+        return
+    share, n = foundation[:, 1], 1 + dt.shape[1]
+    on = np.flatnonzero(share > 0)
+    dt[on] = 0.0
+    for a in range(n - 1):
+        dt[on, a, 1 + a] = share[on]
+    dt[on, :, n:] = -(share[on] * scale.k_t[on])[:, None, None] * pairs.ds[on]
 
 
 def _chained(A: Array, B: Array) -> Array:

@@ -9,6 +9,8 @@ axisymmetry (hoop component included), m = 2 in plane strain (in-plane block). F
 c = α^(1−m), which is ∫ σ(f̄) ∇N_a dv. In small strain it is B-bar
 (Hughes 1980), symmetric, with the volume average of the dilatation: that of the centroid, the same in plane strain, would fail
 the patch test in axisymmetry.
+
+F-bar sees no volume but that of the centroid, so nothing keeps that of a point from vanishing: `unfold` does.
 """
 
 from __future__ import annotations
@@ -118,6 +120,9 @@ def _root_minus_one(delta, cubic):
 
 # the derivative by ξ changes only with η and the other way round: number of their values at the points and at the centre
 _ROW, _COLUMN = np.array([0, 0, 1, 1, 2]), np.array([0, 1, 1, 0, 2])
+_LEAST_SHARE = (
+    1.0 / 3.0
+)  # area of a point over that of the centre, both over their initial ones, that F-bar keeps by itself
 _FAR, _NEAR = 0.25 * (1.0 + _G), 0.25 * (1.0 - _G)
 
 
@@ -309,3 +314,74 @@ def integrate(x, du, axisymmetric, finite, w, alpha, P, A, forces, stiffness, r_
                     t = AG[q, 0, j] + AG[q, 3, j] + (AG[q, 4, j] if axisymmetric else 0.0)
                     for i in range(8):
                         K_out[e, i, j] += g[q, i] * t
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _shape_gradients(v, e, q, out):
+    """∂N_a/∂v_i of element e at point q in node positions v (e, 4, 2) → out[q] (8,), by x and y of node after node; Jacobian."""
+    j11 = j12 = j21 = j22 = 0.0
+    for a in range(4):
+        dx, dy = _DX[q, a], _DY[q, a]
+        j11 += dx * v[e, a, 0]
+        j12 += dx * v[e, a, 1]
+        j21 += dy * v[e, a, 0]
+        j22 += dy * v[e, a, 1]
+    det = j11 * j22 - j12 * j21
+    for a in range(4):
+        dx, dy = _DX[q, a], _DY[q, a]
+        out[q, 2 * a] = (j22 * dx - j12 * dy) / det
+        out[q, 2 * a + 1] = (j11 * dy - j21 * dx) / det
+    return det
+
+
+@njit(cache=True, error_model="numpy")
+def unfold(X, x, d, axisymmetric, modulus, forces, stiffness, r_out, K_out):
+    """Add forces and stiffness of the energy V E*/2 ln²(ρ/3) of the points whose ρ, centre over point, exceeds 3.
+
+    ρ is the ratio of the areas of centre and point over that of the initial shape X (e, 4, 2), V the point's initial volume
+    over the thickness (or over 2π) and ``modulus`` E* times that; x + d are the present positions. With F-bar the energy
+    of a point does not depend on its own volume, so that it stays finite while that goes to zero and the element through
+    itself (of neo-Hooke in plane strain this is exact: see `prensa.fem.symmetry`). A corner of 180° has ρ = 2.37.
+    """
+    v = np.empty((1, 4, 2))
+    B, B0 = np.empty((2, 5, 8))
+    slope = np.empty(8)
+    S = np.empty((2, 2, 3))
+    for e in range(X.shape[0]):
+        for a in range(4):
+            for i in range(2):
+                v[0, a, i] = x[e, a, i] + d[e, a, i]
+        _slopes(v, 0, 0, S[0])
+        _slopes(v, 0, 1, S[1])
+        centre = S[0, 0, 2] * S[1, 1, 2] - S[1, 0, 2] * S[0, 1, 2]
+        least = centre
+        for q in range(4):
+            row, column = _ROW[q], _COLUMN[q]
+            least = min(least, S[0, 0, row] * S[1, 1, column] - S[1, 0, row] * S[0, 1, column])
+        # points of convex shapes have 0.42 to 1.58 of the area of their centre, initial ones too: most elements end here
+        if least > 1.6 * _LEAST_SHARE * centre:
+            continue
+        j0, J0 = _shape_gradients(v, 0, _CENTRE, B), _shape_gradients(X, e, _CENTRE, B0)
+        for q in range(4):
+            j, J = _shape_gradients(v, 0, q, B), _shape_gradients(X, e, q, B0)
+            excess = math.log(j0 / j * J / J0 * _LEAST_SHARE)
+            if not excess > 0.0:
+                continue
+            W = modulus * J
+            if axisymmetric:
+                radius = 0.0
+                for a in range(4):
+                    radius += _N[q, a] * X[e, a, 0]
+                W *= radius
+            for i in range(8):
+                slope[i] = B[_CENTRE, i] - B[q, i]
+                r_out[e, i] += W * excess * slope[i]
+                forces[e] += abs(W * excess * slope[i])
+            if not stiffness:
+                continue
+            for a in range(4):
+                for i in range(2):
+                    for b in range(4):
+                        for k in range(2):
+                            turn = B[q, 2 * a + k] * B[q, 2 * b + i] - B[_CENTRE, 2 * a + k] * B[_CENTRE, 2 * b + i]
+                            K_out[e, 2 * a + i, 2 * b + k] += W * (slope[2 * a + i] * slope[2 * b + k] + excess * turn)

@@ -27,8 +27,8 @@ class Request(NamedTuple):
 
     ``stick`` (points,): contact points that are forced to stick; ``guess``: points that were closed are kept closed and stuck,
     for the first guess of an increment. ``reach``: a length that positions do not exceed, for their round-off. ``landed``
-    (points,): contact points that a prediction has put on their tool from inside it. ``foundation`` (points,): share of
-    its normal stiffness with which a contact point resists in the matrix, open or closed; 0: as it does.
+    (points,): contact points that a prediction has put on their tool from inside it. ``foundation`` (points, 2): shares
+    of its normal and tangential stiffness with which a contact point resists in the matrix, whatever its state; 0: as it does.
     """
 
     u: Array

@@ -24,7 +24,10 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 EPS = float(np.finfo(np.float64).eps)
-ROUND = 1.0  # round-off of a gap or slip over ε × size
+ROUND = 1.0  # round-off of a gap or slip over ε × size, at most
+USUAL = (
+    0.4  # share of that which gaps and slips of many points have: 0.1 to 0.35 measured under planes, 0.2 under rolls
+)
 
 
 @dataclass(frozen=True)
@@ -112,6 +115,7 @@ class ContactInteraction:
         follows = law is not None and not law.proportional and system.problem.kinematics == "finite" and not s.sharp
         area = system.weights(s, system.positions(ask.u), c.depth) if follows else None
         pairs, lam = system.pairs(s, ask.u, c.state), ask.lam[s.rows]
+        round_off = self._round_off(pairs, ask.u)
         f = forces(
             pairs,
             weight,
@@ -124,13 +128,13 @@ class ContactInteraction:
             area,
             c.lagged,
             before,
-            self._round_off(pairs, ask.u),
+            round_off,
             None if ask.landed is None else ask.landed[s.rows],
             None if ask.foundation is None else ask.foundation[s.rows],
         )
         # points that just touch are closed or open by the round-off of their gaps; those that stick have that of their slips
-        stiff = (weight * scale.k_n * (f.rests | (f.dp[:, 0] > 0)) + f.area * scale.k_t * f.resists).sum()
-        out = Response(floor=EPS * float(stiff) * ask.reach, trial=f._replace(points=s.points))
+        stiff = weight * scale.k_n * (f.rests | (f.dp[:, 0] > 0)) + f.area * scale.k_t * f.resists
+        out = Response(floor=USUAL * float(stiff @ round_off), trial=f._replace(points=s.points))
         if not np.isfinite(f.K).all():
             out.failed = FrictionTooSoft(s.name)
             return out

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.cut import Cut, cut, cuts_of
+from prensa.contact.cut import PIERCED, Cut, cut, cuts_of
 from prensa.contact.forces import ContactForces, Scale
 from prensa.contact.pairing import UNMOVED, Pairs, Since, continued, current_pairs, reference_pairs
 from prensa.contact.record import ContactRecord
@@ -311,15 +311,24 @@ class System:
             return self.surfaces
         ahead = state.u.copy()
         ahead[plan.fixed] = plan.values(time)
-        return [self._cut_by(s, state.u, self.place_of(s.tool, ahead)) for s in self.surfaces]
+        return [self._cut_by(s, state.u, ahead) for s in self.surfaces]
 
-    def _cut_by(self, s: Surface, u: Array, place: Array) -> Surface:
-        """A contact with its edges, of bodies at degrees of freedom u (ndof,), cut by its tool at a place (3,)."""
-        cuts = self.cuts(s, u, place) if s.sharp else []
-        if not cuts:
-            return s
-        points = cut(s.points, self.positions(u) if self.problem.kinematics == "finite" else self.X, cuts)
-        return replace(s, points=points, X=points.at(self.X))
+    def _cut_by(self, s: Surface, u: Array, ahead: Array) -> Surface:
+        """A contact with its edges, of bodies at degrees of freedom u (ndof,), cut by its tool where it is in ``ahead`` (ndof,).
+
+        Where a corner has sunk into its edge between the nodes, the point that a cut makes would lie deep in the tool, and
+        its force be there at once: such edges stay whole.
+        """
+        cuts = self.cuts(s, u, self.place_of(s.tool, ahead)) if s.sharp else []
+        while cuts:
+            points = cut(s.points, self.positions(u) if self.problem.kinematics == "finite" else self.X, cuts)
+            out = replace(s, points=points, X=points.at(self.X))
+            sunk = self.pairs(out, ahead).g < -PIERCED * points.depth
+            whole = [c for c in cuts if not sunk[s.points.nodes == s.points.edges[c.edge, c.end]].any()]
+            if len(whole) == len(cuts):
+                return out
+            cuts = whole
+        return s
 
     def cuts(self, s: Surface, u: Array, place: Array) -> list[Cut]:
         """Where sharp corners of a contact's tool at a place (3,) lie over its edges, of bodies at degrees of freedom u."""

@@ -19,13 +19,17 @@ ON_BOUND = 1e-12  # a point that slid and has not moved yet is on the bound: it 
 
 
 class Tangential(NamedTuple):
-    """t (k, d) traction, dt_dg (k, d, d), dt_dp (k, d), kappa (k,) new accumulated slip, slip (k,) flags."""
+    """t (k, d) traction, dt_dg (k, d, d), dt_dp (k, d), kappa (k,) new accumulated slip, slip (k,) flags.
+
+    bound (k, 2): the bound and its derivative by the pressure, whether a point slips or not.
+    """
 
     t: Array
     dt_dg: Array
     dt_dp: Array
     kappa: Array
     slip: NDArray[np.bool_]
+    bound: Array
 
 
 def return_map(
@@ -60,7 +64,7 @@ def return_map(
     k, d = dg.shape
     t, dt_dp, dt_dg = np.zeros((k, d)), np.zeros((k, d)), np.zeros((k, d, d))
     _tractions(trial, size, tau, dtau_p, D, k_t, touching, slip, t, dt_dp, dt_dg)
-    return Tangential(t, dt_dg, dt_dp, kappa + delta, slip)
+    return Tangential(t, dt_dg, dt_dp, kappa + delta, slip, np.stack([tau, dtau_p], axis=1))
 
 
 @njit(cache=True, error_model="numpy")

@@ -1,4 +1,8 @@
-"""Linear complementarity with many degenerate pairs, by an interior point method: no active set that could cycle."""
+"""Linear complementarity, by methods that no active set can cycle in.
+
+`complementary`: an interior point method, for many degenerate pairs; `pivoted`: Lemke's method, for matrices that are not
+positive, as those of friction.
+"""
 
 from __future__ import annotations
 
@@ -83,3 +87,37 @@ def _polished(L: Array, R: Array, b: Array, x: Array, y: Array, policy: Policy) 
             return np.where(takes_x, z, 0.0), np.where(takes_x, 0.0, z)
         takes_x = right
     return np.where(first, x, 0.0), np.where(first, 0.0, y)
+
+
+def pivoted(M: Array, q: Array, policy: Policy = DEFAULT) -> tuple[Array, Array] | None:
+    """w, z (n,) ≥ 0 with w = M z + q and w z = 0 in every pair; None if the method ends on a ray or takes too long.
+
+    Lemke (1965), as in Cottle, Pang and Stone (1992), The Linear Complementarity Problem, algorithm 4.4.5.
+    """
+    n = len(q)
+    if q.min(initial=0.0) >= 0:
+        return q.copy(), np.zeros(n)
+    # columns: those of z, of the artificial variable, and the values; w stands for itself where it is basic
+    table = np.hstack([np.eye(n), -M, -np.ones((n, 1)), q[:, None]])
+    basis, artificial = np.arange(n), 2 * n
+    row, entering = int(np.argmin(q)), artificial
+    for _ in range(policy.pivots * n):
+        table[row] /= table[row, entering]
+        others = np.arange(n) != row
+        table[others] -= np.outer(table[others, entering], table[row])
+        leaving, basis[row] = basis[row], entering
+        if leaving == artificial:
+            values = np.zeros(2 * n + 1)
+            values[basis] = np.maximum(table[:, -1], 0.0)
+            return values[:n], values[n : 2 * n]
+        entering = leaving + n if leaving < n else leaving - n
+        column = table[:, entering]
+        able = column > policy.least_pivot * np.abs(column).max()
+        if not able.any() or not np.isfinite(column).all():
+            return None
+        ratio = np.where(able, np.maximum(table[:, -1], 0.0) / np.where(able, column, 1.0), np.inf)
+        least = ratio.min()
+        ties = np.flatnonzero(ratio <= least * (1.0 + policy.least_pivot))
+        out = ties[basis[ties] == artificial]
+        row = int(out[0] if len(out) else ties[np.argmax(column[ties])])
+    return None

@@ -28,6 +28,8 @@ from prensa.fem.surface import Surface
 from prensa.fem.system import Evaluation
 from prensa.solver.complementarity import complementary
 from prensa.solver.equilibrium import Equilibrium
+from prensa.solver.friction_step import Friction, as_rows, tractions
+from prensa.solver.policy import Policy
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -41,46 +43,91 @@ class Candidates(NamedTuple):
     trial: Array
 
 
-def contact_step(eq: Equilibrium, u: Array, lam: Array, e: Evaluation, stick: Flags | None) -> Array | None:
+def contact_step(
+    eq: Equilibrium, u: Array, lam: Array, e: Evaluation, stick: Flags | None, most: int | None = None
+) -> Array | None:  # fmt: skip
     """Step (ndof,) from the iterate u (ndof,), whose evaluation is e; None where there is none or it would cost too much.
 
-    stick (points,): contact points that are forced to stick.
+    stick (points,): contact points that are forced to stick where the step does not decide that (see `decides_friction`);
+    ``most``: candidates at most, `Policy.most_candidates` if not given.
     """
     policy = eq.policy
-    near = np.concatenate(
-        [
-            np.where(np.isfinite(f.g), f.g, np.inf) < policy.candidates * sc.h
-            for f, sc in zip(e.contacts, eq.context.scales)
-        ]
-    )
-    if not 0 < near.sum() <= policy.most_candidates:
+    near = _near(eq, e)
+    if not 0 < near.sum() <= (policy.most_candidates if most is None else most):
         return None
-    base = eq.evaluate(u, lam, stick=stick, foundation=np.where(near, policy.foundation, 0.0))
+    rubbing = _rubbing(eq, e, near)
+    if rubbing is None:
+        rubbing = np.zeros_like(near)
+    else:
+        stick = None
+    shares = policy.foundation * np.stack([near, rubbing], axis=1).astype(np.float64)
+    base = eq.evaluate(u, lam, stick=stick, foundation=shares)
     if base.failed:
         return None
     all_lam = eq.system.multipliers(u, lam)
     points = _candidates(eq, base, near, all_lam)
+    friction = rubbed(eq, base, rubbing, all_lam) if rubbing.any() else None
     r = base.r
     with eq.report.timed("factorisation and solve"):
         matrix, base = eq.reduced.matrix(base, -r), base._replace(data=None)
         alone = eq.reduced.solve(matrix, -r)
-        found = _pressures(eq, points, alone)
-        step = None if found is None else alone + eq.reduced.again(points.forces.T @ found)
+        forces, slopes = points.forces, points.slopes
+        if friction is not None:
+            forces, slopes = (
+                vstack([forces, friction.forces], format="csr"),
+                vstack([slopes, friction.slopes], format="csr"),
+            )
+        S = _responses(eq, forces, slopes)
+        ahead = slopes @ alone
+        if friction is None:
+            found = _pressures(eq.policy, points.trial, S, ahead)
+        else:
+            found = tractions(eq.policy, points.trial, friction, rubbing[near], S, ahead)
+        step = None if found is None else alone + eq.reduced.again(forces.T @ found)
     # they are not those of Newton's matrix, which finishing substitutions want
     eq.reduced.factorisation.begin()
     return step
 
 
-def _pressures(eq: Equilibrium, points: Candidates, alone: Array) -> Array | None:
-    """Share v (m,) of the candidates' pressures, given the step (ndof,) of the springs alone."""
-    policy, m, share = eq.policy, len(points.trial), eq.policy.foundation
+def decides_friction(eq: Equilibrium, e: Evaluation) -> bool:
+    """Whether a contact step from the evaluation e finds out itself which points slip, too; so it does where none can."""
+    return _rubbing(eq, e, _near(eq, e)) is not None
+
+
+def _near(eq: Equilibrium, e: Evaluation) -> Flags:
+    """Candidates (points,)."""
+    share, scales = eq.policy.candidates, eq.context.scales
+    return np.concatenate([np.where(np.isfinite(f.g), f.g, np.inf) < share * sc.h for f, sc in zip(e.contacts, scales)])
+
+
+def _rubbing(eq: Equilibrium, e: Evaluation, near: Flags) -> Flags | None:
+    """Candidates (points,) with friction, which is decided with their pressure; None where that is not done."""
+    rubbing = np.zeros_like(near)
+    for s, f, law in zip(eq.context.surfaces, e.contacts, eq.context.laws):
+        if law is None or law.frictionless or f.bound is None:
+            continue
+        if s.exact or law.hardens or f.t.shape[1] != 1 or eq.context.lagged:
+            return None
+        rubbing[s.rows] = near[s.rows]
+    return rubbing if rubbing.sum() <= eq.policy.few else None
+
+
+def _responses(eq: Equilibrium, forces: csr_matrix, slopes: csr_matrix) -> Array:
+    """−∂(trial)/∂v (m, m) of what acts on the bodies besides the springs."""
+    m = forces.shape[0]
     S = np.empty((m, m))
-    for first in range(0, m, policy.columns):
-        block = slice(first, first + policy.columns)
-        S[:, block] = -(eq.reduced.responses(points.forces[block], points.slopes))
-    x, y = np.maximum(points.trial, 0.0), np.maximum(-points.trial, 0.0)
+    for first in range(0, m, eq.policy.columns):
+        block = slice(first, first + eq.policy.columns)
+        S[:, block] = -(eq.reduced.responses(forces[block], slopes))
+    return S
+
+
+def _pressures(policy: Policy, trial: Array, S: Array, ahead: Array) -> Array | None:
+    """Share v (m,) of the candidates' pressures; ahead (m,): changes of their trial pressures by the springs alone."""
+    m, share = len(trial), policy.foundation
+    x, y = np.maximum(trial, 0.0), np.maximum(-trial, 0.0)
     left, right = np.eye(m) - share * S, np.eye(m) + (1.0 - share) * S
-    found = complementary(left, right, left @ y - right @ x - points.slopes @ alone, policy)
+    found = complementary(left, right, left @ y - right @ x - ahead, policy)
     return None if found is None else (1.0 - share) * (found[0] - x) + share * (found[1] - y)
 
 
@@ -114,10 +161,30 @@ def _of_surface(s: Surface, f: ContactForces, scale: Scale, at: NDArray[np.int64
         forces, slopes = np.hstack([forces, rows]), np.hstack([slopes, own])
     dofs = s.coupled[at]
     trial = lam[at, 0] - scale.k_n[at] * f.g[at]
-    return Candidates(_rows(forces, dofs, ndof), _rows(slopes, dofs, ndof), trial)
+    return Candidates(as_rows(forces, dofs, ndof), as_rows(slopes, dofs, ndof), trial)
 
 
-def _rows(values: Array, dofs: NDArray[np.int64], ndof: int) -> csr_matrix:
-    """Rows (m, ndof) with values (m, k) at dofs (m, k)."""
-    m, k = dofs.shape
-    return csr_matrix((values.ravel(), dofs.ravel(), np.arange(0, m * k + 1, k)), (m, ndof))
+def rubbed(eq: Equilibrium, base: Evaluation, rubbing: Flags, lam: Array) -> Friction:
+    """The candidates with friction of all contacts, from an evaluation on their foundation; lam (points, 2) multipliers."""
+    ndof, share = eq.system.ndof, eq.policy.foundation
+    parts = []
+    for s, f, scale in zip(eq.context.surfaces, base.contacts, eq.context.scales):
+        at = np.flatnonzero(rubbing[s.rows])
+        if not len(at):
+            continue
+        assert f.bound is not None
+        forces = s.points.on_dofs(f.area[:, None] * f.pairs.Ft[:, 0])[at]
+        slopes = s.points.on_dofs(f.dt[:, 0, 2:] / share)[at]
+        slid = f.s - eq.context.state.contact.coordinate[s.rows]
+        trial = lam[s.rows, 1] - scale.k_t * slid[:, 0]
+        dofs = s.coupled[at]
+        parts.append(
+            Friction(
+                as_rows(forces, dofs, ndof), as_rows(slopes, dofs, ndof), trial[at], f.t[at, 0], f.p[at], *f.bound[at].T
+            )
+        )
+    return Friction(
+        vstack([p.forces for p in parts], format="csr"),
+        vstack([p.slopes for p in parts], format="csr"),
+        *(np.concatenate(values) for values in list(zip(*parts))[2:]),
+    )

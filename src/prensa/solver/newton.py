@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.fem.system import Evaluation
-from prensa.solver.contact_step import contact_step
+from prensa.solver.contact_step import contact_step, decides_friction
 from prensa.solver.equilibrium import Equilibrium, NewtonResult, Signature, reversed_slip, signature
 from prensa.solver.failure import Diverged, Failure, NotConverged, Stagnated, Unevaluable
 from prensa.solver.finish import finish
@@ -40,6 +40,7 @@ class NewtonState:
     status: Signature | None = None
     reversed: Flags = field(default_factory=lambda: np.zeros(0, dtype=bool))
     settled: bool = False
+    by_contact: bool = False
     best: float = np.inf
     watch_from: tuple[Array, Array] | None = None
     watched: int = 0
@@ -128,7 +129,7 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     and shortens its step (watchdog of Chamberlain et al. 1982); likewise while points reverse their slip. Any other step
     that raises the residual is shortened.
     """
-    e, delta = _contact_direction(eq, state) if by_contact else _direction(eq, state)
+    e, delta, decided = _contact_direction(eq, state, by_contact or state.by_contact)
     result.iterations += 1
     if runaway := eq.runaway(delta):
         return runaway
@@ -137,7 +138,10 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     moved = contact_corrected(eq.system, eq.context, e, state.u, delta, state.lam)
     full = eq.evaluate(moved, state.lam, stiffness=not (state.relative <= eq.policy.close and state.settled))
     size = eq.norm(full)
-    if not full.failed and _accepted(eq, state, full, size):
+    if not decided and size > state.norm and (better := _decided(eq, state, e, full, result)) is not None:
+        moved, full, decided = better
+        size = eq.norm(full)
+    if not full.failed and _accepted(eq, state, full, size, decided):
         state.watched += size >= state.best
         state.came_by = moved - state.u
         state.u, state.evaluation = moved, full
@@ -152,7 +156,7 @@ def _direction(eq: Equilibrium, state: NewtonState) -> tuple[Evaluation, Array]:
     if e is None or e.data is None:
         e = eq.evaluate(state.u, state.lam)
     if state.reversed.any():
-        # a point that slipped one way and now slips the other would flip for ever: it sticks for this solve
+        # where no step decides it, a point that slipped one way and now slips the other would flip for ever: it sticks here
         stuck = eq.evaluate(state.u, state.lam, stick=state.reversed)
         if not stuck.failed:
             e = stuck
@@ -162,22 +166,63 @@ def _direction(eq: Equilibrium, state: NewtonState) -> tuple[Evaluation, Array]:
         return e, eq.reduced.solve(matrix, -e.r)
 
 
-def _contact_direction(eq: Equilibrium, state: NewtonState) -> tuple[Evaluation, Array]:
-    """As `_direction`, with the contact conditions as inequalities where that can be done."""
-    e = state.evaluation
-    assert e is not None
-    stick = state.reversed if state.reversed.any() else None
-    delta = contact_step(eq, state.u, state.lam, e, stick)
+def _contact_direction(eq: Equilibrium, state: NewtonState, by_contact: bool) -> tuple[Evaluation, Array, bool]:
+    """As `_direction`, with the contact conditions as inequalities where that is asked for and can be done.
+
+    ``by_contact``: ask for it, and not only where points reverse their slip. The flag says whether all of contact was decided.
+    """
+    reverses = bool(state.reversed.any())
+    if by_contact or reverses:
+        e = state.evaluation
+        assert e is not None
+        stick = state.reversed if reverses else None
+        decides = decides_friction(eq, e)
+        delta = contact_step(eq, state.u, state.lam, e, stick) if by_contact or decides else None
+        if delta is not None:
+            state.evaluation = None
+            return e._replace(data=None), delta, decides
+    return *_direction(eq, state), False
+
+
+def _decided(
+    eq: Equilibrium, state: NewtonState, e: Evaluation, full: Evaluation, result: NewtonResult
+) -> tuple[Array, Evaluation, bool] | None:  # fmt: skip
+    """Dofs and evaluation after a contact step from the iterate of e, and whether that decides all; None if full is as good.
+
+    It is tried where the assumptions of Newton's step were wrong: points slip the other way at its end, or open or close
+    once more. Points that do the latter have found an end neither open nor closed: steps by contact go on from there.
+    """
+    before, after = signature(e), signature(full)
+    turns = not full.failed and bool(reversed_slip(before, after).any())
+    changes = full.failed or (state.iteration > 0 and not np.array_equal(before > 0, after > 0))
+    if not (turns or changes):
+        return None
+    decides = decides_friction(eq, e)
+    delta = contact_step(eq, state.u, state.lam, e, None, eq.policy.few) if decides or not turns else None
     if delta is None:
-        return _direction(eq, state)
-    state.evaluation = None
-    return e._replace(data=None), delta
+        return None
+    result.iterations += 1
+    if eq.runaway(delta) is not None:
+        return None
+    moved = contact_corrected(eq.system, eq.context, e, state.u, delta, state.lam)
+    better = eq.evaluate(moved, state.lam)
+    if not eq.norm(better) < eq.norm(full):
+        return None
+    state.by_contact = not turns
+    if state.watch_from is not None and state.watch_from[0] is state.u:
+        state.watch_from = state.u, delta
+    return moved, better, decides
 
 
-def _accepted(eq: Equilibrium, state: NewtonState, full: Evaluation, size: float) -> bool:
-    """Whether a full step is accepted: it lowers the residual, is the first, or changes contact and the watchdog lets it."""
+def _accepted(eq: Equilibrium, state: NewtonState, full: Evaluation, size: float, decided: bool) -> bool:
+    """Whether a full step is accepted: it lowers the residual, is the first, or changes contact and the watchdog lets it.
+
+    The watchdog lets no step grow that has ``decided`` itself which points are closed or slip.
+    """
     if state.iteration == 0 or size < state.best or not eq.numerics.line_search:
         return True
+    if decided:
+        return False
     now, after = state.status, signature(full)
     assert now is not None
     flips = bool(state.reversed.any() or reversed_slip(now, after).any())

@@ -76,6 +76,15 @@ class Policy:
     """… until the mean product of scaled pressures and gaps is this: pressures of a loose end are 1e-13 of the largest."""
     polishing: int = 6
     """Times at most that the equations of the pairs found are solved."""
+    few: int = 60
+    """Candidates with which a contact step costs no more than another iteration. So many points at most have their friction
+    decided with their pressure, by pivots that cost the third power of their number: …"""
+    pivots: int = 10
+    """… so many for each of the equations at most …"""
+    least_pivot: float = 1e-11
+    """… none of which is less than this share of the largest in its column."""
+    adhesion: float = 1e-9
+    """Traction over the largest pressure that all points can bear there: those that carry nothing would tie with one another."""
 
     # ---------------------------------------------------------------------------------------------- an overlap at the start
     overlap: float = 0.2
@@ -192,6 +201,9 @@ class Policy:
 
     stabilise: float = 2e-4
     """Share of the work of a step that viscous forces may dissipate with ``stabilise: auto``."""
+
+    jump_cuts: int = 8
+    """Cuts of an increment beside those of `Numerics.max_cutbacks` where viscous forces hold: jumps are short."""
 
     # ----------------------------------------------------------------------------------------------------- warnings
     viscous: float = 0.01

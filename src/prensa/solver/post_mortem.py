@@ -36,7 +36,8 @@ def hint(failure: Failure) -> str:
             return "support the body or the tool in that direction, or hold it until contact does"
         case Unevaluable(ElementFailed(why=Why.INVERTED)):
             return (
-                "more 'increments', a mesh that is coarser or better shaped there, element q4_fbar; if a free side slides past "
+                "more 'increments', a mesh that is coarser or better shaped there, another 'element' (q4_fbar, q4, "
+                "q4_enhanced); if a free side slides past "
                 "the tool, make it part of the contact surface"
             )
         case Unevaluable(FrictionTooSoft()):

@@ -81,13 +81,13 @@ def judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutbac
     the unstable one is kept, and from there on no more is asked.
     """
     if not result.converged:
-        return _failed(eq, result, cutbacks >= eq.policy.soften_after or not may_cut)
+        return _failed(eq, result, cutbacks >= eq.policy.soften_after, not may_cut)
     modes = softest_modes(eq.system, eq.reduced, eq.policy)
     if modes is None:
         result.negative = eq.context.state.stability.negative
         return result
     if modes.negative and not eq.context.state.stability.negative:
-        modes = _at(eq, result) or modes
+        modes = _at(eq, result.u, result.lam) or modes
     result.negative = modes.negative
     if not modes.negative and jumped(eq, result):
         if at_limit(eq.context, eq.policy):
@@ -146,29 +146,36 @@ def jumped(eq: Equilibrium, result: NewtonResult) -> bool:
         if np.abs(system.displacement(du) - foretold).max() <= policy.astray * np.abs(foretold).max():
             return False
     for share in policy.between:
-        e = eq.evaluate(system.with_slaves(state.u + share * du), result.lam)
-        if e.failed:
+        modes = _at(eq, system.with_slaves(state.u + share * du), result.lam)
+        if modes is None:
             return False
-        try:
-            eq.reduced.solve(eq.reduced.matrix(e, -e.r), -e.r)
-        except SingularError:
-            return False
-        modes = softest_modes(system, eq.reduced, policy)
-        if modes is not None and modes.negative:
+        if modes.negative:
             return True
     return False
 
 
-def _failed(eq: Equilibrium, result: NewtonResult, short: bool) -> NewtonResult:
-    """A failure is a limit point where short increments too end at matrices with a negative mode."""
+def _failed(eq: Equilibrium, result: NewtonResult, short: bool, last: bool) -> NewtonResult:
+    """A failure is a limit point where short increments too end at matrices with a negative mode, or the last just beside one."""
     reason = result.reason
-    if isinstance(reason, Stagnated | NotConverged | Diverged | Unstable) and (
-        short or at_limit(eq.context, eq.policy)
-    ):
-        modes = softest_modes(eq.system, eq.reduced, eq.policy)
-        if modes is not None and modes.negative:
+    if isinstance(reason, Stagnated | NotConverged | Diverged | Unstable):
+        limit = at_limit(eq.context, eq.policy)
+        if (short or last or limit) and _turning(eq, result, last and limit):
             result.reason = LimitPoint(reason)
     return result
+
+
+def _turning(eq: Equilibrium, result: NewtonResult, beside: bool) -> bool:
+    """Whether the last iterate has a negative mode; or, ``beside``, a state that its softest mode leads to at once.
+
+    The factors at hand are not asked: contact steps and other attempts came after the iterate. Past a limit point iterates
+    wander to and fro across it, so that the last one is as often before it as behind.
+    """
+    modes = _at(eq, result.u, result.lam)
+    if modes is None or modes.negative or not beside:
+        return modes is not None and modes.negative > 0
+    step = eq.policy.branches[0] * eq.system.length * modes.mode
+    there = (_at(eq, eq.system.with_slaves(result.u + sign * step), result.lam) for sign in (1.0, -1.0))
+    return any(at is not None and at.negative for at in there)
 
 
 def at_limit(c: Context, policy: Policy) -> bool:
@@ -176,9 +183,11 @@ def at_limit(c: Context, policy: Policy) -> bool:
     return not c.state.stability.viscosity > 0 and c.dt < policy.at_limit * (c.plan.t1 - c.plan.t0)
 
 
-def _at(eq: Equilibrium, result: NewtonResult) -> Modes | None:
-    """The modes of the matrix at the solution itself: the last factors are of the iterate before."""
-    e = eq.evaluate(result.u, result.lam)
+def _at(eq: Equilibrium, u: Array, lam: Array) -> Modes | None:
+    """The modes of the matrix at the dofs u (ndof,) themselves: the last factors are of the iterate before, or of another."""
+    e = eq.evaluate(u, lam)
+    if e.failed:
+        return None
     try:
         eq.reduced.solve(eq.reduced.matrix(e, -e.r), -e.r)
     except SingularError:

@@ -202,6 +202,7 @@ class TimeStepping:
         now, dt = state.clock.time, state.clock.dt
         dt = dt if dt > 0 else control.first()
         spent, cutbacks = 0, 0
+        most = self.most_cutbacks(state)
         while True:
             end, notes = first_touch(self.system, state, plan, control.end(now, dt), self.policy)
             c = self.context(state, plan, end)
@@ -214,7 +215,7 @@ class TimeStepping:
             if refusal := self.acceptance.refusal(c, result):
                 result.converged, result.reason = False, refusal
             dt = control.cut(end - now)
-            last = cutbacks == self.numerics.max_cutbacks or control.exhausted(dt)
+            last = cutbacks == most or control.exhausted(dt)
             if self.condensed is None:  # linear bodies are stable
                 before = result.iterations
                 result = judged(self.equilibrium(c), result, self.acceptance, cutbacks, not last)
@@ -225,7 +226,9 @@ class TimeStepping:
             self.messages.rejected(state, plan, end, result)
             assert result.reason is not None
             last |= control.comes_free(result.reason, end - now)
-            hopeless = self.distortion.rejected(c, result.reason, control.longest()) or self.stays_inside(state, cutbacks)
+            hopeless = self.distortion.rejected(c, result.reason, control.longest(None)) or self.stays_inside(
+                state, cutbacks
+            )
             result.reason = hopeless or result.reason
             if last or hopeless or (isinstance(result.reason, LimitPoint) and at_limit(c, self.policy)):
                 raise self.post_mortem(c, result, cutbacks)
@@ -235,6 +238,11 @@ class TimeStepping:
         """The tool that starts deepest inside a body, if the first increment fails on: shorter ones have the same overlap."""
         inside = starts_inside(self.system, state, self.policy) if cutbacks >= self.policy.soften_after else []
         return max((reason for reason, *_ in inside), key=lambda reason: reason.elements, default=None)
+
+    def most_cutbacks(self, state: State) -> int:
+        """How often an increment may be cut: more often where viscous forces give any an answer that is short enough."""
+        jumps = self.policy.jump_cuts if self.numerics.max_cutbacks and state.stability.viscosity > 0 else 0
+        return self.numerics.max_cutbacks + jumps
 
     def context(self, state: State, plan: StepPlan, end: float) -> Context:
         """Everything that an increment from a state to the time ``end`` needs."""
@@ -329,7 +337,7 @@ class TimeStepping:
             cut = "Shorter increments begin with the same overlap."
         elif isinstance(reason, BeyondSmall):
             cut = "A shorter increment would end there too."
-        elif cutbacks < self.numerics.max_cutbacks:
+        elif cutbacks < self.most_cutbacks(c.state):
             cut += " It is too short by now for another cut: the body jumps here, or nothing can go on."
         last = self.last_good()
         if held := still_held(self.system, c.state, c.plan):

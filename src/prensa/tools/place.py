@@ -46,6 +46,17 @@ def surface_normal(points: Array, edges: NDArray[np.int64]) -> Array:
     return n / np.linalg.norm(n)
 
 
+def side_of(name: str, target: str, points: Array, edges: NDArray[np.int64]) -> Array:
+    """`surface_normal` of the boundary that tool *name* is to touch; `ToolError` if it ends where it begins and has none."""
+    t = points[edges[:, 1]] - points[edges[:, 0]]
+    if np.hypot(*t.sum(axis=0)) <= 1e-9 * np.hypot(*t.T).sum():
+        raise ToolError(
+            f"tools.{name}: 'touching: {target}' does not say on which side: that boundary runs all around and has no mean "
+            f"normal; give 'above: {target}', 'below: {target}' or 'at'"
+        )
+    return surface_normal(points, edges)
+
+
 def place(name: str, d: ToolShape, meshes: dict[str, Mesh], rounding: float = 0.0) -> PlacedTool:
     """Place the tool *d*; see `prensa.Plane` and the others for the meaning of the keys.
 
@@ -70,7 +81,7 @@ def place(name: str, d: ToolShape, meshes: dict[str, Mesh], rounding: float = 0.
         elif edge in mesh.corners:
             raise ToolError(f"tools.{name}: 'touching' needs a boundary; {target!r} is a point")
         else:
-            outward = surface_normal(mesh.points, mesh.edges[edge])
+            outward = side_of(name, target, mesh.points, mesh.edges[edge])
     direction = d.looks(outward)
     at = np.array(d.at if d.at is not None else (0.0, 0.0), dtype=np.float64)
     shape = d.shape(direction, rounding)
