@@ -362,8 +362,8 @@ SEEDED = {
         ),
         Seeded(
             "free side that folds under the support beside it",
-            (("[strip.top, strip.right]", "strip.top"), ("mu: 0.1", "mu: 3"), ("strip.bottom: y", "strip.bottom: xy"), ("y: -0.2", "y: -1.5"), ("increments: 4", "increments: 8")),
-            "", ("is worn out", "'strip.right' has slid past the support 'strip.bottom'", "in place of the support"), False, "run",
+            (("[strip.top, strip.right]", "strip.top"), ("mu: 0.1", "mu: 3"), ("strip.bottom: y", "strip.bottom: xy"), ("y: -0.2", "y: -0.92"), ("increments: 4", "increments: 8")),
+            "", ("folds over itself", "'strip.right' slides past the support 'strip.bottom'", "put a tool there"), True, "run",
         ),
         Seeded(
             "contact that is never made",

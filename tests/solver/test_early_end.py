@@ -6,9 +6,15 @@ import numpy as np
 import pytest
 
 import prensa as pr
+from prensa.elements.element import Why
 from prensa.errors import PreflightError, SolveError
+from prensa.fem.failure import ElementFailed
 from prensa.fem.folds import fold, outlines
-from prensa.solver.failure import Distorted, Folded, FreeToMove, StartsInside
+from prensa.fem.planning import plan_step
+from prensa.solver.distortion import Distortion
+from prensa.solver.failure import Distorted, Folded, FreeToMove, StartsInside, Unevaluable, sentence
+from prensa.solver.policy import DEFAULT
+from prensa.solver.post_mortem import hint
 
 METAL = pr.J2(E=70e3, nu=0.3, flow=pr.Voce(s0=60, Q=120, b=8))
 SOFT = pr.Elastic(E=1000.0, nu=0.3)
@@ -23,37 +29,52 @@ def failure_of(problem, numerics=None):
     return done, caught.value
 
 
-def test_a_run_ends_where_an_element_is_worn_out():
-    """Rough flattening of a coarse strip: 534 increments and an element 'turned inside out' before; named and ended now."""
-    body = pr.Body(pr.Rectangle(size=(4, 2), n=(8, 4)), METAL)
+def worn(places, dt=1e-6, times=DEFAULT.worn_out, longest=0.1):
+    """What comes of attempts that fail on element 2 of a strip of 3 × 1 whose nodes are at ``places(x, y)``."""
+    body = pr.Body(pr.Rectangle(size=(3, 1), n=(3, 1)), METAL)
     problem = pr.Problem(
-        "flattened", bodies={"b": body}, tools={"die": pr.Plane(touching="b.top")},
-        contacts=(pr.Contact(("b.top", "b.right"), "die", friction=pr.Coulomb(0.5)),),
-        fixed={"b.bottom": "xy", "b.left": "x"},
-        steps=(pr.Step("press", move={"die": pr.Motion(y=-1.0)}, increments=20),),
+        "worn", bodies={"b": body}, tools={"die": pr.Plane(touching="b.top")}, contacts=(pr.Contact("b.top", "die"),),
+        fixed={"b.bottom": "y", "b.left": "x"}, steps=(pr.Step("press", move={"die": pr.Motion(y=-0.1)}),),
     )  # fmt: skip
-    done, error = failure_of(problem)
-    assert isinstance(error.reason, Distorted)
-    assert error.reason.shape < 0 and error.reason.sides == ("b.top",)
-    assert 20 < len(done) < 80
-    assert error.last is done[-1]
-    for words in ("element 30 of b", "'b.top'", "in contact b.top+b.right-die", "a mesh that is finer there"):
-        assert words in str(error)
+    system = pr.discretise(problem)
+    state = system.initial()
+    system.displacement(state.u)[:] = np.column_stack(places(*system.X.T)) - system.X
+    c = system.context(state, plan_step(system, 0, state.step_start), dt)
+    failed = Unevaluable(ElementFailed(2, "b", 2.5, 0.5, Why.INVERTED))
+    distortion = Distortion(system, DEFAULT)
+    return [distortion.rejected(c, failed, longest) for _ in range(times)][-1]
 
 
-def test_a_side_that_slides_past_its_support_is_named(caplog):
-    """A free side that folds under the support beside it: told with both, and with the tool that should be there."""
-    body = pr.Body(pr.Rectangle(size=(2, 1), n=(6, 3)), pr.J2(1000.0, 0.3, pr.Perfect(5.0)))
-    problem = pr.Problem(
-        "crushed", bodies={"b": body}, tools={"t": pr.Plane(touching="b.top")},
-        contacts=(pr.Contact("b.top", "t", friction=pr.Coulomb(3.0)),), fixed={"b.bottom": "xy"},
-        steps=(pr.Step("crush", move={"t": pr.Motion(y=-0.97)}, increments=1),),
-    )  # fmt: skip
-    _, error = failure_of(problem)
-    assert isinstance(error.reason, Distorted) and error.reason.past == ("b.left", "b.bottom")
-    assert "'b.left' has slid past the support 'b.bottom'" in str(error)
-    assert "in place of the support 'b.bottom', with 'b.left' in its contact" in str(error)
-    assert "side 'b.left' slides past the support 'b.bottom'" in caplog.text
+def flat(x, y):
+    """The corner at (3, 0) goes up beyond the diagonal of its element."""
+    corner = (x == 3) & (y == 0)
+    return x - 0.7 * corner, y + 0.8 * corner
+
+
+def under(x, y):
+    """The free corner at (3, 1) goes under the support of the bottom."""
+    corner = (x == 3) & (y == 1)
+    return x, y - 1.1 * corner
+
+
+def test_an_element_on_which_attempts_fail_again_and_again_ends_the_run():
+    """All three are needed: many failures, short increments, a bad shape; the words name element, sides and contact."""
+    reason = worn(flat)
+    assert isinstance(reason, Distorted) and reason.shape < 0.2 and reason.attempts == DEFAULT.worn_out
+    assert set(reason.sides) == {"b.top", "b.right", "b.bottom"} and reason.contacts == ("b.top-die",) and reason.past is None
+    assert "element 2 of b" in sentence(reason) and "in contact b.top-die" in sentence(reason)
+    assert "finer there" in hint(reason)
+    assert worn(flat, times=DEFAULT.worn_out - 1) is None
+    assert worn(flat, dt=1e-3) is None
+    assert worn(lambda x, y: (x, y)) is None
+
+
+def test_a_side_that_has_slid_past_its_support_is_named():
+    """A free side under the support beside it: told with both, and with the tool that should be there."""
+    reason = worn(under)
+    assert isinstance(reason, Distorted) and reason.past == ("b.right", "b.bottom")
+    assert "'b.right' has slid past the support 'b.bottom'" in sentence(reason)
+    assert "in place of the support 'b.bottom', with 'b.right' in its contact" in hint(reason)
 
 
 def test_a_body_that_passes_through_itself_is_told():
@@ -178,14 +199,13 @@ def test_stiff_penalties_at_more_points_than_nodes_are_solved_in_one_increment(r
 def test_an_increment_tells_all_its_iterations():
     """What is said of an accepted increment counts the attempts that were cut, as its statistics do."""
     said = []
-    body = pr.Body(pr.Rectangle(size=(4, 2), n=(8, 4)), METAL)
+    body = pr.Body(pr.Rectangle(size=(2, 1), n=(6, 3)), METAL)
     problem = pr.Problem(
-        "cut", bodies={"b": body}, tools={"die": pr.Plane(touching="b.top")},
-        contacts=(pr.Contact(("b.top", "b.right"), "die", friction=pr.Coulomb(0.5)),),
-        fixed={"b.bottom": "xy", "b.left": "x"},
-        steps=(pr.Step("press", move={"die": pr.Motion(y=-1.0)}, increments=20),),
+        "cut", bodies={"b": body}, tools={"die": pr.Plane(touching="b.top")}, contacts=(pr.Contact("b.top", "die"),),
+        fixed={"b.bottom": "y", "b.left": "x"},
+        steps=(pr.Step("press", move={"die": pr.Motion(y=-0.8)}, increments=1),),
     )  # fmt: skip
-    increment = next(pr.solve(problem, monitor=said.append))
+    increment = next(pr.solve(problem, monitor=said.append))  # a strain of more than 1 at once is refused
     tried = sum(p.iteration for p in said if p.event == "rejected")
     accepted = next(p for p in said if p.event == "accepted")
     assert increment.statistics.cutbacks > 0 and tried > 0
