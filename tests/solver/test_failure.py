@@ -22,7 +22,7 @@ EACH = (
     f.Blocked("top-tool", 1.0, 2.0), f.Singular("a pivot is zero"), f.ToolRunaway("tool", "rz"), f.Runaway(),
     f.LostSupport("body"), f.UnilaterallySupported("body", "tool"), f.Tunnelled("tool", 7, "body", 1.0, 2.0),
     f.CornerInverted(3, "body", 1.0, 2.0), f.Collapsed(3, "body", 1.0, 2.0, 1.5), f.Unstable(2), f.Jumped(),
-    f.LimitPoint(f.Unstable(1)),
+    f.LimitPoint(f.Unstable(1)), f.TurnedThrough("tool", "body", 1.5), f.BeyondSmall("body", 0.2, 0.1, 0.1, 0.1),
     f.MetalInside(Inside("tool", 7, "body", "body.right", 1.0, 2.0, 0.1)),
 )  # fmt: skip
 
