@@ -1,3 +1,4 @@
+# ruff: noqa: E501 (tables of odd values)
 """Broken inputs that are YAML's own: what the format can say and a case must not, and files that are no text at all.
 
 Beside `prensa.bench.fuzz`, which calls these: anchors and aliases that multiply, keys twice, documents empty or many, words that
@@ -61,7 +62,7 @@ def _bomb(rng: Generator, text: str) -> str:
 
 
 def _merge(rng: Generator, text: str) -> str:
-    """An anchor at one value and an alias, a merge key or the anchor itself at another; the alias may come first or contain itself."""
+    """An anchor at one value, and an alias, a merge key or the anchor itself at another, perhaps before it or inside it."""
     lines = text.split("\n")
     i, j = (int(k) for k in rng.integers(len(lines), size=2))
     lines[i] = re.sub(r": ?", ": &m ", lines[i], count=1)
