@@ -69,6 +69,6 @@ def test_a_plane_has_no_passages(tmp_path):
         contacts=(pr.Contact("block.top", "plane"),), fixed={"block.bottom": "xy"},
         steps=(pr.Step("press", move={"plane": pr.Motion(y=-0.01)}, increments=1),),
     )  # fmt: skip
-    done = run(pr.Case(plane, output=pr.Output(pictures=False)), tmp_path, quiet=True)
+    done = run(pr.Case(plane, output=pr.Output(pictures=False)), tmp_path, quiet=True, force=True)
     assert not (tmp_path / "passages.csv").exists()
     assert read_summary(tmp_path)["passage_means"] == {} and not done.increment.means

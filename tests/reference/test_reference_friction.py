@@ -15,9 +15,13 @@ from prensa.reference import (
     cattaneo_mindlin,
     circular_path_lag,
     flat_punch_stick,
+    levanov,
     sliding_wedge,
     slip_hardening,
+    smooth_cap,
+    stribeck,
     wang_osakada,
+    wanheim_bay,
 )
 
 LAWS = [
@@ -147,6 +151,30 @@ def test_capstan_and_wang_osakada():
     assert p_cr == pytest.approx(2.634, abs=5e-4)
 
 
+def test_laws_of_forming_have_the_limits_of_their_sources():
+    """Coulomb at low, a shear factor at high pressure; frictionless asperities touch on half the area at p = (1 + π/2) k."""
+    k = 50.0
+    low, high = 1e-6 * k, 1e3 * k
+    # f → 0: half of the surface touches where the fields of neighbours meet, at the mean pressure of Prandtl's punch, (2 + π) k
+    f = 1e-9
+    assert wanheim_bay((1.0 + 0.5 * math.pi) * k, k, f) == pytest.approx(0.5 * f * k, rel=1e-6)
+    # f = 1: asperities yield at (1 + π/2) k in all of the area, beyond which the surface sticks
+    assert wanheim_bay(0.999 * (1.0 + 0.5 * math.pi) * k, k, 1.0) == pytest.approx(0.999 * k)
+    assert wanheim_bay(high, k, 1.0) == pytest.approx(k)
+    for f in (0.1, 0.5, 0.9):
+        assert wanheim_bay(high, k, f) == pytest.approx(f * k)
+        p = np.linspace(0.0, 20.0 * k, 4001)
+        slope = np.diff([wanheim_bay(float(x), k, f) for x in p]) / np.diff(p)
+        assert (np.diff(slope) < 1e-12).all()  # concave: the branches meet without a corner
+    assert levanov(low, 100.0, 0.4) / low == pytest.approx(0.4 * 1.25 / math.sqrt(3.0), rel=1e-5)
+    assert levanov(high, 100.0, 0.4) == pytest.approx(0.4 * 100.0 / math.sqrt(3.0))
+    assert smooth_cap(low, k, 0.3, 0.5, 1.0) / low == pytest.approx(0.3, rel=1e-5)
+    assert smooth_cap(high, k, 0.3, 0.5, 1.0) == pytest.approx(0.5 * k)
+    assert smooth_cap(0.5 * k / 0.3, k, 0.3, 0.5, 50.0) == pytest.approx(0.5 * k, rel=0.02)  # sharp in the limit
+    assert stribeck(0.0, static=0.3, kinetic=0.1, speed=2.0) == 0.3
+    assert stribeck(100.0, static=0.3, kinetic=0.1, speed=2.0) == pytest.approx(0.1)
+
+
 @pytest.mark.parametrize(
     ("name", "call"),
     [
@@ -162,6 +190,10 @@ def test_capstan_and_wang_osakada():
         ("rho", lambda: circular_path_lag(mu=0.3, p=50.0, k_T=1000.0, rho=0.015)),
         ("T1", lambda: capstan(-1.0, 0.1, 1.0)),
         ("mu", lambda: wang_osakada(0.5)),
+        ("f", lambda: wanheim_bay(1.0, 1.0, 1.5)),
+        ("sigma", lambda: levanov(1.0, 0.0, 0.5)),
+        ("n", lambda: smooth_cap(1.0, 1.0, 0.1, 0.5, 0.0)),
+        ("speed", lambda: stribeck(1.0, static=0.2, kinetic=0.1, speed=0.0)),
     ],
 )
 def test_errors_name_the_argument(name, call):

@@ -19,7 +19,7 @@ def pressed(tool, steps, *, mode=("finite", "current"), friction=None, space="pl
     return pr.Problem(
         "pressed", space=space, kinematics=mode[0], contact_geometry=mode[1], bodies={"block": block},
         tools={"tool": tool}, contacts=[pr.Contact("block.top", "tool", friction=friction)],
-        fixed={"block.bottom": "xy"}, steps=steps, **more,
+        fixed={"block.bottom": "xy"}, steps=steps, allow_large_strain=mode[0] == "small", **more,
     )  # fmt: skip
 
 

@@ -24,7 +24,7 @@ def pressed(
     mesh = pr.Rectangle(size=(12, 6), n=(24, 12))
     move = pr.Motion(y=-depth) if space == "axisymmetric" else pr.Motion(y=-depth, x=sideways)
     return pr.Problem(
-        "order", space=space, kinematics=kinematics,
+        "order", space=space, kinematics=kinematics, allow_large_strain=kinematics == "small",
         bodies={"block": pr.Body(mesh, material, element=element)},
         tools={"tool": tool or pr.Circle(radius=10, touching="block.top")},
         contacts=(pr.Contact(("block.top", "block.right"), "tool", friction=pr.Coulomb(mu) if mu else None),),

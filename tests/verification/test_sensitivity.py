@@ -9,6 +9,7 @@ from prensa.verify.table import Case, cases
 FRICTION = {
     "sliding wedge",
     "shear factor",
+    "friction laws of forming",
     "Cattaneo-Mindlin",
     "slip hardening, return map",
     "slip hardening, dragged body",

@@ -32,7 +32,7 @@ EMPTY = (
 def mutate_yaml(rng: Generator, text: str) -> str:
     """One or two changes that only the format knows."""
     for _ in range(int(rng.choice([1, 1, 2]))):
-        text = _CHANGES[rng.integers(len(_CHANGES))](rng, text)
+        text = _YAML_CHANGES[rng.integers(len(_YAML_CHANGES))](rng, text)
     return text
 
 
@@ -111,7 +111,7 @@ def _long(rng: Generator, text: str) -> str:
     return "\n".join(lines)
 
 
-_CHANGES: tuple[Callable[[Generator, str], str], ...] = (
+_YAML_CHANGES: tuple[Callable[[Generator, str], str], ...] = (
     _scalar, _scalar, _scalar, _bomb, _merge, _merge, _twice, _twice, _documents, _nested, _long,
 )  # fmt: skip
 

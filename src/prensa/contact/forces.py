@@ -59,8 +59,8 @@ class ContactForces(NamedTuple):
 
     @property
     def record(self) -> ContactRecord:
-        """What is committed of the points."""
-        return ContactRecord(self.t, self.kappa, self.s, self.p > 0)
+        """What is committed of the points; the speed, for which a duration is needed, is that of points at rest."""
+        return ContactRecord(self.t, self.kappa, self.s, self.p > 0, np.zeros_like(self.kappa))
 
     @property
     def s(self) -> Array:

@@ -22,9 +22,8 @@ from prensa.model.problem import Case
 
 CHECKPOINT = "checkpoint.h5"
 FORMAT = "prensa checkpoint"
-VERSION = (
-    4  # 2: second difference of the increments; 3: named fields of contact points, clock and energies; 4: stability
-)
+VERSION = 5
+# 2: second difference of the increments; 3: named fields of contact points, clock and energies; 4: stability; 5: speed of slip
 
 log = logging.getLogger(__name__)
 

@@ -294,7 +294,7 @@ class System:
         law_at, scales = [], []
         for s, law in zip(self.surfaces, laws):
             k = self.shear_strength(s, state) if law is not None and law.asks_for_k else None
-            law_at.append(FrictionAt(k, dt, time))
+            law_at.append(FrictionAt(k, dt, time, state.contact.speed[s.rows]))
             least = np.zeros(len(s.points))
             if law is not None and law.hardens:
                 # a softening law needs k_T > |∂τ_y/∂κ| for a unique root: take twice that at the committed pressures

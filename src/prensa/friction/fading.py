@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,6 +46,10 @@ class Fading(FrictionLaw, abstract=True):
         left_here = np.where(before[0] > now[0], left, 0.0)
         tau, by_p, by_kappa = (n + left_here * (b - n) for b, n in zip(before, now))
         return tau, by_p, by_kappa
+
+    def known_to(self) -> Mapping[str, float]:
+        """That of the law now."""
+        return {} if self.now is None else self.now.known_to()
 
     def softening(self, p: Array, kappa: Array, at: At) -> Array:
         """Largest −∂τ_y/∂κ (k,) of either law: that of a mean of the two is not larger."""

@@ -13,6 +13,7 @@ the complex step::
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -32,16 +33,19 @@ class At(NamedTuple):
     """What a bound may depend on besides pressure and slip, fixed during an increment.
 
     ``k`` (points,): shear yield stress of the body behind the surface at the start of the increment, None where the law does
-    not ask for it; ``dt``, ``time``: duration and end of the increment.
+    not ask for it; ``dt``, ``time``: duration and end of the increment; ``speed`` (points,): of slip at its start, that of the
+    increment before, length per unit time; None: at rest.
     """
 
     k: Array | None = None
     dt: float = 0.0
     time: float = 0.0
+    speed: Array | None = None
 
     def repeated(self, times: int) -> At:
         """The same for points that are listed several times over."""
-        return self if self.k is None else self._replace(k=np.tile(self.k, times))
+        k, speed = (None if v is None else np.tile(v, times) for v in (self.k, self.speed))
+        return self._replace(k=k, speed=speed)
 
 
 class FrictionLaw(Member, abstract=True):
@@ -84,6 +88,10 @@ class FrictionLaw(Member, abstract=True):
         slips = (kappa + SLIPS[:, None]).ravel()
         slope = bounded(self, np.tile(p, n), slips, at.repeated(n))[2]
         return np.maximum(-slope.reshape(n, -1).min(axis=0), 0.0)
+
+    def known_to(self) -> Mapping[str, float]:
+        """Largest 'pressure', 'slip' and 'speed' for which a measured law has values; a run that goes beyond says so."""
+        return {}
 
 
 def bounded(law: FrictionLaw, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:

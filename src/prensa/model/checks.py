@@ -377,7 +377,8 @@ def warnings_of(problem: Problem) -> list[str]:
         if first > E / 20:
             meant = f"; did you mean {E:g}e3 or '{E:g} GPa'?" if in_mpa and E < 1000 else "; check the units of both"
             said.append(f"bodies.{name}.material: E = {E:g} in {stress}, flow stress {first:g}{meant}")
-        said += _stiffness(name, body.material, first, problem.units)
+        else:
+            said += _stiffness(name, body.material, first, problem.units)
         said += [f"bodies.{name}.material.flow.{key}: {words}" for key, words in (flow.doubts() if flow else ())]
     laws = [("friction", problem.friction)]
     laws += [(f"contacts.{i}.friction", c.friction) for i, c in enumerate(problem.contacts)]

@@ -637,11 +637,11 @@ class Problem:
         from prensa.model.checks import check_names
 
         if not self.contacts:
-            object.__setattr__(self, "contacts", self._every_contact())
+            object.__setattr__(self, "contacts", self.every_contact())
         check_names(self)
         return self
 
-    def _every_contact(self) -> tuple[Contact, ...]:
+    def every_contact(self) -> tuple[Contact, ...]:
         """Every tool against the outline of every body, but those that ``no_contact`` lists as a whole."""
         none = {(s, n.against) for n in self.no_contact for s in n.surface}
         return tuple(Contact((body,), tool) for tool in self.tools for body in self.bodies if (body, tool) not in none)

@@ -222,7 +222,11 @@ class _Any(Mapping[str, Any]):
 
 def _sketch(data: dict[str, Any], context: Any) -> Any:
     """The problem as far as it can be read, entry by entry, with None for what cannot: enough to check its names."""
-    return SimpleNamespace(**{name: _part(kind, data, name, context) for name, kind in hints(Problem).items()})
+    sketch: Any = SimpleNamespace(**{name: _part(kind, data, name, context) for name, kind in hints(Problem).items()})
+    named = isinstance(sketch.tools, dict) and isinstance(sketch.bodies, dict) and None not in sketch.no_contact
+    if not sketch.contacts and named:
+        sketch.contacts = Problem.every_contact(sketch)
+    return sketch
 
 
 def _part(kind: Any, data: dict[str, Any], name: str, context: Any) -> Any:

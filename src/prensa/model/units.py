@@ -40,6 +40,7 @@ FORCE = Dimension("a force", 1, 0, "2 kN")
 SPRING = Dimension("a force per length", 1, -1, "2 kN/mm")
 MOMENT = Dimension("a moment", 1, 1, "3 kN*mm")
 STRAIN = Dimension("a strain", 0, 0, "0.2 %")
+SPEED = Dimension("a speed", 0, 1, "100 mm/s")
 ANGLE = Dimension("an angle", 0, 0, "10 deg")
 
 _LBF, _INCH = Fraction("4.4482216152605"), Fraction("0.0254")
@@ -183,6 +184,16 @@ def _convert(dimension: Dimension, per_depth: bool = False) -> Any:
     return BeforeValidator(convert)
 
 
+def _per_second(value: Any) -> Any:
+    """The length of one second of a text such as ``100 mm/s``."""
+    if not isinstance(value, str):
+        return value
+    length, per, second = value.rpartition("/")
+    if not per or second.strip() != "s":
+        raise ValueError(f"{value!r} is not a speed; write it per second, as a plain number or like {SPEED.example!r}")
+    return length
+
+
 def _refuse_bool(value: Any) -> Any:
     """Python counts True as 1; a number that is ``true`` in a file is a slip."""
     if isinstance(value, bool):
@@ -202,5 +213,6 @@ BodyForce = Annotated[float, BODY_FORCE, _convert(BODY_FORCE)]
 Force = Annotated[float, FORCE, _convert(FORCE, per_depth=True)]
 Moment = Annotated[float, MOMENT, _convert(MOMENT, per_depth=True)]
 SpringStiffness = Annotated[float, SPRING, _convert(SPRING)]
+Speed = Annotated[float, SPEED, _convert(SPEED), BeforeValidator(_per_second)]
 Strain = Annotated[float, STRAIN, _convert(STRAIN)]
 Angle = Annotated[float, ANGLE, _convert(ANGLE)]

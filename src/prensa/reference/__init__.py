@@ -5,7 +5,7 @@
 | `hertz` | rigid cylinder or sphere on a half-space |
 | `layer` | rigid cylinder on an elastic layer, smooth or bonded base: exact kernel |
 | `ring_stamp` | flat ring or disc on a half-space, ring on a layer |
-| `friction` | partial slip, slip hardening of one point, wedge, circular path, capstan, Wang & Osakada |
+| `friction` | partial slip, slip hardening of one point, wedge, circular path, capstan, laws of forming |
 | `upsetting` | frictionless upsetting with elasticity: cylinder, ring, plane strain; Considere |
 | `forming` | limit loads, tubes, rough plates, slab method, drawing, rolling |
 | `bending` | moment, curvature and springback of a strip |
@@ -41,9 +41,13 @@ from .friction import (
     cattaneo_mindlin,
     circular_path_lag,
     flat_punch_stick,
+    levanov,
     sliding_wedge,
     slip_hardening,
+    smooth_cap,
+    stribeck,
     wang_osakada,
+    wanheim_bay,
 )
 from .hertz import (
     HertzLine,
@@ -113,6 +117,7 @@ __all__ = [
     "layer_kernel",
     "layer_kernel_defect",
     "layer_line",
+    "levanov",
     "plate_on_rigid_plane",
     "prandtl_punch",
     "ring_bore_change",
@@ -125,6 +130,8 @@ __all__ = [
     "slab_strip",
     "sliding_wedge",
     "slip_hardening",
+    "smooth_cap",
+    "stribeck",
     "strip_rolling",
     "tube_expansion",
     "tube_pressure",
@@ -133,5 +140,6 @@ __all__ = [
     "upset_plane_strain",
     "upset_plane_stress",
     "wang_osakada",
+    "wanheim_bay",
     "wedge_drawing",
 ]

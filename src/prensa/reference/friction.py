@@ -1,4 +1,4 @@
-"""Friction, mostly in closed form: partial slip, slip hardening of one point, wedge, circular path, capstan, die.
+"""Friction, mostly in closed form: partial slip, slip hardening of one point, wedge, circular path, capstan, die, laws.
 
 Sign convention of this module: a traction is positive along the drag, that is, along positive displacement of the body.
 """
@@ -288,6 +288,62 @@ def capstan(T1: float, mu: float, angle: float) -> float:
     """
     not_negative(T1=T1, mu=mu, angle=angle)
     return T1 * math.exp(mu * angle)
+
+
+def wanheim_bay(p: float, k: float, f: float) -> float:
+    """p, k (stress), f (-) -> tau (stress): friction by the real area of contact of Wanheim & Bay.
+
+    In terms of sigma0 = sqrt(3) k: proportional up to p'/sigma0 = [1 + pi/2 + arccos f + sqrt(1 - f^2)] /
+    {sqrt(3) [1 + sqrt(1 - f)]}, where tau'/k = 1 - sqrt(1 - f); beyond, the exponential through (p', tau') with the
+    same slope that ends at f k.
+    Raises ValueError for a negative p, a k not above 0 or an f outside [0, 1].
+    Source: Bay (1987), J. Mech. Working Technol. 14, 203-223.
+    """
+    not_negative(p=p)
+    positive(k=k)
+    if not 0.0 <= f <= 1.0:
+        raise ValueError(f"f = {f!r}: a friction factor lies in [0, 1]; give a value in that range")
+    root = math.sqrt(1.0 - f)
+    x = p / (math.sqrt(3.0) * k)
+    limit = (1.0 + 0.5 * math.pi + math.acos(f) + math.sqrt(1.0 - f * f)) / (math.sqrt(3.0) * (1.0 + root))
+    reached = 1.0 - root
+    if x <= limit or reached >= f:
+        return k * reached * min(x / limit, 1.0)
+    return k * (reached + (f - reached) * (1.0 - math.exp((limit - x) * reached / ((f - reached) * limit))))
+
+
+def levanov(p: float, sigma: float, m: float) -> float:
+    """Pressure p, flow stress sigma (stress), m (-) -> tau (stress) = m (sigma/sqrt 3) [1 - exp(-1.25 p/sigma)].
+
+    Raises ValueError for a negative p or m, or a sigma not above 0.
+    Source: Levanov, Kolmogorov, Burkin et al. (1976), Contact Friction in Metal Forming (in Russian).
+    """
+    not_negative(p=p, m=m)
+    positive(sigma=sigma)
+    return m * sigma / math.sqrt(3.0) * (1.0 - math.exp(-1.25 * p / sigma))
+
+
+def smooth_cap(p: float, k: float, mu: float, m: float, n: float) -> float:
+    """p, k (stress), mu, m, n (-) -> tau (stress) = m k {1 - exp[-(mu p/(m k))^n]}^(1/n): Coulomb rounded off to m k.
+
+    Raises ValueError for a negative p, or k, mu, m or n not above 0.
+    Source: Shirakashi & Usui (1973) with n = 1; Childs, Maekawa, Obikawa & Yamane (2000), Metal Machining, section 2.4.
+    """
+    not_negative(p=p)
+    positive(k=k, mu=mu, m=m, n=n)
+    return m * k * float((-math.expm1(-((mu * p / (m * k)) ** n))) ** (1.0 / n))
+
+
+def stribeck(v: float, *, static: float, kinetic: float, speed: float, n: float = 2.0, viscous: float = 0.0) -> float:
+    """v, speed (length/time), static, kinetic, n (-), viscous (time/length) -> mu (-) at a sliding speed v.
+
+    mu = kinetic + (static - kinetic) exp[-(v/speed)^n] + viscous v.
+    Raises ValueError for a negative v or a speed not above 0.
+    Source: Bo & Pavelescu (1982), Wear 82, 277-289; Armstrong-Helouvry et al. (1994), Automatica 30, 1083-1138.
+    """
+    not_negative(v=v)
+    positive(speed=speed)
+    return kinetic + (static - kinetic) * math.exp(-math.pow(v / speed, n)) + viscous * v
 
 
 def wang_osakada(mu: float, theta: float = 0.0) -> tuple[float, float]:

@@ -9,6 +9,7 @@ from prensa.fem.context import Context
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
 from prensa.fem.system import Evaluation, System
+from prensa.solver.failure import Failure, FreeToMove
 from prensa.solver.policy import Policy
 
 Array = NDArray[np.float64]
@@ -76,7 +77,8 @@ class StepControl:
         if plan.increments:
             grid = plan.t0 + np.arange(1, plan.increments + 1) / plan.increments * (plan.t1 - plan.t0)
             stops += grid[grid > now + 1e-9].tolist()[:1]
-        stop = min(s for s in stops if s > now + self.policy.sliver * self.length)
+        # what is left of the step may be a sliver: failures next to its end make increments that short
+        stop = min((s for s in stops if s > now + self.policy.sliver * self.length), default=plan.t1)
         # no slivers: what is left just beyond the increment is taken along or halved
         left = stop - now
         if dt >= left * (1 - 1e-9):
@@ -86,6 +88,10 @@ class StepControl:
     def cut(self, dt: float) -> float:
         """Duration to try after a failure."""
         return self.policy.cut * dt
+
+    def comes_free(self, reason: Failure | None, dt: float) -> bool:
+        """Whether an increment that failed for want of any hold is so short that the moment of coming free is known."""
+        return isinstance(reason, FreeToMove) and dt < self.policy.least * self.length
 
     def exhausted(self, dt: float) -> bool:
         """Whether an increment is so short that time would soon stand still."""

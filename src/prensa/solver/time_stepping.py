@@ -208,6 +208,7 @@ class TimeStepping:
                 self.look_inside(c, result)
                 return self.commit(c, control, result, spent, cutbacks)
             self.messages.rejected(state, plan, end, result)
+            last |= control.comes_free(result.reason, end - now)
             if last or (isinstance(result.reason, LimitPoint) and at_limit(c, self.policy)):
                 raise self.post_mortem(c, result, cutbacks)
             cutbacks += 1
@@ -242,6 +243,7 @@ class TimeStepping:
         ended = c.time >= c.plan.t1
         dt = 0.0 if ended else control.next(c, e, result.iterations, cutbacks)
         state = committed(self.system, c, result, e, dt, self.stabilisation)
+        self.validity.look_at_friction(c, e)
         # of condensed bodies the displacements are known at the end of a step
         if result.recover is None and (refusal := self.validity.look(state.u, state.history)):
             result.reason = refusal
@@ -314,8 +316,8 @@ def committed(
     At the end of a step all dofs are recovered: the next step may need some that this one does not.
     """
     old, contact, lam = c.state, c.state.contact, result.lam.copy()
-    for s, f in zip(system.surfaces, e.contacts):
-        contact = contact.replaced(s.rows, f.record)
+    for s, f, before in zip(system.surfaces, e.contacts, c.committed):
+        contact = contact.replaced(s.rows, replace(f.record, speed=(f.kappa - before.slip) / c.dt))
         lam[s.rows, 0], lam[s.rows, 1:] = f.p, f.t
     work = nodal_work(system, c, e)
     ended, du = c.time >= c.plan.t1, result.u - old.u

@@ -1,4 +1,4 @@
-"""How far a run goes beyond what its descriptions hold for: small-strain kinematics, and flow curves with an end.
+"""How far a run goes beyond what its descriptions hold for: small-strain kinematics, and tables with an end.
 
 Converged and balanced answers may still be those of another problem. Strains and rotations are those at the elements' centres.
 """
@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.fem.assembly import Block
-from prensa.fem.system import System
+from prensa.fem.context import Context
+from prensa.fem.system import Evaluation, System
 from prensa.solver.failure import BeyondSmall, in_degrees
 from prensa.solver.policy import Policy
 
@@ -45,6 +46,7 @@ class Validity:
         self.small = system.dofs.dimension == 2 and p.kinematics == "small" and not p.allow_large_strain
         self.seen: dict[str, Deformation] = {}
         self.used_to: dict[str, float] = {}
+        self.rubbed: dict[tuple[str, str], tuple[float, float]] = {}
         self._slopes: dict[str, Array] = {}
 
     def look(self, u: Array, history: Sequence[Array]) -> BeyondSmall | None:
@@ -59,6 +61,20 @@ class Validity:
                 del self.seen[block.body]  # told as the failure
                 return BeyondSmall(block.body, *now)
         return None
+
+    def look_at_friction(self, c: Context, e: Evaluation) -> None:
+        """Note where an increment went beyond what the friction of its contacts was measured for."""
+        for s, law, f, before in zip(self.system.surfaces, c.laws, e.contacts, c.committed):
+            ends = law.known_to() if law is not None else {}
+            touching = f.p > 0
+            if not ends or not touching.any():
+                continue
+            speed = (f.kappa - before.slip) / c.dt
+            reached = {"pressure": f.p * f.weight / f.area, "slip": f.kappa, "speed": speed}
+            for name, end in ends.items():
+                most = float(reached[name][touching].max())
+                if most > end * (1 + 1e-9):
+                    self.rubbed[s.name, name] = end, max(most, self.rubbed.get((s.name, name), (0.0, 0.0))[1])
 
     def told(self) -> Iterator[str]:
         """Sentences about the largest of what was seen."""
@@ -75,6 +91,12 @@ class Validity:
             yield (
                 f"the flow curve of body {body!r} ends at a plastic strain of {end:g} and was used up to {strain:.3g}, where it "
                 "stays at its last stress; give stresses up to there"
+            )
+
+        for (contact, name), (end, most) in self.rubbed.items():
+            yield (
+                f"the friction of contact {contact!r} has a table that ends at a {name} of {end:g} and was used up to "
+                f"{most:.3g}, where it stays at its last value; give values up to there"
             )
 
     def _note_flow(self, history: Sequence[Array]) -> None:

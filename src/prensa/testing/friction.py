@@ -40,7 +40,7 @@ def check_friction(
     rng = np.random.default_rng(seed)
     n = TRIALS
     p, kappa = pressure * rng.uniform(0.005, 1.0, n), slip * rng.uniform(0.0, 1.0, n)
-    at = At(np.full(n, k) * rng.uniform(0.5, 1.5, n), dt=1.0, time=1.0)
+    at = At(np.full(n, k) * rng.uniform(0.5, 1.5, n), dt=1.0, time=1.0, speed=slip * np.linspace(0.0, 2.0, n))
     found = [*_bound_wrong(law, p, kappa, at)]
     if not found:
         found += [*_claims_wrong(law, p, kappa, at)]
@@ -64,8 +64,8 @@ def _bound_wrong(law: FrictionLaw, p: Array, kappa: Array, at: At) -> Iterator[s
     if not all(np.array_equal(a, b) for a, b in zip(first, again)):
         yield "the bound is another one when asked again: a law must not remember anything"
     half = len(p) // 2
-    k = None if at.k is None else at.k[half:]
-    alone = bounded(law, p[half:].copy(), kappa[half:].copy(), at._replace(k=k))
+    k, speed = (None if v is None else v[half:] for v in (at.k, at.speed))
+    alone = bounded(law, p[half:].copy(), kappa[half:].copy(), at._replace(k=k, speed=speed))
     if not all(np.allclose(a[half:], b, rtol=1e-13, atol=0.0) for a, b in zip(first, alone)):
         yield "the bound of a point depends on the other points"
     for number, name in ((0, "∂τ_y/∂p"), (1, "∂τ_y/∂κ")):

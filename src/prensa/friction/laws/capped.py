@@ -1,6 +1,8 @@
-"""Coulomb friction capped by the shear strength of the surface layer, τ_y = min(μ p, m k).
+"""Coulomb friction capped by the shear strength of the surface layer, τ_y = min(μ p, m k), or rounded off towards it.
 
 Orowan (1943), Proc. Inst. Mech. Eng. 150, 140-167, for rolling, with m = 1: friction cannot exceed what shears the metal.
+The smooth transition is Shirakashi & Usui's (1973), J. Jpn. Soc. Precis. Eng. 39, 966-972, with the exponent of Childs,
+Maekawa, Obikawa & Yamane (2000), Metal Machining, section 2.4.
 """
 
 from __future__ import annotations
@@ -23,14 +25,20 @@ class Capped(FrictionLaw):
 
     ``k``: shear yield stress of the body; without it, σ_y/√3 of the plastic material behind the surface, taken at the
     start of each increment. μ p is a share of the normal force whatever the area, m k a traction per current area.
+    ``sharpness`` n rounds the corner off, |t_T| ≤ m k [1 − exp(−(μ p/(m k))ⁿ)]^(1/n) (Shirakashi & Usui with n = 1; Childs
+    et al.); without it the corner is sharp.
     """
 
     mu: Annotated[Number, Field(ge=0)]
     m: Annotated[Number, Field(ge=0, le=1)] = 1.0
     k: Annotated[Pressure, Field(gt=0)] | None = None
+    sharpness: Annotated[Number, Field(ge=1, le=20)] | None = None
     type: Literal["capped"] = "capped"
 
-    examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({"mu": 0.5, "m": 0.6}, {"mu": 0.5, "m": 0.6, "k": 50.0})
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = (
+        {"mu": 0.5, "m": 0.6}, {"mu": 0.5, "m": 0.6, "k": 50.0}, {"mu": 0.5, "m": 0.6, "sharpness": 1},
+        {"mu": 0.5, "m": 0.6, "sharpness": 3.5},
+    )  # fmt: skip
 
     @property
     def hardens(self) -> bool:
@@ -48,9 +56,16 @@ class Capped(FrictionLaw):
         return self.k is None
 
     def bound(self, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:
-        """min(μ p, m k) and its partial derivatives by p and κ, each (k,)."""
+        """min(μ p, m k) or its smooth form, and the partial derivatives by p and κ, each (k,)."""
         k = at.k if self.k is None else np.full_like(p, self.k)
         assert k is not None
-        cap = self.m * k
-        below = self.mu * p < cap
-        return np.where(below, self.mu * p, cap), np.where(below, self.mu, 0.0), np.zeros_like(p)
+        zero = np.zeros_like(p)
+        if self.frictionless:
+            return zero, zero, zero
+        cap, free, n = self.m * k, self.mu * p, self.sharpness
+        if n is None:
+            return np.minimum(free, cap), np.where(free < cap, self.mu, 0.0), zero
+        # with y = (μp/cap)ⁿ and q = (1 − e⁻ʸ)/y the bound is μp q^(1/n): no power of a number near zero is left
+        y = (free / cap) ** n
+        q = np.where(y > 0, -np.expm1(-y) / np.where(y > 0, y, 1.0), 1.0)
+        return free * q ** (1.0 / n), self.mu * np.exp(-y) * q ** (1.0 / n - 1.0), zero

@@ -1,0 +1,58 @@
+"""Levanov's friction of bulk forming, τ_y = m k (1 − exp(−1.25 p/σ_y)).
+
+Levanov, Kolmogorov, Burkin, Kartak, Ashpur & Spasskiy (1976), Contact Friction in Metal Forming, Metallurgiya, Moscow (in
+Russian), as given in reviews of friction in bulk forming.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from prensa.friction.law import At, FrictionLaw
+from prensa.model.units import Number, Pressure
+
+Array = NDArray[np.float64]
+
+LEVANOV = 1.25 / math.sqrt(3.0)  # of p/k: the source's 1.25 is of p/σ_y
+
+
+class Levanov(FrictionLaw):
+    """Levanov's law, |t_T| ≤ m k (1 − exp(−1.25 p/σ_y)) with σ_y = √3 k: Coulomb at low, the shear factor at high pressure.
+
+    ``m``: shear factor at high pressure. ``k``: shear yield stress of the body; without it, σ_y/√3 of the plastic material
+    behind the surface, taken at the start of each increment.
+    """
+
+    m: Annotated[Number, Field(ge=0, le=1)]
+    k: Annotated[Pressure, Field(gt=0)] | None = None
+    type: Literal["levanov"] = "levanov"
+
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({"m": 0.6}, {"m": 0.3, "k": 40.0})
+
+    @property
+    def hardens(self) -> bool:
+        """False: the bound does not depend on the slip."""
+        return False
+
+    @property
+    def frictionless(self) -> bool:
+        """Whether the factor is 0."""
+        return self.m == 0
+
+    @property
+    def asks_for_k(self) -> bool:
+        """Whether the body has to give the shear yield stress."""
+        return self.k is None
+
+    def bound(self, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:
+        """The bound m k (1 − exp(−1.25 p/(√3 k))) and its partial derivatives by p and κ, each (k,)."""
+        k = at.k if self.k is None else np.full_like(p, self.k)
+        assert k is not None
+        x = LEVANOV * p / k
+        return -self.m * k * np.expm1(-x), self.m * LEVANOV * np.exp(-x), np.zeros_like(p)

@@ -1,0 +1,59 @@
+"""Friction that depends on the speed of slip: static, kinetic and viscous (Stribeck's curve).
+
+Stribeck (1902), Z. VDI 46, 1341-1348; the exponential with a free exponent is that of Bo & Pavelescu (1982), Wear 82,
+277-289; see Armstrong-Hélouvry, Dupont & Canudas de Wit (1994), Automatica 30, 1083-1138.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from prensa.friction.law import At, FrictionLaw
+from prensa.model.units import Number, Speed
+
+Array = NDArray[np.float64]
+
+
+class Stribeck(FrictionLaw):
+    """Friction by the speed v of slip, |t_T| ≤ μ(v) p, μ(v) = mu_kinetic + (mu_static − mu_kinetic) exp(−(v/speed)ⁿ) + viscous v.
+
+    v: speed of slip of the increment before, 0 where a point has not slid. ``exponent`` n: 1 (Bo & Pavelescu) or 2
+    (Gaussian). ``viscous``, per speed, lets friction rise again. The time is that of the steps, which last one unit each: a
+    speed of 100 mm/s is 100 mm a step.
+    """
+
+    mu_static: Annotated[Number, Field(ge=0)]
+    mu_kinetic: Annotated[Number, Field(ge=0)]
+    speed: Annotated[Speed, Field(gt=0)]
+    exponent: Annotated[Number, Field(ge=1, le=10)] = 2.0
+    viscous: Annotated[Number, Field(ge=0)] = 0.0
+    type: Literal["stribeck"] = "stribeck"
+
+    proportional: ClassVar[bool] = True
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = (
+        {"mu_static": 0.3, "mu_kinetic": 0.1, "speed": 2.0},
+        {"mu_static": 0.3, "mu_kinetic": 0.1, "speed": 2.0, "exponent": 1, "viscous": 0.01},
+        {"mu_static": 0.1, "mu_kinetic": 0.2, "speed": 0.5, "exponent": 1.5},
+    )
+
+    @property
+    def hardens(self) -> bool:
+        """False: the bound does not depend on the slip."""
+        return False
+
+    @property
+    def frictionless(self) -> bool:
+        """Whether μ is 0 at every speed."""
+        return self.mu_static == self.mu_kinetic == self.viscous == 0
+
+    def bound(self, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:
+        """μ(v) p and its partial derivatives by p and κ, each (k,)."""
+        v = np.zeros_like(kappa) if at.speed is None else at.speed
+        x = np.minimum(v / self.speed, 1e3)  # exp(−1000) is 0
+        mu = self.mu_kinetic + (self.mu_static - self.mu_kinetic) * np.exp(-(x**self.exponent)) + self.viscous * v
+        return mu * p, mu, np.zeros_like(p)

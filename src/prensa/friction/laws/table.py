@@ -1,0 +1,128 @@
+"""Measured friction: tables over pressure, slip and speed, interpolated by monotone cubics.
+
+Fritsch & Carlson (1980), SIAM J. Numer. Anal. 17, 238-246: between two points no value is beyond theirs, and the slope has no
+jumps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+from itertools import pairwise
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BeforeValidator, Field, model_validator
+
+from prensa.friction.law import At, FrictionLaw
+from prensa.model.fields import as_table
+from prensa.model.units import Length, Number, Pressure, Speed
+
+Array = NDArray[np.float64]
+
+__all__ = ["FrictionTable"]
+
+Value = Annotated[Number, Field(ge=0)]
+OverPressure = Annotated[tuple[tuple[Pressure, Value], ...], BeforeValidator(as_table)]
+OverSlip = Annotated[tuple[tuple[Length, Value], ...], BeforeValidator(as_table)]
+OverSpeed = Annotated[tuple[tuple[Speed, Value], ...], BeforeValidator(as_table)]
+
+
+class FrictionTable(FrictionLaw):
+    """Measured friction, |t_T| ≤ μ p with μ from a table over ``pressure``, ``slip`` or ``speed``, or from several.
+
+    Each is a list of pairs, its argument rising; where several are given μ is the product of ``mu`` and of what each says: one
+    of them may give μ and others factors, or all of them factors of ``mu``. Between the points a monotone cubic, before the
+    first and beyond the last their values; a run that goes beyond the last says so. The pressure is per current area; the
+    speed of slip is that of the increment before, over the time of the steps, which last one unit each.
+    """
+
+    pressure: OverPressure | None = None
+    slip: OverSlip | None = None
+    speed: OverSpeed | None = None
+    mu: Annotated[Number, Field(ge=0)] = 1.0
+    type: Literal["table"] = "table"
+
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = (
+        {"pressure": ((10.0, 0.2), (50.0, 0.12), (90.0, 0.1))},
+        {"slip": ((0.0, 0.1), (1.0, 0.2), (4.0, 0.15))},
+        {"speed": ((0.0, 0.3), (0.5, 0.15), (2.0, 0.2))},
+        {
+            "mu": 0.2, "pressure": ((0.0, 1.2), (80.0, 0.9)), "slip": ((0.0, 1.0), (3.0, 1.5)),
+            "speed": ((0.0, 1.0), (1.0, 0.8)),
+        },
+    )  # fmt: skip
+
+    @model_validator(mode="after")
+    def _check(self) -> FrictionTable:
+        given = {name: table for name in ("pressure", "slip", "speed") if (table := getattr(self, name)) is not None}
+        if not given:
+            raise ValueError("give a table over 'pressure', 'slip' or 'speed', as a list of pairs")
+        for name, table in given.items():
+            first = [x for x, _ in table]
+            if len(first) < 2 or first[0] < 0.0 or any(b <= a for a, b in pairwise(first)):
+                raise ValueError(f"the {name} must increase strictly from 0 or above (at least two pairs)")
+        return self
+
+    @property
+    def hardens(self) -> bool:
+        """Whether μ depends on the slip."""
+        return self.slip is not None
+
+    @property
+    def frictionless(self) -> bool:
+        """Whether μ is 0 everywhere."""
+        return self.mu == 0 or any(
+            t is not None and not any(v for _, v in t) for t in (self.pressure, self.slip, self.speed)
+        )
+
+    def known_to(self) -> Mapping[str, float]:
+        """Last arguments of the tables."""
+        tables = {"pressure": self.pressure, "slip": self.slip, "speed": self.speed}
+        return {name: table[-1][0] for name, table in tables.items() if table is not None}
+
+    def bound(self, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:
+        """μ p and its partial derivatives by p and κ, each (k,)."""
+        v = np.zeros_like(p) if at.speed is None else at.speed
+        by_p, by_slip, by_v = (_read(t, x) for t, x in ((self.pressure, p), (self.slip, kappa), (self.speed, v)))
+        factor = self.mu * by_v[0]
+        mu = factor * by_p[0] * by_slip[0]
+        return mu * p, mu + factor * by_p[1] * by_slip[0] * p, factor * by_p[0] * by_slip[1] * p
+
+    def softening(self, p: Array, kappa: Array, at: At) -> Array:
+        """Largest −∂τ_y/∂κ (k,): the steepest fall of the table over the slip, with the largest factor of the speed."""
+        if self.slip is None:
+            return np.zeros_like(p)
+        most = 1.0 if self.speed is None else max(factor for _, factor in self.speed)
+        return self.mu * most * _read(self.pressure, p)[0] * _steepest(self.slip) * p
+
+
+@lru_cache(maxsize=64)
+def _cubic(table: tuple[tuple[float, float], ...]) -> tuple[Any, Any]:
+    """The interpolant of a table and its derivative."""
+    from scipy.interpolate import PchipInterpolator
+
+    cubic = PchipInterpolator([x for x, _ in table], [y for _, y in table])
+    return cubic, cubic.derivative()
+
+
+@lru_cache(maxsize=64)
+def _steepest(table: tuple[tuple[float, float], ...]) -> float:
+    """Steepest fall ≥ 0 of a table; its slope is a parabola between points, steepest at their ends or at its vertex."""
+    x = np.array([x for x, _ in table])
+    slope = _cubic(table)[1]
+    a, b = slope.c[:2]
+    vertex = x[:-1] - 0.5 * b / np.where(a == 0.0, 1.0, a)
+    inside = vertex[(a != 0.0) & (vertex > x[:-1]) & (vertex < x[1:])]
+    return max(-float(slope(np.concatenate([x, inside])).min()), 0.0)
+
+
+def _read(table: tuple[tuple[float, float], ...] | None, x: Array) -> tuple[Array, Array]:
+    """Value and slope (k,) of a table at arguments x (k,); 1 and 0 of none."""
+    if table is None:
+        return np.ones_like(x), np.zeros_like(x)
+    cubic, slope = _cubic(table)
+    first, last = table[0][0], table[-1][0]
+    held = np.clip(x, first, last)
+    return cubic(held), np.where((x >= first) & (x < last), slope(held), 0.0)

@@ -1,0 +1,79 @@
+"""Dry friction of Wang and Osakada: Coulomb at low pressure, then a shear factor that follows from μ and the tool's angle.
+
+Wang & Osakada, friction law for metal forming (dry contact, slip-line fields of wedge-shaped asperities): fitted
+m = √3 μ (a μ + b), a = −0.48 θ² + 2.48 θ − 3.82, b = −1.19 θ + 3.0.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, model_validator
+
+from prensa.friction.law import At, FrictionLaw
+from prensa.model.units import Angle, Number, Pressure
+
+Array = NDArray[np.float64]
+
+
+class WangOsakada(FrictionLaw):
+    """Wang and Osakada's dry friction, |t_T| ≤ min(μ p, m k) with m = √3 μ (a μ + b) from μ and the inclination ``theta``.
+
+    a = −0.48 θ² + 2.48 θ − 3.82, b = −1.19 θ + 3.0. The source's critical pressure, (2/√3) σ_y [(1 + sin 2φ)/2 + π/4 + φ − θ]
+    with φ = arccos(m)/2, is left out: the branches meet at p = m k/μ, which keeps the bound continuous and at θ = 0 is that
+    pressure within 1 % (μ ≤ 0.2) or 4 % (μ ≤ 0.3).
+    ``k``: shear yield stress of the body; without it, σ_y/√3 of the plastic material behind the surface, taken at the start
+    of each increment.
+    """
+
+    mu: Annotated[Number, Field(ge=0)]
+    theta: Annotated[Angle, Field(ge=0, lt=math.pi / 2)] = 0.0
+    k: Annotated[Pressure, Field(gt=0)] | None = None
+    type: Literal["wang_osakada"] = "wang_osakada"
+
+    examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({"mu": 0.3}, {"mu": 0.1, "theta": 0.2, "k": 10.0})
+
+    @model_validator(mode="after")
+    def _check(self) -> WangOsakada:
+        a, b = self._fit()
+        most = -0.5 * b / a  # where the fitted m stops rising
+        if a * most * most + b * most > 1.0 / math.sqrt(3.0):  # it is 1 before that
+            most = (-b + math.sqrt(b * b + 4.0 * a / math.sqrt(3.0))) / (2.0 * a)
+        if self.mu > most:
+            raise ValueError(f"mu = {self.mu:g} is beyond the fit of m, which ends at mu = {most:.3g} at this angle")
+        return self
+
+    def _fit(self) -> tuple[float, float]:
+        return -0.48 * self.theta**2 + 2.48 * self.theta - 3.82, -1.19 * self.theta + 3.0
+
+    @property
+    def m(self) -> float:
+        """Shear factor at high pressure."""
+        a, b = self._fit()
+        return math.sqrt(3.0) * self.mu * (a * self.mu + b)
+
+    @property
+    def hardens(self) -> bool:
+        """False: the bound does not depend on the slip."""
+        return False
+
+    @property
+    def frictionless(self) -> bool:
+        """Whether μ is 0."""
+        return self.mu == 0
+
+    @property
+    def asks_for_k(self) -> bool:
+        """Whether the body has to give the shear yield stress."""
+        return self.k is None
+
+    def bound(self, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:
+        """min(μ p, m k) and its partial derivatives by p and κ, each (k,)."""
+        k = at.k if self.k is None else np.full_like(p, self.k)
+        assert k is not None
+        free, cap = self.mu * p, self.m * k
+        return np.minimum(free, cap), np.where(free < cap, self.mu, 0.0), np.zeros_like(p)

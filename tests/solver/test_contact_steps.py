@@ -1,0 +1,146 @@
+"""Contact steps: Newton's step with the contact conditions as inequalities, for increments that Newton's method gives up."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+import prensa as pr
+from prensa.errors import PrensaError
+from prensa.solver.contact_step import contact_step
+from prensa.solver.equilibrium import Equilibrium, Reporter
+from prensa.solver.policy import Policy
+from prensa.solver.reduced import Reduced
+from prensa.solver.time_stepping import Timer
+
+ENFORCEMENTS = [pr.Penalty(), pr.Augmented(), pr.Exact()]
+FRICTION = [None, pr.Coulomb(0.2)]
+
+
+def block(rule="nodal", enforcement=None, friction=None, space="plane strain", tie=False):
+    """A block between a table and a cylinder, no side of it held along y."""
+    more = {"enforcement": enforcement or pr.Penalty(), "integration": rule}
+    body = pr.Body(pr.Rectangle(size=(2.0, 1.0), n=(8, 4)), pr.Elastic(E=1000.0, nu=0.3))
+    bodies, ties = {"block": body}, ()
+    if tie:
+        under = pr.Body(pr.Rectangle(size=(2.0, 0.5), n=(6, 2), origin=(0.0, -0.5)), pr.Elastic(E=500.0, nu=0.3))
+        bodies, ties = {"block": body, "under": under}, (pr.Tie("block.bottom", "under.top"),)
+    bottom, y = ("under.bottom", -0.5) if tie else ("block.bottom", 0.0)
+    return pr.Problem(
+        "block", space=space, bodies=bodies, ties=ties,
+        tools={"table": pr.Plane(normal=(0.0, 1.0), at=(0.0, y)), "roll": pr.Circle(radius=3.0, at=(0.0, 4.0))},
+        contacts=(pr.Contact(bottom, "table", friction, **more), pr.Contact("block.top", "roll", friction, **more)),
+        fixed={f"{name}.left": "x" for name in bodies},
+        steps=(pr.Step("press", move={"roll": pr.Motion(y=-0.05)}, increments=2),),
+    )  # fmt: skip
+
+
+def equations(problem, increment):
+    """The equations of the increment after a converged one, and where Newton's iteration of it starts."""
+    system = pr.discretise(problem)
+    inc = next(itertools.islice(pr.solve(system), increment - 1, None))
+    from prensa.fem.planning import plan_step
+
+    plan = plan_step(system, 0, inc.state.step_start)
+    c = system.context(inc.state, plan, 1.0)
+    timer = Timer()
+    reduced = Reduced.of(system, plan.fixed, pr.Numerics())
+    eq = Equilibrium(system, c, reduced, pr.Numerics(), Policy(), Reporter(lambda *a: None, timer))
+    u = inc.state.u.copy()
+    u[plan.fixed] = plan.values(1.0)
+    return eq, u, inc.state
+
+
+@pytest.mark.parametrize(
+    ("rule", "enforcement"),
+    [*itertools.product(["nodal", "gauss2", "simpson"], ENFORCEMENTS[:2]), ("nodal", ENFORCEMENTS[2])],
+    ids=lambda x: x if isinstance(x, str) else x.type,
+)
+@pytest.mark.parametrize("friction", FRICTION, ids=["frictionless", "coulomb"])
+@pytest.mark.parametrize("space", ["plane strain", "axisymmetric"])
+def test_where_no_point_changes_it_is_newtons_step(enforcement, rule, friction, space):
+    """Near the solution, where the points that are closed stay so, the step is that of the exact tangent."""
+    eq, u, state = equations(block(rule, enforcement, friction, space), 2)
+    rng = np.random.default_rng(1)
+    u = state.u.copy()
+    size = 1e-7 * np.abs(state.u[eq.system.dofs.displacement.slice]).max()
+    free = eq.reduced.free[eq.reduced.free < eq.system.dofs.tool.slice.start]
+    u[free] += size * rng.standard_normal(len(free))
+    lam = eq.system.initial_multipliers(state)
+    e = eq.evaluate(u, lam)
+    step = contact_step(eq, u, lam, e, None)
+    newton = eq.reduced.solve(eq.reduced.matrix(e, -e.r), -e.r)
+    assert step is not None
+    body = eq.system.dofs.displacement.slice
+    np.testing.assert_allclose(step[body], newton[body], atol=2e-5 * np.abs(newton[body]).max())
+
+
+@pytest.mark.parametrize("tie", [False, True], ids=["one body", "tied"])
+@pytest.mark.parametrize("enforcement", ENFORCEMENTS, ids=lambda e: e.type)
+def test_the_linearised_conditions_hold_after_one_step(enforcement, tie):
+    """From the undeformed block, whose contact is one node and will be many: pressures and gaps of the linear model fit."""
+    eq, u, state = equations(block(enforcement=enforcement, tie=tie), 1)
+    lam = eq.system.initial_multipliers(state)
+    e = eq.evaluate(u, lam)
+    step = contact_step(eq, u, lam, e, None)
+    assert step is not None
+    after = eq.evaluate(u + eq.system.with_slaves(step), lam)
+    # what is left is the curvature of the tool and of the bodies' answer: one more step of the kind ends it
+    again = u + eq.system.with_slaves(step)
+    for _ in range(4):
+        e = eq.evaluate(again, lam)
+        again = again + eq.system.with_slaves(contact_step(eq, again, lam, e, None))
+    end = eq.evaluate(again, lam)
+    assert eq.norm(end) < 1e-8 * end.scale < eq.norm(after)
+
+
+def sheet(n, friction):
+    """A thin sheet between a force-driven binder and a die, and a punch: most of it lies flat, unloaded and loose."""
+    w, h = 8.0, 0.066
+    die = pr.Profile(points=[(16.0, 0.0), (1.55, 0.0), (1.55, -8.0)], fillet=0.35, at=(0.0, 0.0))
+    binder = pr.Profile(points=[(1.9, 8.0), (1.9, h), (16.0, h)], fillet=0.17, at=(0.0, 0.0))
+    con = {"friction": friction}
+    return pr.Problem(
+        "sheet", bodies={"sheet": pr.Body(pr.Rectangle(size=(w, h), n=(n, 1)), pr.Elastic(E=60000.0, nu=0.3))},
+        tools={"punch": pr.Circle(radius=1.4, touching="sheet.top"), "die": die, "binder": binder},
+        contacts=(
+            pr.Contact("sheet.top", "punch", **con), pr.Contact("sheet.bottom", "die", **con),
+            pr.Contact("sheet.top", "binder", **con),
+        ),
+        fixed={"sheet.left": "x"},
+        steps=(
+            pr.Step("hold", push={"binder": {"y": -8.0}}),
+            pr.Step("draw", move={"punch": pr.Motion(y=-0.25)}, push={"binder": {"y": -8.0}}),
+        ),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("friction", FRICTION, ids=["frictionless", "coulomb"])
+def test_a_thin_sheet_between_binder_and_die(friction):
+    """Stiffness in bending is 1e-8 of that of contact: without contact steps the run was cut to nothing in its second step."""
+    increments = list(pr.solve(sheet(30, friction)))
+    assert increments[-1].time == 2.0
+    for inc in increments:
+        total = sum(inc.force(t).y for t in ("punch", "die", "binder"))
+        assert abs(total) < 1e-6 * abs(inc.force("die").y)
+    assert increments[-1].force("binder").y == pytest.approx(8.0, rel=1e-6)
+    assert sum(inc.statistics.cutbacks for inc in increments) <= 3
+
+
+def test_a_body_that_nothing_holds_is_not_held_by_the_foundation():
+    """The springs under candidates keep matrices regular; a body that slides off without resistance is still told."""
+    problem = pr.Problem(
+        "loose",
+        bodies={"block": pr.Body(pr.Rectangle(size=(2.0, 1.0), n=(4, 2)), pr.Elastic(E=1000.0, nu=0.3))},
+        tools={
+            "table": pr.Plane(normal=(0.0, 1.0), at=(0.0, -0.01)),
+            "punch": pr.Plane(normal=(0.0, -1.0), at=(0.0, 1.0)),
+        },
+        contacts=(pr.Contact("block.bottom", "table"), pr.Contact("block.top", "punch")),
+        body_force={"block": (0.01, 0.0)},
+        steps=(pr.Step("press", move={"punch": pr.Motion(y=-0.05)}),),
+    )
+    with pytest.raises(PrensaError, match="free"):
+        list(pr.solve(problem))
