@@ -20,8 +20,8 @@ def block(origin=(0.0, 0.0), size=(6.0, 2.0), n=(12, 4)):
 
 def pressed(tool, steps, *, kinematics="finite", friction=None, **more):
     return pr.Problem(
-        "pressed", kinematics=kinematics, allow_large_strain=kinematics == "small",
-        bodies={"block": block()}, tools={"tool": tool},
+        "pressed", kinematics=kinematics, bodies={"block": block()}, tools={"tool": tool},
+        allow_large_strain=kinematics == "small",
         contacts=[pr.Contact("block.top", "tool", friction=friction)], fixed={"block.bottom": "xy"}, steps=steps, **more,
     )  # fmt: skip
 
