@@ -214,7 +214,9 @@ def test_mistakes_are_told_with_their_place(friction, said):
 
 def test_speeds_are_read_with_their_unit():
     """A speed in a file may be a text per second, also in a table."""
-    law = loads(CASE.format(friction="{type: stribeck, mu_static: 0.3, mu_kinetic: 0.1, speed: 10 cm/s}")).problem.friction
+    law = loads(
+        CASE.format(friction="{type: stribeck, mu_static: 0.3, mu_kinetic: 0.1, speed: 10 cm/s}")
+    ).problem.friction
     assert law.speed == 100.0
     law = loads(CASE.format(friction="{type: table, speed: [[0, 0.3], [1 m/s, 0.1]]}")).problem.friction
     assert law.speed == ((0.0, 0.3), (1000.0, 0.1))
@@ -227,5 +229,7 @@ def test_a_run_with_friction_by_speed_goes_on_from_a_state_bit_for_bit():
     whole = list(pr.solve(problem))
     again = list(pr.solve(problem, start=State.from_arrays(whole[2].state.arrays())))
     assert [i.force("plane") for i in again] == [i.force("plane") for i in whole[3:]]
-    assert whole[1].force("plane").x == pytest.approx(0.3 * 120.0)  # static in the first increment, by the speed after it
+    assert whole[1].force("plane").x == pytest.approx(
+        0.3 * 120.0
+    )  # static in the first increment, by the speed after it
     assert all(i.force("plane").x < 0.15 * 120.0 for i in again)

@@ -9,6 +9,7 @@
 | `upsetting` | frictionless upsetting with elasticity: cylinder, ring, plane strain; Considere |
 | `forming` | limit loads, tubes, rough plates, slab method, drawing, rolling |
 | `bending` | moment, curvature and springback of a strip |
+| `free_bending` | angle of a strip bent round a punch into a die |
 | `buckling` | columns: Euler's load, the elastica |
 | `tables` | tabulated results of other programs and papers |
 
@@ -31,6 +32,7 @@ from .forming import (
     tube_pressure,
     wedge_drawing,
 )
+from .free_bending import FreeBending, free_bending
 from .friction import (
     CattaneoMindlin,
     MuConstant,
@@ -83,6 +85,7 @@ __all__ = [
     "Bending",
     "CattaneoMindlin",
     "Drawing",
+    "FreeBending",
     "HertzLine",
     "HertzSphere",
     "LayerLine",
@@ -109,6 +112,7 @@ __all__ = [
     "euler_clamped",
     "flat_punch_stick",
     "flat_punch_stiffness",
+    "free_bending",
     "hertz_line",
     "hertz_line_from_a",
     "hertz_sphere",

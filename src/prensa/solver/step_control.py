@@ -16,11 +16,11 @@ Array = NDArray[np.float64]
 
 
 class StepControl:
-    """Increments of a step. ``longest``: the one that was asked for, or what the tools' travel allows."""
+    """Increments of a step. ``speeds`` (contacts,): of the prescribed tools, where they bound increments."""
 
     def __init__(self, system: System, plan: StepPlan, policy: Policy) -> None:
         self.system, self.plan, self.policy = system, plan, policy
-        self.longest = self.length / plan.increments if plan.increments else self._travel_limit()
+        self.speeds = self._speeds()
 
     @property
     def length(self) -> float:
@@ -34,26 +34,31 @@ class StepControl:
 
     def first(self) -> float:
         """Duration of the first increment."""
-        if self.plan.increments or self.path_independent:
-            return self.longest
-        return min(self.policy.first, self.longest)
+        longest = self.longest()
+        return longest if self.plan.increments or self.path_independent else min(self.policy.first, longest)
 
-    def _travel_limit(self) -> float:
-        """Duration in which no prescribed tool moves more than a share of the contact element size.
+    def longest(self, e: Evaluation | None = None) -> float:
+        """Duration of an increment at most: that was asked for, or that the tools' travel allows at the state of e.
 
-        Where the path does not matter, only the share of the step is bounded.
+        No prescribed tool moves more than a share of the contact element size beyond the gap that is left before it.
         """
-        limit, plan = self.policy.longest, self.plan
-        if self.path_independent:
-            return limit
+        if self.plan.increments:
+            return self.length / self.plan.increments
+        limit = self.policy.longest
+        for number in np.flatnonzero(self.speeds).tolist():
+            gap = 0.0 if e is None else max(float(np.nan_to_num(e.contacts[number].g, nan=0.0).min()), 0.0)
+            depth = float(self.system.surfaces[number].points.depth.min())
+            limit = min(limit, (self.policy.travel * depth + gap) / float(self.speeds[number]))
+        return limit
+
+    def _speeds(self) -> Array:
+        """Largest speed (contacts,) of the tool of each; zero where the path does not matter or increments are given."""
+        plan, surfaces = self.plan, self.system.surfaces
+        if plan.increments or self.path_independent:
+            return np.zeros(len(surfaces))
         t = np.linspace(plan.t0, plan.t1, 65)
         path = np.array([plan.motion(ti) for ti in t])
-        for number in range(len(self.system.surfaces)):
-            speed = self._speed(number, t, path)
-            if speed > 0:
-                depth = float(self.system.surfaces[number].points.depth.min())
-                limit = min(limit, self.policy.travel * depth / speed)
-        return limit
+        return np.array([self._speed(number, t, path) for number in range(len(surfaces))])
 
     def _speed(self, surface: int, t: Array, path: Array) -> float:
         """Largest speed of the tool of a contact; path: prescribed dofs at the times t.
@@ -99,7 +104,8 @@ class StepControl:
 
     def next(self, c: Context, e: Evaluation, iterations: int, cutbacks: int) -> float:
         """Duration of the next increment from what this one cost and did."""
-        policy, full = self.policy, self.longest
+        policy, longest = self.policy, self.longest(e)
+        full = longest
         tried = c.dt if cutbacks else max(c.dt, c.state.clock.dt)
         if self.plan.increments:
             growth = policy.recover if iterations <= policy.target and not cutbacks else 1.0
@@ -109,7 +115,7 @@ class StepControl:
             if strain > 0:
                 full = min(full, tried * max(policy.plastic / strain, policy.plastic_cut))
         # shorter increments are easier or better up to a point; beyond, they would not end
-        least = min(policy.least * self.length, self.longest)
+        least = min(policy.least * self.length, longest)
         if 0 < tried < least:
             return min(least, (1.0 if cutbacks else policy.recover) * tried)
         return max(min(full, growth * (tried if tried > 0 else full)), least)

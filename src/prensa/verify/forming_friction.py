@@ -77,7 +77,9 @@ def friction_laws_of_forming(E_scale: float = 1.0, mu_scale: float = 1.0) -> Ite
     """A block slid under a given pressure at a given speed feels what each friction law says."""
     balance = Balance()
     for name, law, exact in FORMING_LAWS:
-        ends = [i for i in balance.watch(slid_block(law(mu_scale), GIVEN_PRESSURES, GIVEN_SPEEDS, E_scale)) if i.end_of_step][1:]
+        ends = [
+            i for i in balance.watch(slid_block(law(mu_scale), GIVEN_PRESSURES, GIVEN_SPEEDS, E_scale)) if i.end_of_step
+        ][1:]
         for inc, p, v in zip(ends, GIVEN_PRESSURES, GIVEN_SPEEDS, strict=True):
             yield row(f"{name}: F/A at p = {p:g}, v = {v:g}", exact(p, v), inc.force("plane").x / BLOCK_WIDTH, 1e-9)
     m, p_cr = wang_osakada(0.1)

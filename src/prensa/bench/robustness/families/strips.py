@@ -23,8 +23,11 @@ def problem(rng: np.random.Generator) -> Drawn:
     # corners' fillets of at least a few elements and thicknesses, and a wall between punch and die
     h = half / nx
     radius = number(rng, 2.0, 5.0) * max(t, h)
-    clearance = number(rng, 1.2, 3.0) * t
-    punch = number(rng, 0.25, 0.4) * half + radius
+    clearance = min(number(rng, 1.2, 3.0) * t, 0.2 * half)
+    flat = number(rng, 0.25, 0.4) * half
+    # binder and die hold the strip on a flat of their own: where their fillets reach its end, nothing carries the binder
+    radius = min(radius, 0.45 * (0.9 * half - flat - clearance))
+    punch = flat + radius
     edge = punch + clearance
     depth = number(rng, 0.3, 2.5) * radius if m.strength else number(rng, 0.05, 0.3) * radius
     depth = min(depth, 0.4 * (half - edge))

@@ -1,0 +1,88 @@
+"""Bending of a strip round a punch into a die that it touches at its shoulders alone: the angle between the legs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ._check import Array, not_negative, positive
+from .bending import bend_strip
+from .upsetting import Flow
+
+
+@dataclass(frozen=True)
+class FreeBending:
+    """The bent strip.
+
+    ``angle`` between the legs and ``tangents``, that were they straight up to the punch (rad); ``force`` of a shoulder across
+    its leg, per unit width.
+    """
+
+    angle: float
+    tangents: float
+    force: float
+
+
+def free_bending(
+    *, punch: float, shoulder: float, apart: float, thickness: float, flow: Flow, E: float, nu: float, mu: float = 0.0
+) -> FreeBending:
+    """Radii of punch and shoulders (length), their centres level and ``apart``, thickness, flow (-) -> (stress), E (stress),
+    Coulomb's mu at the shoulders -> FreeBending in plane strain.
+
+    The strip lies on the punch up to a point P, crosses to the shoulder at Q, and is straight beyond. Between P and Q it
+    carries the moment of the shoulder's force, curvature by curvature that of `bend_strip`, which at P is that of the punch;
+    the angle at Q and the force are those with which the line from Q arrives at P on the punch and along it. Were the strip
+    straight from P on, cos(angle/2) = (punch + thickness + shoulder)/apart. Inextensible, without shear.
+
+    Raises ValueError for a length, E or flow out of bounds (see `bend_strip`), mu < 0, or a gap between punch and shoulder
+    that is less than the thickness.
+    Source: Marciniak, Duncan & Hu (2002), Mechanics of Sheet Metal Forming, ch. 6 and 10 (moment of bending, bending in a die).
+    """
+    from scipy.interpolate import PchipInterpolator
+    from scipy.optimize import root
+
+    positive(punch=punch, shoulder=shoulder, apart=apart, thickness=thickness)
+    not_negative(mu=mu)
+    if punch + thickness + shoulder >= apart:
+        raise ValueError(
+            f"apart = {apart!r}: leaves no room for the strip; give more than {punch + thickness + shoulder!r}"
+        )
+    tangents = math.acos((punch + thickness + shoulder) / apart)
+    on_punch, on_shoulder = punch + 0.5 * thickness, shoulder + 0.5 * thickness
+    curvature = np.concatenate([np.geomspace(0.01, 1.0, 24), [1.2]]) / on_punch
+    moment = bend_strip(curvature, thickness=thickness, flow=flow, E=E, nu=nu).moment
+    laid = float(moment[-2])
+    bent = PchipInterpolator(np.append(0.0, moment), np.append(0.0, curvature), extrapolate=True)
+
+    def arrival(z: Array) -> Array:
+        """How far from the punch, and how far from its tangent, the line from Q ends: z = angle over ``tangents``, lever."""
+        half, push = float(z[0]) * tangents, laid / (float(z[1]) * thickness)
+        along, across = np.array([math.sin(half), math.cos(half)]), np.array([-math.cos(half), math.sin(half)])
+        end = _end(half, push * (across + mu * along), laid, bent, math.pi * on_punch)
+        x = np.array([apart, 0.0]) + on_shoulder * across + end[:2]
+        turned = x[0] * math.sin(end[2]) + x[1] * math.cos(end[2])
+        return np.array([np.hypot(*x) - on_punch, turned]) / thickness
+
+    found = root(arrival, [0.95, 6.0], tol=1e-8)
+    if float(np.abs(arrival(found.x)).max()) > 1e-5:
+        raise ValueError(
+            f"apart = {apart!r}: no strip of this material goes from the punch to the shoulder; widen the die"
+        )
+    return FreeBending(2.0 * float(found.x[0]) * tangents, 2.0 * tangents, laid / (float(found.x[1]) * thickness))
+
+
+def _end(half: float, force: Array, laid: float, bent: Callable[[float], Array], way: float) -> Array:
+    """Where (x, y from Q) and in what direction (rad from the vertical) the strip has the moment ``laid``, or after a ``way``."""
+    from scipy.integrate import solve_ivp
+
+    def excess(_: float, y: Array) -> float:
+        return float(abs(y[0] * force[1] - y[1] * force[0])) - laid
+
+    def rate(s: float, y: Array) -> list[float]:
+        return [-math.sin(y[2]), -math.cos(y[2]), float(bent(excess(s, y) + laid))]
+
+    excess.terminal = True  # type: ignore[attr-defined]
+    return np.asarray(solve_ivp(rate, (0.0, way), [0.0, 0.0, half], events=excess, rtol=1e-7, atol=1e-8).y[:, -1])
