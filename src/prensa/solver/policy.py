@@ -15,6 +15,8 @@ class Policy:
     sunk_start: float = 0.01
     """Penetration over element depth that default penalties stay below at any pressure that a body bears; contact nodes
     beyond it are not projected, since the gap of a soft penalty goes on growing."""
+    landed_start: float = 1e-11
+    """Penetration over element depth that a node which lands starts with: enough that round-off does not say whether it has."""
 
     # ------------------------------------------------------------------------------------------------------- Newton
     line_search: tuple[float, ...] = (0.5, 0.25, 0.1, 0.03)
