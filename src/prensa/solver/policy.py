@@ -200,6 +200,8 @@ class Policy:
     """… and shares of its way at which stability is looked for then."""
     at_limit: float = 1e-6
     """Share of a step below which an increment that ends in unstable iterates again and again is one at a limit point."""
+    tool_alone: float = 10.0
+    """Motion of a tool over that of the bodies in a mode in which the tool moves against friction that has no more to give."""
 
     stabilise: float = 2e-4
     """Share of the work of a step that viscous forces may dissipate with ``stabilise: auto``."""
