@@ -7,7 +7,9 @@ import sys
 import numpy as np
 import pytest
 
-from prensa.bench import fuzz, fuzz_calls
+from prensa.bench import fuzz, fuzz_calls, fuzz_yaml
+from prensa.errors import CaseError
+from prensa.model.schema import loads
 
 
 def test_mutated_inputs_are_read_or_refused():
@@ -50,6 +52,26 @@ def test_defects_are_found(monkeypatch):
 def test_the_inputs_are_the_same_for_the_same_seed(tmp_path):
     """A defect can be had again from seed and number."""
     assert list(fuzz.inputs(30, 5, tmp_path)) == list(fuzz.inputs(30, 5, tmp_path))
+
+
+def test_what_only_yaml_can_say_and_what_is_no_text_is_read_or_refused(tmp_path):
+    """Of the format's own traps (aliases, dates, keys twice, documents) and of bytes, folders and links none is a defect."""
+    rng = np.random.default_rng(1)
+    texts = fuzz.corpus()
+    outcomes = [fuzz.read(fuzz_yaml.mutate_yaml(rng, texts[k % len(texts)]), tmp_path) for k in range(60)]
+    outcomes += [fuzz.read_file(fuzz_yaml.no_text(rng, texts[0], tmp_path)) for _ in range(60)]
+    assert outcomes.count("refused") > 60
+
+
+def test_contacts_left_out_are_told_like_written_ones(tmp_path):
+    """What is wrong with the contacts that a case gets by leaving them out is said, not swallowed."""
+    text = (
+        "name: x\nkinematics: small\ncontact_geometry: reference\n"
+        "bodies: {b: {mesh: {type: rectangle, size: [1, 1], n: [2, 2]}, material: {type: elastic, E: 1000, nu: 0.3}}}\n"
+        "tools: {t: {type: plane, touching: b.top}}\nfixed: {b.bottom: xy}\nsteps: [{name: s}]\n"
+    )
+    with pytest.raises(CaseError, match="name the boundaries that tool 't' touches"):
+        loads(text)
 
 
 @pytest.mark.parametrize(("source", "count"), [(fuzz_calls.overrides, 40), (fuzz_calls.calls, 300)])

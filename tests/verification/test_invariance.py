@@ -15,6 +15,7 @@ import pytest
 from numpy.typing import NDArray
 
 import prensa as pr
+from prensa.bench.robustness import blocks
 from prensa.solver.increment import Increment
 
 Array = NDArray[np.float64]
@@ -167,3 +168,28 @@ def test_mirrored_models_give_mirrored_forces(kind: str, kinematics: str, geomet
 def test_numbering_does_not_matter(seed: int, kind: str, kinematics: str, geometry: str) -> None:
     """Nodes and elements in random order, elements starting at any corner, give the same forces."""
     agree(kind, kinematics, geometry, Frame(seed=seed))
+
+
+def test_units_do_not_matter_to_enhanced_modes() -> None:
+    """The modes of an axisymmetric enhanced element are of one dimension: a block a million times as wide is as stiff."""
+    forces = []
+    for length in (1.0, 1e6):
+        p = pr.Problem(
+            "wide", space="axisymmetric",
+            bodies={"block": pr.Body(
+                pr.Rectangle((4 * length, 2 * length), (4, 3)), pr.Elastic(E / length**2, NU), "q4_enhanced")},
+            tools={"tool": pr.Circle(radius=9 * length, touching="block.top")}, contacts=(pr.Contact("block.top", "tool"),),
+            fixed={"block.bottom": "y", "block.left": "x"},
+            steps=(pr.Step("press", move={"tool": pr.Motion(y=-0.2 * length)}, increments=2),),
+        )  # fmt: skip
+        forces.append([i.force("tool").y for i in pr.solve(p)])
+    assert forces[1] == pytest.approx(forces[0], rel=1e-8)
+
+
+def test_units_do_not_change_the_increments_of_metals(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pressed and released, metal takes the same increments in metres: round-off does not say what is on the yield surface."""
+    times = []
+    for length in (1.0, 1e-3):
+        monkeypatch.setattr(blocks, "SYSTEMS", dict.fromkeys(blocks.SYSTEMS, (length, 1.0)))
+        times.append([i.time for i in pr.solve(blocks.draw("plastic", 1, 14))])
+    assert times[1] == pytest.approx(times[0], abs=1e-9)

@@ -1,8 +1,9 @@
 # ruff: noqa: E501 (a case with long lines)
 """Broken inputs: mutated case files and mesh files must be read or refused in words, quickly, in little memory.
 
-A case is mutated as text (characters, tokens, lines, indentation) or as a tree (values, keys and branches removed,
-copied, exchanged, replaced by hostile ones), a mesh file as text; some are blown up to megabytes. What is read is discretised and checked as well, up to the
+A case is mutated as text (characters, tokens, lines, indentation), as a tree (values, keys and branches removed,
+copied, exchanged, replaced by hostile ones) or as only YAML can be (see `prensa.bench.fuzz_yaml`), a mesh file as text; some are
+blown up to megabytes, some are no text files at all. What is read is discretised and checked as well, up to the
 first increment. Anything but an answer or a `PrensaError` counts as a defect: another exception, more than `TIME_TO_ANSWER`
 seconds of processor time and, on Linux, more than `MEMORY` bytes.
 """
@@ -24,6 +25,7 @@ from typing import Any
 
 import numpy as np
 
+from prensa.bench.fuzz_yaml import mutate_yaml, no_text
 from prensa.errors import PrensaError
 
 TIME_TO_ANSWER = 1.0  # processor seconds that reading or refusing an input may take
@@ -274,12 +276,25 @@ def _value(rng: np.random.Generator, old: Any) -> Any:
 # ------------------------------------------------------------------------------------------------------------- running
 def read(text: str, folder: Path, changes: Sequence[str] = ()) -> str:
     """Read, mesh and check a case, as ``prensa check`` does: 'read', or 'refused' in words; raises what is a defect."""
+    from prensa.model.schema import loads
+
+    return _checked(lambda: loads(text, "case.yaml", folder, changes).problem)
+
+
+def read_file(path: Path) -> str:
+    """As `read`, of what a path leads to."""
+    from prensa.model.schema import load
+
+    return _checked(lambda: load(path).problem)
+
+
+def _checked(described: Callable[[], Any]) -> str:
     from prensa.fem.discretise import discretise
     from prensa.fem.preflight import preflight
-    from prensa.model.schema import loads, warnings_of
+    from prensa.model.schema import warnings_of
 
     try:
-        problem = loads(text, "case.yaml", folder, changes).problem
+        problem = described()
         warnings_of(problem)
         if sum(_elements(b.mesh) for b in problem.bodies.values()) <= LARGEST_MESH and len(problem.steps) <= 100:
             preflight(discretise(problem))
@@ -312,7 +327,7 @@ def inputs(count: int, seed: int, folder: Path) -> Iterator[str]:
         if number % 100 == 24:
             yield mutate_size(rng, text)
         else:
-            yield (mutate_tree if rng.random() < 0.5 else mutate_text)(rng, text)
+            yield (mutate_tree, mutate_text, mutate_yaml)[rng.choice(3, p=[0.4, 0.4, 0.2])](rng, text)
 
 
 Source = Callable[[int, int, Path], Iterator[tuple[str, Callable[[], str]]]]
@@ -320,9 +335,14 @@ Source = Callable[[int, int, Path], Iterator[tuple[str, Callable[[], str]]]]
 
 
 def files(count: int, seed: int, folder: Path) -> Iterator[tuple[str, Callable[[], str]]]:
-    """Attempts to read the `inputs`."""
-    for text in inputs(count, seed, folder):
-        yield text, partial(read, text, folder)
+    """Attempts to read the `inputs`, every twenty-fifth what is no text file."""
+    rng = np.random.default_rng(seed)
+    for number, text in enumerate(inputs(count, seed, folder)):
+        if number % 25 == 13:
+            path = no_text(rng, text, folder)
+            yield f"what is at {path} (seed {seed}, number {number})", partial(read_file, path)
+        else:
+            yield text, partial(read, text, folder)
 
 
 def run(

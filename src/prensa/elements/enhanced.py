@@ -59,12 +59,15 @@ def _gradient(u, e, N, G, r, axisymmetric, H):
 
 
 @njit(cache=True, error_model="numpy")
-def _modes(q, inverse0, scale, axisymmetric, M):
-    """M (m, 5): the modes at point q, from ∂ξ/∂X at the centroid and j₀ r₀/(j r)."""
+def _modes(q, inverse0, det0, scale, axisymmetric, M):
+    """M (m, 5): the modes at point q, from ∂ξ/∂X and j₀ at the centroid and j₀ r₀/(j r).
+
+    They are without a dimension, j₀ times those of the source, so that the stiffnesses of all can be held against each other.
+    """
     xi, eta = AT[q, 0], AT[q, 1]
     for k in range(4):
         I, J = k // 2, k % 2
-        s = scale * (xi if I == 0 else eta)
+        s = scale * det0 * (xi if I == 0 else eta)
         for i in range(2):
             for j in range(2):
                 M[k, 2 * i + j] = s * inverse0[I, i] * inverse0[J, j]
@@ -95,7 +98,7 @@ def kinematics(X, u, alpha, Hn, axisymmetric, finite, scale, H, h, w, failed):
                 failed[e] = True
             F = H[e, q]
             _gradient(u, e, _N[q], G, r, axisymmetric, F)
-            _modes(q, inverse0, det0 * r0 / (det * r), axisymmetric, M)
+            _modes(q, inverse0, det0, det0 * r0 / (det * r), axisymmetric, M)
             B[:] = 0.0
             for k in range(alpha.shape[1]):
                 for c in range(5):
@@ -163,7 +166,7 @@ def integrate(X, u, alpha, H, axisymmetric, finite, w, P, A, lo, r, K, forces, n
             H0[:] = 0.0
         for q in range(4):
             det, rad = _map(X, e, _N[q], _DN[q], axisymmetric, G, inverse)
-            _modes(q, inverse0, det0 * r0 / (det * rad), axisymmetric, M)
+            _modes(q, inverse0, det0, det0 * r0 / (det * rad), axisymmetric, M)
             B[:] = 0.0
             if finite:
                 for k in range(m):

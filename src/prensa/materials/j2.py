@@ -13,6 +13,8 @@ import numpy as np
 from prensa.kernels.compiled import njit
 from prensa.materials.hardening import JOHNSON_COOK, TINY, flow_stress
 
+ON_SURFACE = 1e-11  # of the trial stress: beyond the yield surface by less is on it
+
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _steps(f, slope, curvature):
@@ -84,7 +86,8 @@ def j2(eps, jn, old, column, K, G, cauchy, kind, p, knots, coefs, dt, tau, dtau,
         y0, dy0, ddy0 = flow_stress(kind, curve, knots, coefs, old[i, column], 0.0, dt)
         qs[i], jacs[i], y0s[i], ys[i], dys[i] = q, jac, y0, y0, dy0
         f = q - jac * y0
-        if f > 0.0:
+        # a committed state that flowed is on the yield surface but for round-off, which is not to say whether it flows on
+        if f > ON_SURFACE * q:
             half, slope = 0.5 * f / (3.0 * G), 3.0 * G + jac * dy0
             _, x = _steps(f, slope, jac * ddy0)
             deltas[i] = x if slope < 13.0 * G and 0.0 < x < 2.0 * half else half

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.materials.flow_curve import FlowCurve, along, stress_at
+from prensa.materials.j2 import ON_SURFACE
 
 Array = NDArray[np.float64]
 
@@ -30,7 +31,7 @@ def return_map(
     jac = np.exp(tr) if cauchy else np.ones_like(tr)
     with np.errstate(all="ignore"):
         y0 = stress_at(curve, start, np.zeros_like(start))
-        flows = np.flatnonzero(~(q - jac * y0 <= 0.0))
+        flows = np.flatnonzero(~(q - jac * y0 <= ON_SURFACE * q))
         delta, y1, slope = np.zeros_like(q), y0.copy(), np.zeros_like(q)
         delta[flows], y1[flows], slope[flows] = _roots(curve, start[flows], q[flows], jac[flows], G, dt)
     lost = ~np.isfinite(delta)

@@ -22,7 +22,7 @@ _KINDS = {"mesh": "mesh", "material": "material", "flow": "flow", "enforcement":
 
 def mistakes(errors: Iterable[Any], findings: Iterable[Finding], root: Place, known: list[Mistake]) -> list[Mistake]:
     """All the mistakes of a file in its order; *known* ones come from reading and hide what follows of them."""
-    errors = [e for e in errors if not isinstance(e.get("ctx", {}).get("error"), FindingsError)][:MOST]
+    errors = [e for e in errors if not findings_of(e)][:MOST]
     places = [follow(root, _path(e["loc"]), tagged=True) for e in errors]
     said = {m.mark for m in known}
     found = set(known)
@@ -33,6 +33,12 @@ def mistakes(errors: Iterable[Any], findings: Iterable[Finding], root: Place, kn
                 found.add(mistake)
     found |= {_of_finding(f, root) for f in findings}
     return sorted(found)
+
+
+def findings_of(error: Any) -> tuple[Finding, ...]:
+    """What an error of pydantic's list says of a description as a whole, if it does."""
+    cause = error.get("ctx", {}).get("error")
+    return cause.findings if isinstance(cause, FindingsError) else ()
 
 
 def _path(loc: tuple[str | int, ...]) -> tuple[str | int, ...]:
@@ -64,7 +70,8 @@ def explain(error: Any, place: Place) -> Mistake:
     above = place.parent or place
     if kind == "unexpected_keyword_argument":
         where = f" in {above.owner}" if above.owner else ""
-        options = [f for f in fields_of(above.kind, above.node) if above.node is None or f not in above.node.value]
+        given = above.node.value if above.node is not None and isinstance(above.node.value, dict) else {}
+        options = [f for f in fields_of(above.kind, above.node) if f not in given]
         return Mistake(place.mark(at_key=True), f"unknown key {key!r}{where}{suggest(str(key), options)}")
     if kind == "missing":
         return _missing(place, above)

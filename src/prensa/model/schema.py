@@ -16,11 +16,11 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from prensa.errors import CaseError, Mark, Mistake, take
+from prensa.errors import ArgumentError, CaseError, Mark, Mistake, shown, take
 from prensa.model import constructors  # noqa: F401  (says what is wrong with the arguments of descriptions)
 from prensa.model import text as yaml
 from prensa.model.checks import find, warnings_of
-from prensa.model.messages import mistakes
+from prensa.model.messages import findings_of, mistakes
 from prensa.model.overrides import override
 from prensa.model.places import SECTIONS, bare, hints, is_names, root
 from prensa.model.problem import Case, Fixed, Problem, Units
@@ -89,8 +89,10 @@ def loads(
     try:
         case = _adapter(Case).validate_python({"problem": data, **sections}, context=context)
     except ValidationError as error:
-        findings = tuple(find(_sketch(data, context)))
-        raise CaseError(mistakes(error.errors(include_url=False), findings, start, known)) from None
+        errors = error.errors(include_url=False)
+        # of a problem that could be made what is wrong with it is known, defaults included; of others what can be read is asked
+        findings = next((f for e in errors if (f := findings_of(e))), ()) or tuple(find(_sketch(data, context)))
+        raise CaseError(mistakes(errors, findings, start, known)) from None
     if known:
         raise CaseError(sorted(known))
     return case
@@ -100,8 +102,12 @@ def _changes(overrides: Iterable[str]) -> list[str]:
     """Changes as a list; a text alone is one of them."""
     if isinstance(overrides, str):
         return [overrides]
-    take("load", "overrides", overrides, Iterable, "give a list of texts 'path=value'")
-    changes = list(overrides)
+    remedy = "give a list of texts 'path=value'"
+    take("load", "overrides", overrides, Iterable, remedy)
+    try:
+        changes = list(overrides)
+    except TypeError:  # an array of no dimension calls itself iterable
+        raise ArgumentError(f"load: overrides is {shown(overrides)}; {remedy}") from None
     for change in changes:
         take("load", "an override", change, str, "write it as 'path=value'")
     return changes
@@ -111,9 +117,9 @@ def _read(path: Path) -> str:
     def wrong(message: str) -> CaseError:
         return CaseError([Mistake(Mark(str(path)), message)])
 
-    if path.is_dir():
-        raise wrong("this is a folder; name the case file in it")
     try:
+        if path.is_dir():
+            raise wrong("this is a folder; name the case file in it")
         with path.open("rb") as file:
             raw = file.read(CASE_LIMIT + 1)
     except FileNotFoundError:

@@ -15,6 +15,8 @@ class Policy:
     sunk_start: float = 0.01
     """Penetration over element depth that default penalties stay below at any pressure that a body bears; contact nodes
     beyond it are not projected, since the gap of a soft penalty goes on growing."""
+    landed_start: float = 1e-11
+    """Penetration over element depth that a node which lands starts with: enough that round-off does not say whether it has."""
 
     # ------------------------------------------------------------------------------------------------------- Newton
     line_search: tuple[float, ...] = (0.5, 0.25, 0.1, 0.03)
@@ -198,6 +200,8 @@ class Policy:
     """… and shares of its way at which stability is looked for then."""
     at_limit: float = 1e-6
     """Share of a step below which an increment that ends in unstable iterates again and again is one at a limit point."""
+    tool_alone: float = 10.0
+    """Motion of a tool over that of the bodies in a mode in which the tool moves against friction that has no more to give."""
 
     stabilise: float = 2e-4
     """Share of the work of a step that viscous forces may dissipate with ``stabilise: auto``."""

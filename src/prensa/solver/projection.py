@@ -46,13 +46,19 @@ def project_prediction(system: System, c: Context, u: Array, policy: Policy = DE
         if s.sharp:  # of a cut edge the point between its nodes has a gap to keep, neither of these
             has_point &= ~now.points.any_at_nodes(now.points.N[:, 0] < 1.0)
         committed = system.node_pairs(s, c.state.u).g
-        sunk = closed & (committed < -policy.sunk_start * s.points.depth.min())
+        depth = s.points.depth.min()
+        sunk = closed & (committed < -policy.sunk_start * depth)
+        landed = -policy.landed_start * depth
 
         def change(
-            pairs: Pairs, closed: Flags = closed, committed: Array = committed, moves: Flags = has_point & ~sunk
+            pairs: Pairs,
+            closed: Flags = closed,
+            committed: Array = committed,
+            moves: Flags = has_point & ~sunk,
+            landed: float = landed,
         ) -> Array:
             # an open node may lie inside: points of rules that are not the nodes, or of quadratic edges, are what contact holds
-            target = np.where(closed, committed, np.maximum(pairs.g, np.minimum(committed, 0.0)))
+            target = np.where(closed, committed, np.maximum(pairs.g, np.minimum(committed, landed)))
             return to_gap(target, moves & np.isfinite(pairs.g) & np.isfinite(target), pairs)
 
         project(system, s, u, change)

@@ -23,7 +23,7 @@ from prensa.fem.system import System
 from prensa.solver.acceptance import Acceptance
 from prensa.solver.attempt import attempt_from
 from prensa.solver.equilibrium import Equilibrium, NewtonResult
-from prensa.solver.failure import Diverged, Jumped, LimitPoint, NotConverged, Stagnated, Unstable
+from prensa.solver.failure import Diverged, Jumped, LimitPoint, NotConverged, Stagnated, ToolRunaway, Unstable
 from prensa.solver.linear import SingularError
 from prensa.solver.policy import Policy
 from prensa.solver.reduced import Reduced
@@ -104,7 +104,7 @@ def judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutbac
     if not viscous and (short or not cut) and (other := _beside(eq, result, modes, acceptance)):
         return other
     if at_limit(c, policy):
-        result.converged, result.reason = False, LimitPoint(Unstable(modes.negative))
+        result.converged, result.reason = False, _freed(eq, modes) or LimitPoint(Unstable(modes.negative))
     elif cut:
         result.converged, result.reason = False, Unstable(modes.negative)
     return result
@@ -159,23 +159,34 @@ def _failed(eq: Equilibrium, result: NewtonResult, short: bool, last: bool) -> N
     reason = result.reason
     if isinstance(reason, Stagnated | NotConverged | Diverged | Unstable):
         limit = at_limit(eq.context, eq.policy)
-        if (short or last or limit) and _turning(eq, result, last and limit):
-            result.reason = LimitPoint(reason)
+        if (short or last or limit) and (modes := _turning(eq, result, last and limit)):
+            result.reason = _freed(eq, modes) or LimitPoint(reason)
     return result
 
 
-def _turning(eq: Equilibrium, result: NewtonResult, beside: bool) -> bool:
-    """Whether the last iterate has a negative mode; or, ``beside``, a state that its softest mode leads to at once.
+def _freed(eq: Equilibrium, modes: Modes) -> ToolRunaway | None:
+    """The tool that a mode moves much more than any body: it spins or slides on against friction that has no more to give."""
+    system = eq.system
+    for number, tool in enumerate(system.tools):
+        way = np.abs(system.place_of(number, modes.mode))
+        way[system.dofs.dimension :] *= system.length
+        if way.max() > eq.policy.tool_alone:
+            return ToolRunaway(tool.name, system.dofs.tool.components[int(np.argmax(way))])
+    return None
+
+
+def _turning(eq: Equilibrium, result: NewtonResult, beside: bool) -> Modes | None:
+    """The modes of the last iterate if one is negative or, ``beside``, its softest leads to a state with one at once.
 
     The factors at hand are not asked: contact steps and other attempts came after the iterate. Past a limit point iterates
     wander to and fro across it, so that the last one is as often before it as behind.
     """
     modes = _at(eq, result.u, result.lam)
     if modes is None or modes.negative or not beside:
-        return modes is not None and modes.negative > 0
+        return modes if modes is not None and modes.negative else None
     step = eq.policy.branches[0] * eq.system.length * modes.mode
     there = (_at(eq, eq.system.with_slaves(result.u + sign * step), result.lam) for sign in (1.0, -1.0))
-    return any(at is not None and at.negative for at in there)
+    return modes if any(at is not None and at.negative for at in there) else None
 
 
 def at_limit(c: Context, policy: Policy) -> bool:

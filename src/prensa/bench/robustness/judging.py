@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,8 @@ from prensa.bench.robustness.files import OutOfTime, Record, read, solve_into, s
 from prensa.bench.robustness.increments import reason_of
 from prensa.bench.robustness.outcome import Outcome
 from prensa.errors import PrensaError
+
+GIVEN_INCREMENTS = 20  # a step, of twins whose own increments differ
 
 
 def judge_files(d: Drawn, number: int, folder: Path | None = None) -> Outcome:
@@ -46,9 +49,42 @@ def _verdict(d: Drawn, folder: Path, until: float) -> tuple[str, str, str]:
             return "right", "(the twin used for comparison did not end in time)", ""
         except PrensaError as error:
             return "right", f"(the twin used for comparison failed: {error})", ""
-        if wrong := unlike(records[-1], read(folder / f"twin{k}", twin.problem), twin):
+        other = read(folder / f"twin{k}", twin.problem)
+        if unlike(records[-1], other, twin) and not _same_times(records[-1], other):
+            # what increments decide is no difference between the two problems: both once more with given ones
+            try:
+                one, other = _in_step(folder / f"again{k}", d, twin, until + 3 * d.limit)
+            except OutOfTime:
+                return "right", "(the twin took other increments, and with given ones did not end in time)", ""
+            except PrensaError as error:
+                return (
+                    "right",
+                    f"(the twin took other increments, and with given ones one of the two failed: {error})",
+                    "",
+                )
+            if not _same_times(one, other):
+                return "right", "(the twin took other increments, and with given ones too)", ""
+            if wrong := unlike(one, other, twin):
+                return "wrong", wrong, ""
+        elif wrong := unlike(records[-1], other, twin):
             return "wrong", wrong, ""
     return "right", "", ""
+
+
+def _same_times(one: Record, other: Record) -> bool:
+    a, b = one.history["time"], other.history["time"]
+    return len(a) == len(b) and bool(np.allclose(a, b, rtol=0.0, atol=1e-9))
+
+
+def _in_step(folder: Path, d: Drawn, twin: Twin, until: float) -> tuple[Record, Record]:
+    """A problem of one stage and its twin, solved with the same given increments."""
+    given = [
+        replace(p, steps=tuple(replace(s, increments=GIVEN_INCREMENTS) for s in p.steps))
+        for p in (d.stages[-1], twin.problem)
+    ]
+    for name, p in zip("ab", given):
+        solve_into(folder / name, p, until)
+    return read(folder / "a", given[0]), read(folder / "b", given[1])
 
 
 def _how_far(folder: Path) -> str:
