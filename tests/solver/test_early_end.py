@@ -61,7 +61,11 @@ def test_an_element_on_which_attempts_fail_again_and_again_ends_the_run():
     """All three are needed: many failures, short increments, a bad shape; the words name element, sides and contact."""
     reason = worn(flat)
     assert isinstance(reason, Distorted) and reason.shape < 0.2 and reason.attempts == DEFAULT.worn_out
-    assert set(reason.sides) == {"b.top", "b.right", "b.bottom"} and reason.contacts == ("b.top-die",) and reason.past is None
+    assert (
+        set(reason.sides) == {"b.top", "b.right", "b.bottom"}
+        and reason.contacts == ("b.top-die",)
+        and reason.past is None
+    )
     assert "element 2 of b" in sentence(reason) and "in contact b.top-die" in sentence(reason)
     assert "finer there" in hint(reason)
     assert worn(flat, times=DEFAULT.worn_out - 1) is None
