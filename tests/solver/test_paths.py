@@ -59,7 +59,7 @@ def test_stages_solve_what_newton_alone_does_not(beta):
 
     Without contact steps, which no candidate is allowed for: they solve it too.
     """
-    uncut, alone = pr.Numerics(max_cutbacks=0), Policy(most_candidates=0)
+    uncut, alone = pr.Numerics(max_cutbacks=0), Policy(most_candidates=0, few=0)
     with pytest.raises(SolveError, match=r"stagnates|no convergence"):
         last(plate(pr.Penalty(beta, continuation=1.0)), uncut, alone)
     inc = last(plate(pr.Penalty(beta)), uncut, alone)

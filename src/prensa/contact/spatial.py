@@ -122,6 +122,10 @@ class FacePoints:
         """Forces and stiffnesses of the points on their nodes."""
         return F, K
 
+    def on_dofs(self, F: Array) -> Array:
+        """Forces or slopes of the points' pairs on their nodes and the tool."""
+        return F
+
     def normals(self, x: Array) -> Array:
         """Outward unit normals (k, 3) at the nodes, weighted by the areas of the faces."""
         a = x[self.faces]
