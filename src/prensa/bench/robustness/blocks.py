@@ -61,9 +61,13 @@ def draw(suite: str, seed: int, number: int) -> pr.Problem:
     steps = _steps(rng, motion, depth, width * L, strength, share, increments, axi, flat, moment, tool)
     hollow = tool.type == "circle" and tool.concave
     wide = flat or hollow or tool.type == "profile"
-    listed = rng.random() < (0.8 if plastic else 0.2) and wide
-    # the side of a body that flows bulges against the cavity over it; without contact there it would be metal inside the tool
-    sides = ["body.top", "body.right"] if listed or (hollow and plastic) else ["body.top"]
+    listed = wide if rng.random() < (0.8 if plastic else 0.2) else False
+    # a body that flows rolls its sides onto the tool; without contact there they would be metal inside it
+    sides = [
+        "body.top",
+        *(["body.right"] if listed or (plastic and wide) else []),
+        *(["body.left"] if plastic and origin else []),
+    ]
     tied = motion in ("press and slide", "roll", "twist")
     left = pr.Fixed(x=0.0) if origin else "x"  # round a rigid mandrel
     fixed = {"body.bottom": "xy" if tied or rng.random() < 0.5 else "y", "body.left": left}
