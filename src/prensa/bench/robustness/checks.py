@@ -130,7 +130,7 @@ def outlines(d: Drawn, record: Record) -> str:
     """The outlines against the tools: gaps are what they are said to be, no node lies inside a tool, no pressure across a gap."""
     if not record.bodies:
         return "no fields were written"
-    size, E = size_of(record), d.E or np.inf
+    size, E = size_of(record), d.E or min(body.material.modulus for body in d.problem.bodies.values())
     for row, name, _, t in touchings(d, record):
         table = record.contacts[name][int(record.history["increment"][row])]
         at, p = f"time {record.history['time'][row]:.4g}: {name}", table["pressure"]
