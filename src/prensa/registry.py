@@ -104,7 +104,11 @@ def user_type(cls: type) -> str:
 def _module(path: str, folder: str | Path | None) -> ModuleType:
     """A user's module: the file *path*.py beside the case (or at the absolute path that a dump wrote), or one installed."""
     file = Path(path) if path.endswith(".py") else Path(folder or ".") / (path.replace(".", "/") + ".py")
-    if file.is_file():
+    try:
+        there = file.is_file()
+    except (OSError, ValueError):  # a name that no file can have
+        there = False
+    if there:
         place = str(file.resolve())
         name = f"_prensa_user_{abs(hash(place)):x}"
         if name in sys.modules:

@@ -453,3 +453,16 @@ def test_history_is_known_by_name():
             places = [k for part in law.fields.values() for k in range(*part.columns.indices(law.size))]
             assert places == list(range(law.size))
             assert law.plastic == ("plastic_strain" in law.fields)
+
+
+def test_a_type_longer_than_any_file_name_is_refused_in_words():
+    """Looking for its module must not end in an error of the operating system."""
+    from prensa.errors import CaseError
+    from prensa.model.schema import loads
+
+    case = (
+        "name: x\nbodies: {b: {mesh: {type: rectangle, size: [1, 1], n: [2, 2]}, material: {type: elastic, E: 1, nu: 0.3}}}\n"
+        "tools: {p: {type: plane, touching: b.top}}\nsteps: [{name: s, move: {p: {y: -0.1}}}]\n"
+    )
+    with pytest.raises(CaseError, match="cannot import"):
+        loads(case + f'friction: {{type: "{"a: " * 300}x:Law"}}\n')
