@@ -94,6 +94,31 @@ class FrictionLaw(Member, abstract=True):
         return {}
 
 
+class StrengthLaw(FrictionLaw, abstract=True):
+    """Base of the laws whose bound depends on the shear strength, the field ``k``, and on the pressure, but not on the slip."""
+
+    @property
+    def own_k(self) -> float | None:
+        """The field ``k``; None where the body has to give it."""
+        return getattr(self, "k", None)
+
+    @property
+    def hardens(self) -> bool:
+        """False: the bound does not depend on the slip."""
+        return False
+
+    @property
+    def asks_for_k(self) -> bool:
+        """Whether the body has to give the shear yield stress."""
+        return self.own_k is None
+
+    def strength(self, p: Array, at: At) -> Array:
+        """Shear yield stress (k,) at points of pressures p (k,): the law's own, or the body's."""
+        k = at.k if self.own_k is None else np.full_like(p, self.own_k)
+        assert k is not None
+        return k
+
+
 def bounded(law: FrictionLaw, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:
     """τ_y, ∂τ_y/∂p, ∂τ_y/∂κ, each (k,): the law's own derivatives, or else those by complex step or central difference."""
     out = law.bound(p, kappa, at)

@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from prensa.friction.law import At, FrictionLaw
+from prensa.friction.law import At, StrengthLaw
 from prensa.model.units import Number, Pressure
 
 Array = NDArray[np.float64]
 
 
-class Capped(FrictionLaw):
+class Capped(StrengthLaw):
     """Coulomb friction that does not exceed the shear factor's, |t_T| ≤ min(μ p, m k).
 
     ``k``: shear yield stress of the body; without it, σ_y/√3 of the plastic material behind the surface, taken at the
@@ -41,24 +41,13 @@ class Capped(FrictionLaw):
     )  # fmt: skip
 
     @property
-    def hardens(self) -> bool:
-        """False: the bound does not depend on the slip."""
-        return False
-
-    @property
     def frictionless(self) -> bool:
         """Whether μ or m is 0."""
         return self.mu == 0 or self.m == 0
 
-    @property
-    def asks_for_k(self) -> bool:
-        """Whether the body has to give the shear yield stress."""
-        return self.k is None
-
     def bound(self, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:
         """min(μ p, m k) or its smooth form, and the partial derivatives by p and κ, each (k,)."""
-        k = at.k if self.k is None else np.full_like(p, self.k)
-        assert k is not None
+        k = self.strength(p, at)
         zero = np.zeros_like(p)
         if self.frictionless:
             return zero, zero, zero

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from prensa.friction.law import At, FrictionLaw
+from prensa.friction.law import At, StrengthLaw
 from prensa.model.units import Number, Pressure
 
 Array = NDArray[np.float64]
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 LEVANOV = 1.25 / math.sqrt(3.0)  # of p/k: the source's 1.25 is of p/σ_y
 
 
-class Levanov(FrictionLaw):
+class Levanov(StrengthLaw):
     """Levanov's law, |t_T| ≤ m k (1 − exp(−1.25 p/σ_y)) with σ_y = √3 k: Coulomb at low, the shear factor at high pressure.
 
     ``m``: shear factor at high pressure. ``k``: shear yield stress of the body; without it, σ_y/√3 of the plastic material
@@ -36,23 +36,12 @@ class Levanov(FrictionLaw):
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({"m": 0.6}, {"m": 0.3, "k": 40.0})
 
     @property
-    def hardens(self) -> bool:
-        """False: the bound does not depend on the slip."""
-        return False
-
-    @property
     def frictionless(self) -> bool:
         """Whether the factor is 0."""
         return self.m == 0
 
-    @property
-    def asks_for_k(self) -> bool:
-        """Whether the body has to give the shear yield stress."""
-        return self.k is None
-
     def bound(self, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:
         """The bound m k (1 − exp(−1.25 p/(√3 k))) and its partial derivatives by p and κ, each (k,)."""
-        k = at.k if self.k is None else np.full_like(p, self.k)
-        assert k is not None
+        k = self.strength(p, at)
         x = LEVANOV * p / k
         return -self.m * k * np.expm1(-x), self.m * LEVANOV * np.exp(-x), np.zeros_like(p)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from prensa.friction.law import At, FrictionLaw
+from prensa.friction.law import At, StrengthLaw
 from prensa.model.units import Number, Pressure
 
 Array = NDArray[np.float64]
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 RAMP = 0.1  # pressure over k below which the bound falls linearly to zero: a jump at p = 0 would have no derivative
 
 
-class Shear(FrictionLaw):
+class Shear(StrengthLaw):
     """Constant shear factor, |t_T| ≤ m k per current area (Prandtl's and von Mises' friction of metal forming).
 
     ``k``: shear yield stress of the body; without it, σ_y/√3 of the plastic material behind the surface, taken at the
@@ -32,23 +32,12 @@ class Shear(FrictionLaw):
     type: Literal["shear"] = "shear"
 
     @property
-    def hardens(self) -> bool:
-        """False: the bound does not depend on the slip."""
-        return False
-
-    @property
     def frictionless(self) -> bool:
         """Whether the factor is 0."""
         return self.m == 0
 
-    @property
-    def asks_for_k(self) -> bool:
-        """Whether the body has to give the shear yield stress."""
-        return self.k is None
-
     def bound(self, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:
         """Bound m k, on the ramp m p k/(k/10), and its partial derivatives by p and κ, each (k,)."""
-        k = at.k if self.k is None else np.full_like(p, self.k)
-        assert k is not None
+        k = self.strength(p, at)
         full = RAMP * k
         return self.m * k * np.minimum(p / full, 1.0), np.where(p < full, self.m / RAMP, 0.0), np.zeros_like(p)

@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from prensa.friction.law import At, FrictionLaw
+from prensa.friction.law import At, StrengthLaw
 from prensa.model.units import Angle, Number, Pressure
 
 Array = NDArray[np.float64]
 
 
-class WangOsakada(FrictionLaw):
+class WangOsakada(StrengthLaw):
     """Wang and Osakada's dry friction, |t_T| ≤ min(μ p, m k) with m = √3 μ (a μ + b) from μ and the inclination ``theta``.
 
     a = −0.48 θ² + 2.48 θ − 3.82, b = −1.19 θ + 3.0. The source's critical pressure, (2/√3) σ_y [(1 + sin 2φ)/2 + π/4 + φ − θ]
@@ -57,23 +57,12 @@ class WangOsakada(FrictionLaw):
         return math.sqrt(3.0) * self.mu * (a * self.mu + b)
 
     @property
-    def hardens(self) -> bool:
-        """False: the bound does not depend on the slip."""
-        return False
-
-    @property
     def frictionless(self) -> bool:
         """Whether μ is 0."""
         return self.mu == 0
 
-    @property
-    def asks_for_k(self) -> bool:
-        """Whether the body has to give the shear yield stress."""
-        return self.k is None
-
     def bound(self, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:
         """min(μ p, m k) and its partial derivatives by p and κ, each (k,)."""
-        k = at.k if self.k is None else np.full_like(p, self.k)
-        assert k is not None
+        k = self.strength(p, at)
         free, cap = self.mu * p, self.m * k
         return np.minimum(free, cap), np.where(free < cap, self.mu, 0.0), np.zeros_like(p)

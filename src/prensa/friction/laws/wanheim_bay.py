@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from prensa.friction.law import At, FrictionLaw
+from prensa.friction.law import At, StrengthLaw
 from prensa.model.units import Number, Pressure
 
 Array = NDArray[np.float64]
 
 
-class WanheimBay(FrictionLaw):
+class WanheimBay(StrengthLaw):
     """Wanheim and Bay's general friction law, |t_T| ≤ f α(p/k, f) k with α the share of the area that really touches.
 
     Up to the limit p′ = k (1 + π/2 + arccos f + √(1 − f²))/(1 + √(1 − f)) the bound is proportional to the pressure and
@@ -36,24 +36,13 @@ class WanheimBay(FrictionLaw):
     examples: ClassVar[tuple[Mapping[str, Any], ...]] = ({"f": 0.6}, {"f": 1.0, "k": 40.0}, {"f": 0.05, "k": 20.0})
 
     @property
-    def hardens(self) -> bool:
-        """False: the bound does not depend on the slip."""
-        return False
-
-    @property
     def frictionless(self) -> bool:
         """Whether the factor is 0."""
         return self.f == 0
 
-    @property
-    def asks_for_k(self) -> bool:
-        """Whether the body has to give the shear yield stress."""
-        return self.k is None
-
     def bound(self, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:
         """The bound f α k and its partial derivatives by p and κ, each (k,)."""
-        k = at.k if self.k is None else np.full_like(p, self.k)
-        assert k is not None
+        k = self.strength(p, at)
         f, root = self.f, math.sqrt(1.0 - self.f)
         limit = k * (1.0 + 0.5 * math.pi + math.acos(f) + math.sqrt(1.0 - f * f)) / (1.0 + root)  # p′
         reached, slope = f / (1.0 + root) * k, f / (1.0 + root) * k / limit  # τ′, without a difference; τ′/p′
