@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
@@ -24,6 +24,7 @@ from prensa.solver.predictor import Guess, initial_guess
 from prensa.solver.projection import project_stage
 
 Array = NDArray[np.float64]
+Solve = Callable[[Array, NewtonResult], Failure | None]
 
 
 def attempt(eq: Equilibrium, start: Array, soften: bool = True) -> NewtonResult:
@@ -32,24 +33,29 @@ def attempt(eq: Equilibrium, start: Array, soften: bool = True) -> NewtonResult:
     soften: whether a failure is followed by another try with contacts that stiffen stage by stage, if they ask for it.
     """
     result = attempt_by(eq, [], start)
-    if not result.converged and (out := emergence(eq.system, eq.context, eq.policy)):
-        again = _outcome(eq, start, partial(_emerge, eq, out, start))
-        again.iterations += result.iterations
-        if again.converged:
-            return again
-        result.iterations = again.iterations
-    if not result.converged and result.contact_changed(eq.policy):
-        again = _outcome(eq, start, partial(_by_contact, eq, start))
-        again.iterations += result.iterations
-        if again.converged:
-            return again
-        result.iterations = again.iterations
-    path = stages(eq.system, eq.context, eq.policy) if soften and not result.converged else []
-    if not path:
+    if result.converged:
         return result
-    again = attempt_by(eq, path, start)
-    again.iterations += result.iterations
-    return again
+    spent = result.iterations
+    for solve in _other_ways(eq, start, result):
+        again = _outcome(eq, start, solve)
+        spent += again.iterations
+        if again.converged:
+            again.iterations = spent
+            return again
+    result.iterations = spent
+    path = stages(eq.system, eq.context, eq.policy) if soften else []
+    if path:
+        result = attempt_by(eq, path, start)
+        result.iterations += spent
+    return result
+
+
+def _other_ways(eq: Equilibrium, start: Array, failed: NewtonResult) -> Iterator[Solve]:
+    """What is tried after a failed attempt, in order; how that failed is what is told if these fail too."""
+    if out := emergence(eq.system, eq.context, eq.policy):
+        yield partial(_emerge, eq, out, start)
+    if failed.contact_changed(eq.policy):
+        yield partial(_by_contact, eq, start)
 
 
 def attempt_by(eq: Equilibrium, path: list[Context], start: Array) -> NewtonResult:
@@ -73,7 +79,7 @@ def attempt_from(eq: Equilibrium, u: Array) -> NewtonResult:
     return _outcome(eq, u, partial(_augment, eq, Guess(u), False))
 
 
-def _outcome(eq: Equilibrium, start: Array, solve: Callable[[Array, NewtonResult], Failure | None]) -> NewtonResult:
+def _outcome(eq: Equilibrium, start: Array, solve: Solve) -> NewtonResult:
     """What comes of an attempt that ``solve`` makes with multipliers (points, 1 + t), from the dofs ``start``."""
     eq.reduced.factorisation.begin()
     lam = eq.system.initial_multipliers(eq.context.state)
