@@ -151,7 +151,9 @@ def _bytes(rng: Generator, text: str) -> bytes:
     raw = text.encode("utf-8", errors="replace")
     match rng.integers(6):
         case 0:
-            return text.encode(str(rng.choice(["utf-16", "utf-32", "utf-16-be", "utf-8-sig", "cp037", "utf-7"])), "replace")
+            return text.encode(
+                str(rng.choice(["utf-16", "utf-32", "utf-16-be", "utf-8-sig", "cp037", "utf-7"])), "replace"
+            )
         case 1:
             i = int(rng.integers(len(raw) + 1))
             return raw[:i] + rng.bytes(int(rng.integers(1, 20))) + raw[i:]

@@ -75,11 +75,19 @@ class Disc(Analytic):
 
     def closest(self, xi: Array) -> Closest:
         """Points (k, 2) → `Closest`; the centre itself counts as below it."""
-        r = np.hypot(xi[:, 0], xi[:, 1])
-        safe = np.where(r > 0, r, 1.0)
-        n = np.where((r > 0)[:, None], xi / safe[:, None], np.array([0.0, -1.0]))
-        phi = np.arctan2(n[:, 0], -n[:, 1])  # 0 at the bottom, growing along +90° of the normal
+        r, n, phi = _polar(xi)
         return Closest(r - self.radius, n, 1.0 / np.maximum(r, 1e-3 * self.radius), self.radius * phi)
+
+
+def _polar(xi: Array) -> tuple[Array, Array, Array]:
+    """Distances (k,) of points (k, 2) from the centre, unit vectors (k, 2) out of it (at it: down), and angles (k,).
+
+    The angle is 0 at the bottom and grows along +90° of the vector.
+    """
+    r = np.hypot(xi[:, 0], xi[:, 1])
+    safe = np.where(r > 0, r, 1.0)
+    out = np.where((r > 0)[:, None], xi / safe[:, None], np.array([0.0, -1.0]))
+    return r, out, np.arctan2(out[:, 0], -out[:, 1])
 
 
 @dataclass(frozen=True)
@@ -102,10 +110,7 @@ class Hollow(Analytic):
 
     def closest(self, xi: Array) -> Closest:
         """Points (k, 2) → `Closest`; the centre itself counts as below it."""
-        r = np.hypot(xi[:, 0], xi[:, 1])
-        safe = np.where(r > 0, r, 1.0)
-        out = np.where((r > 0)[:, None], xi / safe[:, None], np.array([0.0, -1.0]))
-        phi = np.arctan2(out[:, 0], -out[:, 1])
+        r, out, phi = _polar(xi)
         return Closest(self.R - r, -out, -1.0 / np.maximum(r, 1e-3 * self.R), -self.R * phi)
 
     def along(self, xi: Array, direction: Array, limit: float) -> Array:
