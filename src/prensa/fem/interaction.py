@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,15 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
+
+
+class Overrides(TypedDict, total=False):
+    """What an evaluation may be told to assume; see `Request`."""
+
+    stick: Flags | None
+    guess: bool
+    landed: Flags | None
+    foundation: Array | None
 
 
 class Request(NamedTuple):

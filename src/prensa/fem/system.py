@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,7 @@ from prensa.contact.spatial import plane_pairs
 from prensa.fem.assembly import Block, Pattern, scatter_matrix, scatter_vector, slots, sweep
 from prensa.fem.context import Context
 from prensa.fem.failure import ElementFailed, NotEvaluated
-from prensa.fem.interaction import Interaction, Part, Request
+from prensa.fem.interaction import Interaction, Overrides, Part, Request
 from prensa.fem.loads import loads_of
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import Clock, Energy, Recovered, State
@@ -384,13 +384,12 @@ class System:
         return reference_pairs(tool.shape, X, normal, displacement, tool.at, place_, 100.0 * self.length, since)
 
     def evaluate(
-        self, c: Context, u: Array, lam: Array, stiffness: bool = True, stick: Flags | None = None, guess: bool = False,
-        landed: Flags | None = None, foundation: Array | None = None,
+        self, c: Context, u: Array, lam: Array, stiffness: bool = True, **overrides: Unpack[Overrides]
     ) -> Evaluation:  # fmt: skip
         """Residual r = f_int − f_contact − f_ext of dofs u (ndof,) and multipliers lam (points, 2), and its derivative.
 
         Contacts whose multipliers are degrees of freedom have them in u and their equations in r; lam is not used there.
-        stick, guess, landed, foundation: overrides, see `Request`. Pure: it answers the same for the same arguments.
+        ``overrides``: see `Request`. Pure: it answers the same for the same arguments.
         """
         r, f_ext = np.zeros((2, self.ndof))
         data = np.zeros(len(self.pattern.indices)) if stiffness else None
@@ -400,7 +399,7 @@ class System:
         scale, floor, violation = NOTHING * self.stiffness + bulk.scale, bulk.floor, 0.0
         ways = self.dofs.tool.of(u)[:, : self.dofs.dimension]  # turns are no lengths
         reach = self.length + float(np.abs(ways).max(initial=0.0))
-        ask = Request(u, self.multipliers(u, lam), stiffness, stick, guess, reach, landed, foundation)
+        ask = Request(u, self.multipliers(u, lam), stiffness, reach=reach, **overrides)
         trials = []
         for interaction in c.interactions:
             out = interaction.respond(c, ask)

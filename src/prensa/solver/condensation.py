@@ -21,7 +21,7 @@ import logging
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,7 @@ from prensa.contact.forces import TOUCH
 from prensa.errors import PrensaError
 from prensa.fem.assembly import Pattern
 from prensa.fem.context import Context
+from prensa.fem.interaction import Overrides
 from prensa.fem.modes import free_to_move
 from prensa.fem.planning import plan_step
 from prensa.fem.schedule import StepPlan
@@ -161,8 +162,7 @@ class CondensedMatrix:
 
     # -------------------------------------------------------------------------------------------------------- assembly
     def evaluate(
-        self, c: Context, u: Array, lam: Array, stiffness: bool = True, stick: Flags | None = None, guess: bool = False,
-        landed: Flags | None = None, foundation: Array | None = None,
+        self, c: Context, u: Array, lam: Array, stiffness: bool = True, **overrides: Unpack[Overrides]
     ) -> Evaluation:  # fmt: skip
         """As `System.evaluate`; its matrix holds contact alone.
 
@@ -172,7 +172,7 @@ class CondensedMatrix:
             If a point touches that the columns at hand do not reach.
 
         """
-        e = self.contact.evaluate(c, self.recovered(c, u), lam, stiffness, stick, guess, landed, foundation)
+        e = self.contact.evaluate(c, self.recovered(c, u), lam, stiffness, **overrides)
         if not e.failed and (e.touching & self.beyond).any():
             raise ActiveSetGrew(self.blocks | self.base.blocks_of(e.touching))
         return e

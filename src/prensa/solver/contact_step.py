@@ -77,7 +77,7 @@ def contact_step(
                 vstack([forces, friction.forces], format="csr"),
                 vstack([slopes, friction.slopes], format="csr"),
             )
-        S = _responses(eq, forces, slopes)
+        S = -eq.reduced.responses(forces, slopes)
         ahead = slopes @ alone
         if friction is None:
             found = _pressures(eq.policy, points.trial, S, ahead)
@@ -110,16 +110,6 @@ def _rubbing(eq: Equilibrium, e: Evaluation, near: Flags) -> Flags | None:
             return None
         rubbing[s.rows] = near[s.rows]
     return rubbing if rubbing.sum() <= eq.policy.few else None
-
-
-def _responses(eq: Equilibrium, forces: csr_matrix, slopes: csr_matrix) -> Array:
-    """−∂(trial)/∂v (m, m) of what acts on the bodies besides the springs."""
-    m = forces.shape[0]
-    S = np.empty((m, m))
-    for first in range(0, m, eq.policy.columns):
-        block = slice(first, first + eq.policy.columns)
-        S[:, block] = -(eq.reduced.responses(forces[block], slopes))
-    return S
 
 
 def _pressures(policy: Policy, trial: Array, S: Array, ahead: Array) -> Array | None:

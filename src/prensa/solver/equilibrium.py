@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from prensa.fem.context import Context
+from prensa.fem.interaction import Overrides
 from prensa.fem.system import Evaluation, System
 from prensa.model import problem as model
 from prensa.solver.failure import Failure, Runaway, ToolRunaway
@@ -68,12 +69,11 @@ class Equilibrium:
     report: Reporter
 
     def evaluate(
-        self, u: Array, lam: Array, stiffness: bool = True, stick: Flags | None = None, guess: bool = False,
-        section: str = "assembly", landed: Flags | None = None, foundation: Array | None = None,
+        self, u: Array, lam: Array, stiffness: bool = True, section: str = "assembly", **overrides: Unpack[Overrides]
     ) -> Evaluation:  # fmt: skip
-        """Residual and, with ``stiffness``, its derivative; stick (points,): contact points that are forced to stick."""
+        """Residual and, with ``stiffness``, its derivative; ``overrides``: see `prensa.fem.interaction.Request`."""
         with self.report.timed(section):
-            return self.reduced.assembly.evaluate(self.context, u, lam, stiffness, stick, guess, landed, foundation)
+            return self.reduced.assembly.evaluate(self.context, u, lam, stiffness, **overrides)
 
     def norm(self, e: Evaluation) -> float:
         """Sum of the absolute free residuals; infinite where the residual could not be evaluated."""

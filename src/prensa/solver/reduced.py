@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from prensa.fem.assembly import Pattern
 from prensa.fem.context import Context
+from prensa.fem.interaction import Overrides
 from prensa.fem.system import Evaluation, System
 from prensa.model import problem as model
 from prensa.solver.eliminated import Tied
@@ -51,8 +52,7 @@ class Assembly(Protocol):
     """Where residuals and matrices in all dofs come from."""
 
     def evaluate(
-        self, c: Context, u: Array, lam: Array, stiffness: bool = True, stick: Flags | None = None, guess: bool = False,
-        landed: Flags | None = None, foundation: Array | None = None,
+        self, c: Context, u: Array, lam: Array, stiffness: bool = True, **overrides: Unpack[Overrides]
     ) -> Evaluation:  # fmt: skip
         """As `System.evaluate`."""
 
@@ -101,11 +101,10 @@ class Whole:
         self.system, self.pattern = system, system.pattern
 
     def evaluate(
-        self, c: Context, u: Array, lam: Array, stiffness: bool = True, stick: Flags | None = None, guess: bool = False,
-        landed: Flags | None = None, foundation: Array | None = None,
+        self, c: Context, u: Array, lam: Array, stiffness: bool = True, **overrides: Unpack[Overrides]
     ) -> Evaluation:  # fmt: skip
         """As `System.evaluate`."""
-        return self.system.evaluate(c, u, lam, stiffness, stick, guess, landed, foundation)
+        return self.system.evaluate(c, u, lam, stiffness, **overrides)
 
     def apply(self, data: Array, delta: Array) -> Array:
         """K δ with the whole matrix."""
@@ -203,8 +202,12 @@ class Reduced:
 
     def responses(self, loads: csr_matrix, of: csr_matrix) -> Array:
         """Σ of_i x (n, k) of the solutions x for k loads, rows (k, ndof), with the last factors; of (n, ndof)."""
-        columns = self.restriction.part(loads.toarray().T)
-        return np.asarray(self.restriction.part(of.toarray().T).T @ self.factorisation.again(columns))
+        rows, width = self.restriction.part(of.toarray().T).T, self.policy.columns
+        out = np.empty((of.shape[0], loads.shape[0]))
+        for first in range(0, loads.shape[0], width):
+            block = slice(first, first + width)
+            out[:, block] = rows @ self.factorisation.again(self.restriction.part(loads[block].toarray().T))
+        return out
 
     def again(self, b: Array) -> Array:
         """As `solve`, with the last factors, unchecked: only for corrections whose effect is looked at."""
