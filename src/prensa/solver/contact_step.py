@@ -91,7 +91,7 @@ def contact_step(
 
 def affordable(eq: Equilibrium, e: Evaluation) -> bool:
     """Whether a contact step from the evaluation e costs no more than another iteration, so that Newton takes them anyway."""
-    return int(_near(eq, e).sum()) <= eq.policy.few
+    return not e.contacts or int(_near(eq, e).sum()) <= eq.policy.few
 
 
 def decides_friction(eq: Equilibrium, e: Evaluation) -> bool:
