@@ -279,7 +279,7 @@ class TimeStepping:
         if result.recover is None and (refusal := self.validity.look(state.u, state.history)):
             result.reason = refusal
             raise self.post_mortem(c, result, cutbacks)
-        increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended)
+        increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended, c.state)
         increment = self.passages.follow(increment, passing_of(self.system, e, c.state.u, state.u))
         if ended:
             self.messages.warn(self.passages.warnings(self.policy))
