@@ -146,7 +146,7 @@ def _lengths(system: System) -> Iterator[Notice]:
                     f"{value:.4g} {unit} against bodies of {size:.4g} {unit}; are both in the same unit?",
                 )
     for i, step in enumerate(system.problem.steps):
-        for kind in ("move", "by", "velocity"):
+        for kind in ("move", "by", "velocity", "control"):
             for name, motion in getattr(step, kind).items():
                 for key in ("x", "y", "rz"):
                     value = getattr(motion, key)
