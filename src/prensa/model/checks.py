@@ -357,7 +357,9 @@ def _control(p: Any, step: Any, path: tuple[str | int, ...]) -> Iterator[Finding
         yield Finding(here, "give the way from where the tool is at the start of the step, as a number other than 0")
     force = getattr(step.push.get(tool), "m" if name == "rz" else name, None)
     if force is None or force == 0:
-        message = f"{name} of tool {tool!r} leads, so 'push' has to drive it: give its force, not 0, or move it 'by' the way"
+        message = (
+            f"{name} of tool {tool!r} leads, so 'push' has to drive it: give its force, not 0, or move it 'by' the way"
+        )
         yield Finding(here, message, at_key=True)
     for kind in ("push", "loads", "body_force"):
         for key, entry in getattr(step, kind).items():
