@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from prensa.errors import SolveError
 from prensa.fem.context import Context
@@ -117,7 +116,9 @@ class Stopping:
             each = [f"{k.path} ({k.at(v)})" for k, v in zip(self.criteria, c.watched.tolist())]
             was = "was" if len(each) == 1 else "were"
             unmet = f"{' and '.join(each)} {was} not met"
-            yield f"step {self.plan.name!r} goes to its end: {unmet}; let it go further, or ask for less"
+            other = any(k.target * v < 0 for k, v in zip(self.criteria, c.watched.tolist()))
+            remedy = "check the sign, which is that of history.csv" if other else "let it go further, or ask for less"
+            yield f"step {self.plan.name!r} goes to its end: {unmet}; {remedy}"
 
     def refuse(self, c: Context) -> None:
         """Raise `SolveError` at the end of a step that nothing has ended, if that is required."""
@@ -145,6 +146,8 @@ class Stopping:
 
     def _root(self, k: int, end: Outcome, solve: Callable[[float], Outcome]) -> Outcome:
         """The outcome in which criterion k is met, between a committed state and the outcome of an increment."""
+        from scipy.optimize import brentq  # a slow import that most runs do without
+
         c, result = end
         was, least = c.state.watched, 0.5 * self.policy.until
         tried: dict[float, tuple[float, Outcome]] = {c.time: (self._at(k, self._values(result)[k], was), end)}

@@ -222,7 +222,7 @@ class TimeStepping:
             if result.converged:
                 c, result = self.stopping.search((c, result), solve)
             if result.converged:
-                self.look_inside(c, result, cutbacks)
+                self.look_inside(c, result)
                 self.stopping.refuse(c)
                 return self.commit(c, control, result, sum(spent), cutbacks)
             self.messages.rejected(state, plan, c.time, result)
@@ -314,10 +314,10 @@ class TimeStepping:
         self.messages.accepted(c.state, c.plan, result, increment)
         return state, increment
 
-    def look_inside(self, c: Context, result: NewtonResult, cutbacks: int) -> None:
+    def look_inside(self, c: Context, result: NewtonResult) -> None:
         """Raise `SolveError` if metal lies inside a tool with which it has no contact, or in itself.
 
-        No smaller increment would help then. Folds are looked for where increments are cut, and at the end of a step.
+        No smaller increment would help then. Of condensed bodies the displacements are known at the end of a step.
         """
         assert result.evaluation is not None
         sunk = np.zeros(len(self.system.tools))
@@ -327,7 +327,7 @@ class TimeStepping:
         if result.recover is not None and (node is not None or c.ends_step):  # displacements not yet computed
             node = inside(self.system, self.watched, result.recover(), sunk)
         reason: Failure | None = None if node is None else MetalInside(node)
-        if reason is None and (cutbacks or c.ends_step):
+        if reason is None and (result.recover is None or c.ends_step):
             u = result.u if result.recover is None else result.recover()
             folded = fold(self.system, self.outlines, u)
             reason = None if folded is None else Folded(folded)
