@@ -39,6 +39,7 @@ from prensa.model.units import (
     Number,
     Whole,
 )
+from prensa.model.until import ToolForce, ToolTravel, Until
 from prensa.registry import DOORS
 
 
@@ -568,7 +569,8 @@ class Step:
     changed goes linearly, over the step, from the force that it carries to what is asked; lowered friction fades so too.
     ``increments``: the number of equal increments asked for (each is cut further when it does not converge);
     without it the step size is chosen automatically.
-    ``stabilise`` overrides the problem's.
+    ``stabilise`` overrides the problem's. ``until``: what ends the step before that; the rest of its time is passed over, and
+    what the next step says goes from where things are then.
     """
 
     name: str
@@ -582,6 +584,7 @@ class Step:
     friction: Mapping[str, Friction | None] = field(default_factory=dict)
     increments: Annotated[Whole, Field(ge=1)] | None = None
     stabilise: Stabilise | None = None
+    until: Until | None = None
 
 
 @described
@@ -711,5 +714,5 @@ class Case:
 __all__ = [
     "Annulus", "ArcSide", "Body", "Case", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion", "NoContact", "Numerics",
     "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "SplineSide", "Springs", "Start", "Step", "Tie",
-    "Units",
+    "ToolForce", "ToolTravel", "Units", "Until",
 ]  # fmt: skip

@@ -25,7 +25,7 @@ from prensa.fem.preflight import preflight
 from prensa.fem.state import State
 from prensa.fem.system import System
 from prensa.measures import parse_all
-from prensa.model.problem import Case
+from prensa.model.problem import Case, Problem
 from prensa.output import checkpoint, history, measured, passages, pictures, report, runlog, vtk
 from prensa.output.files import file_name, file_names, flush, write_text
 from prensa.output.folder import make_room, refuse_links
@@ -194,7 +194,7 @@ class _Run:
         keep, self.passed = None, Passages(self.system)
         if self.start is not None:
             keep = self.start.clock.number
-            self.passed = passages.restored(self.directory, self.system, keep)
+            self.passed = passages.restored(self.directory, self.system, self.start.clock)
             history.forget_contacts_after(self.directory, keep)
             log.info("resumed after increment %d, time %.6g", keep, self.start.clock.time)
         with (
@@ -316,6 +316,7 @@ class _Run:
             "finished": datetime.datetime.now().astimezone().isoformat(" ", "seconds"),
             "last_force": {t: {c: last(f"{t}.{k}") for c, k in zip("xym", ("fx", "fy", "mz"))} for t in problem.tools},
             "last_place": {t: {c: last(f"{t}.u{c}") for c in "xy"} | {"rz": last(f"{t}.rz")} for t in problem.tools},
+            "ended_early": _early_ends(table, problem, status == "completed"),
             "passage_means": passages.last_means(self.directory),
             "measures": measured.measured(self.directory, problem),
             "last_area": {c.name: last(f"{c.name}.area") for c in problem.contacts},
@@ -341,3 +342,14 @@ class _Run:
         }
         write_text(self.directory / report.SUMMARY, json.dumps(summary, indent=2, ensure_ascii=False) + "\n")
         return summary
+
+
+def _early_ends(table: dict[str, NDArray[Any]], problem: Problem, completed: bool) -> dict[str, float]:
+    """Steps that ended before their time, with when they did."""
+    out = {}
+    for number, step in enumerate(problem.steps):
+        rows = np.flatnonzero(table["step"] == step.name)
+        over = completed or (len(rows) and rows[-1] < len(table["step"]) - 1)
+        if step.until is not None and len(rows) and over and (end := float(table["time"][rows[-1]])) < number + 1:
+            out[step.name] = end
+    return out
