@@ -30,6 +30,7 @@ from prensa.model.fields import (
     in_order,
     value_kind,
 )
+from prensa.model.remeshing import Remesh, RemeshValue, Sizes, When
 from prensa.model.units import (
     Angle,
     Displacement,
@@ -606,6 +607,7 @@ class Problem:
     ``stabilise``: viscous forces on the velocities of the nodes carry bodies over limit points, where they snap or buckle:
     ``auto``, or the share of the work that they may dissipate (``auto``: 2e-4); ``off`` without. What they do dissipate is
     in the ledger, and told when it is more than 1 % of the work.
+    ``remesh``: bodies that flow plastically get new meshes where theirs wear out: ``auto``, or a `Remesh`; ``off`` without.
     """
 
     name: str
@@ -625,6 +627,7 @@ class Problem:
     allow_large_strain: bool = False
     thickness: Annotated[Length, Field(gt=0)] = 1.0
     stabilise: Stabilise = "off"
+    remesh: RemeshValue = "off"
     units: Units = field(default_factory=Units)
     start: Start | None = None
 
@@ -702,6 +705,6 @@ class Case:
 
 __all__ = [
     "Annulus", "ArcSide", "Body", "Case", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion", "NoContact", "Numerics",
-    "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "SplineSide", "Springs", "Start", "Step", "Tie",
-    "Units",
+    "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "Remesh", "Sizes", "SplineSide", "Springs", "Start", "Step",
+    "Tie", "Units", "When",
 ]  # fmt: skip

@@ -215,6 +215,8 @@ class Increment:
     _state: Callable[[], State] = field(repr=False, compare=False)
     _contacts: Callable[[], Mapping[str, ContactState]] = field(repr=False, compare=False)
     _bodies: Callable[[], Mapping[str, BodyState]] = field(repr=False, compare=False)
+    remeshings: int = 0
+    """Meshes that have been made in the run so far."""
     passing: Mapping[str, Passing] = field(default_factory=dict)
     """By contact, of those whose tool has an end: elements that passed in this increment and that lie in it, mean pressure."""
     passages: Mapping[str, float] = field(default_factory=dict)
