@@ -24,7 +24,7 @@ class Remeshed:
     ``meshes``: with the nodes where they were then; ``origin`` (n, 2): where the material at each node was at the beginning,
     from which displacements count; ``volume`` (m, q): initial volumes of the points; ``count``: meshes made so far;
     ``number``: increments before the last one; ``tools`` (tools, m): motions of the tools then; ``shape``: least shape measure
-    that it began with; ``least``: smallest size that was asked for.
+    that it began with; ``least``: smallest size that tools asked for.
     """
 
     meshes: Mapping[str, Mesh]

@@ -55,6 +55,18 @@ class SizeField:
 
     def __call__(self, x: Array) -> Array:
         """Sizes (n,) at places x (n, 2)."""
+        h = self.by_tools(x)
+        nodes, sizes = self._outline
+        if len(nodes):
+            from scipy.spatial import cKDTree
+
+            distance, near = cKDTree(nodes).query(x, min(NEIGHBOURS, len(nodes)))
+            distance, near = distance.reshape(len(x), -1), near.reshape(len(x), -1)
+            h = np.minimum(h, (sizes[near] + SLOPE * distance).min(axis=1))
+        return np.clip(h, self.least, self.far)
+
+    def by_tools(self, x: Array) -> Array:
+        """Sizes (n,) at places x (n, 2) that the tools alone ask for: their distance, and the radius that faces the place."""
         h = np.full(len(x), self.far)
         system = self.system
         for t in sorted({s.tool for s in system.surfaces if s.body == self.body}):
@@ -65,14 +77,7 @@ class SizeField:
                 radius = np.where(closest.c != 0, np.abs(1 / closest.c - closest.g), np.inf)
             arc = np.maximum(0.5 * np.pi * radius / self.asked.per_radius, self.least)
             h = np.minimum(h, np.minimum(self.near, arc) + SLOPE * np.maximum(closest.g, 0.0))
-        nodes, sizes = self._outline
-        if len(nodes):
-            from scipy.spatial import cKDTree
-
-            distance, near = cKDTree(nodes).query(x, min(NEIGHBOURS, len(nodes)))
-            distance, near = distance.reshape(len(x), -1), near.reshape(len(x), -1)
-            h = np.minimum(h, (sizes[near] + SLOPE * distance).min(axis=1))
-        return np.clip(h, self.least, self.far)
+        return h
 
     @cached_property
     def _outline(self) -> tuple[Array, Array]:

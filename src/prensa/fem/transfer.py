@@ -26,7 +26,7 @@ Index = NDArray[np.int64]
 CANDIDATES = 24  # elements with the nearest centres among which that of a place is looked for
 OUTSIDE = 0.2  # local coordinate beyond an element up to which its field is carried on
 MARGIN = 0.5  # of the range of the points nearby, beyond which no value is believed
-SAME = 1e-7  # distance over the size of the body below which a new point is an old one
+SAME = 1e-4  # distance over that to the next old point below which a new point is an old one
 
 
 class Places(NamedTuple):
@@ -148,7 +148,7 @@ def carried(block: Block, x: Array, history: Array, new: Array) -> Array:
     values = at_places(nodal, cells, places)
     bounded = _bounded(values, smooth, cells, places.element)
     out = _history(block, values, bounded, history, at, p)
-    same = _same(at, p, float(np.ptp(own, axis=0).max()))
+    same = _same(at, p)
     out[same[0]] = history.reshape(-1, history.shape[-1])[same[1]]
     return out.reshape(*new.shape[:2], history.shape[-1])
 
@@ -216,10 +216,10 @@ def _nearest(at: Array, p: Array, values: Array) -> Array:
     return np.asarray(values.reshape(-1, values.shape[-1])[cKDTree(at.reshape(-1, 2)).query(p)[1]])
 
 
-def _same(at: Array, p: Array, size: float) -> tuple[Index, Index]:
+def _same(at: Array, p: Array) -> tuple[Index, Index]:
     """New points that lie where old ones do, and those: an element that stays keeps its history to the last digit."""
     from scipy.spatial import cKDTree
 
-    distance, number = cKDTree(at.reshape(-1, 2)).query(p)
-    same = np.flatnonzero(distance < SAME * size)
-    return same, np.asarray(number[same], dtype=np.int64)
+    distance, number = cKDTree(at.reshape(-1, 2)).query(p, 2)
+    same = np.flatnonzero(distance[:, 0] < SAME * distance[:, 1])
+    return same, np.asarray(number[same, 0], dtype=np.int64)

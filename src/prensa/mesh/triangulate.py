@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import importlib.util
 from typing import Any
 
 import numpy as np
@@ -15,11 +16,17 @@ from prensa.mesh.outline import NewOutline, SizeOf
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+NO_MESHER = "'remesh' needs the mesher MMG, which is not installed: pip install 'prensa[remesh]'"
 GROWTH = 1.25  # of the sizes of neighbouring elements, at most
 
 
 class TriangulationError(PrensaError):
     """Outlines between which no mesh can be made."""
+
+
+def has_mesher() -> bool:
+    """Whether MMG is installed."""
+    return importlib.util.find_spec("mmgpy") is not None
 
 
 def mesher() -> Any:
@@ -34,9 +41,7 @@ def mesher() -> Any:
     try:
         return importlib.import_module("mmgpy").MmgMesh2D
     except ImportError:
-        raise PrensaError(
-            "'remesh' needs the mesher MMG, which is not installed: pip install 'prensa[remesh]' (or mmgpy)"
-        ) from None
+        raise PrensaError(NO_MESHER) from None
 
 
 def triangulated(outlines: list[NewOutline], size: SizeOf) -> Mesh:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from prensa.errors import PrensaError, take_path
 from prensa.model.problem import Problem, ever_stabilised
+from prensa.model.remeshing import remeshing_of
 from prensa.output.files import file_name, numbered, replacing
 from prensa.solver.increment import STATUS, ContactState, Force, Increment
 from prensa.solver.results import support_names
@@ -33,7 +34,7 @@ POINT_COLUMNS = ("x", "y", "gap", "pressure", "shear", "slip", "status", "weight
 CONVERGENCE_COLUMNS = ("increment", "iteration", "residual", "changes")
 
 _TEXT_COLUMNS = {"step", "status"}
-_INTEGERS = {"increment", "iterations", "cutbacks", "iteration", "changes", "node"}
+_INTEGERS = {"increment", "iterations", "cutbacks", "remeshings", "iteration", "changes", "node"}
 
 
 # ---------------------------------------------------------------------------------------------------- history of a run
@@ -56,6 +57,7 @@ def history_columns(problem: Problem) -> list[str]:
         *energies,
         "iterations",
         "cutbacks",
+        *(["remeshings"] if remeshing_of(problem) is not None else []),
         *supports,
         *springs,
     ]
@@ -78,7 +80,8 @@ def history_row(problem: Problem, increment: Increment) -> list[Any]:
     energies = [increment.energy.get(name, 0.0) for name in energies_of(problem)]
     cost = increment.statistics
     head = [increment.step, increment.number, increment.time]
-    return [*head, *tools, *areas, *thickness, *energies, cost.iterations, cost.cutbacks, *supports, *springs]
+    meshes = [increment.remeshings] if remeshing_of(problem) is not None else []
+    return [*head, *tools, *areas, *thickness, *energies, cost.iterations, cost.cutbacks, *meshes, *supports, *springs]
 
 
 def _springs(problem: Problem) -> list[tuple[str, str, int]]:

@@ -9,6 +9,7 @@ import datetime
 import json
 import logging
 import time as clocks
+from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from os import PathLike
@@ -24,6 +25,7 @@ from prensa.fem.discretise import discretise
 from prensa.fem.preflight import preflight
 from prensa.fem.state import State
 from prensa.fem.system import System
+from prensa.mesh.mesh import Mesh
 from prensa.model.problem import Case
 from prensa.output import checkpoint, history, passages, pictures, report, runlog, vtk
 from prensa.output.files import file_name, file_names, flush, write_text
@@ -283,6 +285,11 @@ class _Run:
             share = 100 * missing / largest if largest else 100.0
             log.warning("the energy ledger misses %.2g %% of the largest energy; more increments make it close", share)
 
+    def _meshes(self) -> Mapping[str, Mesh]:
+        """Meshes of the bodies, the last ones where they were made during the run."""
+        state = self.last.state if self.last is not None else self.start
+        return self.system.meshes if state is None or state.remeshed is None else state.remeshed.meshes
+
     def _timings(self) -> dict[str, float]:
         """Wall seconds by section, added up over resumes; what no section claims is ``other``."""
         here = dict(self.timer.seconds)
@@ -330,7 +337,7 @@ class _Run:
                 "tolerance": self.case.numerics.tolerance,
             },
             "timings": timings,
-            "bodies": {b: {"nodes": len(m.points), "elements": len(m.cells)} for b, m in self.system.meshes.items()},
+            "bodies": {b: {"nodes": len(m.points), "elements": len(m.cells)} for b, m in self._meshes().items()},
             "warnings": self.warnings.texts,
             "case": self.text,
         }

@@ -176,12 +176,13 @@ class Remeshing:
         return self.policy.remesh_travel * self._least(self.base, self.base.initial())
 
     def _least(self, system: System, state: State) -> float:
-        """Smallest size that is asked for on the outlines."""
+        """Smallest size on the outlines that tools ask for."""
         least = np.inf
         for body in self.bodies:
             mesh, first = system.meshes[body], system.offsets[body]
             nodes = first + np.unique(boundary_edges(mesh.cells))
-            least = min(least, float(self._sizes(system, state, body, 1.0)(system.positions(state.u)[nodes]).min()))
+            size = self._sizes(system, state, body, 1.0).by_tools(system.positions(state.u)[nodes])
+            least = min(least, float(size.min()))
         return least
 
     def _refuse_hopeless(self, state: State, error: SolveError, failures: int) -> None:
