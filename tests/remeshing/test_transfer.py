@@ -15,7 +15,6 @@ from prensa.fem.renewal import carried_over, renewed
 from prensa.fem.state import State
 from prensa.fem.system import System
 from prensa.fem.transfer import carried, elastic_volume, exponential, logarithm
-from prensa.model.remeshing import Sizes
 from prensa.solver.policy import Policy
 from prensa.solver.remeshing import balanced
 from prensa.solver.reporting import Messages
@@ -28,8 +27,8 @@ def upsetting(mu: float, space: str = "axisymmetric", to: float = -1.5) -> pr.Pr
     """A billet of 10 × 7.5 mm between flat dies."""
     billet = pr.Body(pr.Rectangle(size=(10.0, 7.5), n=(8, 6)), J2, element="t6")
     return pr.Problem(
-        "upsetting", {"billet": billet}, (pr.Step("press", move={"punch": pr.Motion(y=to)}),), {"punch": pr.Plane(touching="billet.top")},
-        friction=pr.Coulomb(mu=mu), fixed={"billet.bottom": pr.Fixed(y="held"), "billet.left": pr.Fixed(x="held")}, space=space,
+        "upsetting", {"billet": billet}, (pr.Step("press", move={"punch": pr.Motion(y=to)}),),
+        {"punch": pr.Plane(touching="billet.top")}, friction=pr.Coulomb(mu=mu), fixed={"billet.bottom": pr.Fixed(y="held"), "billet.left": pr.Fixed(x="held")}, space=space,
         remesh=pr.Remesh(size=pr.Sizes(far=1.5)),
     )  # fmt: skip
 
@@ -78,7 +77,7 @@ def volume(block: Block, x: np.ndarray) -> float:
 
 def test_a_homogeneous_state_stays_what_it_is_on_any_mesh() -> None:
     """Without friction: b_e within 1e-7, the force after equilibrium within 1e-5."""
-    system, state, increment = pressed(upsetting(0.0), 0.9)
+    system, state, _ = pressed(upsetting(0.0), 0.9)
     new, there = renewed(system, state, ["billet"], sizes(system, state))
     b, old = there.history[0][..., :4], state.history[0][..., :4]
     assert len(there.history[0]) != len(state.history[0])
@@ -89,7 +88,8 @@ def test_a_homogeneous_state_stays_what_it_is_on_any_mesh() -> None:
 
 def test_linear_fields_are_carried_over_exactly() -> None:
     """Logarithmic strains that are linear in the place, a mesh of other elements: within 1e-12."""
-    problem = replace(upsetting(0.0), remesh="off", bodies={"billet": pr.Body(pr.Rectangle(size=(10.0, 7.5), n=(8, 6)), pr.Elastic(E=1e3, nu=0.3), "t6")})
+    body = pr.Body(pr.Rectangle(size=(10.0, 7.5), n=(8, 6)), pr.Elastic(E=1e3, nu=0.3), "t6")
+    problem = replace(upsetting(0.0), remesh="off", bodies={"billet": body})
     system = discretise(problem)
     block, rng = system.blocks[0], np.random.default_rng(1)
     a, b = 1e-2 * rng.normal(size=(2, 4)), 1e-2 * rng.normal(size=4)

@@ -39,7 +39,7 @@ BEHIND = 0.1  # depth over element depth in a tool of a node that is nearer to i
 REACH = 0.01  # depth over element depth by which a tool may press a held node
 ALONG = 0.9  # cosine from which a support acts along a tool's normal
 TIP = 0.1  # distance from the end of a tool, over an element, at which its width is taken
-INSIDE = "the point lies inside the body, where new meshes ('remesh') keep no node; hold a side or a corner"
+POINT_INSIDE = "the point lies inside the body, where new meshes ('remesh') keep no node; hold a side or a corner"
 STRAINS = np.concatenate([[0.0], np.geomspace(1e-4, 3.0, 200)])  # at which flow curves are looked at
 
 
@@ -52,7 +52,8 @@ def preflight(system: System) -> list[Notice]:
     if not any(n.fatal for n in beginning):
         beginning += _inside(system, watched)
     found = [
-        *_remeshing(system), *_flow_curves(system), *_tables(system), *_lengths(system), *_shapes(system), *motions(system), *beginning,
+        *_remeshing(system), *_flow_curves(system), *_tables(system), *_lengths(system), *_shapes(system),
+        *motions(system), *beginning,
         *([] if any(n.fatal for n in beginning) else _passage(system, watched)), *modes(system),
     ]  # fmt: skip
     return sorted(found, key=lambda n: not n.fatal)
@@ -71,7 +72,7 @@ def _remeshing(system: System) -> Iterator[Notice]:
                 continue
             for prefix, source in _with_supports(system.problem):
                 if f"{body}.{name}" in source.fixed:
-                    yield Notice(f"{prefix}fixed.{body}.{name}", INSIDE, fatal=True)
+                    yield Notice(f"{prefix}fixed.{body}.{name}", POINT_INSIDE, fatal=True)
 
 
 def _with_supports(problem: model.Problem) -> list[tuple[str, Any]]:

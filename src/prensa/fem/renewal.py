@@ -26,13 +26,13 @@ from prensa.fem.system import System
 from prensa.fem.transfer import at_places, carried, elastic_volume, located, shape_values
 from prensa.mesh.mesh import Mesh, boundary_edges, displaced, ordered_nodes, segments
 from prensa.mesh.outline import SizeOf, chains, resampled
-from prensa.mesh.triangulate import TriangulationError, triangulated
+from prensa.mesh.triangulate import TriangulationError, mesher, triangulated
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
-SWEEPS = 4  # of the contacts, in which nodes are put in place: a node may touch two tools
+IN_TURN = 4  # of the contacts, in which nodes are put in place: a node may touch two tools
 FEWEST = 3  # free nodes that can keep a volume
 AT_END = 0.02  # of an old side: so near to its end a node is what the end is
 LEAST_SHARE = 0.01  # of the squared normal in directions in which a node may move
@@ -87,7 +87,9 @@ def carried_over(system: System, state: State, meshes: dict[str, Mesh], bodies: 
     points = {b: places.x[_own(new, b)] for b in meshes}
     shape = min(float(shape_measure(points[b], meshes[b].cells).min()) for b in bodies)
     if not shape > 0:
-        raise TriangulationError("an element of the new mesh is folded at a curved side; ask for smaller elements there")
+        raise TriangulationError(
+            "an element of the new mesh is folded at a curved side; ask for smaller elements there"
+        )
     draft = draft.moved(points, origin=points, shape=shape)
     new = on_meshes(system, draft)
     u = nodal.carried(state.u)
@@ -107,7 +109,9 @@ def _own(system: System, body: str) -> slice:
     return slice(system.offsets[body], system.offsets[body] + len(system.meshes[body].points))
 
 
-def _histories(system: System, state: State, new: System, bodies: list[str]) -> tuple[tuple[Array, ...], dict[str, Array]]:
+def _histories(
+    system: System, state: State, new: System, bodies: list[str]
+) -> tuple[tuple[Array, ...], dict[str, Array]]:
     """Histories of the blocks, and initial volumes of their points: those of now over the elastic part of their change."""
     histories, volumes = [], {}
     for before, block, history in zip(system.blocks, new.blocks, state.history):
@@ -134,7 +138,9 @@ class _Nodal:
         before, after = self.old.displacement(values), self.new.displacement(out)
         for body, mesh in self.old.meshes.items():
             nodal = before[_own(self.old, body)]
-            after[_own(self.new, body)] = at_places(nodal, mesh.cells, self.places[body]) if body in self.bodies else nodal
+            after[_own(self.new, body)] = (
+                at_places(nodal, mesh.cells, self.places[body]) if body in self.bodies else nodal
+            )
         self.new.dofs.tool.of(out)[:] = self.old.dofs.tool.of(values)
         return out
 
@@ -154,7 +160,7 @@ class _Places:
         held[present_plan(new, replace(state, u=u, step_start=u)).fixed] = True
         self.held = new.displacement(held)
         self.values = [self._interpolated(a, b) for a, b in zip(old.surfaces, new.surfaces)]
-        for _ in range(SWEEPS):
+        for _ in range(IN_TURN):
             for s, (_, closed, lam) in zip(new.surfaces, self.values):
                 if s.body in bodies:
                     self._put_in_place(s, closed, lam)
@@ -241,8 +247,19 @@ def _volume(block: Block, x: Array) -> float:
     return float(block.element.volumes(np.ascontiguousarray(x[block.cells]), block.mode)[0].sum())
 
 
+def check_mesher() -> None:
+    """Raise `PrensaError` if there is no mesher."""
+    mesher()
+
+
+def least_shape(system: System, u: Array, bodies: list[str]) -> float:
+    """Least shape measure of all elements of some bodies, for degrees of freedom u (ndof,)."""
+    x = system.positions(u)
+    return min(float(shape_measure(x, b.cells).min()) for b in system.blocks if b.body in bodies)
+
+
 def shape_measure(x: Array, cells: Index) -> Array:
-    """Least over corners and middles of each T6 (m,) of 2 det J/|J|² of the map from an equilateral triangle: 1 best, 0 folded."""
+    """Least 2 det J/|J|² over corners and middles of each T6 (m,), maps from an equilateral triangle: 1 best, 0 folded."""
     least = np.full(len(cells), np.inf)
     for xi in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (0.5, 0.0), (0.5, 0.5), (0.0, 0.5)):
         dN = shape_values(np.array([xi]))[1][0]

@@ -2,9 +2,9 @@
 
 Elastic strains travel as ½ ln b_e, trace and deviator apart, the deviator's size as the ratio of the Mises stress to the yield
 stress: so a homogeneous state stays what it is, volumes do not change, and points that flow stay on the yield surface. Each
-field of a law says how it travels (`prensa.materials.protocol.Travel`). The operator is superconvergent patch recovery (Zienkiewicz &
-Zhu 1992): polynomials over patches of elements give values at the nodes, shape functions those at the new points. The choice is
-that of docs/decisions/0098.
+field of a law says how it travels (`prensa.materials.protocol.Travel`). The operator is superconvergent patch recovery
+(Zienkiewicz & Zhu 1992): polynomials over patches of elements give values at the nodes, shape functions those at the new
+points. The choice is that of docs/decisions/0098.
 """
 
 from __future__ import annotations
@@ -69,7 +69,9 @@ def _inverted(X: Array, x: Array) -> Array:
         J = np.einsum("nad,nak->ndk", X, dN)
         det = J[:, 0, 0] * J[:, 1, 1] - J[:, 0, 1] * J[:, 1, 0]
         det = np.where(np.abs(det) < 1e-300, 1e-300, det)
-        step = np.stack([J[:, 1, 1] * r[:, 0] - J[:, 0, 1] * r[:, 1], J[:, 0, 0] * r[:, 1] - J[:, 1, 0] * r[:, 0]], axis=1)
+        step = np.stack(
+            [J[:, 1, 1] * r[:, 0] - J[:, 0, 1] * r[:, 1], J[:, 0, 0] * r[:, 1] - J[:, 1, 0] * r[:, 0]], axis=1
+        )
         step /= det[:, None]
         xi = np.clip(xi + step, -3.0, 3.0)
         if np.abs(step).max(initial=0.0) < 1e-14:
@@ -78,7 +80,7 @@ def _inverted(X: Array, x: Array) -> Array:
 
 
 def shape_values(xi: Array) -> tuple[Array, Array]:
-    """N (n, 6) and dN (n, 6, 2) of the quadratic triangle at local coordinates (n, 2): `prensa.elements.shapes.t6`, many at once."""
+    """N (n, 6) and dN (n, 6, 2) of `prensa.elements.shapes.t6` at many local coordinates (n, 2)."""
     L = np.stack([1 - xi.sum(axis=1), xi[:, 0], xi[:, 1]], axis=1)
     dL = np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
     a, b = [0, 1, 2], [1, 2, 0]
@@ -193,7 +195,10 @@ def _history(block: Block, values: Array, bounded: Array, old: Array, at: Array,
         out[:, field.columns] = part
         column += width
     # bounds of components would depend on the axes: the ratio to the yield stress bounds the deviator
-    trace, deviator = bounded[:, :1], values[:, 1:5] - np.array([1.0, 1.0, 1.0, 0.0]) * values[:, 1:4].mean(axis=1)[:, None]
+    trace, deviator = (
+        bounded[:, :1],
+        values[:, 1:5] - np.array([1.0, 1.0, 1.0, 0.0]) * values[:, 1:4].mean(axis=1)[:, None],
+    )
     elastic = law.fields["elastic"].columns
     out[:, elastic] = exponential(_joined(trace, deviator))
     if law.plastic:

@@ -31,8 +31,8 @@ class Out(NamedTuple):
 
 
 Travel = Literal["smooth", "growing", "nearest", "strain"]
-"""How a field gets to the points of a new mesh: ``smooth``: recovered, within what is nearby; ``growing``: and not below the value
-that points start with; ``nearest``: of the nearest point, which flags need; ``strain``: b_e − I, by its logarithm."""
+"""How a field gets to the points of a new mesh: ``smooth``: recovered, within what is nearby; ``growing``: and not below the
+value that points start with; ``nearest``: of the nearest point, which flags need; ``strain``: b_e − I, by its logarithm."""
 
 
 class Field(NamedTuple):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,7 +90,10 @@ def chains(mesh: Mesh, points: Array) -> list[list[Chain]]:
         for key in keys(edges[:, :2], n).tolist():
             of_edge.setdefault(key, set()).add(name)
     named = set(mesh.corners.values())
-    return [_cut(edges, points, [frozenset(of_edge.get(k, ())) for k in keys(edges[:, :2], n).tolist()], named) for edges in loops(mesh.cells)]
+    return [
+        _cut(edges, points, [frozenset(of_edge.get(k, ())) for k in keys(edges[:, :2], n).tolist()], named)
+        for edges in loops(mesh.cells)
+    ]
 
 
 def _cut(edges: Index, x: Array, names: list[frozenset[str]], named: set[int]) -> list[Chain]:
@@ -143,7 +147,7 @@ def _stations(chain: Chain, size: SizeOf, touching: Flags, least: int) -> Array:
         if s - hard[-1] > near and chain.length - s > near:
             hard.append(float(s))
     hard.append(chain.length)
-    parts = [_spaced(chain, size, a, b, least) for a, b in zip(hard[:-1], hard[1:])]
+    parts = [_spaced(chain, size, a, b, least) for a, b in pairwise(hard)]
     return np.concatenate([[0.0], *(p[1:] for p in parts)])
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -55,7 +56,7 @@ def triangulated(outlines: list[NewOutline], size: SizeOf) -> Mesh:
     """
     points = np.concatenate([o.ends for o in outlines])
     first = np.cumsum([0, *(len(o.ends) for o in outlines)])
-    edges = np.concatenate([_closed(a, b) for a, b in zip(first[:-1], first[1:])])
+    edges = np.concatenate([_closed(a, b) for a, b in pairwise(first)])
     vertices, triangles = _triangles(points, edges, size)
     middles = np.concatenate([o.middles for o in outlines])
     names = [name for o in outlines for name in o.names]
@@ -150,6 +151,4 @@ def _quadratic(x: Array, triangles: Index, edges: Index, middles: Array, names: 
     cells = np.concatenate([triangles, n + np.searchsorted(every, keys(pairs, n))], axis=1)
     along = np.concatenate([edges, (n + here)[:, None]], axis=1)
     wanted = sorted(set().union(*names))
-    return Mesh(
-        np.concatenate([x, between]), cells, {name: along[[name in own for own in names]] for name in wanted}
-    )
+    return Mesh(np.concatenate([x, between]), cells, {name: along[[name in own for own in names]] for name in wanted})

@@ -25,7 +25,6 @@ from prensa.fem.discretise import discretise
 from prensa.fem.preflight import preflight
 from prensa.fem.state import State
 from prensa.fem.system import System
-from prensa.mesh.mesh import Mesh
 from prensa.model.problem import Case
 from prensa.output import checkpoint, history, passages, pictures, report, runlog, vtk
 from prensa.output.files import file_name, file_names, flush, write_text
@@ -285,7 +284,7 @@ class _Run:
             share = 100 * missing / largest if largest else 100.0
             log.warning("the energy ledger misses %.2g %% of the largest energy; more increments make it close", share)
 
-    def _meshes(self) -> Mapping[str, Mesh]:
+    def _meshes(self) -> Mapping[str, Any]:
         """Meshes of the bodies, the last ones where they were made during the run."""
         state = self.last.state if self.last is not None else self.start
         return self.system.meshes if state is None or state.remeshed is None else state.remeshed.meshes

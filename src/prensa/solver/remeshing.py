@@ -18,14 +18,12 @@ from prensa.errors import PrensaError, SolveError
 from prensa.fem.context import Context
 from prensa.fem.discretise import on_meshes
 from prensa.fem.interaction import Part, Request, Response
-from prensa.fem.renewal import present_plan, renewed, shape_measure
+from prensa.fem.renewal import check_mesher, least_shape, present_plan, renewed
 from prensa.fem.schedule import StepPlan
-from prensa.fem.sizes import SizeField
+from prensa.fem.sizes import SizeField, coarseness, least_at_tools, section_area
 from prensa.fem.state import State
 from prensa.fem.system import Evaluation, System
-from prensa.mesh.mesh import areas, boundary_edges, corner_cells
-from prensa.mesh.triangulate import mesher
-from prensa.model.remeshing import Remesh, Sizes, remeshing_of
+from prensa.model.remeshing import remeshing_of
 from prensa.solver.attempt import attempt, attempt_from
 from prensa.solver.equilibrium import Equilibrium, NewtonResult
 from prensa.solver.failure import BeyondSmall, FreeToMove, MetalInside, sentence
@@ -89,10 +87,10 @@ class Remeshing:
     def __init__(self, base: System, make: Callable[[System], Stepping], policy: Policy) -> None:
         asked = remeshing_of(base.problem)
         assert asked is not None
-        mesher()  # whether there is one is known before anything is solved
+        check_mesher()  # before anything is solved
         self.base, self.make, self.asked, self.policy = base, make, asked, policy
         self.bodies = [b.body for b in base.blocks if b.law.plastic]
-        self.area = {b: float(areas(m.points, m.cells).sum()) for b, m in base.meshes.items()}
+        self.area = {body: section_area(base, body) for body in self.bodies}
         self.told_full = False
 
     def run(self, state: State) -> Iterator[Increment]:
@@ -124,7 +122,9 @@ class Remeshing:
         if why and self._count(state) >= self.asked.at_most:
             if not self.told_full:
                 self.told_full = True
-                log.warning("the bodies have been remeshed %d times, no more are allowed ('at_most')", self._count(state))
+                log.warning(
+                    "the bodies have been remeshed %d times, no more are allowed ('at_most')", self._count(state)
+                )
             return ""
         return why
 
@@ -133,8 +133,7 @@ class Remeshing:
             return "the first mesh is too coarse" if self._too_coarse(system, state) else ""
         when, began = self.asked.when, 1.0 if state.remeshed is None else state.remeshed.shape
         least = min(when.quality, self.policy.worn_share * began)
-        x = system.positions(state.u)
-        shape = min(float(shape_measure(x, b.cells).min()) for b in system.blocks if b.body in self.bodies)
+        shape = least_shape(system, state.u, self.bodies)
         if shape < least:
             return f"shape measure {shape:.2f}"
         way, limit = self._travel(system, state), self._travel_limit(state)
@@ -146,14 +145,7 @@ class Remeshing:
 
     def _too_coarse(self, system: System, state: State) -> bool:
         """Whether an element is much larger than what is asked for there."""
-        for block in system.blocks:
-            if block.body in self.bodies:
-                x = system.positions(state.u)
-                size = np.sqrt(4 / np.sqrt(3) * areas(x, block.cells))
-                target = self._sizes(system, state, block.body, 1.0)(x[corner_cells(block.cells)].mean(axis=1))
-                if (size > self.policy.too_coarse * target).any():
-                    return True
-        return False
+        return any(coarseness(self._sizes(system, state, b)) > self.policy.too_coarse for b in self.bodies)
 
     def _travel(self, system: System, state: State) -> float:
         """Largest way of a tool since the last mesh, of its reference point or by its turn at the farthest contact point."""
@@ -177,13 +169,7 @@ class Remeshing:
 
     def _least(self, system: System, state: State) -> float:
         """Smallest size on the outlines that tools ask for."""
-        least = np.inf
-        for body in self.bodies:
-            mesh, first = system.meshes[body], system.offsets[body]
-            nodes = first + np.unique(boundary_edges(mesh.cells))
-            size = self._sizes(system, state, body, 1.0).by_tools(system.positions(state.u)[nodes])
-            least = min(least, float(size.min()))
-        return least
+        return min(least_at_tools(self._sizes(system, state, body)) for body in self.bodies)
 
     def _refuse_hopeless(self, state: State, error: SolveError, failures: int) -> None:
         """Raise what ended a run if a new mesh does not help, or has not helped twice at the same place."""
@@ -194,40 +180,41 @@ class Remeshing:
             raise SolveError(f"{error} New meshes have not helped here.", error.last, error.reason) from error
 
     # ------------------------------------------------------------------------------------------------------------- how
-    def _sizes(self, system: System, state: State, body: str, share: float) -> SizeField:
-        s = self.asked.size
-        own = None if s.far is None else share * s.far
-        sizes = Sizes(own, None if s.near_tools is None else share * s.near_tools, s.per_radius / share, s.across, s.least)
-        return SizeField(system, state, body, sizes, share**2 * self.area[body])
+    def _sizes(self, system: System, state: State, body: str, share: float = 1.0) -> SizeField:
+        return SizeField(system, state, body, self.asked.size, self.area[body], share)
 
     def _on_new_meshes(self, stepping: Stepping, state: State, why: str, failures: int) -> tuple[Stepping, State]:
         """Time stepping and state on new meshes; what they were where no new mesh bears the state."""
-        system, problem = stepping.system, ""
+        problem = ""
         for share in self.policy.finer[max(failures - 1, 0) :]:
             try:
                 with stepping.timer("remeshing"):
-                    new, there = renewed(system, state, self.bodies, lambda b, q=share: self._sizes(system, state, b, q))
-                    there = replace(there, remeshed=replace(there.remeshed, least=self._least(new, there)))
-                    following = self.make(new)
-                    following.last = stepping.last
-                    told = "undeformed" if state.clock.number == 0 else ""
-                    if told:
-                        there = replace(new.undeformed(), remeshed=there.remeshed)
-                    else:
-                        there, told = balanced(following, there)
+                    following, there, told = self._tried(stepping, state, share)
             except PrensaError as error:
                 problem = str(error)
                 log.info("no new mesh at time %.6g: %s", state.clock.time, problem)
                 continue
-            plan = present_plan(new, there)
-            elements = sum(len(m.cells) for m in new.meshes.values())
+            assert there.remeshed is not None
+            elements = sum(len(m.cells) for m in there.remeshed.meshes.values())
             following.messages.note(
-                there, plan, f"remeshing {there.remeshed.count} ({why}): {elements} elements, shape measure "
-                f"{there.remeshed.shape:.2f}; {told}",
+                there, present_plan(following.system, there), f"remeshing {there.remeshed.count} ({why}): {elements} elements, "
+                f"shape measure {there.remeshed.shape:.2f}; {told}",
             )  # fmt: skip
             return following, there
         log.warning("time %.6g: a new mesh was due (%s) and none could be had: %s", state.clock.time, why, problem)
         return stepping, state
+
+    def _tried(self, stepping: Stepping, state: State, share: float) -> tuple[Stepping, State, str]:
+        """Time stepping and state on meshes of ``share`` of the sizes asked for, and what there is to say of it."""
+        system = stepping.system
+        new, there = renewed(system, state, self.bodies, lambda body: self._sizes(system, state, body, share))
+        assert there.remeshed is not None
+        remeshed = replace(there.remeshed, least=self._least(new, there))
+        following = self.make(new)
+        following.last = stepping.last
+        if state.clock.number == 0:
+            return following, replace(new.undeformed(), remeshed=remeshed), "undeformed"
+        return following, *balanced(following, replace(there, remeshed=remeshed))
 
 
 def fresh(state: State) -> bool:
