@@ -28,7 +28,8 @@ def upsetting(mu: float, space: str = "axisymmetric", to: float = -1.5) -> pr.Pr
     billet = pr.Body(pr.Rectangle(size=(10.0, 7.5), n=(8, 6)), J2, element="t6")
     return pr.Problem(
         "upsetting", {"billet": billet}, (pr.Step("press", move={"punch": pr.Motion(y=to)}),),
-        {"punch": pr.Plane(touching="billet.top")}, friction=pr.Coulomb(mu=mu), fixed={"billet.bottom": pr.Fixed(y="held"), "billet.left": pr.Fixed(x="held")}, space=space,
+        {"punch": pr.Plane(touching="billet.top")}, friction=pr.Coulomb(mu=mu),
+        fixed={"billet.bottom": pr.Fixed(y="held"), "billet.left": pr.Fixed(x="held")}, space=space,
         remesh=pr.Remesh(size=pr.Sizes(far=1.5)),
     )  # fmt: skip
 

@@ -44,7 +44,7 @@ def present_plan(system: System, state: State) -> StepPlan:
     """The step that a state belongs to (at the end of one, that one), with everything that it prescribes held where it is."""
     ended = state.clock.step > 0 and state.clock.time <= state.clock.step
     number = state.clock.step - 1 if ended else state.clock.step
-    plan = plan_step(system, number, state.u if ended else state.step_start)
+    plan = plan_step(system, number, state.u if ended else state.step_start, state.ends)
     return replace(plan, groups=[Prescribed(plan.fixed, state.u[plan.fixed])])
 
 
