@@ -716,6 +716,6 @@ class Case:
 
 __all__ = [
     "Annulus", "ArcSide", "Body", "Case", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion", "NoContact", "Numerics",
-    "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "Remesh", "Sizes", "SplineSide", "Springs", "Start", "Step", "Tie",
-    "ToolForce", "ToolTravel", "Units", "Until", "When",
+    "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "Remesh", "Sizes", "SplineSide", "Springs", "Start", "Step",
+    "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When",
 ]  # fmt: skip
