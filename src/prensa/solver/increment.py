@@ -16,6 +16,7 @@ from prensa.model.checks import suggest
 if TYPE_CHECKING:
     from prensa.fem.passing import Passing
     from prensa.fem.state import State
+    from prensa.model.problem import Problem
 
 Array = NDArray[np.float64]
 STATUS = ("open", "stick", "slip")
@@ -221,6 +222,8 @@ class Increment:
     """The same contacts: elements that have passed in the whole run."""
     means: Mapping[str, Mean] = field(default_factory=dict)
     """By column of ``history.csv`` and ``<contact>.pressure``: over the last element that passed in this step, where one has."""
+    problem: Problem | None = field(default=None, repr=False, compare=False)
+    """The description that it belongs to, for labels and pictures."""
 
     def force(self, tool: str) -> Force:
         """Force of the bodies on *tool*, positive along +axis (a punch pressing down feels a positive y)."""

@@ -51,6 +51,7 @@ def increment_of(
         plan.name, plan.number + 1, state.clock.number, state.clock.time, tool_states(system, state, e),
         state.energy._asdict(), support_forces(system, e, plan, state), statistics, ended,
         whole, lambda: contact_states(system, whole(), e, plan), lambda: body_states(system, whole(), e, plan),
+        problem=system.problem,
     )  # fmt: skip
 
 
