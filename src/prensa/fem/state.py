@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -91,7 +91,8 @@ class State:
     normal and tangential multipliers; ``work`` (ndof,) forces of the last committed increment; ``step_start`` (ndof,) the
     degrees of freedom at the start of the present step; ``release`` (ndof,) forces carried at that time beyond those that the
     step asks for, which it lets go linearly; None if there are none;
-    ``stability`` of the last equilibrium.
+    ``stability`` of the last equilibrium; ``ends`` (steps,) times at which the steps so far ended, and ``watched`` (criteria,)
+    values of what may end the present one.
     """
 
     u: Array
@@ -107,6 +108,8 @@ class State:
     step_start: Array
     release: Array | None = None
     stability: Stability = UNKNOWN
+    ends: Array = field(default_factory=lambda: np.zeros(0))
+    watched: Array = field(default_factory=lambda: np.zeros(0))
 
     def extrapolated(self, dt: float) -> Array:
         """Change of the degrees of freedom (ndof,) in the next ``dt``, extrapolated from the last increments."""

@@ -36,7 +36,7 @@ class Packer:
     def whole(self, values: Any) -> dict[str, Any]:
         """Whole numbers from 0, such as the nodes of cells or a status."""
         array = np.ascontiguousarray(values)
-        steps: NDArray[np.int64] = np.diff(array.ravel().astype(np.int64), prepend=0)
+        steps = np.ediff1d(array.ravel().astype(np.int64), to_begin=array.ravel()[:1])
         return {"kind": "i4", "shape": list(array.shape), "at": self._append(_planes(_zigzag(steps).astype("<u4"), 4))}
 
     def quantised(self, frames: Sequence[Array], bits: int, low: float, high: float) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from prensa.output import plot
 from prensa.output.files import file_name, file_names, replacing
 from prensa.output.history import read_convergence
 from prensa.output.maxima import largest_force
+from prensa.output.measured import MEASURES, read_measures
 from prensa.output.stored import Stored
 from prensa.solver.increment import Increment
 
@@ -22,13 +23,14 @@ if TYPE_CHECKING:
 
 PICTURES = "pictures"
 _PRESSURE = "pressure_"
-_SHAPES = {"deformed": "mises", "plastic_strain": "plastic_strain"}
+_DRAWN = {"deformed": "mises", "plastic_strain": "plastic_strain"}
 _LARGEST = "largest_force"
 _MOMENT = re.compile(rf"(deformed|plastic_strain)(?:_({_LARGEST})|_step(\d+)_(.+))?")
 _CAPTIONS = {
     "deformed": "Deformed shape and von Mises stress (dashed: initial outline)",
     "plastic_strain": "Equivalent plastic strain",
     "force_stroke": "Force on the tools",
+    "measures": "Measures of the case",
     "energy": "Energy ledger: where the external work went, and what is not accounted for",
     "convergence": "Newton iterations",
 }
@@ -98,8 +100,8 @@ def _drawings(
     problem, history = case.problem, stored.history
     there = list(moments(stored)) or ([("", start)] if start is not None else [])
     for suffix, increment in there:
-        for name, field in _SHAPES.items():
-            if name == "deformed" or "_step" not in suffix and any(b.plastic_strain.any() for b in increment.bodies.values()):
+        for name, field in _DRAWN.items():
+            if name == "deformed" or ("_step" not in suffix and any(b.plastic_strain.any() for b in increment.bodies.values())):
                 yield name + suffix, lambda i=increment, f=field: plot.deformed(i, problem, f, mirror=stored.mirror)  # type: ignore[misc]
     if not len(stored):
         return
@@ -109,6 +111,8 @@ def _drawings(
             yield _PRESSURE + files[contact.name], lambda k=k, n=contact.name: plot.contact_at(stored[k], n, problem)  # type: ignore[misc]
     if any(history[f"{t}.{c}"].any() for t in problem.tools for c in ("fx", "fy")):
         yield "force_stroke", lambda: plot.force_stroke(history, problem)
+    if problem.measures and (directory / MEASURES).is_file():
+        yield "measures", lambda: plot.measures(read_measures(directory), problem)
     yield "energy", lambda: plot.energy(history, problem)
     yield (
         "convergence",

@@ -25,6 +25,7 @@ from prensa.solver.increment import (
     ContactState,
     Force,
     Increment,
+    More,
     Place,
     PointValues,
     Reaction,
@@ -33,6 +34,7 @@ from prensa.solver.increment import (
 )
 
 Array = NDArray[np.float64]
+_NOT_KEPT = "{}: an increment read back has no {}; those that solve yields have"
 
 
 @dataclass(frozen=True)
@@ -111,8 +113,10 @@ class Stored(Sequence[Increment]):
             str(row["step"]), step, number, time, tools,
             {"viscous": 0.0} | {c.removeprefix("energy."): float(v) for c, v in row.items() if c.startswith("energy.")},
             {s: Reaction(float(row[f"fixed.{s}.fx"]), float(row[f"fixed.{s}.fy"])) for s in supports},
-            cost, time >= step, _absent(f"{self.directory}: an increment read back has no committed state; solve yields them"),
-            lambda: self._contacts(number, row), lambda: self._bodies(number), problem=self.problem,
+            cost, time >= step, _absent(_NOT_KEPT.format(self.directory, "committed state")),
+            lambda: self._contacts(number, row), lambda: self._bodies(number),
+            _more=More(self.problem, _absent(_NOT_KEPT.format(self.directory, "shapes of boundaries")),
+                       _absent(_NOT_KEPT.format(self.directory, "plastic power"))),
         )  # fmt: skip
 
     def _tool(self, name: str, row: dict[str, Any]) -> ToolState:
