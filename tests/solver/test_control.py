@@ -150,6 +150,13 @@ def test_what_makes_no_sense_is_refused(change: dict, words: str):
         replace(arch(), steps=(replace(led(-60.0, -1.0).steps[0], **change),))
 
 
+def test_remeshing_is_refused():
+    """A new mesh has no place for the factor."""
+    metal = pr.Body(arch().bodies["b"].mesh, pr.J2(1e4, 0.3, pr.Perfect(100.0)))
+    with pytest.raises(PrensaError, match="'control' is not carried over"):
+        led(-60.0, -0.1, bodies={"b": metal}, remesh="auto")
+
+
 def test_condensed_bodies_are_refused():
     """What is condensed stands on the loads of a step over time."""
     with pytest.raises(PrensaError, match="displacement control"):
