@@ -43,13 +43,17 @@ class Secant:
 
 @dataclass
 class Finish:
-    """An iterate on its way home; ``rate``: ratio of its last two residuals; ``factorisations`` that it took."""
+    """An iterate on its way home; ``rate``: ratio of its last two residuals; ``factorisations`` that it took.
+
+    ``stalled``: a substitution no longer lowered the residual.
+    """
 
     u: Array
     evaluation: Evaluation
     norm: float
     rate: float = 0.0
     factorisations: int = 0
+    stalled: bool = False
 
     def fine(self, eq: Equilibrium) -> bool:
         """Whether nothing is left to improve: residual and, with exact enforcement, constraints."""
@@ -59,6 +63,11 @@ class Finish:
     def within(self, eq: Equilibrium) -> bool:
         """Whether the residual is within the tolerance, or is that of round-off."""
         return self.norm <= eq.numerics.tolerance * self.evaluation.scale or self.norm <= self.evaluation.floor
+
+    def rounded_off(self, eq: Equilibrium) -> bool:
+        """Whether round-off is all that is left: by its estimate, or near that where substitutions change nothing."""
+        share = eq.policy.stalled if self.stalled else 1.0
+        return self.norm <= share * self.evaluation.floor
 
     @property
     def residual(self) -> float:
@@ -77,7 +86,7 @@ def finish(eq: Equilibrium, u: Array, e: Evaluation, lam: Array, came_by: Array 
     if not done.within(eq):
         return done, False
     e, policy = done.evaluation, eq.policy
-    if (done.norm > policy.fine * e.scale and done.norm > e.floor) or e.violation > policy.tight:
+    if (done.norm > policy.fine * e.scale and not done.rounded_off(eq)) or e.violation > policy.tight:
         _refactor(eq, done, lam)
     return done, not done.evaluation.violation > policy.tight
 
@@ -87,6 +96,7 @@ def _substitute(eq: Equilibrium, done: Finish, lam: Array, secant: Secant) -> No
     policy = eq.policy
     while (
         not done.fine(eq)
+        and not done.stalled
         and eq.reduced.factorisation.factored
         and done.norm * done.rate**policy.corrections <= policy.fine * done.evaluation.scale
     ):
@@ -94,9 +104,9 @@ def _substitute(eq: Equilibrium, done: Finish, lam: Array, secant: Secant) -> No
             step = secant.step(eq.reduced.again(-done.evaluation.r))
         better = eq.evaluate(done.u + step, lam, stiffness=False)
         size = eq.norm(better)
-        if not size < policy.contraction * done.norm:
-            break
-        done.u, done.evaluation, done.rate, done.norm = done.u + step, better, size / done.norm, size
+        done.stalled = not size < policy.contraction * done.norm
+        if size < done.norm:  # a little better may be within the tolerance
+            done.u, done.evaluation, done.rate, done.norm = done.u + step, better, size / done.norm, size
 
 
 def _refactor(eq: Equilibrium, done: Finish, lam: Array) -> None:

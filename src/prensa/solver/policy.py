@@ -47,6 +47,8 @@ class Policy:
     """Substitutions, with an evaluation each, that cost as much as a factorisation with its own."""
     contraction: float = 0.3
     """Ratio of successive residuals above which substitutions with old factors are given up."""
+    stalled: float = 10.0
+    """Residual over the estimate of its round-off at which a converged iterate whose substitutions change nothing is at rest."""
     least_secant: float = 0.1
     """Change of the residual along a step, over the step, below which the step (round-off, say) teaches the next nothing."""
 
