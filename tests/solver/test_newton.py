@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
+from dataclasses import replace
 
 import numpy as np
 
@@ -91,3 +92,40 @@ def test_slip_that_turns_is_seen():
     # in space eighths of a turn are told apart: more than a right angle is a reversal
     before, now = np.array([2, 2, 2, 2, 9], dtype=np.int8), np.array([4, 5, 7, 8, 3], dtype=np.int8)
     assert reversed_slip(before, now).tolist() == [False, True, True, False, False]
+
+
+def test_the_secant_keeps_the_direction_of_flow():
+    """Half the way is the mean of tangent and secant; that is θ times the elastic moduli in shear; stresses stay."""
+    from prensa.materials.laws import material_of
+    from prensa.materials.protocol import At, Out
+
+    law = material_of(pr.J2(E=1e3, nu=0.3, flow=pr.Voce(s0=1.0, Q=1.0, b=10.0)), "small", "plane strain")
+    strain = np.array([[0.02, 0.01, 0.01, -0.015, 0.0]])
+    found = []
+    for secant in (0.0, 0.5, 1.0):
+        out = Out(np.zeros((1, 5)), np.zeros((1, 5, 5)), np.zeros((1, law.size)), np.zeros(1, dtype=bool))
+        law.update(strain, np.zeros((1, law.size)), At(1.0, 1.0, secant=secant), out)
+        found.append((out.P[0], out.A[0]))
+    (P, tangent), (_, half), (Q, full) = found
+    np.testing.assert_array_equal(P, Q)
+    np.testing.assert_allclose(half, 0.5 * (tangent + full), rtol=1e-12, atol=1e-9)
+    G = 1e3 / 2.6
+    trace = strain[0, 0] + strain[0, 3]
+    deviator = 2 * G * (strain[0, 0] - trace / 3)
+    theta = (P[0] - P[[0, 3, 4]].mean()) / deviator
+    assert 0.01 < theta < 0.3
+    np.testing.assert_allclose(full[0, 0] - full[0, 3], 2 * G * theta, rtol=1e-10)
+    np.testing.assert_allclose(full[1, 1], G * theta, rtol=1e-10)
+    assert np.linalg.eigvalsh(full[np.ix_([0, 3, 4], [0, 3, 4])]).min() > 0
+    assert tangent[0, 0] < full[0, 0]
+
+
+def test_a_node_that_lands_on_a_wedge_takes_few_iterations():
+    """Half of a sheet drawn through a wedge, nearly rigid (with the tangent alone: 3.9 iterations an increment and 3 cuts)."""
+    from prensa.verify.sliding import FLOW, drawing
+
+    problem = drawing(1 / 6, 4, 5800 * FLOW.s0, travel=0.8)
+    steps = (replace(problem.steps[0], increments=48),)
+    spent = [(i.statistics.iterations, i.statistics.cutbacks) for i in pr.solve(replace(problem, steps=steps))]
+    assert sum(n for n, _ in spent) <= 3.75 * len(spent)
+    assert sum(cuts for _, cuts in spent) <= 1

@@ -29,6 +29,7 @@ class Overrides(TypedDict, total=False):
     guess: bool
     landed: Flags | None
     foundation: Array | None
+    secant: float
 
 
 class Request(NamedTuple):
@@ -38,6 +39,7 @@ class Request(NamedTuple):
     for the first guess of an increment. ``reach``: a length that positions do not exceed, for their round-off. ``landed``
     (points,): contact points that a prediction has put on their tool from inside it. ``foundation`` (points, 2): shares
     of its normal and tangential stiffness with which a contact point resists in the matrix, whatever its state; 0: as it does.
+    ``secant``: how far the matrix of the bodies goes from the tangent to the secant of plastic flow (see `At`).
     """
 
     u: Array
@@ -48,6 +50,7 @@ class Request(NamedTuple):
     reach: float = 0.0
     landed: Flags | None = None
     foundation: Array | None = None
+    secant: float = 0.0
 
 
 class Part(NamedTuple):

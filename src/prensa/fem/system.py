@@ -393,7 +393,7 @@ class System:
         """
         r, f_ext = np.zeros((2, self.ndof))
         data = np.zeros(len(self.pattern.indices)) if stiffness else None
-        bulk = self.bulk(c, u, r, data)
+        bulk = self.bulk(c, u, r, data, overrides.get("secant", 0.0))
         if bulk.failed:
             return Evaluation(r, data, np.inf, (), (), r, bulk.failed)
         scale, floor, violation = NOTHING * self.stiffness + bulk.scale, bulk.floor, 0.0
@@ -420,7 +420,7 @@ class System:
         if part.K is not None and data is not None:
             scatter_matrix(part.K, self.places(part.key, part.dofs), data)
 
-    def bulk(self, c: Context, u: Array, r: Array, data: Array | None) -> Bulk:
+    def bulk(self, c: Context, u: Array, r: Array, data: Array | None, secant: float = 0.0) -> Bulk:
         """Add the internal forces of the bodies to r (ndof,) and, unless it is None, their stiffness to data (nnz,)."""
         if self.bodies is not None:
             return self.bodies.bulk(c, u, r, data)
@@ -429,7 +429,7 @@ class System:
         du = self.displacement(u if total else u - c.state.u)
         base = self.initial_history if total else c.state.history
         history, scale, floor = [], 0.0, ROUND_OFF * EPS * self.stiffness * self.nodes
-        at = At(c.dt, c.time, data is not None)
+        at = At(c.dt, c.time, data is not None, secant)
         for block, old in zip(self.blocks, base):
             out = sweep(block, c.x_n, du, old, at, r, data, self.pattern)
             if out.failed:

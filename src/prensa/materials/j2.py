@@ -66,9 +66,10 @@ def _return(todo, q, jac, G, kind, p, knots, coefs, old, column, dt, delta, y, d
 
 
 @njit(cache=True, error_model="numpy")
-def j2(eps, jn, old, column, K, G, cauchy, kind, p, knots, coefs, dt, tau, dtau, eps_e, new, failed, tangent):
+def j2(eps, jn, old, column, K, G, cauchy, kind, p, knots, coefs, dt, tau, dtau, eps_e, new, failed, tangent, secant=0.0):
     """Trial elastic strains eps (n, 3) → tau (n, 3), dtau (n, 3, 3) = ∂τ/∂ε if ``tangent``, eps_e (n, 3); new, old (n, h).
 
+    ``secant``: share of the way from the tangent to the secant moduli, with which the direction of flow stays (Kačanov 1959).
     History ``column`` and the next: equivalent plastic strain, plastic work per initial volume (trapezoid in time).
     ``cauchy``: the flow curve limits the Cauchy stress, q(τ) = J σ_y with J = exp(tr ε) (plastic flow is isochoric); else
     q(τ) = σ_y. jn (n,) is J at the last commit. failed (n,) is set where the return map finds no root.
@@ -121,6 +122,6 @@ def j2(eps, jn, old, column, K, G, cauchy, kind, p, knots, coefs, dt, tau, dtau,
             volume = jac * y1 if cauchy else 0.0
             for m in range(3):
                 dq = 2.0 * G * n[m]
-                change = 2.0 * G * ((dq - volume) * soft - delta / q * dq)
+                change = (1.0 - secant) * 2.0 * G * ((dq - volume) * soft - delta / q * dq)
                 for k in range(3):
                     dtau[i, k, m] -= n[k] * change

@@ -220,11 +220,12 @@ class J2(_Isotropic):
             return_map(
                 eps, frame[:, -1], old, self.layout.kept, bulk, self.mu,
                 self.finite and self.yield_on_cauchy, self.curve, at.dt, tau, dtau, eps_e, out.new, out.failed, at.tangent,
+                at.secant,
             )  # fmt: skip
             return
         j2(
             eps, frame[:, -1], old, self.layout.kept, bulk, self.mu, self.finite and self.yield_on_cauchy,
-            f.kind, f.p, f.knots, f.coefficients, at.dt, tau, dtau, eps_e, out.new, out.failed, at.tangent,
+            f.kind, f.p, f.knots, f.coefficients, at.dt, tau, dtau, eps_e, out.new, out.failed, at.tangent, at.secant,
         )  # fmt: skip
 
     def shear_strength(self, history: Array) -> Array:

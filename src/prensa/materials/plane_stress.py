@@ -106,7 +106,7 @@ class PlaneStress:
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:
         """In-plane components of h (n, 5) (h₃₃ is found here), old (n, h) → out; see `Material`."""
         inner = np.ascontiguousarray(old[:, :-1])
-        h33 = self._thin(h, inner, at._replace(tangent=True), out)  # the condensation needs it in any case
+        h33 = self._thin(h, inner, at._replace(tangent=True, secant=0.0), out)  # the condensation needs it in any case
         P, A = out.P, out.A
         pivot = A[:, 4, 4]
         singular = ~(np.abs(pivot) > 0.0)

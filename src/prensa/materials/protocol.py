@@ -14,11 +14,15 @@ Array = NDArray[np.float64]
 
 
 class At(NamedTuple):
-    """Context of an update: duration ``dt`` of the increment, ``time`` at its end, whether the ``tangent`` is wanted."""
+    """Context of an update: duration ``dt`` of the increment, ``time`` at its end, whether the ``tangent`` is wanted.
+
+    ``secant``: how far A is to go from the tangent (0) to the secant moduli of plastic flow (1); a law may give the tangent.
+    """
 
     dt: float
     time: float
     tangent: bool = True
+    secant: float = 0.0
 
 
 class Out(NamedTuple):

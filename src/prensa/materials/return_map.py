@@ -19,6 +19,7 @@ BRACKET = 4e-16  # width of the bracket, over the increment
 def return_map(
     eps: Array, jn: Array, old: Array, column: int, K: float, G: float, cauchy: bool, curve: FlowCurve, dt: float,
     tau: Array, dtau: Array, eps_e: Array, new: Array, failed: NDArray[np.bool_], tangent: bool,
+    secant: float = 0.0,
 ) -> None:  # fmt: skip
     """Trial elastic strains eps (n, 3) → tau, dtau = ∂τ/∂ε if ``tangent``, eps_e, plastic strain and work; as `j2.j2`.
 
@@ -53,7 +54,7 @@ def return_map(
     # as in the compiled map: dΔ = (dq − J σ_y tr dε)/(3G + J σ_y′), dq = 2G n·dε
     soft, volume = 1.0 / (3.0 * G + jac * slope), jac * y1 if cauchy else np.zeros_like(q)
     dq = 2.0 * G * n
-    change = 2.0 * G * ((dq - volume[:, None]) * soft[:, None] - (delta / safe)[:, None] * dq)
+    change = (1.0 - secant) * 2.0 * G * ((dq - volume[:, None]) * soft[:, None] - (delta / safe)[:, None] * dq)
     dtau -= np.where(on[:, None, None], n[:, :, None] * change[:, None, :], 0.0)
 
 

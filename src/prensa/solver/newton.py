@@ -26,7 +26,8 @@ class NewtonState:
     evaluation: that at u, the only holder of its matrix; None before it is made. ``status``: signature at u, ``reversed``
     (points,) those that slip against their last direction, ``settled``: no point has opened or closed since the last iterate.
     ``best``, ``watch_from``, ``watched``: least residual of the watchdog, dofs and step there, full steps accepted since.
-    ``came_by``: the last step, if its factors are at hand; ``least``: least residual up to each iteration.
+    ``came_by``: the last step, if its factors are at hand; ``least``: least residual up to each iteration. ``secant``: whether
+    the matrix of the evaluation is the one for iterates where flow turns (see `_turns`).
     """
 
     u: Array
@@ -46,6 +47,7 @@ class NewtonState:
     watched: int = 0
     came_by: Array | None = None
     least: list[float] = field(default_factory=list)
+    secant: bool = False
 
 
 def newton(
@@ -136,28 +138,41 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     if state.norm < state.best:
         state.best, state.watch_from, state.watched = state.norm, (state.u, delta), 0
     moved = contact_corrected(eq.system, eq.context, e, state.u, delta, state.lam)
-    full = eq.evaluate(moved, state.lam, stiffness=not (state.relative <= eq.policy.close and state.settled))
+    wanted = not (state.relative <= eq.policy.close and state.settled)
+    full = eq.evaluate(moved, state.lam, wanted, secant=eq.policy.secant if _turns(eq, state) else 0.0)
     size = eq.norm(full)
     if not decided and size > state.norm and (better := _decided(eq, state, e, full, result)) is not None:
         moved, full, decided = better
         size = eq.norm(full)
     if not full.failed and _accepted(eq, state, full, size, decided):
         state.watched += size >= state.best
-        state.came_by = moved - state.u
+        state.came_by, state.secant = moved - state.u, _turns(eq, state)
         state.u, state.evaluation = moved, full
         return None
     _restart(eq, state, state.watch_from if state.watch_from is not None and not full.failed else (state.u, delta))
     return None
 
 
+def _turns(eq: Equilibrium, state: NewtonState) -> bool:
+    """Whether an iterate is so far from equilibrium that the directions of plastic flow at it are likely to be wrong.
+
+    Where a node lands, the velocities behind it turn at once. The tangent at what was extrapolated resists a change of
+    stress across the flow alone and leads far beyond; a part of the way to the secant moduli, whose steps never raise the
+    plastic work (Kačanov), is taken there. The last steps are Newton's.
+    """
+    return eq.system.has_memory and state.relative > (eq.policy.turning if state.iteration else eq.policy.turned)
+
+
 def _direction(eq: Equilibrium, state: NewtonState) -> tuple[Evaluation, Array]:
     """Newton's step (ndof,) from the state's iterate, and the evaluation that it is from, without its matrix."""
     e, state.evaluation = state.evaluation, None
-    if e is None or e.data is None:
-        e = eq.evaluate(state.u, state.lam)
+    turns = _turns(eq, state)
+    secant = eq.policy.secant if turns else 0.0
+    if e is None or e.data is None or state.secant != turns:
+        e = eq.evaluate(state.u, state.lam, secant=secant)
     if state.reversed.any():
         # where no step decides it, a point that slipped one way and now slips the other would flip for ever: it sticks here
-        stuck = eq.evaluate(state.u, state.lam, stick=state.reversed)
+        stuck = eq.evaluate(state.u, state.lam, stick=state.reversed, secant=secant)
         if not stuck.failed:
             e = stuck
         del stuck
@@ -205,7 +220,7 @@ def _decided(
     if eq.runaway(delta) is not None:
         return None
     moved = contact_corrected(eq.system, eq.context, e, state.u, delta, state.lam)
-    better = eq.evaluate(moved, state.lam)
+    better = eq.evaluate(moved, state.lam, secant=eq.policy.secant if _turns(eq, state) else 0.0)
     if not eq.norm(better) < eq.norm(full):
         return None
     state.by_contact = not turns
@@ -235,6 +250,7 @@ def _restart(eq: Equilibrium, state: NewtonState, watch_from: tuple[Array, Array
     u, delta = watch_from
     state.u = u + _fraction(eq, u, delta, state.lam) * delta
     state.evaluation = state.status = state.came_by = state.watch_from = None
+    state.secant = False
     state.best, state.watched = np.inf, 0
 
 

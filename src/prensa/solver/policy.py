@@ -31,6 +31,12 @@ class Policy:
     """Share to which the least residual must fall within ``patience`` iterations."""
     close: float = 2e-3
     """Relative residual from which an iteration is expected to come near: its stiffness will not be asked for."""
+    turned: float = 0.15
+    """Relative residual of the initial guess above which the direction of plastic flow is not trusted, …"""
+    turning: float = 0.01
+    """… of later iterates, …"""
+    secant: float = 0.5
+    """… and how far the matrix goes from its tangent to its secant there."""
     far: float = 1e3
     """Way, over the size of the bodies, of a node or tool in one increment that nothing holds …"""
     spin: float = 10.0

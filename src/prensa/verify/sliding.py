@@ -69,11 +69,12 @@ def drawing(length: float, rows: int, E: float, travel: float = 2.0) -> pr.Probl
     behind = reach + exit * travel + 0.8  # what comes in is slower than what goes out
     x = length * np.arange(-round(behind / length), round(0.6 / length) + 1)
     mesh = columns_mesh(x, np.clip(exit - x * np.tan(WEDGE_ANGLE), exit, 1.0), rows)
-    profile = ((-10.0, exit + 10.0 * np.tan(WEDGE_ANGLE)), (0.0, exit), (0.1, exit), (5.1, exit + 5.0))
+    # Hill's die ends with the wedge: on a land behind it the sheet, which springs back, presses across the pull
+    profile = ((-10.0, exit + 10.0 * np.tan(WEDGE_ANGLE)), (0.0, exit), (5.0, exit + 5.0))
     return pr.Problem(
         "drawing", space="plane strain", bodies={"sheet": pr.Body(mesh, pr.J2(E, 0.3, FLOW))},
         tools={"die": pr.Profile(points=profile, at=(0.0, 0.0))}, contacts=(pr.Contact("sheet.top", "die"),),
-        fixed={"sheet.right": pr.Fixed(x=travel), "sheet.bottom": "y"}, steps=(pr.Step("draw", increments=150),),
+        fixed={"sheet.right": pr.Fixed(x=travel), "sheet.bottom": "y"}, steps=(pr.Step("draw", increments=250),),
     )  # fmt: skip
 
 
@@ -88,8 +89,7 @@ def hill(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
         press = steady(history, "sheet.top-die", "die.fy")
         label = f"E/Y = {over_yield:g}"
         yield row(f"{label}: pull", exact.pull, pull.mean, 0.03)
-        # the die's rounded corner bears up to a node more, which presses across the pull
-        yield row(f"{label}: force across the pull", exact.pull / np.tan(WEDGE_ANGLE), press.mean, 0.05)
+        yield row(f"{label}: force across the pull", exact.pull / np.tan(WEDGE_ANGLE), press.mean, 0.03)
         yield row(f"{label}: elements in the contact", 12.0, pull.lying, 0.0, "at least")
         yield row(f"{label}: spread of the means", 0.005, max(pull.spread, press.spread), 0.0, "at most")
         yield row(f"{label}: step of the pull over the mean", STAIR / pull.lying, pull.step, 1 / 3)

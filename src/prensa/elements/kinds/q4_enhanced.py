@@ -44,6 +44,7 @@ class Q4Enhanced(Isoparametric):
         from prensa.elements import enhanced
 
         axi, finite, _ = mode
+        at = at._replace(secant=0.0)  # the modes are iterated with the tangent
         u = c.x - c.X + c.d if finite else c.d
         first = law.size
         Hn = np.ascontiguousarray(c.old[..., first : first + 5])
