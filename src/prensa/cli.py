@@ -123,6 +123,28 @@ def report(
         typer.echo(str(write_report(folder)))
 
 
+@app.command("import")
+def import_deck(
+    deck: Annotated[Path, typer.Argument(metavar="DECK", help="An Abaqus or CalculiX deck (.inp).", show_default=False)],
+    out: Annotated[Path | None, typer.Option(help="Write the case to this file; printed if not given.")] = None,
+) -> None:
+    """Write the case that a deck of another program describes: materials, rigid surfaces, contacts, steps."""
+    with _errors_reported():
+        from prensa.errors import PrensaError
+        from prensa.mesh.imported import case_text
+
+        text, remarks = case_text(deck, out.parent if out else Path())
+        if out is not None and out.exists():
+            raise PrensaError(f"{out} exists; name another file")
+        for remark in remarks:
+            typer.echo(f"{deck}: {remark}", err=True)
+        if out is None:
+            typer.echo(text, nl=False)
+        else:
+            out.write_text(text, encoding="utf-8")
+            typer.echo(f"{out} written; read it, add units if they are not mm and N, then: prensa check {out}")
+
+
 @app.command()
 def verify(
     only: Annotated[str | None, typer.Option(help="Only the cases whose name contains or matches this.")] = None,
