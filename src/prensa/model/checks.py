@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,8 @@ if TYPE_CHECKING:
     from prensa.model.problem import Problem
 
 
+_OWN_NAME = re.compile(r"[^\W\d][\w-]*")
+_TAKEN = ("step", "increment", "time", "iterations", "cutbacks")
 _EDGES = ("bottom", "right", "top", "left")
 
 
@@ -45,6 +48,7 @@ def find(p: Any) -> Iterator[Finding]:
     yield from _surfaces(p)
     yield from _contacts(p)
     yield from _friction(p)
+    yield from _measures(p)
     yield from _ties(p)
     yield from _supports(p, p, ())
     seen: set[str] = set()
@@ -56,6 +60,14 @@ def find(p: Any) -> Iterator[Finding]:
         seen.add(step.name)
         yield from _step(p, ("steps", i), step)
     yield from until.tables_beyond(p)
+
+
+def _measures(p: Any) -> Iterator[Finding]:
+    """Names of measures are columns of a table beside those of every table, and differ from what is measured."""
+    for name in p.measures:
+        if not _OWN_NAME.fullmatch(name) or name in _TAKEN:
+            why = "every table has such a column" if name in _TAKEN else "letters, digits, '_' and '-' make one"
+            yield Finding(("measures", name), f"{name!r} is no name for a measure ({why}); write it like 'bore'", at_key=True)
 
 
 def _whole(p: Any) -> Iterator[Finding]:
