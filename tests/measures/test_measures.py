@@ -208,9 +208,7 @@ def test_contacts_and_powers_add_up(pressed):
     first, last = increments[0], increments[-1]
     contact = p.contacts[0].name
     assert first.measure(f"{contact}.length") == pytest.approx(first.measure(f"{contact}.area"), rel=0.02)
-    force = (
-        first.measure("punch.mean.pressure") * first.contacts[contact].weight[first.contacts[contact].status > 0].sum()
-    )
+    force = first.measure("punch.mean.pressure") * first.contacts[contact].weight[first.contacts[contact].status > 0].sum()
     assert force == pytest.approx(first.force("punch").y, rel=1e-6)
     times = np.diff([0.0, *(i.time for i in increments)])
     work = sum(i.measure("block.plastic_power") * dt for i, dt in zip(increments, times))
@@ -297,9 +295,7 @@ def test_measures_of_a_case_are_written_and_told(tmp_path: Path):
     assert told == {"measure": "punch.force.y", "unit": "N/mm", "last": table["force"][-1],
                     "steps": {"press": table["force"][1], "off": table["force"][2]}}  # fmt: skip
     assert result.summary["measures"]["far"]["last"] is None
-    assert any(
-        "measures.far had no value" in w for w in json.loads((tmp_path / "r/summary.json").read_text())["warnings"]
-    )
+    assert any("measures.far had no value" in w for w in json.loads((tmp_path / "r/summary.json").read_text())["warnings"])
     assert (tmp_path / "r/pictures/measures.png").stat().st_size > 1000
     assert "punch.force.y" in (tmp_path / "r/report.html").read_text(encoding="utf-8")
 
@@ -321,9 +317,7 @@ def test_the_guide_has_every_measure_and_all_of_them_exist():
     """What the tables of the page name is parsed in its case, and no quantity of the code is missing there."""
     page = GUIDE.read_text(encoding="utf-8")
     case = loads(re.search(r"```yaml\n(.*?)```", page, re.S)[1])
-    spans = [
-        s for line in page.splitlines() if line.startswith("| `") for s in re.findall(r"`([^`]+)`", line.split("|")[1])
-    ]
+    spans = [s for line in page.splitlines() if line.startswith("| `") for s in re.findall(r"`([^`]+)`", line.split("|")[1])]
     assert len(spans) > 40
     for text in spans:
         parse(text, case.problem)
@@ -331,7 +325,5 @@ def test_the_guide_has_every_measure_and_all_of_them_exist():
     quantities = (*grammar.TOOL_QUANTITIES, *grammar.POSITIONS, *grammar.NODAL_FIELDS, *grammar.CONTACT_EXTREMES)
     quantities += ("neutral.x", "length", "area", "barrel", "height", "width", "plastic_power", "friction_power")
     missing = [q for q in quantities if not re.search(rf"\.{re.escape(q)}\b", text)]
-    missing += [f for f in grammar.FUNCTIONS if f"{f}(" not in text] + [
-        s for s in grammar.COUNTS if f"count.{s}" not in text
-    ]
+    missing += [f for f in grammar.FUNCTIONS if f"{f}(" not in text] + [s for s in grammar.COUNTS if f"count.{s}" not in text]
     assert missing == []

@@ -60,9 +60,7 @@ class Outline:
         if not self.boundary:
             return in_order(boundary_edges(shape.cells))
         if self.boundary not in shape.edges:
-            raise MeasureError(
-                f"the mesh of {self.body!r} has no boundary {self.boundary!r}; it has {_listed(shape.edges)}"
-            )
+            raise MeasureError(f"the mesh of {self.body!r} has no boundary {self.boundary!r}; it has {_listed(shape.edges)}")
         return in_order(shape.edges[self.boundary])
 
 
@@ -222,7 +220,9 @@ def angle(a: Place, b: Place) -> Geometry:
     def value(shape: Shape, x: Array) -> Linear:
         way, nodes, slopes, _ = _two(a, b, shape, x)
         turn = np.array([-way[1], way[0]]) / float(way @ way)
-        return Linear(math.degrees(math.atan2(way[1], way[0])), nodes, np.degrees(np.einsum("i,ikj->kj", turn, slopes)))
+        return Linear(
+            math.degrees(math.atan2(way[1], way[0])), nodes, np.degrees(np.einsum("i,ikj->kj", turn, slopes))
+        )
 
     return value
 

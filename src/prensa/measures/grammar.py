@@ -28,15 +28,7 @@ GUIDE = "docs/guide/measures.md lists them all"
 POSITIONS = ("x", "y", "ux", "uy")
 """Of a place: coordinates and displacements."""
 NODAL_FIELDS = ("mises", "plastic_strain", "displacement", "stress.xx", "stress.yy", "stress.zz", "stress.xy")
-CONTACT_EXTREMES = (
-    "max.pressure",
-    "max.shear",
-    "max.slip",
-    "max.friction_power",
-    "mean.pressure",
-    "mean.shear",
-    "min.gap",
-)
+CONTACT_EXTREMES = ("max.pressure", "max.shear", "max.slip", "max.friction_power", "mean.pressure", "mean.shear", "min.gap")
 COUNTS = ("open", "stick", "slip")
 TOOL_QUANTITIES = ("force", "force.x", "force.y", "moment", "travel", "travel.x", "travel.y", "rotation")
 FUNCTIONS = ("angle", "change", "curvature", "distance", "mean", "radius", "ripple", "thickness", "thinning")
@@ -194,9 +186,7 @@ class _Reader:
     def _tool(self, tool: str, quantity: str) -> _Part | None:
         p = self.problem
         if p.space == "axisymmetric" and quantity in ("moment", "rotation", "force.x", "travel.x"):
-            raise MeasureError(
-                f"'{tool}.{quantity}' has no meaning about an axis; take '{tool}.force.y' or '{tool}.travel.y'"
-            )
+            raise MeasureError(f"'{tool}.{quantity}' has no meaning about an axis; take '{tool}.force.y' or '{tool}.travel.y'")
         vectors = {"force": ("forces", "force", force_unit(p)), "travel": ("places", "place", length_unit(p))}
         kind, _, axis = quantity.partition(".")
         if quantity in ("moment", "rotation"):
@@ -223,12 +213,7 @@ class _Reader:
             return None
         head, _, tail = quantity.partition(".")
         power = f"{pressure_unit(p)} {length_unit(p)}/s"
-        units = {
-            "pressure": pressure_unit(p),
-            "shear": pressure_unit(p),
-            "slip": length_unit(p),
-            "friction_power": power,
-        }
+        units = {"pressure": pressure_unit(p), "shear": pressure_unit(p), "slip": length_unit(p), "friction_power": power}
         if quantity == "area":
             return _Part(area_unit(p), contacts.area(of))
         if quantity == "length":
@@ -299,9 +284,7 @@ class _Reader:
         try:
             return factor(text.strip(), units.length, units.force, (0, 1))
         except ValueError as error:
-            raise MeasureError(
-                f"{text.strip()!r} is not a length ({error}); write a plain number or like '5 mm'"
-            ) from None
+            raise MeasureError(f"{text.strip()!r} is not a length ({error}); write a plain number or like '5 mm'") from None
 
     def _at_place(self, place: Place, name: str, choose: str) -> _Part | None:
         body = place.outline.body
@@ -341,9 +324,7 @@ class _Reader:
             raise MeasureError(f"unknown function {name!r} in {text!r}; {remedy}")
         wanted = 1 if name in ("change", "mean", "ripple") else 2
         if len(given) != wanted:
-            raise MeasureError(
-                f"{name} takes {wanted} argument{'s' * (wanted > 1)}, {text!r} has {len(given)}; {GUIDE}"
-            )
+            raise MeasureError(f"{name} takes {wanted} argument{'s' * (wanted > 1)}, {text!r} has {len(given)}; {GUIDE}")
         if name == "change":
             return self._change(given[0])
         if name in ("mean", "ripple"):
@@ -361,17 +342,13 @@ class _Reader:
         unit = length_unit(self.problem)
         a, b = (self._outline_or_place(g) for g in given)
         if isinstance(a, Outline) or isinstance(b, Outline) or _body_of(a) != _body_of(b):
-            raise MeasureError(
-                f"{text!r}: {name} is of two places of a body, such as 'sheet.top at X=10' or 'sheet.top-left'"
-            )
+            raise MeasureError(f"{text!r}: {name} is of two places of a body, such as 'sheet.top at X=10' or 'sheet.top-left'")
         body = a.outline.body
         if name in ("distance", "angle"):
             geometry = (bodies.distance if name == "distance" else bodies.angle)(a, b)
             return self._geometric(body, unit if name == "distance" else "deg", geometry)
         if a.outline != b.outline or not (a.axis and b.axis and a.outline.boundary):
-            raise MeasureError(
-                f"{text!r}: {name} is of a boundary between two places on it, such as 'sheet.top at X=10'"
-            )
+            raise MeasureError(f"{text!r}: {name} is of a boundary between two places on it, such as 'sheet.top at X=10'")
         bend = bodies.curvature(a, b)
         if name == "curvature":
             return _Part(f"1/{unit}", bodies.plain(body, bend), None, body, bend)
@@ -391,15 +368,11 @@ class _Reader:
         return _Part(part.unit, bodies.change(part.body, part.geometry), None)
 
     def _passage_mean(self, name: str, text: str) -> _Part:
-        known = {c for c in self.columns if c not in NOT_NUMBERS} | {
-            f"{c.name}.pressure" for c in self.problem.contacts
-        }
+        known = {c for c in self.columns if c not in NOT_NUMBERS} | {f"{c.name}.pressure" for c in self.problem.contacts}
         if text not in known:
             near = difflib.get_close_matches(text, known, n=1)
             remedy = f"did you mean {near[0]!r}?" if near else "write it like 'die.fx'"
-            raise MeasureError(
-                f"{name} is of a column of history.csv or of '<contact>.pressure', not {text!r}; {remedy}"
-            )
+            raise MeasureError(f"{name} is of a column of history.csv or of '<contact>.pressure', not {text!r}; {remedy}")
         unit = self.columns[text].unit if text in self.columns else pressure_unit(self.problem)
 
         def value(increment: Increment) -> float:
@@ -414,9 +387,7 @@ class _Reader:
         body = _longest(head, list(self.problem.bodies))
         if not body:
             known = [*self.problem.bodies]
-            raise MeasureError(
-                f"{text!r} is no place; begin with a body ({', '.join(known)}), as in '{known[0]}.top at x=5'"
-            )
+            raise MeasureError(f"{text!r} is no place; begin with a body ({', '.join(known)}), as in '{known[0]}.top at x=5'")
         found, rest = self._outline(body, head[len(body) :].removeprefix("."))
         if rest:
             corners, edges = self._known(body)

@@ -44,9 +44,7 @@ class Spot(NamedTuple):
     def tangent(self, x: Array) -> tuple[Array, Array]:
         """Tangent (2,) along the edge, not normalised, and its derivative (2, k, 2)."""
         if np.isnan(self.at):
-            raise MeasureError(
-                "a single node has no direction; name a boundary and a place on it, 'body.boundary at x=…'"
-            )
+            raise MeasureError("a single node has no direction; name a boundary and a place on it, 'body.boundary at x=…'")
         moving = np.einsum("i,kj->ikj", self.ddN @ x[self.nodes], self.slide)
         return self.dN @ x[self.nodes], moving + np.einsum("k,ij->ikj", self.dN, np.eye(2))
 

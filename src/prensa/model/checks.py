@@ -67,9 +67,7 @@ def _measures(p: Any) -> Iterator[Finding]:
     for name in p.measures:
         if not _OWN_NAME.fullmatch(name) or name in _TAKEN:
             why = "every table has such a column" if name in _TAKEN else "letters, digits, '_' and '-' make one"
-            yield Finding(
-                ("measures", name), f"{name!r} is no name for a measure ({why}); write it like 'bore'", at_key=True
-            )
+            yield Finding(("measures", name), f"{name!r} is no name for a measure ({why}); write it like 'bore'", at_key=True)
 
 
 def _whole(p: Any) -> Iterator[Finding]:
