@@ -68,9 +68,10 @@ def check(case: CaseFile, changes: Changes = None) -> None:
         for warning in [*warnings_of(problem), *(str(n) for n in notices if not n.fatal)]:
             typer.echo(_with_location(warning, case, changes, "warning: "), err=True)
         refuse(notices)
-        from prensa.measures import parse_all
+        from prensa.measures import parse_all, refuse_targets
 
         parse_all(problem)
+        refuse_targets(problem)
 
 
 @app.command()

@@ -25,7 +25,7 @@ from prensa.fem.discretise import discretise
 from prensa.fem.preflight import preflight
 from prensa.fem.state import State
 from prensa.fem.system import System
-from prensa.measures import parse_all
+from prensa.measures import parse_all, refuse_targets
 from prensa.model.problem import Case, Problem
 from prensa.output import checkpoint, history, measured, passages, pictures, report, runlog, vtk
 from prensa.output.files import file_name, file_names, flush, write_text
@@ -100,6 +100,7 @@ def run(
     system = discretise(case.problem)  # a case that cannot run leaves earlier results alone
     refuse(preflight(system))
     parse_all(case.problem)
+    refuse_targets(case.problem)
     directory = Path(out) if out is not None else Path("results") / file_name(case.problem.name)
     if case.problem.start is not None and Path(case.problem.start.run) == directory.resolve():
         raise PrensaError(f"{directory}: the case starts from the run in this folder; give another one for its results")
