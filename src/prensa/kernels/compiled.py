@@ -10,7 +10,7 @@ import numba
 from numba.core import event
 
 
-class _Uncollected(event.Listener):  # type: ignore[misc]
+class _Uncollected(event.Listener):
     """No search for cyclic garbage while a kernel is compiled: it finds next to none and takes a sixth of the time."""
 
     def __init__(self) -> None:
