@@ -38,12 +38,11 @@ class Attachment:
 
     def is_at(self, path: str | Path) -> bool:
         """Whether the file at *path* is this one."""
-        path = Path(path)
         try:
-            stat = path.stat()
-        except OSError:
+            stat = Path(path).stat()
+            return _digest(str(path), stat.st_mtime_ns, stat.st_size) == self.digest
+        except (OSError, ValueError):  # not there, or not to be read
             return False
-        return _digest(str(path), stat.st_mtime_ns, stat.st_size) == self.digest
 
 
 @cache

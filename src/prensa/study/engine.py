@@ -22,7 +22,7 @@ from prensa.study.attachments import Attachment
 from prensa.study.work import Job, Outcome, compute
 
 IN_WAITING = 3  # cases handed out for each worker: it need not wait for the next, and this process's memory stays small
-TRIES = 3  # of a case whose workers are killed
+TRIES = 2  # of a case whose workers are killed
 CONNECT = 10  # s, to a scheduler and for a first worker to be there
 
 
@@ -94,7 +94,7 @@ class OnDask:
         try:
             result = future.result()
         except KilledWorker:
-            return Outcome("lost", f"its worker was killed {TRIES} times; it needs more memory than {self.told} have")
+            return Outcome("lost", f"its workers were killed, time and again; they are {self.told}: does it need more memory?")
         except (CancelledError, OSError) as error:
             message = "the cluster has gone; what is finished is kept: give the same command again when it is back"
             raise PrensaError(message) from error
@@ -176,6 +176,7 @@ def _dask_settings(configured: Any) -> Any:
     return configured(
         {
             "distributed.scheduler.allowed-failures": TRIES - 1,
+            "distributed.scheduler.worker-saturation": 1.0,  # cases that wait are not counted as killed with the running one
             "distributed.worker.memory.target": False,  # results are small and stay in memory
             "distributed.worker.memory.spill": False,
             "distributed.worker.memory.pause": False,
@@ -268,7 +269,9 @@ def _workers(client: Any, where: str) -> list[dict[str, Any]]:
     try:
         versions = client.run(_version)
     except Exception as error:
-        raise PrensaError(f"the workers of {where} cannot import prensa ({error}); install prensa {__version__}") from None
+        raise PrensaError(
+            f"the workers of {where} cannot import prensa ({error}); install prensa {__version__}"
+        ) from None
     other = {v for v in versions.values() if v != __version__}
     if other:
         message = f"workers of {where} have prensa {', '.join(sorted(other))}, here it is {__version__}"

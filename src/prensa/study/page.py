@@ -54,7 +54,11 @@ def _factors(study: Study) -> Iterator[tuple[str, str, str]]:
             told = ", ".join(f.texts[:12]) + (f", … ({len(f.texts)} values)" if len(f.texts) > 12 else "")
             yield f.path, told, "fixed" if len(f.texts) == 1 else f"{len(f.texts)} values"
         else:
-            yield f.path, f.text, f"{study.plan.number_of_samples} samples ({study.plan.sampling}, seed {study.plan.seed})"
+            yield (
+                f.path,
+                f.text,
+                f"{study.plan.number_of_samples} samples ({study.plan.sampling}, seed {study.plan.seed})",
+            )
 
 
 def _measure(study: Study, quantity: Any) -> dict[str, Any]:
@@ -70,15 +74,21 @@ def _measure(study: Study, quantity: Any) -> dict[str, Any]:
         found.append((f"Response: {quantity.text} {shown[1]}", _picture(shown[0])))
     if (bars := pictures.tornado(study, quantity)) is not None:
         ends = "from one end of its values to the other"
-        scattered = ", of what scatters from its 5 % to its 95 % quantile (linear regression)" if study.plan.scattered else ""
-        found.append((f"What matters most: mean of {quantity.text} as each quantity goes {ends}{scattered}", _picture(bars)))
+        scattered = (
+            ", of what scatters from its 5 % to its 95 % quantile (linear regression)" if study.plan.scattered else ""
+        )
+        found.append(
+            (f"What matters most: mean of {quantity.text} as each quantity goes {ends}{scattered}", _picture(bars))
+        )
     if (steps := pictures.spread(study, quantity)) is not None:
         found.append((f"Scatter of {quantity.text}; points: 5, 25, 50, 75 and 95 %", _picture(steps)))
     groups = []
     if study.plan.scattered:
         for given, count, mean, sd, at in study.quantiles(quantity.text):
             varied = {p: t for p, t in given.items() if len(_values(study, p)) > 1}
-            groups.append((", ".join(f"{p} = {t}" for p, t in varied.items()) or "all", count, *map(_shown, (mean, sd, *at))))
+            groups.append(
+                (", ".join(f"{p} = {t}" for p, t in varied.items()) or "all", count, *map(_shown, (mean, sd, *at)))
+            )
     return {"text": quantity.text, "unit": quantity.unit, "pictures": found, "groups": groups}
 
 
@@ -118,5 +128,3 @@ def _warnings(study: Study) -> list[tuple[str, int]]:
         except (OSError, ValueError, KeyError):
             continue
     return sorted(counts.items(), key=lambda item: (-item[1], item[0]))[:20]
-
-

@@ -125,11 +125,15 @@ class _Colours:
             return
         if self.numbers is not None:
             low, high = self.numbers.min(), self.numbers.max()
-            shades = {v: matplotlib.colormaps[style.SEQUENTIAL](0.92 * (v - low) / (high - low)) for v in np.unique(self.numbers)}
+            shades = {
+                v: matplotlib.colormaps[style.SEQUENTIAL](0.92 * (v - low) / (high - low))
+                for v in np.unique(self.numbers)
+            }
             handles = [Line2D([], [], color=c, label=f"{v:g}") for v, c in shades.items()]
         else:
             handles = [
-                Line2D([], [], color=style.CYCLE[k % len(style.CYCLE)], label=t) for k, t in enumerate(self.texts[:NAMED])
+                Line2D([], [], color=style.CYCLE[k % len(style.CYCLE)], label=t)
+                for k, t in enumerate(self.texts[:NAMED])
             ]
         axes.legend(handles=handles, title=title, title_fontsize=8)
 
@@ -166,7 +170,7 @@ def _surface(a: tuple[Factor, Array], b: tuple[Factor, Array], y: Array, quantit
     filled = axes.contourf(us, vs, np.ma.masked_invalid(z), levels=14, cmap=style.SEQUENTIAL)
     u, v = np.meshgrid(us, vs)
     there = np.isfinite(z)
-    dots = {"color": "white", "markeredgecolor": style.BLACK, "markeredgewidth": 0.5}
+    dots: dict[str, Any] = {"color": "white", "markeredgecolor": style.BLACK, "markeredgewidth": 0.5}
     axes.plot(u[there], v[there], "o", markersize=3.5, clip_on=False, **dots)
     axes.plot(u[~there], v[~there], "x", color=style.RED, markersize=5, clip_on=False)
     axes.set_xlabel(label(a[0].path, a[0]))
@@ -188,7 +192,9 @@ def _lines(axes_of: list[tuple[Factor, Array]], y: Array, quantity: Quantity) ->
         here = np.ones(len(y), dtype=bool) if value is None else others[0][1] == value
         us = np.unique(x[here])
         means = [y[here & (x == u)].mean() for u in us]
-        colour = style.BLUE if value is None else matplotlib.colormaps[style.SEQUENTIAL](0.92 * k / max(len(lines) - 1, 1))
+        colour = (
+            style.BLUE if value is None else matplotlib.colormaps[style.SEQUENTIAL](0.92 * k / max(len(lines) - 1, 1))
+        )
         axes.plot(us, means, "o-", color=colour, label=None if value is None else f"{value:g}")
     axes.set_xlabel(label(first.path, first))
     axes.set_ylabel(_named(quantity))

@@ -94,7 +94,10 @@ def _quantity(text: Any, problem: Problem) -> Quantity:
     match = _CALL.fullmatch(text)
     if match is None:
         return Quantity(text, text, _unit(text, problem, text))
-    how, arguments = match[1], [a.strip() for a in match[2].rsplit(",", 1)] if match[1] in ("end", "at") else [match[2].strip()]
+    how, arguments = (
+        match[1],
+        [a.strip() for a in match[2].rsplit(",", 1)] if match[1] in ("end", "at") else [match[2].strip()],
+    )
     if how not in _TAKES:
         raise PrensaError(f"measure {text!r}: unknown {how!r}{suggest(how, _TAKES)}")
     if len(arguments) != _TAKES[how] or not all(arguments):

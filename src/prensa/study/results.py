@@ -105,7 +105,9 @@ class Study:
     def quantiles(self, measure: str) -> list[tuple[dict[str, str], int, float, float, list[float]]]:
         """Scatter of a measure at each combination of the values: values, cases, mean, standard deviation, `QUANTILES`."""
         if measure not in [q.text for q in self.quantities]:
-            raise PrensaError(f"the study has no measure {measure!r}{suggest(measure, [q.text for q in self.quantities])}")
+            raise PrensaError(
+                f"the study has no measure {measure!r}{suggest(measure, [q.text for q in self.quantities])}"
+            )
         groups: dict[tuple[str, ...], list[float]] = {}
         paths = [f.path for f in self.plan.varied]
         for row in self.rows:

@@ -127,7 +127,9 @@ class _Sweep:
         first = source.changed(next(plan.points()).changes)
         self.quantities: tuple[Quantity, ...] = quantities(measures, first.problem)
         self.attachments: dict[str, Attachment] = {}
-        self.rows = [self._row(point) for point in plan.points()]  # the mistakes of every case come before any is computed
+        self.rows = [
+            self._row(point) for point in plan.points()
+        ]  # the mistakes of every case come before any is computed
 
     def _row(self, point: Point) -> Row:
         try:
@@ -252,5 +254,7 @@ def _refuse_foreign(out: Path, name: str, force: bool) -> None:
         before = json.loads((out / REQUEST).read_text(encoding="utf-8"))
     other = before.get("name", name) if isinstance(before, dict) else name
     if other != name and not force:
-        message = f"{out}: here is a study of the case {other!r}; give another folder with --out, or --force to take this one"
+        message = (
+            f"{out}: here is a study of the case {other!r}; give another folder with --out, or --force to take this one"
+        )
         raise PrensaError(message)
