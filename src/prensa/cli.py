@@ -68,6 +68,9 @@ def check(case: CaseFile, changes: Changes = None) -> None:
         for warning in [*warnings_of(problem), *(str(n) for n in notices if not n.fatal)]:
             typer.echo(_with_location(warning, case, changes, "warning: "), err=True)
         refuse(notices)
+        from prensa.measures import parse_all
+
+        parse_all(problem)
 
 
 @app.command()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -25,6 +26,8 @@ def suggest(name: str, known: Iterable[str]) -> str:
     return f"; known: {', '.join(map(repr, known))}" if known else "; none is defined"
 
 
+_OWN_NAME = re.compile(r"[^\W\d][\w-]*")
+_TAKEN = ("step", "increment", "time", "iterations", "cutbacks")
 _EDGES = ("bottom", "right", "top", "left")
 
 
@@ -71,6 +74,7 @@ def find(p: Any) -> Iterator[Finding]:
     yield from _surfaces(p)
     yield from _contacts(p)
     yield from _friction(p)
+    yield from _measures(p)
     yield from _ties(p)
     yield from _supports(p, p, ())
     seen: set[str] = set()
@@ -81,6 +85,14 @@ def find(p: Any) -> Iterator[Finding]:
             yield Finding(("steps", i, "name"), f"two steps are called {step.name!r}; give each its own name")
         seen.add(step.name)
         yield from _step(p, ("steps", i), step)
+
+
+def _measures(p: Any) -> Iterator[Finding]:
+    """Names of measures are columns of a table beside those of every table, and differ from what is measured."""
+    for name in p.measures:
+        if not _OWN_NAME.fullmatch(name) or name in _TAKEN:
+            why = "every table has such a column" if name in _TAKEN else "letters, digits, '_' and '-' make one"
+            yield Finding(("measures", name), f"{name!r} is no name for a measure ({why}); write it like 'bore'", at_key=True)
 
 
 def _whole(p: Any) -> Iterator[Finding]:

@@ -606,6 +606,7 @@ class Problem:
     ``stabilise``: viscous forces on the velocities of the nodes carry bodies over limit points, where they snap or buckle:
     ``auto``, or the share of the work that they may dissipate (``auto``: 2e-4); ``off`` without. What they do dissipate is
     in the ledger, and told when it is more than 1 % of the work.
+    ``measures``: numbers that are wanted of every increment, by names of their own, such as ``bore: ring.left.x at y=0``.
     """
 
     name: str
@@ -627,6 +628,7 @@ class Problem:
     stabilise: Stabilise = "off"
     units: Units = field(default_factory=Units)
     start: Start | None = None
+    measures: Mapping[str, str] = field(default_factory=dict)
 
     def driven(self, step: Step) -> dict[str, Motion]:
         """Boundaries that a step moves ``by`` a way: what it says of no tool."""
@@ -651,6 +653,12 @@ def stabilised(problem: Any, number: int) -> float | Literal["auto", "off"]:
     """What ``stabilise`` is in step *number* (from 0) of a problem."""
     own = problem.steps[number].stabilise if number < len(problem.steps) else None
     return problem.stabilise if own is None else own
+
+
+def support_names(problem: Problem) -> list[str]:
+    """Boundaries and points that are held in some step, in the order of the description."""
+    later = (name for step in problem.steps for name in (*step.fixed, *problem.driven(step)))
+    return list(dict.fromkeys([*problem.fixed, *later]))
 
 
 def ever_stabilised(problem: Any) -> bool:

@@ -9,7 +9,6 @@ import datetime
 import json
 import logging
 import time as clocks
-from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass
 from os import PathLike
@@ -25,8 +24,9 @@ from prensa.fem.discretise import discretise
 from prensa.fem.preflight import preflight
 from prensa.fem.state import State
 from prensa.fem.system import System
+from prensa.measures import parse_all
 from prensa.model.problem import Case
-from prensa.output import checkpoint, history, passages, pictures, report, runlog, vtk
+from prensa.output import checkpoint, history, measured, passages, pictures, report, runlog, vtk
 from prensa.output.files import file_name, file_names, flush, write_text
 from prensa.output.folder import make_room, refuse_links
 from prensa.output.interrupt import Interruptible
@@ -67,7 +67,6 @@ def run(
     source: str | Path | None = None,
     force: bool = False,
     bar: ProgressBar | None = None,
-    observe: Callable[[Increment], None] | None = None,
 ) -> RunResult:
     """Run *case* and leave its results in the folder *out* (``results/<name>`` if None).
 
@@ -87,8 +86,6 @@ def run(
         Replace the results of a case of another name too, and files of these names that no run has left.
     bar
         Where progress and warnings are shown, in place of the terminal.
-    observe
-        Called with every accepted increment, before the checkpoint that stands for it.
 
     Raises
     ------
@@ -104,6 +101,7 @@ def run(
     began = clocks.perf_counter()
     system = discretise(case.problem)  # a case that cannot run leaves earlier results alone
     refuse(preflight(system))
+    parse_all(case.problem)
     directory = Path(out) if out is not None else Path("results") / file_name(case.problem.name)
     if case.problem.start is not None and Path(case.problem.start.run) == directory.resolve():
         raise PrensaError(f"{directory}: the case starts from the run in this folder; give another one for its results")
@@ -114,22 +112,17 @@ def run(
         before = make_room(directory, case.problem.name, force)
         made = {"discretisation": clocks.perf_counter() - began}
         before_it = {"source": str(source or ""), "timings": made}
-        this = _Run(directory, case, system, None, before_it, bar or ProgressBar(quiet), observe)
+        this = _Run(directory, case, system, None, before_it, bar or ProgressBar(quiet))
         if before is not None and before.input_hash != checkpoint.text_hash(this.text):
             this.bar.say(f"{directory}: replaces the results of another input")
         return this.execute()
 
 
-def resume(
-    directory: str | Path,
-    quiet: bool = False,
-    bar: ProgressBar | None = None,
-    observe: Callable[[Increment], None] | None = None,
-) -> RunResult:
+def resume(directory: str | Path, quiet: bool = False, bar: ProgressBar | None = None) -> RunResult:
     """Continue the run in *directory* from its checkpoint: the files end as if it had never stopped.
 
-    Rows and files later than the checkpoint are removed first. A completed run only has its report made again. ``bar``,
-    ``observe``: as of `run`.
+    Rows and files later than the checkpoint are removed first. A completed run only has its report made again. ``bar``: as
+    of `run`.
 
     Raises
     ------
@@ -150,7 +143,7 @@ def resume(
         except PrensaError:
             before = {}  # the run was killed before it could write one
         bar = bar or ProgressBar(quiet, start=state.clock.time)
-        return _Run(directory, case, discretise(case.problem), state, before, bar, observe).execute()
+        return _Run(directory, case, discretise(case.problem), state, before, bar).execute()
 
 
 # ------------------------------------------------------------------------------------------------------------- details
@@ -158,20 +151,19 @@ class _Run:
     """A run from its start or resume to its end: opens the writers, solves, closes."""
 
     def __init__(
-        self, directory: Path, case: Case, system: System, start: State | None, before: dict[str, Any],
-        bar: ProgressBar, observe: Callable[[Increment], None] | None,
-    ) -> None:  # fmt: skip
+        self, directory: Path, case: Case, system: System, start: State | None, before: dict[str, Any], bar: ProgressBar
+    ) -> None:
         self.directory, self.case, self.system, self.start, self.earlier = directory, case, system, start, before
         self.text = checkpoint.case_text(case)
         self.timer, self.started = Timer(), clocks.perf_counter()
-        self.bar, self.observe = bar, observe
+        self.bar = bar
         self.warnings = runlog.Warnings(self._known_warnings(), self.bar.warn)
         self.guard = Interruptible()
         self.last: Increment | None = None
         self.saved: Increment | None = None
         self.checkpoint_seconds = 0.0
         self.names = file_names(c.name for c in case.problem.contacts)
-        tables = (history.HISTORY, history.CONVERGENCE, passages.PASSAGES, vtk.COLLECTION)
+        tables = (history.HISTORY, history.CONVERGENCE, passages.PASSAGES, measured.MEASURES, vtk.COLLECTION)
         self.growing = [directory / name for name in tables]
         self.written: list[Path] = []  # since the last checkpoint
 
@@ -214,6 +206,7 @@ class _Run:
         with (
             closing(history.History(self.directory, self.case.problem, keep)) as self.tables,
             closing(passages.PassageTable(self.directory, self.passed, keep)) as self.means,
+            closing(measured.MeasureTable(self.directory, self.case.problem, keep)) as self.measures,
         ):
             self.fields = vtk.Fields(self.directory, keep)
             self._solve_increments()
@@ -242,8 +235,7 @@ class _Run:
                 self.written += [path, history.of_points(path)]
             self.tables.append(increment)
             self.means.append(increment)
-            if self.observe is not None:
-                self.observe(increment)
+            self.measures.append(increment)
         every = self.case.output.fields
         if increment.end_of_step or (every and increment.number % every == 0):
             with self.timer("recovery"):
@@ -331,6 +323,7 @@ class _Run:
             "last_force": {t: {c: last(f"{t}.{k}") for c, k in zip("xym", ("fx", "fy", "mz"))} for t in problem.tools},
             "last_place": {t: {c: last(f"{t}.u{c}") for c in "xy"} | {"rz": last(f"{t}.rz")} for t in problem.tools},
             "passage_means": passages.last_means(self.directory),
+            "measures": measured.measured(self.directory, problem),
             "last_area": {c.name: last(f"{c.name}.area") for c in problem.contacts},
             "energy": {e: last(f"energy.{e}") for e in history.energies_of(problem)},
             "totals": {

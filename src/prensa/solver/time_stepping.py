@@ -221,7 +221,7 @@ class TimeStepping:
                 result = judged(self.equilibrium(c), result, self.acceptance, cutbacks, not last)
                 spent += result.iterations - before
             if result.converged:
-                self.look_inside(c, result, cutbacks)
+                self.look_inside(c, result)
                 return self.commit(c, control, result, spent, cutbacks)
             self.messages.rejected(state, plan, end, result)
             assert result.reason is not None
@@ -279,7 +279,7 @@ class TimeStepping:
         if result.recover is None and (refusal := self.validity.look(state.u, state.history)):
             result.reason = refusal
             raise self.post_mortem(c, result, cutbacks)
-        increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended)
+        increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended, c.state)
         increment = self.passages.follow(increment, passing_of(self.system, e, c.state.u, state.u))
         if ended:
             self.messages.warn(self.passages.warnings(self.policy))
@@ -290,10 +290,10 @@ class TimeStepping:
         self.messages.accepted(c.state, c.plan, result, increment)
         return state, increment
 
-    def look_inside(self, c: Context, result: NewtonResult, cutbacks: int) -> None:
+    def look_inside(self, c: Context, result: NewtonResult) -> None:
         """Raise `SolveError` if metal lies inside a tool with which it has no contact, or in itself.
 
-        No smaller increment would help then. Folds are looked for where increments are cut, and at the end of a step.
+        No smaller increment would help then. Of condensed bodies the displacements are known at the end of a step.
         """
         assert result.evaluation is not None
         sunk = np.zeros(len(self.system.tools))
@@ -303,7 +303,7 @@ class TimeStepping:
         if result.recover is not None and (node is not None or c.time >= c.plan.t1):  # displacements not yet computed
             node = inside(self.system, self.watched, result.recover(), sunk)
         reason: Failure | None = None if node is None else MetalInside(node)
-        if reason is None and (cutbacks or c.time >= c.plan.t1):
+        if reason is None and (result.recover is None or c.time >= c.plan.t1):
             u = result.u if result.recover is None else result.recover()
             folded = fold(self.system, self.outlines, u)
             reason = None if folded is None else Folded(folded)

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from prensa.errors import PrensaError
 from prensa.output import style
-from prensa.output.history import read_history
 from prensa.study.effects import Effect, effects, numbers
-from prensa.study.quantities import Quantity
+from prensa.study.quantities import Quantity, series_of
 from prensa.study.results import QUANTILES, Row, Study
 from prensa.study.values import Factor, Scatter, Values
 
@@ -66,12 +65,12 @@ def curves(study: Study, quantity: Quantity) -> tuple[Figure, int] | None:
 def _curve(study: Study, row: Row, name: str) -> tuple[Array, Array, str] | None:
     """Abscissa, values and the name of the abscissa."""
     try:
-        table = read_history(study.directory / row.folder)
+        table = series_of(study.directory / row.folder, row.measures)
     except PrensaError:
         return None
     if name not in table:
         return None
-    tool = name.rpartition(".")[0]
+    tool = name.partition(".")[0]
     x, told = table["time"], "time"
     if tool in study.problem.tools:
         ways = {c: table[f"{tool}.u{c}"] for c in "xy"}
@@ -262,7 +261,7 @@ def spread(study: Study, quantity: Quantity) -> Figure | None:
     for row in study.rows:
         if row.values.get(quantity.text) is not None:
             name = ", ".join(f"{label(p)} = {row.point.values[p]}" for p in paths)
-            groups.setdefault(name, []).append(row.values[quantity.text])
+            groups.setdefault(name, []).append(float(row.values[quantity.text] or 0.0))
     if not groups:
         return None
     with style.styled():

@@ -33,14 +33,18 @@ QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 @dataclass
 class Row:
-    """A case of a study: its values, its key, its folder in that of the study, how it ended, and what was measured (by text)."""
+    """A case of a study: its values, its key, its folder in that of the study, how it ended, and what was measured (by text).
+
+    ``measures``: columns of its table of measures, and what they are.
+    """
 
     point: Point
     key: str
     folder: str
     status: str = "missing"
     reason: str = ""
-    values: dict[str, float] = field(default_factory=dict)
+    values: dict[str, float | None] = field(default_factory=dict)
+    measures: dict[str, str] = field(default_factory=dict)
     lost: str = ""
 
 

@@ -12,6 +12,7 @@ from typing import Any
 from prensa import __version__
 from prensa.errors import CaseError, PrensaError, shown, take
 from prensa.fem.saved import CHECKPOINT
+from prensa.measures.columns import columns
 from prensa.model.problem import Case, Output, Problem
 from prensa.output.files import file_name, write_text
 from prensa.output.history import HISTORY
@@ -21,7 +22,7 @@ from prensa.study.attachments import Attachment, detached
 from prensa.study.engine import Engine, engine
 from prensa.study.plan import Plan, Point, Sampling
 from prensa.study.progress import StudyProgress
-from prensa.study.quantities import Quantity, of_folder, quantities
+from prensa.study.quantities import Quantity, quantities, series_of, values_of, with_measures
 from prensa.study.results import CASES, Row, Study, Timings
 from prensa.study.values import Values, factors_of
 from prensa.study.work import RECORD, Job, key_of, read_record, unpacked
@@ -139,13 +140,14 @@ class _Sweep:
                 raise
             remedy = "cut the tails off, normal(mean, sd, low, high), or give another distribution"
             raise PrensaError(f"sample {point.sample}: {error}; {remedy}") from None
-        key = key_of(self._text(case, Output()))
+        key = key_of(self._text(replace(case, problem=replace(case.problem, measures={}), output=Output())))
         return Row(point, key, f"{CASES}/{key[:16]}")
 
-    def _text(self, case: Case, output: Output) -> str:
+    def _text(self, case: Case) -> str:
+        """The text of a case without the places of its files, which are noted."""
         from prensa.model.schema import dump
 
-        text, files = detached(dump(replace(case, output=output)))
+        text, files = detached(dump(case))
         self.attachments |= {one.short: one for one in files}
         return text
 
@@ -200,7 +202,9 @@ class _Sweep:
             return False
         if record["status"] == "failed":
             return not retry
-        return (folder / HISTORY).is_file() and (not self.reports or (folder / REPORT).is_file())
+        held = {*record["values"], *record["measures"].values(), *columns(self.source.base.problem)}
+        measured = all(q.text in held or q.name in held for q in self.quantities)
+        return measured and (folder / HISTORY).is_file() and (not self.reports or (folder / REPORT).is_file())
 
     def _compute(self, todo: list[Row], workers: Engine) -> None:
         by_key = {row.key: row for row in todo}
@@ -224,7 +228,8 @@ class _Sweep:
             output = case.output if self.reports else Output(fields=0, pictures=False, report=False)
             if self.reports:
                 output = replace(output, pictures=True, report=True)
-            text = self._text(case, output)
+            problem = with_measures(case.problem, self.quantities)
+            text = self._text(replace(case, problem=problem, output=output))
             needed = tuple(one for short, one in self.attachments.items() if short in text)
             yield Job(row.key, text, str(self.out / row.folder), self.quantities, needed, claim)
 
@@ -237,10 +242,11 @@ class _Sweep:
                 row.status = "lost" if row.key in lost else "missing"
                 row.reason = lost.get(row.key, "not computed yet")
                 continue
-            row.status, row.reason, row.values = record["status"], record["reason"], record.get("values", {})
+            row.status, row.reason, row.values = record["status"], record["reason"], record["values"]
+            row.measures = record["measures"]
             missing = [q for q in self.quantities if q.text not in row.values]
-            if row.status == "completed" and missing:  # measures that were not asked for when it was computed
-                row.values = row.values | of_folder(missing, self.out / row.folder)
+            if row.status == "completed" and missing:  # what was not asked for when it was computed
+                row.values = row.values | values_of(missing, series_of(self.out / row.folder, row.measures))
 
 
 def _refuse_foreign(out: Path, name: str, force: bool) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-import math
 import os
 import shutil
 import tempfile
@@ -18,10 +17,12 @@ from typing import Any
 from prensa import __version__
 from prensa.errors import PrensaError, SolveError
 from prensa.fem.saved import CHECKPOINT, text_hash
+from prensa.model.problem import Case
 from prensa.output.files import write_text
 from prensa.output.lock import LOCK, Held
+from prensa.output.progress import ProgressBar
 from prensa.study.attachments import Attachment, attached, places
-from prensa.study.quantities import Quantity, in_table, of_folder
+from prensa.study.quantities import Quantity, series_of, values_of
 
 RECORD = "case.json"
 _ONE_AT_A_TIME = threading.Lock()  # logs, warnings and solvers are a process's
@@ -49,7 +50,8 @@ class Job:
 class Outcome:
     """What became of a job: ``completed``, ``failed`` (the case's own doing, which would be the same again) or ``lost``.
 
-    ``seconds``: wall time of the run; ``files``: the results, zipped, of a worker that does not see the folder.
+    ``seconds``: wall time of the run; ``files``: the results, zipped, of a worker that does not see the folder; ``measures``:
+    columns of the table of measures, and what they are; ``values``: what was wanted, by its text.
     """
 
     status: str
@@ -57,6 +59,8 @@ class Outcome:
     seconds: float = 0.0
     worker: str = ""
     files: bytes | None = field(default=None, repr=False)
+    measures: dict[str, str] = field(default_factory=dict)
+    values: dict[str, float | None] = field(default_factory=dict)
 
 
 def key_of(text: str) -> str:
@@ -126,42 +130,49 @@ def _in(folder: Path, job: Job, sent: Path | None) -> Outcome:
             clocks.sleep(_POLL)
             continue
         if outcome.status != "lost":
-            values = of_folder(job.wanted, folder) if outcome.status == "completed" else {}
             record = {"key": job.key, "version": __version__, "status": outcome.status, "reason": outcome.reason}
-            record["values"] = {name: None if math.isnan(v) else v for name, v in values.items()}
+            record |= {"measures": outcome.measures, "values": outcome.values}
             write_text(folder / RECORD, json.dumps(record, indent=1, ensure_ascii=False) + "\n")
         return outcome
+
+
+class _Silent(ProgressBar):
+    """Shows nothing: warnings are in the summary of the run, and on the page of the study."""
+
+    def __init__(self) -> None:
+        super().__init__(quiet=True)
+
+    def warn(self, text: str) -> None:
+        """Leave the terminal to the study."""
 
 
 def _run(folder: Path, job: Job, sent: Path | None) -> Outcome:
     from prensa.model.schema import loads
     from prensa.output.checkpoint import case_text
     from prensa.output.run import resume, run
-    from prensa.study.follow import Follower, Silent
 
-    text = attached(job.text, places(job.attachments, sent))
-    case = loads(text, bounded=False)
-    follow = Follower(folder, case.problem, in_table(job.wanted))
+    case = loads(attached(job.text, places(job.attachments, sent)), bounded=False)
     try:
-        if _was_interrupted(folder, case_text(case)) and follow.can_continue():
+        if _was_interrupted(folder, case_text(case)):
             try:
-                resume(folder, bar=Silent(), observe=follow)
-                return Outcome("completed")
+                resume(folder, bar=_Silent())
+                return _completed(folder, job, case)
             except (Held, SolveError):
                 raise
             except PrensaError:  # what was left is damaged
-                follow.restart()
-        run(case, out=folder, force=True, bar=Silent(), observe=follow)
+                pass
+        run(case, out=folder, force=True, bar=_Silent())
     except Held:
         raise
     except PrensaError as error:
-        if isinstance(error.__cause__, OSError):
-            raise
         folder.mkdir(parents=True, exist_ok=True)
         return Outcome("failed", _one_line(str(error)))
-    finally:
-        follow.close()
-    return Outcome("completed")
+    return _completed(folder, job, case)
+
+
+def _completed(folder: Path, job: Job, case: Case) -> Outcome:
+    names = dict(case.problem.measures)
+    return Outcome("completed", measures=names, values=values_of(job.wanted, series_of(folder, names)))
 
 
 def _was_interrupted(folder: Path, text: str) -> bool:
