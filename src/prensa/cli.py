@@ -150,7 +150,8 @@ def sweep(
             out=out, jobs=jobs, memory=memory, cluster=cluster, reports=reports, retry=retry, quiet=quiet, force=force,
         )  # fmt: skip
     if not quiet:
-        typer.echo(f"{study.summary()}; {study.page}")
+        page = study.page.relative_to(Path.cwd()) if study.page.is_relative_to(Path.cwd()) else study.page
+        typer.echo(f"{study.summary()}; {page}")
     if not study.status["completed"]:
         raise typer.Exit(FAILED)
 

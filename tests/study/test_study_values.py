@@ -93,12 +93,23 @@ def test_samples_are_written_with_their_unit_and_read_back() -> None:
 
 def test_python_objects() -> None:
     """Lists, arrays, single values, texts and distributions of scipy.stats stand for themselves."""
-    given = {"a": [1, 2.5], "b": np.linspace(0, 1, 3), "c": 3, "d": "lin(0,1,2)", "e": [[2, 3], (4, 5)], "f": {"type": "exact"}}
+    given = {
+        "a": [1, 2.5],
+        "b": np.linspace(0, 1, 3),
+        "c": 3,
+        "d": "lin(0,1,2)",
+        "e": [[2, 3], (4, 5)],
+        "f": {"type": "exact"},
+    }
     texts = [f.texts for f in factors_of(given) if isinstance(f, Values)]
     assert texts == [("1", "2.5"), ("0", "0.5", "1"), ("3",), ("0", "1"), ("[2, 3]", "[4, 5]"), ("{type: exact}",)]
     (scatter,) = factors_of({"g": stats.norm(1, 2)})
     assert isinstance(scatter, Scatter) and scatter.text == "norm(1, 2)"
-    for wrong, words in (({"a": []}, "no values"), ({"a": [float("nan")]}, "finite"), ({"a": [object()]}, "give numbers")):
+    for wrong, words in (
+        ({"a": []}, "no values"),
+        ({"a": [float("nan")]}, "finite"),
+        ({"a": [object()]}, "give numbers"),
+    ):
         with pytest.raises(PrensaError, match=words):
             factors_of(wrong)
 

@@ -23,6 +23,7 @@ from prensa.study.attachments import attached, detached
 from prensa.study.results import TABLE, Study
 
 MU = "friction.mu"
+PLACE = "block.right.x at y=0.5"
 HEIGHT = "steps.0.move.punch.y"
 MEASURES = ["end(punch.fy, down)", "max(energy.plastic)"]
 VOLATILE = {"run.log", "summary.json"}  # dates and wall times
@@ -54,7 +55,9 @@ def grid(tmp_path_factory: pytest.TempPathFactory) -> Study:
 
 def test_a_sweep_says_of_each_case_what_its_run_says(grid: Study) -> None:
     """Values in the table are those of a run of the case with the same changes."""
-    result = pr.run(pr.load(grid.directory.parent / "press.yaml", [f"{MU}=0.2"]), out=grid.directory.parent / "alone", quiet=True)
+    result = pr.run(
+        pr.load(grid.directory.parent / "press.yaml", [f"{MU}=0.2"]), out=grid.directory.parent / "alone", quiet=True
+    )
     row = grid.rows[2]
     assert row.point.values == {MU: "0.2", HEIGHT: "-0.1"}
     history = result.history
@@ -88,14 +91,15 @@ def test_tables_agree(grid: Study) -> None:
 
 def test_only_what_is_new_is_computed(tmp_path: Path) -> None:
     """More values, other measures and another order compute what is missing and nothing else; the table is that of one go."""
-    first = swept(tmp_path, {MU: [0, 0.2]})
+    first = swept(tmp_path, {MU: [0, 0.2]}, measures=["punch.force.y", PLACE])
     before = {row.folder: (first.directory / row.folder / "case.json").stat().st_mtime_ns for row in first.rows}
-    more = swept(tmp_path, {MU: [0.2, 0.1, 0.0]}, measures=["max(punch.fy)", "energy.friction"])
+    more = swept(tmp_path, {MU: [0.2, 0.1, 0.0]}, measures=["energy.friction", f"max({PLACE})"])
     assert [more.rows[0].folder, more.rows[2].folder] == [first.rows[1].folder, first.rows[0].folder]
     for folder, stamp in before.items():
         assert (more.directory / folder / "case.json").stat().st_mtime_ns == stamp
-    at_once = swept(tmp_path, {MU: [0.2, 0.1, 0.0]}, "once", measures=["max(punch.fy)", "energy.friction"])
+    at_once = swept(tmp_path, {MU: [0.2, 0.1, 0.0]}, "once", measures=["energy.friction", f"max({PLACE})"])
     assert (at_once.directory / TABLE).read_bytes() == (more.directory / TABLE).read_bytes()
+    assert all(2 < v < 2.4 for v in more[f"max({PLACE})"])
     other = swept(tmp_path, {MU: [0.2], "numerics.tolerance": [1e-8]})
     assert other.rows[0].folder not in before  # another case, however small the difference
 
@@ -115,7 +119,19 @@ def test_interrupted_anywhere_and_resumed_it_is_as_if_it_had_not_been(tmp_path: 
     written(tmp_path)
     values = ["--set", f"{MU}=0,0.1,0.2", "--set", f"{HEIGHT}=-0.1,-1.5"]
     asked = [*values, *(x for m in MEASURES for x in ("--measure", m))]
-    command = [sys.executable, "-W", "error", "-m", "prensa", "sweep", "press.yaml", *asked, "--out", "killed", "--jobs"]
+    command = [
+        sys.executable,
+        "-W",
+        "error",
+        "-m",
+        "prensa",
+        "sweep",
+        "press.yaml",
+        *asked,
+        "--out",
+        "killed",
+        "--jobs",
+    ]
     pause = random.Random(1)
     for jobs in ("2", "1"):
         process = subprocess.Popen([*command, jobs], cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.PIPE)
@@ -157,7 +173,7 @@ def test_bad_requests_are_told_before_anything_starts(tmp_path: Path) -> None:
         (["--set", f"{MU}=", "--measure", "punch.fy"], "there is no value"),
         (["--set", f"{MU}=0,0.1"], "no measure; say what to take"),
         (["--set", f"{MU}=0,0.1", "--measure", "punch.fz"], "did you mean 'punch."),
-        (["--set", f"{MU}=0,0.1", "--measure", "most(punch.fy)"], "unknown 'most'"),
+        (["--set", f"{MU}=0,0.1", "--measure", "most(punch.fy)"], "unknown function 'most'"),
         (["--set", f"{MU}=0,0.1", "--measure", "at(punch.fy, 3)"], "no time between 0 and 2"),
         (["--set", f"{MU}=0,0.1", "--measure", "end(punch.fy, dwon)"], "did you mean 'down'?"),
         (["--set", "friction.mx=0,0.1", "--measure", "punch.fy"], "unknown key 'mx'"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -36,8 +37,8 @@ def effects(plan: Plan, rows: list[Row], measure: str) -> list[Effect]:
     Of given values: the means over all cases at the smallest and at the largest (of words: at those with the smallest and the
     largest mean). Of what scatters: the slopes of a linear regression (least squares), from the 5 % to the 95 % quantile.
     """
-    done = [row for row in rows if row.values.get(measure) is not None]
-    y = np.array([row.values[measure] for row in done], dtype=float)
+    done = [row for row in rows if not math.isnan(row.value(measure))]
+    y = np.array([row.value(measure) for row in done], dtype=float)
     found = [e for f in plan.varied if (e := _of_values(f, done, y)) is not None]
     if plan.scattered and len(done) > len(plan.scattered) + 1:
         found += _of_scatter(plan.scattered, done, y)

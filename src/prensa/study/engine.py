@@ -94,7 +94,9 @@ class OnDask:
         try:
             result = future.result()
         except KilledWorker:
-            return Outcome("lost", f"its workers were killed, time and again; they are {self.told}: does it need more memory?")
+            return Outcome(
+                "lost", f"its workers were killed, time and again; they are {self.told}: does it need more memory?"
+            )
         except (CancelledError, OSError) as error:
             message = "the cluster has gone; what is finished is kept: give the same command again when it is back"
             raise PrensaError(message) from error

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -140,13 +141,13 @@ class _Colours:
 # -------------------------------------------------------------------------------------------------------------- response
 def response(study: Study, quantity: Quantity) -> tuple[Figure, str] | None:
     """The measure over what is varied, and what the picture shows: a line, a surface, or one panel for each quantity."""
-    done = [row for row in study.rows if row.values.get(quantity.text) is not None]
+    done = [row for row in study.rows if not math.isnan(row.value(quantity.text))]
     ranked = [e.path for e in effects(study.plan, study.rows, quantity.text)]
     by = {f.path: f for f in study.plan.factors}
     axes_of = [(by[p], x) for p in ranked if (x := numbers(done, by[p])) is not None]
     if not axes_of:
         return None
-    y = np.array([row.values[quantity.text] for row in done])
+    y = np.array([row.value(quantity.text) for row in done])
     gridded = [(f, x) for f, x in axes_of if isinstance(f, Values)]
     with style.styled():
         if len(gridded) >= 2 and all(len(np.unique(x)) >= 3 for _, x in gridded[:2]):
@@ -219,7 +220,7 @@ def tornado(study: Study, quantity: Quantity) -> Figure | None:
     found = effects(study.plan, study.rows, quantity.text)
     if len(found) < 2:
         return None
-    y = [row.values[quantity.text] for row in study.rows if row.values.get(quantity.text) is not None]
+    y = [row.value(quantity.text) for row in study.rows if not math.isnan(row.value(quantity.text))]
     with style.styled():
         figure, (axes, *_) = _axes(height=0.9 + 0.5 * len(found))
         for k, e in enumerate(reversed(found)):
@@ -259,9 +260,9 @@ def spread(study: Study, quantity: Quantity) -> Figure | None:
     paths = [f.path for f in study.plan.varied if len(f.texts) > 1]
     groups: dict[str, list[float]] = {}
     for row in study.rows:
-        if row.values.get(quantity.text) is not None:
+        if not math.isnan(row.value(quantity.text)):
             name = ", ".join(f"{label(p)} = {row.point.values[p]}" for p in paths)
-            groups.setdefault(name, []).append(float(row.values[quantity.text] or 0.0))
+            groups.setdefault(name, []).append(row.value(quantity.text))
     if not groups:
         return None
     with style.styled():

@@ -53,7 +53,9 @@ class Quantity:
             v = v[np.asarray(series["step"]) == self.argument]
         if self.how == "at":
             moment = float(self.argument)
-            v, t = (v, t) if len(t) and t[0] <= moment else (np.append(0.0, v), np.append(0.0, t))  # nothing acts at first
+            v, t = (
+                (v, t) if len(t) and t[0] <= moment else (np.append(0.0, v), np.append(0.0, t))
+            )  # nothing acts at first
             return float(np.interp(moment, t, v)) if moment <= t[-1] else math.nan
         if not np.isfinite(v).any():
             return math.nan

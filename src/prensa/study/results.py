@@ -47,6 +47,11 @@ class Row:
     measures: dict[str, str] = field(default_factory=dict)
     lost: str = ""
 
+    def value(self, text: str) -> float:
+        """What was measured, not a number where the case has none."""
+        found = self.values.get(text)
+        return math.nan if found is None else found
+
 
 @dataclass(frozen=True)
 class Study:
@@ -94,7 +99,7 @@ class Study:
         for number, row in enumerate(self.rows, 1):
             sample = [row.point.sample] if self.plan.scattered else []
             given = [value_of(f, row.point.values[f.path]) for f in self.plan.factors]
-            measured = [_float(row.values.get(q.text)) for q in self.quantities]
+            measured = [row.value(q.text) for q in self.quantities]
             found.append([number, *sample, *given, *measured, row.status, row.reason, row.folder])
         return found
 
@@ -115,7 +120,7 @@ class Study:
         groups: dict[tuple[str, ...], list[float]] = {}
         paths = [f.path for f in self.plan.varied]
         for row in self.rows:
-            one = _float(row.values.get(measure))
+            one = row.value(measure)
             groups.setdefault(tuple(row.point.values[p] for p in paths), []).extend([] if math.isnan(one) else [one])
         found = []
         for given, v in groups.items():
@@ -178,10 +183,6 @@ class Timings:
         line = [row.folder, outcome.status, f"{outcome.seconds:.3f}", outcome.worker, now]
         csv.writer(self._file, lineterminator="\n").writerow(line)
         self._file.flush()
-
-
-def _float(value: float | None) -> float:
-    return math.nan if value is None else float(value)
 
 
 def _cell(value: Any) -> str:
