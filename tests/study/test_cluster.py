@@ -15,7 +15,7 @@ from press import CASE, LAW, written
 
 import prensa as pr
 from prensa.errors import PrensaError
-from prensa.study.results import TABLE
+from prensa.study.results import CASES_TABLE
 
 UNSEEN = "unseen"
 BLINDFOLD = f"""\
@@ -101,7 +101,7 @@ def test_a_cluster_started_elsewhere_computes_the_same(tmp_path: Path) -> None:
             pr.sweep(f / "press.yaml", values, measures, out=f / "out", cluster=where, quiet=True) for f in folders
         ]
     for study in studies:
-        assert (study.directory / TABLE).read_bytes() == (alone.directory / TABLE).read_bytes()
+        assert (study.directory / CASES_TABLE).read_bytes() == (alone.directory / CASES_TABLE).read_bytes()
         for row in alone.rows:
             for name in ("history.csv", "case.json", "fields/0005.vtu"):
                 file = f"{row.folder}/{name}"

@@ -20,7 +20,7 @@ from prensa.cli import app
 from prensa.errors import PrensaError
 from prensa.output.history import read_history
 from prensa.study.attachments import attached, detached
-from prensa.study.results import TABLE, Study
+from prensa.study.results import CASES_TABLE, Study
 
 MU = "friction.mu"
 PLACE = "block.right.x at y=0.5"
@@ -71,7 +71,7 @@ def test_a_failed_case_is_told_with_its_reason_and_others_go_on(grid: Study) -> 
     """Cases that cannot be computed have their reason in the table, on the page and no values; the rest is complete."""
     assert [row.status for row in grid.rows] == ["completed", "failed"] * 2
     assert all(row.reason and not row.values for row in grid.rows[1::2])
-    table = (grid.directory / TABLE).read_text().splitlines()
+    table = (grid.directory / CASES_TABLE).read_text().splitlines()
     assert table[0] == f'case,{MU},{HEIGHT},"{MEASURES[0]}",{MEASURES[1]},status,reason,folder'
     assert table[2].startswith("2,0,-1.5,,,failed,")
     assert np.isnan(grid[MEASURES[0]][[1, 3]]).all() and np.isfinite(grid[MEASURES[0]][[0, 2]]).all()
@@ -85,7 +85,7 @@ def test_tables_agree(grid: Study) -> None:
     frame = grid.to_frame()
     assert list(frame.columns) == grid.columns
     pandas.testing.assert_frame_equal(frame, pandas.read_parquet(grid.directory / "table.parquet"), check_dtype=False)
-    csv = pandas.read_csv(grid.directory / TABLE, keep_default_na=False, na_values={m: [""] for m in MEASURES})
+    csv = pandas.read_csv(grid.directory / CASES_TABLE, keep_default_na=False, na_values={m: [""] for m in MEASURES})
     pandas.testing.assert_frame_equal(frame, csv, check_dtype=False, check_exact=True)
 
 
@@ -98,7 +98,7 @@ def test_only_what_is_new_is_computed(tmp_path: Path) -> None:
     for folder, stamp in before.items():
         assert (more.directory / folder / "case.json").stat().st_mtime_ns == stamp
     at_once = swept(tmp_path, {MU: [0.2, 0.1, 0.0]}, "once", measures=["energy.friction", f"max({PLACE})"])
-    assert (at_once.directory / TABLE).read_bytes() == (more.directory / TABLE).read_bytes()
+    assert (at_once.directory / CASES_TABLE).read_bytes() == (more.directory / CASES_TABLE).read_bytes()
     assert all(2 < v < 2.4 for v in more[f"max({PLACE})"])
     other = swept(tmp_path, {MU: [0.2], "numerics.tolerance": [1e-8]})
     assert other.rows[0].folder not in before  # another case, however small the difference

@@ -156,7 +156,7 @@ def _at_rest(
     system: System, state: State, number: int, step_start: Array, time: float
 ) -> tuple[StepPlan, Evaluation, Context]:
     """Plan of a step, and the forces of a committed state in it when nothing moves."""
-    plan = plan_step(system, number, step_start)
+    plan = plan_step(system, number, step_start, state.ends)
     c = replace(system.context(state, plan, time), dt=1.0)
     e = system.evaluate(c, state.u, system.initial_multipliers(state), stiffness=False)
     if e.failed:
@@ -177,6 +177,11 @@ def earlier_run(
     """
     case, state = read_checkpoint(Path(start.run) / CHECKPOINT)
     before = case.problem
+    if state.remeshed is not None:
+        raise StartError(
+            f"start: the bodies of the run in {start.run!r} have other meshes than they began with ('remesh'), which are not "
+            "carried over to another case; make both one case of several steps"
+        )
     system = discretise(before)
     for key in ("space", "kinematics", "contact_geometry", "thickness", "units"):
         if getattr(before, key) != getattr(problem, key):

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from prensa.model import until
+from prensa.model.names import Finding, suggest
+from prensa.model.remeshing import remeshing_of
 from prensa.model.units import factor
 from prensa.registry import DOORS
 
@@ -15,35 +16,9 @@ if TYPE_CHECKING:
     from prensa.model.problem import Problem
 
 
-def suggest(name: str, known: Iterable[str]) -> str:
-    """'; did you mean …?' for the nearest known name, or the list of the known ones."""
-    known = list(known)
-    close = difflib.get_close_matches(name, known, n=1)
-    if not close:
-        close = [k for k in known if k.casefold() == name.casefold()]
-    if close:
-        return f"; did you mean {close[0]!r}?"
-    return f"; known: {', '.join(map(repr, known))}" if known else "; none is defined"
-
-
 _OWN_NAME = re.compile(r"[^\W\d][\w-]*")
 _TAKEN = ("step", "increment", "time", "iterations", "cutbacks")
 _EDGES = ("bottom", "right", "top", "left")
-
-
-@dataclass(frozen=True)
-class Finding:
-    """A mistake among the cross-references: ``path`` into the description (keys and indices), and the message.
-
-    ``at_key``: the key at the end of the path is wrong, not what stands behind it.
-    """
-
-    path: tuple[str | int, ...]
-    message: str
-    at_key: bool = False
-
-    def __str__(self) -> str:
-        return f"{'.'.join(map(str, self.path))}: {self.message}"
 
 
 class FindingsError(ValueError):
@@ -68,6 +43,7 @@ def find(p: Any) -> Iterator[Finding]:
     if not p.steps:
         yield Finding(("steps",), "at least one step is needed")
     yield from _whole(p)
+    yield from _remeshing(p)
     for key, tool in p.tools.items():
         if tool is not None:
             yield from _tool(p, ("tools", key), tool)
@@ -85,6 +61,7 @@ def find(p: Any) -> Iterator[Finding]:
             yield Finding(("steps", i, "name"), f"two steps are called {step.name!r}; give each its own name")
         seen.add(step.name)
         yield from _step(p, ("steps", i), step)
+    yield from until.tables_beyond(p)
 
 
 def _measures(p: Any) -> Iterator[Finding]:
@@ -122,6 +99,43 @@ def _whole(p: Any) -> Iterator[Finding]:
         yield Finding(
             ("contact_geometry",), "'reference' is the linear Signorini problem and needs 'kinematics: small'"
         )
+
+
+def _remeshing(p: Any) -> Iterator[Finding]:
+    """What in a problem that is remeshed cannot be; each with what to do."""
+    if remeshing_of(p) is None:
+        return
+    if p.kinematics == "small":
+        yield _not_remeshed("small strain keeps the shape that it began with; use 'kinematics: finite'")
+    if p.space == "plane stress":
+        yield _not_remeshed("the thickness of plane stress is not carried over; use plane strain, or 'remesh: off'")
+    if p.ties:
+        yield _not_remeshed("tied sides are not carried over; make one body of the tied ones, or use 'remesh: off'")
+    if p.start is not None:
+        yield _not_remeshed("a case that starts from a run has the mesh of that run; make it one case of several steps")
+    bodies = {name: b for name, b in p.bodies.items() if b is not None and b.material is not None}
+    flowing = {name: b for name, b in bodies.items() if getattr(b.material, "plastic", False)}
+    if len(bodies) == len(p.bodies) and not flowing:
+        yield _not_remeshed("no body flows plastically, and meshes of elastic ones do not wear out; leave it out")
+    for name, body in flowing.items():
+        element = body.element_in(p.space)
+        if element != "t6":
+            path: tuple[str | int, ...] = ("bodies", name, *(["element"] if body.element is not None else []))
+            yield Finding(path, f"'remesh' makes triangles, and {element!r} is none that bears plastic flow; use 'element: t6'")
+    for k, contact in enumerate(p.contacts):
+        if contact is None or contact.surface[0].partition(".")[0] not in flowing:
+            continue
+        if contact.enforcement is not None and contact.enforcement.type != "penalty":
+            yield Finding(
+                ("contacts", k, "enforcement"),
+                f"the multipliers of {contact.enforcement.type!r} are not carried over to a new mesh; use penalty, the default",
+            )
+        if contact.integration not in (None, "nodal"):
+            yield Finding(("contacts", k, "integration"), "contacts of bodies that are remeshed have 'integration: nodal'")
+
+
+def _not_remeshed(why: str) -> Finding:
+    return Finding(("remesh",), why)
 
 
 def _boundary(
@@ -331,6 +345,7 @@ def _step(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding]:
         if key not in contacts and None not in p.contacts and contacts:
             message = f"unknown contact {key!r}{suggest(key, contacts)}"
             yield Finding((*path, "friction", key), message, at_key=True)
+    yield from until.findings(p, step, path)
 
 
 def _boundary_moved(p: Any, step: Any, path: tuple[str | int, ...], motion: Any) -> Iterator[Finding]:

@@ -30,6 +30,7 @@ from prensa.model.fields import (
     in_order,
     value_kind,
 )
+from prensa.model.remeshing import Remesh, RemeshValue, Sizes, When
 from prensa.model.units import (
     Angle,
     Displacement,
@@ -39,6 +40,7 @@ from prensa.model.units import (
     Number,
     Whole,
 )
+from prensa.model.until import ToolForce, ToolTravel, Until
 from prensa.registry import DOORS
 
 
@@ -568,7 +570,8 @@ class Step:
     changed goes linearly, over the step, from the force that it carries to what is asked; lowered friction fades so too.
     ``increments``: the number of equal increments asked for (each is cut further when it does not converge);
     without it the step size is chosen automatically.
-    ``stabilise`` overrides the problem's.
+    ``stabilise`` overrides the problem's. ``until``: what ends the step before that; the rest of its time is passed over, and
+    what the next step says goes from where things are then.
     """
 
     name: str
@@ -582,6 +585,7 @@ class Step:
     friction: Mapping[str, Friction | None] = field(default_factory=dict)
     increments: Annotated[Whole, Field(ge=1)] | None = None
     stabilise: Stabilise | None = None
+    until: Until | None = None
 
 
 @described
@@ -607,6 +611,7 @@ class Problem:
     ``auto``, or the share of the work that they may dissipate (``auto``: 2e-4); ``off`` without. What they do dissipate is
     in the ledger, and told when it is more than 1 % of the work.
     ``measures``: numbers that are wanted of every increment, by names of their own, such as ``bore: ring.left.x at y=0``.
+    ``remesh``: bodies that flow plastically get new meshes where theirs wear out: ``auto``, or a `Remesh`; ``off`` without.
     """
 
     name: str
@@ -626,6 +631,7 @@ class Problem:
     allow_large_strain: bool = False
     thickness: Annotated[Length, Field(gt=0)] = 1.0
     stabilise: Stabilise = "off"
+    remesh: RemeshValue = "off"
     units: Units = field(default_factory=Units)
     start: Start | None = None
     measures: Mapping[str, str] = field(default_factory=dict)
@@ -710,6 +716,6 @@ class Case:
 
 __all__ = [
     "Annulus", "ArcSide", "Body", "Case", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion", "NoContact", "Numerics",
-    "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "SplineSide", "Springs", "Start", "Step", "Tie",
-    "Units",
+    "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "Remesh", "Sizes", "SplineSide", "Springs", "Start", "Step",
+    "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When",
 ]  # fmt: skip

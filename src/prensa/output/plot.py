@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from prensa.errors import PrensaError
 from prensa.measures import parse_all
-from prensa.model.checks import suggest
+from prensa.model.names import suggest
 from prensa.model.problem import Problem
 from prensa.output import style
 from prensa.output.cells import around, outline, triangles

@@ -121,7 +121,9 @@ def _facts(case: Case, summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
             f"friction {brief(friction) if friction else 'none'}; {contact.enforcement.type}",
         )
     for step in p.steps:
-        acts = [f"{k} {brief(v)}" for k in ("move", "by", "velocity", "push", "loads") if (v := getattr(step, k))]
+        acts = [f"{k} {brief(v)}" for k in ("move", "by", "velocity", "push", "loads", "until") if (v := getattr(step, k))]
+        early = summary.get("ended_early", {}).get(step.name)
+        acts += [f"ended at time {number(early)}"] if early is not None else []
         yield f"Step {step.name}", ", ".join(acts) or "nothing moves"
 
 

@@ -9,6 +9,7 @@ import datetime
 import json
 import logging
 import time as clocks
+from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from os import PathLike
@@ -25,7 +26,7 @@ from prensa.fem.preflight import preflight
 from prensa.fem.state import State
 from prensa.fem.system import System
 from prensa.measures import parse_all
-from prensa.model.problem import Case
+from prensa.model.problem import Case, Problem
 from prensa.output import checkpoint, history, measured, passages, pictures, report, runlog, vtk
 from prensa.output.files import file_name, file_names, flush, write_text
 from prensa.output.folder import make_room, refuse_links
@@ -200,7 +201,7 @@ class _Run:
         keep, self.passed = None, Passages(self.system)
         if self.start is not None:
             keep = self.start.clock.number
-            self.passed = passages.restored(self.directory, self.system, keep)
+            self.passed = passages.restored(self.directory, self.system, self.start.clock)
             history.forget_contacts_after(self.directory, keep)
             log.info("resumed after increment %d, time %.6g", keep, self.start.clock.time)
         with (
@@ -293,6 +294,11 @@ class _Run:
             share = 100 * missing / largest if largest else 100.0
             log.warning("the energy ledger misses %.2g %% of the largest energy; more increments make it close", share)
 
+    def _meshes(self) -> Mapping[str, Any]:
+        """Meshes of the bodies, the last ones where they were made during the run."""
+        state = self.last.state if self.last is not None else self.start
+        return self.system.meshes if state is None or state.remeshed is None else state.remeshed.meshes
+
     def _timings(self) -> dict[str, float]:
         """Wall seconds by section, added up over resumes; what no section claims is ``other``."""
         here = dict(self.timer.seconds)
@@ -322,6 +328,7 @@ class _Run:
             "finished": datetime.datetime.now().astimezone().isoformat(" ", "seconds"),
             "last_force": {t: {c: last(f"{t}.{k}") for c, k in zip("xym", ("fx", "fy", "mz"))} for t in problem.tools},
             "last_place": {t: {c: last(f"{t}.u{c}") for c in "xy"} | {"rz": last(f"{t}.rz")} for t in problem.tools},
+            "ended_early": _early_ends(table, problem, status == "completed"),
             "passage_means": passages.last_means(self.directory),
             "measures": measured.measured(self.directory, problem),
             "last_area": {c.name: last(f"{c.name}.area") for c in problem.contacts},
@@ -341,9 +348,20 @@ class _Run:
                 "tolerance": self.case.numerics.tolerance,
             },
             "timings": timings,
-            "bodies": {b: {"nodes": len(m.points), "elements": len(m.cells)} for b, m in self.system.meshes.items()},
+            "bodies": {b: {"nodes": len(m.points), "elements": len(m.cells)} for b, m in self._meshes().items()},
             "warnings": self.warnings.texts,
             "case": self.text,
         }
         write_text(self.directory / report.SUMMARY, json.dumps(summary, indent=2, ensure_ascii=False) + "\n")
         return summary
+
+
+def _early_ends(table: dict[str, NDArray[Any]], problem: Problem, completed: bool) -> dict[str, float]:
+    """Steps that ended before their time, with when they did."""
+    out = {}
+    for number, step in enumerate(problem.steps):
+        rows = np.flatnonzero(table["step"] == step.name)
+        over = completed or (len(rows) and rows[-1] < len(table["step"]) - 1)
+        if step.until is not None and len(rows) and over and (end := float(table["time"][rows[-1]])) < number + 1:
+            out[step.name] = end
+    return out

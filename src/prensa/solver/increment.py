@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import PrensaError, take
-from prensa.model.checks import suggest
+from prensa.model.names import suggest
 
 if TYPE_CHECKING:
     from prensa.fem.passing import Passing
@@ -248,6 +248,10 @@ class Increment:
     _state: Callable[[], State] = field(repr=False, compare=False)
     _contacts: Callable[[], Mapping[str, ContactState]] = field(repr=False, compare=False)
     _bodies: Callable[[], Mapping[str, BodyState]] = field(repr=False, compare=False)
+    remeshings: int = 0
+    """Meshes that have been made in the run so far."""
+    stopped: str = ""
+    """What ended the step here before its time, in words; '' if nothing did."""
     passing: Mapping[str, Passing] = field(default_factory=dict)
     """By contact, of those whose tool has an end: elements that passed in this increment and that lie in it, mean pressure."""
     passages: Mapping[str, float] = field(default_factory=dict)

@@ -25,6 +25,7 @@ from prensa.fem.state import Clock, State
 from prensa.fem.symmetry import is_symmetric
 from prensa.fem.system import Evaluation, System
 from prensa.model import problem as model
+from prensa.model.remeshing import remeshing_of
 from prensa.solver.acceptance import Acceptance, unilaterally_supported
 from prensa.solver.approach import approach, first_touch
 from prensa.solver.attempt import attempt
@@ -50,11 +51,13 @@ from prensa.solver.policy import Policy
 from prensa.solver.post_mortem import hint, where
 from prensa.solver.quality import quality_warnings, untouched_tools
 from prensa.solver.reduced import Reduced
+from prensa.solver.remeshing import Remeshing, fresh
 from prensa.solver.reporting import Messages
 from prensa.solver.results import increment_of
 from prensa.solver.stabilisation import Stabilisation
 from prensa.solver.stability import at_limit, judged, told
 from prensa.solver.step_control import StepControl
+from prensa.solver.stopping import Outcome, Stopping
 from prensa.solver.validity import Validity
 
 log = logging.getLogger("prensa")
@@ -109,9 +112,17 @@ def solve(
             log.warning("%s", notice)
     numerics, policy = numerics or model.Numerics(), policy or Policy()
     condense = to_be_condensed(system, numerics, policy)
-    stepping = TimeStepping(system, numerics, policy, Messages(system, monitor), timer or Timer(), condense)
-    stepping.passages = passages or stepping.passages
-    return stepping.run(start or system.initial())
+    timer, followed = timer or Timer(), passages or Passages(system)
+
+    def stepping(system: System) -> TimeStepping:
+        made = TimeStepping(system, numerics, policy, Messages(system, monitor), timer, condense)
+        made.passages, made.remeshes = followed, remeshing_of(system.problem) is not None
+        return made
+
+    state = start or system.initial()
+    if remeshing_of(system.problem) is not None:
+        return Remeshing(system, stepping, policy).run(state)
+    return stepping(system).run(state)
 
 
 def _check_arguments(
@@ -132,12 +143,19 @@ def _check_arguments(
         ("policy", policy, Policy),
     ):
         take("solve", name, value, (kind, type(None)), f"give a {kind.__name__} or None")
-    if isinstance(start, State) and isinstance(problem, System) and start.u.shape != (problem.ndof,):
+    if isinstance(start, State) and isinstance(problem, System) and not belongs(start, problem):
         raise ArgumentError(
             f"solve: start has {len(start.u)} unknowns and the problem {problem.ndof}; they do not belong together"
         )
     if monitor is not None and not callable(monitor):
         take("solve", "monitor", monitor, type(None), "give a function of a Progress or None")
+
+
+def belongs(state: State, system: System) -> bool:
+    """Whether a state has the degrees of freedom of a system, on the meshes that it was on."""
+    if state.remeshed is not None:
+        return remeshing_of(system.problem) is not None and list(state.remeshed.meshes) == list(system.meshes)
+    return state.u.shape == (system.ndof,)
 
 
 def at_rest(system: System) -> Increment | None:
@@ -165,20 +183,22 @@ class TimeStepping:
         self.condensed: Condensation | None = None
         self.last: Increment | None = None
         self.passages = Passages(system)
+        self.remeshes = False
+        self.stopping: Stopping
 
     def run(self, state: State) -> Iterator[Increment]:
         """Increments from a committed state to the end of the last step."""
         touched = state.contact.closed | (state.contact.slip > 0)
         steps = self.system.problem.steps
         for number in range(state.clock.step, len(steps)):
-            plan = plan_step(self.system, number, state.step_start)
-            if number and state.clock.time == plan.t0:
-                state = replace(state, release=let_go(self.system, state, plan))
-                self.messages.warn(table_jumps(self.system, state, plan))
-            self._prepare(plan)
+            plan = plan_step(self.system, number, state.step_start, state.ends)
+            self.stopping = Stopping(self.system, plan, self.policy)
+            if state.clock.time <= plan.t0:
+                state = self.begin(state, plan)
+            self.prepare(plan)
             control = StepControl(self.system, plan, self.policy)
             self.distortion = Distortion(self.system, self.policy)
-            while state.clock.time < plan.t1:
+            while state.clock.step == number:
                 state, increment = self.advance(state, plan, control)
                 self.last = increment
                 touched |= state.contact.closed
@@ -186,7 +206,15 @@ class TimeStepping:
         if len(steps):
             self.messages.warn([*untouched_tools(self.system, touched), *self.validity.told()])
 
-    def _prepare(self, plan: StepPlan) -> None:
+    def begin(self, state: State, plan: StepPlan) -> State:
+        """The state in which a step begins; what an early end left of the time before is passed over."""
+        if plan.number:
+            released = let_go(self.system, state, plan)
+            self.messages.warn(table_jumps(self.system, state, plan))
+            state = replace(state, release=released, clock=state.clock._replace(time=plan.t0))
+        return self.stopping.begin(state)
+
+    def prepare(self, plan: StepPlan) -> None:
         """The matrix of a step: that of the step before where the same dofs are prescribed."""
         if self.condense:
             with self.timer("condensation"):
@@ -201,31 +229,24 @@ class TimeStepping:
         """One committed increment, cut as often as needed."""
         now, dt = state.clock.time, state.clock.dt
         dt = dt if dt > 0 else control.first()
-        spent, cutbacks = 0, 0
-        most = self.most_cutbacks(state)
+        spent: list[int] = []
+        cutbacks, most = 0, self.most_cutbacks(state)
         while True:
             end, notes = first_touch(self.system, state, plan, control.end(now, dt), self.policy)
-            c = self.context(state, plan, end)
-            start, more = approach(self.system, c)
-            for message in notes + more:
+            for message in notes:
                 self.messages.note(state, plan, message)
-            soften = cutbacks >= min(self.policy.soften_after, self.numerics.max_cutbacks)
-            result = self.attempt(c, start, soften)
-            spent += result.iterations
-            if refusal := self.acceptance.refusal(c, result):
-                result.converged, result.reason = False, refusal
-            dt = control.cut(end - now)
-            last = cutbacks == most or control.exhausted(dt)
-            if self.condensed is None:  # linear bodies are stable
-                before = result.iterations
-                result = judged(self.equilibrium(c), result, self.acceptance, cutbacks, not last)
-                spent += result.iterations - before
+            solve = partial(self.solved, state, plan, control, cutbacks, spent)
+            c, result = solve(end)
+            if result.converged:
+                c, result = self.stopping.search((c, result), solve)
             if result.converged:
                 self.look_inside(c, result)
-                return self.commit(c, control, result, spent, cutbacks)
-            self.messages.rejected(state, plan, end, result)
+                self.stopping.refuse(c)
+                return self.commit(c, control, result, sum(spent), cutbacks)
+            self.messages.rejected(state, plan, c.time, result)
             assert result.reason is not None
-            last |= control.comes_free(result.reason, end - now)
+            dt = control.cut(c.dt)
+            last = cutbacks == most or control.exhausted(dt) or control.comes_free(result.reason, c.dt)
             hopeless = self.distortion.rejected(c, result.reason, control.longest(None)) or self.stays_inside(
                 state, cutbacks
             )
@@ -234,6 +255,23 @@ class TimeStepping:
                 raise self.post_mortem(c, result, cutbacks)
             cutbacks += 1
 
+    def solved(
+        self, state: State, plan: StepPlan, control: StepControl, cutbacks: int, spent: list[int], end: float
+    ) -> Outcome:
+        """Context and outcome of one attempt at the increment to a time, its stability judged; spent: gets its iterations."""
+        c = self.context(state, plan, end)
+        start, notes = approach(self.system, c)
+        for message in notes:
+            self.messages.note(state, plan, message)
+        result = self.attempt(c, start, cutbacks >= min(self.policy.soften_after, self.numerics.max_cutbacks))
+        if refusal := self.acceptance.refusal(c, result):
+            result.converged, result.reason = False, refusal
+        if self.condensed is None:  # linear bodies are stable
+            last = cutbacks == self.most_cutbacks(state) or control.exhausted(control.cut(c.dt))
+            result = judged(self.equilibrium(c), result, self.acceptance, cutbacks, not last)
+        spent.append(result.iterations)
+        return c, result
+
     def stays_inside(self, state: State, cutbacks: int) -> Failure | None:
         """The tool that starts deepest inside a body, if the first increment fails on: shorter ones have the same overlap."""
         inside = starts_inside(self.system, state, self.policy) if cutbacks >= self.policy.soften_after else []
@@ -241,6 +279,8 @@ class TimeStepping:
 
     def most_cutbacks(self, state: State) -> int:
         """How often an increment may be cut: more often where viscous forces give any an answer that is short enough."""
+        if self.remeshes and not fresh(state):
+            return min(self.policy.remesh_cuts, self.numerics.max_cutbacks)
         jumps = self.policy.jump_cuts if self.numerics.max_cutbacks and state.stability.viscosity > 0 else 0
         return self.numerics.max_cutbacks + jumps
 
@@ -271,7 +311,7 @@ class TimeStepping:
         """The state that follows, the increment that led to it, and what there is to say of it."""
         assert result.evaluation is not None
         e = result.evaluation._replace(data=None)  # increments that are kept must not keep their matrices
-        ended = c.time >= c.plan.t1
+        ended = c.ends_step
         dt = 0.0 if ended else control.next(c, e, result.iterations, cutbacks)
         state = committed(self.system, c, result, e, dt, self.stabilisation)
         self.validity.look_at_friction(c, e)
@@ -280,8 +320,12 @@ class TimeStepping:
             result.reason = refusal
             raise self.post_mortem(c, result, cutbacks)
         increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended, c.state)
+        if c.stopped:
+            self.messages.note(c.state, c.plan, f"step {c.plan.name!r} ends at time {c.time:.6g}: {c.stopped}")
+            increment = replace(increment, stopped=c.stopped)
         increment = self.passages.follow(increment, passing_of(self.system, e, c.state.u, state.u))
         if ended:
+            self.messages.warn(self.stopping.unmet(c))
             self.messages.warn(self.passages.warnings(self.policy))
             residual = max(result.residual, self.numerics.tolerance)
             self.messages.warn(quality_warnings(self.system, c, e, residual, self.policy))
@@ -300,10 +344,10 @@ class TimeStepping:
         for s, f in zip(self.system.surfaces, result.evaluation.contacts):
             sunk[s.tool] = max(sunk[s.tool], -float(f.g.min()))
         node = inside(self.system, self.watched, result.u, sunk)
-        if result.recover is not None and (node is not None or c.time >= c.plan.t1):  # displacements not yet computed
+        if result.recover is not None and (node is not None or c.ends_step):  # displacements not yet computed
             node = inside(self.system, self.watched, result.recover(), sunk)
         reason: Failure | None = None if node is None else MetalInside(node)
-        if reason is None and (result.recover is None or c.time >= c.plan.t1):
+        if reason is None and (result.recover is None or c.ends_step):
             u = result.u if result.recover is None else result.recover()
             folded = fold(self.system, self.outlines, u)
             reason = None if folded is None else Folded(folded)
@@ -362,7 +406,7 @@ def committed(
         contact = contact.replaced(s.rows, replace(f.record, speed=(f.kappa - before.slip) / c.dt))
         lam[s.rows, 0], lam[s.rows, 1:] = f.p, f.t
     work = nodal_work(system, c, e)
-    ended, du = c.time >= c.plan.t1, result.u - old.u
+    ended, du = c.ends_step, result.u - old.u
     energy = ledger(system, c, result.u, e, work, stabilisation.dissipated(c, du))
     stability = stabilisation.after(c, du, energy.external - old.energy.external, result.negative)
     if ended and result.recover is not None:
@@ -372,5 +416,7 @@ def committed(
     return State(
         u=result.u, du=du, dt_last=0.0 if ended else c.dt, second_difference=difference, history=e.history, contact=contact,
         lam=lam, energy=energy, work=work, clock=Clock(step, old.clock.number + 1, c.time, dt, damping),
-        step_start=step_start, release=None if ended else old.release, stability=stability,
+        step_start=step_start, release=None if c.time >= c.plan.t1 else old.release, stability=stability,
+        ends=np.append(old.ends, c.time) if ended else old.ends, watched=c.watched,
+        remeshed=old.remeshed,
     )  # fmt: skip

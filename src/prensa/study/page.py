@@ -14,7 +14,7 @@ from prensa import __version__
 from prensa.output.files import write_text
 from prensa.output.report import REPORT, SUMMARY, number
 from prensa.study import pictures
-from prensa.study.results import PAGE, PARQUET, QUANTILES, TABLE, Row, Study
+from prensa.study.results import PAGE, PARQUET, QUANTILES, CASES_TABLE, Row, Study
 from prensa.study.values import Values
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def write_page(study: Study) -> Path:
         hidden=max(len(study.rows) - MOST_ROWS, 0),
         failed=[(n, row) for n, row in enumerate(study.rows, 1) if row.status in ("failed", "lost")],
         warnings=_warnings(study),
-        files=[f for f in (TABLE, PARQUET) if (study.directory / f).is_file()],
+        files=[f for f in (CASES_TABLE, PARQUET) if (study.directory / f).is_file()],
         quantile_names=[f"{100 * q:g} %" for q in QUANTILES],
     )
     return write_text(study.directory / PAGE, page)

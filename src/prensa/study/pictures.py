@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 MOST_CURVES = 150
 MOST_POINTS = 300  # of a curve
 MOST_PANELS = 6
-NAMED = 8  # values that a legend tells apart
+IN_A_LEGEND = 8  # values that a legend tells apart
 
 
 def label(path: str, factor: Factor | None = None) -> str:
@@ -118,7 +118,7 @@ class _Colours:
         if self.factor is None:
             return
         title = label(self.factor.path, self.factor)
-        if self.numbers is not None and len(self.texts) > NAMED:
+        if self.numbers is not None and len(self.texts) > IN_A_LEGEND:
             lower = ListedColormap(matplotlib.colormaps[style.SEQUENTIAL](np.linspace(0, 0.92, 256)))
             scale = matplotlib.cm.ScalarMappable(Normalize(self.numbers.min(), self.numbers.max()), lower)
             figure.colorbar(scale, ax=axes, label=title)
@@ -133,7 +133,7 @@ class _Colours:
         else:
             handles = [
                 Line2D([], [], color=style.CYCLE[k % len(style.CYCLE)], label=t)
-                for k, t in enumerate(self.texts[:NAMED])
+                for k, t in enumerate(self.texts[:IN_A_LEGEND])
             ]
         axes.legend(handles=handles, title=title, title_fontsize=8)
 
@@ -198,7 +198,7 @@ def _lines(axes_of: list[tuple[Factor, Array]], y: Array, quantity: Quantity) ->
         axes.plot(us, means, "o-", color=colour, label=None if value is None else f"{value:g}")
     axes.set_xlabel(label(first.path, first))
     axes.set_ylabel(_named(quantity))
-    if others and len(lines) <= 2 * NAMED:
+    if others and len(lines) <= 2 * IN_A_LEGEND:
         axes.legend(title=label(others[0][0].path, others[0][0]), title_fontsize=8)
     return figure
 
@@ -267,7 +267,7 @@ def spread(study: Study, quantity: Quantity) -> Figure | None:
         return None
     with style.styled():
         figure, (axes, *_) = _axes()
-        for name, values in list(groups.items())[:NAMED]:
+        for name, values in list(groups.items())[:IN_A_LEGEND]:
             v = np.sort(values)
             (line,) = axes.step(v, np.arange(1, len(v) + 1) / len(v), where="post", label=name or None)
             axes.plot(np.quantile(v, QUANTILES), QUANTILES, "o", color=line.get_color())

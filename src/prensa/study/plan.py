@@ -14,7 +14,7 @@ from prensa.study.values import Factor, Scatter, Values
 
 Sampling = Literal["sobol", "lhs", "random"]
 SAMPLINGS: tuple[Sampling, ...] = ("sobol", "lhs", "random")
-SAMPLES = 64
+DEFAULT_SAMPLES = 64
 MOST_CASES = 100_000
 
 
@@ -79,7 +79,7 @@ class Plan:
     @property
     def number_of_samples(self) -> int:
         """Samples at each combination of values; 1 where nothing scatters."""
-        return (self.samples or SAMPLES) if self.scattered else 1
+        return (self.samples or DEFAULT_SAMPLES) if self.scattered else 1
 
     @property
     def count(self) -> int:

@@ -26,7 +26,7 @@ from prensa.study.work import Outcome
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-TABLE, PARQUET, TIMINGS, PAGE = "table.csv", "table.parquet", "timings.csv", "index.html"
+CASES_TABLE, PARQUET, TIMINGS, PAGE = "table.csv", "table.parquet", "timings.csv", "index.html"
 CASES = "cases"
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
@@ -135,16 +135,16 @@ class Study:
         return self.directory / PAGE
 
     def write(self) -> None:
-        """Write the tables and the page."""
+        """Write the tables."""
         cells = self.cells()
-        with replacing(self.directory / TABLE) as temporary, open(temporary, "w", encoding="utf-8", newline="") as file:
+        with (
+            replacing(self.directory / CASES_TABLE) as temporary,
+            open(temporary, "w", encoding="utf-8", newline="") as file,
+        ):
             writer = csv.writer(file, lineterminator="\n")
             writer.writerow(self.columns)
             writer.writerows([_cell(v) for v in row] for row in cells)
         self._write_parquet()
-        from prensa.study.page import write_page
-
-        write_page(self)
 
     def _write_parquet(self) -> None:
         """The table for programs that read much of it; without pyarrow there is none."""

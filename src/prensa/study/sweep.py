@@ -20,6 +20,7 @@ from prensa.output.lock import LOCK, locked
 from prensa.output.report import REPORT
 from prensa.study.attachments import Attachment, detached
 from prensa.study.engine import Engine, engine
+from prensa.study.page import write_page
 from prensa.study.plan import Plan, Point, Sampling
 from prensa.study.progress import StudyProgress
 from prensa.study.quantities import Quantity, quantities, series_of, values_of, with_measures
@@ -70,10 +71,8 @@ def sweep(
         Processes of one thread on this machine (one a core if None), and the memory of each, such as ``2 GB``.
     cluster
         Address of the scheduler of a Dask cluster, or its scheduler file, in place of local processes.
-    reports
-        Write fields, pictures and the report of every case, as a run does; else the last fields of each step only.
-    retry
-        Compute cases that failed again.
+    reports, retry
+        Write fields, pictures and the report of every case, as a run does; compute cases that failed again.
     quiet
         Show nothing but what fails.
     force
@@ -85,17 +84,21 @@ def sweep(
         If something is asked for that does not exist, before anything is computed.
 
     """
-    take("sweep", "values", values, Mapping, "give a mapping from paths to values, {'friction.mu': [0, 0.1]}")
-    if not values:
-        raise PrensaError("nothing to vary; give values with --set, such as --set friction.mu=0,0.05,0.1")
-    for name, given in (("samples", samples), ("jobs", jobs)):
-        if given is not None and (not isinstance(given, int) or isinstance(given, bool) or given < 1):
-            raise PrensaError(f"sweep: {name} is {shown(given)}; give a whole number of at least 1")
+    _refuse_arguments(values, samples=samples, jobs=jobs)
     plan = Plan(tuple(factors_of(values)), samples, sampling, seed)
     source = Source(case)
     return _Sweep(source, plan, measures, Path(out or f"results/{source.stem}-sweep"), reports, quiet).execute(
         jobs, memory, cluster, retry, force
     )
+
+
+def _refuse_arguments(values: Mapping[str, Any], **counts: int | None) -> None:
+    take("sweep", "values", values, Mapping, "give a mapping from paths to values, {'friction.mu': [0, 0.1]}")
+    if not values:
+        raise PrensaError("nothing to vary; give values with --set, such as --set friction.mu=0,0.05,0.1")
+    for name, given in counts.items():
+        if given is not None and (not isinstance(given, int) or isinstance(given, bool) or given < 1):
+            raise PrensaError(f"sweep: {name} is {shown(given)}; give a whole number of at least 1")
 
 
 class Source:
@@ -167,6 +170,7 @@ class _Sweep:
                 finally:
                     self._collect()
                     study.write()
+                    write_page(study)
         return study
 
     def _request(self) -> dict[str, Any]:

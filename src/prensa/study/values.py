@@ -28,14 +28,14 @@ import numpy as np
 from prensa.errors import PrensaError, shown
 from prensa.model import text as yaml
 
-MOST_VALUES = 100_000
+MOST_OF_A_FACTOR = 100_000
 RANGES = {"lin": "lin(a, b, n)", "log": "log(a, b, n)"}
 DISTRIBUTIONS = {
     "uniform": "uniform(low, high)", "loguniform": "loguniform(low, high)", "triangular": "triangular(low, mode, high)",
     "normal": "normal(mean, sd) or normal(mean, sd, low, high)", "lognormal": "lognormal(mean, sd)",
 }  # fmt: skip
-_CALL = re.compile(r"([A-Za-z]\w*)\s*\((.*)\)", re.DOTALL)
-_NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)", re.DOTALL)
+_FUNCTION = re.compile(r"([A-Za-z]\w*)\s*\((.*)\)", re.DOTALL)
+_NUMBER_AND_UNIT = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*)", re.DOTALL)
 _DIGITS = 12  # of the values of ranges and samples: what a reader takes for 0.15 is not 0.15000000000000002
 
 
@@ -74,7 +74,7 @@ Factor = Values | Scatter
 
 def number_and_unit(text: str) -> tuple[float, str] | None:
     """The number and the unit of a text such as ``3 mm``; None of anything else."""
-    match = _NUMBER.fullmatch(text.strip())
+    match = _NUMBER_AND_UNIT.fullmatch(text.strip())
     if match is None or not re.fullmatch(r"[^\d,;:\[\]{}()]*(\^\d)?", match[2]):
         return None
     return float(match[1]), match[2].strip()
@@ -120,8 +120,8 @@ def factor(path: str, given: str) -> Factor:
             raise PrensaError(f"{where}: unknown range or distribution {name!r}; known: {known}")
         else:
             texts.append(part)
-    if len(texts) > MOST_VALUES:
-        raise PrensaError(f"{where}: {len(texts)} values; at most {MOST_VALUES} are taken")
+    if len(texts) > MOST_OF_A_FACTOR:
+        raise PrensaError(f"{where}: {len(texts)} values; at most {MOST_OF_A_FACTOR} are taken")
     return Values(path, tuple(dict.fromkeys(texts)))
 
 
@@ -199,13 +199,13 @@ def _split(text: str) -> Iterator[str]:
 
 
 def _call(part: str) -> tuple[str, list[str]]:
-    match = _CALL.fullmatch(part)
+    match = _FUNCTION.fullmatch(part)
     return (match[1], [a.strip() for a in _split(match[2])]) if match else ("", [])
 
 
 def _numbers(arguments: list[str], where: str, form: str) -> tuple[list[float], str]:
     """Numbers and their common unit; a last argument in per cent is a share of the first."""
-    found = [_NUMBER.fullmatch(a) for a in arguments]
+    found = [_NUMBER_AND_UNIT.fullmatch(a) for a in arguments]
     for argument, match in zip(arguments, found):
         if match is None:
             raise PrensaError(f"{where}: {argument!r} is no number; write {form}")
