@@ -14,7 +14,7 @@ from prensa import __version__
 from prensa.output.files import write_text
 from prensa.output.report import REPORT, SUMMARY, number
 from prensa.study import pictures
-from prensa.study.results import PAGE, PARQUET, QUANTILES, CASES_TABLE, Row, Study
+from prensa.study.results import CASES_TABLE, PAGE, PARQUET, QUANTILES, Row, Study
 from prensa.study.values import Values
 
 if TYPE_CHECKING:
