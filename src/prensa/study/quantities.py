@@ -31,7 +31,7 @@ from prensa.model.problem import Problem
 from prensa.output.history import read_history
 from prensa.output.measured import MEASURES, read_measures
 
-_TAKEN = re.compile(r"(max|min|end|at)\s*\((.*)\)", re.DOTALL)
+_OF_THE_HISTORY = re.compile(r"(max|min|end|at)\s*\((.*)\)", re.DOTALL)
 _FORMS = {"max": "max(measure)", "min": "min(measure)", "end": "end(measure, step)", "at": "at(measure, time)"}
 _WITH_ARGUMENT = ("end", "at")
 
@@ -109,7 +109,7 @@ def _quantity(text: Any, problem: Problem) -> Quantity:
     if not isinstance(text, str):
         raise PrensaError(f"a measure is {shown(text)}; give its name, such as 'punch.force.y'")
     text = " ".join(text.split())
-    match = _TAKEN.fullmatch(text)
+    match = _OF_THE_HISTORY.fullmatch(text)
     if match is None:
         return _of_measure(text, text, problem)
     how, inside = match[1], match[2].strip()
