@@ -50,7 +50,8 @@ def signs(ax: Axes) -> None:
     ax.text(-2.35, 1.95, "move y < 0", color=WALK, ha="center", fontsize=10)
     arrow(ax, (0, 0.2), (0, -1.0), "k", "pressure > 0")
     arrow(ax, (0.2, 0.1), (1.7, 0.1), "#2d7d46", "e: shear, s", dx=0.1)
-    ax.annotate("", (-0.95, 2.4), (-0.15, 2.95), arrowprops={"arrowstyle": "-|>", "connectionstyle": "arc3,rad=0.4", "color": "k"})
+    turn = {"arrowstyle": "-|>", "connectionstyle": "arc3,rad=0.4", "color": "k"}
+    ax.annotate("", (-0.95, 2.4), (-0.15, 2.95), arrowprops=turn)
     ax.text(-1.15, 2.05, "rz, mz", fontsize=10)
     arrow(ax, (-3.4, -2.6), (-2.4, -2.6), "k", "x, r")
     arrow(ax, (-3.4, -2.6), (-3.4, -1.6), "k", "y, axis")
