@@ -222,8 +222,9 @@ class TimeStepping:
         if self.condensed is not None:
             return
         symmetric, reduced = is_symmetric(self.system, plan), self.reduced
-        if reduced is None or reduced.symmetric != symmetric or not np.array_equal(reduced.fixed, plan.fixed):
-            self.reduced = Reduced.of(self.system, plan.fixed, self.numerics, symmetric, self.policy)
+        same = reduced is not None and reduced.symmetric == symmetric and reduced.control == plan.control
+        if reduced is None or not same or not np.array_equal(reduced.fixed, plan.fixed):
+            self.reduced = Reduced.of(self.system, plan.fixed, self.numerics, symmetric, self.policy, plan.control)
 
     def advance(self, state: State, plan: StepPlan, control: StepControl) -> tuple[State, Increment]:
         """One committed increment, cut as often as needed."""
