@@ -61,7 +61,8 @@ def test_holes_are_left_out() -> None:
 def test_a_plate_with_a_hole_in_tension() -> None:
     """It is solved as any other body: the force of its ends is in balance, and the hole opens."""
     hole = tuple((1.5 + 0.5 * np.cos(a), 1.5 + 0.5 * np.sin(a)) for a in np.arange(16) * np.pi / 8)
-    mesh = pr.Outline(((0.0, 0.0), (3.0, 0.0), (3.0, 3.0), (0.0, 3.0)), 0.4, sides=("bottom", "right", "top", "left"), holes=(hole,))
+    square = ((0.0, 0.0), (3.0, 0.0), (3.0, 3.0), (0.0, 3.0))
+    mesh = pr.Outline(square, 0.4, sides=("bottom", "right", "top", "left"), holes=(hole,))
     problem = pr.Problem(
         "plate", {"plate": pr.Body(mesh, pr.Elastic(E=1000.0, nu=0.3), "t6")}, (pr.Step("pull", increments=1),),
         fixed={"plate.bottom": {"x": "held", "y": "held"}, "plate.top": {"y": 0.003}}, kinematics="small",

@@ -122,8 +122,8 @@ class NewOutline:
 def resampled(outline: list[Chain], size: SizeOf, touching: Flags | None = None) -> NewOutline:
     """New nodes along an outline at distances of about ``size``; ends of contact zones stay where they are.
 
-    touching (n,): nodes of the old mesh that are closed in some contact, None: none. Without the ends of their zones as nodes, a zone
-    loses up to a side of an element at each remeshing.
+    touching (n,): nodes of the old mesh that are closed in some contact, None: none. Without the ends of their zones as nodes, a
+    zone loses up to a side of an element at each remeshing.
     """
     ends, middles, names = [], [], []
     least = 3 if len(outline) == 1 else 1

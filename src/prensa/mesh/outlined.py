@@ -17,7 +17,7 @@ from prensa.model import problem as model
 Array = NDArray[np.float64]
 
 ARC = 24  # straight pieces of a quarter of a circle
-ROUND = 4.0  # elements along a quarter of a circle, at least
+AT_FILLETS = 4.0  # elements along a quarter of a circle, at least
 RISE = 0.25  # growth of sizes over the way from a fillet
 
 
@@ -70,11 +70,11 @@ def _chains(pieces: list[Piece], names: list[str]) -> list[Chain]:
 
 def _sizes(size: float, pieces: list[Piece]) -> SizeOf:
     """Sizes of elements: as asked for, less at fillets that are smaller."""
-    small = [p for p in pieces if p.radius and 0.5 * np.pi * p.radius / ROUND < size]
+    small = [p for p in pieces if p.radius and 0.5 * np.pi * p.radius / AT_FILLETS < size]
     if not small:
         return lambda x: np.full(len(x), size)
     places = np.array([p.at(p.lo + (p.hi - p.lo) * k / 8) for p in small for k in range(9)])
-    there = np.repeat([0.5 * np.pi * p.radius / ROUND for p in small], 9)
+    there = np.repeat([0.5 * np.pi * p.radius / AT_FILLETS for p in small], 9)
 
     def of(x: Array) -> Array:
         way = np.hypot(x[:, None, 0] - places[:, 0], x[:, None, 1] - places[:, 1])
