@@ -735,11 +735,23 @@ class Numerics:
 
 @described
 class Output:
-    """What a run writes: fields every ``fields`` increments (0: only the last of each step), pictures, report."""
+    """What a run writes: fields every ``fields`` increments (0: only the last of each step), pictures, report.
+
+    ``mirror``: sides (``left``, ``right``, ``bottom``, ``top``) of the bodies on which pictures show their mirror image, where
+    a half or a quarter was modelled; in axisymmetry the axis mirrors by itself.
+    """
 
     fields: Annotated[Whole, Field(ge=0)] = 1
     pictures: bool = True
     report: bool = True
+    mirror: Annotated[tuple[Literal["left", "right", "bottom", "top"], ...], BeforeValidator(_as_names)] = ()
+
+    @model_validator(mode="after")
+    def _check(self) -> Output:
+        for pair in (("left", "right"), ("bottom", "top")):
+            if sum(side in pair for side in self.mirror) > 1:
+                raise ValueError(f"'mirror' names one side of {pair[0]!r} and {pair[1]!r} at most, once")
+        return self
 
 
 @described
@@ -749,6 +761,12 @@ class Case:
     problem: Problem
     numerics: Numerics = field(default_factory=Numerics)
     output: Output = field(default_factory=Output)
+
+    @model_validator(mode="after")
+    def _check(self) -> Case:
+        if self.problem.space == "axisymmetric" and {"left", "right"} & set(self.output.mirror):
+            raise ValueError("'output.mirror' cannot name 'left' or 'right' in axisymmetry, whose axis mirrors: leave it out")
+        return self
 
 
 __all__ = [

@@ -278,6 +278,11 @@ class Increment:
             raise PrensaError("this increment was made by hand: it knows no shapes and no problem; solve the case")
         return self._more
 
+    @property
+    def problem(self) -> Problem:
+        """The description that it belongs to."""
+        return self._known.problem
+
     @cached_property
     def shapes(self) -> Mapping[str, Shape]:
         """Shapes of the bodies by name; no stress is recovered for them."""
