@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -103,7 +105,7 @@ def test_a_film_has_a_picture_of_each_increment(result, tmp_path):
         for k in range(4):
             image.seek(k)
             pictures.append(np.asarray(image.convert("RGB")))
-    assert all((a != b).any() for a, b in zip(pictures, pictures[1:]))
+    assert all((a != b).any() for a, b in pairwise(pictures))
     assert film._repr_html_().startswith("<img")
 
 
@@ -189,7 +191,7 @@ def test_a_linear_body_has_its_stiffness(tmp_path):
     assert e.r == pytest.approx(e.K @ e.u, abs=1e-10)
     right = e.nodes["b"][increment.bodies["b"].X[:, 0] == 2.0, 0]
     assert e.r[right].sum() == pytest.approx(E / (1 - nu**2) * 0.005, rel=1e-12)  # plane strain, free above
-    assert abs((e.K - e.K.T)).max() < 1e-9
+    assert abs(e.K - e.K.T).max() < 1e-9
 
 
 def test_the_tangent_is_the_slope_of_the_force():

@@ -30,6 +30,7 @@ from prensa.model.fields import (
     in_order,
     value_kind,
 )
+from prensa.model.remeshing import Remesh, RemeshValue, Sizes, When
 from prensa.model.units import (
     Angle,
     Displacement,
@@ -610,6 +611,7 @@ class Problem:
     ``auto``, or the share of the work that they may dissipate (``auto``: 2e-4); ``off`` without. What they do dissipate is
     in the ledger, and told when it is more than 1 % of the work.
     ``measures``: numbers that are wanted of every increment, by names of their own, such as ``bore: ring.left.x at y=0``.
+    ``remesh``: bodies that flow plastically get new meshes where theirs wear out: ``auto``, or a `Remesh`; ``off`` without.
     """
 
     name: str
@@ -629,6 +631,7 @@ class Problem:
     allow_large_strain: bool = False
     thickness: Annotated[Length, Field(gt=0)] = 1.0
     stabilise: Stabilise = "off"
+    remesh: RemeshValue = "off"
     units: Units = field(default_factory=Units)
     start: Start | None = None
     measures: Mapping[str, str] = field(default_factory=dict)
@@ -731,6 +734,6 @@ class Case:
 
 __all__ = [
     "Annulus", "ArcSide", "Body", "Case", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion", "NoContact", "Numerics",
-    "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "SplineSide", "Springs", "Start", "Step", "Tie",
-    "ToolForce", "ToolTravel", "Units", "Until",
+    "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "Remesh", "Sizes", "SplineSide", "Springs", "Start", "Step",
+    "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When",
 ]  # fmt: skip

@@ -9,6 +9,7 @@ import datetime
 import json
 import logging
 import time as clocks
+from collections.abc import Mapping
 from contextlib import closing
 from os import PathLike
 from pathlib import Path
@@ -268,6 +269,11 @@ class _Run:
             share = 100 * missing / largest if largest else 100.0
             log.warning("the energy ledger misses %.2g %% of the largest energy; more increments make it close", share)
 
+    def _meshes(self) -> Mapping[str, Any]:
+        """Meshes of the bodies, the last ones where they were made during the run."""
+        state = self.last.state if self.last is not None else self.start
+        return self.system.meshes if state is None or state.remeshed is None else state.remeshed.meshes
+
     def _timings(self) -> dict[str, float]:
         """Wall seconds by section, added up over resumes; what no section claims is ``other``."""
         here = dict(self.timer.seconds)
@@ -317,7 +323,7 @@ class _Run:
                 "tolerance": self.case.numerics.tolerance,
             },
             "timings": timings,
-            "bodies": {b: {"nodes": len(m.points), "elements": len(m.cells)} for b, m in self.system.meshes.items()},
+            "bodies": {b: {"nodes": len(m.points), "elements": len(m.cells)} for b, m in self._meshes().items()},
             "tools": {t.name: {"at": t.at.tolist(), "direction": list(map(float, t.direction))} for t in self.system.tools},
             "warnings": self.warnings.texts,
             "case": self.text,

@@ -274,6 +274,8 @@ class Increment(Drawn):
     _state: Callable[[], State] = field(repr=False, compare=False)
     _contacts: Callable[[], Mapping[str, ContactState]] = field(repr=False, compare=False)
     _bodies: Callable[[], Mapping[str, BodyState]] = field(repr=False, compare=False)
+    remeshings: int = 0
+    """Meshes that have been made in the run so far."""
     stopped: str = ""
     """What ended the step here before its time, in words; '' if nothing did."""
     passing: Mapping[str, Passing] = field(default_factory=dict)
