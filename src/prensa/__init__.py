@@ -19,6 +19,9 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "discretise": "prensa.fem.discretise",
     "run": "prensa.output.run",
     "sweep": "prensa.study.sweep",
+    "results": "prensa.output.result",
+    "evaluate": "prensa.solver.assembled",
+    "ProgressBar": "prensa.output.progress",
     "FlowCurve": "prensa.materials.flow_curve",
     "FrictionLaw": "prensa.friction.law",
     "Enforcement": "prensa.contact.method",
@@ -41,6 +44,8 @@ def __getattr__(name: str) -> Any:
         import importlib
 
         value = getattr(importlib.import_module(_WHERE[name]), name)
+        if name in ("solve", "run", "results"):
+            import prensa.output.views
     elif name == "__all__":
         value = __dir__()
     else:
