@@ -27,6 +27,13 @@ EPS = float(np.finfo(np.float64).eps)
 TOUCH = 1e-10  # gap over element depth below which a point touches where an increment starts
 
 
+class Branches(NamedTuple):
+    """Which points are ``closed`` and which of those ``slip`` (k,): the sides of the kinks of contact and friction."""
+
+    closed: NDArray[np.bool_]
+    slip: NDArray[np.bool_]
+
+
 class ContactForces(NamedTuple):
     """k ``pairs``: p, kappa (k,), t (k, t) along the tangents e; slip flags; F (k, m) forces on q; K (k, m, m) = −∂F/∂q.
 
@@ -58,6 +65,11 @@ class ContactForces(NamedTuple):
     def g(self) -> Array:
         """Gaps (k,)."""
         return self.pairs.g
+
+    @property
+    def branches(self) -> Branches:
+        """The sides on which the points are, and on which K has them."""
+        return Branches(self.dp[:, 0] > 0, self.slip)
 
     @property
     def record(self) -> ContactRecord:
@@ -103,7 +115,7 @@ def forces(
     pairs: Pairs, weight: Array, scale: Scale, lam: Array, committed: ContactRecord, law: FrictionLaw | None, at: At,
     hold: NDArray[np.bool_] | None = None, area: Array | None = None, lagged: bool = False,
     before: Array | None = None, round_off: Array | float = 0.0, landed: NDArray[np.bool_] | None = None,
-    foundation: Array | None = None,
+    foundation: Array | None = None, like: Branches | None = None,
 ) -> ContactForces:  # fmt: skip
     """Contact forces on the pair coordinates and their exact, unsymmetric stiffness.
 
@@ -123,9 +135,12 @@ def forces(
     and is open by less than `TOUCH`, keeps that of closed points.
     foundation (k, 2): where it is not 0, the slopes of p and of t in K are these shares of those of a closed point and of one
     that sticks, whatever the state.
+    ``like``: the points are closed and slip as these do, whatever the signs say: their forces are smooth then.
     """
     k, m = len(weight), pairs.s.shape[1]
     p, touching, rests = _normal(pairs.g, scale, lam[:, 0], committed.closed, before is not None, round_off, landed)
+    if like is not None:
+        touching, p = like.closed, np.where(like.closed, lam[:, 0] - scale.k_n * pairs.g, 0.0)
     n = 1 + m
     dp = np.zeros((k, n + pairs.dg.shape[1]))
     slope = touching.astype(np.float64)
@@ -138,8 +153,9 @@ def forces(
     if law is not None:
         ds = pairs.s - committed.coordinate
         share = np.ones(k) if area is None else weight / area
-        pressure = np.maximum(p, 0.0) * share
-        out = return_map(law, at, lam[:, 1:], ds, pressure, touching, committed.slip, scale.k_t, hold)
+        pressure = (np.maximum(p, 0.0) if like is None else p) * share
+        slips = None if like is None else like.slip
+        out = return_map(law, at, lam[:, 1:], ds, pressure, touching, committed.slip, scale.k_t, hold, slips)
         by_p = out.dt_dp
         bound = out.bound
         if area is not None:

@@ -198,6 +198,23 @@ class Statistics:
 
 
 @dataclass(frozen=True)
+class Derivatives:
+    """Derivatives of an increment by parameters.
+
+    ``flat`` by path: what is left of the residual along the derivative, over the forces, for a change of the parameter by its
+    own size; round-off where the derivative is exact. ``switched`` by contact: points that have closed or opened in the
+    increment, where forces over a parameter have kinks.
+    """
+
+    flat: Mapping[str, float]
+    switched: Mapping[str, int]
+
+    def of(self, observable: Callable[[Increment], float]) -> dict[str, float]:
+        """Derivatives of a number that is read off an increment, by the path of the parameter."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
 class Increment:
     """A converged, committed increment. ``number`` counts from 1 over the whole run (0 is the initial state)."""
 
@@ -221,6 +238,8 @@ class Increment:
     """The same contacts: elements that have passed in the whole run."""
     means: Mapping[str, Mean] = field(default_factory=dict)
     """By column of ``history.csv`` and ``<contact>.pressure``: over the last element that passed in this step, where one has."""
+    derivatives: Derivatives | None = field(default=None, repr=False, compare=False)
+    """By the parameters that `solve` was asked for; None without."""
 
     def force(self, tool: str) -> Force:
         """Force of the bodies on *tool*, positive along +axis (a punch pressing down feels a positive y)."""
@@ -228,6 +247,12 @@ class Increment:
         if tool not in self.tools:
             raise PrensaError(f"unknown tool {tool!r}{suggest(str(tool), self.tools)}")
         return self.tools[tool].force
+
+    def derivative(self, observable: Callable[[Increment], float]) -> dict[str, float]:
+        """Derivatives of a number read off the increment, ``lambda i: i.force("die").y`` say, by the paths of `solve`."""
+        if self.derivatives is None:
+            raise PrensaError("this run has no derivatives; ask for them: solve(problem, derivatives=['friction.mu'])")
+        return self.derivatives.of(observable)
 
     @cached_property
     def state(self) -> State:

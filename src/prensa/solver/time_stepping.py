@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import time as clocks
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.errors import ArgumentError, SolveError, refuse, take
+from prensa.errors import ArgumentError, SolveError, refuse, shown, take
 from prensa.fem.context import Context
 from prensa.fem.discretise import discretise
 from prensa.fem.folds import fold, outlines
@@ -86,12 +86,16 @@ def solve(
     timer: Timer | None = None,
     policy: Policy | None = None,
     passages: Passages | None = None,
+    times: Sequence[float] | None = None,
+    stops: Sequence[float] = (),
 ) -> Iterator[Increment]:
     """Yield the converged increments of a problem, in order.
 
     ``start`` continues from a committed state; ``monitor`` is called at every iteration; ``timer`` collects seconds by
     section; ``policy``: the constants of the solver, for studies; ``passages``: what has passed through the contacts before
-    ``start``, of which means over a passage are taken.
+    ``start``, of which means over a passage are taken. ``times``: the ends of all increments, among them those of the steps
+    (step number k, from 0, is the time from k to k + 1); none is cut then. ``stops``: times at which an increment ends, among
+    those that are chosen.
 
     Raises
     ------
@@ -100,23 +104,31 @@ def solve(
         cut-backs.
 
     """
-    _check_arguments(problem, numerics, start, monitor, timer, policy)
+    check_arguments(problem, numerics, start, monitor, timer, policy)
     system = problem if isinstance(problem, System) else discretise(problem)
     if start is None:
-        notices = preflight(system)
-        refuse(notices)
-        for notice in notices:
-            log.warning("%s", notice)
+        told_before(system)
     numerics, policy = numerics or model.Numerics(), policy or Policy()
     condense = to_be_condensed(system, numerics, policy)
     stepping = TimeStepping(system, numerics, policy, Messages(system, monitor), timer or Timer(), condense)
     stepping.passages = passages or stepping.passages
-    return stepping.run(start or system.initial())
+    begin = start or system.initial()
+    stepping.prescribe(begin, times, stops)
+    return stepping.run(begin)
 
 
-def _check_arguments(
+def told_before(system: System) -> None:
+    """Refuse what cannot be solved, and log what there is to say of the rest, before a run."""
+    notices = preflight(system)
+    refuse(notices)
+    for notice in notices:
+        log.warning("%s", notice)
+
+
+def check_arguments(
     problem: object, numerics: object, start: object, monitor: object, timer: object, policy: object
 ) -> None:
+    """Refuse arguments of `solve` that are of a wrong kind."""
     if not isinstance(problem, System):
         take(
             "solve",
@@ -149,6 +161,17 @@ def at_rest(system: System) -> Increment | None:
     return None if e.failed else increment_of(system, state, plan, e, result, 0, 0, False)
 
 
+def _as_times(name: str, given: Sequence[float]) -> Array:
+    """Increasing times as an array."""
+    try:
+        out = np.atleast_1d(np.asarray(given, dtype=np.float64))
+    except (TypeError, ValueError):
+        raise ArgumentError(f"solve: {name} is {shown(given)}; give a list of increasing times") from None
+    if out.ndim != 1 or not np.isfinite(out).all() or (np.diff(out) <= 0).any():
+        raise ArgumentError(f"solve: {name} is {shown(given)}; give a list of increasing times")
+    return out
+
+
 class TimeStepping:
     """A run: the steps of a problem one after the other, each in increments."""
 
@@ -165,6 +188,31 @@ class TimeStepping:
         self.condensed: Condensation | None = None
         self.last: Increment | None = None
         self.passages = Passages(system)
+        self.times: Array | None = None
+        self.stops: Array | None = None
+
+    def prescribe(self, start: State, times: Sequence[float] | None, stops: Sequence[float] = ()) -> None:
+        """Let increments after a state end at given times: at these and no others, or at ``stops`` too.
+
+        Raises
+        ------
+        ArgumentError
+            For times that do not increase, are over already, or leave the end of a step out.
+
+        """
+        now, last = start.clock.time, len(self.system.problem.steps)
+        self.stops = _as_times("stops", stops)
+        if times is None:
+            return
+        given = _as_times("times", times)
+        self.times = given[given > now]
+        ends = np.arange(np.floor(now) + 1.0, last + 1.0)
+        missing = ends[~np.isin(ends, self.times)]
+        if len(missing) or (len(given) and given[-1] > last):
+            what = f"{missing[0]:g} is not among them" if len(missing) else f"{given[-1]:g} is after the last step"
+            raise ArgumentError(
+                f"solve: times have to be those of this run, the ends of its steps (1 … {last}) included; {what}"
+            )
 
     def run(self, state: State) -> Iterator[Increment]:
         """Increments from a committed state to the end of the last step."""
@@ -176,7 +224,7 @@ class TimeStepping:
                 state = replace(state, release=let_go(self.system, state, plan))
                 self.messages.warn(table_jumps(self.system, state, plan))
             self._prepare(plan)
-            control = StepControl(self.system, plan, self.policy)
+            control = StepControl(self.system, plan, self.policy, self.times, self.stops)
             self.distortion = Distortion(self.system, self.policy)
             while state.clock.time < plan.t1:
                 state, increment = self.advance(state, plan, control)
@@ -204,12 +252,14 @@ class TimeStepping:
         spent, cutbacks = 0, 0
         most = self.most_cutbacks(state)
         while True:
-            end, notes = first_touch(self.system, state, plan, control.end(now, dt), self.policy)
+            end, notes = control.end(now, dt), list[str]()
+            if self.times is None:
+                end, notes = first_touch(self.system, state, plan, end, self.policy)
             c = self.context(state, plan, end)
             start, more = approach(self.system, c)
             for message in notes + more:
                 self.messages.note(state, plan, message)
-            soften = cutbacks >= min(self.policy.soften_after, self.numerics.max_cutbacks)
+            soften = cutbacks >= min(self.policy.soften_after, self.numerics.max_cutbacks, most)
             result = self.attempt(c, start, soften)
             spent += result.iterations
             if refusal := self.acceptance.refusal(c, result):
@@ -241,6 +291,8 @@ class TimeStepping:
 
     def most_cutbacks(self, state: State) -> int:
         """How often an increment may be cut: more often where viscous forces give any an answer that is short enough."""
+        if self.times is not None:
+            return 0
         jumps = self.policy.jump_cuts if self.numerics.max_cutbacks and state.stability.viscosity > 0 else 0
         return self.numerics.max_cutbacks + jumps
 
@@ -329,6 +381,8 @@ class TimeStepping:
         place = where(self.equilibrium(c), reason, result)
         self.messages.warn(self.validity.told())
         cut = f"The increment was cut {cutbacks} times without success."
+        if self.times is not None:
+            cut = "Its end is one of the times that were asked for, so it was not cut."
         if isinstance(reason, LimitPoint):
             cut = f"Increments were down to {c.dt:.1g} of time: no shorter one can help."
         elif isinstance(reason, Distorted):
