@@ -14,7 +14,7 @@ export OMP_NUM_THREADS ?= 1
 # processes of the tests and of the verification table
 JOBS ?= 2
 
-.PHONY: demo lint test coverage verify bench clean
+.PHONY: demo lint test coverage verify bench docs package clean
 
 $(VENV)/installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -42,5 +42,15 @@ verify: $(VENV)/installed  ## the verification table, every case against its ref
 bench: $(VENV)/installed  ## benchmarks/RESULTS.md: against the factorisations alone, CalculiX, felupe; three quarters of an hour
 	$(BIN)/python benchmarks/run.py
 
+$(VENV)/docs: pyproject.toml $(VENV)/installed
+	$(BIN)/python -m pip install --quiet -e ".[docs]"
+	$(BIN)/python -c "open('$@', 'w').close()"
+
+docs: $(VENV)/docs  ## the documentation site, in site/; any warning fails it
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
+
+package: $(VENV)/installed  ## wheel and sdist in dist/, the wheel tried in a clean environment and an empty folder
+	$(BIN)/python .ci/package.py
+
 clean:
-	rm -rf $(VENV) results .coverage .pytest_cache .mypy_cache .ruff_cache
+	rm -rf $(VENV) results site dist .coverage .pytest_cache .mypy_cache .ruff_cache

@@ -21,7 +21,8 @@ from prensa.registry import public
 PAGE = Path(__file__).parent / "guide" / "reference.md"
 
 SECTIONS: dict[str, tuple[type, ...]] = {
-    "The problem": (model.Problem, model.Units, model.Start, model.Step),
+    "The problem": (model.Problem, model.Units, model.Start, model.Step, model.Until,
+                    model.ToolForce, model.ToolTravel),
     "Bodies and meshes": (
         model.Body, model.Rectangle, model.Grade, model.Disc, model.Annulus, model.Patch, model.ArcSide, model.SplineSide,
         model.Points, model.File, model.Tie,

@@ -9,7 +9,7 @@ __version__ = "0.1.0"
 _MODEL = (
     "Annulus", "ArcSide", "Body", "Case", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion", "NoContact",
     "Numerics", "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "SplineSide", "Springs", "Start", "Step",
-    "Tie", "Units",
+    "Tie", "ToolForce", "ToolTravel", "Units", "Until",
 )  # fmt: skip
 _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "load": "prensa.model.schema",

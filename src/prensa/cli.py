@@ -68,6 +68,9 @@ def check(case: CaseFile, changes: Changes = None) -> None:
         for warning in [*warnings_of(problem), *(str(n) for n in notices if not n.fatal)]:
             typer.echo(_with_location(warning, case, changes, "warning: "), err=True)
         refuse(notices)
+        from prensa.measures import parse_all
+
+        parse_all(problem)
 
 
 @app.command()
@@ -372,7 +375,7 @@ def _actions(step: Step) -> str:
     """What a step does, as it is written, and its increments."""
     from prensa.model.schema import brief
 
-    kinds = ("move", "by", "velocity", "push", "fixed", "loads", "body_force", "friction")
+    kinds = ("move", "by", "velocity", "push", "fixed", "loads", "body_force", "friction", "until")
     acts = [f"{kind} {brief(getattr(step, kind))}" for kind in kinds if getattr(step, kind)]
     many = "" if step.increments == 1 else "s"
     acts.append(f"{step.increments} increment{many}" if step.increments else "increments chosen on the way")

@@ -310,6 +310,29 @@ SEEDED = {
             ("is held along the normal of tool 'die'", "take the support off"),
         ),
     ],
+    "ends of steps": [
+        Seeded(
+            "force of another tool", (("increments: 4}", "until: {force: {punch: {y: 20}}}}"),), "13:59", ("unknown tool 'punch'", "known: 'die'"),
+        ),
+        Seeded(
+            "travel beyond the step's", (("increments: 4}", "until: {travel: {die: {y: -0.3}}}}"),), "13:66", ("never gets to y = -0.3", "let it go further"), True,
+        ),
+        Seeded(
+            "table from the initial place after an early end",
+            (("increments: 4}", "until: {force: {die: {y: 20}}}}\n  - {name: on, move: {die: {y: [[1, -0.2], [2, -0.3]]}}}"),),
+            "14:29", ("wherever step 'press' ended", "with 'by'"),
+        ),
+        Seeded(
+            "table across an early end", (("move: {die: {y: -0.2}}, increments: 4}", "move: {die: {y: [[0, 0], [2, -0.2]]}}, until: {force: {die: {y: 20}}}}\n  - {name: on}"),),
+            "13:32", ("the table goes on after time 1", "end the table at 1"),
+        ),
+        Seeded(
+            "force with the wrong sign", (("increments: 4}", "until: {force: {die: {y: -20}}}}"),), "", ("until.force.die.y", "was not met", "check the sign"), True, "run",
+        ),
+        Seeded(
+            "end that is there from the beginning", (("increments: 4}", "until: {contact: {die: touches}}}"),), "", ("until.contact.die is met when the step begins",), False, "run",
+        ),
+    ],
     "what only the run can tell": [
         Seeded(
             "side that walks through a wall", (("contacts:", "  wall: {type: plane, normal: [-1, 0], at: [4, 0]}\ncontacts:\n  - {surface: strip.bottom, against: wall}"),), "",

@@ -11,6 +11,7 @@ import pytest
 
 import prensa as pr
 from prensa.errors import ArgumentError, PrensaError
+from prensa.measures import parse
 from prensa.model.problem import Problem
 from prensa.model.schema import loads
 from prensa.output.checkpoint import read_checkpoint, write_checkpoint
@@ -143,7 +144,9 @@ def test_derivatives_go_through_steps_and_what_they_let_go() -> None:
     problem = loads(TWO_STEPS).problem
     paths = varied(problem, "roll")
     assert {"tools.roll.radius", "tools.roll.at.0", "steps.1.push.roll.y", "friction.mu"} <= set(paths)
+    measures = [parse(text, problem).value for text in ("roll.force.y", "block.top.y at x=2.3", "energy.plastic")]
     observables: list[Callable[[Increment], float]] = [
+        *measures,
         lambda i: i.force("roll").x,
         lambda i: i.force("roll").m,
         lambda i: i.tools["roll"].place.y,
@@ -180,7 +183,8 @@ def test_forces_are_homogeneous_in_all_stresses(changes: list[str]) -> None:
     problem = ring(*changes)
     paths = [f"{FLOW}.K", f"{FLOW}.s0", "bodies.ring.material.E"]
     for i in pr.solve(problem, derivatives=paths):
-        by = i.derivative(force)
+        by = i.derivative("die.force.y")
+        assert by == i.derivative(force)
         assert sum(by[p] * value_of(problem, p) for p in paths) == pytest.approx(force(i), rel=1e-9)
 
 
@@ -303,6 +307,11 @@ def test_what_has_no_derivative_is_refused() -> None:
     for paths, message, more in cases:
         with pytest.raises(ArgumentError, match=message):
             pr.solve(ring(), derivatives=paths, **more)  # type: ignore[arg-type]
+    ends = "steps.0.until={force: {die: {y: 1000}}}"
+    with pytest.raises(ArgumentError, match="'until'"):
+        pr.solve(ring(ends), derivatives=["friction.mu"])
+    with pytest.raises(ArgumentError, match="'until'"):
+        pr.solve(ring(ends), times=[0.5, 1.0])
     augmented = "contacts=[{surface: ring, against: die, enforcement: {type: augmented}}]"
     with pytest.raises(ArgumentError, match="type: exact"):
         pr.solve(ring(augmented), derivatives=["friction.mu"])

@@ -168,6 +168,17 @@ def test_the_surface_coordinate_is_the_length_of_the_walk():
             assert tool.period == pytest.approx(walked, rel=1e-12)
 
 
+def test_a_flat_arc_has_the_round_off_of_the_points_and_not_of_its_radius():
+    """Beside the middle of an arc of radius 500 on a chord of 2, gap and slip are straight to 1e-18; ε R is 1e-13."""
+    pieces = chain([(-1.0, 1.0), (-1.0, 0.0), pr.Arc(through=(0.0, -1e-3), to=(1.0, 0.0)), (1.0, 1.0)], 0.0, False)
+    tool = Chain(pieces, False)
+    off = np.random.default_rng(1).uniform(-1e-6, 1e-6, (2, 100))
+    below = tool.closest(np.stack([np.zeros(100), -1e-3 + off[0]], axis=1))
+    assert np.ptp(below.g + (-1e-3 + off[0])) <= 1e-18
+    beside = tool.closest(np.stack([off[1], np.full(100, -1e-3)], axis=1))
+    assert np.ptp(beside.s - off[1]) <= 4 * np.spacing(np.abs(beside.s).max())
+
+
 def test_rays_meet_the_surface_first_where_they_should():
     """The point x + h d lies on the chain to 1e-10, the way there is free, and points inside look back."""
     hits = 0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,7 +30,8 @@ class Context:
     on (``law_at``); ``x_n`` (n, d) node positions that increments refer to; ``depth`` (n,) thickness at the nodes at the last
     commit, None in axisymmetry; ``surfaces``: the contacts, their edges cut at sharp corners, and what is ``committed``
     of their points; ``lagged``: the contact stiffness is the paper's symmetric one (see `forces`);
-    ``interactions``: contacts, in the order of the description, then loads.
+    ``interactions``: contacts, in the order of the description, then loads. ``stopped``: what ends the step here before its
+    time, in words; '' if nothing does. ``watched`` (criteria,): values of what may end it.
     """
 
     state: State
@@ -47,3 +48,10 @@ class Context:
     committed: list[ContactRecord]
     interactions: Sequence[Interaction] = ()
     lagged: bool = False
+    stopped: str = ""
+    watched: Array = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def ends_step(self) -> bool:
+        """Whether the increment is the last one of its step."""
+        return bool(self.stopped) or self.time >= self.plan.t1

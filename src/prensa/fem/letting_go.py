@@ -8,6 +8,7 @@ linearly to zero over the step, as those do that a case starts with (`fem/start.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,12 +25,15 @@ DIFFERS = 1e-6  # share of a force from which a table that does not begin with i
 
 
 def let_go(system: System, state: State, plan: StepPlan) -> Array | None:
-    """Forces (ndof,) carried in the committed state at the start of a step, less those of its plan at that time.
+    """Forces (ndof,) carried in the committed state in which the step before ended, less those of a plan at its start.
+
+    What is left of those that the step before was letting go, which ended early, is among them.
 
     Zero where it prescribes a tool's motion, and where a tool begins to roll; None if there is nothing to let go.
     """
-    before = plan_step(system, plan.number - 1, state.step_start)
-    carried, asked = (system.external(system.context(state, p, plan.t0), state.u) for p in (before, plan))
+    before = plan_step(system, plan.number - 1, state.step_start, state.ends)
+    carried = system.external(system.context(state, before, state.clock.time), state.u)
+    asked = system.external(system.context(replace(state, release=None), plan, plan.t0), state.u)
     out = carried - asked
     freed = np.setdiff1d(before.fixed, plan.fixed)
     out[freed] += state.work[freed] - carried[freed]
@@ -63,18 +67,19 @@ def _rolling(system: System, state: State, plan: StepPlan) -> list[int]:
 
 def table_jumps(system: System, state: State, plan: StepPlan) -> Iterator[str]:
     """Sentences on tables of forces that do not begin a step with what is carried then: the difference is let go."""
-    before = plan_step(system, plan.number - 1, state.step_start)
+    before = plan_step(system, plan.number - 1, state.step_start, state.ends)
+    ended = state.clock.time
     for dof, course in plan.push.items():
         tool, component = (int(v) for v in system.dofs.tool.split(np.asarray(dof)))
         key = "m" if system.dofs.tool.components[component] == "rz" else system.dofs.tool.components[component]
         yield from _jump(f"push.{system.tools[tool].name}.{key}", course, float(state.work[dof]), plan)
     for name, load in plan.loads.items():
         for key in ("pressure", "shear", "tx", "ty"):
-            old = getattr(before.loads[name], key)(plan.t0) if name in before.loads else 0.0
+            old = getattr(before.loads[name], key)(ended) if name in before.loads else 0.0
             yield from _jump(f"loads.{name}.{key}", getattr(load, key), old, plan)
     for body, courses in plan.body_force.items():
         for i, course in enumerate(courses):
-            old = before.body_force[body][i](plan.t0) if body in before.body_force else 0.0
+            old = before.body_force[body][i](ended) if body in before.body_force else 0.0
             yield from _jump(f"body_force.{body}.{'xyz'[i]}", course, old, plan)
 
 

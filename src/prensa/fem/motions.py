@@ -36,7 +36,10 @@ def motions(system: System) -> Iterator[Notice]:
         yield from _beginnings(system, plan, at_start, known, before)
         if before is not None and known[plan.fixed].all():
             yield from _standstill(system, plan, at_start, before)
+        yield from _never_there(system, plan, at_start, known)
         known &= np.isin(np.arange(system.ndof), plan.fixed)
+        if system.problem.steps[number].until is not None:  # which may end it anywhere on the way
+            known[plan.fixed] &= plan.values(plan.t1) == at_start[plan.fixed]
         at_start, before = at_start.copy(), plan
         at_start[plan.fixed] = plan.values(plan.t1)
         for body, depth, far in pressed_far(system, plan, at_start, known) if small else ():
@@ -99,6 +102,27 @@ def _tables(system: System, number: int) -> Iterator[tuple[str, str, str, Any, l
 
 def _dofs(system: System, boundary: str, axis: str) -> list[int]:
     return list(system.master_dofs(system.dofs.displacement.dof(system.boundary_nodes(boundary), axis)).tolist())
+
+
+# ------------------------------------------------------------------------------------------------------------ early ends
+def _never_there(system: System, plan: StepPlan, at_start: Array, known: Flags) -> Iterator[Notice]:
+    """Travels that are to end a step and that lie beyond what it prescribes."""
+    until = system.problem.steps[plan.number].until
+    for name, target in until.travel.items() if until is not None else ():
+        first = system.tool_dof(list(system.problem.tools).index(name))
+        for i, axis in enumerate(AXES):
+            value, dof = getattr(target, axis), first + i
+            if value is None or dof not in plan.fixed or not known[dof]:
+                continue
+            where = int(np.searchsorted(plan.fixed, dof))
+            way = np.array([plan.values(float(t))[where] for t in [plan.t0, *plan.corners(), plan.t1]])
+            start = float(at_start[dof])
+            if not min(way.min(), start) <= value <= max(way.max(), start):
+                yield Notice(
+                    f"steps.{plan.number}.until.travel.{name}.{axis}",
+                    f"tool {name!r} never gets to {axis} = {value:g}: step {plan.name!r} moves it from {start:.6g} to "
+                    f"{way[-1]:.6g}; let it go further",
+                )
 
 
 # ------------------------------------------------------------------------------------------------------------- standstill

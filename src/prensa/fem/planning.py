@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,15 +10,36 @@ from numpy.typing import NDArray
 
 from prensa.fem.schedule import BoundaryLoad, Course, Prescribed, StepPlan, course, integrated, way, zero_course
 from prensa.fem.system import System
-from prensa.friction.fading import fading
+from prensa.friction.fading import Fading, fading
 from prensa.model import problem as model
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-def plan_step(system: System, number: int, step_start: Array) -> StepPlan:
+class Ends:
+    """When the steps of a run ended: step k at time k + 1, if not earlier."""
+
+    def __init__(self, times: Array | None) -> None:
+        self.times = () if times is None else times
+
+    def of(self, number: int) -> float:
+        """Time at which step *number* (from 0) ended."""
+        return float(self.times[number]) if number < len(self.times) else number + 1.0
+
+    def early(self, number: int) -> bool:
+        """Whether it did so before its time was over."""
+        return self.of(number) < number + 1.0
+
+    def cut(self, c: Course, number: int) -> Course:
+        """A course of step *number* as it is afterwards."""
+        return c.held(self.of(number)) if self.early(number) else c
+
+
+def plan_step(system: System, number: int, step_start: Array, ends: Array | None = None) -> StepPlan:
     """Plan of step *number* (from 0) with the unknowns' values ``step_start`` (ndof,) at its start.
+
+    ``ends`` (steps,): times at which the steps before it ended, if some of them ended early.
 
     Raises
     ------
@@ -28,22 +50,24 @@ def plan_step(system: System, number: int, step_start: Array) -> StepPlan:
     if system.courses is not None:
         return system.courses(system, number, step_start)
     p, step = system.problem, system.problem.steps[number]
-    groups = _support_groups(system, number, step_start)
+    ended = Ends(ends)
+    groups = _support_groups(system, number, step_start, ended)
     push: dict[int, Course] = {}
     springs: dict[int, tuple[float, Course]] = {}
     for t, name in enumerate(p.tools):
         for dof, key in zip(system.dofs.tool.dofs(t).tolist(), system.dofs.tool.components):
-            force = getattr(step.push.get(name), "m" if key == "rz" else key, None)
+            force = _push(p, name, key, number)
             stiffness = getattr(p.tools[name].spring, key, None)
             if stiffness is not None:
-                springs[dof] = stiffness, _mount(p, name, key, number)
+                springs[dof] = stiffness, _mount(p, name, key, number, ended)
             elif force is not None:
-                push[dof] = course(force, _push_before(p, name, key, number), float(number), float(number + 1))
+                push[dof] = course(force, _push_before(p, name, key, number, ended), float(number), float(number + 1))
             else:
                 groups.append(_tool_group(step, name, key, dof, step_start, number))
     return StepPlan(
-        step.name, number, float(number), float(number + 1), groups, push, _loads(system, number), _body_forces(p, number),
-        _fading(p, number), step.increments, springs, _released(system, number, step_start, groups),
+        step.name, number, float(number), float(number + 1), groups, push, _loads(system, number, ended),
+        _body_forces(p, number, ended), _fading(p, number, ended), step.increments, springs,
+        _released(system, number, step_start, groups, ended),
     )  # fmt: skip
 
 
@@ -68,7 +92,7 @@ def _supports(p: model.Problem, number: int) -> dict[tuple[str, str], tuple[Any,
     return supports
 
 
-def _support_groups(system: System, number: int, step_start: Array) -> list[Prescribed]:
+def _support_groups(system: System, number: int, step_start: Array, ends: Ends) -> list[Prescribed]:
     """Displacements that supports and the axis of revolution prescribe, each once."""
     groups: list[Prescribed] = []
     taken = np.zeros(system.ndof, dtype=bool)
@@ -83,19 +107,20 @@ def _support_groups(system: System, number: int, step_start: Array) -> list[Pres
     t0, t1 = float(number), float(number + 1)
     for (name, axis), (value, since, relative) in _supports(system.problem, number).items():
         dofs = system.dofs.displacement.dof(system.boundary_nodes(name), axis)
-        held = value == "held" or (since < number and (relative or not isinstance(value, tuple)))
+        goes_on = isinstance(value, tuple) and not relative and not any(ends.early(k) for k in range(since, number))
+        held = value == "held" or (since < number and not goes_on)
         add(dofs, None if held else way(value, t0, t1) if relative else course(value, 0.0, t0, t1), (name, axis))
     add(system.dofs.displacement.dof(system.axis_nodes, "x"), None)
     return groups
 
 
-def _released(system: System, number: int, step_start: Array, groups: list[Prescribed]) -> list[Prescribed]:
+def _released(system: System, number: int, step_start: Array, groups: list[Prescribed], ends: Ends) -> list[Prescribed]:
     """What supports held in the step before and these groups do not prescribe."""
     if number == 0:
         return []
     taken = np.concatenate([np.zeros(0, dtype=np.int64), *(g.dofs for g in groups)])
     out = []
-    for g in _support_groups(system, number - 1, step_start):
+    for g in _support_groups(system, number - 1, step_start, ends):
         free = ~np.isin(g.dofs, taken)
         if free.any():
             out.append(Prescribed(g.dofs[free], g.start[free], support=g.support))
@@ -116,7 +141,7 @@ def _tool_group(step: model.Step, name: str, key: str, dof: int, step_start: Arr
     return Prescribed(np.array([dof]), step_start[[dof]].copy(), c)
 
 
-def _mount(p: model.Problem, tool: str, key: str, number: int) -> Course:
+def _mount(p: model.Problem, tool: str, key: str, number: int, ends: Ends) -> Course:
     """Course in step *number* of the mount of a tool: what its steps move, held where not mentioned."""
     now = zero_course()
     for k, step in enumerate(p.steps[: number + 1]):
@@ -131,30 +156,40 @@ def _mount(p: model.Problem, tool: str, key: str, number: int) -> Course:
             now = integrated(speed, start, t0, t0 + 1.0)
         else:
             now = Course(np.array([t0]), np.array([start]))
+        if k < number:
+            now = ends.cut(now, k)
     return now
 
 
-def _push_before(p: model.Problem, tool: str, key: str, number: int) -> float:
+def _push_before(p: model.Problem, tool: str, key: str, number: int, ends: Ends) -> float:
     """Force at the end of the previous step if the unknown was pushed there, else zero."""
-    if number == 0:
-        return 0.0
-    before = getattr(p.steps[number - 1].push.get(tool), "m" if key == "rz" else key, None)
+    before = _push(p, tool, key, number - 1) if number else None
     if before is None:
         return 0.0
-    return course(before, 0.0, number - 1.0, float(number))(float(number))
+    t0 = number - 1.0
+    # where a ramp begins matters if it is not gone to its end
+    start = _push_before(p, tool, key, number - 1, ends) if ends.early(number - 1) else 0.0
+    return course(before, start, t0, t0 + 1.0)(ends.of(number - 1))
 
 
-def _history(sources: list[tuple[int, Any]], number: int) -> Course:
+def _push(p: model.Problem, tool: str, key: str, number: int) -> Any:
+    return getattr(p.steps[number].push.get(tool), "m" if key == "rz" else key, None)
+
+
+def _history(sources: list[tuple[int, Any]], number: int, ends: Ends) -> Course:
     """Course in step *number* of a quantity given by successive entries (step, value); held where not mentioned."""
     now = zero_course()
-    for k, value in sources:
-        t0 = float(max(k, 0))
-        if value is not None:
-            now = course(value, now(t0), t0, t0 + 1.0)
+    for k in range(number + 1):
+        t0 = float(k)
+        for since, value in sources:
+            if max(since, 0) == k and value is not None:
+                now = course(value, now(t0), t0, t0 + 1.0)
+        if k < number:
+            now = ends.cut(now, k)
     return now
 
 
-def _loads(system: System, number: int) -> dict[str, BoundaryLoad]:
+def _loads(system: System, number: int, ends: Ends) -> dict[str, BoundaryLoad]:
     p: model.Problem = system.problem
     entries: dict[str, list[tuple[int, model.Load]]] = {}
     for k, source in [(-1, p.loads), *[(i, s.loads) for i, s in enumerate(p.steps[: number + 1])]]:
@@ -172,30 +207,34 @@ def _loads(system: System, number: int) -> dict[str, BoundaryLoad]:
         said = [ld.follower for _, ld in items if ld.follower is not None]
         follower = (said[-1] if said else True) and p.kinematics == "finite"
         out[name] = BoundaryLoad(
-            system.boundary_edges(name), follower, **{c: _history(v, number) for c, v in parts.items()}
+            system.boundary_edges(name), follower, **{c: _history(v, number, ends) for c, v in parts.items()}
         )
     return out
 
 
-def _body_forces(p: model.Problem, number: int) -> dict[str, tuple[Course, Course]]:
+def _body_forces(p: model.Problem, number: int, ends: Ends) -> dict[str, tuple[Course, Course]]:
     out = {}
     for body in p.bodies:
         entries: list[tuple[int, Any]] = [(-1, p.body_force[body])] if body in p.body_force else []
         entries += [(i, s.body_force[body]) for i, s in enumerate(p.steps[: number + 1]) if body in s.body_force]
         if entries:
             out[body] = (
-                _history([(k, b[0]) for k, b in entries], number),
-                _history([(k, b[1]) for k, b in entries], number),
+                _history([(k, b[0]) for k, b in entries], number, ends),
+                _history([(k, b[1]) for k, b in entries], number, ends),
             )
     return out
 
 
-def _fading(p: model.Problem, number: int) -> list[Any]:
+def _fading(p: model.Problem, number: int, ends: Ends) -> list[Any]:
     """Friction of the contacts in a step; what the step before bore beyond it is let go."""
-    now = _friction(p, number)
-    if number == 0:
-        return now
-    return [fading(b, n, float(number), float(number + 1)) for b, n in zip(_friction(p, number - 1), now)]
+    now: list[Any] = _friction(p, 0)
+    for k in range(1, number + 1):
+        before = [
+            (replace(law, held=ends.of(k - 1)) if ends.early(k - 1) else law.now) if isinstance(law, Fading) else law
+            for law in now
+        ]
+        now = [fading(b, n, float(k), float(k + 1)) for b, n in zip(before, _friction(p, k))]
+    return now
 
 
 def _friction(p: model.Problem, number: int) -> list[Any]:

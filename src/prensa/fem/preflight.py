@@ -146,7 +146,7 @@ def _lengths(system: System) -> Iterator[Notice]:
                     f"{value:.4g} {unit} against bodies of {size:.4g} {unit}; are both in the same unit?",
                 )
     for i, step in enumerate(system.problem.steps):
-        for kind in ("move", "by", "velocity"):
+        for kind in ("move", "by", "velocity") if step.until is None else ():
             for name, motion in getattr(step, kind).items():
                 for key in ("x", "y", "rz"):
                     value = getattr(motion, key)
@@ -319,7 +319,12 @@ def _moments(system: System) -> Iterator[_Moment]:
     for number in range(len(system.problem.steps)):
         plan = plan_step(system, number, at_start)
         for t in range(len(system.tools)):
-            known[t] &= bool(np.isin(system.dofs.tool.dofs(t)[: system.dofs.dimension], plan.fixed).all())
+            own = np.isin(plan.fixed, system.dofs.tool.dofs(t))
+            # what ends a step may do so anywhere on its way
+            still = system.problem.steps[number].until is None or np.array_equal(
+                plan.values(plan.t1)[own], at_start[plan.fixed[own]]
+            )
+            known[t] &= still and bool(np.isin(system.dofs.tool.dofs(t)[: system.dofs.dimension], plan.fixed).all())
         for t in np.unique(np.concatenate([np.linspace(plan.t0, plan.t1, SAMPLES), plan.corners()])):
             u = at_start.copy()
             u[plan.fixed] = plan.values(float(t))

@@ -22,8 +22,9 @@ from prensa.model.problem import Case
 
 CHECKPOINT = "checkpoint.h5"
 FORMAT = "prensa checkpoint"
-VERSION = 5
-# 2: second difference of the increments; 3: named fields of contact points, clock and energies; 4: stability; 5: speed of slip
+VERSION = 6
+# 2: second difference of the increments; 3: named fields of contact points, clock and energies; 4: stability; 5: speed of slip;
+# 6: ends of the steps
 
 log = logging.getLogger(__name__)
 

@@ -37,6 +37,11 @@ class Course:
         """Value at time t."""
         return float(np.interp(t, self.times, self.values))
 
+    def held(self, t: float) -> Course:
+        """The same up to time t, and its value there ever after."""
+        before = self.times < t
+        return Course(np.append(self.times[before], t), np.append(self.values[before], self(t)))
+
 
 def course(value: Any, start: float, t0: float, t1: float) -> Course:
     """Course of a number (ramp from start over the step t0 … t1) or a table (global time)."""

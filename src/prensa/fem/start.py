@@ -156,7 +156,7 @@ def _at_rest(
     system: System, state: State, number: int, step_start: Array, time: float
 ) -> tuple[StepPlan, Evaluation, Context]:
     """Plan of a step, and the forces of a committed state in it when nothing moves."""
-    plan = plan_step(system, number, step_start)
+    plan = plan_step(system, number, step_start, state.ends)
     c = replace(system.context(state, plan, time), dt=1.0)
     e = system.evaluate(c, state.u, system.initial_multipliers(state), stiffness=False)
     if e.failed:

@@ -91,7 +91,8 @@ class State:
     normal and tangential multipliers; ``work`` (ndof,) forces of the last committed increment; ``step_start`` (ndof,) the
     degrees of freedom at the start of the present step; ``release`` (ndof,) forces carried at that time beyond those that the
     step asks for, which it lets go linearly; None if there are none;
-    ``stability`` of the last equilibrium; ``derivatives``: by the path of a parameter, those of the `moving` arrays by it.
+    ``stability`` of the last equilibrium; ``ends`` (steps,) times at which the steps so far ended, and ``watched`` (criteria,)
+    values of what may end the present one; ``derivatives``: by the path of a parameter, those of the `moving` arrays by it.
     """
 
     u: Array
@@ -108,6 +109,8 @@ class State:
     release: Array | None = None
     stability: Stability = UNKNOWN
     derivatives: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
+    ends: Array = field(default_factory=lambda: np.zeros(0))
+    watched: Array = field(default_factory=lambda: np.zeros(0))
 
     def extrapolated(self, dt: float) -> Array:
         """Change of the degrees of freedom (ndof,) in the next ``dt``, extrapolated from the last increments."""
@@ -150,7 +153,8 @@ class State:
 
     def moving(self) -> dict[str, Array]:
         """Those of `arrays` that change with the parameters of a problem: not the clock, flags, and what a guess is made of."""
-        fixed = ("clock.", "contact.closed", "stability.negative", "derivative", "dt_last", "du", "second_difference")
+        guess = ("clock.", "dt_last", "du", "second_difference")
+        fixed = (*guess, "contact.closed", "stability.negative", "ends", "watched", "derivative")
         return {k: a for k, a in self.arrays().items() if not k.startswith(fixed)}
 
     def moved(self, directions: Mapping[str, Array], step: float) -> State:

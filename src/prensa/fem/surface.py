@@ -135,7 +135,7 @@ class ContactInteraction:
         )
         # points that just touch are closed or open by the round-off of their gaps; those that stick have that of their slips
         stiff = weight * scale.k_n * (f.rests | (f.dp[:, 0] > 0)) + f.area * scale.k_t * f.resists
-        out = Response(floor=USUAL * float(stiff @ round_off), trial=f._replace(points=s.points))
+        out = Response(floor=_usual_sum(stiff * round_off), trial=f._replace(points=s.points))
         if not np.isfinite(f.K).all():
             out.failed = FrictionTooSoft(s.name)
             return out
@@ -180,3 +180,9 @@ class ContactInteraction:
         """Degrees of freedom (shares, 7) of both nodes of the shares' edges and the tool."""
         s = self.surface
         return self.system.dofs.pairs(s.points.edges[s.points.shares.edge], s.tool)
+
+
+def _usual_sum(most: Array) -> float:
+    """Sum of the sizes of round-off that terms bounded by ``most`` (k,) usually have: one may reach its bound, many do not."""
+    whole = float(most.sum())
+    return USUAL * whole + (1.0 - USUAL) * float(most @ most) / whole if whole > 0.0 else 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -18,13 +19,14 @@ class Fading(FrictionLaw, abstract=True):
     """The law ``now``, and of what ``before`` bears beyond it the share that is left between t0 and t1.
 
     τ_y = τ_now + (t1 − t)/(t1 − t0) max(τ_before − τ_now, 0): friction that rises only resists more and does so at once.
-    ``now`` may be None, for no friction.
+    ``now`` may be None, for no friction. ``held``: time from which on the share stays as it is, of a step that ended early.
     """
 
     before: FrictionLaw
     now: FrictionLaw | None
     t0: float
     t1: float
+    held: float = math.inf
     type: str = "fading"
 
     @property
@@ -42,7 +44,7 @@ class Fading(FrictionLaw, abstract=True):
         zero = np.zeros_like(p)
         now = (zero, zero, zero) if self.now is None else bounded(self.now, p, kappa, at)
         before = bounded(self.before, p, kappa, at)
-        left = min(max((self.t1 - at.time) / (self.t1 - self.t0), 0.0), 1.0)
+        left = min(max((self.t1 - min(at.time, self.held)) / (self.t1 - self.t0), 0.0), 1.0)
         left_here = np.where(before[0] > now[0], left, 0.0)
         tau, by_p, by_kappa = (n + left_here * (b - n) for b, n in zip(before, now))
         return tau, by_p, by_kappa

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import PrensaError
-from prensa.model.checks import suggest
+from prensa.model.names import suggest
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

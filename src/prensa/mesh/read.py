@@ -24,7 +24,7 @@ from prensa.mesh.mesh import (
     oriented,
 )
 from prensa.model import problem as model
-from prensa.model.checks import suggest
+from prensa.model.names import suggest
 from prensa.model.units import factor
 
 

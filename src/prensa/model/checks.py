@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
+import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from prensa.model import until
+from prensa.model.names import Finding, suggest
 from prensa.model.units import factor
 from prensa.registry import DOORS
 
@@ -14,33 +15,9 @@ if TYPE_CHECKING:
     from prensa.model.problem import Problem
 
 
-def suggest(name: str, known: Iterable[str]) -> str:
-    """'; did you mean …?' for the nearest known name, or the list of the known ones."""
-    known = list(known)
-    close = difflib.get_close_matches(name, known, n=1)
-    if not close:
-        close = [k for k in known if k.casefold() == name.casefold()]
-    if close:
-        return f"; did you mean {close[0]!r}?"
-    return f"; known: {', '.join(map(repr, known))}" if known else "; none is defined"
-
-
+_OWN_NAME = re.compile(r"[^\W\d][\w-]*")
+_TAKEN = ("step", "increment", "time", "iterations", "cutbacks")
 _EDGES = ("bottom", "right", "top", "left")
-
-
-@dataclass(frozen=True)
-class Finding:
-    """A mistake among the cross-references: ``path`` into the description (keys and indices), and the message.
-
-    ``at_key``: the key at the end of the path is wrong, not what stands behind it.
-    """
-
-    path: tuple[str | int, ...]
-    message: str
-    at_key: bool = False
-
-    def __str__(self) -> str:
-        return f"{'.'.join(map(str, self.path))}: {self.message}"
 
 
 class FindingsError(ValueError):
@@ -71,6 +48,7 @@ def find(p: Any) -> Iterator[Finding]:
     yield from _surfaces(p)
     yield from _contacts(p)
     yield from _friction(p)
+    yield from _measures(p)
     yield from _ties(p)
     yield from _supports(p, p, ())
     seen: set[str] = set()
@@ -81,6 +59,15 @@ def find(p: Any) -> Iterator[Finding]:
             yield Finding(("steps", i, "name"), f"two steps are called {step.name!r}; give each its own name")
         seen.add(step.name)
         yield from _step(p, ("steps", i), step)
+    yield from until.tables_beyond(p)
+
+
+def _measures(p: Any) -> Iterator[Finding]:
+    """Names of measures are columns of a table beside those of every table, and differ from what is measured."""
+    for name in p.measures:
+        if not _OWN_NAME.fullmatch(name) or name in _TAKEN:
+            why = "every table has such a column" if name in _TAKEN else "letters, digits, '_' and '-' make one"
+            yield Finding(("measures", name), f"{name!r} is no name for a measure ({why}); write it like 'bore'", at_key=True)
 
 
 def _whole(p: Any) -> Iterator[Finding]:
@@ -319,6 +306,7 @@ def _step(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding]:
         if key not in contacts and None not in p.contacts and contacts:
             message = f"unknown contact {key!r}{suggest(key, contacts)}"
             yield Finding((*path, "friction", key), message, at_key=True)
+    yield from until.findings(p, step, path)
 
 
 def _boundary_moved(p: Any, step: Any, path: tuple[str | int, ...], motion: Any) -> Iterator[Finding]:

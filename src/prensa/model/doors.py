@@ -14,8 +14,8 @@ from pydantic import BeforeValidator, Discriminator, Tag, TypeAdapter, Validatio
 from pydantic_core import PydanticKnownError
 
 from prensa.errors import shown
-from prensa.model.checks import suggest
 from prensa.model.fields import described
+from prensa.model.names import suggest
 from prensa.registry import DOORS, Door, user_type
 
 USERS = "module:Class"

@@ -7,7 +7,8 @@ from collections.abc import Iterable
 from typing import Any
 
 from prensa.errors import Mistake, shown
-from prensa.model.checks import Finding, FindingsError, suggest
+from prensa.model.checks import FindingsError
+from prensa.model.names import Finding, suggest
 from prensa.model.places import Place, expected, fields_of, follow, is_names, tags
 
 MOST = 200  # errors that are explained: a table in the wrong place has thousands

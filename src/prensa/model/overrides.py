@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from prensa.errors import CaseError, Mark, Mistake
-from prensa.model.checks import suggest
+from prensa.model.names import suggest
 from prensa.model.places import Place, child, fields_of, is_names
 from prensa.model.text import Node, read
 

@@ -39,6 +39,7 @@ from prensa.model.units import (
     Number,
     Whole,
 )
+from prensa.model.until import ToolForce, ToolTravel, Until
 from prensa.registry import DOORS
 
 
@@ -568,7 +569,8 @@ class Step:
     changed goes linearly, over the step, from the force that it carries to what is asked; lowered friction fades so too.
     ``increments``: the number of equal increments asked for (each is cut further when it does not converge);
     without it the step size is chosen automatically.
-    ``stabilise`` overrides the problem's.
+    ``stabilise`` overrides the problem's. ``until``: what ends the step before that; the rest of its time is passed over, and
+    what the next step says goes from where things are then.
     """
 
     name: str
@@ -582,6 +584,7 @@ class Step:
     friction: Mapping[str, Friction | None] = field(default_factory=dict)
     increments: Annotated[Whole, Field(ge=1)] | None = None
     stabilise: Stabilise | None = None
+    until: Until | None = None
 
 
 @described
@@ -606,6 +609,7 @@ class Problem:
     ``stabilise``: viscous forces on the velocities of the nodes carry bodies over limit points, where they snap or buckle:
     ``auto``, or the share of the work that they may dissipate (``auto``: 2e-4); ``off`` without. What they do dissipate is
     in the ledger, and told when it is more than 1 % of the work.
+    ``measures``: numbers that are wanted of every increment, by names of their own, such as ``bore: ring.left.x at y=0``.
     """
 
     name: str
@@ -627,6 +631,7 @@ class Problem:
     stabilise: Stabilise = "off"
     units: Units = field(default_factory=Units)
     start: Start | None = None
+    measures: Mapping[str, str] = field(default_factory=dict)
 
     def driven(self, step: Step) -> dict[str, Motion]:
         """Boundaries that a step moves ``by`` a way: what it says of no tool."""
@@ -651,6 +656,12 @@ def stabilised(problem: Any, number: int) -> float | Literal["auto", "off"]:
     """What ``stabilise`` is in step *number* (from 0) of a problem."""
     own = problem.steps[number].stabilise if number < len(problem.steps) else None
     return problem.stabilise if own is None else own
+
+
+def support_names(problem: Problem) -> list[str]:
+    """Boundaries and points that are held in some step, in the order of the description."""
+    later = (name for step in problem.steps for name in (*step.fixed, *problem.driven(step)))
+    return list(dict.fromkeys([*problem.fixed, *later]))
 
 
 def ever_stabilised(problem: Any) -> bool:
@@ -703,5 +714,5 @@ class Case:
 __all__ = [
     "Annulus", "ArcSide", "Body", "Case", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion", "NoContact", "Numerics",
     "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "SplineSide", "Springs", "Start", "Step", "Tie",
-    "Units",
+    "ToolForce", "ToolTravel", "Units", "Until",
 ]  # fmt: skip

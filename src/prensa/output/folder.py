@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from prensa.errors import PrensaError
-from prensa.output import checkpoint, history, passages, pictures, report, runlog, vtk
+from prensa.output import checkpoint, history, measured, passages, pictures, report, runlog, vtk
 from prensa.output.files import TEMPORARY, numbered
 
 FILES = (
-    history.HISTORY, history.CONVERGENCE, passages.PASSAGES, checkpoint.CHECKPOINT, vtk.COLLECTION, report.SUMMARY,
-    report.REPORT, runlog.LOG,
+    history.HISTORY, history.CONVERGENCE, passages.PASSAGES, measured.MEASURES, checkpoint.CHECKPOINT, vtk.COLLECTION,
+    report.SUMMARY, report.REPORT, runlog.LOG,
 )  # fmt: skip
 _FIRST_LINE = re.compile(r"\S+ \S+ INFO +prensa \S+, case (.+), input ([0-9a-f]{64})$")
 

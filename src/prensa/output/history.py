@@ -15,16 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import PrensaError, take_path
-from prensa.model.problem import Problem, ever_stabilised
+from prensa.measures.columns import ENERGIES as ENERGIES
+from prensa.measures.columns import columns as columns_of
+from prensa.measures.columns import energies_of as energies_of
+from prensa.model.problem import Problem
 from prensa.output.files import file_name, numbered, replacing
-from prensa.solver.increment import STATUS, ContactState, Force, Increment
-from prensa.solver.results import support_names
+from prensa.solver.increment import STATUS, ContactState, Increment
 
 HISTORY = "history.csv"
 CONVERGENCE = "convergence.csv"
 CONTACT_FOLDER = "contact"
 POINTS_SUFFIX = ".points.csv"
-ENERGIES = ("external", "elastic", "plastic", "friction", "contact", "imbalance")
 CONTACT_COLUMNS = (
     "node", "x", "y", "gap", "pressure", "shear", "slip", "status", "pressure_from_stress", "pressure_smoothed", "error",
     "X", "Y",
@@ -39,57 +40,12 @@ _INTEGERS = {"increment", "iterations", "cutbacks", "iteration", "changes", "nod
 # ---------------------------------------------------------------------------------------------------- history of a run
 def history_columns(problem: Problem) -> list[str]:
     """Names of the columns of ``history.csv``, in order: they follow from the description alone."""
-    tools = [f"{tool}.{c}" for tool in problem.tools for c in ("ux", "uy", "rz", "fx", "fy", "mz")]
-    areas = [f"{contact.name}.area" for contact in problem.contacts]
-    springs = [f"{tool}.spring.{c}" for tool, c, _ in _springs(problem)]
-    supports = [f"fixed.{name}.{c}" for name in support_names(problem) for c in ("fx", "fy")]
-    energies = [f"energy.{name}" for name in energies_of(problem)]
-    bodies = problem.bodies if problem.space == "plane stress" else ()
-    thickness = [f"{body}.thickness.{c}" for body in bodies for c in ("min", "max")]
-    return [
-        "step",
-        "increment",
-        "time",
-        *tools,
-        *areas,
-        *thickness,
-        *energies,
-        "iterations",
-        "cutbacks",
-        *supports,
-        *springs,
-    ]
-
-
-def energies_of(problem: Problem) -> list[str]:
-    """Names of the energies that a run writes: with what viscous forces dissipate where some step is stabilised."""
-    return [*ENERGIES, *(["viscous"] if ever_stabilised(problem) else [])]
+    return list(columns_of(problem))
 
 
 def history_row(problem: Problem, increment: Increment) -> list[Any]:
     """Values of one row of ``history.csv``, in the order of `history_columns`."""
-    tools = [v for tool in problem.tools for v in (*increment.tools[tool].place, *increment.tools[tool].force)]
-    forces = {name: tool.spring or Force(0.0, 0.0, 0.0) for name, tool in increment.tools.items()}
-    springs = [forces[tool][k] for tool, _, k in _springs(problem)]
-    supports = [v for name in support_names(problem) for v in increment.supports[name]]
-    areas = [increment.contacts[contact.name].area for contact in problem.contacts]
-    depths = [increment.bodies[body].thickness for body in problem.bodies] if problem.space == "plane stress" else []
-    thickness = [v for t in depths if t is not None for v in (t.min(), t.max())]
-    energies = [increment.energy.get(name, 0.0) for name in energies_of(problem)]
-    cost = increment.statistics
-    head = [increment.step, increment.number, increment.time]
-    return [*head, *tools, *areas, *thickness, *energies, cost.iterations, cost.cutbacks, *supports, *springs]
-
-
-def _springs(problem: Problem) -> list[tuple[str, str, int]]:
-    """Tool, name of the component and its number in `Force`, of every spring."""
-    keys = (("x", "fx"), ("y", "fy"), ("rz", "mz"))
-    return [
-        (t, c, k)
-        for t, d in problem.tools.items()
-        for k, (key, c) in enumerate(keys)
-        if d.spring is not None and getattr(d.spring, key) is not None
-    ]
+    return [column.value(increment) for column in columns_of(problem).values()]
 
 
 class History:

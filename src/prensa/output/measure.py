@@ -27,7 +27,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from prensa.errors import PrensaError, take
-from prensa.model.checks import suggest
+from prensa.model.names import suggest
 from prensa.solver.increment import STATUS, BodyState, ContactState, Increment
 
 Getter = Callable[[], float]

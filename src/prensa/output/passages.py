@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.fem.state import Clock
 from prensa.fem.system import System
 from prensa.output.history import Table, read_history, read_table
 from prensa.solver.increment import Increment, Mean
@@ -51,17 +52,19 @@ class PassageTable:
             self._table.close()
 
 
-def restored(directory: Path, system: System, last: int) -> Passages:
-    """What has passed up to increment *last* of the run in *directory*, from its tables."""
-    passages = Passages(system)
+def restored(directory: Path, system: System, clock: Clock) -> Passages:
+    """What has passed in the run in *directory* up to where its checkpoint stands, from its tables."""
+    passages, last = Passages(system), clock.number
+    number = {step.name: k for k, step in enumerate(system.problem.steps)}
     if passages.count and (directory / PASSAGES).is_file():
         table = read_history(directory)
         more = read_passages(directory)
         rows = {int(n): k for k, n in enumerate(more["increment"])}
+        after = [*(number[str(step)] for step in table["step"][1:]), clock.step]  # step of what follows each row
         for k, n in enumerate(table["increment"]):
             if n <= last and int(n) in rows:
                 row = {name: values[rows[int(n)]] for name, values in more.items()}
-                ended = float(table["time"][k]).is_integer()  # steps end at whole times
+                ended = (clock.step if n == last else after[k]) > number[str(table["step"][k])]
                 passages.restore(str(table["step"][k]), row | {name: v[k] for name, v in table.items()}, ended)
     return passages
 

@@ -10,6 +10,7 @@ from prensa.model.problem import Case
 from prensa.output import plot
 from prensa.output.files import file_names, replacing
 from prensa.output.history import read_convergence, read_history
+from prensa.output.measured import MEASURES, read_measures
 from prensa.solver.increment import Increment
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ _CAPTIONS = {
     "deformed": "Deformed shape, von Mises stress, tools in their last place (dashed: initial outline)",
     "plastic_strain": "Equivalent plastic strain",
     "force_stroke": "Force on the tools",
+    "measures": "Measures of the case",
     "energy": "Energy ledger: where the external work went, and what is not accounted for",
     "convergence": "Newton iterations",
 }
@@ -72,6 +74,8 @@ def _drawings(directory: Path, case: Case, increment: Increment | None) -> Itera
     if len(history["time"]):
         if problem.tools:
             yield "force_stroke", lambda: plot.force_stroke(history, problem)
+        if problem.measures and (directory / MEASURES).is_file():
+            yield "measures", lambda: plot.measures(read_measures(directory), problem)
         yield "energy", lambda: plot.energy(history, problem)
         yield (
             "convergence",

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import PrensaError
-from prensa.model.checks import suggest
+from prensa.measures import parse_all
+from prensa.model.names import suggest
 from prensa.model.problem import Problem
 from prensa.output import style
 from prensa.output.cells import around, outline, triangles
@@ -226,6 +227,19 @@ def energy(history: Mapping[str, NDArray[Any]], problem: Problem) -> Figure:
         below.semilogy(time[1:], relative, "o-" if len(time) <= 60 else "-", color=style.BLACK, markersize=2.5)
         below.set(xlabel="time", ylabel="|imbalance|\n/ largest energy")
         below.set_ylim(*_decades(relative))
+    return figure
+
+
+def measures(table: Mapping[str, NDArray[Any]], problem: Problem) -> Figure:
+    """Curves of the measures of a case over time, one below the other; *table* is what `read_measures` returns."""
+    known = parse_all(problem)
+    with style.styled():
+        figure, rows = _figure(5.4, 1.0 + 1.35 * len(known), rows=len(known), sharex=True, squeeze=False)
+        for axes, (name, measure) in zip(rows[:, 0], known.items()):
+            axes.plot(table["time"], table[name], "o-", color=style.BLUE, markersize=2.5)
+            axes.set(ylabel=measure.unit or "–")
+            axes.set_title(f"{name}: {problem.measures[name]}")
+        rows[-1, 0].set(xlabel="time")
     return figure
 
 

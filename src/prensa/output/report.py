@@ -79,6 +79,7 @@ def _tables(directory: Path, summary: dict[str, Any]) -> dict[str, Any]:
         "facts": list(_facts(case, summary)),
         "tools": [(t, [float(last[f"{t}.{c}"]) for c in ("ux", "uy", "rz", "fx", "fy", "mz")]) for t in problem.tools if last],
         "areas": [(c.name, float(last[f"{c.name}.area"])) for c in problem.contacts if last],
+        "measured_steps": list(dict.fromkeys(s for m in summary.get("measures", {}).values() for s in m["steps"])),
         "means": [(step, *row) for step, rows in summary.get("passage_means", {}).items() for row in _means(rows, problem)],
         "energies": [(e, float(last[f"energy.{e}"]), abs(float(last[f"energy.{e}"])) / scale if scale else 0.0)
                      for e in energies_of(problem) if last],
@@ -120,7 +121,9 @@ def _facts(case: Case, summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
             f"friction {brief(friction) if friction else 'none'}; {contact.enforcement.type}",
         )
     for step in p.steps:
-        acts = [f"{k} {brief(v)}" for k in ("move", "by", "velocity", "push", "loads") if (v := getattr(step, k))]
+        acts = [f"{k} {brief(v)}" for k in ("move", "by", "velocity", "push", "loads", "until") if (v := getattr(step, k))]
+        early = summary.get("ended_early", {}).get(step.name)
+        acts += [f"ended at time {number(early)}"] if early is not None else []
         yield f"Step {step.name}", ", ".join(acts) or "nothing moves"
 
 

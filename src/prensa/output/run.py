@@ -24,8 +24,9 @@ from prensa.fem.discretise import discretise
 from prensa.fem.preflight import preflight
 from prensa.fem.state import State
 from prensa.fem.system import System
-from prensa.model.problem import Case
-from prensa.output import checkpoint, history, passages, pictures, report, runlog, vtk
+from prensa.measures import parse_all
+from prensa.model.problem import Case, Problem
+from prensa.output import checkpoint, history, measured, passages, pictures, report, runlog, vtk
 from prensa.output.files import file_name, file_names, flush, write_text
 from prensa.output.folder import make_room, refuse_links
 from prensa.output.interrupt import Interruptible
@@ -97,6 +98,7 @@ def run(
     began = clocks.perf_counter()
     system = discretise(case.problem)  # a case that cannot run leaves earlier results alone
     refuse(preflight(system))
+    parse_all(case.problem)
     directory = Path(out) if out is not None else Path("results") / file_name(case.problem.name)
     if case.problem.start is not None and Path(case.problem.start.run) == directory.resolve():
         raise PrensaError(f"{directory}: the case starts from the run in this folder; give another one for its results")
@@ -155,7 +157,7 @@ class _Run:
         self.saved: Increment | None = None
         self.checkpoint_seconds = 0.0
         self.names = file_names(c.name for c in case.problem.contacts)
-        tables = (history.HISTORY, history.CONVERGENCE, passages.PASSAGES, vtk.COLLECTION)
+        tables = (history.HISTORY, history.CONVERGENCE, passages.PASSAGES, measured.MEASURES, vtk.COLLECTION)
         self.growing = [directory / name for name in tables]
         self.written: list[Path] = []  # since the last checkpoint
 
@@ -192,12 +194,13 @@ class _Run:
         keep, self.passed = None, Passages(self.system)
         if self.start is not None:
             keep = self.start.clock.number
-            self.passed = passages.restored(self.directory, self.system, keep)
+            self.passed = passages.restored(self.directory, self.system, self.start.clock)
             history.forget_contacts_after(self.directory, keep)
             log.info("resumed after increment %d, time %.6g", keep, self.start.clock.time)
         with (
             closing(history.History(self.directory, self.case.problem, keep)) as self.tables,
             closing(passages.PassageTable(self.directory, self.passed, keep)) as self.means,
+            closing(measured.MeasureTable(self.directory, self.case.problem, keep)) as self.measures,
         ):
             self.fields = vtk.Fields(self.directory, keep)
             self._solve_increments()
@@ -226,6 +229,7 @@ class _Run:
                 self.written += [path, history.of_points(path)]
             self.tables.append(increment)
             self.means.append(increment)
+            self.measures.append(increment)
         every = self.case.output.fields
         if increment.end_of_step or (every and increment.number % every == 0):
             with self.timer("recovery"):
@@ -312,7 +316,9 @@ class _Run:
             "finished": datetime.datetime.now().astimezone().isoformat(" ", "seconds"),
             "last_force": {t: {c: last(f"{t}.{k}") for c, k in zip("xym", ("fx", "fy", "mz"))} for t in problem.tools},
             "last_place": {t: {c: last(f"{t}.u{c}") for c in "xy"} | {"rz": last(f"{t}.rz")} for t in problem.tools},
+            "ended_early": _early_ends(table, problem, status == "completed"),
             "passage_means": passages.last_means(self.directory),
+            "measures": measured.measured(self.directory, problem),
             "last_area": {c.name: last(f"{c.name}.area") for c in problem.contacts},
             "energy": {e: last(f"energy.{e}") for e in history.energies_of(problem)},
             "totals": {
@@ -336,3 +342,14 @@ class _Run:
         }
         write_text(self.directory / report.SUMMARY, json.dumps(summary, indent=2, ensure_ascii=False) + "\n")
         return summary
+
+
+def _early_ends(table: dict[str, NDArray[Any]], problem: Problem, completed: bool) -> dict[str, float]:
+    """Steps that ended before their time, with when they did."""
+    out = {}
+    for number, step in enumerate(problem.steps):
+        rows = np.flatnonzero(table["step"] == step.name)
+        over = completed or (len(rows) and rows[-1] < len(table["step"]) - 1)
+        if step.until is not None and len(rows) and over and (end := float(table["time"][rows[-1]])) < number + 1:
+            out[step.name] = end
+    return out

@@ -6,6 +6,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from prensa.measures.units import area_unit as area_unit
+from prensa.measures.units import energy_unit as energy_unit
+from prensa.measures.units import force_unit as force_unit
+from prensa.measures.units import length_unit as length_unit
+from prensa.measures.units import moment_unit as moment_unit
+from prensa.measures.units import pressure_unit as pressure_unit
 from prensa.model.problem import Problem
 
 BLUE, ORANGE, GREEN, RED, PURPLE, SKY, YELLOW, BLACK = (
@@ -57,41 +63,7 @@ def styled() -> Iterator[None]:
         yield
 
 
-# --------------------------------------------------------------------------------------------------------------- units
-def length_unit(problem: Problem) -> str:
-    """Unit of lengths, as printed on axes."""
-    return problem.units.length
-
-
-def pressure_unit(problem: Problem) -> str:
-    """Unit of stresses: MPa for N and mm, Pa for N and m, else force/length²."""
-    known = {("N", "mm"): "MPa", ("N", "m"): "Pa", ("kN", "mm"): "GPa", ("kN", "m"): "kPa", ("MN", "m"): "MPa"}
-    units = problem.units
-    return known.get((units.force, units.length), f"{units.force}/{units.length}²")
-
-
-def force_unit(problem: Problem) -> str:
-    """Unit of tool forces: per thickness in plane problems, whole in axisymmetric ones."""
-    units = problem.units
-    return units.force if problem.space == "axisymmetric" else f"{units.force}/{units.length}"
-
-
-def moment_unit(problem: Problem) -> str:
-    """Unit of tool moments: per thickness in plane problems."""
-    units = problem.units
-    return f"{units.force} {units.length}" + ("" if problem.space == "axisymmetric" else f"/{units.length}")
-
-
-def energy_unit(problem: Problem) -> str:
-    """Unit of energies: the same as that of moments."""
-    return moment_unit(problem)
-
-
-def area_unit(problem: Problem) -> str:
-    """Unit of contact areas: a width in plane problems (area per thickness)."""
-    return f"{problem.units.length}²" if problem.space == "axisymmetric" else problem.units.length
-
-
+# --------------------------------------------------------------------------------------------------------------- names
 def axes_names(problem: Problem) -> tuple[str, str]:
     """Names of the two coordinates: x, y or, in axisymmetry, r, z."""
     return ("r", "z") if problem.space == "axisymmetric" else ("x", "y")

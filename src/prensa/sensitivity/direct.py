@@ -72,11 +72,11 @@ class Neighbour(NamedTuple):
     plan: StepPlan
     e: Evaluation
 
-    def increment(self, state: State, ended: bool) -> Increment:
-        """What users see of it, with its committed state."""
+    def increment(self, before: State, state: State, ended: bool) -> Increment:
+        """What users see of it, with the committed states that it led from and to."""
         result = NewtonResult(True, None, state.u, None, state.lam, 0)
         e = self.e._replace(history=state.history)
-        return increment_of(self.system, state, self.plan, e, result, 0, 0, ended)
+        return increment_of(self.system, state, self.plan, e, result, 0, 0, ended, before)
 
 
 @dataclass
@@ -138,9 +138,9 @@ class Direction:
 
     def _side(self, at: Solution, sign: float, system: System, stabilisation: Stabilisation) -> Side:
         old = at.c.state.moved(self.carried, sign * self.step)
-        plan = plan_step(system, at.c.plan.number, old.step_start)
+        plan = plan_step(system, at.c.plan.number, old.step_start, old.ends)
         if at.c.state.release is not None and at.c.state.clock.time == plan.t0:
-            carried = let_go(system, old, plan)
+            carried = let_go(system, replace(old, release=None), plan)
             old = replace(old, release=np.zeros(system.ndof) if carried is None else carried)
         c = system.context(old, plan, at.c.time)
         c = replace(c, interactions=[*c.interactions, *stabilisation.forces(c)])

@@ -95,6 +95,12 @@ def _refuse(system: System, start: State | None, derivatives: Sequence[str]) -> 
         raise ArgumentError(
             "derivatives: the case starts from a run, whose derivatives are not known; describe both in one case, with more steps"
         )
+    until = next((s.name for s in system.problem.steps if s.until is not None), None)
+    if until is not None:
+        raise ArgumentError(
+            f"derivatives: step {until!r} ends by its 'until', at another time for other parameters; give the travel "
+            "or the force at which it ended"
+        )
     if start is not None and start.clock.number:
         missing = [path for path in derivatives if path not in start.derivatives]
         if missing:
@@ -112,6 +118,7 @@ class _Derivatives(Derivatives):
 
     steps: Mapping[str, float]
     neighbours: Mapping[str, tuple[Neighbour, Neighbour]]
+    before: State
     state: State
     ended: bool
 
@@ -120,9 +127,11 @@ class _Derivatives(Derivatives):
         """Neighbouring increments by the path of the parameter, made when first asked for."""
         out = {}
         for path, (a, b) in self.neighbours.items():
-            step, along = self.steps[path], self.state.derivatives[path]
-            above, below = self.state.moved(along, step), self.state.moved(along, -step)
-            out[path] = a.increment(above, self.ended), b.increment(below, self.ended)
+            both = []
+            for side, step in ((a, self.steps[path]), (b, -self.steps[path])):
+                before, state = (s.moved(s.derivatives[path], step) for s in (self.before, self.state))
+                both.append(side.increment(before, state, self.ended))
+            out[path] = both[0], both[1]
         return out
 
     def of(self, observable: Callable[[Increment], float]) -> dict[str, float]:
@@ -148,12 +157,16 @@ class Differentiated(TimeStepping):
     ) -> tuple[State, Increment]:
         """As `TimeStepping.commit`, with the derivatives of what it commits."""
         state, increment = super().commit(c, control, result, spent, cutbacks)
+        before = replace(c.state, derivatives=self._carried())
         with self.timer("derivatives"):
             neighbours, flat = self.differentiate(c, result, state)
-        state = replace(state, derivatives={d.parameter.path: d.carried for d in self.directions})
+        state = replace(state, derivatives=self._carried())
         steps = {d.parameter.path: d.step for d in self.directions}
-        found = _Derivatives(flat, self._switched(c, result), steps, neighbours, state, increment.end_of_step)
+        found = _Derivatives(flat, self._switched(c, result), steps, neighbours, before, state, increment.end_of_step)
         return state, replace(increment, derivatives=found, _state=lambda: state)
+
+    def _carried(self) -> dict[str, dict[str, Array]]:
+        return {d.parameter.path: d.carried for d in self.directions}
 
     def differentiate(
         self, c: Context, result: NewtonResult, state: State

@@ -202,13 +202,20 @@ class LimitPoint:
     cause: Unstable | Jumped | Stagnated | NotConverged | Diverged
 
 
+@dataclass(frozen=True)
+class NotReached:
+    """What was to end a step has not come, or was there before it began; ``words`` say which."""
+
+    words: str
+
+
 FreeToMove = Singular | ToolRunaway | Runaway | LostSupport | UnilaterallySupported
 """Some body or tool has nothing to hold it."""
 
 Failure = (
     Unevaluable | Diverged | Stagnated | NotConverged | Unsettled | Blocked | Tunnelled | TurnedThrough | CornerInverted
     | Collapsed | BeyondSmall | MetalInside | Folded | Distorted | StartsInside | Unstable | Jumped | LimitPoint
-    | FreeToMove
+    | NotReached | FreeToMove
 )  # fmt: skip
 
 
@@ -263,6 +270,8 @@ def sentence(failure: Failure) -> str:
             )
         case Folded(fold):
             return str(fold)
+        case NotReached(words):
+            return words
         case Distorted():
             return _distorted(failure)
         case _:

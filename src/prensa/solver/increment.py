@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import PrensaError, take
-from prensa.model.checks import suggest
+from prensa.model.names import suggest
 
 if TYPE_CHECKING:
     from prensa.fem.passing import Passing
     from prensa.fem.state import State
+    from prensa.model.problem import Problem
 
 Array = NDArray[np.float64]
 STATUS = ("open", "stick", "slip")
@@ -81,7 +82,7 @@ class PointValues:
 
     ``X``/``x`` (k, 2) initial and current positions, ``gap``, ``pressure``, ``shear``, ``slip``, ``status`` (k,) as in
     `ContactState`, ``weight`` (k,) area of the point (2πr inside in axisymmetry). With ``integration: kikuchi`` pressure
-    and shear are the projected ones, Σ N_A λ_A at the point.
+    and shear are the projected ones, Σ N_A λ_A at the point. ``speed`` (k,) of slip in the increment (None: not known).
     """
 
     X: Array
@@ -92,6 +93,7 @@ class PointValues:
     slip: Array
     status: NDArray[np.int8]
     weight: Array
+    speed: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -155,6 +157,29 @@ class BodyState:
         return self.x - self.X
 
 
+@dataclass(frozen=True)
+class Shape:
+    """Where a body is, without its stresses: n nodes, m cells as in `BodyState`.
+
+    ``X``, ``x``, ``start`` (n, 2): positions at first, now, and at the start of the step; ``edges`` of its boundaries by
+    name, each (k, 2|3), body on the left; ``corners``: named points.
+    """
+
+    X: Array
+    x: Array
+    start: Array
+    cells: NDArray[np.int64]
+    edges: Mapping[str, NDArray[np.int64]]
+    corners: Mapping[str, int]
+
+
+class PlasticPower(NamedTuple):
+    """Plastic power per initial volume at the integration points of a body, and their initial volumes, both (m, q)."""
+
+    density: Array
+    volume: Array
+
+
 class Reaction(NamedTuple):
     """Force of a support on the body."""
 
@@ -197,6 +222,14 @@ class Statistics:
     """Contact points whose status changed, at each of those iterations."""
 
 
+class More(NamedTuple):
+    """What an increment computes when it is asked for, beside its state: see `Increment.shapes` and `Increment.plastic_power`."""
+
+    problem: Problem
+    shapes: Callable[[], Mapping[str, Shape]]
+    plastic_power: Callable[[], Mapping[str, PlasticPower]]
+
+
 @dataclass(frozen=True)
 class Derivatives:
     """Derivatives of an increment by parameters.
@@ -232,6 +265,8 @@ class Increment:
     _state: Callable[[], State] = field(repr=False, compare=False)
     _contacts: Callable[[], Mapping[str, ContactState]] = field(repr=False, compare=False)
     _bodies: Callable[[], Mapping[str, BodyState]] = field(repr=False, compare=False)
+    stopped: str = ""
+    """What ended the step here before its time, in words; '' if nothing did."""
     passing: Mapping[str, Passing] = field(default_factory=dict)
     """By contact, of those whose tool has an end: elements that passed in this increment and that lie in it, mean pressure."""
     passages: Mapping[str, float] = field(default_factory=dict)
@@ -240,6 +275,7 @@ class Increment:
     """By column of ``history.csv`` and ``<contact>.pressure``: over the last element that passed in this step, where one has."""
     derivatives: Derivatives | None = field(default=None, repr=False, compare=False)
     """By the parameters that `solve` was asked for; None without."""
+    _more: More | None = field(default=None, repr=False, compare=False)
 
     def force(self, tool: str) -> Force:
         """Force of the bodies on *tool*, positive along +axis (a punch pressing down feels a positive y)."""
@@ -248,16 +284,60 @@ class Increment:
             raise PrensaError(f"unknown tool {tool!r}{suggest(str(tool), self.tools)}")
         return self.tools[tool].force
 
-    def derivative(self, observable: Callable[[Increment], float]) -> dict[str, float]:
-        """Derivatives of a number read off the increment, ``lambda i: i.force("die").y`` say, by the paths of `solve`."""
+    def derivative(self, observable: str | Callable[[Increment], float]) -> dict[str, float]:
+        """Derivatives of a measure, or of a function of an increment, by the parameters that `solve` was asked for, by path.
+
+        ``increment.derivative("die.force.y")["friction.mu"]``: per unit of the parameter, in the units of the case, at the
+        same time.
+
+        Raises
+        ------
+        PrensaError
+            If the run has no derivatives, or there is no such measure.
+
+        """
+        from prensa.measures import parse
+
         if self.derivatives is None:
             raise PrensaError("this run has no derivatives; ask for them: solve(problem, derivatives=['friction.mu'])")
+        if not callable(observable):
+            take("derivative", "observable", observable, str, "give the name of a measure, such as 'punch.force.y'")
+            observable = parse(observable, self._known.problem).value
         return self.derivatives.of(observable)
 
     @cached_property
     def state(self) -> State:
         """The committed state, from which the run can be continued; of condensed bodies recovered when first asked for."""
         return self._state()
+
+    @property
+    def _known(self) -> More:
+        if self._more is None:
+            raise PrensaError("this increment was made by hand: it knows no shapes and no problem; solve the case")
+        return self._more
+
+    @cached_property
+    def shapes(self) -> Mapping[str, Shape]:
+        """Shapes of the bodies by name; no stress is recovered for them."""
+        return self._known.shapes()
+
+    @cached_property
+    def plastic_power(self) -> Mapping[str, PlasticPower]:
+        """Plastic power by body, in this increment."""
+        return self._known.plastic_power()
+
+    def measure(self, text: str) -> float:
+        """The number that *text* names, as in ``increment.measure("punch.force.y")`` (docs/guide/measures.md).
+
+        Raises
+        ------
+        MeasureError
+            If there is no such measure, or it has no value in this increment.
+
+        """
+        from prensa.measures import parse
+
+        return parse(text, self._known.problem).value(self)
 
     @cached_property
     def contacts(self) -> Mapping[str, ContactState]:

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from prensa.fem.passing import STAIR, WORTH_SAYING, Passing, passable, passing, plastic, sentence
 from prensa.fem.system import Evaluation, System
+from prensa.model.problem import support_names
 from prensa.solver.increment import Increment, Mean
 from prensa.solver.policy import DEFAULT, Policy
-from prensa.solver.results import support_names
 
 Array = NDArray[np.float64]
 

@@ -258,5 +258,11 @@ class Policy:
     usual_increments: int = 10
     """Increments of a step that chooses its own."""
 
+    # ---------------------------------------------------------------------------------------------- ends of steps
+    until: float = 1e-8
+    """Share of its target, or of the element depth for a contact, within which what ends a step is met …"""
+    instant: float = 1e-12
+    """… if it does not jump there; then, share of the step within which its time is known."""
+
 
 DEFAULT = Policy()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -14,7 +14,7 @@ from prensa.contact.recovery import recover, smoothed
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
 from prensa.fem.system import Evaluation, System
-from prensa.model.problem import Problem
+from prensa.model.problem import support_names
 from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import (
     FORCE_IN,
@@ -24,8 +24,11 @@ from prensa.solver.increment import (
     ContactState,
     Force,
     Increment,
+    More,
+    PlasticPower,
     PointValues,
     Reaction,
+    Shape,
     Statistics,
     ToolState,
 )
@@ -35,9 +38,12 @@ Recovery = Callable[[Array, NDArray[np.int64], Array, Array], Array]
 
 
 def increment_of(
-    system: System, state: State, plan: StepPlan, e: Evaluation, result: NewtonResult, spent: int, cutbacks: int, ended: bool
+    system: System, state: State, plan: StepPlan, e: Evaluation, result: NewtonResult, spent: int, cutbacks: int, ended: bool,
+    before: State | None = None,
 ) -> Increment:  # fmt: skip
-    """The increment that led to a state; spent: iterations of all its attempts."""
+    """The increment that led to a state from the one *before* (None: from itself); spent: iterations of all its attempts."""
+    before = before or state
+    start, old, dt = before.step_start, before.history, state.clock.time - before.clock.time
     statistics = Statistics(
         spent, cutbacks, result.residual, result.augmentations, tuple(result.residuals), tuple(result.changes)
     )
@@ -51,7 +57,29 @@ def increment_of(
         plan.name, plan.number + 1, state.clock.number, state.clock.time, tool_states(system, state, e),
         state.energy._asdict(), support_forces(system, e, plan, state), statistics, ended,
         whole, lambda: contact_states(system, whole(), e, plan), lambda: body_states(system, whole(), e, plan),
+        _more=More(system.problem, lambda: shapes(system, whole(), start), lambda: plastic_power(system, old, state.history, dt)),
     )  # fmt: skip
+
+
+def shapes(system: System, state: State, start: Array) -> dict[str, Shape]:
+    """Where the bodies are, and were at the start of the step with degrees of freedom ``start`` (ndof,)."""
+    x, begun = system.positions(state.u), system.positions(start)
+    out = {}
+    for b in system.blocks:
+        own, mesh = _own(b), system.meshes[b.body]
+        out[b.body] = Shape(system.X[own], x[own], begun[own], b.cells - own.start, mesh.edges, mesh.corners)
+    return out
+
+
+def plastic_power(system: System, old: Sequence[Array], new: Sequence[Array], dt: float) -> dict[str, PlasticPower]:
+    """Plastic work of the increment between two histories over its duration, at the integration points."""
+    out = {}
+    for b, before, after in zip(system.blocks, old, new, strict=True):
+        work = np.zeros_like(b.volume)
+        if b.law.plastic and dt > 0.0:
+            work = (b.field(after, "plastic_work") - b.field(before, "plastic_work"))[..., 0] / dt
+        out[b.body] = PlasticPower(work, b.volume)
+    return out
 
 
 def tool_forces(system: System, e: Evaluation) -> dict[str, Force]:
@@ -84,12 +112,6 @@ def support_forces(system: System, e: Evaluation, plan: StepPlan, state: State) 
             name, axis = group.support
             total[name]["xyz".index(axis)] += float(r[group.dofs].sum())
     return {name: REACTION[system.dofs.dimension](*v) for name, v in total.items()}
-
-
-def support_names(problem: Problem) -> list[str]:
-    """Boundaries and points that are held in some step, in the order of the description."""
-    later = (name for step in problem.steps for name in (*step.fixed, *problem.driven(step)))
-    return list(dict.fromkeys([*problem.fixed, *later]))
 
 
 def tool_states(system: System, state: State, e: Evaluation) -> dict[str, ToolState]:
@@ -147,7 +169,7 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
             force=s.points.to_nodes(f.F[:, : system.dofs.dimension]), pressure_from_stress=from_stress,
             pressure_smoothed=_pressure_of(smooth, nodes, pairs.n),
             error=np.where(closed, np.abs(pressure - from_stress), 0.0), area=float(weight[f.p > 0].sum()),
-            points=PointValues(s.X, s.points.at(x), f.g, p, t, f.kappa, status, weight),
+            points=PointValues(s.X, s.points.at(x), f.g, p, t, f.kappa, status, weight, state.contact.speed[s.rows]),
         )  # fmt: skip
     return out
 

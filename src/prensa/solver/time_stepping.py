@@ -55,6 +55,7 @@ from prensa.solver.results import increment_of
 from prensa.solver.stabilisation import Stabilisation
 from prensa.solver.stability import at_limit, judged, told
 from prensa.solver.step_control import StepControl
+from prensa.solver.stopping import Outcome, Stopping
 from prensa.solver.validity import Validity
 
 log = logging.getLogger("prensa")
@@ -188,6 +189,7 @@ class TimeStepping:
         self.condensed: Condensation | None = None
         self.last: Increment | None = None
         self.passages = Passages(system)
+        self.stopping: Stopping
         self.times: Array | None = None
         self.stops: Array | None = None
 
@@ -205,6 +207,9 @@ class TimeStepping:
         if times is None:
             return
         given = _as_times("times", times)
+        until = next((s.name for s in self.system.problem.steps if s.until is not None), None)
+        if until is not None:
+            raise ArgumentError(f"solve: step {until!r} ends by its 'until', so times cannot be given; leave one of them out")
         self.times = given[given > now]
         ends = np.arange(np.floor(now) + 1.0, last + 1.0)
         missing = ends[~np.isin(ends, self.times)]
@@ -219,20 +224,28 @@ class TimeStepping:
         touched = state.contact.closed | (state.contact.slip > 0)
         steps = self.system.problem.steps
         for number in range(state.clock.step, len(steps)):
-            plan = plan_step(self.system, number, state.step_start)
-            if number and state.clock.time == plan.t0:
-                state = replace(state, release=let_go(self.system, state, plan))
-                self.messages.warn(table_jumps(self.system, state, plan))
+            plan = plan_step(self.system, number, state.step_start, state.ends)
+            self.stopping = Stopping(self.system, plan, self.policy)
+            if state.clock.time <= plan.t0:
+                state = self.begin(state, plan)
             self._prepare(plan)
             control = StepControl(self.system, plan, self.policy, self.times, self.stops)
             self.distortion = Distortion(self.system, self.policy)
-            while state.clock.time < plan.t1:
+            while state.clock.step == number:
                 state, increment = self.advance(state, plan, control)
                 self.last = increment
                 touched |= state.contact.closed
                 yield increment
         if len(steps):
             self.messages.warn([*untouched_tools(self.system, touched), *self.validity.told()])
+
+    def begin(self, state: State, plan: StepPlan) -> State:
+        """The state in which a step begins; what an early end left of the time before is passed over."""
+        if plan.number:
+            released = let_go(self.system, state, plan)
+            self.messages.warn(table_jumps(self.system, state, plan))
+            state = replace(state, release=released, clock=state.clock._replace(time=plan.t0))
+        return self.stopping.begin(state)
 
     def _prepare(self, plan: StepPlan) -> None:
         """The matrix of a step: that of the step before where the same dofs are prescribed."""
@@ -249,33 +262,26 @@ class TimeStepping:
         """One committed increment, cut as often as needed."""
         now, dt = state.clock.time, state.clock.dt
         dt = dt if dt > 0 else control.first()
-        spent, cutbacks = 0, 0
-        most = self.most_cutbacks(state)
+        spent: list[int] = []
+        cutbacks, most = 0, self.most_cutbacks(state)
         while True:
             end, notes = control.end(now, dt), list[str]()
             if self.times is None:
                 end, notes = first_touch(self.system, state, plan, end, self.policy)
-            c = self.context(state, plan, end)
-            start, more = approach(self.system, c)
-            for message in notes + more:
+            for message in notes:
                 self.messages.note(state, plan, message)
-            soften = cutbacks >= min(self.policy.soften_after, self.numerics.max_cutbacks, most)
-            result = self.attempt(c, start, soften)
-            spent += result.iterations
-            if refusal := self.acceptance.refusal(c, result):
-                result.converged, result.reason = False, refusal
-            dt = control.cut(end - now)
-            last = cutbacks == most or control.exhausted(dt)
-            if self.condensed is None:  # linear bodies are stable
-                before = result.iterations
-                result = judged(self.equilibrium(c), result, self.acceptance, cutbacks, not last)
-                spent += result.iterations - before
+            solve = partial(self.solved, state, plan, control, cutbacks, spent)
+            c, result = solve(end)
             if result.converged:
-                self.look_inside(c, result, cutbacks)
-                return self.commit(c, control, result, spent, cutbacks)
-            self.messages.rejected(state, plan, end, result)
+                c, result = self.stopping.search((c, result), solve)
+            if result.converged:
+                self.look_inside(c, result)
+                self.stopping.refuse(c)
+                return self.commit(c, control, result, sum(spent), cutbacks)
+            self.messages.rejected(state, plan, c.time, result)
             assert result.reason is not None
-            last |= control.comes_free(result.reason, end - now)
+            dt = control.cut(c.dt)
+            last = cutbacks == most or control.exhausted(dt) or control.comes_free(result.reason, c.dt)
             hopeless = self.distortion.rejected(c, result.reason, control.longest(None)) or self.stays_inside(
                 state, cutbacks
             )
@@ -283,6 +289,24 @@ class TimeStepping:
             if last or hopeless or (isinstance(result.reason, LimitPoint) and at_limit(c, self.policy)):
                 raise self.post_mortem(c, result, cutbacks)
             cutbacks += 1
+
+    def solved(
+        self, state: State, plan: StepPlan, control: StepControl, cutbacks: int, spent: list[int], end: float
+    ) -> Outcome:
+        """Context and outcome of one attempt at the increment to a time, its stability judged; spent: gets its iterations."""
+        c = self.context(state, plan, end)
+        start, notes = approach(self.system, c)
+        for message in notes:
+            self.messages.note(state, plan, message)
+        most = self.most_cutbacks(state)
+        result = self.attempt(c, start, cutbacks >= min(self.policy.soften_after, self.numerics.max_cutbacks, most))
+        if refusal := self.acceptance.refusal(c, result):
+            result.converged, result.reason = False, refusal
+        if self.condensed is None:  # linear bodies are stable
+            last = cutbacks == most or control.exhausted(control.cut(c.dt))
+            result = judged(self.equilibrium(c), result, self.acceptance, cutbacks, not last)
+        spent.append(result.iterations)
+        return c, result
 
     def stays_inside(self, state: State, cutbacks: int) -> Failure | None:
         """The tool that starts deepest inside a body, if the first increment fails on: shorter ones have the same overlap."""
@@ -323,7 +347,7 @@ class TimeStepping:
         """The state that follows, the increment that led to it, and what there is to say of it."""
         assert result.evaluation is not None
         e = result.evaluation._replace(data=None)  # increments that are kept must not keep their matrices
-        ended = c.time >= c.plan.t1
+        ended = c.ends_step
         dt = 0.0 if ended else control.next(c, e, result.iterations, cutbacks)
         state = committed(self.system, c, result, e, dt, self.stabilisation)
         self.validity.look_at_friction(c, e)
@@ -331,9 +355,13 @@ class TimeStepping:
         if result.recover is None and (refusal := self.validity.look(state.u, state.history)):
             result.reason = refusal
             raise self.post_mortem(c, result, cutbacks)
-        increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended)
+        increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended, c.state)
+        if c.stopped:
+            self.messages.note(c.state, c.plan, f"step {c.plan.name!r} ends at time {c.time:.6g}: {c.stopped}")
+            increment = replace(increment, stopped=c.stopped)
         increment = self.passages.follow(increment, passing_of(self.system, e, c.state.u, state.u))
         if ended:
+            self.messages.warn(self.stopping.unmet(c))
             self.messages.warn(self.passages.warnings(self.policy))
             residual = max(result.residual, self.numerics.tolerance)
             self.messages.warn(quality_warnings(self.system, c, e, residual, self.policy))
@@ -342,20 +370,20 @@ class TimeStepping:
         self.messages.accepted(c.state, c.plan, result, increment)
         return state, increment
 
-    def look_inside(self, c: Context, result: NewtonResult, cutbacks: int) -> None:
+    def look_inside(self, c: Context, result: NewtonResult) -> None:
         """Raise `SolveError` if metal lies inside a tool with which it has no contact, or in itself.
 
-        No smaller increment would help then. Folds are looked for where increments are cut, and at the end of a step.
+        No smaller increment would help then. Of condensed bodies the displacements are known at the end of a step.
         """
         assert result.evaluation is not None
         sunk = np.zeros(len(self.system.tools))
         for s, f in zip(self.system.surfaces, result.evaluation.contacts):
             sunk[s.tool] = max(sunk[s.tool], -float(f.g.min()))
         node = inside(self.system, self.watched, result.u, sunk)
-        if result.recover is not None and (node is not None or c.time >= c.plan.t1):  # displacements not yet computed
+        if result.recover is not None and (node is not None or c.ends_step):  # displacements not yet computed
             node = inside(self.system, self.watched, result.recover(), sunk)
         reason: Failure | None = None if node is None else MetalInside(node)
-        if reason is None and (cutbacks or c.time >= c.plan.t1):
+        if reason is None and (result.recover is None or c.ends_step):
             u = result.u if result.recover is None else result.recover()
             folded = fold(self.system, self.outlines, u)
             reason = None if folded is None else Folded(folded)
@@ -416,7 +444,7 @@ def committed(
         contact = contact.replaced(s.rows, replace(f.record, speed=(f.kappa - before.slip) / c.dt))
         lam[s.rows, 0], lam[s.rows, 1:] = f.p, f.t
     work = nodal_work(system, c, e)
-    ended, du = c.time >= c.plan.t1, result.u - old.u
+    ended, du = c.ends_step, result.u - old.u
     energy = ledger(system, c, result.u, e, work, stabilisation.dissipated(c, du))
     stability = stabilisation.after(c, du, energy.external - old.energy.external, result.negative)
     if ended and result.recover is not None:
@@ -426,5 +454,6 @@ def committed(
     return State(
         u=result.u, du=du, dt_last=0.0 if ended else c.dt, second_difference=difference, history=e.history, contact=contact,
         lam=lam, energy=energy, work=work, clock=Clock(step, old.clock.number + 1, c.time, dt, damping),
-        step_start=step_start, release=None if ended else old.release, stability=stability,
+        step_start=step_start, release=None if c.time >= c.plan.t1 else old.release, stability=stability,
+        ends=np.append(old.ends, c.time) if ended else old.ends, watched=c.watched,
     )  # fmt: skip

@@ -116,9 +116,12 @@ def closest(table, boxes, size, xi, g, n, c, s):
         if r > 0.0:
             nx, ny = dx / r, dy / r
         n[k, 0], n[k, 1] = side * nx, side * ny
-        g[k] = side * (r - p[R])
+        # from the middle of the arc, whose radius may be many times the size of the tool: r − R would have the round-off of R
+        vx, vy = x - (p[X] + p[R] * p[DX]), y - (p[Y] + p[R] * p[DY])
+        along, across = p[DX] * vx + p[DY] * vy, p[DX] * vy - p[DY] * vx
+        g[k] = side * (vx * vx + vy * vy + 2.0 * p[R] * along) / (r + p[R])
         c[k] = side / max(r, 1e-3 * p[R])
-        s[k] = p[S] + side * p[R] * np.arctan2(p[DX] * ny - p[DY] * nx, p[DX] * nx + p[DY] * ny)
+        s[k] = p[S] + side * p[R] * np.arctan2(across, p[R] + along)
 
 
 @njit(cache=True)

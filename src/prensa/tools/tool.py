@@ -20,9 +20,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.model.checks import Finding
 from prensa.model.doors import Member
 from prensa.model.fields import Springs
+from prensa.model.names import Finding
 from prensa.model.units import Length
 from prensa.tools.implicit import Implicit
 

@@ -82,7 +82,7 @@ def imbalance(system: System, inc: Increment) -> tuple[float, float]:
     """
     finite = system.problem.kinematics == "finite"
     moved = system.problem.contact_geometry == "current"
-    plan = plan_step(system, inc.step_number - 1, inc.state.step_start)
+    plan = plan_step(system, inc.step_number - 1, inc.state.step_start, inc.state.ends)
     x = system.positions(inc.state.u) if finite else system.X
     actions = [boundary_load(system, x, load, inc.time) for load in plan.loads.values()]
     actions += [

@@ -11,8 +11,8 @@ from pydantic import Discriminator, Field, Tag
 
 from prensa.geometry.chain import ChainError, Piece, chain
 from prensa.geometry.outline import of_chain
-from prensa.model.checks import Finding
 from prensa.model.fields import described
+from prensa.model.names import Finding
 from prensa.model.units import Length
 from prensa.tools.analytic import Tool
 from prensa.tools.tool import ToolShape

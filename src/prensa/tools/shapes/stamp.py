@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from prensa.geometry.outline import block
-from prensa.model.checks import Finding
+from prensa.model.names import Finding
 from prensa.model.units import Length, Number
 from prensa.tools.flat import Flat
 from prensa.tools.tool import ToolShape

@@ -1,0 +1,90 @@
+"""The columns of ``history.csv``: names that follow from the description alone, and what stands in them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from prensa.measures.measure import MeasureError
+from prensa.measures.units import area_unit, energy_unit, force_unit, length_unit, moment_unit
+from prensa.model.problem import Problem, ever_stabilised, support_names
+
+if TYPE_CHECKING:
+    from prensa.solver.increment import Increment
+
+ENERGIES = ("external", "elastic", "plastic", "friction", "contact", "imbalance")
+PLACE_COLUMNS = ("ux", "uy", "rz")
+FORCE_COLUMNS = ("fx", "fy", "mz")
+
+
+class Column(NamedTuple):
+    """``unit`` and value of a column of the history."""
+
+    unit: str
+    value: Callable[[Increment], Any]
+
+
+def energies_of(problem: Problem) -> list[str]:
+    """Names of the energies that a run writes: with what viscous forces dissipate where some step is stabilised."""
+    return [*ENERGIES, *(["viscous"] if ever_stabilised(problem) else [])]
+
+
+def columns(problem: Problem) -> dict[str, Column]:
+    """Columns of ``history.csv`` by name, in order."""
+    forces = (force_unit(problem), force_unit(problem), moment_unit(problem))
+    places = (length_unit(problem), length_unit(problem), "rad")
+    out = {"step": Column("", lambda i: i.step), "increment": Column("", lambda i: i.number)}
+    out["time"] = Column("", lambda i: i.time)
+    for tool in problem.tools:
+        out |= {f"{tool}.{c}": _place(tool, k, places[k]) for k, c in enumerate(PLACE_COLUMNS)}
+        out |= {f"{tool}.{c}": _force(tool, k, forces[k]) for k, c in enumerate(FORCE_COLUMNS)}
+    for contact in problem.contacts:
+        out[f"{contact.name}.area"] = _area(contact.name, area_unit(problem))
+    for body in problem.bodies if problem.space == "plane stress" else ():
+        out[f"{body}.thickness.min"] = _thickness(body, "min", length_unit(problem))
+        out[f"{body}.thickness.max"] = _thickness(body, "max", length_unit(problem))
+    for name in energies_of(problem):
+        out[f"energy.{name}"] = _energy(name, energy_unit(problem))
+    out["iterations"] = Column("", lambda i: i.statistics.iterations)
+    out["cutbacks"] = Column("", lambda i: i.statistics.cutbacks)
+    for name in support_names(problem):
+        out |= {f"fixed.{name}.{c}": _support(name, k, forces[k]) for k, c in enumerate(FORCE_COLUMNS[:2])}
+    for tool, description in problem.tools.items():
+        for k, (key, c) in enumerate(zip(("x", "y", "rz"), FORCE_COLUMNS)):
+            if description.spring is not None and getattr(description.spring, key) is not None:
+                out[f"{tool}.spring.{c}"] = _spring(tool, k, forces[k])
+    return out
+
+
+def _place(tool: str, k: int, unit: str) -> Column:
+    return Column(unit, lambda i: i.tools[tool].place[k])
+
+
+def _force(tool: str, k: int, unit: str) -> Column:
+    return Column(unit, lambda i: i.tools[tool].force[k])
+
+
+def _spring(tool: str, k: int, unit: str) -> Column:
+    return Column(unit, lambda i: (i.tools[tool].spring or (0.0, 0.0, 0.0))[k])
+
+
+def _area(contact: str, unit: str) -> Column:
+    return Column(unit, lambda i: i.contacts[contact].area)
+
+
+def _energy(name: str, unit: str) -> Column:
+    return Column(unit, lambda i: i.energy.get(name, 0.0))
+
+
+def _support(name: str, k: int, unit: str) -> Column:
+    return Column(unit, lambda i: i.supports[name][k])
+
+
+def _thickness(body: str, which: str, unit: str) -> Column:
+    def value(increment: Increment) -> Any:
+        t = increment.bodies[body].thickness
+        if t is None:
+            raise MeasureError(f"{body!r} has no thickness of its own")
+        return t.min() if which == "min" else t.max()
+
+    return Column(unit, value)

@@ -1,0 +1,474 @@
+"""From the text of a measure to the measure: what it is of, which quantity, where."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from prensa.errors import PrensaError, take
+from prensa.measures import bodies, contacts
+from prensa.measures.bodies import Outline, Place
+from prensa.measures.columns import FORCE_COLUMNS, PLACE_COLUMNS, columns
+from prensa.measures.measure import Gradient, Measure, MeasureError, Slope, Value
+from prensa.measures.units import area_unit, force_unit, length_unit, moment_unit, pressure_unit
+from prensa.mesh.generate import mesh_of
+from prensa.model.problem import Problem
+from prensa.model.units import factor
+
+if TYPE_CHECKING:
+    from prensa.solver.increment import Increment
+
+GUIDE = "docs/guide/measures.md lists them all"
+POSITIONS = ("x", "y", "ux", "uy")
+"""Of a place: coordinates and displacements."""
+NODAL_FIELDS = ("mises", "plastic_strain", "displacement", "stress.xx", "stress.yy", "stress.zz", "stress.xy")
+CONTACT_EXTREMES = ("max.pressure", "max.shear", "max.slip", "max.friction_power", "mean.pressure", "mean.shear", "min.gap")
+COUNTS = ("open", "stick", "slip")
+TOOL_QUANTITIES = ("force", "force.x", "force.y", "moment", "travel", "travel.x", "travel.y", "rotation")
+FUNCTIONS = ("angle", "change", "curvature", "distance", "mean", "radius", "ripple", "thickness", "thinning")
+NOT_NUMBERS = ("step", "increment")
+
+
+def parse(text: str, problem: Problem) -> Measure:
+    """The measure that *text* names in a problem, as in ``punch.force.y`` or ``billet.right.x at y=0``.
+
+    A name under the problem's ``measures`` stands for what is written there.
+
+    Raises
+    ------
+    MeasureError
+        If there is no such measure; with the remedy.
+
+    """
+    take("parse", "text", text, str, "give the text of a measure, such as 'punch.force.y'")
+    take("parse", "problem", problem, Problem, "give a Problem (case.problem of a case)")
+    return _Reader(problem).read(text)
+
+
+def parse_all(problem: Problem) -> dict[str, Measure]:
+    """The measures that a problem names, in its order.
+
+    Raises
+    ------
+    MeasureError
+        With all that are wrong, one a line, each with its path: ``measures.bore: …``.
+
+    """
+    reader, found, wrong = _Reader(problem), {}, []
+    for name, text in problem.measures.items():
+        try:
+            found[name] = replace(reader.read(text), name=name)
+        except PrensaError as error:
+            wrong.append(f"measures.{name}: {error}")
+    if wrong:
+        raise MeasureError("\n".join(wrong))
+    return found
+
+
+def names(problem: Problem) -> Iterator[str]:
+    """Names of measures of a problem, without those at places and of functions: what suggestions are made from."""
+    yield from problem.measures
+    yield from (name for name in columns(problem) if name not in NOT_NUMBERS)
+    for tool in problem.tools:
+        yield from (f"{tool}.{q}" for q in (*TOOL_QUANTITIES, *_contact_quantities()))
+    for contact in problem.contacts:
+        yield from (f"{contact.name}.{q}" for q in (*_contact_quantities(), "passages", "elements") if q != "area")
+    for name in problem.bodies:
+        corners, edges = _boundaries(problem, name)
+        yield from (f"{name}.{q}" for q in ("plastic_power", "max.plastic_power"))
+        yield from (f"{name}.{p}.{q}" for p in corners for q in (*POSITIONS, *_fields(problem)))
+        for outline in (name, *(f"{name}.{e}" for e in edges)):
+            extremes = (f"{m}.{q}" for m in ("max", "min") for q in (*POSITIONS, *_fields(problem)))
+            yield from (f"{outline}.{q}" for q in (*extremes, "height", "width"))
+        yield from (f"{name}.{e}.barrel" for e in edges)
+
+
+def _contact_quantities() -> Iterator[str]:
+    yield from ("area", "length", "friction_power", "neutral.x", "neutral.y", *CONTACT_EXTREMES)
+    yield from (f"count.{status}" for status in COUNTS)
+
+
+def _fields(problem: Problem) -> tuple[str, ...]:
+    return (*NODAL_FIELDS, "thickness") if problem.space == "plane stress" else NODAL_FIELDS
+
+
+def _boundaries(problem: Problem, body: str) -> tuple[list[str], list[str]]:
+    """Points and boundaries of the mesh of a body."""
+    description = problem.bodies[body]
+    mesh = mesh_of(description.mesh, description.element_in(problem.space), problem.units.length)
+    return list(mesh.corners), list(mesh.edges)
+
+
+@dataclass(frozen=True)
+class _Part:
+    """What a measure is made of before it has its text: unit, value, slope, and its geometry if it has one."""
+
+    unit: str
+    value: Value
+    slope: Slope | None = None
+    body: str = ""
+    geometry: Callable[[Any, Any], float] | None = None
+
+
+class _Reader:
+    """Reads measures of one problem."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        self.columns = columns(problem)
+        self.meshes: dict[str, tuple[list[str], list[str]]] = {}
+
+    def read(self, text: str) -> Measure:
+        """The measure of a text."""
+        written = text.strip()
+        if written in self.problem.measures:
+            return replace(self.read_plain(self.problem.measures[written]), name=written)
+        return self.read_plain(text)
+
+    def read_plain(self, text: str) -> Measure:
+        """The measure of a text that is no name under ``measures``."""
+        written = " ".join(text.split())
+        part = self.part(written)
+        return Measure(written, part.unit, part.value, part.slope)
+
+    def part(self, text: str) -> _Part:
+        """What a text is made of."""
+        if text in self.columns and text not in NOT_NUMBERS:
+            return self._column(text)
+        if match := re.fullmatch(r"(\w+)\s*\((.*)\)", text):
+            return self._function(match[1], _arguments(match[2]), text)
+        for kind, names_ in (
+            (self._contact, [c.name for c in self.problem.contacts]),
+            (self._tool, list(self.problem.tools)),
+            (self._body, list(self.problem.bodies)),
+        ):
+            owner = _longest(text, names_)
+            if owner and (part := kind(owner, text[len(owner) :].removeprefix("."))):
+                return part
+        raise self.unknown(text)
+
+    def unknown(self, text: str) -> MeasureError:
+        """The error of a text that is no measure."""
+        head, where = _at(text)
+        if where:
+            return self._unknown_at(head, text)
+        known = list(names(self.problem))
+        near = difflib.get_close_matches(_old_order(text, self.problem) or text, known, n=1, cutoff=0.5)
+        remedy = f"did you mean {near[0]!r}? {GUIDE}" if near else GUIDE
+        return MeasureError(f"unknown measure {text!r}; {remedy}")
+
+    def _unknown_at(self, head: str, text: str) -> MeasureError:
+        """The error of a text with a place: what stands before the place is wrong."""
+        known = []
+        for body in self.problem.bodies:
+            for outline in (body, *(f"{body}.{edge}" for edge in self._known(body)[1])):
+                known += [f"{outline}.{q}" for q in (*POSITIONS, "angle", *_fields(self.problem))]
+        near = difflib.get_close_matches(head, known, n=1, cutoff=0.5)
+        remedy = f"did you mean '{near[0]}{text[len(head) :]}'?" if near else GUIDE
+        return MeasureError(f"unknown measure {text!r}; {remedy}")
+
+    # ------------------------------------------------------------------------------------------------- columns and tools
+    def _column(self, name: str) -> _Part:
+        column = self.columns[name]
+        tool, _, c = name.rpartition(".")
+        if tool in self.problem.tools and c in FORCE_COLUMNS:
+            return _Part(column.unit, column.value, _of_tool("forces", tool, FORCE_COLUMNS.index(c)))
+        if tool in self.problem.tools and c in PLACE_COLUMNS:
+            return _Part(column.unit, column.value, _of_tool("places", tool, PLACE_COLUMNS.index(c)))
+        return _Part(column.unit, column.value)
+
+    def _tool(self, tool: str, quantity: str) -> _Part | None:
+        p = self.problem
+        if p.space == "axisymmetric" and quantity in ("moment", "rotation", "force.x", "travel.x"):
+            raise MeasureError(f"'{tool}.{quantity}' has no meaning about an axis; take '{tool}.force.y' or '{tool}.travel.y'")
+        vectors = {"force": ("forces", "force", force_unit(p)), "travel": ("places", "place", length_unit(p))}
+        kind, _, axis = quantity.partition(".")
+        if quantity in ("moment", "rotation"):
+            of, unit = (FORCE_COLUMNS, moment_unit(p)) if quantity == "moment" else (PLACE_COLUMNS, "rad")
+            return replace(self._column(f"{tool}.{of[2]}"), unit=unit)
+        if kind in vectors and axis in ("x", "y"):
+            return self._column(f"{tool}.{(FORCE_COLUMNS if kind == 'force' else PLACE_COLUMNS)['xy'.index(axis)]}")
+        if kind in vectors and not axis:
+            to, attribute, unit = vectors[kind]
+            axes = (1,) if p.space == "axisymmetric" else (0, 1)
+            return _Part(unit, _size(tool, attribute, axes), _size_slope(to, tool, attribute, axes))
+        return self._contacts([c.name for c in p.contacts if c.against == tool], quantity)
+
+    # ---------------------------------------------------------------------------------------------------------- contacts
+    def _contact(self, name: str, quantity: str) -> _Part | None:
+        if quantity in ("passages", "elements"):
+            return _Part("", contacts.passing(name, quantity))
+        return self._contacts([name], quantity)
+
+    def _contacts(self, of: list[str], quantity: str) -> _Part | None:
+        """A quantity of one contact, or of all those with a tool."""
+        p = self.problem
+        if not of:
+            return None
+        head, _, tail = quantity.partition(".")
+        power = f"{pressure_unit(p)} {length_unit(p)}/s"
+        units = {"pressure": pressure_unit(p), "shear": pressure_unit(p), "slip": length_unit(p), "friction_power": power}
+        if quantity == "area":
+            return _Part(area_unit(p), contacts.area(of))
+        if quantity == "length":
+            return _Part(length_unit(p), contacts.contact_length(of))
+        if quantity == "friction_power":
+            return _Part(f"{moment_unit(p)}/s", contacts.friction_power(of))
+        if quantity == "min.gap":
+            return _Part(length_unit(p), contacts.least_gap(of))
+        if quantity in CONTACT_EXTREMES:
+            how = contacts.largest if head == "max" else contacts.mean
+            return _Part(units[tail], how(of, tail))
+        if head == "count" and tail in COUNTS:
+            return _Part("", contacts.count(of, COUNTS.index(tail)))
+        if head == "neutral" and tail in ("x", "y") and len(of) == 1:
+            return _Part(length_unit(p), contacts.neutral(of[0], "xy".index(tail)))
+        return None
+
+    # ------------------------------------------------------------------------------------------------------------ bodies
+    def _known(self, body: str) -> tuple[list[str], list[str]]:
+        """Points and boundaries of a body, meshed once."""
+        if body not in self.meshes:
+            self.meshes[body] = _boundaries(self.problem, body)
+        return self.meshes[body]
+
+    def _body(self, body: str, rest: str) -> _Part | None:
+        p = self.problem
+        quantity, where = _at(rest)
+        if quantity == "plastic_power" and not where:
+            return _Part(f"{moment_unit(p)}/s", lambda i: float(np.vdot(*i.plastic_power[body])))
+        if quantity == "max.plastic_power" and not where:
+            return _Part(f"{pressure_unit(p)}/s", lambda i: float(i.plastic_power[body][0].max()))
+        owner, quantity = self._outline(body, quantity)
+        if isinstance(owner, Place):
+            return self._at_place(owner, quantity, "") if not where else None
+        choose, _, name = quantity.partition(".")
+        if choose not in ("max", "min"):
+            choose, name = "", quantity
+        if where:
+            return self._at_place(self._place(owner, where), name, choose)
+        if choose:
+            return self._extreme(owner, name, 1.0 if choose == "max" else -1.0)
+        if quantity in ("height", "width"):
+            return self._geometric(body, length_unit(p), bodies.extent(owner, "y" if quantity == "height" else "x"))
+        if quantity == "barrel" and owner.boundary:
+            return self._geometric(body, length_unit(p), bodies.barrel(owner))
+        if name in (*POSITIONS, *_fields(p), "angle"):
+            other = f"'{owner}.{name} at y=…'" + (f" or '{owner}.max.{name}'" if name != "angle" else "")
+            raise MeasureError(f"'{body}.{rest}' says of no place on {owner}: write {other}")
+        return None
+
+    def _outline(self, body: str, text: str) -> tuple[Outline | Place, str]:
+        """Boundary or point that a text begins with (the whole outline if none), and the rest of it."""
+        corners, edges = self._known(body)
+        name = _longest(text, [*corners, *edges])
+        rest = text[len(name) :].removeprefix(".") if name else text
+        if name in corners and name not in edges:
+            return Place(Outline(body), point=name), rest
+        return Outline(body, name), rest
+
+    def _place(self, outline: Outline, where: Mapping[str, str]) -> Place:
+        """The place of ``at x=…`` or ``near (x, y)`` on an outline."""
+        if where["axis"]:
+            return Place(outline, axis=where["axis"], level=self._length(where["level"]))
+        return Place(outline, near=(self._length(where["x"]), self._length(where["y"])))
+
+    def _length(self, text: str) -> float:
+        units = self.problem.units
+        try:
+            return factor(text.strip(), units.length, units.force, (0, 1))
+        except ValueError as error:
+            raise MeasureError(f"{text.strip()!r} is not a length ({error}); write a plain number or like '5 mm'") from None
+
+    def _at_place(self, place: Place, name: str, choose: str) -> _Part | None:
+        body = place.outline.body
+        if name in POSITIONS and not (choose and not place.axis):
+            geometry = bodies.coordinate(place, name[-1], displacement=name.startswith("u"), choose=choose)
+            return self._geometric(body, length_unit(self.problem), geometry)
+        if choose:
+            return None
+        if name == "angle" and place.axis:
+            return self._geometric(body, "deg", bodies.inclination(place))
+        if name in _fields(self.problem):
+            return _Part(self._field_unit(name), bodies.field_at(place, name))
+        return None
+
+    def _extreme(self, outline: Outline, name: str, sign: float) -> _Part | None:
+        if name in POSITIONS:
+            geometry = bodies.end(outline, name[-1], sign, displacement=name.startswith("u"))
+            return self._geometric(outline.body, length_unit(self.problem), geometry)
+        if name in _fields(self.problem):
+            return _Part(self._field_unit(name), bodies.field_extreme(outline, name, sign))
+        return None
+
+    def _field_unit(self, name: str) -> str:
+        if name == "plastic_strain":
+            return ""
+        return length_unit(self.problem) if name in ("displacement", "thickness") else pressure_unit(self.problem)
+
+    def _geometric(self, body: str, unit: str, geometry: bodies.Geometry) -> _Part:
+        value, slope = bodies.geometric(body, geometry)
+        return _Part(unit, value, slope, body, lambda shape, x: geometry(shape, x).value)
+
+    # --------------------------------------------------------------------------------------------------------- functions
+    def _function(self, name: str, given: list[str], text: str) -> _Part:
+        if name not in FUNCTIONS:
+            near = difflib.get_close_matches(name, FUNCTIONS, n=1)
+            remedy = f"did you mean {near[0]!r}?" if near else f"known: {', '.join(FUNCTIONS)}"
+            raise MeasureError(f"unknown function {name!r} in {text!r}; {remedy}")
+        wanted = 1 if name in ("change", "mean", "ripple") else 2
+        if len(given) != wanted:
+            raise MeasureError(f"{name} takes {wanted} argument{'s' * (wanted > 1)}, {text!r} has {len(given)}; {GUIDE}")
+        if name == "change":
+            return self._change(given[0])
+        if name in ("mean", "ripple"):
+            return self._passage_mean(name, given[0])
+        unit = length_unit(self.problem)
+        if name in ("thickness", "thinning"):
+            a, b = self._outline_or_place(given[0]), self._outline_or_place(given[1])
+            if isinstance(b, Place) or a == b or _body_of(a) != b.body:
+                raise MeasureError(f"{text!r}: {name} is from a boundary, or a place on one, to the boundary opposite")
+            shape = (bodies.thickness if name == "thickness" else bodies.thinning)(a, b)
+            return _Part(unit if name == "thickness" else "", bodies.plain(b.body, shape), None, b.body, shape)
+        return self._of_two_places(name, given, text)
+
+    def _of_two_places(self, name: str, given: list[str], text: str) -> _Part:
+        unit = length_unit(self.problem)
+        a, b = (self._outline_or_place(g) for g in given)
+        if isinstance(a, Outline) or isinstance(b, Outline) or _body_of(a) != _body_of(b):
+            raise MeasureError(f"{text!r}: {name} is of two places of a body, such as 'sheet.top at X=10' or 'sheet.top-left'")
+        body = a.outline.body
+        if name in ("distance", "angle"):
+            geometry = (bodies.distance if name == "distance" else bodies.angle)(a, b)
+            return self._geometric(body, unit if name == "distance" else "deg", geometry)
+        if a.outline != b.outline or not (a.axis and b.axis and a.outline.boundary):
+            raise MeasureError(f"{text!r}: {name} is of a boundary between two places on it, such as 'sheet.top at X=10'")
+        bend = bodies.curvature(a, b)
+        if name == "curvature":
+            return _Part(f"1/{unit}", bodies.plain(body, bend), None, body, bend)
+
+        def radius(shape: Any, x: Any) -> float:
+            value = bend(shape, x)
+            if value == 0.0:
+                raise MeasureError(f"{a.outline} is straight there; measure the curvature")
+            return 1.0 / abs(value)
+
+        return _Part(unit, bodies.plain(body, radius), None, body, radius)
+
+    def _change(self, text: str) -> _Part:
+        part = self.part(text)
+        if part.geometry is None:
+            raise MeasureError(f"change is of geometry, places, angles and the like; {text!r} is none")
+        return _Part(part.unit, bodies.change(part.body, part.geometry), None)
+
+    def _passage_mean(self, name: str, text: str) -> _Part:
+        known = {c for c in self.columns if c not in NOT_NUMBERS} | {f"{c.name}.pressure" for c in self.problem.contacts}
+        if text not in known:
+            near = difflib.get_close_matches(text, known, n=1)
+            remedy = f"did you mean {near[0]!r}?" if near else "write it like 'die.fx'"
+            raise MeasureError(f"{name} is of a column of history.csv or of '<contact>.pressure', not {text!r}; {remedy}")
+        unit = self.columns[text].unit if text in self.columns else pressure_unit(self.problem)
+
+        def value(increment: Increment) -> float:
+            if text not in increment.means:
+                raise MeasureError("no element has passed yet in this step")
+            return float(getattr(increment.means[text], name))
+
+        return _Part(unit, value)
+
+    def _outline_or_place(self, text: str) -> Outline | Place:
+        head, where = _at(text)
+        body = _longest(head, list(self.problem.bodies))
+        if not body:
+            known = [*self.problem.bodies]
+            raise MeasureError(f"{text!r} is no place; begin with a body ({', '.join(known)}), as in '{known[0]}.top at x=5'")
+        found, rest = self._outline(body, head[len(body) :].removeprefix("."))
+        if rest:
+            corners, edges = self._known(body)
+            near = difflib.get_close_matches(rest, [*edges, *corners], n=1)
+            remedy = f"did you mean {near[0]!r}?" if near else f"it has {', '.join(map(repr, [*edges, *corners]))}"
+            raise MeasureError(f"body {body!r} has no boundary or point {rest!r}; {remedy}")
+        if where and isinstance(found, Outline):
+            return self._place(found, where)
+        if where:
+            raise MeasureError(f"{text!r}: a point is a place already; leave out what follows it")
+        return found
+
+
+# ------------------------------------------------------------------------------------------------------------- details
+_WRITTEN = r"[^=,()]+?"
+_AT_LEVEL = re.compile(rf"(?P<head>.*?)\s+at\s+(?P<axis>[xyXY])\s*=\s*(?P<level>{_WRITTEN})")
+_NEAR_POINT = re.compile(rf"(?P<head>.*?)\s+near\s*\(\s*(?P<x>{_WRITTEN})\s*,\s*(?P<y>{_WRITTEN})\s*\)")
+
+
+def _at(text: str) -> tuple[str, dict[str, str]]:
+    """What stands before ``at x=…`` or ``near (x, y)``, and these."""
+    if match := _AT_LEVEL.fullmatch(text):
+        return match["head"], {"axis": match["axis"], "level": match["level"]}
+    if match := _NEAR_POINT.fullmatch(text):
+        return match["head"], {"axis": "", "x": match["x"], "y": match["y"]}
+    return text, {}
+
+
+def _arguments(text: str) -> list[str]:
+    """Arguments between commas that stand in no bracket of their own."""
+    parts, depth = [""], 0
+    for c in text:
+        depth += (c == "(") - (c == ")")
+        if c == "," and depth == 0:
+            parts.append("")
+        else:
+            parts[-1] += c
+    return [p.strip() for p in parts]
+
+
+def _longest(text: str, known: list[str]) -> str:
+    """The longest known name that is the text or that it begins with, before a dot; '' if none."""
+    found = [k for k in known if text == k or text.startswith(f"{k}.")]
+    return max(found, key=len, default="")
+
+
+def _body_of(part: Outline | Place) -> str:
+    return part.outline.body if isinstance(part, Place) else part.body
+
+
+def _old_order(text: str, problem: Problem) -> str:
+    """``force.punch.y`` as it would be written here, ``punch.force.y``; '' for other texts."""
+    owners = [*(c.name for c in problem.contacts), *problem.tools, *problem.bodies]
+    for owner in sorted(owners, key=len, reverse=True):
+        for middle in (f".{owner}.", f".{owner}"):
+            head, found, tail = text.partition(middle)
+            if found and head and (tail or middle[-1] != "."):
+                head = head.replace("place", "travel")
+                return f"{owner}.{head}" + (f".{tail}" if tail else "")
+    return ""
+
+
+def _gradient(kind: str, tool: str, slopes: Any) -> Gradient:
+    return Gradient(forces={tool: slopes}) if kind == "forces" else Gradient(places={tool: slopes})
+
+
+def _of_tool(kind: str, tool: str, k: int) -> Slope:
+    return lambda increment: _gradient(kind, tool, np.eye(3)[k])
+
+
+def _size(tool: str, attribute: str, axes: tuple[int, ...]) -> Value:
+    return lambda increment: math.hypot(*(getattr(increment.tools[tool], attribute)[k] for k in axes))
+
+
+def _size_slope(kind: str, tool: str, attribute: str, axes: tuple[int, ...]) -> Slope:
+    def slope(increment: Increment) -> Gradient:
+        vector = np.zeros(3)
+        vector[list(axes)] = [getattr(increment.tools[tool], attribute)[k] for k in axes]
+        size = float(np.hypot(*vector[:2]))
+        if size == 0.0:
+            raise MeasureError("it is zero, where its size has no derivative; take a component")
+        return _gradient(kind, tool, vector / size)
+
+    return slope

@@ -1,0 +1,162 @@
+"""When a step ends before its travel: forces, places and contacts to be reached, and what is wrong with how they are written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import field
+from typing import Annotated, Any, Literal, TypeAlias
+
+from pydantic import BeforeValidator, model_validator
+
+from prensa.model.fields import described
+from prensa.model.names import Finding, suggest
+from prensa.model.units import Angle, Displacement, Force, Moment
+
+Path: TypeAlias = tuple[str | int, ...]
+DRIVEN = ("move", "by", "velocity", "push")
+
+
+@described
+class ToolForce:
+    """Force ``x``, ``y`` or moment ``m`` of the bodies on a tool, as in ``history.csv``.
+
+    A punch that presses down feels a positive ``y``. In plane problems of the whole ``thickness``, in axisymmetry of the
+    whole circumference.
+    """
+
+    x: Force | None = None
+    y: Force | None = None
+    m: Moment | None = None
+
+
+@described
+class ToolTravel:
+    """Displacement of a tool from its initial place, and its rotation ``rz``, counter-clockwise, as in ``history.csv``."""
+
+    x: Displacement | None = None
+    y: Displacement | None = None
+    rz: Angle | None = None
+
+
+def _spelled_out(value: Any) -> Any:
+    """The words of contact: YAML has none of its own for them."""
+    return value.strip().lower() if isinstance(value, str) else value
+
+
+Touch = Annotated[Literal["touches", "leaves"], BeforeValidator(_spelled_out)]
+
+
+@described
+class Until:
+    """A step ends at the first of these, exactly there, and the next one goes on from that state.
+
+    ``force``, ``travel``: what a tool's force or displacement reaches, from whichever side it comes; ``contact``: a tool or a
+    contact (``<surface>-<tool>``) that ``touches`` for the first time in the step, or ``leaves``. A step in which none of them
+    is met ends as it would without, which is told; with ``required`` that is an error.
+    """
+
+    force: Mapping[str, ToolForce] = field(default_factory=dict)
+    travel: Mapping[str, ToolTravel] = field(default_factory=dict)
+    contact: Mapping[str, Touch] = field(default_factory=dict)
+    required: bool = False
+
+    @model_validator(mode="after")
+    def _check(self) -> Until:
+        if not any(True for _ in self.criteria()):
+            raise ValueError(
+                "nothing to wait for; give a force, a travel or a contact, like {force: {punch: {y: 2000}}}"
+            )
+        return self
+
+    def criteria(self) -> Iterator[tuple[str, str, str, Any]]:
+        """Kind, name, component ('' of a contact) and target of each, in the order of the description."""
+        for kind, keys in (("force", ("x", "y", "m")), ("travel", ("x", "y", "rz"))):
+            for name, target in getattr(self, kind).items():
+                yield from ((kind, name, key, v) for key in keys if (v := getattr(target, key)) is not None)
+        yield from (("contact", name, "", word) for name, word in self.contact.items())
+
+
+# ------------------------------------------------------------------------------------------------------- what is wrong
+def findings(p: Any, step: Any, path: Path) -> Iterator[Finding]:
+    """What is wrong with the names in ``until`` of a step of a problem."""
+    until = step.until
+    if until is None:
+        return
+    for kind in ("force", "travel"):
+        for name, target in getattr(until, kind).items():
+            here = (*path, "until", kind, name)
+            if name not in p.tools:
+                yield Finding(here, f"unknown tool {name!r}{suggest(name, p.tools)}", at_key=True)
+            elif target.x is target.y is getattr(target, "m" if kind == "force" else "rz") is None:
+                yield Finding(here, f"{kind} of tool {name!r} has no component; give x, y or a turn")
+            elif p.space == "axisymmetric":
+                for key in ("x", "m", "rz"):
+                    if getattr(target, key, None) is not None:
+                        yield Finding((*here, key), "in axisymmetry a tool moves along y only", at_key=True)
+    contacts = [c.name for c in p.contacts if c is not None]
+    for name in until.contact:
+        if name not in p.tools and name not in contacts and None not in p.contacts:
+            message = f"unknown tool or contact {name!r}{suggest(name, [*p.tools, *contacts])}"
+            yield Finding((*path, "until", "contact", name), message, at_key=True)
+        elif name in p.tools and None not in p.contacts and not any(c.against == name for c in p.contacts):
+            yield Finding((*path, "until", "contact", name), f"tool {name!r} has no contact that it could make or lose")
+
+
+def tables_beyond(p: Any) -> Iterator[Finding]:
+    """Tables in global time that go on where a step may have ended early: the time between is left out.
+
+    And tables of ``move``, measured from the initial place, of tools that an early end leaves wherever they are.
+    """
+    open_ended = [i for i, step in enumerate(p.steps) if step is not None and step.until is not None]
+    if not open_ended:
+        return
+    for prefix, owner, first in [((), p, 0), *((("steps", i), s, i) for i, s in enumerate(p.steps) if s is not None)]:
+        for path, table in _tables(owner):
+            over = next((i for i in open_ended if i >= first and table[-1][0] > i + 1 + 1e-9), None)
+            if over is not None:
+                yield Finding(
+                    (*prefix, *path),
+                    f"the table goes on after time {over + 1}, and step {p.steps[over].name!r} may end before it: the time that "
+                    f"is left out would be a jump; end the table at {over + 1} and go on in a later step",
+                )
+    yield from _moved_tables(p)
+
+
+def _tables(owner: Any) -> Iterator[tuple[Path, Any]]:
+    for kind in ("move", "by", "velocity", "push", "fixed", "loads", "body_force"):
+        for name, entry in getattr(owner, kind, {}).items():
+            for key, value in enumerate(entry) if isinstance(entry, tuple) else vars(entry).items() if entry else ():
+                if isinstance(value, tuple) and value and isinstance(value[0], tuple):
+                    yield (kind, name, key), value
+                elif isinstance(value, tuple):  # a traction of two components
+                    yield from (((kind, name, key, k), v) for k, v in enumerate(value) if isinstance(v, tuple))
+
+
+def _moved_tables(p: Any) -> Iterator[Finding]:
+    """Tables of ``move`` and ``fixed`` of what an earlier step with ``until`` was moving when it ended."""
+    anywhere: dict[tuple[str, str], str] = {}
+    for i, step in enumerate(p.steps):
+        if step is None:
+            return
+        for kind in ("move", "fixed"):
+            for name, motion in getattr(step, kind).items():
+                for key in ("x", "y", "rz"):
+                    value = getattr(motion, key, None) if motion is not None else None
+                    if isinstance(value, tuple) and (name, key) in anywhere:
+                        yield Finding(
+                            ("steps", i, kind, name, key),
+                            f"the table is measured from the initial place, and {name!r} is wherever step "
+                            f"{anywhere[name, key]!r} ended; measure it from there with 'by', or give a number",
+                        )
+        moved = {
+            (name, "rz" if key == "m" else key)
+            for kind in (*DRIVEN, "fixed")
+            for name, motion in getattr(step, kind).items()
+            for key in ("x", "y", "rz", "m")
+            if motion is not None and getattr(motion, key, None) not in (None, "held")
+        }
+        if step.until is not None:
+            anywhere |= dict.fromkeys(moved, step.name)
+        else:  # a number or a table says where the tool ends
+            said = {(n, k) for n, k in moved if getattr(step.move.get(n, step.fixed.get(n)), k, None) is not None}
+            anywhere = {key: name for key, name in anywhere.items() if key not in said}

@@ -1,0 +1,329 @@
+from __future__ import annotations
+
+import json
+import math
+import re
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import prensa as pr
+from prensa.fem.discretise import discretise
+from prensa.measures import MeasureError, grammar, names, parse, parse_all
+from prensa.mesh.generate import mesh_of
+from prensa.model.schema import loads
+from prensa.output.history import history_columns, read_history
+from prensa.output.measured import read_measures
+from prensa.output.report import read_summary
+from prensa.solver.increment import Shape
+
+GUIDE = Path(__file__).parents[2] / "docs" / "guide" / "measures.md"
+
+
+def problem(element: str = "q8", n: tuple[int, int] = (4, 3), **more) -> pr.Problem:
+    body = pr.Body(pr.Rectangle((4, 2), n), pr.J2(1000, 0.3, pr.Linear(10, 50)), element)
+    return pr.Problem(
+        "block", bodies={"block": body}, tools={"punch": pr.Plane(touching="block.top")},
+        contacts=(pr.Contact(("block.top", "block.right"), "punch", friction=pr.Coulomb(0.1)),),
+        fixed={"block.bottom": "y", "block.left": "x"},
+        steps=(
+            pr.Step("press", move={"punch": {"y": -0.4}}, increments=2),
+            pr.Step("off", move={"punch": {"y": 0.1}}, increments=1),
+        ),
+        **more,
+    )  # fmt: skip
+
+
+def shaped(p: pr.Problem, shape=lambda X: X, start=lambda X: X):
+    """An increment of which only the shape is known, the block's nodes at shape(X)."""
+    mesh = mesh_of(p.bodies["block"].mesh, p.bodies["block"].element, "mm")
+    X = mesh.points
+    made = Shape(X, shape(X), start(X), mesh.cells, mesh.edges, mesh.corners)
+    return SimpleNamespace(shapes={"block": made})
+
+
+def value(text: str, p: pr.Problem, increment) -> float:
+    return parse(text, p).value(increment)
+
+
+def bulged(X: np.ndarray) -> np.ndarray:
+    """The right side a parabola, x = 4 + (1 − (y − 1)²) / 2, which quadratic edges follow exactly."""
+    return np.column_stack([X[:, 0] * (1 + (1 - (X[:, 1] - 1) ** 2) / 8), X[:, 1]])
+
+
+def on_arc(X: np.ndarray) -> np.ndarray:
+    """The block bent into the quarter of a ring about the origin: its bottom with radius 5, its top with radius 7."""
+    angle = math.pi / 2 * (1 - X[:, 0] / 4)
+    return (5 + X[:, 1])[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+
+
+def test_places_on_quadratic_edges_are_exact():
+    """A parabola is met where it is, between the nodes, and its rise, largest radius and slope are those of the formula."""
+    p = problem(n=(4, 1))
+    inc = shaped(p, bulged)
+    for y in (0.0, 0.3, 1.0, 1.7):
+        x = 4 + 0.5 * (1 - (y - 1) ** 2)
+        assert value(f"block.right.x at y={y}", p, inc) == pytest.approx(x, abs=1e-12)
+        assert value(f"block.right.ux at Y={y}", p, inc) == pytest.approx(x - 4, abs=1e-12)
+        slope = math.degrees(math.atan2(1, -(y - 1)))
+        assert value(f"block.right.angle at y={y}", p, inc) == pytest.approx((slope + 90) % 180 - 90, abs=1e-9)
+    assert value("block.right.max.x", p, inc) == pytest.approx(4.5, abs=1e-12)
+    assert value("block.right.barrel", p, inc) == pytest.approx(0.5, abs=1e-12)
+    assert value("block.left.barrel", p, inc) == pytest.approx(0.0, abs=1e-12)
+    assert value("block.width", p, inc) == pytest.approx(4.5, abs=1e-12)
+    assert value("block.height", p, inc) == 2.0
+
+
+def test_places_on_straight_edges_are_interpolated_not_rounded_to_nodes():
+    """A sheared block is cut by a level between its nodes where the straight line is."""
+    p = problem("q4", n=(3, 3))
+    inc = shaped(p, lambda X: X + np.column_stack([0.25 * X[:, 1], 0 * X[:, 0]]))
+    assert value("block.right.x at y=0.55", p, inc) == pytest.approx(4 + 0.25 * 0.55, abs=1e-14)
+    assert value("block.max.x at y=0.55", p, inc) == pytest.approx(4 + 0.25 * 0.55, abs=1e-14)
+    assert value("block.min.x at y=0.55", p, inc) == pytest.approx(0.25 * 0.55, abs=1e-14)
+    assert value("block.top-right.x", p, inc) == 4.5 and value("block.top-right.ux", p, inc) == 0.5
+    assert value("block.y near (1.4, 0.6)", p, inc) == pytest.approx(2 / 3)
+    assert value("distance(block.left at y=0.55, block.right at y=0.55)", p, inc) == pytest.approx(4, abs=1e-14)
+    assert value("angle(block.bottom-left, block.top-left)", p, inc) == pytest.approx(math.degrees(math.atan2(2, 0.5)))
+
+
+def test_curvatures_of_rings_and_lines():
+    """The nodes of a ring lie on its circle: curvature with its sign and radius to round-off; a straight side has none."""
+    for element in ("q4", "q8"):
+        p = problem(element, n=(8, 2))
+        inc = shaped(p, on_arc)
+        there = "at X=0, block.{0} at X=4"
+        assert value(f"curvature(block.top {there.format('top')})", p, inc) == pytest.approx(1 / 7, rel=1e-9)
+        assert value(f"curvature(block.bottom {there.format('bottom')})", p, inc) == pytest.approx(-1 / 5, rel=1e-9)
+        assert value(f"radius(block.top {there.format('top')})", p, inc) == pytest.approx(7, rel=1e-9)
+        straight = shaped(p)
+        assert value(f"curvature(block.top {there.format('top')})", p, straight) == pytest.approx(0, abs=1e-9)
+
+
+def test_thickness_and_thinning_of_a_sheet():
+    """A stretched wedge: least thickness, thickness at a place, and largest thinning are those of its formula."""
+    p = problem("q4", n=(4, 1))
+    inc = shaped(p, lambda X: np.column_stack([X[:, 0], X[:, 1] * (1 - 0.05 * X[:, 0])]))
+    assert value("thickness(block.bottom, block.top)", p, inc) == pytest.approx(1.6, rel=1e-12)  # at its end
+    across = math.cos(math.atan(0.1))  # from the bottom straight to the inclined top
+    assert value("thickness(block.bottom at X=2, block.top)", p, inc) == pytest.approx(1.8 * across, rel=1e-12)
+    assert value("thinning(block.bottom at X=2, block.top)", p, inc) == pytest.approx(1 - 0.9 * across, rel=1e-12)
+    assert value("thinning(block.bottom, block.top)", p, inc) == pytest.approx(0.2, rel=1e-12)
+    quadratic = problem("q8", n=(4, 1))
+    inc = shaped(quadratic, lambda X: np.column_stack([X[:, 0], X[:, 1] * (1 - 0.05 * X[:, 0] * (4 - X[:, 0]) / 4)]))
+    assert value("thickness(block.bottom, block.top)", quadratic, inc) == pytest.approx(2 * 0.95, rel=1e-12)
+
+
+def test_change_is_since_the_start_of_the_step():
+    """The springback of an angle: what it is now minus what it was when the step began."""
+    p = problem("q4", n=(4, 2))
+    inc = shaped(p, lambda X: X * (1, 2), lambda X: X + np.column_stack([X[:, 1], 0 * X[:, 0]]))
+    assert value("change(block.left.angle at Y=0.5)", p, inc) == pytest.approx(-90 - 45, abs=1e-12)
+    assert value("change(angle(block.bottom-right, block.top-right))", p, inc) == pytest.approx(45, abs=1e-12)
+    assert value("change(block.height)", p, inc) == 2.0
+
+
+GEOMETRIC = [
+    "block.right.x at y=0.7", "block.right.x at Y=0.7", "block.right.uy at y=0.7", "block.right.max.x", "block.top.min.uy",
+    "block.right.barrel", "block.height", "block.top-right.uy", "block.x near (2, 1)", "block.right.angle at y=0.7",
+    "block.right.angle at Y=0.7", "distance(block.left at y=0.7, block.right at Y=0.4)",
+    "angle(block.top-left, block.right at y=0.7)",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("element", ["q4", "q8"])
+@pytest.mark.parametrize("text", GEOMETRIC)
+def test_gradients_are_the_derivatives(text: str, element: str):
+    """Each gradient is what central differences over all the nodes say."""
+    p = problem(element, n=(3, 2))
+    rng = np.random.default_rng(3)
+    base = shaped(p, bulged).shapes["block"].x
+    base = base + 0.02 * rng.standard_normal(base.shape)
+    measure = parse(text, p)
+    at = lambda x: shaped(p, lambda X: x)  # noqa: E731
+    gradient = measure.gradient(at(base))
+    assert gradient is not None
+    nodes, slopes = gradient.nodes["block"]
+    found = np.zeros_like(base)
+    np.add.at(found, nodes, slopes)
+    h = 1e-6
+    expected = np.zeros_like(base)
+    for i in np.ndindex(base.shape):
+        d = np.zeros_like(base)
+        d[i] = h
+        expected[i] = (measure.value(at(base + d)) - measure.value(at(base - d))) / (2 * h)
+    np.testing.assert_allclose(found, expected, atol=2e-7 * max(1.0, np.abs(expected).max()))
+
+
+def test_gradients_in_the_numbers_of_a_system():
+    """Motions and forces of tools, and displacements of nodes, find their degrees of freedom."""
+    p = problem("q4", n=(2, 2))
+    system = discretise(p)
+    inc = next(iter(pr.solve(system)))
+    u = inc.state.u
+    travel = parse("punch.travel.y", p).gradient(inc)
+    dofs, slopes = travel.displacements(system)
+    assert u[dofs] @ slopes == pytest.approx(inc.tools["punch"].place.y, rel=1e-14)
+    dofs, slopes = parse("block.top-right.ux", p).gradient(inc).displacements(system)
+    assert u[dofs] @ slopes == pytest.approx(parse("block.top-right.ux", p).value(inc), rel=1e-14)
+    dofs, slopes = parse("punch.force.y", p).gradient(inc).reactions(system)
+    assert slopes[dofs == system.tool_dof(0) + 1] == [1.0] and np.count_nonzero(slopes) == 1
+
+
+@pytest.fixture(scope="module")
+def pressed() -> tuple[pr.Problem, list]:
+    p = problem("q4_fbar", n=(6, 4), measures={"force": "punch.force.y", "bulge": "block.right.barrel"})
+    return p, list(pr.solve(p))
+
+
+def test_every_column_of_the_history_is_a_measure(pressed):
+    """What `history_columns` lists is a number of the increment under the same name, with a unit."""
+    p, increments = pressed
+    for name in history_columns(p):
+        if name not in grammar.NOT_NUMBERS:
+            assert isinstance(increments[-1].measure(name), float)
+    inc = increments[0]
+    assert inc.measure("punch.fy") == inc.measure("punch.force.y") == inc.measure("force") == inc.force("punch").y
+    assert parse("punch.fy", p).unit == "N/mm" and parse("energy.plastic", p).unit == "N mm/mm"
+
+
+def test_every_listed_measure_has_a_value_or_says_why_not(pressed):
+    """What `names` lists is parsed, and is a finite number unless it says what is missing."""
+    p, increments = pressed
+    some = list(names(p))
+    assert len(some) > 200 and len(set(some)) == len(some)
+    for text in some:
+        measure = parse(text, p)
+        try:
+            assert math.isfinite(measure.value(increments[0])), text
+        except MeasureError as error:
+            assert str(error).startswith(f"{text}: ")
+
+
+def test_contacts_and_powers_add_up(pressed):
+    """Length is area in plane strain, mean pressure times area the force, powers times duration the dissipated work."""
+    p, increments = pressed
+    first, last = increments[0], increments[-1]
+    contact = p.contacts[0].name
+    assert first.measure(f"{contact}.length") == pytest.approx(first.measure(f"{contact}.area"), rel=0.02)
+    force = first.measure("punch.mean.pressure") * first.contacts[contact].weight[first.contacts[contact].status > 0].sum()
+    assert force == pytest.approx(first.force("punch").y, rel=1e-6)
+    times = np.diff([0.0, *(i.time for i in increments)])
+    work = sum(i.measure("block.plastic_power") * dt for i, dt in zip(increments, times))
+    assert work == pytest.approx(last.energy["plastic"], rel=1e-9)
+    friction = sum(i.measure("punch.friction_power") * dt for i, dt in zip(increments, times))
+    # the ledger takes the stress in the middle of an increment, which is between half of that at its end and all of it
+    assert 0.5 * friction < last.energy["friction"] < friction
+    with pytest.raises(MeasureError, match="nothing is in contact"):
+        last.measure("punch.mean.pressure")
+
+
+def test_neutral_point_divides_friction():
+    """Where a linear shear changes sign; a second change that divides less is passed over."""
+    x = np.linspace(0, 8, 9)
+    shear = np.array([3.0, 3, 2, 1, -2, -3, -3, 0.5, -3])
+    contact = SimpleNamespace(
+        status=np.full(9, 2), shear=shear, weight=np.ones(9), x=np.column_stack([x, 0 * x]), gap=np.zeros(9)
+    )
+    p = problem()
+    inc = SimpleNamespace(contacts={p.contacts[0].name: contact})
+    assert value(f"{p.contacts[0].name}.neutral.x", p, inc) == pytest.approx(3 + 1 / 3)
+    contact.shear = np.abs(shear)
+    with pytest.raises(MeasureError, match="does not change sign"):
+        value(f"{p.contacts[0].name}.neutral.x", p, inc)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("force.punch.y", "did you mean 'punch.force.y'"),
+        ("punch.forc.y", "did you mean 'punch.force.y'"),
+        ("block.rihgt.x at y=1", "did you mean 'block.right.x at y=1'"),
+        ("block.right.x", "write 'block.right.x at y=…' or 'block.right.max.x'"),
+        ("block.right.x at y=5 N", "is not a length"),
+        ("angel(block.top-left, block.top-right)", "did you mean 'angle'"),
+        ("angle(block.top, block.top-right)", "of two places of a body"),
+        ("curvature(block.top at X=1, block.right at Y=1)", "of a boundary between two places"),
+        ("thickness(block.top, block.top)", "to the boundary opposite"),
+        ("change(punch.force.y)", "'punch.force.y' is none"),
+        ("mean(punch.fz)", "did you mean 'punch."),
+        ("angle(block.top-left)", "takes 2 arguments"),
+        ("distance(blok.top-left, block.top-right)", "begin with a body"),
+        ("", "unknown measure"),
+    ],
+)
+def test_what_does_not_exist_is_refused_with_a_remedy(text: str, words: str):
+    """Every mistake is told with what to write instead."""
+    with pytest.raises(MeasureError, match=re.escape(words)):
+        parse(text, problem("q4", n=(2, 2)))
+
+
+def test_places_that_are_not_there_and_places_that_are_several():
+    """An outline that does not reach a level says how far it goes, one that crosses it twice where."""
+    p = problem("q4", n=(2, 2))
+    inc = shaped(p)
+    with pytest.raises(MeasureError, match=r"does not reach y = 9: it lies at y = 0 … 2"):
+        value("block.right.x at y=9", p, inc)
+    assert math.isnan(parse("block.right.x at y=9", p).value_or_nan(inc))
+    with pytest.raises(MeasureError, match=r"in 2 places, x = .*'max\.x' or 'min\.x'"):
+        value("block.x at y=1", p, inc)
+
+
+def test_about_an_axis_there_is_no_moment():
+    """In axisymmetry the size of a force is that along the axis, and sums of radial forces are refused."""
+    body = pr.Body(pr.Rectangle((4, 2), (2, 1)), pr.Elastic(1000, 0.3))
+    p = pr.Problem(
+        "b", space="axisymmetric", bodies={"b": body}, tools={"die": pr.Plane(touching="b.top")},
+        fixed={"b.bottom": "y"}, steps=(pr.Step("s", move={"die": {"y": -0.01}}, increments=1),),
+    )  # fmt: skip
+    with pytest.raises(MeasureError, match=r"no meaning about an axis; take 'die\.force\.y'"):
+        parse("die.moment", p)
+    inc = next(iter(pr.solve(p)))
+    assert inc.measure("die.force") == abs(inc.force("die").y) and parse("die.force", p).unit == "N"
+
+
+def test_measures_of_a_case_are_written_and_told(tmp_path: Path):
+    """Own names: a table of their own, values at the ends of the steps in the summary, a picture, a line in the report."""
+    p = problem("q4_fbar", n=(4, 2), measures={"force": "punch.force.y", "far": "block.right.x at y=9"})
+    result = pr.run(pr.Case(p), tmp_path / "r", quiet=True)
+    table, history = read_measures(tmp_path / "r"), read_history(tmp_path / "r")
+    np.testing.assert_array_equal(table["force"], history["punch.fy"])
+    assert np.isnan(table["far"]).all() and "far" not in history
+    told = read_summary(tmp_path / "r")["measures"]["force"]
+    assert told == {"measure": "punch.force.y", "unit": "N/mm", "last": table["force"][-1],
+                    "steps": {"press": table["force"][1], "off": table["force"][2]}}  # fmt: skip
+    assert result.summary["measures"]["far"]["last"] is None
+    assert any("measures.far had no value" in w for w in json.loads((tmp_path / "r/summary.json").read_text())["warnings"])
+    assert (tmp_path / "r/pictures/measures.png").stat().st_size > 1000
+    assert "punch.force.y" in (tmp_path / "r/report.html").read_text(encoding="utf-8")
+
+
+def test_wrong_measures_of_a_case_end_a_run_before_it_begins(tmp_path: Path):
+    """All the measures that do not exist are told at once, and no folder is made."""
+    p = problem("q4", n=(2, 2), measures={"a": "punch.fx", "b": "punch.f", "c": "block.x"})
+    with pytest.raises(MeasureError, match=r"(?s)measures\.b: .*\nmeasures\.c: "):
+        pr.run(pr.Case(p), tmp_path / "r", quiet=True)
+    assert not (tmp_path / "r").exists()
+    with pytest.raises(pr.CaseError, match="is no name for a measure"):
+        problem(measures={"time": "punch.fx"})
+    with pytest.raises(pr.CaseError, match="is no name for a measure"):
+        problem(measures={"a.b": "punch.fx"})
+    assert list(parse_all(problem("q4", measures={"a": "punch.fx"}))) == ["a"]
+
+
+def test_the_guide_has_every_measure_and_all_of_them_exist():
+    """What the tables of the page name is parsed in its case, and no quantity of the code is missing there."""
+    page = GUIDE.read_text(encoding="utf-8")
+    case = loads(re.search(r"```yaml\n(.*?)```", page, re.S)[1])
+    spans = [s for line in page.splitlines() if line.startswith("| `") for s in re.findall(r"`([^`]+)`", line.split("|")[1])]
+    assert len(spans) > 40
+    for text in spans:
+        parse(text, case.problem)
+    text = " ".join(spans)
+    quantities = (*grammar.TOOL_QUANTITIES, *grammar.POSITIONS, *grammar.NODAL_FIELDS, *grammar.CONTACT_EXTREMES)
+    quantities += ("neutral.x", "length", "area", "barrel", "height", "width", "plastic_power", "friction_power")
+    missing = [q for q in quantities if not re.search(rf"\.{re.escape(q)}\b", text)]
+    missing += [f for f in grammar.FUNCTIONS if f"{f}(" not in text] + [s for s in grammar.COUNTS if f"count.{s}" not in text]
+    assert missing == []
