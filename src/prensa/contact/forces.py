@@ -134,13 +134,10 @@ def forces(
     of the side that p is on, so that a point in tension is let go; what was closed and is open by round-off, or has landed
     and is open by less than `TOUCH`, keeps that of closed points.
     foundation (k, 2): where it is not 0, the slopes of p and of t in K are these shares of those of a closed point and of one
-    that sticks, whatever the state.
-    ``like``: the points are closed and slip as these do, whatever the signs say: their forces are smooth then.
+    that sticks, whatever the state. ``like``: the points are closed and slip as these do, so that their forces are smooth.
     """
     k, m = len(weight), pairs.s.shape[1]
-    p, touching, rests = _normal(pairs.g, scale, lam[:, 0], committed.closed, before is not None, round_off, landed)
-    if like is not None:
-        touching, p = like.closed, np.where(like.closed, lam[:, 0] - scale.k_n * pairs.g, 0.0)
+    p, touching, rests = _normal(pairs.g, scale, lam[:, 0], committed.closed, before is not None, round_off, landed, like)
     n = 1 + m
     dp = np.zeros((k, n + pairs.dg.shape[1]))
     slope = touching.astype(np.float64)
@@ -154,8 +151,7 @@ def forces(
         ds = pairs.s - committed.coordinate
         share = np.ones(k) if area is None else weight / area
         pressure = (np.maximum(p, 0.0) if like is None else p) * share
-        slips = None if like is None else like.slip
-        out = return_map(law, at, lam[:, 1:], ds, pressure, touching, committed.slip, scale.k_t, hold, slips)
+        out = return_map(law, at, lam[:, 1:], ds, pressure, touching, committed.slip, scale.k_t, hold, like and like.slip)
         by_p = out.dt_dp
         bound = out.bound
         if area is not None:
@@ -179,14 +175,17 @@ def forces(
 
 def _normal(
     g: Array, scale: Scale, lam: Array, closed: NDArray[np.bool_], guess: bool, round_off: Array | float,
-    landed: NDArray[np.bool_] | None,
+    landed: NDArray[np.bool_] | None, like: Branches | None,
 ) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:  # fmt: skip
     """Pressures (k,) at gaps g (k,), which points resist, and which are open by no more than round-off.
 
-    ``closed``: committed flags; ``guess``: points that were closed stay so, and what is within `TOUCH` of the tool resists.
+    ``closed``: committed flags; ``guess``: points that were closed stay so, and what is within `TOUCH` of the tool resists;
+    ``like``: which points are closed, whatever their gaps.
     """
     trial = lam - scale.k_n * g  # −inf where a ray misses the tool
     rests = trial >= -(scale.k_n * round_off + EPS * np.abs(lam))
+    if like is not None:
+        return np.where(like.closed, trial, 0.0), like.closed, rests
     just = trial >= -TOUCH * scale.k_n * scale.h
     if guess:
         closed = closed & np.isfinite(trial)  # a point that the tool has left behind has no gap
