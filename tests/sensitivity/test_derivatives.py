@@ -307,6 +307,8 @@ def test_what_has_no_derivative_is_refused() -> None:
     for paths, message, more in cases:
         with pytest.raises(ArgumentError, match=message):
             pr.solve(ring(), derivatives=paths, **more)  # type: ignore[arg-type]
+    with pytest.raises(ArgumentError, match="remesh: off"):
+        pr.solve(ring("remesh=auto", "bodies.ring.element=t6"), derivatives=["friction.mu"])
     ends = "steps.0.until={force: {die: {y: 1000}}}"
     with pytest.raises(ArgumentError, match="'until'"):
         pr.solve(ring(ends), derivatives=["friction.mu"])

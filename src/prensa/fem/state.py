@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.record import ContactRecord
+from prensa.fem.remeshed import Remeshed
 
 Array = NDArray[np.float64]
 
@@ -92,7 +93,8 @@ class State:
     degrees of freedom at the start of the present step; ``release`` (ndof,) forces carried at that time beyond those that the
     step asks for, which it lets go linearly; None if there are none;
     ``stability`` of the last equilibrium; ``ends`` (steps,) times at which the steps so far ended, and ``watched`` (criteria,)
-    values of what may end the present one; ``derivatives``: by the path of a parameter, those of the `moving` arrays by it.
+    values of what may end the present one; ``remeshed``: the meshes, where they are not those of the description;
+    ``derivatives``: by the path of a parameter, those of the `moving` arrays by it.
     """
 
     u: Array
@@ -111,6 +113,7 @@ class State:
     derivatives: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
     ends: Array = field(default_factory=lambda: np.zeros(0))
     watched: Array = field(default_factory=lambda: np.zeros(0))
+    remeshed: Remeshed | None = None
 
     def extrapolated(self, dt: float) -> Array:
         """Change of the degrees of freedom (ndof,) in the next ``dt``, extrapolated from the last increments."""
@@ -144,6 +147,8 @@ class State:
                 out |= _as_arrays(value)
             elif value is None:
                 continue
+            elif isinstance(value, Remeshed):
+                out |= value.arrays()
             elif isinstance(value, tuple):
                 named: Any = value
                 out |= {f"{f.name}.{k}": np.asarray(v) for k, v in named._asdict().items()}
@@ -154,7 +159,7 @@ class State:
     def moving(self) -> dict[str, Array]:
         """Those of `arrays` that change with the parameters of a problem: not the clock, flags, and what a guess is made of."""
         guess = ("clock.", "dt_last", "du", "second_difference")
-        fixed = (*guess, "contact.closed", "stability.negative", "ends", "watched", "derivative")
+        fixed = (*guess, "contact.closed", "stability.negative", "ends", "watched", "remeshed", "derivative")
         return {k: a for k, a in self.arrays().items() if not k.startswith(fixed)}
 
     def moved(self, directions: Mapping[str, Array], step: float) -> State:
@@ -176,6 +181,8 @@ class State:
                 )
             elif f.name == "derivatives":
                 values[f.name] = _from_arrays(arrays)
+            elif f.name == "remeshed":
+                values[f.name] = Remeshed.from_arrays(arrays)
             elif f.name == "dt_last":
                 values[f.name] = float(arrays[f.name])
             elif f.name == "release" and f.name not in arrays:

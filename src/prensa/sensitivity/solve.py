@@ -15,6 +15,7 @@ from prensa.fem.discretise import discretise
 from prensa.fem.state import State
 from prensa.fem.system import System
 from prensa.model import problem as model
+from prensa.model.remeshing import remeshing_of
 from prensa.sensitivity.direct import Columns, Direction, Neighbour, Solution
 from prensa.solver import time_stepping
 from prensa.solver.equilibrium import NewtonResult
@@ -95,6 +96,8 @@ def _refuse(system: System, start: State | None, derivatives: Sequence[str]) -> 
         raise ArgumentError(
             "derivatives: the case starts from a run, whose derivatives are not known; describe both in one case, with more steps"
         )
+    if remeshing_of(system.problem) is not None:
+        raise ArgumentError("derivatives: a new mesh has other nodes, so nothing is known of its derivatives; give 'remesh: off'")
     until = next((s.name for s in system.problem.steps if s.until is not None), None)
     if until is not None:
         raise ArgumentError(
