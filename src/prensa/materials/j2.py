@@ -13,7 +13,7 @@ import numpy as np
 from prensa.kernels.compiled import njit
 from prensa.materials.hardening import JOHNSON_COOK, TINY, flow_stress
 
-ANY = np.zeros(0, dtype=np.bool_)  # the trial stress says which points flow
+UNHELD = np.zeros(0, dtype=np.bool_)  # the trial stress says which points flow
 ON_SURFACE = 1e-11  # of the trial stress: beyond the yield surface by less is on it
 
 
@@ -72,13 +72,13 @@ def _return(todo, q, jac, G, kind, p, knots, coefs, old, column, dt, delta, y, d
 
 
 @njit(cache=True, error_model="numpy")
-def j2(eps, jn, old, column, K, G, cauchy, kind, p, knots, coefs, dt, tau, dtau, eps_e, new, failed, tangent, held=ANY):
+def j2(eps, jn, old, column, K, G, cauchy, kind, p, knots, coefs, dt, tau, dtau, eps_e, new, failed, tangent, held=UNHELD):
     """Trial elastic strains eps (n, 3) → tau (n, 3), dtau (n, 3, 3) = ∂τ/∂ε if ``tangent``, eps_e (n, 3); new, old (n, h).
 
     History ``column`` and the next: equivalent plastic strain, plastic work per initial volume (trapezoid in time).
     ``cauchy``: the flow curve limits the Cauchy stress, q(τ) = J σ_y with J = exp(tr ε) (plastic flow is isochoric); else
     q(τ) = σ_y. jn (n,) is J at the last commit. failed (n,) is set where the return map finds no root. held (n,): whether
-    points flow, whatever the trial stress says; `ANY`: that decides.
+    points flow, whatever the trial stress says; `UNHELD`: that decides.
     """
     size = eps.shape[0]
     curve = (p[0], p[1], p[2], p[3], p[4])

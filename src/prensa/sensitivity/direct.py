@@ -38,7 +38,7 @@ from prensa.solver.time_stepping import committed
 
 Array = NDArray[np.float64]
 
-NONE = np.zeros(0)
+DROPPED = np.zeros(0)
 
 
 class Solution(NamedTuple):
@@ -184,7 +184,7 @@ class Direction:
             e = side.e._replace(r=at.e.r + sign * self.step * reaction, contacts=tuple(pair[k] for pair in contacts))
             result = replace(how, u=side.u, lam=side.lam.copy(), evaluation=e, recover=None)
             states.append(committed(system, side.c, result, e, dt, stabilisation).moving())
-            slim = tuple(f._replace(K=NONE, dp=NONE, dt=NONE) for f in e.contacts)
+            slim = tuple(f._replace(K=DROPPED, dp=DROPPED, dt=DROPPED) for f in e.contacts)
             out.append(Neighbour(system, side.c.plan, e._replace(contacts=slim, history=())))
         self.carried = {k: self.difference(a, states[1][k]) for k, a in states[0].items()}
         return (out[0], out[1]), flat
