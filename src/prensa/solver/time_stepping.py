@@ -242,7 +242,7 @@ class TimeStepping:
         steps = self.system.problem.steps
         for number in range(state.clock.step, len(steps)):
             plan = plan_step(self.system, number, state.step_start, state.ends)
-            self.stopping = Stopping(self.system, plan, self.policy)
+            self.stopping = Stopping(self.system, plan, self.policy, self.view)
             if state.clock.time <= plan.t0:
                 state = self.begin(state, plan)
             self.prepare(plan)
@@ -359,6 +359,12 @@ class TimeStepping:
         if self.condensed is not None:
             return self.condensed.attempt(attempt, eq, start, soften)
         return attempt(eq, start, soften)
+
+    def view(self, c: Context, result: NewtonResult) -> Increment:
+        """The increment that an outcome would be, if it were committed."""
+        assert result.evaluation is not None
+        state = committed(self.system, c, result, result.evaluation, 0.0, self.stabilisation)
+        return increment_of(self.system, state, c.plan, result.evaluation, result, 0, 0, False, c.state)
 
     def commit(
         self, c: Context, control: StepControl, result: NewtonResult, spent: int, cutbacks: int
