@@ -68,9 +68,10 @@ def check(case: CaseFile, changes: Changes = None) -> None:
         for warning in [*warnings_of(problem), *(str(n) for n in notices if not n.fatal)]:
             typer.echo(_with_location(warning, case, changes, "warning: "), err=True)
         refuse(notices)
-        from prensa.measures import parse_all
+        from prensa.measures import parse_all, refuse_targets
 
         parse_all(problem)
+        refuse_targets(problem)
 
 
 @app.command()
@@ -213,6 +214,28 @@ def report(
         from prensa.output.report import write_report
 
         typer.echo(str(write_report(folder)))
+
+
+@app.command("import")
+def import_deck(
+    deck: Annotated[Path, typer.Argument(metavar="DECK", help="An Abaqus or CalculiX deck (.inp).", show_default=False)],
+    out: Annotated[Path | None, typer.Option(help="Write the case to this file; printed if not given.")] = None,
+) -> None:
+    """Write the case that a deck of another program describes: materials, rigid surfaces, contacts, steps."""
+    with _errors_reported():
+        from prensa.errors import PrensaError
+        from prensa.mesh.imported import case_text
+
+        text, remarks = case_text(deck, out.parent if out else Path())
+        if out is not None and out.exists():
+            raise PrensaError(f"{out} exists; name another file")
+        for remark in remarks:
+            typer.echo(f"{deck}: {remark}", err=True)
+        if out is None:
+            typer.echo(text, nl=False)
+        else:
+            out.write_text(text, encoding="utf-8")
+            typer.echo(f"{out} written; read it, add units if they are not mm and N, then: prensa check {out}")
 
 
 @app.command()
@@ -468,7 +491,7 @@ def _actions(step: Step) -> str:
     """What a step does, as it is written, and its increments."""
     from prensa.model.schema import brief
 
-    kinds = ("move", "by", "velocity", "push", "fixed", "loads", "body_force", "friction", "until")
+    kinds = ("move", "by", "velocity", "push", "control", "fixed", "loads", "body_force", "friction", "until")
     acts = [f"{kind} {brief(getattr(step, kind))}" for kind in kinds if getattr(step, kind)]
     many = "" if step.increments == 1 else "s"
     acts.append(f"{step.increments} increment{many}" if step.increments else "increments chosen on the way")
