@@ -14,7 +14,7 @@ import numpy as np
 from prensa.errors import PrensaError, shown
 from prensa.model.problem import Case, Problem
 from prensa.output.history import read_history
-from prensa.study.levels import DEFAULTS, KINDS, Kind, Level, Levels, plan_of
+from prensa.study.levels import DEFAULTS, REFINED, Kind, Level, Levels, plan_of
 from prensa.study.order import Convergence, observed
 from prensa.study.page import write_page
 from prensa.study.pictures import convergence
@@ -62,7 +62,9 @@ class Finding:
             error = "" if math.isnan(c.order_error) else f" ± {c.order_error:.2g}"
             found = f"order {c.order:.2f}{error}, extrapolated {c.limit:.8g}{unit}"
             return f"{found}; the finest is within {c.band:.2g}{unit} of it{share}"
-        spread = f"; between the levels it changes by {c.band:.2g}{unit}{share}" if math.isfinite(c.band) and c.band else ""
+        spread = (
+            f"; between the levels it changes by {c.band:.2g}{unit}{share}" if math.isfinite(c.band) and c.band else ""
+        )
         return f"no order can be read: {c.why}{spread}"
 
 
@@ -138,9 +140,7 @@ def converge(
     return ConvergenceStudy(study, findings(study, plan))
 
 
-def _executed(
-    source: Source, measures: str | Iterable[str], out: Path, quiet: bool, where: Where, plan: Plan
-) -> Study:
+def _executed(source: Source, measures: str | Iterable[str], out: Path, quiet: bool, where: Where, plan: Plan) -> Study:
     def show(study: Study) -> None:
         if isinstance(plan, Levels):
             write_page(study, partial(_shown, findings(study, plan)))
@@ -160,7 +160,7 @@ def _increments(study: Study) -> dict[str, int]:
 def findings(study: Study, plan: Levels) -> list[Finding]:
     """What every kind of refinement shows of every measure."""
     found = []
-    for kind in KINDS:
+    for kind in REFINED:
         pairs = [(level, row) for level, row in zip(plan.levels, study.rows) if level.kind == kind]
         if not pairs:
             continue

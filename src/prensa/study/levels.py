@@ -14,7 +14,7 @@ from prensa.study.plan import Plan, Point
 from prensa.study.values import Values
 
 Kind = Literal["mesh", "step", "penalty"]
-KINDS: tuple[Kind, ...] = ("mesh", "step", "penalty")
+REFINED: tuple[Kind, ...] = ("mesh", "step", "penalty")
 DEFAULTS: dict[Kind, tuple[float, ...]] = {
     "mesh": (0.25, 0.5, 1, 2),  # nodes of a mesh are nodes of the next: contact edges move less from one to the other
     "step": (0.5, 1, 2, 4),

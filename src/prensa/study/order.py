@@ -2,8 +2,9 @@
 
 Results y(h) = y0 + a hᵖ are fitted by least squares with weights 1/h, as Eça & Hoekstra (2014, J. Comput. Phys. 262, 104-130) do;
 three results determine the three numbers (Richardson 1911). The error of the finest result is told by Roache's grid convergence
-index (1994, J. Fluids Eng. 116, 405-413) and the scatter about the fit. Where results do not follow such a law, and those of
-contact often do not because nodes come into contact one by one, that is said, and the spread of the results is the band.
+index (1994, J. Fluids Eng. 116, 405-413), two standard errors of the limit and the scatter. Where results do not follow such a
+law, and those of contact often do not because nodes come into contact one by one, that is said, and the spread of the results
+is the band.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from scipy.optimize import minimize_scalar
 
 Array = NDArray[np.float64]
 
-ROUND_OFF = 1e-9  # of the results, below which differences say nothing
+THE_SAME = 1e-9  # of the results, below which differences say nothing
 LOWEST, HIGHEST = 0.3, 6.0  # orders that are looked for
 SURE = 1.25  # Roache's factor of an order that the results show
 UNSURE = 3.0  # and of results of which it is not sure that they are near their limit
@@ -60,7 +61,7 @@ def observed(sizes: Array, results: Array) -> Convergence:
             last, float(np.ptp(y)) if len(y) > 1 else math.nan, "an order takes three results of different sizes"
         )
     spread, scale = float(np.ptp(y)), float(np.abs(y).max())
-    if spread <= ROUND_OFF * scale:
+    if spread <= THE_SAME * scale:
         return _without(float(y[-1]), spread, "the results are the same to round-off")
     return _of_fit(h, y, spread)
 
@@ -82,7 +83,7 @@ def _of_fit(h: Array, y: Array, spread: float) -> Convergence:
     if free and error > DOUBT * p:
         return _without(float(y[-1]), spread, f"the results fit orders from {p - 2 * error:.1f} to {p + 2 * error:.1f}")
     factor = SURE if 0.5 <= p <= 2.5 else UNSURE
-    return Convergence(p, error if free else math.nan, y0, factor * abs(float(y[-1]) - y0) + limit_error + scatter)
+    return Convergence(p, error if free else math.nan, y0, factor * abs(float(y[-1]) - y0) + 2 * limit_error + scatter)
 
 
 def _without(finest: float, spread: float, why: str) -> Convergence:
