@@ -24,7 +24,7 @@ def pictures(notebook) -> list[int]:
 
 @pytest.mark.parametrize("path", [pytest.param(p, id=p.stem) for p in TUTORIALS])
 def test_a_tutorial_runs_and_shows_what_it_says(path, tmp_path, monkeypatch):
-    """Run from top to bottom in an empty folder, a tutorial prints its words again and its numbers nearly, and draws its pictures."""
+    """Run in an empty folder, a tutorial prints its words again and its numbers nearly, and draws its pictures."""
     nbformat = pytest.importorskip("nbformat")
     pytest.importorskip("ipykernel")
     monkeypatch.syspath_prepend(str(DOCS))
