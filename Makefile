@@ -37,7 +37,7 @@ coverage: $(VENV)/installed  ## lines of src/prensa that the test suite runs, ke
 	$(BIN)/python -m pytest -n $(JOBS) --cov --cov-report=term:skip-covered $(TESTS)
 
 verify: $(VENV)/installed  ## the verification table, every case against its reference
-	$(BIN)/prensa verify --jobs $(JOBS)
+	$(BIN)/prensa verify --jobs $(JOBS) --out results/verification-table.md
 
 bench: $(VENV)/installed  ## benchmarks/RESULTS.md: against the factorisations alone, CalculiX, felupe; three quarters of an hour
 	$(BIN)/python benchmarks/run.py
@@ -46,7 +46,7 @@ $(VENV)/docs: pyproject.toml $(VENV)/installed
 	$(BIN)/python -m pip install --quiet -e ".[docs]"
 	$(BIN)/python -c "open('$@', 'w').close()"
 
-docs: $(VENV)/docs  ## the documentation site, in site/; any warning fails it
+docs: $(VENV)/docs  ## the documentation site, in site/, with the table of the last `make verify`; any warning fails it
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 
 package: $(VENV)/installed  ## wheel and sdist in dist/, the wheel tried in a clean environment and an empty folder
