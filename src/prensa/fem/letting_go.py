@@ -42,6 +42,62 @@ def let_go(system: System, state: State, plan: StepPlan) -> Array | None:
     return out if np.abs(out).sum() > NOTHING * np.abs(state.work).sum() else None
 
 
+def removed_tools(system: System, state: State, plan: StepPlan) -> State:
+    """The committed state at the start of the step in which the tools are removed, in a system without them.
+
+    The forces that the bodies need for equilibrium beyond what is asked, those of the contacts among them, are let go. What the
+    springs of contacts and tools had stored leaves with the tools.
+    """
+    alone = replace(state, release=None)
+    c = replace(system.context(alone, plan, plan.t0), dt=1.0)
+    e = system.evaluate(c, state.u, state.lam, stiffness=False)
+    missing = system.to_masters(e.r)
+    release = missing.copy()
+    release[_held_on(system, state, plan)] = 0.0
+    work = e.f_ext + release
+    work[plan.fixed] += (missing - release)[plan.fixed]
+    for s in system.removed:
+        if s.exact:
+            release[s.unknowns] = work[s.unknowns] = 0.0
+    u = state.u.copy()
+    for s in system.removed:
+        if s.exact:
+            u[s.unknowns] = 0.0
+    energy, stored = state.energy, system.elastic_energy(state.history)
+    away = energy.contact + energy.elastic - stored
+    energy = energy._replace(external=energy.external - away, elastic=stored, contact=0.0)
+    contact = state.contact
+    contact = replace(contact, closed=np.zeros_like(contact.closed), traction=np.zeros_like(contact.traction))
+    return replace(
+        state, u=u, step_start=u, lam=np.zeros_like(state.lam), contact=contact, work=work, energy=energy,
+        release=release if np.abs(release).sum() > NOTHING * e.scale else None,
+    )  # fmt: skip
+
+
+def held_at(system: System, plan: StepPlan) -> str:
+    """Where released bodies are held for want of other supports, in words; '' if they are nowhere."""
+    field, parts = system.dofs.displacement, []
+    for g in plan.groups:
+        if g.found:
+            node, axis = (int(v) for v in field.split(g.dofs[0]))
+            body = next(b for b in reversed(list(system.offsets)) if system.offsets[b] <= node)
+            x, y = system.X[node]
+            parts.append(f"{body!r} along {'xy'[axis]} at node {node - system.offsets[body]} (initially at {x:.4g}, {y:.4g})")
+    if not parts:
+        return ""
+    return f"step {plan.name!r} holds {', '.join(parts)}: rigid motions that nothing else holds; no force is left there"
+
+
+def _held_on(system: System, state: State, plan: StepPlan) -> NDArray[np.int64]:
+    """What a step holds that was held before too: it goes on with its force. All tools are among it."""
+    groups = [g for g in plan.groups if not g.found]
+    held = np.concatenate([np.zeros(0, dtype=np.int64), *(g.dofs for g in groups)])
+    if plan.number:
+        before = plan_step(system, plan.number - 1, state.step_start, state.ends).fixed
+        held = held[np.isin(held, before) | system.dofs.tool.owns(held)]
+    return held
+
+
 def _rolling(system: System, state: State, plan: StepPlan) -> list[int]:
     """Rotations of tools that begin to roll: free to turn, moved along rather than into the bodies, never mentioned before.
 

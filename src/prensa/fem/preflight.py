@@ -25,6 +25,7 @@ from prensa.fem.surface import Surface
 from prensa.fem.system import System
 from prensa.materials.flow_curve import stress_at
 from prensa.mesh.quality import quality
+from prensa.model.problem import tools_removed
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -320,8 +321,9 @@ def _moments(system: System) -> Iterator[_Moment]:
         plan = plan_step(system, number, at_start)
         for t in range(len(system.tools)):
             own = np.isin(plan.fixed, system.dofs.tool.dofs(t))
-            # what ends a step may do so anywhere on its way
-            still = system.problem.steps[number].until is None or np.array_equal(
+            # what ends a step may do so anywhere on its way, and tools that are removed are nowhere
+            still = not tools_removed(system.problem, number)
+            still &= system.problem.steps[number].until is None or np.array_equal(
                 plan.values(plan.t1)[own], at_start[plan.fixed[own]]
             )
             known[t] &= still and bool(np.isin(system.dofs.tool.dofs(t)[: system.dofs.dimension], plan.fixed).all())

@@ -91,7 +91,10 @@ class BodyForces(Protocol):
 
 @dataclass
 class System:
-    """The discretised problem. ``courses`` (system, step, start of the step) → plan of a step, if the description has none."""
+    """The discretised problem. ``courses`` (system, step, start of the step) → plan of a step, if the description has none.
+
+    ``gone``: whether its tools are, and ``removed`` the contacts that they had; their rows in the state stay.
+    """
 
     problem: model.Problem
     meshes: dict[str, Mesh]
@@ -107,6 +110,8 @@ class System:
     bodies: BodyForces | None = None
     more: Sequence[Interaction] = ()
     courses: Callable[[System, int, Array], StepPlan] | None = None
+    gone: bool = False
+    removed: Sequence[Surface] = ()
     _places: dict[str, NDArray[np.int32]] = field(default_factory=dict)
     _volumes: dict[str, Array] = field(default_factory=dict)
 
@@ -156,6 +161,10 @@ class System:
         if edge not in mesh.edges:
             raise MeshError(f"{name!r} is a point; a load or a contact needs a boundary")
         return mesh.edges[edge] + self.offsets[body]
+
+    def without_tools(self) -> System:
+        """The same bodies when all tools are gone."""
+        return replace(self, surfaces=[], removed=self.surfaces, gone=True)
 
     @cached_property
     def _contacts(self) -> list[ContactInteraction]:

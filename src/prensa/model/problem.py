@@ -567,6 +567,8 @@ class Step:
     on; ``velocity``: tool velocity during the step (length per unit time); ``push``: tool force.
     Numbers ramp linearly from the value at the start of the step. What is not mentioned is held. What is released or
     changed goes linearly, over the step, from the force that it carries to what is asked; lowered friction fades so too.
+    ``remove_tools``: all tools leave the bodies, their forces going linearly to zero over the step, and are gone from then on;
+    rigid motions that no support holds then are held at as few points as that takes, without any force at the end.
     ``increments``: the number of equal increments asked for (each is cut further when it does not converge);
     without it the step size is chosen automatically.
     ``stabilise`` overrides the problem's. ``until``: what ends the step before that; the rest of its time is passed over, and
@@ -582,6 +584,7 @@ class Step:
     loads: Mapping[str, Load] = field(default_factory=dict)
     body_force: Mapping[str, tuple[BodyForceValue, BodyForceValue]] = field(default_factory=dict)
     friction: Mapping[str, Friction | None] = field(default_factory=dict)
+    remove_tools: bool = False
     increments: Annotated[Whole, Field(ge=1)] | None = None
     stabilise: Stabilise | None = None
     until: Until | None = None
@@ -662,6 +665,11 @@ def support_names(problem: Problem) -> list[str]:
     """Boundaries and points that are held in some step, in the order of the description."""
     later = (name for step in problem.steps for name in (*step.fixed, *problem.driven(step)))
     return list(dict.fromkeys([*problem.fixed, *later]))
+
+
+def tools_removed(problem: Any, number: int) -> bool:
+    """Whether the tools are gone in step *number* (from 0) of a problem."""
+    return any(step is not None and step.remove_tools for step in problem.steps[: number + 1])
 
 
 def ever_stabilised(problem: Any) -> bool:
