@@ -45,9 +45,12 @@ def relative(body, other) -> float:
     return float(np.abs(a @ (u @ v) - b).max())
 
 
-def invariants(body) -> np.ndarray:
-    """Trace, Mises stress and plastic strain (n, 3), which do not turn with the body."""
-    return np.column_stack([body.stress[:, :3].sum(axis=1), body.mises, body.plastic_strain])
+def invariants(system, inc) -> np.ndarray:
+    """Trace, Mises stress and plastic strain (points, 3) where they are computed: they do not turn with the body."""
+    (b,), (h,) = system.blocks, inc.state.history
+    xx, yy, zz, xy = b.law.cauchy(b.at_law(h).reshape(-1, b.law.size)).T
+    mises = np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3 * xy**2)
+    return np.column_stack([xx + yy + zz, mises, b.field(h, "plastic_strain").ravel()])
 
 
 # ------------------------------------------------------------------------------------------------------- what is the same
@@ -55,18 +58,20 @@ def invariants(body) -> np.ndarray:
 def test_springback_does_not_depend_on_the_supports(enforcement):
     """Found supports, and two choices of a user's: shapes, stresses and strains agree to 1e-8, and no support bears anything."""
     choices = [{}, {"s.bottom-left": "xy", "s.bottom-right": "y"}, {"s.top-right": "xy", "s.bottom-right": "x"}]
-    bodies = []
+    found = []
     for fixed in choices:
-        bent, free = ends(strip(BEND, replace(GO, fixed={"s.left": "free"} | fixed), enforcement=enforcement))
+        system = pr.discretise(strip(BEND, replace(GO, fixed={"s.left": "free"} | fixed), enforcement=enforcement))
+        bent, free = ends(system)
         force = bent.force("punch").y
         assert force > 0.2
         assert np.abs(free.bodies["s"].reaction).max() <= 1e-8 * force
         assert free.force("punch") == (0, 0, 0)
         assert relative(bent.bodies["s"], free.bodies["s"]) > 0.05  # it springs
-        bodies.append(free.bodies["s"])
-    for other in bodies[1:]:
-        assert relative(bodies[0], other) <= 1e-8
-        np.testing.assert_allclose(invariants(other), invariants(bodies[0]), atol=1e-8 * bodies[0].mises.max())
+        found.append((free.bodies["s"], invariants(system, free)))
+    shape, values = found[0]
+    for other, theirs in found[1:]:
+        assert relative(shape, other) <= 1e-8
+        assert (np.abs(theirs - values).max(axis=0) <= 1e-8 * np.abs(values).max(axis=0)).all()
 
 
 def test_the_resultants_of_the_self_stress_vanish():
@@ -107,7 +112,7 @@ def test_an_elastic_body_is_what_it_was(kinematics, condense):
     if kinematics == "small":
         for i, s in zip(free, (0.25, 0.5, 0.75), strict=False):
             assert np.abs(i.bodies["b"].displacement - (1 - s) * h).max() <= 1e-10
-        assert free[-1].energy["external"] == pytest.approx(0.0, abs=1e-3 * pressed.energy["external"])
+        assert free[-1].energy["external"] == pytest.approx(pressed.energy["imbalance"], rel=1e-6)
     assert free[-1].energy["imbalance"] == pytest.approx(pressed.energy["imbalance"], abs=1e-3 * pressed.energy["elastic"])
 
 
@@ -115,7 +120,7 @@ def test_removed_tools_let_go_as_tools_that_leave():
     """A tool that is drawn away leaves the same shape, where nothing yields on the way."""
     leave = pr.Step("leave", by={"punch": pr.Motion(y=2.0)}, increments=8)
     (bent, gone), (_, left) = (ends(strip(BEND, last)) for last in (GO, leave))
-    assert relative(gone.bodies["s"], bent.bodies["s"]) > 0.1
+    assert relative(gone.bodies["s"], bent.bodies["s"]) > 0.05
     assert relative(gone.bodies["s"], left.bodies["s"]) <= 1e-6
 
 
@@ -171,11 +176,15 @@ def test_forces_of_pushed_and_spring_mounted_tools_go_too():
         assert abs(free.energy["imbalance"] - bent.energy["imbalance"]) <= 0.02 * free.energy["external"]
 
 
-def test_the_forces_fall_linearly_and_stay_in_balance():
-    """Supports of the step carry what the dead forces of the tools, scaled, need; to the end all is in balance."""
-    problem = strip(BEND, replace(FREE, increments=4))
-    system = pr.discretise(problem)
-    for i in pr.solve(system):
+def test_found_supports_bear_nothing_on_the_way_either():
+    """What is let go is in equilibrium with itself on every shape, though the body turns by degrees."""
+    system = pr.discretise(strip(BEND, replace(FREE, increments=4)))
+    path = list(pr.solve(system))
+    force = max(i.force("punch").y for i in path)
+    for i in path[-4:]:
+        found = np.concatenate([g.dofs for g in plan_step(system, 1, i.state.step_start).groups if g.found])
+        reaction = i.bodies["s"].reaction.ravel()[found]
+        assert np.abs(reaction).max() <= 1e-8 * force
         if i.time < 2.0:
             assert max(imbalance(system, i)) <= 1e-7
 
@@ -184,7 +193,7 @@ def test_the_forces_fall_linearly_and_stay_in_balance():
 @pytest.mark.parametrize("enforcement", [pr.Penalty(), pr.Exact()], ids=lambda e: e.type)
 def test_a_run_goes_on_bit_for_bit(tmp_path, enforcement):
     """Resumed before, at and after the removal; tables say that the tools are gone."""
-    more = pr.Step("pull", fixed={"s.bottom-left": "xy", "s.bottom-right": {"x": 0.01}}, increments=2)
+    more = pr.Step("pull", fixed={"s.bottom-left": "xy"}, by={"s.bottom-right": pr.Motion(x=0.01)}, increments=2)
     bend = replace(BEND, increments=2, until=pr.Until(force={"punch": pr.ToolForce(y=0.2)}))
     case = pr.Case(strip(bend, FREE, more, enforcement=enforcement), output=pr.Output(1, False, False))
     whole = run(case, tmp_path / "whole", quiet=True)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from prensa.fem.planning import plan_step
 from prensa.fem.schedule import Course, StepPlan
 from prensa.fem.state import State
+from prensa.fem.strings import string_forces, strings_of
 from prensa.fem.system import System
 
 Array = NDArray[np.float64]
@@ -33,7 +34,7 @@ def let_go(system: System, state: State, plan: StepPlan) -> Array | None:
     """
     before = plan_step(system, plan.number - 1, state.step_start, state.ends)
     carried = system.external(system.context(state, before, state.clock.time), state.u)
-    asked = system.external(system.context(replace(state, release=None), plan, plan.t0), state.u)
+    asked = system.external(system.context(replace(state, release=None, strings=None), plan, plan.t0), state.u)
     out = carried - asked
     freed = np.setdiff1d(before.fixed, plan.fixed)
     out[freed] += state.work[freed] - carried[freed]
@@ -48,7 +49,7 @@ def removed_tools(system: System, state: State, plan: StepPlan) -> State:
     The forces that the bodies need for equilibrium beyond what is asked, those of the contacts among them, are let go. What the
     springs of contacts and tools had stored leaves with the tools.
     """
-    alone = replace(state, release=None)
+    alone = replace(state, release=None, strings=None)
     c = replace(system.context(alone, plan, plan.t0), dt=1.0)
     e = system.evaluate(c, state.u, state.lam, stiffness=False)
     missing = system.to_masters(e.r)
@@ -59,6 +60,10 @@ def removed_tools(system: System, state: State, plan: StepPlan) -> State:
     for s in system.removed:
         if s.exact:
             release[s.unknowns] = work[s.unknowns] = 0.0
+    strings = None
+    if system.problem.kinematics == "finite" and not system.axisymmetric:  # elsewhere dead forces stay in balance too
+        strings = strings_of(system, state)
+        release -= string_forces(system, state.u, strings)
     u = state.u.copy()
     for s in system.removed:
         if s.exact:
@@ -70,7 +75,7 @@ def removed_tools(system: System, state: State, plan: StepPlan) -> State:
     contact = replace(contact, closed=np.zeros_like(contact.closed), traction=np.zeros_like(contact.traction))
     return replace(
         state, u=u, step_start=u, lam=np.zeros_like(state.lam), contact=contact, work=work, energy=energy,
-        release=release if np.abs(release).sum() > NOTHING * e.scale else None,
+        release=release, strings=strings,
     )  # fmt: skip
 
 
@@ -152,13 +157,14 @@ def still_held(system: System, state: State, plan: StepPlan) -> str:
     """What a step lets go, in words, and how much of it the committed state still carries; '' if nothing."""
     if state.release is None:
         return ""
-    parts = []
+    parts, at_start = [], replace(state, u=state.step_start, clock=state.clock._replace(time=plan.t0))
+    release = system.being_released(at_start, plan)
     for group in plan.released:
-        force = float(state.release[group.dofs].sum())
+        force = float(release[group.dofs].sum())
         if group.support is not None and force != 0.0:
             parts.append(f"support {group.support[0]!r} ({force:.4g} along {group.support[1]})")
     for t, tool in enumerate(system.tools):
-        for key, force in zip(system.dofs.tool.components, system.place_of(t, state.release)):
+        for key, force in zip(system.dofs.tool.components, system.place_of(t, release)):
             if force != 0.0:
                 way = "to turn" if key.startswith("r") else f"along {key}"
                 parts.append(f"tool {tool.name!r} ({force:.4g} {way})")

@@ -98,9 +98,9 @@ def reactions(system: System, e: Evaluation, plan: StepPlan, state: State) -> Ar
     out = np.zeros(system.ndof)
     out[plan.fixed] = system.to_masters(e.r)[plan.fixed]
     if state.release is not None:
-        left = plan.left(state.clock.time)
+        release = system.being_released(state, plan)
         for group in plan.released:
-            out[group.dofs] = left * state.release[group.dofs]
+            out[group.dofs] = release[group.dofs]
     return out
 
 

@@ -215,8 +215,8 @@ class TimeStepping:
         """The rest of the run, when the tools are gone."""
         system = self.system.without_tools()
         messages = Messages(system, self.messages.monitor)
-        rest = TimeStepping(system, self.numerics, self.policy, messages, self.timer, self.condense)
-        rest.passages, rest.last = self.passages, self.last
+        rest = TimeStepping(system, self.numerics, self.policy, messages, self.timer, condense=False)
+        rest.passages, rest.remeshes, rest.last = self.passages, self.remeshes, self.last
         return rest
 
     def begin(self, state: State, plan: StepPlan) -> State:
@@ -230,7 +230,7 @@ class TimeStepping:
         elif number:
             released = let_go(self.system, state, plan)
             self.messages.warn(table_jumps(self.system, state, plan))
-            state = replace(state, release=released, clock=state.clock._replace(time=plan.t0))
+            state = replace(state, release=released, strings=None, clock=state.clock._replace(time=plan.t0))
         return self.stopping.begin(state)
 
     def prepare(self, plan: StepPlan) -> None:
@@ -441,7 +441,8 @@ def committed(
     return State(
         u=result.u, du=du, dt_last=0.0 if ended else c.dt, second_difference=difference, history=e.history, contact=contact,
         lam=lam, energy=energy, work=work, clock=Clock(step, old.clock.number + 1, c.time, dt, damping),
-        step_start=step_start, release=None if c.time >= c.plan.t1 else old.release, stability=stability,
+        step_start=step_start, release=None if c.time >= c.plan.t1 else old.release,
+        strings=None if c.time >= c.plan.t1 else old.strings, stability=stability,
         ends=np.append(old.ends, c.time) if ended else old.ends, watched=c.watched,
         remeshed=old.remeshed,
     )  # fmt: skip
