@@ -15,7 +15,7 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "load": "prensa.model.schema",
     "dump": "prensa.model.schema",
     "CaseError": "prensa.model.schema",
-    "solve": "prensa.solver.time_stepping",
+    "solve": "prensa.sensitivity.solve",
     "discretise": "prensa.fem.discretise",
     "run": "prensa.output.run",
     "sweep": "prensa.study.sweep",
