@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import prensa as pr
+from prensa.errors import PrensaError
 from prensa.fem.planning import plan_step
 from prensa.fem.preflight import preflight
 from prensa.model.schema import CaseError, dump, loads
@@ -281,3 +282,12 @@ def test_there_must_be_tools():
     problem = loads(CASE).problem
     assert problem.steps[1].remove_tools
     assert loads(dump(problem)).problem == problem
+
+
+def test_derivatives_are_refused_and_given_times_are_kept():
+    """Of a run that removes tools nothing is known of derivatives; times of increments may be given all the same."""
+    problem = strip(replace(BEND, increments=2), FREE, material=ELASTIC)
+    with pytest.raises(PrensaError, match=r"step 'release' removes the tools"):
+        next(pr.solve(problem, derivatives=["bodies.s.material.E"]))
+    times = [0.5, 1.0, 1.4, 2.0]
+    assert [i.time for i in pr.solve(problem, times=times)] == times

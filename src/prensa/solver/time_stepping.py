@@ -267,6 +267,7 @@ class TimeStepping:
         messages = Messages(system, self.messages.monitor)
         rest = TimeStepping(system, self.numerics, self.policy, messages, self.timer, condense=False)
         rest.passages, rest.remeshes, rest.last = self.passages, self.remeshes, self.last
+        rest.times, rest.stops = self.times, self.stops
         return rest
 
     def begin(self, state: State, plan: StepPlan) -> State:
