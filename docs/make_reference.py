@@ -21,7 +21,7 @@ from prensa.registry import public
 PAGE = Path(__file__).parent / "guide" / "reference.md"
 
 SECTIONS: dict[str, tuple[type, ...]] = {
-    "The problem": (model.Problem, model.Units, model.Start, model.Step, model.Until,
+    "The problem": (model.Problem, model.Units, model.Start, model.Remesh, model.Sizes, model.When, model.Step, model.Until,
                     model.ToolForce, model.ToolTravel),
     "Bodies and meshes": (
         model.Body, model.Rectangle, model.Grade, model.Disc, model.Annulus, model.Patch, model.ArcSide, model.SplineSide,
@@ -41,6 +41,7 @@ VALUES = {
     **{(c, "surface"): "body, boundary `body.name` or list of them" for c in ("Contact", "NoContact")},
     **{(c, "against"): "name of a tool" for c in ("Contact", "NoContact")},
     ("Coulomb", "mu"): "{}, or the name of a CSV file of κ, μ",
+    ("Profile", "points"): "{}, or the name of a DXF or CSV file, or [Drawing](#drawing)",
     **{(t, "fillet"): "number ≥ 0, or a list with one for each point" for t in ("Profile", "Polygon")},
     ("Step", "friction"): "names of contacts: a friction law or `null`",
     **{(t, k): "boundary `body.name`" for t in dict(public("tool")) for k in ("touching", "above", "below")},

@@ -15,6 +15,7 @@ from prensa.errors import PrensaError, take
 from prensa.fem.assembly import Block, Pattern, block_slots, make_pattern
 from prensa.fem.interaction import Interaction
 from prensa.fem.outlines import contact_edges
+from prensa.fem.remeshed import Remeshed
 from prensa.fem.start import earlier_run
 from prensa.fem.surface import Surface
 from prensa.fem.system import System
@@ -92,6 +93,28 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = ()) -> 
     if earlier is not None:
         system.beginning = earlier.begin(system)
     return system
+
+
+def on_meshes(system: System, remeshed: Remeshed) -> System:
+    """The system of the same problem and tools on other meshes; positions count from where the material was at the beginning.
+
+    What the description's mesh decides elsewhere (sizes of elements at contacts, penalties) follows from the new ones.
+    """
+    problem, meshes = system.problem, dict(remeshed.meshes)
+    offsets, total = {}, 0
+    for name, mesh in meshes.items():
+        offsets[name], total = total, total + len(mesh.points)
+    x, X = (np.concatenate(list(v)) for v in ([m.points for m in meshes.values()], remeshed.origin.values()))
+    candidates = [_candidates(problem, contact, meshes, offsets, x) for contact in problem.contacts]
+    dofs = _dofs(problem, candidates, total, ())
+    surfaces = _surfaces(problem, candidates, meshes, offsets, x, dofs)
+    surfaces = [_sharpened(s, system.tools[s.tool], dofs) for s in surfaces]
+    cells = {name: m.cells + offsets[name] for name, m in meshes.items()}
+    pattern = _pattern(cells, surfaces, dofs, ())
+    blocks = [_block(problem, name, cells[name], x, pattern) for name in problem.bodies]
+    blocks = [replace(b, X=X[b.cells], volume=remeshed.volume.get(b.body, b.volume)) for b in blocks]
+    surfaces = [replace(s, X=s.points.at(X)) for s in surfaces]
+    return System(problem, meshes, offsets, X, blocks, system.tools, surfaces, pattern, dofs, courses=system.courses)
 
 
 def _meshes(problem: model.Problem) -> dict[str, Mesh]:

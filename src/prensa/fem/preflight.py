@@ -24,7 +24,11 @@ from prensa.fem.schedule import StepPlan
 from prensa.fem.surface import Surface
 from prensa.fem.system import System
 from prensa.materials.flow_curve import stress_at
+from prensa.mesh.mesh import boundary_edges
 from prensa.mesh.quality import quality
+from prensa.mesh.triangulate import NO_MESHER, has_mesher
+from prensa.model import problem as model
+from prensa.model.remeshing import remeshing_of
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -35,6 +39,7 @@ BEHIND = 0.1  # depth over element depth in a tool of a node that is nearer to i
 REACH = 0.01  # depth over element depth by which a tool may press a held node
 ALONG = 0.9  # cosine from which a support acts along a tool's normal
 TIP = 0.1  # distance from the end of a tool, over an element, at which its width is taken
+POINT_INSIDE = "the point lies inside the body, where new meshes ('remesh') keep no node; hold a side or a corner"
 STRAINS = np.concatenate([[0.0], np.geomspace(1e-4, 3.0, 200)])  # at which flow curves are looked at
 
 
@@ -47,10 +52,32 @@ def preflight(system: System) -> list[Notice]:
     if not any(n.fatal for n in beginning):
         beginning += _inside(system, watched)
     found = [
-        *_flow_curves(system), *_tables(system), *_lengths(system), *_shapes(system), *motions(system), *beginning,
+        *_remeshing(system), *_flow_curves(system), *_tables(system), *_lengths(system), *_shapes(system),
+        *motions(system), *beginning,
         *([] if any(n.fatal for n in beginning) else _passage(system, watched)), *modes(system),
     ]  # fmt: skip
     return sorted(found, key=lambda n: not n.fatal)
+
+
+def _remeshing(system: System) -> Iterator[Notice]:
+    """The mesher that is asked for and not installed, and a first mesh with points inside that no new mesh keeps."""
+    if remeshing_of(system.problem) is None:
+        return
+    if not has_mesher():
+        yield Notice("remesh", NO_MESHER, fatal=True)
+    for body, mesh in system.meshes.items():
+        outline = boundary_edges(mesh.cells)
+        for name, node in mesh.corners.items():
+            if node in outline:
+                continue
+            for prefix, source in _with_supports(system.problem):
+                if f"{body}.{name}" in source.fixed:
+                    yield Notice(f"{prefix}fixed.{body}.{name}", POINT_INSIDE, fatal=True)
+
+
+def _with_supports(problem: model.Problem) -> list[tuple[str, Any]]:
+    """The problem and its steps, with the path to what they hold."""
+    return [("", problem), *((f"steps.{k}.", step) for k, step in enumerate(problem.steps))]
 
 
 def staircase(system: System) -> list[Notice]:

@@ -24,7 +24,7 @@ CHECKPOINT = "checkpoint.h5"
 FORMAT = "prensa checkpoint"
 VERSION = 6
 # 2: second difference of the increments; 3: named fields of contact points, clock and energies; 4: stability; 5: speed of slip;
-# 6: ends of the steps
+# 6: ends of the steps, meshes made during the run
 
 log = logging.getLogger(__name__)
 

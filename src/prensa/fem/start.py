@@ -177,6 +177,11 @@ def earlier_run(
     """
     case, state = read_checkpoint(Path(start.run) / CHECKPOINT)
     before = case.problem
+    if state.remeshed is not None:
+        raise StartError(
+            f"start: the bodies of the run in {start.run!r} have other meshes than they began with ('remesh'), which are not "
+            "carried over to another case; make both one case of several steps"
+        )
     system = discretise(before)
     for key in ("space", "kinematics", "contact_geometry", "thickness", "units"):
         if getattr(before, key) != getattr(problem, key):

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.record import ContactRecord
+from prensa.fem.remeshed import Remeshed
 
 Array = NDArray[np.float64]
 
@@ -92,7 +93,7 @@ class State:
     degrees of freedom at the start of the present step; ``release`` (ndof,) forces carried at that time beyond those that the
     step asks for, which it lets go linearly; None if there are none;
     ``stability`` of the last equilibrium; ``ends`` (steps,) times at which the steps so far ended, and ``watched`` (criteria,)
-    values of what may end the present one.
+    values of what may end the present one; ``remeshed``: the meshes, where they are not those of the description.
     """
 
     u: Array
@@ -110,6 +111,7 @@ class State:
     stability: Stability = UNKNOWN
     ends: Array = field(default_factory=lambda: np.zeros(0))
     watched: Array = field(default_factory=lambda: np.zeros(0))
+    remeshed: Remeshed | None = None
 
     def extrapolated(self, dt: float) -> Array:
         """Change of the degrees of freedom (ndof,) in the next ``dt``, extrapolated from the last increments."""
@@ -141,6 +143,8 @@ class State:
                 out |= {f"contact.{part.name}": getattr(value, part.name) for part in fields(value)}
             elif value is None:
                 continue
+            elif isinstance(value, Remeshed):
+                out |= value.arrays()
             elif isinstance(value, tuple):
                 named: Any = value
                 out |= {f"{f.name}.{k}": np.asarray(v) for k, v in named._asdict().items()}
@@ -160,6 +164,8 @@ class State:
                 values["contact"] = ContactRecord(
                     *(np.array(arrays[f"contact.{p.name}"]) for p in fields(ContactRecord))
                 )
+            elif f.name == "remeshed":
+                values[f.name] = Remeshed.from_arrays(arrays)
             elif f.name == "dt_last":
                 values[f.name] = float(arrays[f.name])
             elif f.name == "release" and f.name not in arrays:

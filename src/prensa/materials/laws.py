@@ -55,7 +55,7 @@ class _Isotropic:
     @property
     def fields(self) -> Mapping[str, Field]:
         """Of the history: b_e − I (finite) or the elastic strain (small)."""
-        return {"elastic": Field(slice(0, self.size))}
+        return {"elastic": Field(slice(0, self.size), travel="strain")}
 
     @property
     def symmetric(self) -> bool:
@@ -199,9 +199,9 @@ class J2(_Isotropic):
         """Of the history: elastic strains, plastic strain, plastic work."""
         k = self.layout.kept
         return {
-            "elastic": Field(slice(0, k)),
-            "plastic_strain": Field(slice(k, k + 1)),
-            "plastic_work": Field(slice(k + 1, k + 2)),
+            "elastic": Field(slice(0, k), travel="strain"),
+            "plastic_strain": Field(slice(k, k + 1), travel="growing"),
+            "plastic_work": Field(slice(k + 1, k + 2), travel="growing"),
         }
 
     @property

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple, Protocol
+from typing import Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,11 +30,17 @@ class Out(NamedTuple):
     failed: NDArray[np.bool_]
 
 
+Travel = Literal["smooth", "growing", "nearest", "strain"]
+"""How a field gets to the points of a new mesh: ``smooth``: recovered, within what is nearby; ``growing``: and not below the
+value that points start with; ``nearest``: of the nearest point, which flags need; ``strain``: b_e − I, by its logarithm."""
+
+
 class Field(NamedTuple):
-    """A named part of the history: its ``columns``, and the value that each point starts with."""
+    """A named part of the history: its ``columns``, the value that each point starts with, how it gets to a new mesh."""
 
     columns: slice
     initial: float = 0.0
+    travel: Travel = "smooth"
 
 
 class Material(Protocol):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from prensa.measures.measure import MeasureError
 from prensa.measures.units import area_unit, energy_unit, force_unit, length_unit, moment_unit
 from prensa.model.problem import Problem, ever_stabilised, support_names
+from prensa.model.remeshing import remeshing_of
 
 if TYPE_CHECKING:
     from prensa.solver.increment import Increment
@@ -47,6 +48,8 @@ def columns(problem: Problem) -> dict[str, Column]:
         out[f"energy.{name}"] = _energy(name, energy_unit(problem))
     out["iterations"] = Column("", lambda i: i.statistics.iterations)
     out["cutbacks"] = Column("", lambda i: i.statistics.cutbacks)
+    if remeshing_of(problem) is not None:
+        out["remeshings"] = Column("", lambda i: i.remeshings)
     for name in support_names(problem):
         out |= {f"fixed.{name}.{c}": _support(name, k, forces[k]) for k, c in enumerate(FORCE_COLUMNS[:2])}
     for tool, description in problem.tools.items():

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from prensa.model import until
 from prensa.model.names import Finding, suggest
+from prensa.model.remeshing import remeshing_of
 from prensa.model.units import factor
 from prensa.registry import DOORS
 
@@ -42,6 +43,7 @@ def find(p: Any) -> Iterator[Finding]:
     if not p.steps:
         yield Finding(("steps",), "at least one step is needed")
     yield from _whole(p)
+    yield from _remeshing(p)
     for key, tool in p.tools.items():
         if tool is not None:
             yield from _tool(p, ("tools", key), tool)
@@ -97,6 +99,43 @@ def _whole(p: Any) -> Iterator[Finding]:
         yield Finding(
             ("contact_geometry",), "'reference' is the linear Signorini problem and needs 'kinematics: small'"
         )
+
+
+def _remeshing(p: Any) -> Iterator[Finding]:
+    """What in a problem that is remeshed cannot be; each with what to do."""
+    if remeshing_of(p) is None:
+        return
+    if p.kinematics == "small":
+        yield _not_remeshed("small strain keeps the shape that it began with; use 'kinematics: finite'")
+    if p.space == "plane stress":
+        yield _not_remeshed("the thickness of plane stress is not carried over; use plane strain, or 'remesh: off'")
+    if p.ties:
+        yield _not_remeshed("tied sides are not carried over; make one body of the tied ones, or use 'remesh: off'")
+    if p.start is not None:
+        yield _not_remeshed("a case that starts from a run has the mesh of that run; make it one case of several steps")
+    bodies = {name: b for name, b in p.bodies.items() if b is not None and b.material is not None}
+    flowing = {name: b for name, b in bodies.items() if getattr(b.material, "plastic", False)}
+    if len(bodies) == len(p.bodies) and not flowing:
+        yield _not_remeshed("no body flows plastically, and meshes of elastic ones do not wear out; leave it out")
+    for name, body in flowing.items():
+        element = body.element_in(p.space)
+        if element != "t6":
+            path: tuple[str | int, ...] = ("bodies", name, *(["element"] if body.element is not None else []))
+            yield Finding(path, f"'remesh' makes triangles, and {element!r} is none that bears plastic flow; use 'element: t6'")
+    for k, contact in enumerate(p.contacts):
+        if contact is None or contact.surface[0].partition(".")[0] not in flowing:
+            continue
+        if contact.enforcement is not None and contact.enforcement.type != "penalty":
+            yield Finding(
+                ("contacts", k, "enforcement"),
+                f"the multipliers of {contact.enforcement.type!r} are not carried over to a new mesh; use penalty, the default",
+            )
+        if contact.integration not in (None, "nodal"):
+            yield Finding(("contacts", k, "integration"), "contacts of bodies that are remeshed have 'integration: nodal'")
+
+
+def _not_remeshed(why: str) -> Finding:
+    return Finding(("remesh",), why)
 
 
 def _boundary(

@@ -30,6 +30,7 @@ from prensa.model.fields import (
     in_order,
     value_kind,
 )
+from prensa.model.remeshing import Remesh, RemeshValue, Sizes, When
 from prensa.model.units import (
     Angle,
     Displacement,
@@ -610,6 +611,7 @@ class Problem:
     ``auto``, or the share of the work that they may dissipate (``auto``: 2e-4); ``off`` without. What they do dissipate is
     in the ledger, and told when it is more than 1 % of the work.
     ``measures``: numbers that are wanted of every increment, by names of their own, such as ``bore: ring.left.x at y=0``.
+    ``remesh``: bodies that flow plastically get new meshes where theirs wear out: ``auto``, or a `Remesh`; ``off`` without.
     """
 
     name: str
@@ -629,6 +631,7 @@ class Problem:
     allow_large_strain: bool = False
     thickness: Annotated[Length, Field(gt=0)] = 1.0
     stabilise: Stabilise = "off"
+    remesh: RemeshValue = "off"
     units: Units = field(default_factory=Units)
     start: Start | None = None
     measures: Mapping[str, str] = field(default_factory=dict)
@@ -695,11 +698,23 @@ class Numerics:
 
 @described
 class Output:
-    """What a run writes: fields every ``fields`` increments (0: only the last of each step), pictures, report."""
+    """What a run writes: fields every ``fields`` increments (0: only the last of each step), pictures, report.
+
+    ``mirror``: sides (``left``, ``right``, ``bottom``, ``top``) of the bodies on which pictures show their mirror image, where
+    a half or a quarter was modelled; in axisymmetry the axis mirrors by itself.
+    """
 
     fields: Annotated[Whole, Field(ge=0)] = 1
     pictures: bool = True
     report: bool = True
+    mirror: Annotated[tuple[Literal["left", "right", "bottom", "top"], ...], BeforeValidator(_as_names)] = ()
+
+    @model_validator(mode="after")
+    def _check(self) -> Output:
+        for pair in (("left", "right"), ("bottom", "top")):
+            if sum(side in pair for side in self.mirror) > 1:
+                raise ValueError(f"'mirror' names one side of {pair[0]!r} and {pair[1]!r} at most, once")
+        return self
 
 
 @described
@@ -710,9 +725,15 @@ class Case:
     numerics: Numerics = field(default_factory=Numerics)
     output: Output = field(default_factory=Output)
 
+    @model_validator(mode="after")
+    def _check(self) -> Case:
+        if self.problem.space == "axisymmetric" and {"left", "right"} & set(self.output.mirror):
+            raise ValueError("'output.mirror' cannot name 'left' or 'right' in axisymmetry, whose axis mirrors: leave it out")
+        return self
+
 
 __all__ = [
     "Annulus", "ArcSide", "Body", "Case", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion", "NoContact", "Numerics",
-    "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "SplineSide", "Springs", "Start", "Step", "Tie",
-    "ToolForce", "ToolTravel", "Units", "Until",
+    "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "Remesh", "Sizes", "SplineSide", "Springs", "Start", "Step",
+    "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When",
 ]  # fmt: skip

@@ -35,3 +35,10 @@ def outline(cells: Index) -> Index:
     edges = np.stack([ring, np.roll(ring, -1, axis=1)], axis=-1).reshape(-1, 2)
     _, first, count = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
     return edges[first[count == 1]]
+
+
+def drawn(cells: Index) -> Index:
+    """Facets (k, 4) that cover the cells, corners in walking order; of a triangle the last corner stands twice."""
+    if cells.shape[1] == 4:
+        return cells
+    return triangles(cells)[:, [0, 1, 2, 2]]

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from prensa.model.problem import Case
 from prensa.output import plot
-from prensa.output.files import file_names, replacing
-from prensa.output.history import read_convergence, read_history
+from prensa.output.files import file_name, file_names, replacing
+from prensa.output.history import read_convergence
+from prensa.output.maxima import largest_force
 from prensa.output.measured import MEASURES, read_measures
+from prensa.output.stored import Stored
 from prensa.solver.increment import Increment
 
 if TYPE_CHECKING:
@@ -18,8 +23,11 @@ if TYPE_CHECKING:
 
 PICTURES = "pictures"
 _PRESSURE = "pressure_"
+_DRAWN = {"deformed": "mises", "plastic_strain": "plastic_strain"}
+_LARGEST = "largest_force"
+_MOMENT = re.compile(rf"(deformed|plastic_strain)(?:_({_LARGEST})|_step(\d+)_(.+))?")
 _CAPTIONS = {
-    "deformed": "Deformed shape, von Mises stress, tools in their last place (dashed: initial outline)",
+    "deformed": "Deformed shape and von Mises stress (dashed: initial outline)",
     "plastic_strain": "Equivalent plastic strain",
     "force_stroke": "Force on the tools",
     "measures": "Measures of the case",
@@ -28,12 +36,12 @@ _CAPTIONS = {
 }
 
 
-def write_pictures(directory: Path, case: Case, increment: Increment | None) -> Iterator[str]:
+def write_pictures(directory: Path, case: Case, stored: Stored, start: Increment | None = None) -> Iterator[str]:
     """Write all the pictures; yields a sentence for each that could not be drawn (a picture never ends a run).
 
-    *increment* is the last one; without it the pictures that need fields are left as they are.
+    *stored*: the increments of the run; *start*: the initial state, to draw where there is none.
     """
-    for name, draw in _drawings(directory, case, increment):
+    for name, draw in _drawings(directory, case, stored, start):
         path = directory / PICTURES / f"{name}.png"
         try:
             with replacing(path) as temporary:
@@ -46,14 +54,19 @@ def caption(path: Path) -> str:
     """Caption of one of the pictures, empty for any other file."""
     name = path.stem
     if name.startswith(_PRESSURE):
-        return f"Contact pressure and shear, {name.removeprefix(_PRESSURE)}"
+        return f"Contact pressure and shear, {name.removeprefix(_PRESSURE)}, at the largest force of its tool"
+    if (found := _MOMENT.fullmatch(name)) is not None:
+        when = f"end of step {found[4]}" if found[4] else "largest force" if found[2] else "last increment"
+        return f"{_CAPTIONS[found[1]]}: {when}"
     return _CAPTIONS.get(name, "")
 
 
-def order(path: Path) -> tuple[float, str]:
-    """Key that sorts pictures as they are read: shape, contacts, forces, energy, cost."""
+def order(path: Path) -> tuple[float, float, str]:
+    """Key that sorts pictures as they are read: shape, contacts, forces, energy, cost; moments as they come."""
     names = list(_CAPTIONS)
-    return (1.5 if path.stem.startswith(_PRESSURE) else names.index(path.stem) if path.stem in names else 99), path.stem
+    if (found := _MOMENT.fullmatch(path.stem)) is not None:
+        return names.index(found[1]), float(found[3] or (1000 if found[2] else 999)), path.stem
+    return (1.5 if path.stem.startswith(_PRESSURE) else names.index(path.stem) if path.stem in names else 99), 0.0, path.stem
 
 
 def is_picture(path: Path) -> bool:
@@ -61,23 +74,54 @@ def is_picture(path: Path) -> bool:
     return path.suffix == ".png" and bool(caption(path))
 
 
-def _drawings(directory: Path, case: Case, increment: Increment | None) -> Iterator[tuple[str, Callable[[], Figure]]]:
-    problem = case.problem
-    if increment is not None:
-        yield "deformed", lambda: plot.deformed(increment, problem)
-        if any(b.plastic_strain.any() for b in increment.bodies.values()):
-            yield "plastic_strain", lambda: plot.deformed(increment, problem, "plastic_strain")
-        files = file_names(c.name for c in problem.contacts)
-        for name, contact in increment.contacts.items():
-            yield _PRESSURE + files[name], lambda c=contact: plot.pressure(c, problem)  # type: ignore[misc]
-    history = read_history(directory)
-    if len(history["time"]):
-        if problem.tools:
-            yield "force_stroke", lambda: plot.force_stroke(history, problem)
-        if problem.measures and (directory / MEASURES).is_file():
-            yield "measures", lambda: plot.measures(read_measures(directory), problem)
-        yield "energy", lambda: plot.energy(history, problem)
-        yield (
-            "convergence",
-            lambda: plot.convergence(history, read_convergence(directory), problem, case.numerics.tolerance),
-        )
+def moments(stored: Stored) -> Iterator[tuple[str, Increment]]:
+    """When to draw shapes, and the end of the name: ends of steps (of the last nothing), and the largest force.
+
+    Of the increments whose fields were written. A picture takes a quarter of a second, so earlier steps have one each.
+    """
+    numbers = stored.with_fields
+    if not numbers:
+        return
+    drawn = {numbers[-1]}
+    for number in numbers[:-1]:
+        increment = stored.number(number)
+        if increment.end_of_step:
+            drawn.add(number)
+            yield f"_step{increment.step_number}_{file_name(increment.step)}", increment
+    peak = largest_force(stored, numbers)
+    if peak is not None and peak not in drawn:
+        yield f"_{_LARGEST}", stored.number(peak)
+    yield "", stored.number(numbers[-1])
+
+
+def _drawings(
+    directory: Path, case: Case, stored: Stored, start: Increment | None
+) -> Iterator[tuple[str, Callable[[], Figure]]]:
+    problem, history = case.problem, stored.history
+    there = list(moments(stored)) or ([("", start)] if start is not None else [])
+    for suffix, increment in there:
+        for name, field in _DRAWN.items():
+            if name == "deformed" or ("_step" not in suffix and any(b.plastic_strain.any() for b in increment.bodies.values())):
+                yield name + suffix, lambda i=increment, f=field: plot.deformed(i, problem, f, mirror=stored.mirror)  # type: ignore[misc]
+    if not len(stored):
+        return
+    files = file_names(c.name for c in problem.contacts)
+    for contact in problem.contacts:
+        if (k := _most_pressed(stored, contact.name, contact.against)) is not None:
+            yield _PRESSURE + files[contact.name], lambda k=k, n=contact.name: plot.contact_at(stored[k], n, problem)  # type: ignore[misc]
+    if any(history[f"{t}.{c}"].any() for t in problem.tools for c in ("fx", "fy")):
+        yield "force_stroke", lambda: plot.force_stroke(history, problem)
+    if problem.measures and (directory / MEASURES).is_file():
+        yield "measures", lambda: plot.measures(read_measures(directory), problem)
+    yield "energy", lambda: plot.energy(history, problem)
+    yield (
+        "convergence",
+        lambda: plot.convergence(history, read_convergence(directory), problem, case.numerics.tolerance),
+    )
+
+
+def _most_pressed(stored: Stored, contact: str, tool: str) -> int | None:
+    """Place in the history of the largest force of a contact's tool while the contact is closed; None if it never is."""
+    history = stored.history
+    force = np.where(history[f"{contact}.area"] > 0, np.hypot(history[f"{tool}.fx"], history[f"{tool}.fy"]), -1.0)
+    return int(np.argmax(force)) if len(force) and force.max() >= 0 else None

@@ -5,9 +5,9 @@ Every function returns a `matplotlib.figure.Figure`; `save` writes it. matplotli
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from prensa.model.names import suggest
 from prensa.model.problem import Problem
 from prensa.output import style
 from prensa.output.cells import around, outline, triangles
+from prensa.output.maxima import leading_tool
 from prensa.output.outline import outlines
 from prensa.solver.increment import STATUS, BodyState, ContactState, Increment
 
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
+MOST_EDGES = 2500  # elements whose sides can be told apart in a picture
 Curve = tuple[Array, Array] | Callable[[Array], Array]
 STRESSES = ("xx", "yy", "zz", "xy")
 FIELDS = (
@@ -36,6 +38,7 @@ FIELDS = (
     "displacement.y",
     *(f"stress.{c}" for c in STRESSES),
 )
+"""Of any problem; in plane stress also ``thickness``."""
 
 
 def save(figure: Figure, path: str | Path, format: str | None = None) -> Path:
@@ -46,7 +49,14 @@ def save(figure: Figure, path: str | Path, format: str | None = None) -> Path:
 
 
 # ------------------------------------------------------------------------------------------------------ deformed shape
-def deformed(increment: Increment, problem: Problem, field: str = "mises", mesh: bool | None = None) -> Figure:
+def deformed(
+    increment: Increment,
+    problem: Problem,
+    field: str = "mises",
+    mesh: bool | None = None,
+    mirror: Sequence[str] = (),
+    range: tuple[float, float] | None = None,
+) -> Figure:
     """Deformed bodies coloured by *field*, with the tools at their current place; axisymmetric sections are mirrored.
 
     Parameters
@@ -54,52 +64,149 @@ def deformed(increment: Increment, problem: Problem, field: str = "mises", mesh:
     increment, problem
         What to draw, and the description that it belongs to.
     field
-        One of `FIELDS`.
+        One of `FIELDS`, or ``thickness`` in plane stress.
     mesh
         Draw the element edges; None draws them where they can be told apart.
+    mirror
+        Sides (``left``, ``right``, ``bottom``, ``top``) of the undeformed bodies on which to draw their mirror image.
+    range
+        Values of the first and the last colour; those of the increment if None.
 
     Raises
     ------
     PrensaError
-        If *field* is unknown.
+        If *field* or a side is unknown, or bodies of an axisymmetric problem are to be mirrored about more than their axis
+        and an end.
 
     """
     bodies = list(increment.bodies.values())
     values = [field_values(b, field) for b in bodies]
-    axisymmetric = problem.space == "axisymmetric"
-    limits = _limits(increment, problem)
+    lines = mirror_lines(increment, problem, mirror)
+    box = limits(increment, problem, mirror)
     with style.styled():
-        wide = (limits[1] - limits[0]) / (limits[3] - limits[2])
+        wide = (box[1] - box[0]) / (box[3] - box[2])
         figure, axes = _figure(*_size(wide))
+        ends = range or _range(values, field)
         mappable: Any = None
-        for body, value in zip(bodies, values):
-            for side in (1.0, -1.0) if axisymmetric else (1.0,):
-                mappable = _coloured(axes, body, value, side, _range(values, field), _map(field))
-                _edges(axes, body, side, len(body.cells) <= 2500 if mesh is None else mesh)
-        _draw_tools(axes, increment, problem, limits)
-        if axisymmetric:
-            axes.axvline(0.0, color=style.BLACK, linewidth=0.6, dashes=(10, 3, 2, 3))
-        _finish_section(axes, problem, limits)
-        below = wide > 1.7
-        place = {"location": "bottom", "ax": axes, "shrink": 0.7, "aspect": 35, "pad": 0.03} if below else \
-                {"cax": axes.inset_axes((1.04, 0.0, 0.04, 1.0))}  # fmt: skip
-        bar = figure.colorbar(mappable, label=_field_label(problem, field), **place)
+        for image in images(lines):
+            sign = image.sign(field, problem)
+            for body, value in zip(bodies, values):
+                mappable = _coloured(axes, image.of(body.x), body.cells, sign * value, ends, field_map(field))
+                _edges(axes, body, image, len(body.cells) <= MOST_EDGES if mesh is None else mesh)
+            _draw_tools(axes, increment, problem, box, image)
+        for axis, at in lines:
+            draw = axes.axhline if axis else axes.axvline
+            draw(at, color=style.BLACK, linewidth=0.6, dashes=(10, 3, 2, 3))
+        _finish_section(axes, problem, box)
+        below = wide > 1.1
+        place = {"location": "bottom", "ax": axes, "shrink": 0.9, "aspect": 30, "pad": 0.03} if below else \
+                {"cax": axes.inset_axes((1.04, 0.0, 0.05, 1.0))}  # fmt: skip
+        bar = figure.colorbar(mappable, label=f"{field_name(problem, field)} ({field_unit(problem, field)})", **place)
         bar.outline.set_linewidth(0.6)
-        axes.set_title(f"{problem.name} · {increment.step} · time {increment.time:.4g}")
+        axes.set_title(_moment(increment))
     return figure
 
 
 def field_values(body: BodyState, field: str) -> Array:
     """(n,) nodal values of *field*, one of `FIELDS`; raises PrensaError for another."""
     kind, _, component = field.partition(".")
-    if field not in FIELDS:
+    if field not in (*FIELDS, "thickness"):
         raise PrensaError(f"unknown field {field!r}{suggest(field, FIELDS)}")
     if kind == "stress":
         return body.stress[:, STRESSES.index(component)]
     if kind == "displacement":
         u = body.displacement
         return u[:, "xy".index(component)] if component else np.hypot(u[:, 0], u[:, 1])
+    if kind == "thickness" and body.thickness is None:
+        raise PrensaError("the field 'thickness' is there in plane stress only; draw 'plastic_strain' instead")
     return np.asarray(getattr(body, kind))
+
+
+def fields_of(problem: Problem, increments: Sequence[Increment]) -> list[str]:
+    """The fields that have something to show in some increments, in the order of `FIELDS`."""
+    bodies = [b for i in increments for b in i.bodies.values()]
+    thin = problem.space == "plane stress"
+    absent = {"stress.zz"} if thin else set()  # it is zero
+    if not any(b.plastic_strain.any() for b in bodies):
+        absent.add("plastic_strain")
+    return [f for f in (*FIELDS, *(["thickness"] if thin else [])) if f not in absent] if bodies else []
+
+
+def field_name(problem: Problem, field: str) -> str:
+    """Name of a field as printed beside its colours."""
+    kind, _, component = field.partition(".")
+    first, second = style.axes_names(problem)
+    if kind == "stress":
+        letters = {"x": first, "y": second, "z": "θ" if problem.space == "axisymmetric" else "z"}
+        return f"stress {letters[component[0]]}{letters[component[1]]}"
+    if kind == "displacement":
+        return f"displacement {(first, second)['xy'.index(component)]}" if component else "displacement"
+    return {"mises": "von Mises stress", "plastic_strain": "equivalent plastic strain", "thickness": "thickness"}[kind]
+
+
+def field_unit(problem: Problem, field: str) -> str:
+    """Unit of a field."""
+    if field == "plastic_strain":
+        return "–"
+    return style.length_unit(problem) if field.startswith(("disp", "thick")) else style.pressure_unit(problem)
+
+
+def field_map(field: str) -> str:
+    """Name of its colour map: two-sided about zero for quantities that have a sign."""
+    return style.DIVERGING if field.startswith(("stress", "displacement.")) else style.SEQUENTIAL
+
+
+# ------------------------------------------------------------------------------------------------------------- mirrors
+class Image(NamedTuple):
+    """A copy of a section, mirrored about lines (axis that changes sign, coordinate of the line)."""
+
+    lines: tuple[tuple[int, float], ...] = ()
+
+    def of(self, points: Array) -> Array:
+        """Points (n, 2) of the copy."""
+        out = np.array(points, dtype=float)
+        for axis, at in self.lines:
+            out[:, axis] = 2.0 * at - out[:, axis]
+        return out
+
+    def sign(self, field: str, problem: Problem) -> float:
+        """What a field's values are multiplied by; a radial component has no sign to lose."""
+        axes = [axis for axis, _ in self.lines if not (axis == 0 and problem.space == "axisymmetric")]
+        if field == "stress.xy":
+            return -1.0 if len(self.lines) % 2 else 1.0
+        turned = field.startswith("displacement.") and "xy".index(field[-1]) in axes
+        return -1.0 if turned else 1.0
+
+
+def images(lines: Sequence[tuple[int, float]]) -> list[Image]:
+    """The section itself and its copies about lines of symmetry; about two lines there are three."""
+    found: list[tuple[tuple[int, float], ...]] = [()]
+    for line in lines:
+        found += [(*done, line) for done in found]
+    return [Image(done) for done in found]
+
+
+def mirror_lines(increment: Increment, problem: Problem, sides: Sequence[str]) -> list[tuple[int, float]]:
+    """Lines of symmetry: axis that changes sign, coordinate. In axisymmetry the axis is one without being asked for.
+
+    Raises
+    ------
+    PrensaError
+        If a side is none, or two sides have the same direction.
+
+    """
+    X = np.vstack([b.X for b in increment.bodies.values()])
+    ends = {"left": (0, X[:, 0].min()), "right": (0, X[:, 0].max()), "bottom": (1, X[:, 1].min()), "top": (1, X[:, 1].max())}
+    lines = [(0, 0.0)] if problem.space == "axisymmetric" else []
+    for side in sides:
+        if side not in ends:
+            raise PrensaError(f"'mirror' has no side {side!r}{suggest(str(side), ends)}")
+        axis, at = ends[side]
+        if axis in [a for a, _ in lines]:
+            already = "the axis does that" if problem.space == "axisymmetric" and axis == 0 else "another side does that"
+            raise PrensaError(f"'mirror' cannot mirror about the {side} side too: {already}; name one side of a direction")
+        lines.append((axis, float(at)))
+    return lines
 
 
 # ------------------------------------------------------------------------------------------------------------ contacts
@@ -129,7 +236,7 @@ def pressure(
     low, high = _closed_range(s, contact.status[order])
     shown = (s >= low) & (s <= high)
     with style.styled():
-        figure, axes = _figure(5.4, 3.4)
+        figure, axes = _figure(4.5, 3.7)
         axes.fill_between(s, p, stress, color=style.BLUE, alpha=0.15, linewidth=0, where=closed.tolist())
         axes.plot(s, p, "o-", color=style.BLUE, label="p, nodal forces")
         axes.plot(s, stress, "--", color=style.ORANGE, linewidth=1.2, label="p, recovered stress")
@@ -151,8 +258,13 @@ def pressure(
         if not closed.any():
             axes.annotate("no contact", (0.5, 0.5), xycoords="axes fraction", ha="center", color="0.4")
         axes.set_title(title or f"{contact.surface} on {contact.tool}")
-        _legend(axes)
+        _legend(figure, axes)
     return figure
+
+
+def contact_at(increment: Increment, contact: str, problem: Problem) -> Figure:
+    """`pressure` of a contact, by name, with the moment in the title."""
+    return pressure(increment.contacts[contact], problem, title=f"{contact}\n{_moment(increment)}")
 
 
 def _arc(x: Array, along: Array) -> Array:
@@ -178,32 +290,43 @@ def abscissa(contact: ContactState, problem: Problem) -> tuple[Array, str]:
 
 # --------------------------------------------------------------------------------------------------------- time series
 def force_stroke(history: Mapping[str, NDArray[Any]], problem: Problem) -> Figure:
-    """Tool forces against tool travel; against time when no tool moves. *history* is what `read_history` returns."""
+    """Tool forces, and moments of tools that turn, against the travel of the tool that does the work.
+
+    Against its rotation where it only turns, against time where nothing moves. What happens while that tool stands still is
+    no travel and is left out. *history* is what `read_history` returns.
+    """
+    leading = leading_tool(history, problem)
     history = _from_zero(history)
-    strokes = {tool: _stroke(history, tool) for tool in problem.tools}
-    main = max(strokes, key=lambda t: np.ptp(strokes[t][0]) if len(strokes[t][0]) else 0.0, default="")
-    moving = bool(main) and strokes[main][0].size > 0 and float(np.abs(strokes[main][0]).max()) > 0
+    along, label = _stroke(history, problem, leading)
+    turning = [t for t in problem.tools if problem.space != "axisymmetric" and np.any(history[f"{t}.rz"])
+               and np.any(history[f"{t}.mz"])]  # fmt: skip
+    with style.styled():
+        figure, panels = _figure(4.5, 5.4 if turning else 3.7, rows=2 if turning else 1, sharex=True)
+        axes, below = panels if turning else (panels, None)
+        _forces_into(axes, history, problem, along)
+        axes.set_ylabel(f"force on the tool ({style.force_unit(problem)})")
+        if below is not None:
+            for tool in turning:
+                i = list(problem.tools).index(tool)
+                below.plot(*broken(along, history[f"{tool}.mz"]), color=style.CYCLE[i % len(style.CYCLE)])
+            below.set_ylabel(f"moment ({style.moment_unit(problem)})")
+            below.axhline(0.0, color=style.BLACK, linewidth=0.6)
+        (below or axes).set_xlabel(label)
+        axes.axhline(0.0, color=style.BLACK, linewidth=0.6)
+        _legend(figure, axes)
+    return figure
+
+
+def _forces_into(axes: Axes, history: Mapping[str, Array], problem: Problem, along: Array) -> None:
     largest = max((np.abs(history[f"{t}.f{c}"]).max(initial=0.0) for t in problem.tools for c in "xy"), default=0.0)
     names = style.axes_names(problem)
     shown = (("y", "-"),) if problem.space == "axisymmetric" else (("y", "-"), ("x", "--"))  # radial forces balance
-    with style.styled():
-        figure, axes = _figure(5.4, 3.4)
-        for i, tool in enumerate(problem.tools):
-            travel = strokes[tool][0] if np.any(strokes[tool][0]) else strokes[main][0]
-            for c, line in shown:
-                force = history[f"{tool}.f{c}"]
-                if np.abs(force).max(initial=0.0) > 1e-6 * largest:
-                    marker = "o" if len(force) <= 60 else ""
-                    axes.plot(travel if moving else history["time"], force, line, marker=marker, markersize=2.5,
-                              color=style.CYCLE[i % len(style.CYCLE)], label=f"{tool}, {names['xy'.index(c)]}")  # fmt: skip
-        direction = names["xy".index(strokes[main][1])] if moving else ""
-        one = len({d for s, d in strokes.values() if np.any(s)}) == 1
-        what = f"travel along {direction}" if one else "travel"
-        axes.set_xlabel(f"{what} ({style.length_unit(problem)})" if moving else "time")
-        axes.set_ylabel(f"force on the tool ({style.force_unit(problem)})")
-        axes.axhline(0.0, color=style.BLACK, linewidth=0.6)
-        _legend(axes)
-    return figure
+    for i, tool in enumerate(problem.tools):
+        for c, line in shown:
+            force = history[f"{tool}.f{c}"]
+            if np.abs(force).max(initial=0.0) > 1e-6 * largest:
+                axes.plot(*broken(along, force), line, marker="o" if len(force) <= 60 else "", markersize=2.5,
+                          color=style.CYCLE[i % len(style.CYCLE)], label=f"{tool}, {names['xy'.index(c)]}")  # fmt: skip
 
 
 def energy(history: Mapping[str, NDArray[Any]], problem: Problem) -> Figure:
@@ -213,7 +336,7 @@ def energy(history: Mapping[str, NDArray[Any]], problem: Problem) -> Figure:
     parts = {"elastic": style.SKY, "plastic": style.RED, "friction": style.GREEN, "contact": style.PURPLE}
     scale = max(float(np.abs(history[f"energy.{k}"]).max(initial=0.0)) for k in ("external", *parts))
     with style.styled():
-        figure, (axes, below) = _figure(5.4, 4.2, rows=2, gridspec_kw={"height_ratios": [2.6, 1]}, sharex=True)
+        figure, (axes, below) = _figure(4.5, 4.4, rows=2, gridspec_kw={"height_ratios": [2.6, 1]}, sharex=True)
         base = np.zeros_like(time)
         for name, colour in parts.items():
             values = history[f"energy.{name}"]
@@ -222,7 +345,7 @@ def energy(history: Mapping[str, NDArray[Any]], problem: Problem) -> Figure:
                 base = base + values
         axes.plot(time, external, color=style.BLACK, label="external work")
         axes.set_ylabel(f"energy ({style.energy_unit(problem)})")
-        _legend(axes)
+        _legend(figure, axes)
         relative = np.maximum(np.abs(history["energy.imbalance"][1:]) / scale if scale > 0 else 0 * time[1:], 1e-17)
         below.semilogy(time[1:], relative, "o-" if len(time) <= 60 else "-", color=style.BLACK, markersize=2.5)
         below.set(xlabel="time", ylabel="|imbalance|\n/ largest energy")
@@ -234,7 +357,7 @@ def measures(table: Mapping[str, NDArray[Any]], problem: Problem) -> Figure:
     """Curves of the measures of a case over time, one below the other; *table* is what `read_measures` returns."""
     known = parse_all(problem)
     with style.styled():
-        figure, rows = _figure(5.4, 1.0 + 1.35 * len(known), rows=len(known), sharex=True, squeeze=False)
+        figure, rows = _figure(4.5, 1.0 + 1.35 * len(known), rows=len(known), sharex=True, squeeze=False)
         for axes, (name, measure) in zip(rows[:, 0], known.items()):
             axes.plot(table["time"], table[name], "o-", color=style.BLUE, markersize=2.5)
             axes.set(ylabel=measure.unit or "–")
@@ -254,7 +377,7 @@ def convergence(
     with style.styled():
         import matplotlib
 
-        figure, (axes, right) = _figure(6.2, 3.0, columns=2)
+        figure, (axes, right) = _figure(4.5, 5.2, rows=2)
         colours = matplotlib.colormaps[style.SEQUENTIAL](np.linspace(0.0, 0.9, max(len(numbers), 2)))
         for number, colour in zip(numbers, colours):
             chosen = iterations["increment"] == number
@@ -266,7 +389,7 @@ def convergence(
         axes.set(
             xlabel="iteration",
             ylabel="relative residual (dashed: tolerance)",
-            title="first increment dark, last bright",
+            title="each line an increment, the last bright",
         )
         cut = history["cutbacks"] > 0
         right.bar(history["increment"], history["iterations"], width=0.8, color=np.where(cut, style.RED, style.BLUE))
@@ -288,9 +411,10 @@ def _figure(width: float, height: float, rows: int = 1, columns: int = 1, **opti
     return figure, figure.subplots(rows, columns, **options)
 
 
-def _legend(axes: Axes) -> None:
+def _legend(figure: Figure, axes: Axes) -> None:
+    """Names of the curves below the picture, in two columns: beside it they would take the width of a phone."""
     if axes.get_legend_handles_labels()[0]:
-        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
+        figure.legend(*axes.get_legend_handles_labels(), loc="outside lower left", ncols=2)
 
 
 def _decades(values: Array) -> tuple[float, float]:
@@ -305,11 +429,31 @@ def _from_zero(history: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
     return {k: np.concatenate([[0.0], v]) for k, v in history.items() if np.issubdtype(v.dtype, np.number)}
 
 
-def _stroke(history: Mapping[str, NDArray[Any]], tool: str) -> tuple[Array, str]:
-    """Travel of a tool along the axis on which it moves most, made positive, and that axis."""
-    x, y = history[f"{tool}.ux"], history[f"{tool}.uy"]
-    axis, u = ("x", x) if np.abs(x).max(initial=0.0) > np.abs(y).max(initial=0.0) else ("y", y)
-    return (-u if u.size and u[np.argmax(np.abs(u))] < 0 else u), axis
+def _stroke(history: Mapping[str, Array], problem: Problem, tool: str | None) -> tuple[Array, str]:
+    """Abscissa of forces and its label: travel of a tool along the axis on which it moves most, made positive."""
+    if tool is not None:
+        x, y, turn = (history[f"{tool}.{c}"] for c in ("ux", "uy", "rz"))
+        axis, u = ("x", x) if np.abs(x).max(initial=0.0) > np.abs(y).max(initial=0.0) else ("y", y)
+        if np.any(u):
+            name = style.axes_names(problem)["xy".index(axis)]
+            return _positive(u), f"travel of {tool} along {name} ({style.length_unit(problem)})"
+        if np.any(turn):
+            return _positive(turn), f"rotation of {tool} (rad)"
+    return history["time"], "time"
+
+
+def _positive(u: Array) -> Array:
+    return -u if u.size and u[np.argmax(np.abs(u))] < 0 else u
+
+
+def broken(along: Array, values: Array) -> tuple[Array, Array]:
+    """A curve (k,), (k,) that breaks off (not a number) where the abscissa stands still, unless it always does."""
+    still = np.abs(np.diff(along)) <= 1e-9 * max(float(np.ptp(along)), 1e-300)
+    if still.all():
+        return along, values
+    alone = np.append(True, still) & np.append(still, True)  # neither arrived at nor left by moving
+    gap = np.flatnonzero(still) + 1
+    return np.insert(along, gap, np.nan), np.insert(np.where(alone, np.nan, values), gap, np.nan)
 
 
 def _closed_range(s: Array, status: NDArray[Any]) -> tuple[float, float]:
@@ -321,59 +465,41 @@ def _closed_range(s: Array, status: NDArray[Any]) -> tuple[float, float]:
     return max(float(closed.min()) - margin, float(s.min())), min(float(closed.max()) + margin, float(s.max()))
 
 
-def _coloured(axes: Axes, body: BodyState, value: Array, side: float, limits: tuple[float, float], name: str) -> Any:
+def _coloured(axes: Axes, x: Array, cells: NDArray[np.int64], value: Array, ends: tuple[float, float], name: str) -> Any:
     from matplotlib.tri import Triangulation
 
-    covered = Triangulation(side * body.x[:, 0], body.x[:, 1], triangles(body.cells))
-    return axes.tripcolor(covered, value, shading="gouraud", vmin=limits[0], vmax=limits[1], cmap=name, rasterized=True)
+    covered = Triangulation(x[:, 0], x[:, 1], triangles(cells))
+    return axes.tripcolor(covered, value, shading="gouraud", vmin=ends[0], vmax=ends[1], cmap=name, rasterized=True)
 
 
-def _edges(axes: Axes, body: BodyState, side: float, mesh: bool) -> None:
+def _edges(axes: Axes, body: BodyState, image: Image, mesh: bool) -> None:
     """Element edges (thin) and outline (thicker) of a body; its initial outline dashed."""
     from matplotlib.collections import LineCollection, PolyCollection
 
-    mirror = np.array([side, 1.0])
+    x, X = image.of(body.x), image.of(body.X)
     if mesh:
-        axes.add_collection(PolyCollection(list(body.x[around(body.cells)] * mirror), facecolors="none", edgecolors="k",
+        axes.add_collection(PolyCollection(list(x[around(body.cells)]), facecolors="none", edgecolors="k",
                                            linewidths=0.25, alpha=0.35))  # fmt: skip
     edges = outline(body.cells)
-    initial, current = body.X[edges] * mirror, body.x[edges] * mirror
     axes.add_collection(
-        LineCollection(list(initial), colors="0.45", linewidths=0.6, linestyles=[(0, (5, 4))], zorder=0.5)
+        LineCollection(list(X[edges]), colors="0.45", linewidths=0.6, linestyles=[(0, (5, 4))], zorder=0.5)
     )
-    axes.add_collection(LineCollection(list(current), colors="0.1", linewidths=0.8, zorder=3))
+    axes.add_collection(LineCollection(list(x[edges]), colors="0.1", linewidths=0.8, zorder=3))
 
 
 def _range(values: list[Array], field: str) -> tuple[float, float]:
     low, high = min(float(v.min()) for v in values), max(float(v.max()) for v in values)
-    if _map(field) == style.DIVERGING:
+    if field_map(field) == style.DIVERGING:
         high = max(abs(low), abs(high), 1e-300)
         return -high, high
     return (low, high) if high > low else (low, low + 1.0)
 
 
-def _map(field: str) -> str:
-    return style.DIVERGING if field.startswith(("stress", "displacement.")) else style.SEQUENTIAL
-
-
-def _field_label(problem: Problem, field: str) -> str:
-    kind, _, component = field.partition(".")
-    first, second = style.axes_names(problem)
-    if kind == "stress":
-        third = "θ" if problem.space == "axisymmetric" else "z"
-        letters = {"x": first, "y": second, "z": third}
-        return f"stress {letters[component[0]]}{letters[component[1]]} ({style.pressure_unit(problem)})"
-    if kind == "displacement":
-        along = f" {(first, second)['xy'.index(component)]}" if component else ""
-        return f"displacement{along} ({style.length_unit(problem)})"
-    return f"von Mises stress ({style.pressure_unit(problem)})" if kind == "mises" else "equivalent plastic strain (–)"
-
-
-def _limits(increment: Increment, problem: Problem) -> tuple[float, float, float, float]:
-    """Part of the plane to show: the bodies, a margin, and the nearest piece of each tool."""
-    x = np.vstack([b.x for b in increment.bodies.values()] + [b.X for b in increment.bodies.values()])
-    if problem.space == "axisymmetric":
-        x = np.vstack([x, x * (-1.0, 1.0)])
+def limits(increment: Increment, problem: Problem, mirror: Sequence[str] = ()) -> tuple[float, float, float, float]:
+    """Part of the plane to show (x from, to, y from, to): the bodies, a margin, and the nearest piece of each tool."""
+    copies = images(mirror_lines(increment, problem, mirror))
+    shapes = [b.x for b in increment.bodies.values()] + [b.X for b in increment.bodies.values()]
+    x = np.vstack([image.of(shape) for image in copies for shape in shapes])
     low, high = x.min(axis=0), x.max(axis=0)
     margin = 0.1 * float((high - low).max())
     box = np.vstack([low - 0.4 * margin, high + 0.4 * margin])
@@ -382,28 +508,35 @@ def _limits(increment: Increment, problem: Problem) -> tuple[float, float, float
             inside = np.clip(polygon, low, high)
             nearest = int(np.argmin(np.hypot(*(polygon - inside).T)))
             behind = polygon[nearest] + np.clip(polygon.mean(axis=0) - polygon[nearest], -margin, margin)
-            box = np.vstack([box, polygon[nearest], behind])
+            box = np.vstack([box, *(image.of(np.vstack([polygon[nearest], behind])) for image in copies)])
     low, high = box.min(axis=0), box.max(axis=0)
     return float(low[0]), float(high[0]), float(low[1]), float(high[1])
 
 
 def _size(wide: float) -> tuple[float, float]:
     """Width and height in inches of a picture whose section is *wide* times wider than high."""
-    width = 6.6 if wide > 1.0 else max(6.2 * wide, 2.6) + 1.2
-    return width, min(max(6.0 / wide + 1.2, 2.4), 6.6)
+    width = 4.5 if wide > 0.8 else max(3.6 * wide, 1.6) + 1.3
+    return width, min(max(3.8 / wide + 1.2, 2.2), 5.6)
 
 
-def _draw_tools(axes: Axes, increment: Increment, problem: Problem, limits: tuple[float, float, float, float]) -> None:
+def _moment(increment: Increment) -> str:
+    """When a picture was taken, in a line."""
+    if not increment.number:
+        return "initial state"
+    return f"{increment.step}, time {increment.time:.4g} (increment {increment.number})"
+
+
+def _draw_tools(axes: Axes, increment: Increment, problem: Problem, box: tuple[float, ...], image: Image) -> None:
     from matplotlib.patches import Polygon
 
-    depth = 3 * max(limits[1] - limits[0], limits[3] - limits[2])
+    depth = 3 * max(box[1] - box[0], box[3] - box[2])
     for name, tool in problem.tools.items():
-        for polygon in outlines(tool, increment.tools[name], depth, problem.space == "axisymmetric"):
-            axes.add_patch(Polygon(polygon, closed=True, zorder=2.5, **style.TOOL))
+        for polygon in outlines(tool, increment.tools[name], depth):
+            axes.add_patch(Polygon(image.of(polygon), closed=True, zorder=2.5, **style.TOOL))
 
 
-def _finish_section(axes: Axes, problem: Problem, limits: tuple[float, float, float, float]) -> None:
+def _finish_section(axes: Axes, problem: Problem, box: tuple[float, float, float, float]) -> None:
     first, second = style.axes_names(problem)
     unit = style.length_unit(problem)
-    axes.set(xlim=limits[:2], ylim=limits[2:], aspect="equal", xlabel=f"{first} ({unit})", ylabel=f"{second} ({unit})")
+    axes.set(xlim=box[:2], ylim=box[2:], aspect="equal", xlabel=f"{first} ({unit})", ylabel=f"{second} ({unit})")
     axes.grid(False)

@@ -3,20 +3,28 @@
 from __future__ import annotations
 
 import base64
+import importlib.util
 import json
 from collections.abc import Iterator
+from importlib import resources
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from prensa.errors import PrensaError, take_path
 from prensa.model.problem import Case, Problem
 from prensa.output import style
-from prensa.output.files import write_text
-from prensa.output.history import energies_of, read_history
+from prensa.output.files import file_name, write_text
+from prensa.output.history import energies_of
+from prensa.output.maxima import largest_force, maxima
+from prensa.output.packing import as_text
 from prensa.output.pictures import PICTURES, caption, order
+from prensa.output.stored import Placement, Stored
 
 REPORT = "report.html"
 SUMMARY = "summary.json"
+BOKEH = ("bokeh.min.js", "bokeh-api.min.js")  # the library that draws, as it is in Python's package
 
 
 def write_report(directory: str | Path) -> Path:
@@ -38,9 +46,10 @@ def write_report(directory: str | Path) -> Path:
         loader=jinja2.PackageLoader("prensa.output"), autoescape=True, trim_blocks=True, lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )  # fmt: skip
+    stored = stored_run(directory)
     environment.filters |= {"number": number, "seconds": lambda s: f"{s:.2f}" if s < 100 else f"{s:.0f}"}
     page = environment.get_template("report.html").render(
-        run=summary, pictures=list(_pictures(directory)), **_tables(directory, summary)
+        run=summary, pictures=list(_pictures(directory)), **_tables(stored, summary), **_interactive(stored)
     )
     return write_text(directory / REPORT, page)
 
@@ -56,6 +65,15 @@ def read_summary(directory: str | Path) -> dict[str, Any]:
         raise PrensaError(f"{path}: the summary cannot be read ({error}); run the case again") from None
 
 
+def stored_run(directory: Path) -> Stored:
+    """The increments that a run has left in *directory*; raises PrensaError where it has left none."""
+    from prensa.model.schema import loads
+
+    summary = read_summary(directory)
+    placements = {t: Placement(tuple(p["at"]), tuple(p["direction"])) for t, p in summary.get("tools", {}).items()}
+    return Stored(directory, loads(summary["case"], SUMMARY), placements)
+
+
 def number(value: float, digits: int = 5) -> str:
     """*value* for a reader: significant digits, powers of ten only where zeros would fill the cell, a true minus sign."""
     if value == 0 or 1e-3 <= abs(value) < 1e7:
@@ -67,16 +85,43 @@ def number(value: float, digits: int = 5) -> str:
 
 
 # ------------------------------------------------------------------------------------------------------------- details
-def _tables(directory: Path, summary: dict[str, Any]) -> dict[str, Any]:
+def _interactive(stored: Stored) -> dict[str, Any]:
+    """The interactive part: what it shows, the library that draws it and the script that drives that."""
+    from prensa.output.scene import scene
+
+    if not stored.with_fields:
+        return {"frames": 0, "thinned": "", "touched": False}
+    made = scene(stored)
+    data, (shown, there) = made.pop("data"), made["shown"]
+    return {
+        "scene": json.dumps(made, ensure_ascii=False, separators=(",", ":")).replace("<", "\\u003c"), "data": data,
+        "frames": there, "touched": bool(made["contacts"]),
+        "thinned": f"{shown} of the {there} increments with fields are shown, to keep the page small." if shown < there else "",
+        "library": _library(),
+        "script": resources.files("prensa.output").joinpath("templates/report.js").read_text(encoding="utf-8"),
+    }  # fmt: skip
+
+
+def _library() -> str:
+    """Bokeh's scripts as they ship with the Python package, compressed, as text; nothing of the package is imported."""
+    found = importlib.util.find_spec("bokeh")
+    assert found is not None and found.origin is not None
+    folder = Path(found.origin).parent / "server/static/js"
+    return as_text(b";\n".join((folder / name).read_bytes() for name in BOKEH))
+
+
+def _tables(stored: Stored, summary: dict[str, Any]) -> dict[str, Any]:
     from prensa.model.schema import loads
 
-    case = loads(summary["case"], "summary.json")
-    problem = case.problem
-    history = read_history(directory)
+    case = loads(summary["case"], SUMMARY)
+    problem, history = case.problem, stored.history
     last = {k: v[-1] for k, v in history.items()} if len(history["time"]) else {}
     scale = max((abs(float(last[f"energy.{e}"])) for e in energies_of(problem)), default=0.0) if last else 0.0
     return {
         "facts": list(_facts(case, summary)),
+        "maxima": maxima(stored),
+        "words": list(_words(summary, stored, case)),
+        "file": f"{file_name(problem.name)}.yaml",
         "tools": [(t, [float(last[f"{t}.{c}"]) for c in ("ux", "uy", "rz", "fx", "fy", "mz")]) for t in problem.tools if last],
         "areas": [(c.name, float(last[f"{c.name}.area"])) for c in problem.contacts if last],
         "measured_steps": list(dict.fromkeys(s for m in summary.get("measures", {}).values() for s in m["steps"])),
@@ -102,6 +147,51 @@ def _means(found: dict[str, dict[str, float]], problem: Problem) -> Iterator[tup
         yield name, v["mean"], v["ripple"], units.get(key, style.pressure_unit(problem))
 
 
+def _words(summary: dict[str, Any], stored: Stored, case: Case) -> Iterator[str]:
+    """What convergence, energies and the two pressures say about the answer, in plain words."""
+    history, totals = stored.history, summary["totals"]
+    if not len(stored):
+        yield "No increment was completed, so there is nothing to judge."
+        return
+    per, most = history["iterations"], int(np.argmax(history["iterations"]))
+    yield (
+        f"{totals['increments']} increments took {totals['iterations']} Newton iterations: {per.mean():.1f} each, "
+        f"at most {per[most]} (increment {history['increment'][most]}, step {history['step'][most]})."
+    )
+    cut = np.flatnonzero(history["cutbacks"])
+    if len(cut):
+        worst = int(np.argmax(history["cutbacks"]))
+        yield (
+            f"{len(cut)} increments were cut into shorter ones before they converged, most often increment "
+            f"{history['increment'][worst]} (time {history['time'][worst]:.4g}). Cuts cost time, not accuracy."
+        )
+    else:
+        yield "Every increment converged at its full length."
+    asked, got = summary["convergence"]["tolerance"], summary["convergence"]["max_residual"]
+    yield f"Forces balance to {number(got, 2)} of their size at worst ({number(asked, 2)} was asked for)."
+    largest = max(float(np.abs(history[f"energy.{e}"]).max()) for e in energies_of(case.problem) if e != "imbalance")
+    if largest > 0:
+        share = 100 * float(np.abs(history["energy.imbalance"]).max()) / largest
+        verdict = "more increments would make it close" if share > 5 else "the increments are short enough"
+        yield f"The energy ledger closes to {number(share, 2)} % of the largest energy: {verdict}."
+    yield from _pressures_agree(stored)
+
+
+def _pressures_agree(stored: Stored) -> Iterator[str]:
+    """How far the pressures of nodal forces and of stresses are apart where the force is largest: an error of the mesh."""
+    peak = largest_force(stored)
+    for name, contact in (stored.number(peak).contacts if peak is not None else {}).items():
+        closed = contact.status > 0
+        if closed.sum() > 2 and (top := float(contact.pressure.max())) > 0:
+            apart = 100 * float(contact.error[closed].mean()) / top
+            verdict = "good" if apart < 5 else "fair; a finer mesh at the contact would show it sharper" if apart < 15 else \
+                "coarse: refine the mesh at the contact before trusting local pressures"  # fmt: skip
+            yield (
+                f"{name}: pressures from nodal forces and from stresses differ by {apart:.1f} % of the largest on average, "
+                f"at the largest force: {verdict}."
+            )
+
+
 def _facts(case: Case, summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
     from prensa.model.schema import brief
 
@@ -120,6 +210,8 @@ def _facts(case: Case, summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
             f"Contact {contact.name}",
             f"friction {brief(friction) if friction else 'none'}; {contact.enforcement.type}",
         )
+    for name, support in p.fixed.items():
+        yield f"Support {name}", brief(support)
     for step in p.steps:
         acts = [f"{k} {brief(v)}" for k in ("move", "by", "velocity", "push", "loads", "until") if (v := getattr(step, k))]
         early = summary.get("ended_early", {}).get(step.name)

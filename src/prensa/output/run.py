@@ -9,6 +9,7 @@ import datetime
 import json
 import logging
 import time as clocks
+from collections.abc import Mapping
 from contextlib import closing
 from dataclasses import dataclass
 from os import PathLike
@@ -263,7 +264,8 @@ class _Run:
         summary = self._summarise(status, reason)  # before the pictures: they may take long
         if self.case.output.pictures:
             with self.timer("pictures"):
-                for message in pictures.write_pictures(self.directory, self.case, self._increment_to_draw(status)):
+                stored = report.stored_run(self.directory)
+                for message in pictures.write_pictures(self.directory, self.case, stored, self._start_to_draw(status)):
                     log.warning("%s", message)
             summary = self._summarise(status, reason)
         if self.case.output.report:
@@ -273,11 +275,9 @@ class _Run:
         self.bar.say(f"{status}: {summary['totals']['increments']} increments, {self.directory}")
         return summary
 
-    def _increment_to_draw(self, status: str) -> Increment | None:
-        """The increment to draw: the last good one, the initial state if the first one failed."""
-        if self.last is not None or self.start is not None or status != "failed":
-            return self.last
-        return at_rest(self.system)
+    def _start_to_draw(self, status: str) -> Increment | None:
+        """The initial state, to draw where the first increment failed."""
+        return at_rest(self.system) if status == "failed" and self.last is None and self.start is None else None
 
     def _check_energy(self) -> None:
         table = history.read_history(self.directory)
@@ -286,6 +286,11 @@ class _Run:
         if missing > IMBALANCE * largest:
             share = 100 * missing / largest if largest else 100.0
             log.warning("the energy ledger misses %.2g %% of the largest energy; more increments make it close", share)
+
+    def _meshes(self) -> Mapping[str, Any]:
+        """Meshes of the bodies, the last ones where they were made during the run."""
+        state = self.last.state if self.last is not None else self.start
+        return self.system.meshes if state is None or state.remeshed is None else state.remeshed.meshes
 
     def _timings(self) -> dict[str, float]:
         """Wall seconds by section, added up over resumes; what no section claims is ``other``."""
@@ -336,7 +341,8 @@ class _Run:
                 "tolerance": self.case.numerics.tolerance,
             },
             "timings": timings,
-            "bodies": {b: {"nodes": len(m.points), "elements": len(m.cells)} for b, m in self.system.meshes.items()},
+            "bodies": {b: {"nodes": len(m.points), "elements": len(m.cells)} for b, m in self._meshes().items()},
+            "tools": {t.name: {"at": t.at.tolist(), "direction": list(map(float, t.direction))} for t in self.system.tools},
             "warnings": self.warnings.texts,
             "case": self.text,
         }

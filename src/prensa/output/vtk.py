@@ -12,6 +12,7 @@ from __future__ import annotations
 import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -109,7 +110,41 @@ def read_collection(path: str | Path) -> list[tuple[float, str]]:
         raise PrensaError(f"{path}: the collection cannot be read ({error}); run the case again") from None
 
 
+def read_fields(path: str | Path, names: list[str]) -> dict[str, BodyState]:
+    """Bodies, by *names* in the order of the description, of a ``.vtu`` file that `write_fields` wrote.
+
+    Raises
+    ------
+    PrensaError
+        If the file is damaged or does not hold these bodies.
+
+    """
+    import meshio
+
+    path = take_path("read_fields", path)
+    try:
+        mesh = meshio.read(path, file_format="vtu")
+        parts = list(zip(mesh.cells, mesh.cell_data["body"]))
+        out = {}
+        for k, name in enumerate(names):
+            cells = np.concatenate([block.data[body == k] for block, body in parts if (body == k).any()]).astype(np.int64)
+            own = slice(int(cells.min()), int(cells.max()) + 1)
+            out[name] = _body(mesh, cells - own.start, own)
+    except Exception as error:
+        raise PrensaError(f"{path}: the fields cannot be read ({error}); run the case again") from None
+    return out
+
+
 # ------------------------------------------------------------------------------------------------------------- details
+def _body(mesh: Any, cells: NDArray[np.int64], own: slice) -> BodyState:
+    x, data = np.array(mesh.points[own, :2]), mesh.point_data
+    thickness = np.array(data["thickness"][own]) if "thickness" in data else None
+    return BodyState(
+        x - data["displacement"][own, :2], x, cells, np.array(data["reaction"][own, :2]), np.array(data["stress"][own, :4]),
+        np.array(data["mises"][own]), np.array(data["plastic_strain"][own]), thickness,
+    )  # fmt: skip
+
+
 def _vector(v: Array) -> Array:
     return np.pad(v, ((0, 0), (0, 1)))
 

@@ -30,13 +30,14 @@ Solve = Callable[[Array, NewtonResult], Failure | None]
 def attempt(eq: Equilibrium, start: Array, soften: bool = True) -> NewtonResult:
     """Try to solve an increment from the dofs ``start`` (ndof,); the committed state is not touched.
 
-    soften: whether a failure is followed by another try with contacts that stiffen stage by stage, if they ask for it.
+    soften: whether a failure is followed by another try with contacts that stiffen stage by stage, if they ask for it, and
+    by one with contact steps alone although Newton's iteration had the choice.
     """
     result = attempt_by(eq, [], start)
     if result.converged:
         return result
     spent = result.iterations
-    for solve in _other_ways(eq, start, result):
+    for solve in _other_ways(eq, start, result, soften):
         again = _outcome(eq, start, solve)
         spent += again.iterations
         if again.converged:
@@ -50,11 +51,15 @@ def attempt(eq: Equilibrium, start: Array, soften: bool = True) -> NewtonResult:
     return result
 
 
-def _other_ways(eq: Equilibrium, start: Array, failed: NewtonResult) -> Iterator[Solve]:
-    """What is tried after a failed attempt, in order; how that failed is what is told if these fail too."""
+def _other_ways(eq: Equilibrium, start: Array, failed: NewtonResult, cut: bool) -> Iterator[Solve]:
+    """What is tried after a failed attempt, in order; how that failed is what is told if these fail too.
+
+    Where Newton's iteration could take contact steps wherever it wanted, an attempt that takes nothing else goes the same way
+    nine times of ten: a shorter increment is cheaper, unless it has been ``cut`` before.
+    """
     if out := emergence(eq.system, eq.context, eq.policy):
         yield partial(_emerge, eq, out, start)
-    if failed.contact_changed(eq.policy):
+    if failed.contact_changed(eq.policy) and (cut or not failed.affordable):
         yield partial(_by_contact, eq, start)
 
 

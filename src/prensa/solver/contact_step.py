@@ -89,6 +89,11 @@ def contact_step(
     return step
 
 
+def affordable(eq: Equilibrium, e: Evaluation) -> bool:
+    """Whether a contact step from the evaluation e costs no more than another iteration, so that Newton takes them anyway."""
+    return not e.contacts or int(_near(eq, e).sum()) <= eq.policy.few
+
+
 def decides_friction(eq: Equilibrium, e: Evaluation) -> bool:
     """Whether a contact step from the evaluation e finds out itself which points slip, too; so it does where none can."""
     return _rubbing(eq, e, _near(eq, e)) is not None

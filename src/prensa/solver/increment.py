@@ -248,6 +248,8 @@ class Increment:
     _state: Callable[[], State] = field(repr=False, compare=False)
     _contacts: Callable[[], Mapping[str, ContactState]] = field(repr=False, compare=False)
     _bodies: Callable[[], Mapping[str, BodyState]] = field(repr=False, compare=False)
+    remeshings: int = 0
+    """Meshes that have been made in the run so far."""
     stopped: str = ""
     """What ended the step here before its time, in words; '' if nothing did."""
     passing: Mapping[str, Passing] = field(default_factory=dict)
@@ -275,6 +277,11 @@ class Increment:
         if self._more is None:
             raise PrensaError("this increment was made by hand: it knows no shapes and no problem; solve the case")
         return self._more
+
+    @property
+    def problem(self) -> Problem:
+        """The description that it belongs to."""
+        return self._known.problem
 
     @cached_property
     def shapes(self) -> Mapping[str, Shape]:

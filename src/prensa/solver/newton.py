@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.fem.system import Evaluation
-from prensa.solver.contact_step import contact_step, decides_friction
+from prensa.solver.contact_step import affordable, contact_step, decides_friction
 from prensa.solver.equilibrium import Equilibrium, NewtonResult, Signature, reversed_slip, signature
 from prensa.solver.failure import Diverged, Failure, NotConverged, Stagnated, Unevaluable
 from prensa.solver.finish import finish
@@ -84,7 +84,7 @@ def observe(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> None:
     state.relative = state.norm / e.scale if e.scale > 0 else 0.0
     state.reversed = reversed_slip(before, now)
     state.settled = np.array_equal(now > 0, state.closed if before is None else before > 0)
-    result.u = state.u
+    result.u, result.affordable = state.u, affordable(eq, e)
     result.residuals.append(state.relative)
     result.changes.append(int((now != before).sum()) if before is not None else len(now))
     eq.report.iteration(result, e)

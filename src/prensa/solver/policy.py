@@ -209,6 +209,20 @@ class Policy:
     jump_cuts: int = 8
     """Cuts of an increment beside those of `Numerics.max_cutbacks` where viscous forces hold: jumps are short."""
 
+    # ---------------------------------------------------------------------------------------------------- remeshing
+    remesh_travel: float = 2.5
+    """Way of a tool, in smallest elements, after which a mesh is made anew."""
+    too_coarse: float = 2.0
+    """Size of an element of the first mesh over that asked for from which the run begins with a new mesh."""
+    worn_share: float = 0.7
+    """Share of the shape measure that a mesh began with below which it is worn, where that is less than what is asked for."""
+    remesh_cuts: int = 3
+    """Cuts of an increment after which a new mesh helps more than another cut."""
+    finer: tuple[float, ...] = (1.0, 0.8)
+    """Sizes, over those asked for, of the meshes that are tried in turn at a place."""
+    let_go: tuple[float, ...] = (0.8, 0.6, 0.4, 0.2, 0.0)
+    """Parts in which forces are let go that a state on a new mesh is out of balance by."""
+
     # ----------------------------------------------------------------------------------------------------- warnings
     viscous: float = 0.01
     """Share of the work that viscous forces dissipate that is worth a warning."""

@@ -57,6 +57,7 @@ def increment_of(
         plan.name, plan.number + 1, state.clock.number, state.clock.time, tool_states(system, state, e),
         state.energy._asdict(), support_forces(system, e, plan, state), statistics, ended,
         whole, lambda: contact_states(system, whole(), e, plan), lambda: body_states(system, whole(), e, plan),
+        remeshings=0 if state.remeshed is None else state.remeshed.count,
         _more=More(system.problem, lambda: shapes(system, whole(), start), lambda: plastic_power(system, old, state.history, dt)),
     )  # fmt: skip
 

@@ -25,6 +25,7 @@ from prensa.fem.state import Clock, State
 from prensa.fem.symmetry import is_symmetric
 from prensa.fem.system import Evaluation, System
 from prensa.model import problem as model
+from prensa.model.remeshing import remeshing_of
 from prensa.solver.acceptance import Acceptance, unilaterally_supported
 from prensa.solver.approach import approach, first_touch
 from prensa.solver.attempt import attempt
@@ -50,6 +51,7 @@ from prensa.solver.policy import Policy
 from prensa.solver.post_mortem import hint, where
 from prensa.solver.quality import quality_warnings, untouched_tools
 from prensa.solver.reduced import Reduced
+from prensa.solver.remeshing import Remeshing, fresh
 from prensa.solver.reporting import Messages
 from prensa.solver.results import increment_of
 from prensa.solver.stabilisation import Stabilisation
@@ -110,9 +112,17 @@ def solve(
             log.warning("%s", notice)
     numerics, policy = numerics or model.Numerics(), policy or Policy()
     condense = to_be_condensed(system, numerics, policy)
-    stepping = TimeStepping(system, numerics, policy, Messages(system, monitor), timer or Timer(), condense)
-    stepping.passages = passages or stepping.passages
-    return stepping.run(start or system.initial())
+    timer, followed = timer or Timer(), passages or Passages(system)
+
+    def stepping(system: System) -> TimeStepping:
+        made = TimeStepping(system, numerics, policy, Messages(system, monitor), timer, condense)
+        made.passages, made.remeshes = followed, remeshing_of(system.problem) is not None
+        return made
+
+    state = start or system.initial()
+    if remeshing_of(system.problem) is not None:
+        return Remeshing(system, stepping, policy).run(state)
+    return stepping(system).run(state)
 
 
 def _check_arguments(
@@ -133,12 +143,19 @@ def _check_arguments(
         ("policy", policy, Policy),
     ):
         take("solve", name, value, (kind, type(None)), f"give a {kind.__name__} or None")
-    if isinstance(start, State) and isinstance(problem, System) and start.u.shape != (problem.ndof,):
+    if isinstance(start, State) and isinstance(problem, System) and not belongs(start, problem):
         raise ArgumentError(
             f"solve: start has {len(start.u)} unknowns and the problem {problem.ndof}; they do not belong together"
         )
     if monitor is not None and not callable(monitor):
         take("solve", "monitor", monitor, type(None), "give a function of a Progress or None")
+
+
+def belongs(state: State, system: System) -> bool:
+    """Whether a state has the degrees of freedom of a system, on the meshes that it was on."""
+    if state.remeshed is not None:
+        return remeshing_of(system.problem) is not None and list(state.remeshed.meshes) == list(system.meshes)
+    return state.u.shape == (system.ndof,)
 
 
 def at_rest(system: System) -> Increment | None:
@@ -166,6 +183,7 @@ class TimeStepping:
         self.condensed: Condensation | None = None
         self.last: Increment | None = None
         self.passages = Passages(system)
+        self.remeshes = False
         self.stopping: Stopping
 
     def run(self, state: State) -> Iterator[Increment]:
@@ -177,7 +195,7 @@ class TimeStepping:
             self.stopping = Stopping(self.system, plan, self.policy)
             if state.clock.time <= plan.t0:
                 state = self.begin(state, plan)
-            self._prepare(plan)
+            self.prepare(plan)
             control = StepControl(self.system, plan, self.policy)
             self.distortion = Distortion(self.system, self.policy)
             while state.clock.step == number:
@@ -196,7 +214,7 @@ class TimeStepping:
             state = replace(state, release=released, clock=state.clock._replace(time=plan.t0))
         return self.stopping.begin(state)
 
-    def _prepare(self, plan: StepPlan) -> None:
+    def prepare(self, plan: StepPlan) -> None:
         """The matrix of a step: that of the step before where the same dofs are prescribed."""
         if self.condense:
             with self.timer("condensation"):
@@ -261,6 +279,8 @@ class TimeStepping:
 
     def most_cutbacks(self, state: State) -> int:
         """How often an increment may be cut: more often where viscous forces give any an answer that is short enough."""
+        if self.remeshes and not fresh(state):
+            return min(self.policy.remesh_cuts, self.numerics.max_cutbacks)
         jumps = self.policy.jump_cuts if self.numerics.max_cutbacks and state.stability.viscosity > 0 else 0
         return self.numerics.max_cutbacks + jumps
 
@@ -398,4 +418,5 @@ def committed(
         lam=lam, energy=energy, work=work, clock=Clock(step, old.clock.number + 1, c.time, dt, damping),
         step_start=step_start, release=None if c.time >= c.plan.t1 else old.release, stability=stability,
         ends=np.append(old.ends, c.time) if ended else old.ends, watched=c.watched,
+        remeshed=old.remeshed,
     )  # fmt: skip

@@ -7,19 +7,19 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Discriminator, Field, Tag
+from pydantic import BeforeValidator, Discriminator, Field, Tag, TypeAdapter, ValidationInfo
 
 from prensa.geometry.chain import ChainError, Piece, chain
 from prensa.geometry.outline import of_chain
 from prensa.model.fields import described
 from prensa.model.names import Finding
-from prensa.model.units import Length
+from prensa.model.units import Length, LengthUnit
 from prensa.tools.analytic import Tool
 from prensa.tools.tool import ToolShape
 
 Array = NDArray[np.float64]
 
-__all__ = ["Arc", "Profile"]
+__all__ = ["Arc", "Drawing", "Profile"]
 
 
 @described
@@ -37,6 +37,38 @@ def _vertex_kind(value: Any) -> str:
 Vertex = Annotated[
     Annotated[tuple[Length, Length], Tag("point")] | Annotated[Arc, Tag("arc")], Discriminator(_vertex_kind)
 ]
+
+
+@described
+class Drawing:
+    """Points of a profile from a ``file``: a DXF drawing with one chain of lines, arcs and polylines, or a CSV table of points.
+
+    The chain is walked from its left end, a closed one counter-clockwise; ``reverse`` turns that round (for a die, or a cavity).
+    ``layer``: that of a DXF drawing to take. ``unit``: its unit of length (default: the one that the drawing states, else the
+    case's). ``origin``: the place in the drawing that is the tool's reference point.
+    """
+
+    file: str
+    layer: str | None = None
+    unit: LengthUnit | None = None
+    origin: tuple[Length, Length] = (0.0, 0.0)
+    reverse: bool = False
+
+
+def _drawn(value: Any, info: ValidationInfo) -> Any:
+    """The points of a file, where one is named in their place."""
+    if isinstance(value, str):
+        value = {"file": value}
+    if isinstance(value, dict):
+        value = TypeAdapter(Drawing).validate_python(value, context=info.context)
+    if not isinstance(value, Drawing):
+        return value
+    from prensa.tools.drawing import vertices
+
+    return vertices(value, info.context)
+
+
+Points = Annotated[tuple[Vertex, ...], BeforeValidator(_drawn)]
 
 
 def _fillet_kind(value: Any) -> str:
@@ -105,17 +137,25 @@ class Profile(Chained):
     ``points`` are corners in the frame of the tool (its reference point is the origin), or arcs to the next corner. An
     open profile goes on straight beyond both ends; a ``closed`` one returns to its first point, and is a cavity (bodies
     inside) if walked clockwise. ``fillet``: radius of the rounding of its corners, one for all or one for each point;
-    0 is sharp. Not given, a convex corner that moves on a surface is rounded with a quarter of an element.
+    0 is sharp. Not given, a convex corner that moves on a surface is rounded with a quarter of an element. In the place of
+    points may stand the name of a DXF or CSV file, or a `Drawing`.
     """
 
-    points: tuple[Vertex, ...]
+    points: Points
     fillet: FilletValue | None = None
     closed: bool = False
     type: Literal["profile"] = "profile"
 
     def pieces(self, rounding: float = 0.0) -> tuple[list[Piece], bool]:
         """As `Chained.pieces`."""
-        return chain(self.points, self.fillet, self.closed, rounding), self.closed
+        points, fillet = self.points, self.fillet
+        returns = len(points) > 2 and points[0] == getattr(points[-1], "to", points[-1])
+        if returns and not self.closed:
+            raise ChainError("the points return to the first one: say 'closed: true' as well", None, "closed")
+        if returns and not isinstance(points[-1], Arc):
+            points = points[:-1]
+            fillet = fillet[: len(points)] if isinstance(fillet, tuple) else fillet
+        return chain(points, fillet, self.closed, rounding), self.closed
 
     def hint(self) -> str:
         """Which way to walk."""

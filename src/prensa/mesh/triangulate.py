@@ -1,0 +1,154 @@
+"""Triangles between given outlines, by MMG2D (Dapogny, Dobrzynski & Frey 2014), with sizes from a field."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.errors import PrensaError
+from prensa.mesh.mesh import Mesh, keys, sides
+from prensa.mesh.outline import NewOutline, SizeOf
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+NO_MESHER = "'remesh' needs the mesher MMG, which is not installed: pip install 'prensa[remesh]'"
+GROWTH = 1.25  # of the sizes of neighbouring elements, at most
+
+
+class TriangulationError(PrensaError):
+    """Outlines between which no mesh can be made."""
+
+
+def has_mesher() -> bool:
+    """Whether MMG is installed."""
+    return importlib.util.find_spec("mmgpy") is not None
+
+
+def mesher() -> Any:
+    """The class of MMG2D.
+
+    Raises
+    ------
+    PrensaError
+        If it is not installed.
+
+    """
+    try:
+        return importlib.import_module("mmgpy").MmgMesh2D
+    except ImportError:
+        raise PrensaError(NO_MESHER) from None
+
+
+def triangulated(outlines: list[NewOutline], size: SizeOf) -> Mesh:
+    """Mesh of T6 inside closed outlines (the others are holes), sizes inside from a field; outline nodes as they are given.
+
+    Raises
+    ------
+    TriangulationError
+        If the outlines cross, or MMG finds no mesh.
+
+    """
+    points = np.concatenate([o.ends for o in outlines])
+    first = np.cumsum([0, *(len(o.ends) for o in outlines)])
+    edges = np.concatenate([_closed(a, b) for a, b in pairwise(first)])
+    vertices, triangles = _triangles(points, edges, size)
+    middles = np.concatenate([o.middles for o in outlines])
+    names = [name for o in outlines for name in o.names]
+    return _quadratic(vertices, triangles, edges, middles, names)
+
+
+def _closed(first: int, last: int) -> Index:
+    n = np.arange(first, last)
+    return np.stack([n, np.roll(n, -1)], axis=1)
+
+
+def _triangles(points: Array, edges: Index, size: SizeOf) -> tuple[Array, Index]:
+    """Vertices, those of the outline first and in order, and triangles (m, 3) counter-clockwise."""
+    n = len(points)
+    length = np.hypot(*(points[edges[:, 1]] - points[edges[:, 0]]).T)
+    h = np.zeros(n)
+    np.add.at(h, edges, 0.5 * length[:, None])
+    try:
+        first = _given(points, None, edges, np.arange(1, n + 1), h)
+        first.remesh(hgrad=GROWTH, verbose=-1, nosurf=1)
+        vertices, triangles = first.get_vertices(), first.get_triangles()
+        some, refs = first.get_edges_with_refs()
+        refs = np.asarray(refs)
+        target, number = size(vertices), _numbers(vertices, points)
+        target[number] = h  # at the outline sizes are those of its sides
+        again = _given(vertices, triangles, some[refs > 0], refs[refs > 0], target)
+        again.remesh(hgrad=GROWTH, hgradreq=GROWTH, verbose=-1, nosurf=1)
+    except RuntimeError as error:
+        raise TriangulationError(f"MMG makes no mesh of the outline ({error})") from None
+    return _ordered(again.get_vertices(), again.get_triangles().astype(np.int64), points, edges)
+
+
+def _given(vertices: Array, triangles: Index | None, edges: Index, refs: Index, h: Array) -> Any:
+    """A mesh of MMG with the edges of the outline to be kept, and sizes h at the vertices."""
+    mesh = mesher()()
+    mesh.set_mesh_size(vertices=len(vertices), triangles=0 if triangles is None else len(triangles), edges=len(edges))
+    mesh.set_vertices(np.ascontiguousarray(vertices))
+    if triangles is not None:
+        mesh.set_triangles(triangles.astype(np.int32))
+    mesh.set_edges(edges.astype(np.int32), refs)
+    mesh.set_required_edges(np.arange(len(edges), dtype=np.int32))
+    mesh.set_required_vertices(np.unique(edges).astype(np.int32))
+    mesh["metric"] = np.ascontiguousarray(h[:, None])
+    return mesh
+
+
+def _numbers(vertices: Array, points: Array) -> Index:
+    """Numbers (k,) of the vertices at points (k, 2)."""
+    from scipy.spatial import cKDTree
+
+    distance, number = cKDTree(vertices).query(points)
+    if not distance.max() < 1e-9 * np.ptp(points):
+        raise TriangulationError("MMG moved nodes of the outline: it crosses or touches itself")
+    return np.asarray(number, dtype=np.int64)
+
+
+def _ordered(vertices: Array, triangles: Index, points: Array, edges: Index) -> tuple[Array, Index]:
+    triangles = triangles[_inside(vertices[triangles].mean(axis=1), points, edges)]
+    own = _numbers(vertices, points)
+    number = np.full(len(vertices), -1)
+    number[own] = np.arange(len(points))
+    rest = np.setdiff1d(np.unique(triangles), own)
+    number[rest] = len(points) + np.arange(len(rest))
+    triangles = number[triangles]
+    x = np.concatenate([points, vertices[rest]])
+    a, b, c = (x[triangles[:, k]] for k in range(3))
+    clockwise = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) < (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+    triangles[clockwise] = triangles[clockwise][:, [0, 2, 1]]
+    return x, triangles
+
+
+def _inside(x: Array, points: Array, edges: Index) -> NDArray[np.bool_]:
+    """Whether places x (n, 2) are inside the outlines and outside of their holes: crossings of a ray along +x."""
+    a, b = points[edges[:, 0]], points[edges[:, 1]]
+    y = x[:, 1:2]
+    spans = (a[:, 1] <= y) != (b[:, 1] <= y)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        at = a[:, 0] + (y - a[:, 1]) * (b[:, 0] - a[:, 0]) / (b[:, 1] - a[:, 1])
+    return np.asarray((spans & (at > x[:, 0:1])).sum(axis=1) % 2 == 1)
+
+
+def _quadratic(x: Array, triangles: Index, edges: Index, middles: Array, names: list[frozenset[str]]) -> Mesh:
+    """T6 of triangles; sides on the outline have their middles on it."""
+    n = len(x)
+    pairs = sides(triangles)
+    every = np.unique(keys(pairs, n))
+    between = x[np.stack([every // n, every % n], axis=1)].mean(axis=1)
+    here = np.searchsorted(every, keys(edges, n))
+    if (here >= len(every)).any() or (every[np.minimum(here, len(every) - 1)] != keys(edges, n)).any():
+        raise TriangulationError("MMG lost sides of the outline: it crosses or touches itself")
+    between[here] = middles
+    cells = np.concatenate([triangles, n + np.searchsorted(every, keys(pairs, n))], axis=1)
+    along = np.concatenate([edges, (n + here)[:, None]], axis=1)
+    wanted = sorted(set().union(*names))
+    return Mesh(np.concatenate([x, between]), cells, {name: along[[name in own for own in names]] for name in wanted})

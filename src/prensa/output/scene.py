@@ -1,0 +1,199 @@
+"""What the interactive report shows of a run, as one value for the page's script: shapes, fields, contacts, curves.
+
+Frames are the increments whose fields were written, fewer where they would make the page too large. Consecutive frames of
+the same mesh share its cells, so that the mesh may change during a run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.model.problem import Problem
+from prensa.output import plot, style
+from prensa.output.cells import around, drawn, outline
+from prensa.output.maxima import largest_force, leading_tool
+from prensa.output.outline import outlines
+from prensa.output.packing import PLACE_BITS, VALUE_BITS, Packer
+from prensa.output.stored import Stored
+from prensa.solver.increment import STATUS, BodyState, ContactState, Increment
+
+Array = NDArray[np.float64]
+
+MOST_NUMBERS = 8_000_000  # in the frames of a page: some six megabytes of it
+PROFILES = ("x", "y", "pressure", "pressure_from_stress", "shear", "slip")
+
+
+def scene(stored: Stored) -> dict[str, Any]:
+    """Everything that the page draws; ``data`` is the packed block that its references point into."""
+    problem, packer = stored.problem, Packer()
+    frames = chosen_frames(stored)
+    increments = [stored.number(n) for n in frames]
+    made: dict[str, Any] = {
+        "name": problem.name,
+        "axes": style.axes_names(problem),
+        "axisymmetric": problem.space == "axisymmetric",
+        "units": {"length": style.length_unit(problem), "force": style.force_unit(problem),
+                  "moment": style.moment_unit(problem), "energy": style.energy_unit(problem),
+                  "pressure": style.pressure_unit(problem)},
+        "palettes": {name: style.palette(name) for name in (style.SEQUENTIAL, style.DIVERGING)},
+        "colours": style.CYCLE,
+        "status": STATUS,
+        "frames": [int(np.searchsorted(stored.history["increment"], n)) for n in frames],
+        "shown": [len(frames), len(stored.with_fields)],
+        "largest": largest_force(stored, frames),
+        "history": _history(stored),
+        "leading": leading_tool(stored.history, problem),
+        "tools": _tools(stored, increments),
+        "mirror": plot.mirror_lines(increments[0], problem, stored.mirror) if increments else [],
+        **_bodies(problem, increments, packer),
+        "contacts": [_contact(name, problem, increments, packer) for name in _touched(stored)],
+    }  # fmt: skip
+    made["box"] = _box(problem, increments)
+    return made | {"data": packer.text()}
+
+
+def chosen_frames(stored: Stored) -> list[int]:
+    """Numbers of the increments to show: all with fields, or evenly spaced ones with the ends of steps and the peak."""
+    there = list(stored.with_fields)
+    if not there:
+        return []
+    size = sum(len(b.X) for b in stored.number(there[-1]).bodies.values())
+    most = max(int(MOST_NUMBERS / (8 * max(size, 1))), 2)
+    if len(there) <= most:
+        return there
+    history = stored.history
+    ends = [int(n) for n, t in zip(history["increment"], history["time"]) if t == np.ceil(t) and n in set(there)]
+    peak = largest_force(stored, there)
+    even = [there[k] for k in np.unique(np.linspace(0, len(there) - 1, most).round().astype(int))]
+    return sorted({*even, *ends, *([peak] if peak is not None else [])})
+
+
+# ------------------------------------------------------------------------------------------------------------- details
+def _history(stored: Stored) -> dict[str, Any]:
+    """Columns of the curves, of all increments."""
+    table, problem = stored.history, stored.problem
+    columns = [f"{t}.{c}" for t in problem.tools for c in ("ux", "uy", "rz", "fx", "fy", "mz")]
+    columns += [c for c in table if c.startswith("energy.")]
+    out: dict[str, Any] = {c: _rounded(table[c]) for c in ("time", *columns)}
+    out |= {c: [int(v) for v in table[c]] for c in ("increment", "iterations", "cutbacks")}
+    out["step"] = [str(v) for v in table["step"]]
+    return out
+
+
+def _rounded(values: Iterable[float]) -> list[float]:
+    return [float(f"{v:.6g}") for v in values]
+
+
+def _tools(stored: Stored, increments: list[Increment]) -> list[dict[str, Any]]:
+    """Reference point and outline (at no displacement) of each tool that was placed."""
+    bodies = [b.x for i in increments for b in i.bodies.values()]
+    depth = 4.0 * float(max((np.ptp(x, axis=0).max() for x in bodies), default=1.0))
+    found = []
+    for name, tool in stored.problem.tools.items():
+        if name in stored.placements and len(stored):
+            state = stored[0].tools[name]
+            still = outlines(tool, _unmoved(state), depth)
+            shapes = [[_rounded(p[:, 0]), _rounded(p[:, 1])] for p in still]
+            found.append({"name": name, "at": _rounded(state.at), "outlines": shapes})
+    return found
+
+
+def _unmoved(state: Any) -> Any:
+    from dataclasses import replace
+
+    return replace(state, place=type(state.place)(0.0, 0.0, 0.0))
+
+
+def _bodies(problem: Problem, increments: list[Increment], packer: Packer) -> dict[str, Any]:
+    """``groups``: runs of frames with one mesh; ``fields``: their labels, colours and ranges."""
+    fields = plot.fields_of(problem, increments)
+    values = {f: (min(lows), max(highs)) for f in fields
+              for lows, highs in [zip(*(_ends(b, f) for i in increments for b in i.bodies.values()))]}  # fmt: skip
+    moves = [b.displacement for i in increments for b in i.bodies.values()]
+    span = [(float(min(u[:, k].min() for u in moves)), float(max(u[:, k].max() for u in moves))) for k in (0, 1)] if moves else []
+    groups = []
+    for first, last in _same_mesh(increments):
+        part = increments[first:last]
+        bodies = []
+        for name, b in part[0].bodies.items():
+            states = [i.bodies[name] for i in part]
+            bodies.append({
+                "name": name, "X": packer.floats(b.X.T), "facets": packer.whole(drawn(b.cells)),
+                "edges": packer.whole(_edges(b)), "outline": packer.whole(outline(b.cells)), "elements": len(b.cells),
+                "u": [packer.quantised([s.displacement[:, k] for s in states], PLACE_BITS, *span[k]) for k in (0, 1)],
+                "fields": {f: packer.quantised([plot.field_values(s, f) for s in states], VALUE_BITS, *values[f])
+                           for f in fields if not f.startswith("displacement")},
+            })  # fmt: skip
+        groups.append({"first": first, "last": last, "bodies": bodies})
+    described = [{"key": f, "label": plot.field_name(problem, f), "unit": plot.field_unit(problem, f), "map": plot.field_map(f),
+                  "low": values[f][0], "high": values[f][1]} for f in fields]  # fmt: skip
+    return {"groups": groups, "fields": described}
+
+
+def _ends(body: BodyState, field: str) -> tuple[float, float]:
+    values = plot.field_values(body, field)
+    return float(values.min()), float(values.max())
+
+
+def _edges(body: BodyState) -> NDArray[np.int64]:
+    """Pieces (k, 2) of all element sides, each once."""
+    ring = around(body.cells)
+    return np.unique(np.sort(np.stack([ring, np.roll(ring, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1), axis=0)
+
+
+def _same_mesh(increments: list[Increment]) -> Iterator[tuple[int, int]]:
+    """First and last (exclusive) of consecutive increments whose bodies have the same cells and initial places."""
+    starts = [0] + [k for k, (a, b) in enumerate(pairwise(increments), 1) if not _alike(a, b)]
+    yield from zip(starts, [*starts[1:], len(increments)]) if increments else ()
+
+
+def _alike(a: Increment, b: Increment) -> bool:
+    return all(
+        np.array_equal(p.cells, q.cells) and np.allclose(p.X, q.X, rtol=0, atol=1e-9 * np.ptp(p.X))
+        for p, q in zip(a.bodies.values(), b.bodies.values())
+    )
+
+
+def _touched(stored: Stored) -> list[str]:
+    """Contacts that were closed at some time: the others have nothing to show."""
+    return [c.name for c in stored.problem.contacts if stored.history[f"{c.name}.area"].any()]
+
+
+def _contact(name: str, problem: Problem, increments: list[Increment], packer: Packer) -> dict[str, Any]:
+    states = [i.contacts[name] for i in increments]
+    groups = []
+    starts = [0] + [k for k, (a, b) in enumerate(pairwise(states), 1) if not np.array_equal(a.node, b.node)]
+    ranges = {p: _range_of([_profile(s, p) for s in states]) for p in PROFILES}
+    for first, last in zip(starts, [*starts[1:], len(states)]) if states else ():
+        part = states[first:last]
+        packed = {p: packer.quantised([_profile(s, p) for s in part], PLACE_BITS if p in "xy" else VALUE_BITS + 2, *ranges[p])
+                  for p in PROFILES}  # fmt: skip
+        groups.append({"first": first, "last": last, **packed, "status": packer.whole([s.status for s in part])})
+    touching = [s for s in states if s.status.any()]
+    along = plot.abscissa(touching[-1] if touching else states[-1], problem)[1] if states else ""
+    axis = {f"{a} ({style.length_unit(problem)})": k for a, k in zip(style.axes_names(problem), "xy")}.get(along, "s")
+    return {"name": name, "surface": states[0].surface if states else "", "along": axis, "groups": groups}
+
+
+def _profile(state: ContactState, name: str) -> Array:
+    values = state.x[:, "xy".index(name)] if name in "xy" else getattr(state, name)
+    if name == "pressure_from_stress":  # where nothing touches the body's own stress says nothing of the contact
+        values = np.where(state.status > 0, values, 0.0)
+    return np.nan_to_num(np.asarray(values, dtype=float))
+
+
+def _range_of(frames: list[Array]) -> tuple[float, float]:
+    return (min(float(v.min()) for v in frames), max(float(v.max()) for v in frames)) if frames else (0.0, 0.0)
+
+
+def _box(problem: Problem, increments: list[Increment]) -> list[float]:
+    """Part of the plane to show at first: the bodies at all times, with the nearest pieces of the tools at the end."""
+    boxes = np.array([plot.limits(i, problem, mirror=()) for i in increments])
+    if not len(boxes):
+        return [0.0, 1.0, 0.0, 1.0]
+    return _rounded([boxes[:, 0].min(), boxes[:, 1].max(), boxes[:, 2].min(), boxes[:, 3].max()])

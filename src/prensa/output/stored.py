@@ -1,0 +1,179 @@
+"""Increments of a run read back from its folder: what `solve` yields, as far as the files hold it.
+
+Tables hold every increment, fields those that ``output: fields`` asked for. What a file does not hold says so when it is
+asked for, or is not a number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.errors import PrensaError
+from prensa.model.problem import Case
+from prensa.output import history, vtk
+from prensa.output.files import file_names, numbered
+from prensa.solver.increment import (
+    STATUS,
+    BodyState,
+    ContactState,
+    Force,
+    Increment,
+    More,
+    Place,
+    PointValues,
+    Reaction,
+    Statistics,
+    ToolState,
+)
+
+Array = NDArray[np.float64]
+_NOT_KEPT = "{}: an increment read back has no {}; those that solve yields have"
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Where a tool was placed: ``at`` (2,) its reference point, ``direction`` (2,) the normal of its face."""
+
+    at: tuple[float, float]
+    direction: tuple[float, float]
+
+
+class Stored(Sequence[Increment]):
+    """The increments of the run in *directory*, in order; ``stored[-1]`` is the last.
+
+    Parameters
+    ----------
+    directory, case
+        Folder of a run, and what was run.
+    placements
+        Where the tools were placed, by name (``tools`` in ``summary.json``).
+
+    Raises
+    ------
+    PrensaError
+        If there is no history in the folder.
+
+    """
+
+    def __init__(self, directory: Path, case: Case, placements: Mapping[str, Placement]) -> None:
+        self.directory, self.problem, self.placements, self.mirror = directory, case.problem, placements, case.output.mirror
+        problem = case.problem
+        self.history = history.read_history(directory)
+        self._files = file_names(c.name for c in problem.contacts)
+        self._areas = {c.name: f"{c.name}.area" for c in problem.contacts}
+
+    @cached_property
+    def with_fields(self) -> tuple[int, ...]:
+        """Numbers of the increments whose fields were written, in order."""
+        known = set(self.history["increment"].tolist())
+        return tuple(n for n, _ in numbered(self.directory / vtk.FIELDS_FOLDER, ".vtu") if n in known)
+
+    def __len__(self) -> int:
+        return len(self.history["time"])
+
+    @overload
+    def __getitem__(self, k: int) -> Increment: ...
+    @overload
+    def __getitem__(self, k: slice) -> list[Increment]: ...
+    def __getitem__(self, k: int | slice) -> Increment | list[Increment]:
+        if isinstance(k, slice):
+            return [self._increment(i) for i in range(*k.indices(len(self)))]
+        if not -len(self) <= k < len(self):
+            raise IndexError(f"increment {k} of {len(self)}")
+        return self._increment(k % len(self))
+
+    def number(self, number: int) -> Increment:
+        """The increment of a number, which counts from 1."""
+        return self[int(np.searchsorted(self.history["increment"], number))]
+
+    def fields(self) -> Iterator[Increment]:
+        """The increments whose fields were written."""
+        return map(self.number, self.with_fields)
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} increments in {self.directory}, {len(self.with_fields)} with fields>"
+
+    # --------------------------------------------------------------------------------------------------- details
+    def _increment(self, k: int) -> Increment:
+        row = {name: values[k] for name, values in self.history.items()}
+        number, time = int(row["increment"]), float(row["time"])
+        step = max(int(np.ceil(time - 1e-12)), 1)  # step k spans k − 1 … k
+        tools = {name: self._tool(name, row) for name in self.problem.tools}
+        supports = [c.removeprefix("fixed.").removesuffix(".fx") for c in row if c.startswith("fixed.") and c.endswith(".fx")]
+        # the iterations of all attempts are known here, the residuals are in convergence.csv
+        cost = Statistics(int(row["iterations"]), int(row["cutbacks"]), np.nan)
+        return Increment(
+            str(row["step"]), step, number, time, tools,
+            {"viscous": 0.0} | {c.removeprefix("energy."): float(v) for c, v in row.items() if c.startswith("energy.")},
+            {s: Reaction(float(row[f"fixed.{s}.fx"]), float(row[f"fixed.{s}.fy"])) for s in supports},
+            cost, time >= step, _absent(_NOT_KEPT.format(self.directory, "committed state")),
+            lambda: self._contacts(number, row), lambda: self._bodies(number),
+            _more=More(self.problem, _absent(_NOT_KEPT.format(self.directory, "shapes of boundaries")),
+                       _absent(_NOT_KEPT.format(self.directory, "plastic power"))),
+        )  # fmt: skip
+
+    def _tool(self, name: str, row: dict[str, Any]) -> ToolState:
+        placed = self.placements.get(name, Placement((np.nan, np.nan), (0.0, -1.0)))
+        place = Place(*(float(row[f"{name}.{c}"]) for c in ("ux", "uy", "rz")))
+        force = Force(*(float(row[f"{name}.{c}"]) for c in ("fx", "fy", "mz")))
+        return ToolState(np.array(placed.at), place, force, placed.direction)
+
+    def _bodies(self, number: int) -> dict[str, BodyState]:
+        path = self.directory / vtk.FIELDS_FOLDER / f"{number:04d}.vtu"
+        if not path.is_file():
+            which = f"{len(self.with_fields)} increments have theirs: {_some(self.with_fields)}"
+            remedy = "'output: {fields: 1}' writes all"
+            raise PrensaError(f"{path}: the fields of increment {number} were not written; {which}; {remedy}")
+        return vtk.read_fields(path, list(self.problem.bodies))
+
+    def _contacts(self, number: int, row: dict[str, Any]) -> dict[str, ContactState]:
+        out = {}
+        for contact in self.problem.contacts:
+            path = self.directory / history.CONTACT_FOLDER / self._files[contact.name] / f"{number:04d}.csv"
+            out[contact.name] = _contact(path, contact, float(row[self._areas[contact.name]]))
+        return out
+
+
+def _absent(message: str) -> Callable[[], Any]:
+    def ask() -> Any:
+        raise PrensaError(message)
+
+    return ask
+
+
+def _some(numbers: Sequence[int]) -> str:
+    shown = [str(n) for n in numbers]
+    return ", ".join(shown if len(shown) <= 8 else [*shown[:4], "…", *shown[-3:]]) or "none"
+
+
+def _contact(path: Path, contact: Any, area: float) -> ContactState:
+    """A contact from its table; tributary areas and nodal forces are not in it, and not numbers here."""
+    t = history.read_contact(path)
+    X, x = np.column_stack([t["X"], t["Y"]]), np.column_stack([t["x"], t["y"]])
+    unknown, status = np.full(len(X), np.nan), _numbered(t["status"])
+    points = PointValues(X, x, t["gap"], t["pressure"], t["shear"], t["slip"], status, unknown)
+    if (beside := history.of_points(path)).is_file():
+        p = history.read_table(beside)
+        points = PointValues(
+            np.column_stack([p["X"], p["Y"]]), np.column_stack([p["x"], p["y"]]), p["gap"], p["pressure"], p["shear"],
+            p["slip"], _numbered(p["status"]), p["weight"],
+        )  # fmt: skip
+    return ContactState(
+        "+".join(contact.surface), contact.against, contact.surface[0].partition(".")[0], t["node"], X, x, t["gap"],
+        t["pressure"], t["shear"], t["slip"], status, unknown, np.full((len(X), 2), np.nan), t["pressure_from_stress"],
+        t["pressure_smoothed"], t["error"], area, points,
+    )  # fmt: skip
+
+
+def _numbered(words: NDArray[Any]) -> NDArray[np.int8]:
+    out = np.zeros(len(words), dtype=np.int8)
+    for k, word in enumerate(STATUS):
+        out[words == word] = k
+    return out

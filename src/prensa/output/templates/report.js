@@ -1,0 +1,556 @@
+// The interactive part of a report: decodes what the page carries, and drives plots of BokehJS with it. No network, no storage.
+"use strict";
+(async function () {
+const $ = id => document.getElementById(id);
+const scene = JSON.parse($("scene").textContent);
+$("stills")?.removeAttribute("open");
+const SMOOTH = 9000;  // facets up to which cells are divided, so that colours look smooth
+const EDGES = 2500;   // cells up to which the mesh is shown at first
+
+// ------------------------------------------------------------------------------------------------ packed arrays
+async function inflated(text) {
+  const bytes = Uint8Array.from(atob(text), c => c.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+const taken = id => { const text = $(id).textContent.trim(); $(id).remove(); return text; };
+const bytes = await inflated(taken("data"));
+const library = document.createElement("script");
+library.textContent = new TextDecoder().decode(await inflated(taken("library")));
+document.head.append(library);
+const P = Bokeh.Plotting;
+
+const known = new Map();
+function unpack(ref) {  // an array of rows, one a frame (or one for each of the first index of the shape)
+  if (known.has(ref)) return known.get(ref);
+  const rows = ref.shape.length > 1 ? ref.shape[0] : 1, n = ref.shape.reduce((a, b) => a * b, 1), width = n / rows || 0;
+  const planes = ref.kind === "q" ? 3 : 4, whole = new Uint32Array(n);
+  for (let p = 0; p < planes; p++) for (let k = 0; k < n; k++) whole[k] |= bytes[ref.at + p * n + k] << (8 * p);
+  let out;
+  if (ref.kind === "f4") {
+    const values = new Float32Array(whole.buffer);
+    out = Array.from({length: rows}, (_, r) => values.subarray(r * width, (r + 1) * width));
+  } else {
+    const plain = Int32Array.from(whole, v => (v >>> 1) ^ -(v & 1));
+    if (ref.kind === "i4") {
+      for (let k = 1; k < n; k++) plain[k] += plain[k - 1];
+      out = Array.from({length: rows}, (_, r) => plain.subarray(r * width, (r + 1) * width));
+    } else {
+      for (let r = 0; r < rows; r++) for (let k = 1; k < width; k++) plain[r * width + k] += plain[r * width + k - 1];
+      for (let k = width; k < n; k++) plain[k] += plain[k - width];
+      out = Array.from({length: rows}, (_, r) =>
+        Float64Array.from(plain.subarray(r * width, (r + 1) * width), q => ref.low + ref.scale * q));
+    }
+  }
+  known.set(ref, out);
+  return out;
+}
+
+// ---------------------------------------------------------------------------------------------------- the state
+const history = scene.history, frames = scene.frames, U = scene.units;
+const state = {frame: Math.max(0, frames.indexOf(history.increment.indexOf(scene.largest))), field: "mises", playing: false};
+const listeners = [];
+const tell = () => listeners.forEach(f => f());
+const row = () => frames[state.frame];
+const narrow = () => window.innerWidth < 700;
+const text = (v, digits = 4) => {
+  if (v === 0) return "0";
+  const a = Math.abs(v), s = a >= 1e-3 && a < 1e6 ? String(Number(v.toPrecision(digits))) : v.toExponential(digits - 1);
+  return s.replace("-", "−");
+};
+
+function look(figure) {  // letters that can be read on a phone, and nothing that needs a mouse to be found
+  for (const axis of figure.axes) {
+    axis.axis_label_text_font_size = "13px"; axis.major_label_text_font_size = "12px";
+    axis.axis_label_text_font_style = "normal"; axis.axis_label_text_color = "#1a1a1a"; axis.minor_tick_line_color = null;
+  }
+  for (const grid of [...figure.xgrids, ...figure.ygrids]) grid.grid_line_color = "#e3e5e8";
+  figure.outline_line_color = null;
+  figure.toolbar.logo = null;
+  return figure;
+}
+function chart(height, more) {
+  return look(P.figure({height, sizing_mode: "stretch_width", tools: "pan,box_zoom,reset,save", active_drag: null,
+    toolbar_location: "above", ...more}));
+}
+function legend(figure, names) {  // in HTML above the plot: it wraps on a phone and covers no curve
+  return '<p class="legend">' + names.map(([name, colour, dash]) =>
+    `<span><i style="border-top:3px ${dash || "solid"} ${colour}"></i>${name}</span>`).join("") + "</p>";
+}
+function cursor(figure) {
+  const span = new Bokeh.Span({dimension: "height", location: NaN, line_color: "#1a1a1a", line_width: 1.5, line_dash: [5, 4]});
+  figure.add_layout(span);
+  return span;
+}
+async function show(figure, id) { return P.show(figure, "#" + id); }
+
+// ------------------------------------------------------------------------------------------------ deformed bodies
+const fieldOf = key => scene.fields.find(f => f.key === key);
+if (scene.fields.length && !fieldOf(state.field)) state.field = scene.fields[0].key;
+
+function bodiesNow() {  // of the group of the frame: places, values, cells
+  const group = scene.groups.find(g => state.frame >= g.first && state.frame < g.last), k = state.frame - group.first;
+  const scale = Number($("scale").value);
+  return group.bodies.map(b => {
+    const [X, Y] = unpack(b.X), u = unpack(b.u[0])[k], v = unpack(b.u[1])[k], n = X.length;
+    const x = new Float64Array(n), y = new Float64Array(n);
+    for (let i = 0; i < n; i++) { x[i] = X[i] + scale * u[i]; y[i] = Y[i] + scale * v[i]; }
+    let value;
+    if (state.field === "displacement") value = Float64Array.from(u, (a, i) => Math.hypot(a, v[i]));
+    else if (state.field.startsWith("displacement.")) value = state.field.endsWith("x") ? u : v;
+    else value = unpack(b.fields[state.field])[k];
+    return {b, x, y, X, Y, value};
+  });
+}
+
+function divided(body, copies, px, py) {  // facets with one value each; cells of a coarse mesh in s × s of them
+  const nodes = unpack(body.b.facets), m = nodes.length;
+  const s = Math.max(1, Math.min(6, Math.floor(Math.sqrt(SMOOTH / (m * copies)))));
+  const xs = [], ys = [], vs = [], {x, y, value} = body;
+  const add = (cx, cy, a, b, v) => {  // half a pixel larger than they are: canvases leave a seam between neighbours
+    for (let k = 0; k < a.length; k++) { a[k] += a[k] > cx ? px : -px; b[k] += b[k] > cy ? py : -py; }
+    xs.push(a); ys.push(b); vs.push(v);
+  };
+  for (let e = 0; e < m; e++) {
+    const [a, b, c, d] = nodes[e];
+    if (s === 1) {
+      add(0.25 * (x[a] + x[b] + x[c] + x[d]), 0.25 * (y[a] + y[b] + y[c] + y[d]), [x[a], x[b], x[c], x[d]],
+        [y[a], y[b], y[c], y[d]], 0.25 * (value[a] + value[b] + value[c] + value[d]));
+      continue;
+    }
+    const at = (f, p, q) => (1 - p) * ((1 - q) * f[a] + q * f[d]) + p * ((1 - q) * f[b] + q * f[c]);
+    for (let i = 0; i < s; i++) for (let j = 0; j < s; j++) {
+      const p0 = i / s, p1 = (i + 1) / s, q0 = j / s, q1 = (j + 1) / s, p = (i + 0.5) / s, q = (j + 0.5) / s;
+      add(at(x, p, q), at(y, p, q), [at(x, p0, q0), at(x, p1, q0), at(x, p1, q1), at(x, p0, q1)],
+        [at(y, p0, q0), at(y, p1, q0), at(y, p1, q1), at(y, p0, q1)], at(value, p, q));
+    }
+  }
+  return [xs, ys, vs];
+}
+function pieces(x, y, pairs, into) {  // segments as one broken line
+  for (const [a, b] of pairs) { into.x.push(x[a], x[b], NaN); into.y.push(y[a], y[b], NaN); }
+}
+function images() {  // lines of symmetry that are switched on → functions of (points, axis)
+  let found = [[]];
+  if ($("mirror").checked) for (const line of scene.mirror) found = [...found, ...found.map(l => [...l, line])];
+  return found;
+}
+const flip = (values, lines, axis) => lines.reduce((v, [a, at]) => a === axis ? Array.from(v, c => 2 * at - c) : v, values);
+function sign(lines) {
+  if (state.field === "stress.xy") return lines.length % 2 ? -1 : 1;
+  const axis = "xy".indexOf(state.field.split(".")[1] || "-");
+  return state.field.startsWith("displacement.") && lines.some(([a]) => a === axis && !(a === 0 && scene.axisymmetric)) ? -1 : 1;
+}
+
+function toolsNow() {
+  const out = [];
+  for (const tool of scene.tools) {
+    const [ux, uy, rz] = ["ux", "uy", "rz"].map(c => history[`${tool.name}.${c}`][row()]);
+    const c = Math.cos(rz), s = Math.sin(rz), [ax, ay] = tool.at;
+    for (const [px, py] of tool.outlines) {
+      const x = [], y = [];
+      px.forEach((_, k) => {
+        const dx = px[k] - ax, dy = py[k] - ay;
+        x.push(ax + ux + c * dx - s * dy); y.push(ay + uy + s * dx + c * dy);
+      });
+      out.push([x, y]);
+    }
+  }
+  return out;
+}
+
+async function picture() {
+  if (!frames.length) return;
+  const select = $("field");
+  for (const f of scene.fields) select.add(new Option(`${f.label} (${f.unit})`, f.key));
+  select.value = state.field;
+  const source = new Bokeh.ColumnDataSource({data: {xs: [], ys: [], v: []}});
+  const lines = new Bokeh.ColumnDataSource({data: {x: [], y: []}}), mesh = new Bokeh.ColumnDataSource({data: {x: [], y: []}});
+  const first = new Bokeh.ColumnDataSource({data: {x: [], y: []}}), rigid = new Bokeh.ColumnDataSource({data: {xs: [], ys: []}});
+  const mapper = new Bokeh.LinearColorMapper({palette: scene.palettes.viridis, low: 0, high: 1});
+  const x_range = new Bokeh.Range1d({start: 0, end: 1}), y_range = new Bokeh.Range1d({start: 0, end: 1});
+  const figure = look(P.figure({height: 400, sizing_mode: "stretch_width", x_range, y_range, tools: "pan,wheel_zoom,box_zoom,reset,save",
+    toolbar_location: "above", x_axis_label: `${scene.axes[0]} (${U.length})`, y_axis_label: `${scene.axes[1]} (${U.length})`}));
+  figure.xgrids.concat(figure.ygrids).forEach(g => { g.visible = false; });
+  figure.toolbar.tools.forEach(t => {
+    if (t.type === "BoxZoomTool") t.match_aspect = true;
+    if (t.type === "WheelZoomTool") { t.modifiers = {ctrl: true}; figure.toolbar.active_scroll = t; }  // the page scrolls too
+  });
+  if (narrow()) figure.toolbar.active_drag = null;  // a finger that drags moves the page
+  figure.background_fill_color = "#ffffff";
+  const cells = figure.patches({field: "xs"}, {field: "ys"}, {source, line_color: null, fill_color: {field: "v", transform: mapper}});
+  figure.line({field: "x"}, {field: "y"}, {source: mesh, line_color: "#000000", line_alpha: 0.35, line_width: 0.5});
+  figure.line({field: "x"}, {field: "y"}, {source: first, line_color: "#737373", line_dash: [5, 4], line_width: 1});
+  figure.line({field: "x"}, {field: "y"}, {source: lines, line_color: "#1a1a1a", line_width: 1.2});
+  figure.patches({field: "xs"}, {field: "ys"}, {source: rigid, fill_color: "#d9dce1", line_color: "#4a5058", line_width: 1.2,
+    hatch_pattern: "/", hatch_color: "#9aa1ab", hatch_scale: 9, hatch_weight: 0.4});
+  const wide = (scene.box[1] - scene.box[0]) / (scene.box[3] - scene.box[2]);
+  const bar = new Bokeh.ColorBar({color_mapper: mapper, title_text_font_size: "13px", major_label_text_font_size: "12px",
+    title_text_font_style: "normal", height: narrow() || wide > 1.2 ? 14 : "auto", width: narrow() || wide > 1.2 ? "auto" : 14, bar_line_color: "#4a5058"});
+  figure.add_layout(bar, narrow() || wide > 1.2 ? "below" : "right");
+  const hover = new Bokeh.HoverTool({renderers: [cells], point_policy: "follow_mouse",
+    tooltips: [["", ""]]});
+  figure.add_tools(hover);
+  let box = scene.box;
+  const heightOf = width => Math.round(Math.max(260, Math.min(window.innerHeight * 0.68, (width - 70) / aspect() + 110)));
+  const aspect = () => (box[1] - box[0]) / (box[3] - box[2]);
+  figure.height = heightOf($("picture").clientWidth);
+  const view = await show(figure, "picture");
+
+  function fit() {  // the box as large as the frame allows, lengths along x and y alike
+    box = scene.box.slice();
+    for (const lines of images()) for (const [axis, at] of lines) {
+      const [lo, hi] = axis ? [2, 3] : [0, 1], a = 2 * at - scene.box[lo], b = 2 * at - scene.box[hi];
+      box[lo] = Math.min(box[lo], a, b); box[hi] = Math.max(box[hi], a, b);
+    }
+    const inner = view.frame.bbox, w = Math.max(inner.width, 1), h = Math.max(inner.height, 1);
+    let dx = box[1] - box[0], dy = box[3] - box[2];
+    if (dx / dy > w / h) dy = dx * h / w; else dx = dy * w / h;
+    const cx = 0.5 * (box[0] + box[1]), cy = 0.5 * (box[2] + box[3]);
+    x_range.setv({start: cx - dx / 2, end: cx + dx / 2, reset_start: cx - dx / 2, reset_end: cx + dx / 2});
+    y_range.setv({start: cy - dy / 2, end: cy + dy / 2, reset_start: cy - dy / 2, reset_end: cy + dy / 2});
+  }
+  function draw() {
+    const bodies = bodiesNow(), copies = images(), field = fieldOf(state.field), xs = [], ys = [], v = [];
+    const out = {x: [], y: []}, grid = {x: [], y: []}, undeformed = {x: [], y: []};
+    const wx = 0.6 * (x_range.end - x_range.start) / Math.max(view.frame.bbox.width, 1);
+    const wy = 0.6 * (y_range.end - y_range.start) / Math.max(view.frame.bbox.height, 1);
+    for (const body of bodies) {
+      const [px, py, pv] = divided(body, copies.length * bodies.length, wx, wy);
+      const skin = unpack(body.b.outline), sides = $("mesh").checked ? unpack(body.b.edges) : [];
+      for (const lines of copies) {
+        const factor = sign(lines);
+        for (let k = 0; k < px.length; k++) {
+          xs.push(lines.length ? flip(px[k], lines, 0) : px[k]); ys.push(lines.length ? flip(py[k], lines, 1) : py[k]);
+          v.push(factor * pv[k]);
+        }
+        const x = flip(body.x, lines, 0), y = flip(body.y, lines, 1);
+        pieces(x, y, skin, out); pieces(x, y, sides, grid);
+        if ($("initial").checked) pieces(flip(body.X, lines, 0), flip(body.Y, lines, 1), skin, undeformed);
+      }
+    }
+    let low = field.low, high = field.high;
+    if ($("range").value === "now") { low = v.reduce((a, b) => Math.min(a, b), Infinity); high = v.reduce((a, b) => Math.max(a, b), -Infinity); }
+    if (field.map !== "viridis") { high = Math.max(Math.abs(low), Math.abs(high)); low = -high; }
+    if (!(high > low)) high = low + 1;
+    const tools = $("tools").checked ? copies.flatMap(lines => toolsNow().map(([x, y]) => [flip(x, lines, 0), flip(y, lines, 1)])) : [];
+    mapper.setv({palette: scene.palettes[field.map], low, high});
+    bar.title = `${field.label} (${field.unit})`;
+    hover.tooltips = [[scene.axes[0], `$x ${U.length}`], [scene.axes[1], `$y ${U.length}`], [field.label, `@v ${field.unit}`]];
+    source.data = {xs, ys, v};
+    lines.data = out; mesh.data = grid; first.data = undeformed;
+    rigid.data = {xs: tools.map(t => t[0]), ys: tools.map(t => t[1])};
+  }
+  listeners.push(draw);
+  for (const id of ["field", "range", "mesh", "initial", "tools", "scale"])
+    $(id).addEventListener("input", () => { state.field = select.value; draw(); if (probed) follow(); });
+  $("mirror").addEventListener("input", () => { fit(); draw(); });
+  figure.on_event("tap", e => probe(e.x, e.y));
+  let later = null;
+  figure.on_event("rangesupdate", () => { clearTimeout(later); later = setTimeout(draw, 150); });
+  let width = 0;
+  new ResizeObserver(() => {
+    const now = $("picture").clientWidth;
+    if (now === width) return;
+    width = now; figure.height = heightOf(now); setTimeout(() => { fit(); draw(); }, 60);
+  }).observe($("picture"));
+  await new Promise(done => setTimeout(done, 30));  // the frame has its size by then
+  fit();
+  draw();
+}
+
+// ------------------------------------------------------------------------------------------------ probe of values
+let probed = null;
+function probe(x, y) {  // the node nearest to a place of the picture, followed through the run
+  let best = Infinity;
+  bodiesNow().forEach((body, number) => {
+    for (const lines of images()) {
+      const [qx] = flip([x], lines, 0), [qy] = flip([y], lines, 1);
+      for (let i = 0; i < body.x.length; i++) {
+        const d = (body.x[i] - qx) ** 2 + (body.y[i] - qy) ** 2;
+        if (d < best) { best = d; probed = {number, node: i, name: body.b.name}; }
+      }
+    }
+  });
+  follow();
+}
+let probeSource = null;
+async function follow() {
+  const field = fieldOf(state.field), values = [], at = state.frame;
+  for (const group of scene.groups) {
+    const b = group.bodies[probed.number], same = group.first <= at && at < group.last;
+    for (let k = group.first; k < group.last; k++) {
+      if (!same) { values.push(NaN); continue; }  // nodes of another mesh are other points
+      const j = k - group.first, u = unpack(b.u[0])[j][probed.node], v = unpack(b.u[1])[j][probed.node];
+      values.push(state.field === "displacement" ? Math.hypot(u, v) : state.field === "displacement.x" ? u :
+        state.field === "displacement.y" ? v : unpack(b.fields[state.field])[j][probed.node]);
+    }
+  }
+  const body = bodiesNow()[probed.number];
+  $("probe-box").hidden = false;
+  $("probe-text").textContent = `Node ${probed.node} of ${probed.name}, now at ${scene.axes[0]} = ${text(body.x[probed.node])}, ` +
+    `${scene.axes[1]} = ${text(body.y[probed.node])} ${U.length}: ${field.label} ${text(values[at])} ${field.unit}`;
+  const data = {t: frames.map(r => history.time[r]), v: values};
+  if (!probeSource) {
+    probeSource = new Bokeh.ColumnDataSource({data});
+    const figure = chart(220, {x_axis_label: "time"});
+    figure.line({field: "t"}, {field: "v"}, {source: probeSource, line_width: 2, line_color: scene.colours[0]});
+    figure.scatter({field: "t"}, {field: "v"}, {source: probeSource, size: 5, fill_color: scene.colours[0], line_color: null});
+    const span = cursor(figure);
+    const mark = () => { if (probed) { span.location = history.time[row()]; } };
+    listeners.push(() => { mark(); if (probed) say(); });
+    mark();
+    probeSource.axis = figure.yaxes[0];
+    await show(figure, "probe");
+  }
+  function say() { follow(); }
+  probeSource.axis.axis_label = `${field.label} (${field.unit})`;
+  probeSource.data = data;
+}
+
+// ------------------------------------------------------------------------------------------- forces against travel
+function column(name) { return Float64Array.from(history[name]); }
+function abscissa() {
+  const t = scene.leading;
+  if (t && $("along").value === "travel") {
+    const names = ["ux", "uy"].map(c => column(`${t}.${c}`)), most = v => v.reduce((a, b) => Math.max(a, Math.abs(b)), 0);
+    const k = most(names[0]) > most(names[1]) ? 0 : 1, turn = column(`${t}.rz`);
+    const positive = u => { const j = u.reduce((a, v, i) => Math.abs(v) > Math.abs(u[a]) ? i : a, 0); return u[j] < 0 ? u.map(v => -v) : u; };
+    if (most(names[k]) > 0) return [positive(names[k]), `travel of ${t} along ${scene.axes[k]} (${U.length})`];
+    if (most(turn) > 0) return [positive(turn), `rotation of ${t} (rad)`];
+  }
+  return [column("time"), "time"];
+}
+function unbroken(s, f) {  // points, and a gap where the abscissa stands still
+  const span = Math.max(...s) - Math.min(...s), x = [], y = [];
+  for (let k = 0; k < s.length; k++) {
+    const before = k > 0 && Math.abs(s[k] - s[k - 1]) > 1e-9 * span, after = k + 1 < s.length && Math.abs(s[k + 1] - s[k]) > 1e-9 * span;
+    if (before || after) { x.push(s[k]); y.push(f[k]); }
+    if (!after) { x.push(NaN); y.push(NaN); }
+  }
+  return {x, y};
+}
+async function forces() {
+  if (!scene.tools.length || !history.time.length) return;
+  const kinds = [["force", "force", scene.axisymmetric ? ["fy"] : ["fy", "fx"]]];
+  const turning = scene.tools.filter(t => !scene.axisymmetric && history[`${t.name}.rz`].some(v => v) && history[`${t.name}.mz`].some(v => v));
+  if (turning.length) kinds.push(["moment", "moment", ["mz"]]);
+  for (const [id, what, columns] of kinds) {
+    const figure = chart(320, {y_axis_label: `${what} on the tool (${U[what]})`});
+    const tools = what === "force" ? scene.tools : turning, curves = [], names = [];
+    const all = tools.flatMap(t => columns.map(c => Math.max(0, ...history[`${t.name}.${c}`].map(Math.abs))));
+    const largest = Math.max(...all);
+    tools.forEach(tool => columns.forEach((c, j) => {
+      const values = [0, ...column(`${tool.name}.${c}`)];
+      if (Math.max(...values.map(Math.abs)) <= 1e-6 * largest) return;
+      const colour = scene.colours[scene.tools.indexOf(tool) % scene.colours.length], source = new Bokeh.ColumnDataSource({data: {x: [], y: []}});
+      const dot = new Bokeh.ColumnDataSource({data: {x: [], y: []}});
+      figure.line({field: "x"}, {field: "y"}, {source, line_width: 2, line_color: colour, line_dash: j ? [6, 4] : []});
+      figure.scatter({field: "x"}, {field: "y"}, {source: dot, size: 9, fill_color: colour, line_color: "#ffffff"});
+      curves.push({source, dot, values});
+      names.push([`${tool.name}${c === "mz" ? "" : ", " + scene.axes[c === "fx" ? 0 : 1]}`, colour, j ? "dashed" : "solid"]);
+    }));
+    if (!curves.length) continue;
+    $(`${id}-legend`).innerHTML = legend(figure, names);
+    $(id).parentElement.hidden = false;
+    const span = cursor(figure);
+    let s = [];
+    const draw = () => {
+      const [values, label] = abscissa();
+      s = [0, ...values];
+      figure.xaxes[0].axis_label = label;
+      for (const c of curves) c.source.data = unbroken(s, c.values);
+      mark();
+    };
+    const mark = () => {
+      span.location = s[row() + 1];
+      for (const c of curves) c.dot.data = {x: [s[row() + 1]], y: [c.values[row() + 1]]};
+    };
+    const choose = e => {  // the frame whose points are nearest, measured in pixels of the plot
+      const fx = figure.x_range.end - figure.x_range.start, fy = figure.y_range.end - figure.y_range.start;
+      let best = Infinity, found = state.frame;
+      frames.forEach((r, k) => curves.forEach(c => {
+        const d = ((s[r + 1] - e.x) / fx) ** 2 + (0.3 * (c.values[r + 1] - e.y) / fy) ** 2;
+        if (d < best) { best = d; found = k; }
+      }));
+      go(found);
+    };
+    figure.on_event("tap", choose);
+    figure.on_event("pan", choose);
+    $("along").addEventListener("input", draw);
+    listeners.push(mark);
+    draw();
+    await show(figure, id);
+  }
+}
+
+// ------------------------------------------------------------------------------------------------------ contacts
+async function contacts() {
+  const select = $("contact");
+  if (!scene.contacts.length || !frames.length) return;
+  scene.contacts.forEach((c, k) => select.add(new Option(c.name, k)));
+  select.parentElement.hidden = scene.contacts.length < 2;
+  const empty = {s: [], p: [], q: [], low: [], high: [], shear: [], slip: []};
+  const source = new Bokeh.ColumnDataSource({data: empty}), marks = new Bokeh.ColumnDataSource({data: {s: [], v: [], c: []}});
+  const x_range = new Bokeh.Range1d({start: 0, end: 1}), x_below = new Bokeh.Range1d({start: 0, end: 1}), top = new Bokeh.Range1d({start: 0, end: 1}), low = new Bokeh.Range1d({start: 0, end: 1});
+  const figure = chart(330, {x_range, y_range: top, y_axis_label: `traction (${U.pressure})`});
+  const below = chart(230, {x_range: x_below, y_range: low, y_axis_label: `slip path (${U.length})`});
+  const [blue, red, green] = scene.colours, orange = "#E69F00";
+  const bars = new Bokeh.Whisker({source, base: {field: "s"}, lower: {field: "low"}, upper: {field: "high"}, line_color: blue, line_alpha: 0.55});
+  bars.upper_head.size = 6; bars.lower_head.size = 6;
+  for (const head of [bars.upper_head, bars.lower_head]) head.line_color = blue;
+  figure.add_layout(bars);
+  figure.line({field: "s"}, {field: "q"}, {source, line_width: 1.5, line_color: orange, line_dash: [6, 4]});
+  figure.line({field: "s"}, {field: "shear"}, {source, line_width: 1.8, line_color: green});
+  figure.line({field: "s"}, {field: "p"}, {source, line_width: 2, line_color: blue});
+  const dots = figure.scatter({field: "s"}, {field: "p"}, {source, size: 5, fill_color: blue, line_color: null});
+  figure.add_tools(new Bokeh.HoverTool({renderers: [dots], mode: "vline", tooltips: [["pressure", `@p ${U.pressure}`],
+    ["from stress", `@q ${U.pressure}`], ["shear", `@shear ${U.pressure}`], ["slip", `@slip ${U.length}`], ["", "@word"]]}));
+  below.line({field: "s"}, {field: "v"}, {source: marks, line_width: 2, line_color: red});
+  below.scatter({field: "s"}, {field: "v"}, {source: marks, size: 7, fill_color: {field: "c"}, line_color: null});
+  const colours = ["#c6cbd2", blue, red];
+  $("contact-legend").innerHTML = legend(figure, [["pressure, nodal forces (bar: differs from stress by)", blue],
+    ["pressure from the stress in the body", orange, "dashed"], ["shear", green]]);
+  $("slip-legend").innerHTML = legend(below, scene.status.map((w, k) => [w, colours[k], "dotted"]));
+  let contact = scene.contacts[0], fixed = null;
+
+  function profile(k) {
+    const g = contact.groups.find(h => k >= h.first && k < h.last), j = k - g.first, get = name => unpack(g[name])[j];
+    const x = get("x"), y = get("y"), n = x.length, s = new Float64Array(n);
+    for (let i = 1; i < n; i++) s[i] = s[i - 1] + Math.hypot(x[i] - x[i - 1], y[i] - y[i - 1]);
+    const along = $("place").value;
+    const status = unpack(g.status)[j];
+    return {s: along === "x" ? x : along === "y" ? y : s, p: get("pressure"), q: get("pressure_from_stress"), shear: get("shear"),
+      slip: get("slip"), status};
+  }
+  function ranges() {  // the same at all times, so that play shows what changes
+    let a = Infinity, b = -Infinity, most = 0, least = 0, far = 0;
+    for (let k = 0; k < frames.length; k++) {
+      const f = profile(k);
+      for (let i = 0; i < f.s.length; i++) {
+        far = Math.max(far, f.slip[i]);
+        if (!f.status[i]) continue;
+        a = Math.min(a, f.s[i]); b = Math.max(b, f.s[i]);
+        most = Math.max(most, f.p[i], f.q[i], f.shear[i]); least = Math.min(least, f.q[i], f.shear[i]);
+      }
+    }
+    const margin = 0.08 * (b - a) || 1;
+    fixed = {start: a - margin, end: b + margin};
+    for (const r of [x_range, x_below]) r.setv({...fixed, reset_start: fixed.start, reset_end: fixed.end});
+    const head = 0.06 * (most - least) || 1, slack = 0.06 * far || 1;
+    top.setv({start: least - (least < 0 ? head : 0), end: most + head, reset_start: least - (least < 0 ? head : 0), reset_end: most + head});
+    low.setv({start: -slack, end: far + slack, reset_start: -slack, reset_end: far + slack});
+    const label = $("place").value === "s" ? `length along ${contact.surface} (${U.length})` :
+      `${scene.axes[$("place").value === "x" ? 0 : 1]} (${U.length})`;
+    figure.xaxes[0].axis_label = label; below.xaxes[0].axis_label = label;
+  }
+  function draw() {
+    const f = profile(state.frame), order = Array.from(f.s.keys()).sort((i, j) => f.s[i] - f.s[j]);
+    const by = values => order.map(i => values[i]), closed = order.map(i => f.status[i] > 0);
+    const p = by(f.p), q = by(f.q).map((v, i) => closed[i] ? v : NaN);
+    source.data = {s: by(f.s), p, q, shear: by(f.shear), slip: by(f.slip), word: order.map(i => scene.status[f.status[i]]),
+      low: p.map((v, i) => closed[i] ? v - Math.abs(v - q[i]) : NaN), high: p.map((v, i) => closed[i] ? v + Math.abs(v - q[i]) : NaN)};
+    marks.data = {s: by(f.s), v: by(f.slip), c: order.map(i => colours[f.status[i]])};
+    const n = closed.filter(Boolean).length;
+    $("contact-note").textContent = n ? `${n} of ${closed.length} nodes touch.` :
+      `At this time nothing touches here. It does at other times: move the slider.`;
+  }
+  const choose = () => { contact = scene.contacts[Number(select.value)]; $("place").value = contact.along; ranges(); draw(); };
+  select.addEventListener("input", choose);
+  $("place").addEventListener("input", () => { ranges(); draw(); });
+  listeners.push(draw);
+  $("place").options[1].text = scene.axes[0]; $("place").options[2].text = scene.axes[1];
+  choose();
+  await show(figure, "tractions");
+  await show(below, "slips");
+}
+
+// ------------------------------------------------------------------------------------------ energies and iterations
+async function energies() {
+  if (!history.time.length) return;
+  const parts = [["elastic", "#56B4E9"], ["plastic", "#D55E00"], ["friction", "#009E73"], ["contact", "#CC79A7"], ["viscous", "#E69F00"]];
+  const time = [0, ...history.time], figure = chart(300, {x_axis_label: "time", y_axis_label: `energy (${U.energy})`}), names = [];
+  const scale = Math.max(...Object.keys(history).filter(c => c.startsWith("energy.")).map(c => Math.max(...history[c].map(Math.abs))));
+  let base = time.map(() => 0);
+  for (const [name, colour] of parts) {
+    const values = history[`energy.${name}`] ? [0, ...history[`energy.${name}`]] : null;
+    if (!values || Math.max(...values.map(Math.abs)) <= 1e-4 * scale) continue;
+    const next = base.map((v, k) => v + values[k]);
+    figure.varea(time, base, next, {fill_color: colour, fill_alpha: 0.75});
+    names.push([name, colour]);
+    base = next;
+  }
+  figure.line(time, [0, ...history["energy.external"]], {line_width: 2, line_color: "#1a1a1a"});
+  $("energy-legend").innerHTML = legend(figure, [...names, ["external work", "#1a1a1a"]]);
+  const span = cursor(figure), mark = () => { span.location = history.time[row()]; };
+  listeners.push(mark);
+  if (frames.length) mark();
+  await show(figure, "energies");
+  const cost = chart(240, {x_axis_label: "increment", y_axis_label: "Newton iterations"});
+  cost.vbar(history.increment, 0.8, history.iterations, 0, {line_color: null,
+    fill_color: history.cutbacks.map(c => c ? "#D55E00" : "#0072B2")});
+  cost.y_range.start = 0;
+  const cut = history.cutbacks.some(c => c);
+  $("cost-legend").innerHTML = legend(cost, [["converged at once", "#0072B2"], ...(cut ? [["after the increment was cut", "#D55E00"]] : [])]);
+  await show(cost, "cost");
+}
+
+// ----------------------------------------------------------------------------------------------------- the player
+function go(k) {
+  k = Math.max(0, Math.min(frames.length - 1, k));
+  if (k === state.frame) return;
+  state.frame = k;
+  update();
+}
+let asked = false;
+function update() {  // once a picture of the screen, whatever the slider says in between
+  label();
+  if (asked) return;
+  asked = true;
+  requestAnimationFrame(() => { asked = false; tell(); });
+}
+function label() {
+  const r = row();
+  $("slider").value = state.frame;
+  $("now").textContent = `${history.step[r]} · increment ${history.increment[r]} of ${history.increment.length} · time ${text(history.time[r])}`;
+}
+let clock = null;
+function play(on) {
+  state.playing = on;
+  $("play").textContent = on ? "❚❚" : "▶";
+  $("play").setAttribute("aria-label", on ? "pause" : "play");
+  clearInterval(clock);
+  if (on) {
+    if (state.frame === frames.length - 1) go(0);
+    clock = setInterval(() => { if (state.frame < frames.length - 1) go(state.frame + 1); else play(false); }, Math.max(60, 6000 / frames.length));
+  }
+}
+function player() {
+  if (!frames.length) return;
+  $("slider").max = frames.length - 1;
+  $("slider").addEventListener("input", () => { play(false); go(Number($("slider").value)); });
+  $("play").addEventListener("click", () => play(!state.playing));
+  $("first").addEventListener("click", () => go(0));
+  $("back").addEventListener("click", () => go(state.frame - 1));
+  $("on").addEventListener("click", () => go(state.frame + 1));
+  $("last").addEventListener("click", () => go(frames.length - 1));
+  $("peak").addEventListener("click", () => go(frames.indexOf(history.increment.indexOf(scene.largest))));
+  $("peak").hidden = scene.largest === null;
+  document.addEventListener("keydown", e => {
+    if (/^(INPUT|SELECT|TEXTAREA)$/.test(e.target.tagName)) return;
+    if (e.key === "ArrowRight") go(state.frame + 1);
+    if (e.key === "ArrowLeft") go(state.frame - 1);
+  });
+  const cells = scene.groups[0].bodies.reduce((n, b) => n + b.elements, 0);
+  $("mesh").checked = cells <= EDGES;
+  $("mirror").checked = scene.mirror.length > 0 && cells * 2 ** scene.mirror.length <= 2 * SMOOTH;
+  $("mirror").parentElement.hidden = !scene.mirror.length;
+  label();
+}
+player();
+await picture();
+await forces();
+await contacts();
+await energies();
+window.prensa = {ready: true, state, go, scene, tell, bodies: bodiesNow};  // for tests, and for whoever opens the console
+})();

@@ -1,0 +1,290 @@
+"""A run on meshes that are made anew: when one is due, from which state, and equilibrium on it.
+
+All that decides is in the committed state, so that a resumed run remeshes at the same places: a mesh is due or not before an
+increment, and an increment that fails is one that fails again.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.errors import PrensaError, SolveError
+from prensa.fem.context import Context
+from prensa.fem.discretise import on_meshes
+from prensa.fem.interaction import Part, Request, Response
+from prensa.fem.renewal import check_mesher, least_shape, present_plan, renewed
+from prensa.fem.schedule import StepPlan
+from prensa.fem.sizes import SizeField, coarseness, least_at_tools, section_area
+from prensa.fem.state import State
+from prensa.fem.system import Evaluation, System
+from prensa.model.remeshing import remeshing_of
+from prensa.solver.attempt import attempt, attempt_from
+from prensa.solver.equilibrium import Equilibrium, NewtonResult
+from prensa.solver.failure import BeyondSmall, FreeToMove, MetalInside, sentence
+from prensa.solver.increment import Increment
+from prensa.solver.ledger import nodal_work
+from prensa.solver.policy import Policy
+from prensa.solver.reporting import Messages
+
+log = logging.getLogger("prensa")
+Array = NDArray[np.float64]
+
+
+class RemeshingError(PrensaError):
+    """A state that could not be brought onto a new mesh."""
+
+
+class Stepping(Protocol):
+    """The time stepping of a system, as `prensa.solver.time_stepping.TimeStepping`."""
+
+    system: System
+    policy: Policy
+    messages: Messages
+    last: Increment | None
+
+    def run(self, state: State) -> Iterator[Increment]:
+        """Increments from a state to the end of the last step."""
+
+    def prepare(self, plan: StepPlan) -> None:
+        """Make the matrix of a step."""
+
+    def context(self, state: State, plan: StepPlan, end: float) -> Context:
+        """The context of an increment."""
+
+    def equilibrium(self, c: Context) -> Equilibrium:
+        """The equations of an increment."""
+
+    def timer(self, section: str) -> Any:
+        """Context manager that counts the seconds of a section."""
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """A share of the forces (ndof,) that a state on a new mesh is out of balance by."""
+
+    forces: Array
+    share: float
+
+    def couplings(self) -> list[NDArray[np.int64]]:
+        """None: it has no stiffness."""
+        return []
+
+    def respond(self, c: Context, ask: Request) -> Response:
+        """See `Interaction`."""
+        dofs = np.flatnonzero(self.forces)
+        return Response([Part("remainder", dofs[:, None], self.share * self.forces[dofs, None])], external=True)
+
+
+class Remeshing:
+    """A run of a problem whose bodies are remeshed; ``base``: its system on the meshes of the description."""
+
+    def __init__(self, base: System, make: Callable[[System], Stepping], policy: Policy) -> None:
+        asked = remeshing_of(base.problem)
+        assert asked is not None
+        check_mesher()  # before anything is solved
+        self.base, self.make, self.asked, self.policy = base, make, asked, policy
+        self.bodies = [b.body for b in base.blocks if b.law.plastic]
+        self.area = {body: section_area(base, body) for body in self.bodies}
+        self.told_full = False
+
+    def run(self, state: State) -> Iterator[Increment]:
+        """Increments from a committed state to the end of the last step."""
+        stepping = self.make(self.base if state.remeshed is None else on_meshes(self.base, state.remeshed))
+        failures = 0
+        while True:
+            if failures or (why := self.due(stepping.system, state)):
+                why = "an increment failed" if failures else why
+                stepping, state = self._on_new_meshes(stepping, state, why, failures)
+            try:
+                for increment in stepping.run(state):
+                    state, failures = increment.state, 0
+                    yield increment
+                    if self.due(stepping.system, state):
+                        break
+                else:
+                    return
+            except SolveError as error:
+                failures += 1
+                self._refuse_hopeless(state, error, failures)
+
+    # ------------------------------------------------------------------------------------------------------------ when
+    def due(self, system: System, state: State) -> str:
+        """Why a new mesh is due in a state, in words; '' if none is."""
+        if state.release is not None or state.clock.step == len(system.problem.steps) or fresh(state):
+            return ""  # forces that are let go refer to nodes; the last shape needs no mesh
+        why = self._why(system, state)
+        if why and self._count(state) >= self.asked.at_most:
+            if not self.told_full:
+                self.told_full = True
+                log.warning(
+                    "the bodies have been remeshed %d times, no more are allowed ('at_most')", self._count(state)
+                )
+            return ""
+        return why
+
+    def _why(self, system: System, state: State) -> str:
+        if state.clock.number == 0:
+            return "the first mesh is too coarse" if self._too_coarse(system, state) else ""
+        when, began = self.asked.when, 1.0 if state.remeshed is None else state.remeshed.shape
+        least = min(when.quality, self.policy.worn_share * began)
+        shape = least_shape(system, state.u, self.bodies)
+        if shape < least:
+            return f"shape measure {shape:.2f}"
+        way, limit = self._travel(system, state), self._travel_limit(state)
+        return f"travel {way:.3g}" if way > limit else ""
+
+    @staticmethod
+    def _count(state: State) -> int:
+        return 0 if state.remeshed is None else state.remeshed.count
+
+    def _too_coarse(self, system: System, state: State) -> bool:
+        """Whether an element is much larger than what is asked for there."""
+        return any(coarseness(self._sizes(system, state, b)) > self.policy.too_coarse for b in self.bodies)
+
+    def _travel(self, system: System, state: State) -> float:
+        """Largest way of a tool since the last mesh, of its reference point or by its turn at the farthest contact point."""
+        then = 0.0 if state.remeshed is None else state.remeshed.tools
+        way = np.abs(system.dofs.tool.of(state.u) - then)
+        most = 0.0
+        for s in system.surfaces:
+            if s.body in self.bodies:
+                reach = float(np.hypot(*(system.positions(state.u)[s.points.nodes] - system.tools[s.tool].at).T).max())
+                most = max(most, float(np.hypot(way[s.tool, 0], way[s.tool, 1]) + reach * way[s.tool, 2]))
+        return most
+
+    def _travel_limit(self, state: State) -> float:
+        """Way of a tool after which a mesh is due."""
+        travel = self.asked.when.travel
+        if travel != "auto":
+            return travel
+        if state.remeshed is not None:
+            return self.policy.remesh_travel * state.remeshed.least
+        return self.policy.remesh_travel * self._least(self.base, self.base.initial())
+
+    def _least(self, system: System, state: State) -> float:
+        """Smallest size on the outlines that tools ask for."""
+        return min(least_at_tools(self._sizes(system, state, body)) for body in self.bodies)
+
+    def _refuse_hopeless(self, state: State, error: SolveError, failures: int) -> None:
+        """Raise what ended a run if a new mesh does not help, or has not helped twice at the same place."""
+        hopeless = isinstance(error.reason, MetalInside | BeyondSmall | FreeToMove) or state.release is not None
+        if hopeless or not self.asked.when.failure or self._count(state) >= self.asked.at_most:
+            raise error
+        if failures > len(self.policy.finer):
+            raise SolveError(f"{error} New meshes have not helped here.", error.last, error.reason) from error
+
+    # ------------------------------------------------------------------------------------------------------------- how
+    def _sizes(self, system: System, state: State, body: str, share: float = 1.0) -> SizeField:
+        return SizeField(system, state, body, self.asked.size, self.area[body], share)
+
+    def _on_new_meshes(self, stepping: Stepping, state: State, why: str, failures: int) -> tuple[Stepping, State]:
+        """Time stepping and state on new meshes; what they were where no new mesh bears the state."""
+        problem = ""
+        for share in self.policy.finer[max(failures - 1, 0) :]:
+            try:
+                with stepping.timer("remeshing"):
+                    following, there, told = self._tried(stepping, state, share)
+            except PrensaError as error:
+                problem = str(error)
+                log.info("no new mesh at time %.6g: %s", state.clock.time, problem)
+                continue
+            assert there.remeshed is not None
+            elements = sum(len(m.cells) for m in there.remeshed.meshes.values())
+            following.messages.note(
+                there, present_plan(following.system, there), f"remeshing {there.remeshed.count} ({why}): {elements} elements, "
+                f"shape measure {there.remeshed.shape:.2f}; {told}",
+            )  # fmt: skip
+            return following, there
+        log.warning("time %.6g: a new mesh was due (%s) and none could be had: %s", state.clock.time, why, problem)
+        return stepping, state
+
+    def _tried(self, stepping: Stepping, state: State, share: float) -> tuple[Stepping, State, str]:
+        """Time stepping and state on meshes of ``share`` of the sizes asked for, and what there is to say of it."""
+        system = stepping.system
+        new, there = renewed(system, state, self.bodies, lambda body: self._sizes(system, state, body, share))
+        assert there.remeshed is not None
+        remeshed = replace(there.remeshed, least=self._least(new, there))
+        following = self.make(new)
+        following.last = stepping.last
+        if state.clock.number == 0:
+            return following, replace(new.undeformed(), remeshed=remeshed), "undeformed"
+        return following, *balanced(following, replace(there, remeshed=remeshed))
+
+
+def fresh(state: State) -> bool:
+    """Whether no increment has followed on the last remeshing."""
+    return state.remeshed is not None and state.remeshed.number == state.clock.number
+
+
+def balanced(stepping: Stepping, state: State) -> tuple[State, str]:
+    """The state in equilibrium on its new mesh, by an increment of no duration, and what there is to say of it.
+
+    Nothing prescribed moves. Where Newton's iterations stagnate, what is out of balance is let go in parts.
+
+    Raises
+    ------
+    RemeshingError
+        If there is no equilibrium nearby.
+
+    """
+    system, plan = stepping.system, present_plan(stepping.system, state)
+    stepping.prepare(plan)
+    now = state.clock.time
+    dt = state.dt_last if state.dt_last > 0 else stepping.policy.first * (plan.t1 - plan.t0)
+    at_rest = replace(state, clock=state.clock._replace(time=now - dt), du=0.0 * state.du, dt_last=0.0)
+    eq = stepping.equilibrium(stepping.context(at_rest, plan, now))
+    first = eq.evaluate(state.u, system.initial_multipliers(state), stiffness=False)
+    if first.failed:
+        raise RemeshingError(str(first.failed))
+    out = eq.norm(first) / first.scale
+    result, how = attempt_from(eq, state.u), ""
+    if not result.converged:
+        result, how = _let_go(eq, state, first), ", let go in parts"
+    if not result.converged:
+        result, how = attempt(eq, state.u, True), ", with contacts that stiffen"
+    if not result.converged:
+        assert result.reason is not None
+        raise RemeshingError(f"the state finds no equilibrium on its new mesh: {sentence(result.reason)}")
+    told = f"out of balance by {out:.1g}, {result.iterations} iterations{how}"
+    return _committed(system, state, eq.context, result), told
+
+
+def _let_go(eq: Equilibrium, state: State, first: Evaluation) -> NewtonResult:
+    """Equilibrium from that with the forces added that are missing at first, which go in parts."""
+    forces = first.r.copy()
+    forces[eq.reduced.fixed] = 0.0
+    u, result = state.u, None
+    for share in eq.policy.let_go:
+        c = replace(eq.context, interactions=[*eq.context.interactions, Remainder(forces, share)])
+        result = attempt_from(replace(eq, context=c), u)
+        if not result.converged:
+            return result
+        u = result.u
+    assert result is not None
+    return result
+
+
+def _committed(system: System, state: State, c: Context, result: NewtonResult) -> State:
+    """The state in equilibrium: its clock, its last motion and what the loads have done are those before."""
+    assert result.evaluation is not None
+    e, contact, lam = result.evaluation, state.contact, result.lam.copy()
+    for s, f in zip(system.surfaces, e.contacts):
+        contact = contact.replaced(s.rows, replace(f.record, speed=state.contact.speed[s.rows]))
+        lam[s.rows, 0], lam[s.rows, 1:] = f.p, f.t
+    work, old = nodal_work(system, c, e), state.energy
+    elastic, plastic = system.elastic_energy(e.history), system.plastic_work(e.history)
+    elastic += sum(0.5 * float(work[dof]) ** 2 / stiffness for dof, (stiffness, _) in c.plan.springs.items())
+    contacts = system.contact_energy(e.contacts, c.scales)
+    spent = elastic + plastic + old.friction + contacts + old.viscous
+    energy = old._replace(elastic=elastic, plastic=plastic, contact=contacts, imbalance=old.external - spent)
+    ended = state.clock.step > 0 and state.clock.time <= state.clock.step
+    return replace(
+        state, u=result.u, history=e.history, contact=contact, lam=lam, energy=energy, work=work,
+        step_start=result.u if ended else state.step_start,
+    )  # fmt: skip

@@ -1,0 +1,169 @@
+"""Runs through remeshings: what ends them, what they leave behind, and that they resume bit for bit."""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import prensa as pr
+from prensa.errors import PrensaError, SolveError
+from prensa.fem.discretise import discretise
+from prensa.mesh.mesh import boundary_edges, segments
+from prensa.output.checkpoint import read_checkpoint, write_checkpoint
+from prensa.output.history import read_history
+from prensa.output.run import run
+
+ALUMINIUM = pr.J2(E=70e3, nu=0.33, flow=pr.Swift(K=200.0, e0=0.01, n=0.2))
+
+
+def indented(space: str = "axisymmetric", depth: float = 1.2, **remesh: Any) -> pr.Problem:
+    """A punch of radius 3 mm with a fillet of 1 mm, pressed into a billet on a plane."""
+    billet = pr.Body(pr.Rectangle(size=(6.0, 6.0), n=(6, 6)), ALUMINIUM, element="t6")
+    return pr.Problem(
+        "indentation", {"billet": billet}, (pr.Step("press", move={"punch": pr.Motion(y=-depth)}),),
+        {"punch": pr.Stamp(width=6.0, fillet=1.0, touching="billet.top")}, friction=pr.Coulomb(mu=0.1),
+        fixed={"billet.bottom": pr.Fixed(y="held"), "billet.left": pr.Fixed(x="held")}, space=space,
+        remesh=pr.Remesh(size=pr.Sizes(far=1.2, near_tools=0.8, per_radius=4), **remesh),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("space", ["axisymmetric", "plane strain"])
+def test_a_punch_goes_deep_on_new_meshes(space: str) -> None:
+    """No node of any increment lies inside the punch, force and support balance, the volume of the metal stays."""
+    first = last = None
+    remeshings = [0]
+    for last in pr.solve(indented(space, when=pr.When(travel=0.5))):
+        first = first or last
+        body, contact = last.bodies["billet"], last.contacts["billet-punch"]
+        assert contact.gap.min() > -0.02
+        assert last.supports["billet.bottom"].y + -last.force("punch").y == pytest.approx(0, abs=1e-6 * last.force("punch").y)
+        remeshings.append(last.remeshings)
+        volume = enclosed(body.x, body.cells, space)
+        assert volume == pytest.approx(enclosed(first.bodies["billet"].x, first.bodies["billet"].cells, space), rel=5e-3)
+    assert last is not None and last.time == 1.0
+    assert remeshings[-1] >= 2 and (np.diff(remeshings) >= 0).all()
+    assert abs(last.energy["imbalance"]) < 0.01 * last.energy["external"]
+    assert -last.tools["punch"].place.y == 1.2
+
+
+def enclosed(x: np.ndarray, cells: np.ndarray, space: str) -> float:
+    """Volume within the polygon of the outline."""
+    a, b = np.moveaxis(x[segments(boundary_edges(cells))], 1, 0)
+    area = 0.5 * (a[:, 0] * b[:, 1] - b[:, 0] * a[:, 1])
+    return float((area * (2 * np.pi * (a[:, 0] + b[:, 0]) / 3 if space == "axisymmetric" else 1.0)).sum())
+
+
+def test_a_run_is_resumed_through_remeshings_bit_for_bit(tmp_path: Path) -> None:
+    """From a checkpoint before one and after another: the same increments to the last bit."""
+    case = pr.Case(indented(depth=0.5, when=pr.When(travel=0.15)))
+    whole = list(pr.solve(case.problem))
+    meshes = [i.remeshings for i in whole]
+    assert meshes[-1] >= 3
+    for stop in (meshes.index(1), meshes.index(2) + 1):
+        path = write_checkpoint(tmp_path / f"{stop}.h5", case, whole[stop].state)
+        _, state = read_checkpoint(path)
+        again = list(pr.solve(case.problem, start=state))
+        assert [i.number for i in again] == [i.number for i in whole[stop + 1 :]]
+        assert again[-1].remeshings == meshes[-1]
+        for a, b in zip(again, whole[stop + 1 :]):
+            assert a.force("punch") == b.force("punch")
+            assert np.array_equal(a.state.u, b.state.u)
+
+
+def test_an_increment_that_fails_is_tried_on_a_new_mesh(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where it fails again on finer ones, the run ends and says so."""
+    from prensa.solver import time_stepping
+    from prensa.solver.failure import Stagnated
+
+    problem = indented(depth=0.2, when=pr.When(quality=0.0, travel=100.0))
+    plain, tried = time_stepping.TimeStepping.attempt, []
+
+    def attempt(self: Any, c: Any, start: Any, soften: bool) -> Any:
+        result = plain(self, c, start, soften)
+        if c.state.clock.number == 5 and (c.state.remeshed is None or c.state.remeshed.count < fails):
+            tried.append(c.state.remeshed and c.state.remeshed.count)
+            result.converged, result.reason = False, Stagnated(1.0)
+        return result
+
+    monkeypatch.setattr(time_stepping.TimeStepping, "attempt", attempt)
+    fails = 2
+    increments = list(pr.solve(problem))
+    assert increments[-1].time == 1.0 and increments[-1].remeshings == 2
+    assert [i.remeshings for i in increments[4:6]] == [min(increments[4].remeshings, 1), 2]
+    fails = 99
+    with pytest.raises(SolveError, match="New meshes have not helped"):
+        list(pr.solve(problem))
+
+
+def test_no_more_meshes_than_allowed(caplog: pytest.LogCaptureFixture) -> None:
+    """Then the run goes on with the last one, and says so."""
+    problem = indented(depth=0.3, when=pr.When(travel=0.08), at_most=2)
+    assert [i.remeshings for i in pr.solve(problem)][-1] == 2
+    assert sum("no more are allowed" in r.getMessage() for r in caplog.records) == 1
+
+
+def test_files_of_a_run(tmp_path: Path) -> None:
+    """The column ``remeshings``, the meshes in the field files, the log and the summary."""
+    import meshio
+
+    problem = indented(depth=0.3, when=pr.When(travel=0.1))
+    case = pr.Case(problem, output=pr.Output(pictures=False, report=False))
+    result = run(case, tmp_path / "run", quiet=True)
+    table = read_history(result.directory)["remeshings"]
+    assert table[0] == 1 and table[-1] >= 2
+    elements = {len(meshio.read(p).cells[0].data) for p in sorted((result.directory / "fields").glob("*.vtu"))}
+    assert len(elements) >= 2 and result.summary["bodies"]["billet"]["elements"] in elements
+    assert "remeshing 1 (the first mesh is too coarse)" in (result.directory / "run.log").read_text(encoding="utf-8")
+
+
+def test_a_case_does_not_start_from_a_remeshed_run(tmp_path: Path) -> None:
+    """It is refused by name, with what to do."""
+    case = pr.Case(indented(depth=0.03), output=pr.Output(pictures=False, report=False))
+    run(case, tmp_path / "run", quiet=True)
+    following = replace(case.problem, remesh="off", start=pr.Start(run=str(tmp_path / "run")))
+    with pytest.raises(PrensaError, match="make both one case of several steps"):
+        discretise(following)
+
+
+def test_the_mesher_that_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before anything is solved, with what to install."""
+    plain = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name, *a: None if name == "mmgpy" else plain(name, *a))
+    with pytest.raises(PrensaError, match=r"pip install 'prensa\[remesh\]'"):
+        next(iter(islice(pr.solve(indented()), 1)))
+
+
+REFUSED = {
+    "kinematics": ({"kinematics": "small"}, "small strain keeps the shape"),
+    "plane stress": ({"space": "plane stress"}, "thickness of plane stress"),
+    "elastic": (
+        {"bodies": {"billet": pr.Body(pr.Rectangle(size=(6.0, 6.0), n=(2, 2)), pr.Elastic(E=1.0, nu=0.3), "t6")}},
+        "no body flows plastically",
+    ),
+    "element": (
+        {"bodies": {"billet": pr.Body(pr.Rectangle(size=(6.0, 6.0), n=(2, 2)), ALUMINIUM, "q8")}},
+        "'q8' is none that bears plastic flow; use 'element: t6'",
+    ),
+    "default element": (
+        {"bodies": {"billet": pr.Body(pr.Rectangle(size=(6.0, 6.0), n=(2, 2)), ALUMINIUM)}},
+        "use 'element: t6'",
+    ),
+    "enforcement": (
+        {"contacts": (pr.Contact("billet.top", "punch", enforcement=pr.Augmented()),)},
+        "multipliers of 'augmented' are not carried over",
+    ),
+}
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_what_cannot_be_remeshed_is_refused(what: str) -> None:
+    """In words, with the remedy."""
+    change, words = REFUSED[what]
+    with pytest.raises(pr.CaseError, match=words):
+        replace(indented(), **change)
