@@ -110,7 +110,8 @@ def _through_a_wedge(stress: float, what: str) -> Iterator[Row]:
     yield row(f"{what} (MPa), slip-line field", exact.pull / exact.exit, stress, 0.04)
     slab = slab_drawing(**sizes, Y=WEDGE["k"] * math.sqrt(3.0), axisymmetric=False)
     yield row(f"{what} (MPa), slab method: no work of turning the flow", slab, stress, 0.0, "at least")
-    yield beside(f"{what} (MPa), upper bound of a rigid triangle, rigid-plastic", strip_upper_bound(**sizes, k=WEDGE["k"]), stress)
+    bound = strip_upper_bound(**sizes, k=WEDGE["k"])
+    yield beside(f"{what} (MPa), upper bound of a rigid triangle, rigid-plastic", bound, stress)
 
 
 @example("Strip drawing")
@@ -266,7 +267,10 @@ for _m, _decrease in ((0.1, -15.5), (0.3, 13.3), (0.5, 29.3)):
 
 
 # --------------------------------------------------------------------------------------------------------------- running
-def solve(name: str, pictures: Path | None = None) -> tuple[str, list[Row], float]:
+Found = tuple[str, list[Row], float]
+
+
+def solve(name: str, pictures: Path | None = None) -> Found:
     """Run an example; its name, its rows and the processor seconds it took. A case that ends early is a failing row."""
     chosen, began = _EXAMPLES[name], time.process_time()
     problem = pr.load(HERE / f"{chosen.case}.yaml", chosen.changes).problem
@@ -319,7 +323,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     return int(failed > 0)
 
 
-def _results(one: Callable[[str], tuple[str, list[Row], float]], names: list[str], jobs: int) -> Iterator[tuple[str, list[Row], float]]:
+def _results(one: Callable[[str], Found], names: list[str], jobs: int) -> Iterator[Found]:
     if jobs == 1:
         yield from map(one, names)
     else:

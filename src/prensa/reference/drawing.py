@@ -94,7 +94,7 @@ def strip_upper_bound(*, before: float, after: float, alpha: float, k: float, m:
 
 
 def drawbead_force(*, radius: float, thickness: float, sigma: float, bends: int, mu: float = 0.0, wrap: float = 0.0) -> float:
-    """radius (of the bead), thickness (length), sigma (stress, plane strain), bends (-), mu, wrap (rad) -> force per width.
+    """Radius (of the bead), thickness (length), sigma (stress, plane strain), bends (-), mu, wrap (rad) -> force per width.
 
     A rigid, perfectly plastic sheet that is bent and straightened ``bends`` times in all: each costs the moment
     sigma t^2/4 times the curvature 1/(radius + t/2) per length, and friction multiplies by exp(mu wrap).

@@ -13,6 +13,9 @@ from scipy.optimize import brentq
 
 from ._check import Array, not_negative, positive
 
+_POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(16)
+_SHARES = 0.5 * (_POINTS + 1.0)
+
 
 @dataclass(frozen=True)
 class OrowanRolling:
@@ -42,46 +45,15 @@ def orowan_rolling(
     not_negative(mu=mu)
     if not h < H:
         raise ValueError(f"H = {H!r}: half thickness before the rolls not above that in the gap, h = {h!r}; give H > h")
-    strength = k if callable(k) else (lambda _: float(k))  # type: ignore[arg-type, misc]
+    arc = _Arc(R, h, mu, k if callable(k) else lambda _: float(k))
     bite = math.acos(1.0 - (H - h) / R)
-    p0, length, begin = 2.0 * strength(h), 0.0, 0.0
+    p0, length, begin = 2.0 * arc.k(h), 0.0, 0.0
     for _ in range(30):  # elastic recovery, with the pressure at its beginning
         length = 0.0 if E is None else math.sqrt(2.0 * R * h * p0 * (1.0 - nu * nu) / E)
         begin = mu * 2.0 / 3.0 * p0 * length - 0.25 * p0 * length**2 / R
-        p0 = 2.0 * strength(h) + begin / h
+        p0 = 2.0 * arc.k(h) + begin / h
     recovery = 2.0 / 3.0 * p0 * length
-    points, weights = np.polynomial.legendre.leggauss(16)
-    share = 0.5 * (points + 1.0)
-
-    def half(phi: float) -> float:
-        return h + R * (1.0 - math.cos(phi))
-
-    def friction(s: float, phi: float) -> float:
-        return min(mu * s, strength(half(phi)))
-
-    def horizontal(s: float, phi: float, sign: float) -> float:
-        """Horizontal force f of a half for a roll pressure s; sign 1 between the neutral point and the exit, -1 before."""
-        own = strength(half(phi))
-        a = friction(s, phi) / own
-        w = 0.5 * float(weights @ np.sqrt(np.maximum(1.0 - (a * share) ** 2, 0.0)))
-        if phi > 1e-9:
-            w = 0.5 * phi * float(weights @ (np.sqrt(np.maximum(1 - (a * share) ** 2, 0)) * np.cos(share * phi))) / math.sin(phi)
-        bent = 1.0 / phi - 1.0 / math.tan(phi) if phi > 1e-4 else phi / 3.0
-        return half(phi) * (s - 2.0 * own * w + sign * friction(s, phi) * bent)
-
-    def pressure(f: float, phi: float, sign: float) -> float:
-        own = strength(half(phi))
-        guess = f / half(phi) + 2.0 * own
-        return float(brentq(lambda s: horizontal(s, phi, sign) - f, 0.2 * guess, 1.5 * guess, rtol=1e-13))
-
-    def zone(sign: float, start: float, end: float, f0: float) -> Any:
-        def slope(phi: float, state: Array) -> list[float]:
-            s = pressure(float(state[0]), phi, sign)
-            return [R * (s * math.sin(phi) + sign * friction(s, phi) * math.cos(phi))]
-
-        return solve_ivp(slope, (start, end), [f0], rtol=1e-8, atol=1e-8 * strength(h) * h, dense_output=True).sol
-
-    after, before = zone(1.0, 0.0, bite, begin), zone(-1.0, bite, 0.0, 0.0)
+    after, before = arc.zone(1.0, 0.0, bite, begin), arc.zone(-1.0, bite, 0.0, 0.0)
     if not before(0.0)[0] > begin:
         raise ValueError(f"mu = {mu!r}: too little friction for the rolls to draw the strip in; give more, or less draft")
     neutral = float(brentq(lambda phi: float(after(phi)[0] - before(phi)[0]), 0.0, bite))
@@ -89,8 +61,8 @@ def orowan_rolling(
     def at(phi: float) -> tuple[float, float]:
         """Pressure and signed friction."""
         sign, f = (1.0, after) if phi < neutral else (-1.0, before)
-        s = pressure(float(f(phi)[0]), phi, sign)
-        return s, sign * friction(s, phi)
+        s = arc.pressure(float(f(phi)[0]), phi, sign)
+        return s, sign * arc.friction(s, phi)
 
     def total(weight: Callable[[float, float, float], float]) -> float:
         parts = ((0.0, neutral), (neutral, bite))
@@ -100,3 +72,46 @@ def orowan_rolling(
     torque = R * (total(lambda phi, s, t: -t) - mu * recovery)
     angle = np.linspace(0.0, bite, 101)
     return OrowanRolling(force, torque, neutral, angle, np.array([at(float(phi))[0] for phi in angle]))
+
+
+@dataclass(frozen=True)
+class _Arc:
+    """Orowan's relations on the arc of contact: roll R, half thickness h in the gap, friction mu, strength k(half thickness)."""
+
+    R: float
+    h: float
+    mu: float
+    k: Callable[[float], float]
+
+    def half(self, phi: float) -> float:
+        """Half thickness at an angle."""
+        return self.h + self.R * (1.0 - math.cos(phi))
+
+    def friction(self, s: float, phi: float) -> float:
+        """Coulomb's friction, at most the shear strength."""
+        return min(self.mu * s, self.k(self.half(phi)))
+
+    def horizontal(self, s: float, phi: float, sign: float) -> float:
+        """Horizontal force of a half for a roll pressure s; sign 1 between the neutral point and the exit, -1 before."""
+        own = self.k(self.half(phi))
+        a = self.friction(s, phi) / own
+        root = np.sqrt(np.maximum(1.0 - (a * _SHARES) ** 2, 0.0))
+        shrunk = phi / math.sin(phi) if phi > 1e-9 else 1.0
+        w = 0.5 * shrunk * float(_WEIGHTS @ (root * np.cos(_SHARES * phi)))
+        bent = 1.0 / phi - 1.0 / math.tan(phi) if phi > 1e-4 else phi / 3.0
+        return self.half(phi) * (s - 2.0 * own * w + sign * self.friction(s, phi) * bent)
+
+    def pressure(self, f: float, phi: float, sign: float) -> float:
+        """Roll pressure for a horizontal force."""
+        guess = f / self.half(phi) + 2.0 * self.k(self.half(phi))
+        return float(brentq(lambda s: self.horizontal(s, phi, sign) - f, 0.2 * guess, 1.5 * guess, rtol=1e-13))
+
+    def zone(self, sign: float, start: float, end: float, f0: float) -> Any:
+        """Horizontal force (1,) as a function of the angle, from f0 at the start."""
+
+        def slope(phi: float, state: Array) -> list[float]:
+            s = self.pressure(float(state[0]), phi, sign)
+            return [self.R * (s * math.sin(phi) + sign * self.friction(s, phi) * math.cos(phi))]
+
+        scale = self.k(self.h) * self.h
+        return solve_ivp(slope, (start, end), [f0], rtol=1e-8, atol=1e-8 * scale, dense_output=True).sol
