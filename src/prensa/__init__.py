@@ -18,6 +18,7 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "solve": "prensa.solver.time_stepping",
     "discretise": "prensa.fem.discretise",
     "run": "prensa.output.run",
+    "sweep": "prensa.study.sweep",
     "FlowCurve": "prensa.materials.flow_curve",
     "FrictionLaw": "prensa.friction.law",
     "Enforcement": "prensa.contact.method",

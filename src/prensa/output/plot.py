@@ -44,6 +44,9 @@ FIELDS = (
 def save(figure: Figure, path: str | Path, format: str | None = None) -> Path:
     """Write *figure* without the white margin around it (*format*: that of the suffix if None); returns the path."""
     with style.styled():
+        for axes in figure.axes:
+            style.plain_numbers(axes.xaxis)
+            style.plain_numbers(axes.yaxis)
         figure.savefig(path, format=format, bbox_inches="tight", pad_inches=0.06)
     return Path(path)
 

@@ -265,6 +265,8 @@ class Policy:
     """Factorisations that an increment costs otherwise."""
     usual_increments: int = 10
     """Increments of a step that chooses its own."""
+    reach_looks: int = 9
+    """Times of a step at which is looked how far its tools reach."""
 
     # ---------------------------------------------------------------------------------------------- ends of steps
     until: float = 1e-8
