@@ -171,6 +171,9 @@ def _boundaries(body: Any) -> list[str]:
             return ["inner", "outer", *(ends if mesh.angles[1] - mesh.angles[0] < 6.283185 else ends[2:4])]
         case "points":
             return list(mesh.boundaries)
+        case "outline":
+            holes = [f"hole-{k + 1}" for k in range(len(mesh.holes))]
+            return [*dict.fromkeys(mesh.sides or ("outline",)), *holes]
     return []
 
 

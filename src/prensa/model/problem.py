@@ -281,6 +281,43 @@ class Patch:
         return self
 
 
+def _fillet_kind(value: Any) -> str:
+    return "each" if isinstance(value, list | tuple) else "one"
+
+
+Radius = Annotated[Length, Field(ge=0)]
+Fillets = Annotated[
+    Annotated[Radius, Tag("one")] | Annotated[tuple[Radius, ...], Tag("each")], Discriminator(_fillet_kind)
+]
+Ring = Annotated[tuple[tuple[Length, Length], ...], Field(min_length=3)]
+
+
+@described
+class Outline:
+    """Triangles within a closed outline, straight from point to point: a billet of any shape.
+
+    ``size``: of the elements, smaller at fillets; ``fillet``: radius of all corners, or a list with one for each point;
+    ``sides``: names of the boundaries, one for each side from its point to the next (they may repeat; a fillet belongs to the
+    side after it; without: ``outline``); ``holes``: lists of points, whose boundaries are ``hole-1``, ``hole-2`` …
+    Made by MMG (``pip install prensa[remesh]``).
+    """
+
+    points: Ring
+    size: Annotated[Length, Field(gt=0)]
+    fillet: Fillets = 0.0
+    sides: tuple[str, ...] = ()
+    holes: tuple[Ring, ...] = ()
+    type: Literal["outline"] = "outline"
+
+    @model_validator(mode="after")
+    def _check(self) -> Outline:
+        if self.sides and len(self.sides) != len(self.points):
+            raise ValueError(f"{len(self.sides)} names in 'sides' for {len(self.points)} sides; give one for each point")
+        (x, y), (u, v) = zip(*self.points), zip(*(*self.points[1:], self.points[0]))
+        _bounded(abs(sum(a * d - b * c for a, b, c, d in zip(x, y, u, v))) / self.size**2)
+        return self
+
+
 def _mesh_file(path: Any, info: Any) -> Any:
     from prensa.model.tables import found_file
 
@@ -317,7 +354,7 @@ class File:
         return self
 
 
-Mesh = Annotated[Rectangle | Disc | Annulus | Patch | Points | File, Field(discriminator="type")]
+Mesh = Annotated[Rectangle | Disc | Annulus | Patch | Outline | Points | File, Field(discriminator="type")]
 
 
 # --------------------------------------------------------------------------------------------------------- materials
@@ -738,6 +775,6 @@ class Case:
 
 __all__ = [
     "Annulus", "ArcSide", "Body", "Case", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion", "NoContact", "Numerics",
-    "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "Remesh", "Sizes", "SplineSide", "Springs", "Start", "Step",
-    "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When",
+    "Outline", "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "Remesh", "Sizes", "SplineSide", "Springs",
+    "Start", "Step", "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When",
 ]  # fmt: skip

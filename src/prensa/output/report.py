@@ -71,7 +71,7 @@ def stored_run(directory: Path) -> Stored:
 
     summary = read_summary(directory)
     placements = {t: Placement(tuple(p["at"]), tuple(p["direction"])) for t, p in summary.get("tools", {}).items()}
-    return Stored(directory, loads(summary["case"], SUMMARY), placements)
+    return Stored(directory, loads(summary["case"], SUMMARY), placements, summary["status"] == "completed")
 
 
 def number(value: float, digits: int = 5) -> str:

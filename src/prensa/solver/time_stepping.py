@@ -326,7 +326,7 @@ class TimeStepping:
         if result.recover is None and (refusal := self.validity.look(state.u, state.history)):
             result.reason = refusal
             raise self.post_mortem(c, result, cutbacks)
-        increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended, c.state)
+        increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended, c.state, c)
         if c.stopped:
             self.messages.note(c.state, c.plan, f"step {c.plan.name!r} ends at time {c.time:.6g}: {c.stopped}")
             increment = replace(increment, stopped=c.stopped)
