@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import prensa as pr
+from prensa.fem.preflight import preflight
 from prensa.measures import parse_all
 
 ROOT = Path(__file__).parents[2]
@@ -46,3 +47,11 @@ def test_a_case_that_ends_early_is_a_failure(gallery, tmp_path: Path, monkeypatc
     monkeypatch.setitem(gallery._EXAMPLES, "bad", gallery.Example("bad", "thick_tube", lambda run: [], changes))
     _, rows, _ = gallery.solve("bad")
     assert [r.passed for r in rows] == [False] and "bad: " in capsys.readouterr().err
+
+
+def test_no_example_is_refused_before_it_begins(gallery) -> None:
+    """What is looked at before a run finds nothing impossible: not in a cup either that is deeper than its punch is wide."""
+    for case in {e.case for e in gallery._EXAMPLES.values()}:
+        changes = ("steps.1.move.punch.y=-45",) if case == "cup_drawing" else ()
+        notices = preflight(pr.discretise(pr.load(ROOT / "examples" / f"{case}.yaml", changes).problem))
+        assert [str(n) for n in notices if n.fatal] == []
