@@ -56,10 +56,6 @@ class Run:
         """The value of a measure at the end of a step."""
         return float(self.table[name][self.ends[step]])
 
-    def largest(self, name: str) -> float:
-        """The largest value of a measure."""
-        return float(np.nanmax(self.table[name]))
-
     def when(self, name: str, other: str, value: float) -> float:
         """The value of a measure where another one, which rises, has a value."""
         return float(np.interp(value, self.table[other], self.table[name]))
@@ -89,7 +85,7 @@ def example(
 
     def put(compare: Compare) -> Compare:
         case = name or compare.__name__
-        key = case + "".join(f", {c.rpartition('.')[2]}" for c in changes)
+        key = case + "".join(f", {c.rpartition('=')[0].rpartition('.')[2]} = {c.rpartition('=')[2]}" for c in changes)
         _EXAMPLES[key] = Example(title, case, compare, changes, quick)
         return compare
 
@@ -180,7 +176,10 @@ def cup_drawing(run: Run) -> Iterator[Row]:
 @example("Channel forming")
 def channel_forming(run: Run) -> Iterator[Row]:
     """Punch force of the published example; the force of the holder is what was asked for."""
-    yield row("largest punch force (N/mm), Abaqus: Getting Started", 160.0, run.largest("force"), 0.1)
+    force = run.table["force"][run.ends["hold"] + 1 :]
+    plateau = float(force[len(force) // 2 :].mean())
+    yield row("punch force (N/mm), mean of the second half, Abaqus: Getting Started", 160.0, plateau, 0.1)
+    yield row("punch force (N/mm), largest, Abaqus: Getting Started", 160.0, float(force.max()), 0.1)
     yield row("holder force (N/mm)", 440.0, run["holder_force"], 1e-8)
     yield beside("largest plastic strain, Abaqus: Getting Started", 0.21, run["strain"])
 
@@ -248,13 +247,9 @@ def _ring(m: float, decrease: float, judged: bool) -> None:
 def ring_without_friction(run: Run) -> Iterator[Row]:
     """Without friction all radii grow alike."""
     ours = 100.0 * (1.0 - run["bore"] / 15.0)
-    yield row(
-        "decrease of the bore at half the height (%), m = 0, exact",
-        100.0 * (1.0 - math.sqrt(2.0)),
-        ours,
-        0.1,
-        "absolute",
-    )
+    stress = 950.0 * (0.01 + math.log(2.0)) ** 0.15
+    exact = 100.0 * (1.0 - math.sqrt(2.0) * math.exp(-(0.5 - 0.3) * stress / 210e3))  # elastic part of the strain
+    yield row("decrease of the bore at half the height (%), m = 0, exact", exact, ours, 0.05, "absolute")
 
 
 for _m, _decrease in ((0.1, -15.5), (0.3, 13.3), (0.5, 29.3)):
