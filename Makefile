@@ -14,7 +14,7 @@ export OMP_NUM_THREADS ?= 1
 # processes of the tests and of the verification table
 JOBS ?= 2
 
-.PHONY: demo lint test coverage verify bench docs package clean
+.PHONY: demo lint test coverage verify bench docs package clean examples
 
 $(VENV)/installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -35,6 +35,9 @@ test: lint  ## lint, types, and the whole test suite
 # kernels run as machine code, out of sight of the measurement: they are left out (tool.coverage in pyproject.toml)
 coverage: $(VENV)/installed  ## lines of src/prensa that the test suite runs, kernels apart
 	$(BIN)/python -m pytest -n $(JOBS) --cov --cov-report=term:skip-covered $(TESTS)
+
+examples: $(VENV)/installed  ## the gallery of forming processes, each beside an independent solution; some minutes
+	$(BIN)/python examples/gallery.py --jobs $(JOBS)
 
 verify: $(VENV)/installed  ## the verification table, every case against its reference
 	$(BIN)/prensa verify --jobs $(JOBS) --out results/verification-table.md
