@@ -58,6 +58,7 @@ from prensa.solver.stabilisation import Stabilisation
 from prensa.solver.stability import at_limit, judged, told
 from prensa.solver.step_control import StepControl
 from prensa.solver.stopping import Outcome, Stopping
+from prensa.solver.threads import threads_of
 from prensa.solver.validity import Validity
 
 log = logging.getLogger("prensa")
@@ -111,6 +112,7 @@ def solve(
         for notice in notices:
             log.warning("%s", notice)
     numerics, policy = numerics or model.Numerics(), policy or Policy()
+    numerics = replace(numerics, threads=threads_of(numerics, system.ndof, policy))
     condense = to_be_condensed(system, numerics, policy)
     timer, followed = timer or Timer(), passages or Passages(system)
 
@@ -288,7 +290,8 @@ class TimeStepping:
         """Everything that an increment from a state to the time ``end`` needs."""
         c = self.system.context(state, plan, end)
         viscous = self.stabilisation.forces(c)
-        return replace(c, lagged=self.numerics.iteration == "paper", interactions=[*c.interactions, *viscous])
+        lagged, threads = self.numerics.iteration == "paper", threads_of(self.numerics, self.system.ndof, self.policy)
+        return replace(c, lagged=lagged, interactions=[*c.interactions, *viscous], threads=threads)
 
     def equilibrium(self, c: Context) -> Equilibrium:
         """The equations of an increment, condensed where the bodies are."""
