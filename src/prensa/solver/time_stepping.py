@@ -194,7 +194,7 @@ class TimeStepping:
         steps = self.system.problem.steps
         for number in range(state.clock.step, len(steps)):
             plan = plan_step(self.system, number, state.step_start, state.ends)
-            self.stopping = Stopping(self.system, plan, self.policy)
+            self.stopping = Stopping(self.system, plan, self.policy, self.view)
             if state.clock.time <= plan.t0:
                 state = self.begin(state, plan)
             self.prepare(plan)
@@ -224,8 +224,9 @@ class TimeStepping:
         if self.condensed is not None:
             return
         symmetric, reduced = is_symmetric(self.system, plan), self.reduced
-        if reduced is None or reduced.symmetric != symmetric or not np.array_equal(reduced.fixed, plan.fixed):
-            self.reduced = Reduced.of(self.system, plan.fixed, self.numerics, symmetric, self.policy)
+        same = reduced is not None and reduced.symmetric == symmetric and reduced.control == plan.control
+        if reduced is None or not same or not np.array_equal(reduced.fixed, plan.fixed):
+            self.reduced = Reduced.of(self.system, plan.fixed, self.numerics, symmetric, self.policy, plan.control)
 
     def advance(self, state: State, plan: StepPlan, control: StepControl) -> tuple[State, Increment]:
         """One committed increment, cut as often as needed."""
@@ -308,6 +309,12 @@ class TimeStepping:
             return self.condensed.attempt(attempt, eq, start, soften)
         return attempt(eq, start, soften)
 
+    def view(self, c: Context, result: NewtonResult) -> Increment:
+        """The increment that an outcome would be, if it were committed."""
+        assert result.evaluation is not None
+        state = committed(self.system, c, result, result.evaluation, 0.0, self.stabilisation)
+        return increment_of(self.system, state, c.plan, result.evaluation, result, 0, 0, False, c.state)
+
     def commit(
         self, c: Context, control: StepControl, result: NewtonResult, spent: int, cutbacks: int
     ) -> tuple[State, Increment]:
@@ -322,7 +329,7 @@ class TimeStepping:
         if result.recover is None and (refusal := self.validity.look(state.u, state.history)):
             result.reason = refusal
             raise self.post_mortem(c, result, cutbacks)
-        increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended, c.state)
+        increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended, c.state, c)
         if c.stopped:
             self.messages.note(c.state, c.plan, f"step {c.plan.name!r} ends at time {c.time:.6g}: {c.stopped}")
             increment = replace(increment, stopped=c.stopped)
