@@ -90,6 +90,10 @@ class Factors(Protocol):
     def factored(self) -> bool:
         """Whether there are factors to use `again`."""
 
+    @property
+    def positive(self) -> bool:
+        """Whether they show that all eigenvalues are positive; False where they cannot tell."""
+
     def begin(self) -> None:
         """Forget the factors of earlier attempts."""
 
