@@ -274,7 +274,7 @@ def sweep(
     x_n (n, d): configuration that increments refer to; du (n, d): increments of the nodes; old (m, q, h) history; ``threads``
     that may answer for chunks of elements at once.
     """
-    new, total = np.empty_like(old), 0.0
+    points, new, total = old.shape[1], np.empty_like(old), 0.0
 
     def answer(first: int, room: _Room) -> Failure | None:
         """Forces, stiffness and history of the chunk that begins with element ``first``, in a room of its own."""
@@ -284,7 +284,8 @@ def sweep(
         gather(x_n, cells, room.x)
         gather(du, cells, room.d)
         chunk = Chunk(block.X[rows], room.x[:k], room.d[:k], old[rows], new[rows])
-        return block.element.respond(chunk, block.law, at, block.mode, room.work.first(k), data is not None)
+        here = at.of(np.arange(first * points, (first + k) * points))
+        return block.element.respond(chunk, block.law, here, block.mode, room.work.first(k), data is not None)
 
     for first, room, failure in _in_order(answer, block, threads):
         if failure:

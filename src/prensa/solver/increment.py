@@ -256,6 +256,23 @@ class More(NamedTuple):
     assembled: Callable[[], Assembled] | None = None
 
 
+@dataclass(frozen=True)
+class Derivatives:
+    """Derivatives of an increment by parameters.
+
+    ``flat`` by path: what is left of the residual along the derivative, over the forces, for a change of the parameter by its
+    own size; round-off where the derivative is exact. ``switched`` by contact: points that have closed or opened in the
+    increment, where forces over a parameter have kinks.
+    """
+
+    flat: Mapping[str, float]
+    switched: Mapping[str, int]
+
+    def of(self, observable: Callable[[Increment], float]) -> dict[str, float]:
+        """Derivatives of a number that is read off an increment, by the path of the parameter."""
+        raise NotImplementedError
+
+
 @dataclass(frozen=True, repr=False)
 class Increment(Drawn):
     """A converged, committed increment. ``number`` counts from 1 over the whole run (0 is the initial state)."""
@@ -284,6 +301,8 @@ class Increment(Drawn):
     """The same contacts: elements that have passed in the whole run."""
     means: Mapping[str, Mean] = field(default_factory=dict)
     """By column of ``history.csv`` and ``<contact>.pressure``: over the last element that passed in this step, where one has."""
+    derivatives: Derivatives | None = field(default=None, repr=False, compare=False)
+    """By the parameters that `solve` was asked for; None without."""
     _more: More | None = field(default=None, repr=False, compare=False)
 
     def _line(self) -> str:
@@ -307,6 +326,27 @@ class Increment(Drawn):
         if tool not in self.tools:
             raise PrensaError(f"unknown tool {tool!r}{suggest(str(tool), self.tools)}")
         return self.tools[tool].force
+
+    def derivative(self, observable: str | Callable[[Increment], float]) -> dict[str, float]:
+        """Derivatives of a measure, or of a function of an increment, by the parameters that `solve` was asked for, by path.
+
+        ``increment.derivative("die.force.y")["friction.mu"]``: per unit of the parameter, in the units of the case, at the
+        same time.
+
+        Raises
+        ------
+        PrensaError
+            If the run has no derivatives, or there is no such measure.
+
+        """
+        from prensa.measures import parse
+
+        if self.derivatives is None:
+            raise PrensaError("this run has no derivatives; ask for them: solve(problem, derivatives=['friction.mu'])")
+        if not callable(observable):
+            take("derivative", "observable", observable, str, "give the name of a measure, such as 'punch.force.y'")
+            observable = parse(observable, self._known.problem).value
+        return self.derivatives.of(observable)
 
     @cached_property
     def state(self) -> State:

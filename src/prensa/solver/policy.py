@@ -36,6 +36,12 @@ class Policy:
     spin: float = 10.0
     """… and turn (rad) of such a tool."""
 
+    # -------------------------------------------------------------------------------------------------- derivatives
+    parameter_step: float = 1e-5
+    """Step over the size of a parameter for differences of the residual with held branches: smooth, so round-off decides."""
+    flat: float = 1e-5
+    """Share of the forces, beyond round-off, that may be left of the residual along a derivative."""
+
     # ------------------------------------------------------------------------------------------------------- finish
     near: float = 1e-5
     """Relative residual from which on the factors at hand may finish the work."""
