@@ -147,7 +147,8 @@ def remeshed(directory):
             history.write_contact(directory, synthetic.CONTACT, k, made.contacts[synthetic.CONTACT])
     summary = {
         "name": "remeshed", "status": "completed", "reason": "", "version": "0", "source": "", "finished": "",
-        "input_hash": text_hash(case_text(case)), "tools": {"cylinder": {"at": [0, 80], "direction": [0, -1]}}, "bodies": {}, "warnings": [], "timings": {},
+        "input_hash": text_hash(case_text(case)), "tools": {"cylinder": {"at": [0, 80], "direction": [0, -1]}},
+        "bodies": {}, "warnings": [], "timings": {},
         "totals": {"increments": 3, "iterations": 18, "cutbacks": 0, "time": 1.0, "end": 1.0, "wall_seconds": 1.0},
         "convergence": {"mean_iterations": 6.0, "max_iterations": 6, "max_residual": 1e-10, "tolerance": 1e-9},
         "case": case_text(case),
