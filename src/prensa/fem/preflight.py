@@ -28,6 +28,7 @@ from prensa.mesh.mesh import boundary_edges
 from prensa.mesh.quality import quality
 from prensa.mesh.triangulate import NO_MESHER, has_mesher
 from prensa.model import problem as model
+from prensa.model.problem import tools_removed
 from prensa.model.remeshing import remeshing_of
 
 Array = NDArray[np.float64]
@@ -347,8 +348,9 @@ def _moments(system: System) -> Iterator[_Moment]:
         plan = plan_step(system, number, at_start)
         for t in range(len(system.tools)):
             own = np.isin(plan.fixed, system.dofs.tool.dofs(t))
-            # what ends a step may do so anywhere on its way
-            still = system.problem.steps[number].until is None or np.array_equal(
+            # what ends a step may do so anywhere on its way, and tools that are removed are nowhere
+            still = not tools_removed(system.problem, number)
+            still &= system.problem.steps[number].until is None or np.array_equal(
                 plan.values(plan.t1)[own], at_start[plan.fixed[own]]
             )
             known[t] &= still and bool(np.isin(system.dofs.tool.dofs(t)[: system.dofs.dimension], plan.fixed).all())
