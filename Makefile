@@ -40,7 +40,7 @@ examples: $(VENV)/installed  ## the gallery of forming processes, each beside an
 	$(BIN)/python examples/gallery.py --jobs $(JOBS)
 
 verify: $(VENV)/installed  ## the verification table, every case against its reference
-	$(BIN)/prensa verify --jobs $(JOBS)
+	$(BIN)/prensa verify --jobs $(JOBS) --out results/verification-table.md
 
 bench: $(VENV)/installed  ## benchmarks/RESULTS.md: against the factorisations alone, CalculiX, felupe; three quarters of an hour
 	$(BIN)/python benchmarks/run.py
@@ -49,7 +49,7 @@ $(VENV)/docs: pyproject.toml $(VENV)/installed
 	$(BIN)/python -m pip install --quiet -e ".[docs]"
 	$(BIN)/python -c "open('$@', 'w').close()"
 
-docs: $(VENV)/docs  ## the documentation site, in site/; any warning fails it
+docs: $(VENV)/docs  ## the documentation site, in site/, with the table of the last `make verify`; any warning fails it
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 
 package: $(VENV)/installed  ## wheel and sdist in dist/, the wheel tried in a clean environment and an empty folder
