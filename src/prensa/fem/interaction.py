@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.contact.forces import Branches as Sides
+
 if TYPE_CHECKING:
     from prensa.fem.context import Context
     from prensa.fem.failure import NotEvaluated
@@ -20,6 +22,13 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
+
+
+class Branches(NamedTuple):
+    """On which side of their kinks all points are: the contacts', and which points (m q,) of each block flow plastically."""
+
+    contacts: tuple[Sides, ...]
+    flows: tuple[Flags | None, ...]
 
 
 class Overrides(TypedDict, total=False):
@@ -30,6 +39,7 @@ class Overrides(TypedDict, total=False):
     landed: Flags | None
     foundation: Array | None
     secant: float
+    like: Branches | None
 
 
 class Request(NamedTuple):
@@ -40,6 +50,7 @@ class Request(NamedTuple):
     (points,): contact points that a prediction has put on their tool from inside it. ``foundation`` (points, 2): shares
     of its normal and tangential stiffness with which a contact point resists in the matrix, whatever its state; 0: as it does.
     ``secant``: how far the matrix of the bodies goes from the tangent to the secant of plastic flow (see `At`).
+    ``like``: contact points are open or closed and stick or slip, and material points flow or do not, as they do there.
     """
 
     u: Array
@@ -51,6 +62,7 @@ class Request(NamedTuple):
     landed: Flags | None = None
     foundation: Array | None = None
     secant: float = 0.0
+    like: Branches | None = None
 
 
 class Part(NamedTuple):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Literal, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +17,18 @@ class At(NamedTuple):
     """Context of an update: duration ``dt`` of the increment, ``time`` at its end, whether the ``tangent`` is wanted.
 
     ``secant``: how far A is to go from the tangent (0) to the secant moduli of plastic flow (1); a law may give the tangent.
+    ``flows`` (n,): which points flow plastically, whatever their trial stress; None: that decides.
     """
 
     dt: float
     time: float
     tangent: bool = True
     secant: float = 0.0
+    flows: NDArray[np.bool_] | None = None
+
+    def of(self, rows: NDArray[Any]) -> At:
+        """The same for some of the points: places (k,) or flags (n,) of rows."""
+        return self if self.flows is None else self._replace(flows=self.flows[rows])
 
 
 class Out(NamedTuple):
