@@ -150,6 +150,12 @@ def test_what_makes_no_sense_is_refused(change: dict, words: str):
         replace(arch(), steps=(replace(led(-60.0, -1.0).steps[0], **change),))
 
 
+def test_derivatives_are_refused():
+    """They are not followed through the factor."""
+    with pytest.raises(PrensaError, match="follow by its 'control'"):
+        list(pr.solve(led(-60.0, -0.1), derivatives=["bodies.b.material.E"]))
+
+
 def test_remeshing_is_refused():
     """A new mesh has no place for the factor."""
     metal = pr.Body(arch().bodies["b"].mesh, pr.J2(1e4, 0.3, pr.Perfect(100.0)))

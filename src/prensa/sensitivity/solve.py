@@ -104,6 +104,11 @@ def _refuse(system: System, start: State | None, derivatives: Sequence[str]) -> 
             f"derivatives: step {until!r} ends by its 'until', at another time for other parameters; give the travel "
             "or the force at which it ended"
         )
+    led = next((s.name for s in system.problem.steps if s.control), None)
+    if led is not None:
+        raise ArgumentError(
+            f"derivatives: the loads of step {led!r} follow by its 'control', which has no derivatives yet; move the tool ('by')"
+        )
     removes = next((s.name for s in system.problem.steps if s.remove_tools), None)
     if removes is not None:
         raise ArgumentError(
