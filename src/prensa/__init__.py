@@ -15,9 +15,14 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "load": "prensa.model.schema",
     "dump": "prensa.model.schema",
     "CaseError": "prensa.model.schema",
-    "solve": "prensa.solver.time_stepping",
+    "solve": "prensa.sensitivity.solve",
     "discretise": "prensa.fem.discretise",
     "run": "prensa.output.run",
+    "converge": "prensa.study.converge",
+    "sweep": "prensa.study.sweep",
+    "results": "prensa.output.result",
+    "evaluate": "prensa.solver.assembled",
+    "ProgressBar": "prensa.output.progress",
     "FlowCurve": "prensa.materials.flow_curve",
     "FrictionLaw": "prensa.friction.law",
     "Enforcement": "prensa.contact.method",
@@ -40,6 +45,8 @@ def __getattr__(name: str) -> Any:
         import importlib
 
         value = getattr(importlib.import_module(_WHERE[name]), name)
+        if name in ("solve", "run", "results"):
+            import prensa.output.views
     elif name == "__all__":
         value = __dir__()
     else:

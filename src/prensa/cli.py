@@ -68,9 +68,10 @@ def check(case: CaseFile, changes: Changes = None) -> None:
         for warning in [*warnings_of(problem), *(str(n) for n in notices if not n.fatal)]:
             typer.echo(_with_location(warning, case, changes, "warning: "), err=True)
         refuse(notices)
-        from prensa.measures import parse_all
+        from prensa.measures import parse_all, refuse_targets
 
         parse_all(problem)
+        refuse_targets(problem)
 
 
 @app.command()
@@ -113,6 +114,98 @@ def resume(
 
 
 @app.command()
+def sweep(
+    case: CaseFile,
+    values: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="PATH=VALUES",
+            help="Values of one quantity, as in friction.mu=0,0.1 or lin(0,0.3,7), log(…), normal(0.1,0.01); repeatable.",
+        ),
+    ] = None,
+    measures: Annotated[
+        list[str] | None,
+        typer.Option("--measure", help="What to take from every case, as in punch.fy or max(punch.fy); repeatable."),
+    ] = None,
+    samples: Annotated[int | None, typer.Option(min=1, help="Samples of what scatters; 64 if not given.")] = None,
+    sampling: Annotated[str, typer.Option(help="How they are drawn: sobol, lhs or random.")] = "sobol",
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the samples.")] = 0,
+    out: Annotated[Path | None, typer.Option(help="Folder of the sweep; results/<case>-sweep if not given.")] = None,
+    jobs: Annotated[int | None, typer.Option(min=1, help="Processes; one a core if not given.")] = None,
+    memory: Annotated[str | None, typer.Option(help="Memory of each process, as in 2GB.")] = None,
+    cluster: Annotated[
+        str | None, typer.Option(help="Address of the scheduler of a Dask cluster, or its scheduler file.")
+    ] = None,
+    reports: Annotated[bool, typer.Option("--reports", help="Write fields, pictures and report of every case.")] = False,
+    retry: Annotated[bool, typer.Option("--retry", help="Compute cases that failed again.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but what fails.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Take a folder that holds a sweep of another case.")] = False,
+) -> None:  # fmt: skip
+    """Compute a case for many values and collect what is measured: a table and a page that compares the cases."""
+    with _errors_reported(instead="what is finished is kept; the same command goes on"):
+        from prensa.study.sweep import sweep as compute
+        from prensa.study.values import split_changes
+
+        study = compute(
+            case, split_changes(values or ()), measures or (), samples=samples, sampling=sampling, seed=seed,  # type: ignore[arg-type]
+            out=out, jobs=jobs, memory=memory, cluster=cluster, reports=reports, retry=retry, quiet=quiet, force=force,
+        )  # fmt: skip
+    if not quiet:
+        typer.echo(f"{study.summary()}; {_near(study.page)}")
+    if not study.status["completed"]:
+        raise typer.Exit(FAILED)
+
+
+@app.command()
+def converge(
+    case: CaseFile,
+    measures: Annotated[
+        list[str] | None,
+        typer.Option("--measure", help="What to take from every case, as in punch.force.y; repeatable."),
+    ] = None,
+    mesh: Annotated[
+        str | None, typer.Option(metavar="LEVELS", help="Factors of the numbers of elements, as in 0.25,0.5,1,2, or auto.")
+    ] = None,
+    step: Annotated[
+        str | None, typer.Option(metavar="LEVELS", help="Factors of the numbers of increments, or auto.")
+    ] = None,
+    penalty: Annotated[
+        str | None, typer.Option(metavar="LEVELS", help="Factors of the stiffness of contact, or auto.")
+    ] = None,
+    changes: Changes = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the study; results/<case>-converge if not given.")] = None,
+    jobs: Annotated[int | None, typer.Option(min=1, help="Processes; one a core if not given.")] = None,
+    memory: Annotated[str | None, typer.Option(help="Memory of each process, as in 2GB.")] = None,
+    cluster: Annotated[
+        str | None, typer.Option(help="Address of the scheduler of a Dask cluster, or its scheduler file.")
+    ] = None,
+    retry: Annotated[bool, typer.Option("--retry", help="Compute cases that failed again.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but the result and what fails.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Take a folder that holds a study of another case.")] = False,
+) -> None:
+    """Refine mesh, increments or penalty: observed order, extrapolated value and error band of what is measured."""
+    with _errors_reported(instead="what is finished is kept; the same command goes on"):
+        from prensa.study.converge import converge as compute
+        from prensa.study.values import levels_of, split_changes
+
+        study = compute(
+            case, measures or (), mesh=levels_of("mesh", mesh), step=levels_of("step", step),
+            penalty=levels_of("penalty", penalty), changes=split_changes(changes or ()), out=out, jobs=jobs,
+            memory=memory, cluster=cluster, retry=retry, quiet=quiet, force=force,
+        )  # fmt: skip
+    typer.echo(str(study))
+    if not quiet:
+        typer.echo(_near(study.study.page))
+    if not study.study.status["completed"]:
+        raise typer.Exit(FAILED)
+
+
+def _near(path: Path) -> str:
+    """A path as short as it can be said."""
+    return str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
+
+
+@app.command()
 def report(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run.", show_default=False)],
 ) -> None:
@@ -121,6 +214,28 @@ def report(
         from prensa.output.report import write_report
 
         typer.echo(str(write_report(folder)))
+
+
+@app.command("import")
+def import_deck(
+    deck: Annotated[Path, typer.Argument(metavar="DECK", help="An Abaqus or CalculiX deck (.inp).", show_default=False)],
+    out: Annotated[Path | None, typer.Option(help="Write the case to this file; printed if not given.")] = None,
+) -> None:
+    """Write the case that a deck of another program describes: materials, rigid surfaces, contacts, steps."""
+    with _errors_reported():
+        from prensa.errors import PrensaError
+        from prensa.mesh.imported import case_text
+
+        text, remarks = case_text(deck, out.parent if out else Path())
+        if out is not None and out.exists():
+            raise PrensaError(f"{out} exists; name another file")
+        for remark in remarks:
+            typer.echo(f"{deck}: {remark}", err=True)
+        if out is None:
+            typer.echo(text, nl=False)
+        else:
+            out.write_text(text, encoding="utf-8")
+            typer.echo(f"{out} written; read it, add units if they are not mm and N, then: prensa check {out}")
 
 
 @app.command()
@@ -271,11 +386,12 @@ def _without_garbage_collection() -> Iterator[None]:
 # ------------------------------------------------------------------------------------------------------------- errors
 @contextmanager
 def _errors_reported(
-    folder: Path | None = None, case: Path | None = None, changes: list[str] | None = None
+    folder: Path | None = None, case: Path | None = None, changes: list[str] | None = None, instead: str = ""
 ) -> Iterator[None]:
     """Report errors in plain text, with their exit codes.
 
-    *folder*: where an interrupted run left what it has; *case*, *changes*: the file in which to look for places.
+    *folder*: where an interrupted run left what it has; *case*, *changes*: the file in which to look for places; *instead*:
+    what to say of an interruption.
     """
     from prensa.errors import PrensaError
 
@@ -291,7 +407,7 @@ def _errors_reported(
         typer.echo(f"prensa: out of memory ({error}); use fewer elements", err=True)
         raise typer.Exit(FAILED) from None
     except KeyboardInterrupt:
-        typer.echo(f"\ninterrupted; {_left_on_disk(folder)}", err=True)
+        typer.echo(f"\ninterrupted; {instead or _left_on_disk(folder)}", err=True)
         raise typer.Exit(INTERRUPTED) from None
 
 
@@ -375,7 +491,7 @@ def _actions(step: Step) -> str:
     """What a step does, as it is written, and its increments."""
     from prensa.model.schema import brief
 
-    kinds = ("move", "by", "velocity", "push", "fixed", "loads", "body_force", "friction", "until")
+    kinds = ("move", "by", "velocity", "push", "control", "fixed", "loads", "body_force", "friction", "until")
     acts = [f"{kind} {brief(getattr(step, kind))}" for kind in kinds if getattr(step, kind)]
     many = "" if step.increments == 1 else "s"
     acts.append(f"{step.increments} increment{many}" if step.increments else "increments chosen on the way")

@@ -108,3 +108,21 @@ def test_rings_are_drawn_on_both_sides_of_the_axis():
     ring = outlines(pr.Ring(inner=2, outer=3, touching="b.t"), at(), 1.0, axisymmetric=True)
     assert sorted(round(float(p[:, 0].mean())) for p in ring) == [-2, 2]
     assert len(outlines(pr.Circle(radius=1, touching="b.t"), at(), 1.0, axisymmetric=True)) == 1
+
+
+@pytest.mark.parametrize(("scale", "text"), [(2e6, "×10⁶"), (3e-7, "×10⁻⁷"), (4.0, "")])
+def test_a_common_power_of_ten_stands_at_the_end_of_an_axis(tmp_path, scale, text):
+    """Large and small numbers have their power of ten in plain text; others have none."""
+    figure, axes = plot._figure(3, 2)
+    axes.plot([0.0, 1.0], [0.0, scale])
+    plot.save(figure, tmp_path / "a.png")
+    assert axes.yaxis.get_major_formatter().get_offset() == text
+
+
+def test_ticks_of_logarithmic_axes_are_powers_of_ten(tmp_path):
+    """Every labelled tick of a residual's axis says its own power."""
+    figure, axes = plot._figure(3, 2)
+    axes.semilogy([0.0, 1.0], [1e-13, 1e2])
+    plot.save(figure, tmp_path / "a.png")
+    format = axes.yaxis.get_major_formatter()
+    assert [format(x) for x in (1e-13, 1e-5, 1.0, 100.0)] == ["10⁻¹³", "10⁻⁵", "10⁰", "10²"]

@@ -15,7 +15,7 @@ from prensa.fem.planning import plan_step
 from prensa.model.schema import loads
 from prensa.output.checkpoint import read_checkpoint, write_checkpoint
 from prensa.solver import condensation, linear
-from prensa.solver.policy import Policy
+from prensa.solver.policy import DEFAULT, Policy
 from prensa.solver.reduced import Reduced
 
 ELASTIC = pr.Elastic(E=1000.0, nu=0.3)
@@ -343,6 +343,20 @@ def test_small_systems_and_single_increments_are_left_alone():
     once = replace(large, steps=(pr.Step("press", move={"t": pr.Motion(y=-0.01)}, increments=1),))
     decided = [condensation.to_be_condensed(discretise(p), pr.Numerics()) for p in (pressed(), large, once)]
     assert decided == [False, True, False]
+
+
+def test_what_contact_reaches_is_counted_and_not_all_that_could():
+    """A short touch is condensed on a body whose surface has many nodes beyond; under a pushed tool all of them count."""
+    touch = pr.Step("press", move={"t": pr.Motion(y=-0.02)}, increments=2)
+    wide = pressed(bodies={"b": block((250, 10))}, steps=(touch,))
+    system = discretise(wide)
+    near = condensation.reached(system, DEFAULT)
+    *_, last = pr.solve(system, WHOLE)
+    closed = sum(int((c.pressure > 0).sum()) for c in last.contacts.values())
+    assert closed <= near < 0.3 * len(system.surfaces[0].points.nodes)
+    assert condensation.to_be_condensed(system, pr.Numerics())
+    pushed = discretise(replace(wide, steps=(pr.Step("press", push={"t": pr.Push(y=-1.0)}, increments=2),)))
+    assert condensation.reached(pushed, DEFAULT) == len(pushed.surfaces[0].points.nodes)
 
 
 def test_the_words_of_the_option():

@@ -14,6 +14,7 @@ from prensa.errors import SolveError
 from prensa.fem.planning import plan_step
 from prensa.fem.preflight import preflight
 from prensa.friction.law import At
+from prensa.measures import MeasureError, parse, refuse_targets
 from prensa.model.schema import CaseError, dump, loads
 from prensa.output.checkpoint import read_checkpoint
 from prensa.output.run import resume, run
@@ -178,7 +179,11 @@ def test_what_a_step_was_letting_go_is_let_go_on():
 def test_friction_that_a_step_was_lowering_goes_on_from_its_share():
     """A law that has faded to 0.7 of the way is what the next step fades from."""
     contacts = [pr.Contact("b.top", "t", friction=pr.Coulomb(0.4))]
-    steps = [pr.Step("a"), pr.Step("b", friction={"b.top-t": None}), pr.Step("c", friction={"b.top-t": pr.Coulomb(0.1)})]
+    steps = [
+        pr.Step("a"),
+        pr.Step("b", friction={"b.top-t": None}),
+        pr.Step("c", friction={"b.top-t": pr.Coulomb(0.1)}),
+    ]
     system = pr.discretise(replace(block(*steps), contacts=contacts))
     p, at = np.ones(1), At(None, 0.1, 0.0, np.zeros(1))
     for end, bounds in ((2.0, {2.0: 0.1, 2.5: 0.1}), (1.25, {2.0: 0.3, 2.5: 0.2, 3.0: 0.1})):
@@ -206,9 +211,7 @@ def test_a_run_goes_on_bit_for_bit_from_any_increment(tmp_path):
     case = pr.Case(block(*steps, material=PLASTIC, enforcement=pr.Penalty()), output=pr.Output(1, False, False))
     whole = run(case, tmp_path / "whole", quiet=True)
     table = whole.history
-    assert whole.summary["ended_early"] == {
-        s: table["time"][table["step"] == s][-1] for s in ("one", "two", "three")
-    }
+    assert whole.summary["ended_early"] == {s: table["time"][table["step"] == s][-1] for s in ("one", "two", "three")}
     _, end = read_checkpoint(tmp_path / "whole" / "checkpoint.h5")
     for stop in range(1, len(table["time"])):
         part = tmp_path / f"part{stop}"
@@ -304,7 +307,10 @@ def test_axisymmetric_tools_have_no_other_component():
 def test_a_table_after_a_number_says_where_the_tool_is():
     """A travel from the initial place in between makes the place known again."""
     between = "{name: mid, move: {t: {y: -0.02}}}\n  - {name: two, move: {t: {y: [[2, -0.02], [3, -0.03]]}}}"
-    assert loads(CASE.replace("{name: two, by: {t: {y: -0.01}}}", between)).problem.steps[2].move["t"].y[0] == (2, -0.02)
+    assert loads(CASE.replace("{name: two, by: {t: {y: -0.01}}}", between)).problem.steps[2].move["t"].y[0] == (
+        2,
+        -0.02,
+    )
 
 
 def test_the_file_and_python_say_the_same():
@@ -325,3 +331,46 @@ def test_the_check_foretells_travels_beyond_reach():
     far = block(down(-1000.0, force(10.0)), pr.Step("wait"))  # far through the body, if it were not to end
     assert not preflight(pr.discretise(far))
     assert any(n.fatal for n in preflight(pr.discretise(block(down(-1000.0)))))
+
+
+# ------------------------------------------------------------------------------------------------------------- measures
+def test_any_number_of_an_increment_ends_a_step():
+    """A height, a column of the history, a pressure, a named measure: each exactly; a contact that is open has none yet."""
+    for name, target, number in (
+        ("b.height", "1.9 mm", 1.9), ("energy.elastic", 1.0, 1.0), ("t.max.pressure", "20 MPa", 20.0), ("bulge", 4.01, 4.01),
+    ):  # fmt: skip
+        text = WITH_MEASURE.replace("NAME", name).replace("TARGET", str(target))
+        problem = loads(text).problem
+        (end,) = ends(problem)
+        assert parse(name, problem).value(end) == pytest.approx(number, rel=TOLERANCE)
+        assert f"measure {name!r}" in end.stopped
+
+
+WITH_MEASURE = """\
+name: pressed
+bodies: {b: {mesh: {type: rectangle, size: [4, 2], n: [4, 2]}, material: {type: elastic, E: 1000, nu: 0.3}}}
+tools: {t: {type: plane, normal: [0, -1], at: [0, 2.05]}}
+contacts: [{surface: b.top, against: t}]
+fixed: {b.bottom: y, b.left: x}
+measures: {bulge: b.bottom-right.x}
+steps: [{name: one, move: {t: {y: -0.5}}, until: {measure: {NAME: TARGET}}}]
+"""
+
+
+@pytest.mark.parametrize(
+    "name, target, words",
+    [
+        ("b.hieght", "1", "b.height"),
+        ("b.height", "2 kN", "it is in mm"),
+        ("mean(t.fy)", "1", "known of whole increments"),
+    ],
+)
+def test_measures_that_do_not_exist_are_refused_before_anything_is_solved(name, target, words, tmp_path):
+    """By the check, by a run and by a solve, with the path of the criterion."""
+    problem = loads(WITH_MEASURE.replace("NAME", name).replace("TARGET", target)).problem
+    out = tmp_path / "out"
+    for act in (lambda: next(pr.solve(problem)), lambda: refuse_targets(problem), lambda: run(pr.Case(problem), out)):
+        with pytest.raises(MeasureError, match=words) as error:
+            act()
+        assert f"steps.0.until.measure.{name}: " in str(error.value)
+    assert not out.exists()

@@ -304,3 +304,19 @@ def test_the_width_near_an_end_is_that_of_lines_and_arcs():
         near, across = Chain(*pr.Polygon(points=points, fillet=fillet).pieces()).across(down, 0.1)
         assert near == pytest.approx(width, rel=1e-3)
         assert across == pytest.approx(whole, rel=1e-3)
+
+
+def test_a_tool_behind_a_line_has_no_thickness():
+    """A line, and a bulge on it, bound all that lies behind; a strip and a wedge have a width."""
+    bulge = [(-2.0, 0.0), (-1.0, 0.0), pr.Arc(through=(0.0, -0.5), to=(1.0, 0.0)), (2.0, 0.0)]
+    for points in ([(0.0, 0.0), (1.0, 0.0)], bulge):
+        tool = Chain(chain(points, 0.0, False), False)
+        assert np.isinf(tool.across(np.array([0.0, -1.0]), 0.1)[1]) and np.isinf(
+            tool.across(np.array([1.0, 0.0]), 0.1)[1]
+        )
+    for points in (
+        [(-1.0, 3.0), (-1.0, 0.0), (1.0, 0.0), (1.0, 3.0)],
+        [(-1.0, 3.0), (0.0, 0.0), (1.0, 3.0)],
+    ):
+        tool = Chain(chain(points, 0.0, False), False)
+        assert np.isfinite(tool.across(np.array([0.0, -1.0]), 0.1)[1])

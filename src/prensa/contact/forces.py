@@ -27,6 +27,13 @@ EPS = float(np.finfo(np.float64).eps)
 TOUCH = 1e-10  # gap over element depth below which a point touches where an increment starts
 
 
+class Branches(NamedTuple):
+    """Which points are ``closed`` and which of those ``slip`` (k,): the sides of the kinks of contact and friction."""
+
+    closed: NDArray[np.bool_]
+    slip: NDArray[np.bool_]
+
+
 class ContactForces(NamedTuple):
     """k ``pairs``: p, kappa (k,), t (k, t) along the tangents e; slip flags; F (k, m) forces on q; K (k, m, m) = −∂F/∂q.
 
@@ -58,6 +65,11 @@ class ContactForces(NamedTuple):
     def g(self) -> Array:
         """Gaps (k,)."""
         return self.pairs.g
+
+    @property
+    def branches(self) -> Branches:
+        """The sides on which the points are, and on which K has them."""
+        return Branches(self.dp[:, 0] > 0, self.slip)
 
     @property
     def record(self) -> ContactRecord:
@@ -103,7 +115,7 @@ def forces(
     pairs: Pairs, weight: Array, scale: Scale, lam: Array, committed: ContactRecord, law: FrictionLaw | None, at: At,
     hold: NDArray[np.bool_] | None = None, area: Array | None = None, lagged: bool = False,
     before: Array | None = None, round_off: Array | float = 0.0, landed: NDArray[np.bool_] | None = None,
-    foundation: Array | None = None,
+    foundation: Array | None = None, like: Branches | None = None,
 ) -> ContactForces:  # fmt: skip
     """Contact forces on the pair coordinates and their exact, unsymmetric stiffness.
 
@@ -122,10 +134,10 @@ def forces(
     of the side that p is on, so that a point in tension is let go; what was closed and is open by round-off, or has landed
     and is open by less than `TOUCH`, keeps that of closed points.
     foundation (k, 2): where it is not 0, the slopes of p and of t in K are these shares of those of a closed point and of one
-    that sticks, whatever the state.
+    that sticks, whatever the state. ``like``: the points are closed and slip as these do, so that their forces are smooth.
     """
     k, m = len(weight), pairs.s.shape[1]
-    p, touching, rests = _normal(pairs.g, scale, lam[:, 0], committed.closed, before is not None, round_off, landed)
+    p, touching, rests = _normal(pairs.g, scale, lam[:, 0], committed.closed, before is not None, round_off, landed, like)
     n = 1 + m
     dp = np.zeros((k, n + pairs.dg.shape[1]))
     slope = touching.astype(np.float64)
@@ -138,8 +150,8 @@ def forces(
     if law is not None:
         ds = pairs.s - committed.coordinate
         share = np.ones(k) if area is None else weight / area
-        pressure = np.maximum(p, 0.0) * share
-        out = return_map(law, at, lam[:, 1:], ds, pressure, touching, committed.slip, scale.k_t, hold)
+        pressure = (np.maximum(p, 0.0) if like is None else p) * share
+        out = return_map(law, at, lam[:, 1:], ds, pressure, touching, committed.slip, scale.k_t, hold, like and like.slip)
         by_p = out.dt_dp
         bound = out.bound
         if area is not None:
@@ -163,14 +175,17 @@ def forces(
 
 def _normal(
     g: Array, scale: Scale, lam: Array, closed: NDArray[np.bool_], guess: bool, round_off: Array | float,
-    landed: NDArray[np.bool_] | None,
+    landed: NDArray[np.bool_] | None, like: Branches | None,
 ) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:  # fmt: skip
     """Pressures (k,) at gaps g (k,), which points resist, and which are open by no more than round-off.
 
-    ``closed``: committed flags; ``guess``: points that were closed stay so, and what is within `TOUCH` of the tool resists.
+    ``closed``: committed flags; ``guess``: points that were closed stay so, and what is within `TOUCH` of the tool resists;
+    ``like``: which points are closed, whatever their gaps.
     """
     trial = lam - scale.k_n * g  # −inf where a ray misses the tool
     rests = trial >= -(scale.k_n * round_off + EPS * np.abs(lam))
+    if like is not None:
+        return np.where(like.closed, trial, 0.0), like.closed, rests
     just = trial >= -TOUCH * scale.k_n * scale.h
     if guess:
         closed = closed & np.isfinite(trial)  # a point that the tool has left behind has no gap

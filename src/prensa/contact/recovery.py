@@ -23,7 +23,8 @@ Flags = NDArray[np.bool_]
 
 TERMS = {3: 3, 4: 4, 6: 6, 8: 6}  # of 1, s, t, st, s², t²; the bilinear element has the first four
 OWN_TERMS = {3: 1, 4: 4, 6: 3, 8: 4}  # as many as the points of one element determine
-RANK = 1e-10  # ratio of eigenvalues of the normal equations below which the points do not determine the terms
+FEWER = np.array([0, 0, 0, 1, 3, 0, 4])  # terms to try where the points do not determine so many
+RANK = 1e-10  # share of a term's square, summed over the points, that the terms before must leave for it to be determined
 
 
 @njit(cache=True)
@@ -37,58 +38,92 @@ def _basis(s, t, out):
 
 
 @njit(cache=True)
-def _fit(members, X, values, centre, sx, sy, terms, coefs):
-    """Least squares over the points of the member elements → coefs (6, values), those of missing terms zero."""
-    basis = np.empty(6)
-    M = np.zeros((6, 6))
-    B = np.zeros((6, values.shape[2]))
-    for e in members:
+def _solved(M, B, terms, L):
+    """Whether the first terms of M (6, 6) x = B (6, v) are determined; B is then replaced by x. L (6, 6) is overwritten.
+
+    Cholesky's factors, written out: what NumPy has for it takes Numba longer to compile than all else in this module.
+    """
+    for j in range(terms):
+        for i in range(j, terms):
+            left = M[i, j]
+            for k in range(j):
+                left -= L[i, k] * L[j, k]
+            if i > j:
+                L[i, j] = left / L[j, j]
+            elif left > RANK * M[j, j]:
+                L[j, j] = np.sqrt(left)
+            else:
+                return False
+    for c in range(B.shape[1]):
+        for i in range(terms):
+            for k in range(i):
+                B[i, c] -= L[i, k] * B[k, c]
+            B[i, c] /= L[i, i]
+        for i in range(terms - 1, -1, -1):
+            for k in range(i + 1, terms):
+                B[i, c] -= L[k, i] * B[k, c]
+            B[i, c] /= L[i, i]
+    return True
+
+
+@njit(cache=True)
+def _fit(members, begin, end, X, values, x, v, sx, sy, terms, work, coefs):
+    """Least squares over the points of elements members[begin:end] about node v → coefs (6, values), missing terms zero.
+
+    work: M (6, 6), L (6, 6) and a basis (6,) on rows of (13, 6).
+    """
+    M, L, basis = work[:6], work[6:12], work[12]
+    for i in range(6):
+        for j in range(6):
+            M[i, j] = 0.0
+        for c in range(values.shape[2]):
+            coefs[i, c] = 0.0
+    for m in range(begin, end):
+        e = members[m]
         for q in range(X.shape[1]):
-            _basis((X[e, q, 0] - centre[0]) / sx, (X[e, q, 1] - centre[1]) / sy, basis)
+            _basis((X[e, q, 0] - x[v, 0]) / sx, (X[e, q, 1] - x[v, 1]) / sy, basis)
             for i in range(6):
-                for j in range(6):
+                for j in range(i + 1):
                     M[i, j] += basis[i] * basis[j]
                 for c in range(values.shape[2]):
-                    B[i, c] += basis[i] * values[e, q, c]
-    coefs[:, :] = 0.0
-    for n in (6, 4, 3, 1):
-        if n > terms:
-            continue
-        part = np.ascontiguousarray(M[:n, :n])
-        eigen = np.linalg.eigvalsh(part)
-        if eigen[0] > RANK * eigen[n - 1]:
-            coefs[:n, :] = np.linalg.solve(part, np.ascontiguousarray(B[:n, :]))
-            return
+                    coefs[i, c] += basis[i] * values[e, q, c]
+    # the first terms are the same whatever follows: with fewer of them a smaller part of the same equations is solved
+    while terms > 0 and not _solved(M, coefs, terms, L):
+        terms = FEWER[terms]
+    for i in range(terms, 6):
+        for c in range(values.shape[2]):
+            coefs[i, c] = 0.0
 
 
 @njit(cache=True)
 def _patches(first, members, interior, cells, x, X, values, terms, out, count):
     n = x.shape[0]
-    coefs = np.zeros((6, values.shape[2]))
-    basis = np.empty(6)
+    coefs, work = np.empty((6, values.shape[2])), np.empty((13, 6))
+    basis = work[12]
     for stage in range(2):
         for v in range(n):
             if (stage == 0 and not interior[v]) or (stage == 1 and count[v] > 0):
                 continue
-            patch = members[first[v] : first[v + 1]]
+            begin, end = first[v], first[v + 1]
             sx = sy = 0.0
-            for e in patch:
+            for m in range(begin, end):
+                e = members[m]
                 for a in range(cells.shape[1]):
                     sx = max(sx, abs(x[cells[e, a], 0] - x[v, 0]))
                     sy = max(sy, abs(x[cells[e, a], 1] - x[v, 1]))
             if sx == 0.0 or sy == 0.0:
                 continue
-            _fit(patch, X, values, x[v], sx, sy, terms, coefs)
-            for e in patch:
+            _fit(members, begin, end, X, values, x, v, sx, sy, terms, work, coefs)
+            for m in range(begin, end):
+                e = members[m]
                 for a in range(cells.shape[1]):
                     w = cells[e, a]
                     # an interior corner trusts its own patch alone; other nodes collect what reaches them
                     if w != v and (interior[w] or stage == 1):
                         continue
                     seen = False
-                    for f in patch:  # count each outside node once
-                        if f == e:
-                            break
+                    for k in range(begin, m):  # count each outside node once
+                        f = members[k]
                         for b in range(cells.shape[1]):
                             if cells[f, b] == w:
                                 seen = True
@@ -104,15 +139,16 @@ def _patches(first, members, interior, cells, x, X, values, terms, out, count):
 @njit(cache=True)
 def _own(nodes, first, members, x, X, values, terms, out):
     """Values at nodes (k,) from the points of the elements that they belong to."""
-    coefs = np.zeros((6, values.shape[2]))
+    coefs, work = np.empty((6, values.shape[2])), np.empty((13, 6))
     for v in nodes:
-        patch = members[first[v] : first[v + 1]]
         size = 0.0
-        for e in patch:
+        for m in range(first[v], first[v + 1]):
+            e = members[m]
             for q in range(X.shape[1]):
                 size = max(size, abs(X[e, q, 0] - x[v, 0]), abs(X[e, q, 1] - x[v, 1]))
-        _fit(patch, X, values, x[v], size, size, terms, coefs)
-        out[v, :] = coefs[0, :]
+        _fit(members, first[v], first[v + 1], X, values, x, v, size, size, terms, work, coefs)
+        for c in range(values.shape[2]):
+            out[v, c] = coefs[0, c]
 
 
 def _around(cells: NDArray[np.int64], n: int, some: Flags) -> Flags:

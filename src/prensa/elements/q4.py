@@ -83,6 +83,13 @@ def _divergence(h11, h12, h21, h22, h33, q, G, g):
         g[q, 2 * a + 1] = i12 * dx + i22 * dy
 
 
+# `_gradients` and its like are compiled once for each constant that they are called with, and once more for a number: the
+# kernels read the number of the centre where no compiler of types sees that it is a constant
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _centre():
+    return _DX.shape[0] - 1
+
+
 # inlined by force: else the process that compiles the kernels rounds otherwise than those that find them in the cache
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _mean_divergence(x, e, axisymmetric, G, g):
@@ -167,6 +174,7 @@ def kinematics(x, du, axisymmetric, finite, scale, h, w, alpha, failed):
     G = np.empty((5, 3, 4))
     g = np.empty((5, 8))
     S = np.empty((4, 2, 3))
+    middle = _centre()
     for e in range(x.shape[0]):
         for i in range(2):
             _slopes(x, e, i, S[i])
@@ -174,7 +182,7 @@ def kinematics(x, du, axisymmetric, finite, scale, h, w, alpha, failed):
         # finite strain: det f − 1 at the centre; small strain: the mean dilatation
         centre, bad = 0.0, False
         if finite:
-            _, h11, h12, h21, h22, h33 = _increment(x, du, e, _CENTRE, axisymmetric, S)
+            _, h11, h12, h21, h22, h33 = _increment(x, du, e, middle, axisymmetric, S)
             centre = det_minus_one(h11, h12, h21, h22, h33)
             bad = not centre > -1.0
         else:
@@ -225,15 +233,16 @@ def integrate(x, du, axisymmetric, finite, w, alpha, P, A, forces, stiffness, r_
     G = np.empty((5, 3, 4))
     g = np.empty((5, 8))
     AG = np.empty((4, 5, 8))
+    middle = _centre()
     part = 1.0 / 3.0 if axisymmetric else 0.5
     one_less_m = -2.0 if axisymmetric else -1.0
     for e in range(x.shape[0]):
         if not finite:
             _mean_divergence(x, e, axisymmetric, G, g)
         elif stiffness:
-            _gradients(x, e, _CENTRE, axisymmetric, G)
-            h11, h12, h21, h22, h33 = _gradient_of(e, du, _CENTRE, G)
-            _divergence(h11, h12, h21, h22, h33, _CENTRE, G, g)
+            _gradients(x, e, middle, axisymmetric, G)
+            h11, h12, h21, h22, h33 = _gradient_of(e, du, middle, G)
+            _divergence(h11, h12, h21, h22, h33, middle, G, g)
         for i in range(8):
             r_out[e, i] = 0.0
         total = 0.0
@@ -335,6 +344,36 @@ def _shape_gradients(v, e, q, out):
 
 
 @njit(cache=True, error_model="numpy")
+def folding(x, d):
+    """Whether the area of some point is so much less than that of its centre that `unfold` has to look; x, d as there.
+
+    Nearly always it is not: then nothing but this has to be compiled, and run.
+    """
+    S, v = np.empty((2, 2, 3)), np.empty((1, 4, 2))
+    for e in range(x.shape[0]):
+        for i in range(2):
+            for a in range(4):
+                v[0, a, i] = x[e, a, i] + d[e, a, i]
+        if _folds(v, S):
+            return True
+    return False
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _folds(v, S):
+    """Whether an element in node positions v (1, 4, 2) has such a point; S (2, 2, 3) is overwritten."""
+    for i in range(2):
+        _slopes(v, np.int64(0), i, S[i])
+    centre = S[0, 0, 2] * S[1, 1, 2] - S[1, 0, 2] * S[0, 1, 2]
+    least = centre
+    for q in range(4):
+        row, column = _ROW[q], _COLUMN[q]
+        least = min(least, S[0, 0, row] * S[1, 1, column] - S[1, 0, row] * S[0, 1, column])
+    # points of convex shapes have 0.42 to 1.58 of the area of their centre, initial ones too: most elements end here
+    return not least > 1.6 * _LEAST_SHARE * centre
+
+
+@njit(cache=True, error_model="numpy")
 def unfold(X, x, d, axisymmetric, modulus, forces, stiffness, r_out, K_out):
     """Add forces and stiffness of the energy V E*/2 ln²(ρ/3) of the points whose ρ, centre over point, exceeds 3.
 
@@ -347,23 +386,16 @@ def unfold(X, x, d, axisymmetric, modulus, forces, stiffness, r_out, K_out):
     B, B0 = np.empty((2, 5, 8))
     slope = np.empty(8)
     S = np.empty((2, 2, 3))
+    only, middle = np.int64(0), _centre()
     for e in range(X.shape[0]):
         for a in range(4):
             for i in range(2):
                 v[0, a, i] = x[e, a, i] + d[e, a, i]
-        _slopes(v, 0, 0, S[0])
-        _slopes(v, 0, 1, S[1])
-        centre = S[0, 0, 2] * S[1, 1, 2] - S[1, 0, 2] * S[0, 1, 2]
-        least = centre
-        for q in range(4):
-            row, column = _ROW[q], _COLUMN[q]
-            least = min(least, S[0, 0, row] * S[1, 1, column] - S[1, 0, row] * S[0, 1, column])
-        # points of convex shapes have 0.42 to 1.58 of the area of their centre, initial ones too: most elements end here
-        if least > 1.6 * _LEAST_SHARE * centre:
+        if not _folds(v, S):
             continue
-        j0, J0 = _shape_gradients(v, 0, _CENTRE, B), _shape_gradients(X, e, _CENTRE, B0)
+        j0, J0 = _shape_gradients(v, only, middle, B), _shape_gradients(X, e, middle, B0)
         for q in range(4):
-            j, J = _shape_gradients(v, 0, q, B), _shape_gradients(X, e, q, B0)
+            j, J = _shape_gradients(v, only, q, B), _shape_gradients(X, e, q, B0)
             excess = math.log(j0 / j * J / J0 * _LEAST_SHARE)
             if not excess > 0.0:
                 continue

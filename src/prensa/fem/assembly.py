@@ -269,7 +269,7 @@ def sweep(
 
     x_n (n, d): configuration that increments refer to; du (n, d): increments of the nodes; old (m, q, h) history.
     """
-    m = len(block)
+    m, points = len(block), old.shape[1]
     new = np.empty_like(old)
     total = 0.0
     c = min(CHUNK, m)
@@ -283,7 +283,8 @@ def sweep(
         gather(du, cells, d)
         chunk = Chunk(block.X[rows], x[:k], d[:k], old[rows], new[rows])
         w = work.first(len(cells))
-        failure = block.element.respond(chunk, block.law, at, block.mode, w, data is not None)
+        here = at.of(np.arange(first * points, (first + k) * points))
+        failure = block.element.respond(chunk, block.law, here, block.mode, w, data is not None)
         if failure:
             return Sweep(np.nan, new, Failure(first + failure.element, failure.why))
         total += float(w.size.sum())

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.contact.forces import Branches as Sides
+
 if TYPE_CHECKING:
     from prensa.fem.context import Context
     from prensa.fem.failure import NotEvaluated
@@ -22,6 +24,13 @@ Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 
+class Branches(NamedTuple):
+    """On which side of their kinks all points are: the contacts', and which points (m q,) of each block flow plastically."""
+
+    contacts: tuple[Sides, ...]
+    flows: tuple[Flags | None, ...]
+
+
 class Overrides(TypedDict, total=False):
     """What an evaluation may be told to assume; see `Request`."""
 
@@ -29,6 +38,7 @@ class Overrides(TypedDict, total=False):
     guess: bool
     landed: Flags | None
     foundation: Array | None
+    like: Branches | None
 
 
 class Request(NamedTuple):
@@ -38,6 +48,7 @@ class Request(NamedTuple):
     for the first guess of an increment. ``reach``: a length that positions do not exceed, for their round-off. ``landed``
     (points,): contact points that a prediction has put on their tool from inside it. ``foundation`` (points, 2): shares
     of its normal and tangential stiffness with which a contact point resists in the matrix, whatever its state; 0: as it does.
+    ``like``: contact points are open or closed and stick or slip, and material points flow or do not, as they do there.
     """
 
     u: Array
@@ -48,6 +59,7 @@ class Request(NamedTuple):
     reach: float = 0.0
     landed: Flags | None = None
     foundation: Array | None = None
+    like: Branches | None = None
 
 
 class Part(NamedTuple):

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, fields
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -93,7 +93,8 @@ class State:
     degrees of freedom at the start of the present step; ``release`` (ndof,) forces carried at that time beyond those that the
     step asks for, which it lets go linearly; None if there are none;
     ``stability`` of the last equilibrium; ``ends`` (steps,) times at which the steps so far ended, and ``watched`` (criteria,)
-    values of what may end the present one; ``remeshed``: the meshes, where they are not those of the description.
+    values of what may end the present one; ``remeshed``: the meshes, where they are not those of the description;
+    ``derivatives``: by the path of a parameter, those of the `moving` arrays by it.
     """
 
     u: Array
@@ -109,6 +110,7 @@ class State:
     step_start: Array
     release: Array | None = None
     stability: Stability = UNKNOWN
+    derivatives: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
     ends: Array = field(default_factory=lambda: np.zeros(0))
     watched: Array = field(default_factory=lambda: np.zeros(0))
     remeshed: Remeshed | None = None
@@ -141,6 +143,8 @@ class State:
                 out |= {f"history_{i}": a for i, a in enumerate(value)}
             elif f.name == "contact":
                 out |= {f"contact.{part.name}": getattr(value, part.name) for part in fields(value)}
+            elif f.name == "derivatives":
+                out |= _as_arrays(value)
             elif value is None:
                 continue
             elif isinstance(value, Remeshed):
@@ -151,6 +155,17 @@ class State:
             else:
                 out[f.name] = np.asarray(value, dtype=np.float64)
         return out
+
+    def moving(self) -> dict[str, Array]:
+        """Those of `arrays` that change with the parameters of a problem: not the clock, flags, and what a guess is made of."""
+        guess = ("clock.", "dt_last", "du", "second_difference")
+        fixed = (*guess, "contact.closed", "stability.negative", "ends", "watched", "remeshed", "derivative")
+        return {k: a for k, a in self.arrays().items() if not k.startswith(fixed)}
+
+    def moved(self, directions: Mapping[str, Array], step: float) -> State:
+        """The state with a step along directions of its `moving` arrays; without derivatives."""
+        arrays = replace(self, derivatives={}).arrays()
+        return State.from_arrays(arrays | {k: arrays[k] + step * d for k, d in directions.items() if k in arrays})
 
     @classmethod
     def from_arrays(cls, arrays: dict[str, NDArray[Any]]) -> State:
@@ -164,6 +179,8 @@ class State:
                 values["contact"] = ContactRecord(
                     *(np.array(arrays[f"contact.{p.name}"]) for p in fields(ContactRecord))
                 )
+            elif f.name == "derivatives":
+                values[f.name] = _from_arrays(arrays)
             elif f.name == "remeshed":
                 values[f.name] = Remeshed.from_arrays(arrays)
             elif f.name == "dt_last":
@@ -176,6 +193,27 @@ class State:
             else:
                 values[f.name] = np.array(arrays[f.name])
         return cls(**values)
+
+
+def _as_arrays(derivatives: Mapping[str, Mapping[str, Array]]) -> dict[str, NDArray[Any]]:
+    """Derivatives as flat arrays, the paths of the parameters in one of them."""
+    if not derivatives:
+        return {}
+    out: dict[str, NDArray[Any]] = {"derivatives": np.frombuffer("\n".join(derivatives).encode(), dtype=np.uint8)}
+    for i, of in enumerate(derivatives.values()):
+        out |= {f"derivative_{i}.{name}": a for name, a in of.items()}
+    return out
+
+
+def _from_arrays(arrays: Mapping[str, NDArray[Any]]) -> dict[str, dict[str, Array]]:
+    """Inverse of `_as_arrays`."""
+    if "derivatives" not in arrays:
+        return {}
+    out: dict[str, dict[str, Array]] = {}
+    for i, path in enumerate(bytes(arrays["derivatives"]).decode().split("\n")):
+        first = f"derivative_{i}."
+        out[path] = {k.removeprefix(first): np.array(a) for k, a in arrays.items() if k.startswith(first)}
+    return out
 
 
 NAMED = {"clock": Clock, "energy": Energy, "stability": Stability}

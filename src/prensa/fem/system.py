@@ -20,7 +20,7 @@ from prensa.contact.spatial import plane_pairs
 from prensa.fem.assembly import Block, Pattern, scatter_matrix, scatter_vector, slots, sweep
 from prensa.fem.context import Context
 from prensa.fem.failure import ElementFailed, NotEvaluated
-from prensa.fem.interaction import Interaction, Overrides, Part, Request
+from prensa.fem.interaction import Branches, Interaction, Overrides, Part, Request
 from prensa.fem.loads import loads_of
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import Clock, Energy, Recovered, State
@@ -393,7 +393,8 @@ class System:
         """
         r, f_ext = np.zeros((2, self.ndof))
         data = np.zeros(len(self.pattern.indices)) if stiffness else None
-        bulk = self.bulk(c, u, r, data)
+        like = overrides.get("like")
+        bulk = self.bulk(c, u, r, data, None if like is None else like.flows)
         if bulk.failed:
             return Evaluation(r, data, np.inf, (), (), r, bulk.failed)
         scale, floor, violation = NOTHING * self.stiffness + bulk.scale, bulk.floor, 0.0
@@ -420,8 +421,21 @@ class System:
         if part.K is not None and data is not None:
             scatter_matrix(part.K, self.places(part.key, part.dofs), data)
 
-    def bulk(self, c: Context, u: Array, r: Array, data: Array | None) -> Bulk:
-        """Add the internal forces of the bodies to r (ndof,) and, unless it is None, their stiffness to data (nnz,)."""
+    def branches(self, c: Context, e: Evaluation) -> Branches:
+        """The sides of their kinks on which the points are in an evaluation."""
+        flows = []
+        for block, new, old in zip(self.blocks, e.history, c.state.history):
+            strains = (block.field(h, "plastic_strain") for h in (new, old)) if block.law.plastic else None
+            flows.append(None if strains is None else np.not_equal(*strains).ravel())
+        return Branches(tuple(f.branches for f in e.contacts), tuple(flows))
+
+    def bulk(
+        self, c: Context, u: Array, r: Array, data: Array | None, flows: Sequence[Flags | None] | None = None
+    ) -> Bulk:  # fmt: skip
+        """Add the internal forces of the bodies to r (ndof,) and, unless it is None, their stiffness to data (nnz,).
+
+        flows: which points (m q,) of each block flow plastically, whatever the trial stress; None: that decides.
+        """
         if self.bodies is not None:
             return self.bodies.bulk(c, u, r, data)
         # linear elastic bodies in small strain answer to the total displacement: nothing accumulates
@@ -430,8 +444,8 @@ class System:
         base = self.initial_history if total else c.state.history
         history, scale, floor = [], 0.0, ROUND_OFF * EPS * self.stiffness * self.nodes
         at = At(c.dt, c.time, data is not None)
-        for block, old in zip(self.blocks, base):
-            out = sweep(block, c.x_n, du, old, at, r, data, self.pattern)
+        for block, old, held in zip(self.blocks, base, flows or [None] * len(self.blocks)):
+            out = sweep(block, c.x_n, du, old, at._replace(flows=held), r, data, self.pattern)
             if out.failed:
                 x, y = self.X[block.cells[out.failed.element]].mean(axis=0)[:2].tolist()
                 return Bulk(scale, floor, (), ElementFailed(out.failed.element, block.body, x, y, out.failed.why))

@@ -34,7 +34,7 @@ class Tangential(NamedTuple):
 
 def return_map(
     law: FrictionLaw, at: At, lam: Array, dg: Array, p: Array, touching: NDArray[np.bool_], kappa: Array, k_t: Array,
-    hold: NDArray[np.bool_] | None = None,
+    hold: NDArray[np.bool_] | None = None, slips: NDArray[np.bool_] | None = None,
 ) -> Tangential:  # fmt: skip
     """Traction t_T(Δg_T, p) from the committed traction (or multiplier).
 
@@ -42,7 +42,8 @@ def return_map(
     tangential displacement relative to the tool during the increment; p (k,) pressure; touching (k,) flags, which
     include the points of p = 0 that are just in touch; kappa (k,) committed slip; k_t (k,) tangential stiffness.
     Where a point does not touch everything is zero, and the slip is kept. ``hold`` (k,): points that stick whatever
-    the bound says, an override with which the solver breaks cycles.
+    the bound says, an override with which the solver breaks cycles. ``slips`` (k,): the points that slip, also where that
+    takes back some of the slip; None: the trial traction decides.
 
     The trial is t_tr = λ − k_T Δg; slip iff |t_tr| > τ_y(p, κ_n); then |t_tr| − k_T Δλ = τ_y(p, κ_n + Δλ).
     A softening law needs k_T > |∂τ_y/∂κ| for the root to be unique; where it may not be, the tangent is NaN, which the
@@ -54,10 +55,13 @@ def return_map(
     slip = touching & (size > (1.0 + ON_BOUND) * tau)
     if hold is not None:
         slip &= ~hold
-    moves = slip & (p > 0)
+    if slips is not None:
+        slip = touching & slips
+    moves = slip & ((p > 0) if slips is None else (size > 0))
     delta = np.where(moves, (size - tau) / k_t, 0.0)
     if law.hardens and moves.any():
-        delta, tau, dtau_p, dtau_k = _hardening_root(law, at, size, tau, p, kappa, k_t, moves)
+        back = 0.0 if slips is None else 1.0
+        delta, tau, dtau_p, dtau_k = _hardening_root(law, at, size, tau, p, kappa, k_t, moves, back)
     D = k_t + dtau_k
     if law.hardens:
         D = np.where(slip & (law.softening(p, kappa, at) >= k_t), np.nan, D)
@@ -86,11 +90,13 @@ def _tractions(trial, size, tau, dtau_p, D, k_t, touching, slip, t, dt_dp, dt_dg
 
 
 def _hardening_root(
-    law: FrictionLaw, at: At, size: Array, tau0: Array, p: Array, kappa: Array, k_t: Array, slip: NDArray[np.bool_]
-) -> tuple[Array, Array, Array, Array]:
-    """Safeguarded Newton for Δλ of all points at once; the bracket is (0, |t_tr|/k_T)."""
-    lo, hi = np.zeros_like(size), size / k_t
-    x = np.where(slip, np.clip((size - tau0) / k_t, 0.0, hi), 0.0)
+    law: FrictionLaw, at: At, size: Array, tau0: Array, p: Array, kappa: Array, k_t: Array, slip: NDArray[np.bool_],
+    back: float,
+) -> tuple[Array, Array, Array, Array]:  # fmt: skip
+    """Safeguarded Newton for Δλ of all points at once; the bracket is (0, |t_tr|/k_T), from −|t_tr|/k_T with ``back`` 1."""
+    hi = size / k_t
+    lo = -back * hi
+    x = np.where(slip, np.clip((size - tau0) / k_t, lo, hi), 0.0)
     for _ in range(100):
         tau, dtau_p, dtau_k = bounded(law, p, kappa + x, at)
         f = size - k_t * x - tau

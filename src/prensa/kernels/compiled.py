@@ -2,10 +2,35 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable
 from typing import Any
 
 import numba
+from numba.core import event
+
+
+class _Uncollected(event.Listener):
+    """No search for cyclic garbage while a kernel is compiled: it finds next to none and takes a sixth of the time."""
+
+    def __init__(self) -> None:
+        self.depth, self.collecting = 0, False
+
+    def on_start(self, event: Any) -> None:
+        """A kernel begins to be compiled, of its own or within another."""
+        if self.depth == 0:
+            self.collecting = gc.isenabled()
+            gc.disable()
+        self.depth += 1
+
+    def on_end(self, event: Any) -> None:
+        """It has been."""
+        self.depth -= 1
+        if self.depth == 0 and self.collecting:
+            gc.enable()
+
+
+event.register("numba:compile", _Uncollected())
 
 
 def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:

@@ -13,6 +13,7 @@ import numpy as np
 from prensa.kernels.compiled import njit
 from prensa.materials.hardening import JOHNSON_COOK, TINY, flow_stress
 
+UNHELD = np.zeros(0, dtype=np.bool_)  # the trial stress says which points flow
 ON_SURFACE = 1e-11  # of the trial stress: beyond the yield surface by less is on it
 
 
@@ -32,9 +33,14 @@ def _return(todo, q, jac, G, kind, p, knots, coefs, old, column, dt, delta, y, d
     come), and the curve there. The last step is taken with the curve's Taylor polynomial of second degree at hand: on curves
     without kinks when what it neglects, some σ_y′/x² of the step's third power, is round-off; on others below a relative 1e-8.
 
+    A start Δ ≤ 0 is one of a point made to flow below the surface: its root is sought in (−q/3G, 0).
+
     Iterations go over all points, not the other way round: those of one point wait for each other, those of many overlap.
     """
     lo, hi = np.zeros(len(q)), q / (3.0 * G)
+    for i in todo:
+        if delta[i] <= 0.0:
+            lo[i], hi[i] = -hi[i], 0.0
     for _ in range(200):
         left = 0
         for k in range(len(todo)):
@@ -45,14 +51,14 @@ def _return(todo, q, jac, G, kind, p, knots, coefs, old, column, dt, delta, y, d
             newton, step = _steps(f, 3.0 * G + jac[i] * ds, jac[i] * dds)
             smooth = kind < JOHNSON_COOK and old[i, column] > TINY
             neglected = jac[i] * max(abs(ds), abs(dds) * x) * abs(step * step * step)
-            if abs(newton) <= 1e-8 * x or (smooth and abs(newton) <= 0.01 * x and neglected <= 1e-14 * q[i] * x * x):
+            if abs(newton) <= 1e-8 * abs(x) or (smooth and abs(newton) <= 0.01 * abs(x) and neglected <= 1e-14 * q[i] * x * x):
                 delta[i], y[i], dy[i] = x + step, s + (ds + 0.5 * dds * step) * step, ds + dds * step
                 continue
             if f > 0.0:
                 lo[i] = x
             else:
                 hi[i] = x
-            if abs(f) <= 2e-14 * q[i] or hi[i] - lo[i] <= 4e-16 * hi[i]:
+            if abs(f) <= 2e-14 * q[i] or hi[i] - lo[i] <= 4e-16 * max(hi[i], -lo[i]):
                 y[i], dy[i] = s, ds
                 continue
             delta[i] = x + step if lo[i] < x + step < hi[i] else 0.5 * (lo[i] + hi[i])
@@ -66,12 +72,13 @@ def _return(todo, q, jac, G, kind, p, knots, coefs, old, column, dt, delta, y, d
 
 
 @njit(cache=True, error_model="numpy")
-def j2(eps, jn, old, column, K, G, cauchy, kind, p, knots, coefs, dt, tau, dtau, eps_e, new, failed, tangent):
+def j2(eps, jn, old, column, K, G, cauchy, kind, p, knots, coefs, dt, tau, dtau, eps_e, new, failed, tangent, held=UNHELD):
     """Trial elastic strains eps (n, 3) → tau (n, 3), dtau (n, 3, 3) = ∂τ/∂ε if ``tangent``, eps_e (n, 3); new, old (n, h).
 
     History ``column`` and the next: equivalent plastic strain, plastic work per initial volume (trapezoid in time).
     ``cauchy``: the flow curve limits the Cauchy stress, q(τ) = J σ_y with J = exp(tr ε) (plastic flow is isochoric); else
-    q(τ) = σ_y. jn (n,) is J at the last commit. failed (n,) is set where the return map finds no root.
+    q(τ) = σ_y. jn (n,) is J at the last commit. failed (n,) is set where the return map finds no root. held (n,): whether
+    points flow, whatever the trial stress says; `UNHELD`: that decides.
     """
     size = eps.shape[0]
     curve = (p[0], p[1], p[2], p[3], p[4])
@@ -87,10 +94,13 @@ def j2(eps, jn, old, column, K, G, cauchy, kind, p, knots, coefs, dt, tau, dtau,
         qs[i], jacs[i], y0s[i], ys[i], dys[i] = q, jac, y0, y0, dy0
         f = q - jac * y0
         # a committed state that flowed is on the yield surface but for round-off, which is not to say whether it flows on
-        if f > ON_SURFACE * q:
+        flows = held[i] if len(held) else f > ON_SURFACE * q
+        if flows:
             half, slope = 0.5 * f / (3.0 * G), 3.0 * G + jac * dy0
             _, x = _steps(f, slope, jac * ddy0)
             deltas[i] = x if slope < 13.0 * G and 0.0 < x < 2.0 * half else half
+            if f <= 0.0:
+                deltas[i] = min(f / slope, 0.0)
             todo[flowing] = i
             flowing += 1
     _return(todo[:flowing], qs, jacs, G, kind, curve, knots, coefs, old, column, dt, deltas, ys, dys)
@@ -98,13 +108,13 @@ def j2(eps, jn, old, column, K, G, cauchy, kind, p, knots, coefs, dt, tau, dtau,
         tr = eps[i, 0] + eps[i, 1] + eps[i, 2]
         s = (2.0 * G * (eps[i, 0] - tr / 3.0), 2.0 * G * (eps[i, 1] - tr / 3.0), 2.0 * G * (eps[i, 2] - tr / 3.0))
         delta, q, jac, y1 = deltas[i], qs[i], jacs[i], ys[i]
-        if not delta >= 0.0:
+        if math.isnan(delta):
             failed[i] = True
             delta = 0.0
-        theta = 1.0 - 3.0 * G * delta / q if delta > 0.0 else 1.0
+        theta = 1.0 - 3.0 * G * delta / q if delta != 0.0 else 1.0
         new[i, column] = old[i, column] + delta
         new[i, column + 1] = old[i, column + 1] + 0.5 * ((jn[i] if cauchy else 1.0) * y0s[i] + jac * y1) * delta
-        unit = 1.5 / q if delta > 0.0 else 0.0
+        unit = 1.5 / q if delta != 0.0 else 0.0
         n = (unit * s[0], unit * s[1], unit * s[2])
         for k in range(3):
             tau[i, k] = K * tr + theta * s[k]
@@ -115,7 +125,7 @@ def j2(eps, jn, old, column, K, G, cauchy, kind, p, knots, coefs, dt, tau, dtau,
             for m in range(3):
                 dtau[i, k, m] = K - 2.0 * G * theta / 3.0
             dtau[i, k, k] += 2.0 * G * theta
-        if delta > 0.0:
+        if delta != 0.0:
             # ds = θ ds_tr − 3G (dΔ/q − Δ dq/q²) s_tr,  dq = 2G n·dε,  dΔ = (dq − J σ_y tr dε)/(3G + J σ_y′)
             soft = 1.0 / (3.0 * G + jac * dys[i])
             volume = jac * y1 if cauchy else 0.0

@@ -20,7 +20,7 @@ from prensa.layout import PLANE, SPATIAL, TensorLayout
 from prensa.materials import elastic
 from prensa.materials.flow_curve import FlowCurve, FlowParameters, stress_at
 from prensa.materials.hardening import flow_stresses
-from prensa.materials.j2 import j2
+from prensa.materials.j2 import UNHELD, j2
 from prensa.materials.protocol import At, Field, Material, Out
 from prensa.materials.return_map import return_map
 
@@ -220,11 +220,13 @@ class J2(_Isotropic):
             return_map(
                 eps, frame[:, -1], old, self.layout.kept, bulk, self.mu,
                 self.finite and self.yield_on_cauchy, self.curve, at.dt, tau, dtau, eps_e, out.new, out.failed, at.tangent,
+                at.flows,
             )  # fmt: skip
             return
         j2(
             eps, frame[:, -1], old, self.layout.kept, bulk, self.mu, self.finite and self.yield_on_cauchy,
             f.kind, f.p, f.knots, f.coefficients, at.dt, tau, dtau, eps_e, out.new, out.failed, at.tangent,
+            UNHELD if at.flows is None else at.flows,
         )  # fmt: skip
 
     def shear_strength(self, history: Array) -> Array:

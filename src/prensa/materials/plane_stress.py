@@ -144,7 +144,7 @@ class PlaneStress:
             )
             y = x[rows]
             stretch[rows, 4] = np.expm1(y) if self.finite else y
-            self.law.update(stretch[rows], old[rows], at, trial)
+            self.law.update(stretch[rows], old[rows], at.of(rows), trial)
             out.P[rows], out.A[rows], out.new[rows, :-1] = trial.P, trial.A, trial.new
             f33 = 1.0 + stretch[rows, 4] if self.finite else 1.0
             force = trial.P[:, 4] * f33

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Literal, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +14,19 @@ Array = NDArray[np.float64]
 
 
 class At(NamedTuple):
-    """Context of an update: duration ``dt`` of the increment, ``time`` at its end, whether the ``tangent`` is wanted."""
+    """Context of an update: duration ``dt`` of the increment, ``time`` at its end, whether the ``tangent`` is wanted.
+
+    ``flows`` (n,): which points flow plastically, whatever their trial stress; None: that decides.
+    """
 
     dt: float
     time: float
     tangent: bool = True
+    flows: NDArray[np.bool_] | None = None
+
+    def of(self, rows: NDArray[Any]) -> At:
+        """The same for some of the points: places (k,) or flags (n,) of rows."""
+        return self if self.flows is None else self._replace(flows=self.flows[rows])
 
 
 class Out(NamedTuple):

@@ -19,6 +19,7 @@ BRACKET = 4e-16  # width of the bracket, over the increment
 def return_map(
     eps: Array, jn: Array, old: Array, column: int, K: float, G: float, cauchy: bool, curve: FlowCurve, dt: float,
     tau: Array, dtau: Array, eps_e: Array, new: Array, failed: NDArray[np.bool_], tangent: bool,
+    held: NDArray[np.bool_] | None = None,
 ) -> None:  # fmt: skip
     """Trial elastic strains eps (n, 3) → tau, dtau = ∂τ/∂ε if ``tangent``, eps_e, plastic strain and work; as `j2.j2`.
 
@@ -31,13 +32,13 @@ def return_map(
     jac = np.exp(tr) if cauchy else np.ones_like(tr)
     with np.errstate(all="ignore"):
         y0 = stress_at(curve, start, np.zeros_like(start))
-        flows = np.flatnonzero(~(q - jac * y0 <= ON_SURFACE * q))
+        flows = np.flatnonzero(~(q - jac * y0 <= ON_SURFACE * q) if held is None else held)
         delta, y1, slope = np.zeros_like(q), y0.copy(), np.zeros_like(q)
         delta[flows], y1[flows], slope[flows] = _roots(curve, start[flows], q[flows], jac[flows], G, dt)
     lost = ~np.isfinite(delta)
     failed[lost] = True
     delta[lost] = 0.0
-    on = delta > 0.0
+    on = delta != 0.0
     safe = np.where(on, q, 1.0)
     theta = np.where(on, 1.0 - 3.0 * G * delta / safe, 1.0)
     n = np.where(on, 1.5 / safe, 0.0)[:, None] * s
@@ -60,12 +61,13 @@ def return_map(
 def _roots(curve: FlowCurve, start: Array, q: Array, jac: Array, G: float, dt: float) -> tuple[Array, Array, Array]:
     """Roots Δ (k,) of f = q − 3GΔ − J σ_y(start + Δ) in (0, q/3G), with σ_y and its slope there; NaN where none is found.
 
-    Newton's method; a bracket takes over where a step leaves it.
+    Newton's method; a bracket takes over where a step leaves it. Points made to flow below the surface flow back: Δ < 0.
     """
     top = q / (3.0 * G)
     root, y, slope = np.full_like(q, np.nan), np.full_like(q, np.nan), np.full_like(q, np.nan)
-    lo, hi, rows = np.zeros_like(q), top.copy(), np.arange(len(q))
-    x = 0.5 * top
+    below = q < jac * stress_at(curve, start, np.zeros_like(start))
+    lo, hi, rows = np.where(below, -top, 0.0), np.where(below, 0.0, top), np.arange(len(q))
+    x = np.where(below, 0.0, 0.5 * top)
     for _ in range(ITERATIONS):
         if not len(rows):
             break
@@ -73,8 +75,8 @@ def _roots(curve: FlowCurve, start: Array, q: Array, jac: Array, G: float, dt: f
         j, trial = jac[rows], q[rows]
         f = trial - 3.0 * G * x - j * s
         step = f / (3.0 * G + j * ds)
-        close = np.abs(step) <= LAST_STEP * x
-        done = close | (np.abs(f) <= LEFT_OVER * trial) | (hi - lo <= BRACKET * hi)
+        close = np.abs(step) <= LAST_STEP * np.abs(x)
+        done = close | (np.abs(f) <= LEFT_OVER * trial) | (hi - lo <= BRACKET * np.abs(x))
         last = np.where(close, step, 0.0)
         root[rows], y[rows], slope[rows] = np.where(done, x + last, np.nan), s + ds * last, ds
         lo, hi = np.where(f > 0.0, x, lo), np.where(f > 0.0, hi, x)

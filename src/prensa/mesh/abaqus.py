@@ -17,7 +17,7 @@ _LINE = re.compile(r"(?:T2D|T3D|R2D|RAX|SAX|B2|B3|DC1D)([123])")
 
 
 @dataclass
-class _Keyword:
+class Keyword:
     """``*NAME, KEY=value, …`` and its data lines; sets of one part share a ``scope``."""
 
     name: str
@@ -61,8 +61,9 @@ class _Part:
 LABELS = 10**9  # labels of different parts are kept apart by this
 
 
-def _keywords(text: str) -> Iterator[_Keyword]:
-    current: _Keyword | None = None
+def keywords(text: str) -> Iterator[Keyword]:
+    """Keyword lines of a deck with their data lines; comments are left out, lines that go on are joined."""
+    current: Keyword | None = None
     joined = ""
     for number, raw in enumerate(text.splitlines(), 1):
         line = raw.strip()
@@ -76,7 +77,7 @@ def _keywords(text: str) -> Iterator[_Keyword]:
             pairs = (w.partition("=") for w in words[1:])
             if current is not None:
                 yield current
-            current = _Keyword(words[0].upper(), {k.strip().upper(): v.strip().strip('"') for k, _, v in pairs}, number)
+            current = Keyword(words[0].upper(), {k.strip().upper(): v.strip().strip('"') for k, _, v in pairs}, number)
             joined = ""
         elif current is not None:
             current.lines.append((number, line))
@@ -96,7 +97,7 @@ def read(text: str) -> Deck:
     parts: dict[str, _Part] = {"": _Part(0)}
     instances: dict[str, str] = {}
     here = ""
-    for k in _keywords(text):
+    for k in keywords(text):
         match k.name:
             case "PART":
                 here = k.parameters.get("NAME", "").upper()
@@ -121,7 +122,7 @@ def read(text: str) -> Deck:
     return deck
 
 
-def _instance(k: _Keyword, parts: dict[str, _Part], instances: dict[str, str]) -> None:
+def _instance(k: Keyword, parts: dict[str, _Part], instances: dict[str, str]) -> None:
     name = k.parameters.get("PART", "").upper()
     if name not in parts:
         raise FileError.at(k.line, f"there is no part {k.parameters.get('PART', '')!r}")
@@ -145,7 +146,7 @@ def _place(line: int, words: list[str]) -> tuple[float, float, float]:
     return x[0], x[1], x[2]
 
 
-def _into(k: _Keyword, part: _Part) -> None:
+def _into(k: Keyword, part: _Part) -> None:
     name = next((k.parameters[p] for p in ("NSET", "ELSET", "NAME") if k.parameters.get(p)), "")
     key = name.upper()
     part.spelling.setdefault(key, name)
@@ -170,11 +171,11 @@ def _into(k: _Keyword, part: _Part) -> None:
     elif k.parameters.get("TYPE", "ELEMENT").upper() == "NODE":
         nodes = replace(k, lines=[(line, text.partition(",")[0]) for line, text in k.lines])
         part.node_sets.setdefault(key, []).extend(_members(nodes, part.node_sets, part))
-    else:
+    elif k.parameters.get("TYPE", "ELEMENT").upper() == "ELEMENT":  # the others are rigid, without elements
         part.surfaces.setdefault(key, []).extend(_sides(k, part))
 
 
-def _elements(k: _Keyword, part: _Part, set_name: str) -> None:
+def _elements(k: Keyword, part: _Part, set_name: str) -> None:
     kind = k.parameters.get("TYPE", "").upper()
     cell, line = _CELL.match(kind), _LINE.match(kind)
     if kind.startswith(("C3D", "SC", "CSS", "COH3")) or not (cell or line):
@@ -202,7 +203,7 @@ def _elements(k: _Keyword, part: _Part, set_name: str) -> None:
             part.element_sets.setdefault(set_name, []).append(label)
 
 
-def _members(k: _Keyword, sets: dict[str, list[int]], part: _Part) -> list[int]:
+def _members(k: Keyword, sets: dict[str, list[int]], part: _Part) -> list[int]:
     """Labels of a set: listed, generated (first, last, step), or those of sets named in it."""
     out: list[int] = []
     limit = 10 * (len(part.nodes) + len(part.cells) + len(part.lines)) + 10
@@ -226,7 +227,7 @@ def _members(k: _Keyword, sets: dict[str, list[int]], part: _Part) -> list[int]:
     return out
 
 
-def _sides(k: _Keyword, part: _Part) -> list[tuple[int, ...]]:
+def _sides(k: Keyword, part: _Part) -> list[tuple[int, ...]]:
     """Ends of the sides of a surface: element (or set), then side S1 … S4 or nothing for all (the free ones count)."""
     out: list[tuple[int, ...]] = []
     for line, words in k.data:

@@ -607,6 +607,9 @@ class Step:
     changed goes linearly, over the step, from the force that it carries to what is asked; lowered friction fades so too.
     ``increments``: the number of equal increments asked for (each is cut further when it does not converge);
     without it the step size is chosen automatically.
+    ``control``: displacement control of what the step pushes and loads. The tool goes the way that is given (as of ``by``, from
+    where it is at the start of the step), and one factor on all forces that the step changes, 1 where they are what is
+    asked, is what equilibrium makes of it: a load may pass a maximum on the way. Of one component that ``push`` drives.
     ``stabilise`` overrides the problem's. ``until``: what ends the step before that; the rest of its time is passed over, and
     what the next step says goes from where things are then.
     """
@@ -621,6 +624,7 @@ class Step:
     body_force: Mapping[str, tuple[BodyForceValue, BodyForceValue]] = field(default_factory=dict)
     friction: Mapping[str, Friction | None] = field(default_factory=dict)
     increments: Annotated[Whole, Field(ge=1)] | None = None
+    control: Mapping[str, Motion] = field(default_factory=dict)
     stabilise: Stabilise | None = None
     until: Until | None = None
 

@@ -184,6 +184,19 @@ def _convert(dimension: Dimension, per_depth: bool = False) -> Any:
     return BeforeValidator(convert)
 
 
+def powers(unit: str) -> tuple[int, int]:
+    """Exponents of force and length of a unit such as ``N/mm²``; of no unit zeros.
+
+    Raises
+    ------
+    ValueError
+        If it is no unit.
+
+    """
+    _, force, length = _product(unit.removeprefix("1"))
+    return force, length
+
+
 def _per_second(value: Any) -> Any:
     """The length of one second of a text such as ``100 mm/s``."""
     if not isinstance(value, str):

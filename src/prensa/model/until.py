@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import field
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import BeforeValidator, model_validator
+from pydantic import BeforeValidator, Discriminator, Tag, model_validator
 
 from prensa.model.fields import described
 from prensa.model.names import Finding, suggest
-from prensa.model.units import Angle, Displacement, Force, Moment
+from prensa.model.units import Angle, Displacement, Force, Moment, Number
 
 Path: TypeAlias = tuple[str | int, ...]
 DRIVEN = ("move", "by", "velocity", "push")
@@ -46,30 +46,39 @@ def _spelled_out(value: Any) -> Any:
 Touch = Annotated[Literal["touches", "leaves"], BeforeValidator(_spelled_out)]
 
 
+def _amount_kind(value: Any) -> str:
+    return "text" if isinstance(value, str) else "number"
+
+
+Amount = Annotated[Annotated[Number, Tag("number")] | Annotated[str, Tag("text")], Discriminator(_amount_kind)]
+
+
 @described
 class Until:
     """A step ends at the first of these, exactly there, and the next one goes on from that state.
 
     ``force``, ``travel``: what a tool's force or displacement reaches, from whichever side it comes; ``contact``: a tool or a
-    contact (``<surface>-<tool>``) that ``touches`` for the first time in the step, or ``leaves``. A step in which none of them
-    is met ends as it would without, which is told; with ``required`` that is an error.
+    contact (``<surface>-<tool>``) that ``touches`` for the first time in the step, or ``leaves``; ``measure``: any number of an
+    increment by its name, a column of ``history.csv`` or a measure such as ``billet.height``, with a number in the units of
+    the case or a text such as ``12 mm``. A step in which none of them is met ends as it would without, which is told; with
+    ``required`` that is an error.
     """
 
     force: Mapping[str, ToolForce] = field(default_factory=dict)
     travel: Mapping[str, ToolTravel] = field(default_factory=dict)
     contact: Mapping[str, Touch] = field(default_factory=dict)
+    measure: Mapping[str, Amount] = field(default_factory=dict)
     required: bool = False
 
     @model_validator(mode="after")
     def _check(self) -> Until:
-        if not any(True for _ in self.criteria()):
-            raise ValueError(
-                "nothing to wait for; give a force, a travel or a contact, like {force: {punch: {y: 2000}}}"
-            )
+        if not self.measure and not any(True for _ in self.criteria()):
+            example = "{force: {punch: {y: 2000}}}"
+            raise ValueError(f"nothing to wait for; give a force, a travel, a contact or a measure, like {example}")
         return self
 
     def criteria(self) -> Iterator[tuple[str, str, str, Any]]:
-        """Kind, name, component ('' of a contact) and target of each, in the order of the description."""
+        """Kind, name, component ('' of a contact) and target of each but measures, in the order of the description."""
         for kind, keys in (("force", ("x", "y", "m")), ("travel", ("x", "y", "rz"))):
             for name, target in getattr(self, kind).items():
                 yield from ((kind, name, key, v) for key in keys if (v := getattr(target, key)) is not None)

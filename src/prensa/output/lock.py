@@ -17,6 +17,10 @@ LOCK = "run.lock"
 _LOCKED_BYTE = 1 << 30  # on Windows: what comes before it can still be read by others
 
 
+class Held(PrensaError):
+    """Another run holds the folder."""
+
+
 @contextmanager
 def locked(directory: Path) -> Iterator[None]:
     """Hold *directory* for this process: the operating system lets go of it however the process ends.
@@ -25,7 +29,7 @@ def locked(directory: Path) -> Iterator[None]:
 
     Raises
     ------
-    PrensaError
+    Held
         If another run holds it, with its process and host.
 
     """
@@ -62,7 +66,7 @@ def _taken(directory: Path) -> IO[str]:
         holder = _holder(file)
         file.close()
         if not free:
-            raise PrensaError(f"{directory}: {holder}; wait for it, end it, or give another folder for the results")
+            raise Held(f"{directory}: {holder}; wait for it, end it, or give another folder for the results")
 
 
 def _lock(file: IO[str]) -> bool:

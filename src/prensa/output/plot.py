@@ -44,6 +44,9 @@ FIELDS = (
 def save(figure: Figure, path: str | Path, format: str | None = None) -> Path:
     """Write *figure* without the white margin around it (*format*: that of the suffix if None); returns the path."""
     with style.styled():
+        for axes in figure.axes:
+            style.plain_numbers(axes.xaxis)
+            style.plain_numbers(axes.yaxis)
         figure.savefig(path, format=format, bbox_inches="tight", pad_inches=0.06)
     return Path(path)
 
@@ -56,6 +59,7 @@ def deformed(
     mesh: bool | None = None,
     mirror: Sequence[str] = (),
     range: tuple[float, float] | None = None,
+    box: tuple[float, float, float, float] | None = None,
 ) -> Figure:
     """Deformed bodies coloured by *field*, with the tools at their current place; axisymmetric sections are mirrored.
 
@@ -71,6 +75,8 @@ def deformed(
         Sides (``left``, ``right``, ``bottom``, ``top``) of the undeformed bodies on which to draw their mirror image.
     range
         Values of the first and the last colour; those of the increment if None.
+    box
+        Part of the plane to show (x from, to, y from, to); the bodies with the nearest pieces of the tools if None.
 
     Raises
     ------
@@ -82,11 +88,11 @@ def deformed(
     bodies = list(increment.bodies.values())
     values = [field_values(b, field) for b in bodies]
     lines = mirror_lines(increment, problem, mirror)
-    box = limits(increment, problem, mirror)
+    box = box or limits(increment, problem, mirror)
     with style.styled():
         wide = (box[1] - box[0]) / (box[3] - box[2])
         figure, axes = _figure(*_size(wide))
-        ends = range or _range(values, field)
+        ends = range or colour_range(values, field)
         mappable: Any = None
         for image in images(lines):
             sign = image.sign(field, problem)
@@ -264,7 +270,12 @@ def pressure(
 
 def contact_at(increment: Increment, contact: str, problem: Problem) -> Figure:
     """`pressure` of a contact, by name, with the moment in the title."""
-    return pressure(increment.contacts[contact], problem, title=f"{contact}\n{_moment(increment)}")
+    return pressure(increment.contacts[contact], problem, title=title(increment, contact))
+
+
+def title(increment: Increment, contact: str) -> str:
+    """Name of a contact above the moment."""
+    return f"{contact}\n{_moment(increment)}"
 
 
 def _arc(x: Array, along: Array) -> Array:
@@ -404,9 +415,10 @@ def convergence(
 # -------------------------------------------------------------------------------------------------------------- details
 def _figure(width: float, height: float, rows: int = 1, columns: int = 1, **options: Any) -> tuple[Figure, Any]:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width, height))
+    from prensa.output.picture import Picture
+
+    figure = Picture(figsize=(width, height))
     FigureCanvasAgg(figure)
     return figure, figure.subplots(rows, columns, **options)
 
@@ -487,7 +499,8 @@ def _edges(axes: Axes, body: BodyState, image: Image, mesh: bool) -> None:
     axes.add_collection(LineCollection(list(x[edges]), colors="0.1", linewidths=0.8, zorder=3))
 
 
-def _range(values: list[Array], field: str) -> tuple[float, float]:
+def colour_range(values: list[Array], field: str) -> tuple[float, float]:
+    """Values of the first and the last colour of a field with nodal values (n,) of some bodies."""
     low, high = min(float(v.min()) for v in values), max(float(v.max()) for v in values)
     if field_map(field) == style.DIVERGING:
         high = max(abs(low), abs(high), 1e-300)

@@ -11,7 +11,6 @@ import logging
 import time as clocks
 from collections.abc import Mapping
 from contextlib import closing
-from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -25,7 +24,7 @@ from prensa.fem.discretise import discretise
 from prensa.fem.preflight import preflight
 from prensa.fem.state import State
 from prensa.fem.system import System
-from prensa.measures import parse_all
+from prensa.measures import parse_all, refuse_targets
 from prensa.model.problem import Case, Problem
 from prensa.output import checkpoint, history, measured, passages, pictures, report, runlog, vtk
 from prensa.output.files import file_name, file_names, flush, write_text
@@ -33,6 +32,7 @@ from prensa.output.folder import make_room, refuse_links
 from prensa.output.interrupt import Interruptible
 from prensa.output.lock import locked
 from prensa.output.progress import ProgressBar
+from prensa.output.result import RunResult
 from prensa.solver.increment import Increment, Progress
 from prensa.solver.passages import Passages
 from prensa.solver.time_stepping import Timer, at_rest, solve
@@ -43,30 +43,13 @@ CHECKPOINT_SHARE = 0.05  # of the wall time that checkpoints may take in the mid
 IMBALANCE = 0.05  # of the largest energy, above which the ledger is worth a warning
 
 
-@dataclass(frozen=True)
-class RunResult:
-    """What a run gave: its folder, how it ended (always ``completed`` where it is returned), and its last increment.
-
-    ``increment`` is None when a resumed run had nothing left to do; ``summary`` is the content of ``summary.json``.
-    """
-
-    directory: Path
-    status: str
-    increment: Increment | None
-    summary: dict[str, Any]
-
-    @property
-    def history(self) -> dict[str, NDArray[Any]]:
-        """Columns of ``history.csv``."""
-        return history.read_history(self.directory)
-
-
 def run(
     case: Case,
     out: str | Path | None = None,
     quiet: bool = False,
     source: str | Path | None = None,
     force: bool = False,
+    bar: ProgressBar | None = None,
 ) -> RunResult:
     """Run *case* and leave its results in the folder *out* (``results/<name>`` if None).
 
@@ -84,6 +67,8 @@ def run(
         Name of the case file, for the report.
     force
         Replace the results of a case of another name too, and files of these names that no run has left.
+    bar
+        Where progress and warnings are shown, in place of the terminal.
 
     Raises
     ------
@@ -100,6 +85,7 @@ def run(
     system = discretise(case.problem)  # a case that cannot run leaves earlier results alone
     refuse(preflight(system))
     parse_all(case.problem)
+    refuse_targets(case.problem)
     directory = Path(out) if out is not None else Path("results") / file_name(case.problem.name)
     if case.problem.start is not None and Path(case.problem.start.run) == directory.resolve():
         raise PrensaError(f"{directory}: the case starts from the run in this folder; give another one for its results")
@@ -109,16 +95,18 @@ def run(
     with locked(directory):
         before = make_room(directory, case.problem.name, force)
         made = {"discretisation": clocks.perf_counter() - began}
-        this = _Run(directory, case, system, None, quiet, {"source": str(source or ""), "timings": made})
+        before_it = {"source": str(source or ""), "timings": made}
+        this = _Run(directory, case, system, None, before_it, bar or ProgressBar(quiet))
         if before is not None and before.input_hash != checkpoint.text_hash(this.text):
             this.bar.say(f"{directory}: replaces the results of another input")
         return this.execute()
 
 
-def resume(directory: str | Path, quiet: bool = False) -> RunResult:
+def resume(directory: str | Path, quiet: bool = False, bar: ProgressBar | None = None) -> RunResult:
     """Continue the run in *directory* from its checkpoint: the files end as if it had never stopped.
 
-    Rows and files later than the checkpoint are removed first. A completed run only has its report made again.
+    Rows and files later than the checkpoint are removed first. A completed run only has its report made again. ``bar``: as
+    of `run`.
 
     Raises
     ------
@@ -138,7 +126,8 @@ def resume(directory: str | Path, quiet: bool = False) -> RunResult:
             before = report.read_summary(directory)
         except PrensaError:
             before = {}  # the run was killed before it could write one
-        return _Run(directory, case, discretise(case.problem), state, quiet, before).execute()
+        bar = bar or ProgressBar(quiet, start=state.clock.time)
+        return _Run(directory, case, discretise(case.problem), state, before, bar).execute()
 
 
 # ------------------------------------------------------------------------------------------------------------- details
@@ -146,12 +135,12 @@ class _Run:
     """A run from its start or resume to its end: opens the writers, solves, closes."""
 
     def __init__(
-        self, directory: Path, case: Case, system: System, start: State | None, quiet: bool, before: dict[str, Any]
+        self, directory: Path, case: Case, system: System, start: State | None, before: dict[str, Any], bar: ProgressBar
     ) -> None:
         self.directory, self.case, self.system, self.start, self.earlier = directory, case, system, start, before
         self.text = checkpoint.case_text(case)
         self.timer, self.started = Timer(), clocks.perf_counter()
-        self.bar = ProgressBar(quiet, start=start.clock.time if start else 0.0)
+        self.bar = bar
         self.warnings = runlog.Warnings(self._known_warnings(), self.bar.warn)
         self.guard = Interruptible()
         self.last: Increment | None = None

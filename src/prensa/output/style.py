@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from prensa.measures.units import area_unit as area_unit
 from prensa.measures.units import energy_unit as energy_unit
@@ -13,6 +14,9 @@ from prensa.measures.units import length_unit as length_unit
 from prensa.measures.units import moment_unit as moment_unit
 from prensa.measures.units import pressure_unit as pressure_unit
 from prensa.model.problem import Problem
+
+if TYPE_CHECKING:
+    from matplotlib.axis import Axis
 
 BLUE, ORANGE, GREEN, RED, PURPLE, SKY, YELLOW, BLACK = (
     "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#F0E442", "#1A1A1A",
@@ -38,7 +42,6 @@ RC: Any = {
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.formatter.limits": (-4, 6),
-    "axes.formatter.use_mathtext": True,
     "axes.grid": True,
     "grid.color": "#E3E5E8",
     "grid.linewidth": 0.6,
@@ -62,6 +65,36 @@ def styled() -> Iterator[None]:
 
     with matplotlib.rc_context(RC | {"axes.prop_cycle": cycler.cycler(color=CYCLE)}):
         yield
+
+
+# ------------------------------------------------------------------------------------------------------------- numbers
+# numbers are plain text: matplotlib parses formulas as slowly as it draws all the rest
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def power_of_ten(exponent: int) -> str:
+    """10 to a power, as 10⁻⁵."""
+    return f"10{str(exponent).translate(_RAISED)}"
+
+
+def plain_numbers(axis: Axis) -> None:
+    """A common power of ten stands at the end of an axis as ×10⁶, and those of a logarithmic one at its ticks as 10⁶."""
+    from matplotlib.ticker import FuncFormatter, NullFormatter, ScalarFormatter
+
+    class Scalar(ScalarFormatter):
+        """Its offset is ``1e6`` or ``1e6+3``."""
+
+        def get_offset(self) -> str:
+            """See `Scalar`."""
+            scale, e, rest = super().get_offset().replace("\N{MINUS SIGN}", "-").partition("e")
+            digits = rest[: len(rest) - len(rest.lstrip("-0123456789"))]
+            return f"×{power_of_ten(int(digits))}{rest[len(digits) :]}" if e and scale == "1" else f"{scale}{e}{rest}"
+
+    if axis.get_scale() == "log":
+        axis.set_major_formatter(FuncFormatter(lambda x, _: power_of_ten(round(math.log10(x))) if x > 0 else ""))
+        axis.set_minor_formatter(NullFormatter())
+    elif isinstance(axis.get_major_formatter(), ScalarFormatter):
+        axis.set_major_formatter(Scalar())
 
 
 def palette(name: str) -> list[str]:

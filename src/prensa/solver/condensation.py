@@ -64,6 +64,8 @@ def refusal(system: System) -> str:
     for block in system.blocks:
         if not is_linear(block):
             return f"body {block.body!r} is not linear elastic"
+    if any(step.control for step in system.problem.steps):
+        return "displacement control ('control') is of the whole system"
     start = system.initial()
     for number in range(len(system.problem.steps)):
         plan = plan_step(system, number, start.step_start)
@@ -75,13 +77,39 @@ def refusal(system: System) -> str:
 
 
 def pays(system: System, policy: Policy) -> bool:
-    """Whether factorisations and the columns of all candidates cost less than the factorisations of all iterations."""
+    """Whether factorisations and the columns that contact reaches cost less than the factorisations of all iterations."""
     steps = system.problem.steps
     increments = sum(step.increments or policy.usual_increments for step in steps)
-    columns = sum(2 * len(s.points.nodes) for s in system.surfaces)
-    return system.ndof >= policy.worth_condensing and (
-        policy.increment_cost * increments >= len(steps) + policy.column_cost * columns
-    )
+    afford = (policy.increment_cost * increments - len(steps)) / policy.column_cost
+    if system.ndof < policy.worth_condensing or afford < 0:
+        return False
+    candidates = 2 * sum(len(s.points.nodes) for s in system.surfaces)
+    if afford >= candidates:  # which are counted at once
+        return True
+    blocks = -(-2 * reached(system, policy) // policy.columns) + 1  # they come in whole blocks, and a contact begins in one
+    return afford >= min(blocks * policy.columns, candidates)
+
+
+def reached(system: System, policy: Policy) -> int:
+    """Candidates that contact reaches as far as motions say: under tools that move through the bodies as they are.
+
+    Where something else moves or pushes, all. Bodies give way under a tool, so that contact reaches less far than that.
+    """
+    start, nodes = system.initial(), 0
+    close = [np.zeros(len(s.points.nodes), dtype=bool) for s in system.surfaces]
+    for number in range(len(system.problem.steps)):
+        plan = plan_step(system, number, start.step_start)
+        tools = np.isin(np.arange(system.ndof), plan.fixed)
+        for t in np.linspace(plan.t0, plan.t1, policy.reach_looks):
+            u = start.u.copy()
+            u[plan.fixed] = plan.values(float(t))
+            moved = system.displacement(u - start.u).any()
+            for s, near in zip(system.surfaces, close):
+                driven = tools[system.dofs.tool.dofs(s.tool)].all() and not moved
+                near |= s.points.any_at_nodes(system.pairs(s, u).g < 0.0) if driven else True
+    for near in close:
+        nodes += int(near.sum())
+    return nodes
 
 
 def to_be_condensed(system: System, numerics: model.Numerics, policy: Policy = DEFAULT) -> bool:
@@ -138,7 +166,7 @@ class CondensedMatrix:
         others = np.setdiff1d(
             np.arange(system.dofs.displacement.size, system.ndof), np.concatenate([base.fixed, self.idle])
         )
-        self.free = np.concatenate([self.reached, others])
+        self.free = self.rows = np.concatenate([self.reached, others])
         # touched dofs from the free ones
         k, a = len(base.touched), len(self.A)
         part = base.by_near[:, self.A].tocoo()

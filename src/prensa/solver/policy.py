@@ -36,6 +36,12 @@ class Policy:
     spin: float = 10.0
     """… and turn (rad) of such a tool."""
 
+    # -------------------------------------------------------------------------------------------------- derivatives
+    parameter_step: float = 1e-5
+    """Step over the size of a parameter for differences of the residual with held branches: smooth, so round-off decides."""
+    flat: float = 1e-5
+    """Share of the forces, beyond round-off, that may be left of the residual along a derivative."""
+
     # ------------------------------------------------------------------------------------------------------- finish
     near: float = 1e-5
     """Relative residual from which on the factors at hand may finish the work."""
@@ -265,6 +271,8 @@ class Policy:
     """Factorisations that an increment costs otherwise."""
     usual_increments: int = 10
     """Increments of a step that chooses its own."""
+    reach_looks: int = 9
+    """Times of a step at which is looked how far its tools reach."""
 
     # ---------------------------------------------------------------------------------------------- ends of steps
     until: float = 1e-8

@@ -16,10 +16,16 @@ Array = NDArray[np.float64]
 
 
 class StepControl:
-    """Increments of a step. ``speeds`` (contacts,): of the prescribed tools, where they bound increments."""
+    """Increments of a step. ``speeds`` (contacts,): of the prescribed tools, where they bound increments.
 
-    def __init__(self, system: System, plan: StepPlan, policy: Policy) -> None:
-        self.system, self.plan, self.policy = system, plan, policy
+    ``times``: ends of the increments, all of them; None: as long as they can be. ``stops``: times at which one ends besides.
+    """
+
+    def __init__(
+        self, system: System, plan: StepPlan, policy: Policy, times: Array | None = None, stops: Array | None = None
+    ) -> None:
+        self.system, self.plan, self.policy, self.times = system, plan, policy, times
+        self.stops = [] if stops is None else stops[(stops > plan.t0) & (stops < plan.t1)].tolist()
         self.speeds = self._speeds()
 
     @property
@@ -78,7 +84,9 @@ class StepControl:
     def end(self, now: float, dt: float) -> float:
         """End of the next increment: now + dt, but never beyond a grid time, a corner of a table, or the step's end."""
         plan = self.plan
-        stops = [plan.t1, *plan.corners()]
+        if self.times is not None:
+            return float(self.times[self.times > now][0])
+        stops = [plan.t1, *plan.corners(), *self.stops]
         if plan.increments:
             grid = plan.t0 + np.arange(1, plan.increments + 1) / plan.increments * (plan.t1 - plan.t0)
             stops += grid[grid > now + 1e-9].tolist()[:1]

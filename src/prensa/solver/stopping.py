@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +15,26 @@ from prensa.fem.context import Context
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
 from prensa.fem.system import Evaluation, System
+from prensa.measures import Measure, targets
+from prensa.model.units import powers
 from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.failure import NotReached, sentence
+from prensa.solver.increment import Increment
 from prensa.solver.policy import Policy
-from prensa.solver.results import tool_forces
+from prensa.solver.results import increment_of, tool_forces
 
 Array = NDArray[np.float64]
 Outcome = tuple[Context, NewtonResult]
+View = Callable[[Context, NewtonResult], Increment]
+
+
+class Look(NamedTuple):
+    """What a criterion looks at: degrees of freedom u (ndof,), their evaluation, and the increment when it is asked for."""
+
+    u: Array
+    e: Evaluation
+    increment: Callable[[], Increment]
+
 
 ELASTIC = 1e-3  # strain, the forces of which the tolerance of a force that is to vanish is a share of
 
@@ -33,7 +48,7 @@ class Criterion:
 
     path: str
     words: str
-    value: Callable[[Array, Evaluation], float]
+    value: Callable[[Look], float]
     target: float
     size: float
     side: float = 0.0
@@ -55,10 +70,10 @@ class _Failed(Exception):
 
 
 class Stopping:
-    """What may end a step before its time is over."""
+    """What may end a step before its time is over; ``view`` makes an increment of an outcome that is not committed."""
 
-    def __init__(self, system: System, plan: StepPlan, policy: Policy) -> None:
-        self.system, self.plan, self.policy = system, plan, policy
+    def __init__(self, system: System, plan: StepPlan, policy: Policy, view: View) -> None:
+        self.system, self.plan, self.policy, self.view = system, plan, policy, view
         until = system.problem.steps[plan.number].until if plan.number < len(system.problem.steps) else None
         self.required = until is not None and until.required
         self.criteria = [] if until is None else list(_criteria(system, plan.number, policy.until))
@@ -76,7 +91,9 @@ class Stopping:
             return replace(state, watched=np.zeros(0))
         c = replace(self.system.context(state, self.plan, state.clock.time), dt=1.0)
         e = self.system.evaluate(c, state.u, self.system.initial_multipliers(state), stiffness=False)
-        values = np.array([criterion.value(state.u, e) for criterion in self.criteria])
+        still = NewtonResult(True, None, state.u, e, state.lam, 0)
+        look = Look(state.u, e, cache(lambda: increment_of(self.system, state, self.plan, e, still, 0, 0, False)))
+        values = np.array([criterion.value(look) for criterion in self.criteria])
         for criterion, value in zip(self.criteria, values.tolist()):
             if self._beyond(criterion, value, value) >= -0.5 * self.policy.until:
                 failure = NotReached(f"{criterion.path} is met when the step begins ({criterion.at(value)})")
@@ -97,7 +114,7 @@ class Stopping:
         stopped, least = None, -0.5 * self.policy.until
         while self.criteria:
             c, result = outcome
-            values, was = self._values(result), c.state.watched
+            values, was = self._values(outcome), c.state.watched
             met = [k for k, v in enumerate(values) if k != stopped and self._at(k, v, was) >= least]
             if not met:
                 words = "" if stopped is None else self.criteria[stopped].words
@@ -127,9 +144,11 @@ class Stopping:
                 raise SolveError(words, None, NotReached(words))
 
     # --------------------------------------------------------------------------------------------------------- details
-    def _values(self, result: NewtonResult) -> list[float]:
+    def _values(self, outcome: Outcome) -> list[float]:
+        c, result = outcome
         assert result.evaluation is not None
-        return [c.value(result.u, result.evaluation) for c in self.criteria]
+        look = Look(result.u, result.evaluation, cache(lambda: self.view(c, result)))
+        return [criterion.value(look) for criterion in self.criteria]
 
     def _at(self, k: int, value: float, was: Array) -> float:
         return self._beyond(self.criteria[k], value, float(was[k]))
@@ -140,6 +159,8 @@ class Stopping:
         The aim is half of the tolerance before the target: what falls to zero and stays there, as a force does, is met where
         it gets there.
         """
+        if not np.isfinite(value) or not np.isfinite(was):  # of an open contact, say
+            return -1e6
         side = c.side or (1.0 if was < c.target else -1.0)
         away = side * (value - c.target) / c.size
         return float(np.clip(away, -1e6, 1e6)) + 0.5 * self.policy.until
@@ -148,9 +169,9 @@ class Stopping:
         """The outcome in which criterion k is met, between a committed state and the outcome of an increment."""
         from scipy.optimize import brentq  # a slow import that most runs do without
 
-        c, result = end
+        c = end[0]
         was, least = c.state.watched, 0.5 * self.policy.until
-        tried: dict[float, tuple[float, Outcome]] = {c.time: (self._at(k, self._values(result)[k], was), end)}
+        tried: dict[float, tuple[float, Outcome]] = {c.time: (self._at(k, self._values(end)[k], was), end)}
         now = c.state.clock.time
 
         def beyond(time: float) -> float:
@@ -160,7 +181,7 @@ class Stopping:
                 outcome = solve(time)
                 if not outcome[1].converged:
                     raise _Failed(outcome)
-                tried[time] = self._at(k, self._values(outcome[1])[k], was), outcome
+                tried[time] = self._at(k, self._values(outcome)[k], was), outcome
             value = tried[time][0]
             return 0.0 if abs(value) <= least else value
 
@@ -184,24 +205,34 @@ def _criteria(system: System, number: int, tolerance: float) -> Iterator[Criteri
         t = list(system.problem.tools).index(name)
         component = ("x", "y", "m" if kind == "force" else "rz").index(key)
 
-        def value(u: Array, e: Evaluation, kind: str = kind, t: int = t, component: int = component) -> float:
+        def value(look: Look, kind: str = kind, t: int = t, component: int = component) -> float:
             if kind == "travel":
-                return float(system.place_of(t, u)[component])
-            return float(tool_forces(system, e)[system.tools[t].name][component])
+                return float(system.place_of(t, look.u)[component])
+            return float(tool_forces(system, look.e)[system.tools[t].name][component])
 
         words = f"the {'force' if kind == 'force' else 'travel'} {key} of tool {name!r} has reached {target:.6g}"
         # of nothing the tolerance is that of a small elastic strain, or of the size of the bodies
         unit = {"travel": system.length, "force": ELASTIC * system.stiffness}[kind]
         unit = {"rz": 1.0, "m": unit * system.length}.get(key, unit)
         yield Criterion(path, words, value, float(target), abs(float(target)) or unit)
+    for name, (measure, target) in targets(system.problem, number).items():
+
+        def measured(look: Look, measure: Measure = measure) -> float:
+            return measure.value_or_nan(look.increment())
+
+        force, length = powers(measure.unit)
+        unit = (ELASTIC * system.stiffness) ** force * system.length**length
+        words = f"measure {name!r} has reached {target:.6g}"
+        yield Criterion(f"until.measure.{name}", words, measured, target, abs(target) or unit)
 
 
 def _contact(system: System, path: str, name: str, word: str, tolerance: float) -> Criterion:
     own = [i for i, s in enumerate(system.surfaces) if name in (s.name, system.tools[s.tool].name)]
     depth = min(float(system.surfaces[i].points.depth.min()) for i in own)
 
-    def gap(u: Array, e: Evaluation) -> float:
-        return float(min(np.nan_to_num(e.contacts[i].g, nan=np.inf).min() for i in own))
+    def gap(look: Look) -> float:
+        g = min(float(np.nan_to_num(look.e.contacts[i].g, nan=np.inf).min()) for i in own)
+        return min(g, 1e6 * depth)  # where the tool stands over none of the points
 
     touches = word == "touches"
     aim = (1.0 if touches else 10.0) * tolerance * depth  # apart: what has left may come to touch again

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import time as clocks
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.errors import ArgumentError, SolveError, refuse, take
+from prensa.errors import ArgumentError, SolveError, refuse, shown, take
 from prensa.fem.context import Context
 from prensa.fem.discretise import discretise
 from prensa.fem.folds import fold, outlines
@@ -89,12 +89,16 @@ def solve(
     timer: Timer | None = None,
     policy: Policy | None = None,
     passages: Passages | None = None,
+    times: Sequence[float] | None = None,
+    stops: Sequence[float] = (),
 ) -> Iterator[Increment]:
     """Yield the converged increments of a problem, in order.
 
     ``start`` continues from a committed state; ``monitor`` is called at every iteration; ``timer`` collects seconds by
     section; ``policy``: the constants of the solver, for studies; ``passages``: what has passed through the contacts before
-    ``start``, of which means over a passage are taken.
+    ``start``, of which means over a passage are taken. ``times``: the ends of all increments, among them those of the steps
+    (step number k, from 0, is the time from k to k + 1); none is cut then. ``stops``: times at which an increment ends, among
+    those that are chosen.
 
     Raises
     ------
@@ -103,31 +107,38 @@ def solve(
         cut-backs.
 
     """
-    _check_arguments(problem, numerics, start, monitor, timer, policy)
+    check_arguments(problem, numerics, start, monitor, timer, policy)
     system = problem if isinstance(problem, System) else discretise(problem)
     if start is None:
-        notices = preflight(system)
-        refuse(notices)
-        for notice in notices:
-            log.warning("%s", notice)
+        told_before(system)
     numerics, policy = numerics or model.Numerics(), policy or Policy()
     condense = to_be_condensed(system, numerics, policy)
     timer, followed = timer or Timer(), passages or Passages(system)
+    state = start or system.initial()
 
     def stepping(system: System) -> TimeStepping:
         made = TimeStepping(system, numerics, policy, Messages(system, monitor), timer, condense)
         made.passages, made.remeshes = followed, remeshing_of(system.problem) is not None
+        made.prescribe(state, times, stops)
         return made
 
-    state = start or system.initial()
     if remeshing_of(system.problem) is not None:
         return Remeshing(system, stepping, policy).run(state)
     return stepping(system).run(state)
 
 
-def _check_arguments(
+def told_before(system: System) -> None:
+    """Refuse what cannot be solved, and log what there is to say of the rest, before a run."""
+    notices = preflight(system)
+    refuse(notices)
+    for notice in notices:
+        log.warning("%s", notice)
+
+
+def check_arguments(
     problem: object, numerics: object, start: object, monitor: object, timer: object, policy: object
 ) -> None:
+    """Refuse arguments of `solve` that are of a wrong kind."""
     if not isinstance(problem, System):
         take(
             "solve",
@@ -167,6 +178,17 @@ def at_rest(system: System) -> Increment | None:
     return None if e.failed else increment_of(system, state, plan, e, result, 0, 0, False)
 
 
+def _as_times(name: str, given: Sequence[float]) -> Array:
+    """Increasing times as an array."""
+    try:
+        out = np.atleast_1d(np.asarray(given, dtype=np.float64))
+    except (TypeError, ValueError):
+        raise ArgumentError(f"solve: {name} is {shown(given)}; give a list of increasing times") from None
+    if out.ndim != 1 or not np.isfinite(out).all() or (np.diff(out) <= 0).any():
+        raise ArgumentError(f"solve: {name} is {shown(given)}; give a list of increasing times")
+    return out
+
+
 class TimeStepping:
     """A run: the steps of a problem one after the other, each in increments."""
 
@@ -185,6 +207,34 @@ class TimeStepping:
         self.passages = Passages(system)
         self.remeshes = False
         self.stopping: Stopping
+        self.times: Array | None = None
+        self.stops: Array | None = None
+
+    def prescribe(self, start: State, times: Sequence[float] | None, stops: Sequence[float] = ()) -> None:
+        """Let increments after a state end at given times: at these and no others, or at ``stops`` too.
+
+        Raises
+        ------
+        ArgumentError
+            For times that do not increase, are over already, or leave the end of a step out.
+
+        """
+        now, last = start.clock.time, len(self.system.problem.steps)
+        self.stops = _as_times("stops", stops)
+        if times is None:
+            return
+        given = _as_times("times", times)
+        until = next((s.name for s in self.system.problem.steps if s.until is not None), None)
+        if until is not None:
+            raise ArgumentError(f"solve: step {until!r} ends by its 'until', so times cannot be given; leave one of them out")
+        self.times = given[given > now]
+        ends = np.arange(np.floor(now) + 1.0, last + 1.0)
+        missing = ends[~np.isin(ends, self.times)]
+        if len(missing) or (len(given) and given[-1] > last):
+            what = f"{missing[0]:g} is not among them" if len(missing) else f"{given[-1]:g} is after the last step"
+            raise ArgumentError(
+                f"solve: times have to be those of this run, the ends of its steps (1 … {last}) included; {what}"
+            )
 
     def run(self, state: State) -> Iterator[Increment]:
         """Increments from a committed state to the end of the last step."""
@@ -192,11 +242,11 @@ class TimeStepping:
         steps = self.system.problem.steps
         for number in range(state.clock.step, len(steps)):
             plan = plan_step(self.system, number, state.step_start, state.ends)
-            self.stopping = Stopping(self.system, plan, self.policy)
+            self.stopping = Stopping(self.system, plan, self.policy, self.view)
             if state.clock.time <= plan.t0:
                 state = self.begin(state, plan)
             self.prepare(plan)
-            control = StepControl(self.system, plan, self.policy)
+            control = StepControl(self.system, plan, self.policy, self.times, self.stops)
             self.distortion = Distortion(self.system, self.policy)
             while state.clock.step == number:
                 state, increment = self.advance(state, plan, control)
@@ -222,8 +272,9 @@ class TimeStepping:
         if self.condensed is not None:
             return
         symmetric, reduced = is_symmetric(self.system, plan), self.reduced
-        if reduced is None or reduced.symmetric != symmetric or not np.array_equal(reduced.fixed, plan.fixed):
-            self.reduced = Reduced.of(self.system, plan.fixed, self.numerics, symmetric, self.policy)
+        same = reduced is not None and reduced.symmetric == symmetric and reduced.control == plan.control
+        if reduced is None or not same or not np.array_equal(reduced.fixed, plan.fixed):
+            self.reduced = Reduced.of(self.system, plan.fixed, self.numerics, symmetric, self.policy, plan.control)
 
     def advance(self, state: State, plan: StepPlan, control: StepControl) -> tuple[State, Increment]:
         """One committed increment, cut as often as needed."""
@@ -232,7 +283,9 @@ class TimeStepping:
         spent: list[int] = []
         cutbacks, most = 0, self.most_cutbacks(state)
         while True:
-            end, notes = first_touch(self.system, state, plan, control.end(now, dt), self.policy)
+            end, notes = control.end(now, dt), list[str]()
+            if self.times is None:
+                end, notes = first_touch(self.system, state, plan, end, self.policy)
             for message in notes:
                 self.messages.note(state, plan, message)
             solve = partial(self.solved, state, plan, control, cutbacks, spent)
@@ -263,11 +316,12 @@ class TimeStepping:
         start, notes = approach(self.system, c)
         for message in notes:
             self.messages.note(state, plan, message)
-        result = self.attempt(c, start, cutbacks >= min(self.policy.soften_after, self.numerics.max_cutbacks))
+        most = self.most_cutbacks(state)
+        result = self.attempt(c, start, cutbacks >= min(self.policy.soften_after, self.numerics.max_cutbacks, most))
         if refusal := self.acceptance.refusal(c, result):
             result.converged, result.reason = False, refusal
         if self.condensed is None:  # linear bodies are stable
-            last = cutbacks == self.most_cutbacks(state) or control.exhausted(control.cut(c.dt))
+            last = cutbacks == most or control.exhausted(control.cut(c.dt))
             result = judged(self.equilibrium(c), result, self.acceptance, cutbacks, not last)
         spent.append(result.iterations)
         return c, result
@@ -279,6 +333,8 @@ class TimeStepping:
 
     def most_cutbacks(self, state: State) -> int:
         """How often an increment may be cut: more often where viscous forces give any an answer that is short enough."""
+        if self.times is not None:
+            return 0
         if self.remeshes and not fresh(state):
             return min(self.policy.remesh_cuts, self.numerics.max_cutbacks)
         jumps = self.policy.jump_cuts if self.numerics.max_cutbacks and state.stability.viscosity > 0 else 0
@@ -305,6 +361,12 @@ class TimeStepping:
             return self.condensed.attempt(attempt, eq, start, soften)
         return attempt(eq, start, soften)
 
+    def view(self, c: Context, result: NewtonResult) -> Increment:
+        """The increment that an outcome would be, if it were committed."""
+        assert result.evaluation is not None
+        state = committed(self.system, c, result, result.evaluation, 0.0, self.stabilisation)
+        return increment_of(self.system, state, c.plan, result.evaluation, result, 0, 0, False, c.state)
+
     def commit(
         self, c: Context, control: StepControl, result: NewtonResult, spent: int, cutbacks: int
     ) -> tuple[State, Increment]:
@@ -319,7 +381,7 @@ class TimeStepping:
         if result.recover is None and (refusal := self.validity.look(state.u, state.history)):
             result.reason = refusal
             raise self.post_mortem(c, result, cutbacks)
-        increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended, c.state)
+        increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended, c.state, c)
         if c.stopped:
             self.messages.note(c.state, c.plan, f"step {c.plan.name!r} ends at time {c.time:.6g}: {c.stopped}")
             increment = replace(increment, stopped=c.stopped)
@@ -373,6 +435,8 @@ class TimeStepping:
         place = where(self.equilibrium(c), reason, result)
         self.messages.warn(self.validity.told())
         cut = f"The increment was cut {cutbacks} times without success."
+        if self.times is not None:
+            cut = "Its end is one of the times that were asked for, so it was not cut."
         if isinstance(reason, LimitPoint):
             cut = f"Increments were down to {c.dt:.1g} of time: no shorter one can help."
         elif isinstance(reason, Distorted):

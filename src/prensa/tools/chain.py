@@ -107,7 +107,10 @@ class Chain:
         return np.where(h > limit, np.inf, h)
 
     def across(self, direction: Array, depth: float) -> tuple[float, float]:
-        """Width of what lies within ``depth`` of the end in a unit direction, and of the whole (ends of open chains cut)."""
+        """Width of what lies within ``depth`` of the end in a unit direction, and of the whole.
+
+        Ends of open chains are cut; what holds all that lies behind a line has none.
+        """
         frame = np.array([direction, [-direction[1], direction[0]]]).T
         ends = [(max(p.lo, -4 * self.size), min(p.hi, 4 * self.size)) for p in self.pieces]
         count = [129 if p.radius else 2 for p in self.pieces]
@@ -115,7 +118,14 @@ class Chain:
             np.array([p.at(float(t)) for t in np.linspace(*end, n)]) @ frame
             for p, end, n in zip(self.pieces, ends, count)
         ]
-        return width(lines, depth)
+        near, whole = width(lines, depth)
+        return near, np.inf if self._holds_half_plane else whole
+
+    @cached_property
+    def _holds_half_plane(self) -> bool:
+        """Whether an open chain bounds at least all that lies behind a line: its ends do not turn towards each other."""
+        bends = sum(p.side * p.length / p.radius for p in self.pieces if p.radius)
+        return not self.closed and bends + sum(corner(p, q) for p, q in pairwise(self.pieces)) <= 1e-9
 
     @property
     def extent(self) -> float:

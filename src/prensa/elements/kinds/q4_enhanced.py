@@ -87,7 +87,8 @@ class Q4Enhanced(Isoparametric):
             F, bad, reason = np.empty((k, 4, self.layout.components)), np.zeros(k, dtype=np.bool_), Why.INVERTED
             enhanced.kinematics(part.X, u[rows], alpha[rows], Hn[rows], axi, finite, scale, F, w.h, w.w, bad)
             w.h[bad] = 0.0
-            if failure := material(part, law, at, w):
+            points = (len(part.X[0]) * rows[:, None] + np.arange(len(part.X[0]))).ravel()
+            if failure := material(part, law, at.of(points), w):
                 bad, reason = bad | w.points.any(axis=1), reason if bad.any() else failure.why
             if finite:
                 enhanced.pull_back(Hn[rows], w.P, w.A)

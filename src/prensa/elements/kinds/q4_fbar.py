@@ -41,6 +41,6 @@ class Q4Bar(Isoparametric):
         if failure := material(c, law, at, work):
             return failure
         q4.integrate(c.x, c.d, axi, finite, work.w, work.alpha, work.P, work.A, work.size, stiffness, work.r, work.K)
-        if finite:
+        if finite and q4.folding(c.x, c.d):
             q4.unfold(c.X, c.x, c.d, axi, law.modulus() * scale, work.size, stiffness, work.r, work.K)
         return None

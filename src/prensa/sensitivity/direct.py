@@ -1,0 +1,253 @@
+"""Direct differentiation of committed increments: r(u, p, h_n) = 0 along a parameter, with all branches held.
+
+The derivative u′ of the dofs solves K u′ = −∂r, where ∂r is what the residual does when the parameter and with it the committed
+state change and the free dofs do not; the derivative of what is committed follows from u′ and goes into the next increment
+(Michaleris, Tortorelli and Vidal 1994). ∂r and the derivative of the histories are central differences of the residual, in
+which contact points stay open or closed and stuck or slipping, and material points plastic or elastic, as in the increment
+itself: between these kinks the residual is smooth, and the differences are those of any law, element and tool there is.
+Pressures and tangential tractions are not differenced where displacements change: their gaps times the penalty stiffness
+would be round-off. Their changes are those of the matrix.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.contact.forces import ContactForces
+from prensa.fem.assembly import scatter_vector
+from prensa.fem.context import Context
+from prensa.fem.interaction import Branches
+from prensa.fem.letting_go import let_go
+from prensa.fem.planning import plan_step
+from prensa.fem.schedule import StepPlan
+from prensa.fem.state import State
+from prensa.fem.surface import Surface
+from prensa.fem.system import Evaluation, System
+from prensa.sensitivity.parameters import Parameter, refuse_other_mesh
+from prensa.solver.equilibrium import NewtonResult
+from prensa.solver.increment import Increment
+from prensa.solver.policy import Policy
+from prensa.solver.reduced import Reduced
+from prensa.solver.results import increment_of
+from prensa.solver.stabilisation import Stabilisation
+from prensa.solver.time_stepping import committed
+
+Array = NDArray[np.float64]
+
+DROPPED = np.zeros(0)
+
+
+class Solution(NamedTuple):
+    """A converged increment: its context, dofs u (ndof,), multipliers lam, evaluation with its matrix, and its branches."""
+
+    system: System
+    c: Context
+    u: Array
+    lam: Array
+    e: Evaluation
+    branches: Branches
+
+
+class Side(NamedTuple):
+    """An increment with the parameter a step to one side: its context, dofs u (ndof,), multipliers lam, evaluation there.
+
+    ``pushed`` (points, 1 + t): multipliers in the evaluation that lam has not, see `Direction.at_fixed_dofs`.
+    """
+
+    c: Context
+    u: Array
+    lam: Array
+    e: Evaluation
+    pushed: Array
+
+
+class Neighbour(NamedTuple):
+    """What the increment beside has that does not follow from the committed state: its system, plan and forces."""
+
+    system: System
+    plan: StepPlan
+    e: Evaluation
+
+    def increment(self, before: State, state: State, ended: bool) -> Increment:
+        """What users see of it, with the committed states that it led from and to."""
+        result = NewtonResult(True, None, state.u, None, state.lam, 0)
+        e = self.e._replace(history=state.history)
+        return increment_of(self.system, state, self.plan, e, result, 0, 0, ended, before)
+
+
+@dataclass
+class Direction:
+    """A parameter: the systems a ``step`` above and below it, and the derivative of the committed state by it."""
+
+    parameter: Parameter
+    step: float
+    systems: tuple[System, System]
+    stabilisations: tuple[Stabilisation, Stabilisation]
+    carried: dict[str, Array]
+
+    @classmethod
+    def of(cls, system: System, path: str, share: float, policy: Policy, start: State) -> Direction:
+        """The parameter at a path, with steps of a ``share`` of its size, from the state a run begins with."""
+        parameter = Parameter.of(system.problem, path, system.length)
+        step = share * parameter.size
+        systems = parameter.neighbours(system.problem, step)
+        for other in systems:
+            refuse_other_mesh(system, other, path)
+        viscous = Stabilisation(systems[0], policy), Stabilisation(systems[1], policy)
+        if path in start.derivatives:
+            return cls(parameter, step, systems, viscous, dict(start.derivatives[path]))
+        above, below = (s.initial().moving() for s in systems)
+        return cls(parameter, step, systems, viscous, {k: (a - below[k]) / (2 * step) for k, a in above.items()})
+
+    @property
+    def sides(self) -> tuple[tuple[float, System, Stabilisation], ...]:
+        """Sign, system and viscous forces of both sides."""
+        return ((1.0, self.systems[0], self.stabilisations[0]), (-1.0, self.systems[1], self.stabilisations[1]))
+
+    def difference(self, above: Array, below: Array) -> Array:
+        """Derivative of what differs between both sides."""
+        return (above - below) / (2.0 * self.step)
+
+    # ------------------------------------------------------------------------------------------------------ equilibrium
+    def at_fixed_dofs(self, at: Solution) -> tuple[Side, Side]:
+        """Both sides with the committed state that belongs to them and the dofs of the solution.
+
+        A tool of another shape lies deep in the bodies then, or far from them: steps are long against the penetrations of
+        penalties, and laws would be asked about pressures beyond reason. So multipliers take back what gaps and slips change,
+        and their share, which is linear, is left to the matrix.
+        """
+        return self._side(at, *self.sides[0]), self._side(at, *self.sides[1])
+
+    def equation(self, at: Solution, sides: tuple[Side, Side]) -> tuple[Array, Array]:
+        """∂r (ndof,) at fixed dofs, and how the prescribed dofs (ndof,) change."""
+        system = at.system
+        dr = self.difference(sides[0].e.r, sides[1].e.r)
+        pushed = self.difference(sides[0].pushed, sides[1].pushed)
+        for k, s in enumerate(at.c.surfaces):
+            f, by = at.e.contacts[k], pushed[s.rows]
+            P, T = f.weight * (f.dp[:, : by.shape[1]] * by).sum(axis=1), f.area[:, None] * _tangential(f, by)
+            F, _ = s.points.spread(P[:, None] * f.pairs.Fn + np.einsum("kt,ktm->km", T, f.pairs.Ft), f.K)
+            scatter_vector(F, s.dofs, dr)  # r has −F, and what was pushed is to be taken back
+        given = np.zeros(len(dr))
+        given[at.c.plan.fixed] = self.difference(*(side.c.plan.values(side.c.time) for side in sides))
+        return dr, system.with_slaves(given)
+
+    def _side(self, at: Solution, sign: float, system: System, stabilisation: Stabilisation) -> Side:
+        old = at.c.state.moved(self.carried, sign * self.step)
+        plan = plan_step(system, at.c.plan.number, old.step_start, old.ends)
+        if at.c.state.release is not None and at.c.state.clock.time == plan.t0:
+            carried = let_go(system, replace(old, release=None), plan)
+            old = replace(old, release=np.zeros(system.ndof) if carried is None else carried)
+        c = system.context(old, plan, at.c.time)
+        c = replace(c, interactions=[*c.interactions, *stabilisation.forces(c)])
+        u, lam = system.with_slaves(at.u.copy()), system.initial_multipliers(old)
+        pushed = np.zeros_like(lam)
+        for k, s in enumerate(c.surfaces):
+            own = self._pushed(at, system, c, k, u)
+            if s.multipliers is None:
+                pushed[s.rows] = own
+            else:
+                u[s.multipliers.slice] += (own / c.scales[k].unit[:, None]).ravel()
+        return Side(c, u, lam, system.evaluate(c, u, lam + pushed, stiffness=False, like=at.branches), pushed)
+
+    def _pushed(self, at: Solution, system: System, c: Context, k: int, u: Array) -> Array:
+        """Multipliers (k, 1 + t) that leave the trial tractions of closed points as they are though gaps and slips change."""
+        f, s, closed = at.e.contacts[k], c.surfaces[k], at.branches.contacts[k].closed
+        pairs, scale, before = system.pairs(s, u, c.state), c.scales[k], at.c.scales[k]
+        n = scale.k_n * np.where(closed, pairs.g, 0.0) - before.k_n * np.where(closed, f.g, 0.0)
+        ways = (pairs.s - c.committed[k].coordinate) * scale.k_t[:, None]
+        ways -= (f.s - at.c.committed[k].coordinate) * before.k_t[:, None]
+        return np.hstack([n[:, None], np.where(closed[:, None], ways, 0.0)])
+
+    # ------------------------------------------------------------------------------------------------------- what follows
+    def neighbours(
+        self, at: Solution, fixed: tuple[Side, Side], x: Array, reaction: Array, how: NewtonResult, dt: float
+    ) -> tuple[tuple[Neighbour, Neighbour], Array]:
+        """The increment on both sides, whose difference is carried on, and the derivative (ndof,) of the residual between them.
+
+        That is zero if all is right. x (ndof,): derivative of the dofs beyond what they differ by at the sides already;
+        reaction (ndof,): ∂r + K x.
+        """
+        moved = []
+        for (sign, system, _), side in zip(self.sides, fixed):
+            u = side.u + sign * self.step * x
+            e = system.evaluate(side.c, u, side.lam, stiffness=False, like=at.branches)
+            moved.append(side._replace(u=u, e=e))
+        flat = self.difference(moved[0].e.r, moved[1].e.r)
+        contacts = [self._contact(at, fixed, (moved[0], moved[1]), x, k) for k in range(len(at.c.surfaces))]
+        out, states = [], []
+        for k, ((sign, system, stabilisation), side) in enumerate(zip(self.sides, moved)):
+            e = side.e._replace(r=at.e.r + sign * self.step * reaction, contacts=tuple(pair[k] for pair in contacts))
+            result = replace(how, u=side.u, lam=side.lam.copy(), evaluation=e, recover=None)
+            states.append(committed(system, side.c, result, e, dt, stabilisation).moving())
+            slim = tuple(f._replace(K=DROPPED, dp=DROPPED, dt=DROPPED) for f in e.contacts)
+            out.append(Neighbour(system, side.c.plan, e._replace(contacts=slim, history=())))
+        self.carried = {k: self.difference(a, states[1][k]) for k, a in states[0].items()}
+        return (out[0], out[1]), flat
+
+    def _contact(
+        self, at: Solution, fixed: tuple[Side, Side], moved: tuple[Side, Side], x: Array, k: int
+    ) -> list[ContactForces]:
+        """Forces of contact number k on both sides: pressures, tractions and places as the matrix has them change along x."""
+        f, s = at.e.contacts[k], at.c.surfaces[k]
+        a, b = (side.e.contacts[k] for side in fixed)
+        q, lam = _pair_motions(at.system, s, x)
+        lam = lam - self.difference(fixed[0].pushed[s.rows], fixed[1].pushed[s.rows])
+        with_lam = np.hstack([lam, q])
+        dp = self.difference(a.p, b.p) + (f.dp * with_lam).sum(axis=1)
+        dt = self.difference(a.t, b.t) + (f.dt * with_lam[:, None, :]).sum(axis=2)
+        ds = self.difference(a.s, b.s) + (f.pairs.ds * q[:, None, :]).sum(axis=2)
+        if f.stretched is not None:
+            # the bound is one at P/a: areas that grow along x lower the pressure
+            areas = [side.e.contacts[k].area for side in (*moved, *fixed)]
+            growth = self.difference(areas[0] - areas[2], areas[1] - areas[3]) / f.area
+            dt -= (f.t - f.stretched) * growth[:, None]
+        out = []
+        for (sign, *_), side in zip(self.sides, moved):
+            g, step = side.e.contacts[k], sign * self.step
+            p, t = f.p + step * dp, f.t + step * dt
+            F = (g.weight * p)[:, None] * g.pairs.Fn + np.einsum("k,kt,ktm->km", g.area, t, g.pairs.Ft)
+            out.append(g._replace(p=p, t=t, F=F, pairs=g.pairs._replace(s=f.s + step * ds)))
+        return out
+
+
+def _pair_motions(system: System, s: Surface, x: Array) -> tuple[Array, Array]:
+    """Motions along x (ndof,) of the coordinates q (k, m) of the pairs of a contact and of its multipliers λ (k, 1 + t)."""
+    body = s.points.at(system.displacement(x))
+    q = np.hstack([body, np.broadcast_to(system.place_of(s.tool, x), (len(body), system.dofs.tool.width))])
+    t = system.dofs.dimension - 1
+    lam = np.zeros((len(q), 1 + t))
+    if s.multipliers is not None:
+        lam = s.multipliers.of(x) * (s.modulus / s.points.depth)[:, None]
+    return q, lam
+
+
+def _tangential(f: ContactForces, lam: Array) -> Array:
+    """Tractions (k, t) that multipliers lam (k, 1 + t) make."""
+    return np.asarray((f.dt[:, :, : lam.shape[1]] * lam[:, None, :]).sum(axis=2))
+
+
+class Columns:
+    """Solutions for many right-hand sides with the matrix at a solution."""
+
+    def __init__(self, reduced: Reduced, e: Evaluation) -> None:
+        self.reduced, self.e = reduced, e
+        self.matrix = reduced.matrix(e, np.zeros(len(e.r)))
+        self.factored = False
+
+    def times(self, x: Array) -> Array:
+        """K x (ndof,)."""
+        assert self.e.data is not None
+        return self.reduced.assembly.apply(self.e.data, x)
+
+    def solve(self, b: Array) -> Array:
+        """Dofs (ndof,) of K x = b, zero where prescribed; once refined, which takes back what `determined` adds to the matrix."""
+        if self.factored:
+            x = self.reduced.again(b)
+        else:
+            x, self.factored = self.reduced.solve(self.matrix, b), True
+        return x + self.reduced.again(b - self.times(x))

@@ -1,0 +1,226 @@
+"""`solve` with derivatives: the increments of a run, each with the derivatives of whatever is asked of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.errors import ArgumentError, PrensaError, take
+from prensa.fem.context import Context
+from prensa.fem.discretise import discretise
+from prensa.fem.state import State
+from prensa.fem.system import System
+from prensa.model import problem as model
+from prensa.model.remeshing import remeshing_of
+from prensa.sensitivity.direct import Columns, Direction, Neighbour, Solution
+from prensa.solver import time_stepping
+from prensa.solver.equilibrium import NewtonResult
+from prensa.solver.increment import Derivatives, Increment, Monitor
+from prensa.solver.passages import Passages
+from prensa.solver.policy import Policy
+from prensa.solver.reporting import Messages
+from prensa.solver.step_control import StepControl
+from prensa.solver.time_stepping import Timer, TimeStepping, told_before
+
+Array = NDArray[np.float64]
+
+
+def solve(
+    problem: model.Problem | System,
+    numerics: model.Numerics | None = None,
+    start: State | None = None,
+    monitor: Monitor | None = None,
+    timer: Timer | None = None,
+    policy: Policy | None = None,
+    passages: Passages | None = None,
+    times: Sequence[float] | None = None,
+    stops: Sequence[float] = (),
+    derivatives: Sequence[str] = (),
+) -> Iterator[Increment]:
+    """Yield the converged increments of a problem, in order.
+
+    Parameters
+    ----------
+    problem, numerics, monitor, timer, policy, passages
+        As `prensa.solver.time_stepping.solve`, which this is where no derivatives are asked for.
+    start
+        A committed state to continue from; it carries the derivatives of the run that led to it.
+    times
+        Ends of all increments, among them those of the steps (step number k, from 0, is the time from k to k + 1); none is cut.
+    stops
+        Times at which an increment ends, among those that are chosen.
+    derivatives
+        Paths of parameters, as ``--set`` writes them: ``friction.mu``, ``bodies.ring.material.flow.K``, ``steps.0.move.die.y``.
+        `Increment.derivative` then gives derivatives by them, at the same times.
+
+    Raises
+    ------
+    PrensaError
+        For a description that cannot be discretised, a path without a number, and what has no derivative (augmented contacts,
+        cases that start from a run); `SolveError` when an increment does not converge after all cut-backs.
+
+    """
+    if isinstance(derivatives, str):
+        derivatives = [derivatives]
+    take("solve", "derivatives", derivatives, Sequence, "give a list of paths, for example ['friction.mu']")
+    if not derivatives:
+        return time_stepping.solve(problem, numerics, start, monitor, timer, policy, passages, times, stops)
+    time_stepping.check_arguments(problem, numerics, start, monitor, timer, policy)
+    system = problem if isinstance(problem, System) else discretise(problem)
+    _refuse(system, start, derivatives)
+    if start is None:
+        told_before(system)
+    policy = policy or Policy()
+    stepping = Differentiated(system, numerics or model.Numerics(), policy, Messages(system, monitor), timer or Timer())
+    stepping.passages = passages or stepping.passages
+    begin = start or system.initial()
+    stepping.prescribe(begin, times, stops)
+    share = policy.parameter_step
+    stepping.directions = [Direction.of(system, path, share, policy, begin) for path in derivatives]
+    return stepping.run(begin)
+
+
+def _refuse(system: System, start: State | None, derivatives: Sequence[str]) -> None:
+    """Tell what has no derivative."""
+    augmented = [s.name for s in system.surfaces if s.description.enforcement.max_updates]
+    if augmented:
+        raise ArgumentError(
+            f"derivatives: contact {augmented[0]!r} is augmented: its answer depends on where the updates of its "
+            "multipliers stop, which has no derivative; give 'enforcement: {type: exact}', which meets the same conditions"
+        )
+    if system.beginning is not None:
+        raise ArgumentError(
+            "derivatives: the case starts from a run, whose derivatives are not known; describe both in one case, with more steps"
+        )
+    if remeshing_of(system.problem) is not None:
+        raise ArgumentError("derivatives: a new mesh has other nodes, so nothing is known of its derivatives; give 'remesh: off'")
+    until = next((s.name for s in system.problem.steps if s.until is not None), None)
+    if until is not None:
+        raise ArgumentError(
+            f"derivatives: step {until!r} ends by its 'until', at another time for other parameters; give the travel "
+            "or the force at which it ended"
+        )
+    if start is not None and start.clock.number:
+        missing = [path for path in derivatives if path not in start.derivatives]
+        if missing:
+            raise ArgumentError(
+                f"derivatives: the state to start from does not carry those by {missing[0]!r}; run from the beginning with them"
+            )
+    repeated = [path for k, path in enumerate(derivatives) if path in derivatives[:k]]
+    if repeated:
+        raise ArgumentError(f"derivatives: {repeated[0]!r} is listed twice")
+
+
+@dataclass(frozen=True)
+class _Derivatives(Derivatives):
+    """See `Derivatives`: central differences of any observable between neighbours that are linear in the parameter."""
+
+    steps: Mapping[str, float]
+    neighbours: Mapping[str, tuple[Neighbour, Neighbour]]
+    before: State
+    state: State
+    ended: bool
+
+    @cached_property
+    def increments(self) -> dict[str, tuple[Increment, Increment]]:
+        """Neighbouring increments by the path of the parameter, made when first asked for."""
+        out = {}
+        for path, (a, b) in self.neighbours.items():
+            both = []
+            for side, step in ((a, self.steps[path]), (b, -self.steps[path])):
+                before, state = (s.moved(s.derivatives[path], step) for s in (self.before, self.state))
+                both.append(side.increment(before, state, self.ended))
+            out[path] = both[0], both[1]
+        return out
+
+    def of(self, observable: Callable[[Increment], float]) -> dict[str, float]:
+        """See `Derivatives`."""
+        return {
+            path: (float(observable(a)) - float(observable(b))) / (2.0 * self.steps[path])
+            for path, (a, b) in self.increments.items()
+        }
+
+
+class Differentiated(TimeStepping):
+    """A run that carries derivatives of the committed state along; its increments are those of a run without, bit for bit."""
+
+    def __init__(
+        self, system: System, numerics: model.Numerics, policy: Policy, messages: Messages, timer: Timer
+    ) -> None:
+        super().__init__(system, numerics, policy, messages, timer, condense=False)
+        self.directions: Sequence[Direction] = ()
+        self.told: set[str] = set()
+
+    def commit(
+        self, c: Context, control: StepControl, result: NewtonResult, spent: int, cutbacks: int
+    ) -> tuple[State, Increment]:
+        """As `TimeStepping.commit`, with the derivatives of what it commits."""
+        state, increment = super().commit(c, control, result, spent, cutbacks)
+        before = replace(c.state, derivatives=self._carried())
+        with self.timer("derivatives"):
+            neighbours, flat = self.differentiate(c, result, state)
+        state = replace(state, derivatives=self._carried())
+        steps = {d.parameter.path: d.step for d in self.directions}
+        found = _Derivatives(flat, self._switched(c, result), steps, neighbours, before, state, increment.end_of_step)
+        return state, replace(increment, derivatives=found, _state=lambda: state)
+
+    def _carried(self) -> dict[str, dict[str, Array]]:
+        return {d.parameter.path: d.carried for d in self.directions}
+
+    def differentiate(
+        self, c: Context, result: NewtonResult, state: State
+    ) -> tuple[dict[str, tuple[Neighbour, Neighbour]], dict[str, float]]:
+        """Both neighbours of an increment by each parameter, and what is left of its residual along them.
+
+        Raises
+        ------
+        PrensaError
+            If the residual beside the solution cannot be evaluated.
+
+        """
+        assert self.reduced is not None
+        assert result.evaluation is not None
+        c, system = replace(c, lagged=False), self.system
+        branches = system.branches(c, result.evaluation)
+        lam = system.initial_multipliers(c.state)
+        at = Solution(system, c, result.u, lam, system.evaluate(c, result.u, lam, like=branches), branches)
+        columns = Columns(self.reduced, at.e)
+        neighbours, flat = {}, {}
+        for d in self.directions:
+            path, sides = d.parameter.path, d.at_fixed_dofs(at)
+            for side in sides:
+                if side.e.failed:
+                    raise PrensaError(f"derivatives: the increment beside, with another {path}, cannot be evaluated")
+            dr, given = d.equation(at, sides)
+            dr += columns.times(given)
+            x = columns.solve(-dr)
+            reaction = dr + columns.times(x)
+            neighbours[path], rest = d.neighbours(at, sides, given + x, reaction, result, state.clock.dt)
+            flat[path] = self._proved(at, d, rest)
+        return neighbours, flat
+
+    def _proved(self, at: Solution, d: Direction, rest: Array) -> float:
+        """What is left of the residual along a derivative, over the forces, for a change of the parameter by its size."""
+        assert self.reduced is not None
+        size, e = d.parameter.size, at.e
+        left = self.reduced.norm(rest) * size / e.scale
+        if not left <= self.policy.flat + e.floor * size / (d.step * e.scale) and d.parameter.path not in self.told:
+            self.told.add(d.parameter.path)
+            self.messages.warn(
+                [
+                    f"step {at.c.plan.name!r}, time {at.c.time:.6g}: the derivative by {d.parameter.path} is not exact: along it "
+                    f"{left:.1e} of the forces is left where there should be nothing; a corner of a law or of a tool's "
+                    "outline is in the way, and what comes later is not exact either"
+                ]
+            )
+        return left
+
+    def _switched(self, c: Context, result: NewtonResult) -> dict[str, int]:
+        """Points of each contact that have closed or opened in an increment: forces have kinks there."""
+        assert result.evaluation is not None
+        pairs = zip(self.system.surfaces, result.evaluation.contacts)
+        return {s.name: int((f.branches.closed != c.state.contact.closed[s.rows]).sum()) for s, f in pairs}

@@ -1,0 +1,1 @@
+"""Many runs of one case: sweeps over values, scatter, convergence studies."""

@@ -1,0 +1,338 @@
+"""Derivatives by parameters: against differences of whole runs at the same times, closed forms and identities."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import prensa as pr
+from prensa.errors import ArgumentError, PrensaError
+from prensa.measures import parse
+from prensa.model.problem import Problem
+from prensa.model.schema import loads
+from prensa.output.checkpoint import read_checkpoint, write_checkpoint
+from prensa.sensitivity import direct
+from prensa.sensitivity.parameters import numbers, value_of, with_values
+from prensa.solver.increment import Increment
+
+RING = """
+name: ring
+space: axisymmetric
+bodies:
+  ring:
+    mesh: {type: rectangle, size: [4.5, 3], n: [4, 3], origin: [4.5, 0]}
+    material: {type: j2, E: 200 GPa, nu: 0.3, flow: {type: ludwik, s0: 250, K: 500, n: 0.3}}
+tools: {die: {type: plane, touching: ring.top}}
+contacts: [{surface: ring, against: die}]
+friction: {type: coulomb, mu: 0.1}
+fixed: {ring.bottom: y}
+steps: [{name: press, move: {die: {y: -0.6}}, increments: 6}]
+"""
+FLOW = "bodies.ring.material.flow"
+EXACT = "contacts=[{surface: ring, against: die, enforcement: {type: exact}}]"
+
+OPTIONS = {
+    "penalty": [],
+    "exact": [EXACT],
+    "shear factor": ["friction={type: shear, m: 0.3}"],
+    "exact, shear factor": ["friction={type: shear, m: 0.3}", EXACT],
+    "capped": ["friction={type: capped, mu: 0.2, m: 0.4}"],
+    "levanov": ["friction={type: levanov, m: 0.3}"],
+    "wang_osakada": ["friction={type: wang_osakada, mu: 0.2}"],
+    "stribeck": ["friction={type: stribeck, mu_static: 0.2, mu_kinetic: 0.1, speed: 0.5, viscous: 0.01}"],
+    "friction of the slip": ["friction={type: coulomb, mu: {mu0: 0.05, mu_inf: 0.2, u0: 0.1}}"],
+    "plane strain": ["space=plane strain"],
+    "plane stress": ["space=plane stress", "bodies.ring.element=q4"],
+    "q8": ["bodies.ring.element=q8"],
+    "gauss2": ["contacts=[{surface: ring, against: die, integration: gauss2}]"],
+    "t6": ["bodies.ring.element=t6"],
+    "enhanced": ["bodies.ring.element=q4_enhanced"],
+    "voce": [f"{FLOW}={{type: voce, s0: 250, Q: 300, b: 5}}"],
+    "johnson_cook": [f"{FLOW}={{type: johnson_cook, A: 250, B: 400, n: 0.3, C: 0.02, rate0: 0.1}}"],
+    "neo_hooke": ["bodies.ring.material={type: neo_hooke, E: 1000, nu: 0.3}"],
+    "small strain": ["kinematics=small", "steps.0.move.die.y=-0.05"],
+    "reference geometry": [
+        "contact_geometry=reference",
+        "contacts.0.surface=ring.top",
+        "kinematics=small",
+        "steps.0.move.die.y=-0.05",
+    ],
+    "force": ["steps.0={name: press, push: {die: {y: -45000}}, increments: 6}"],
+}
+
+TWO_STEPS = """
+name: roll over a block
+bodies:
+  block:
+    mesh: {type: rectangle, size: [4, 2], n: [6, 3]}
+    material: {type: j2, E: 1000, nu: 0.3, flow: {type: ludwik, s0: 10, K: 20, n: 0.3}}
+tools: {roll: {type: circle, radius: 3, at: [2.1, 5]}}
+friction: {type: coulomb, mu: 0.2}
+fixed: {block.bottom: xy}
+steps:
+  - {name: press, push: {roll: {y: -12}}, increments: 3}
+  - {name: slide, push: {roll: {y: -12}}, move: {roll: {x: 0.2}}, increments: 3}
+  - {name: lift, move: {roll: {y: 0.5}}, increments: 3}
+"""
+
+
+def ring(*changes: str) -> Problem:
+    """The ring test with changes."""
+    return loads(RING, overrides=changes).problem
+
+
+def force(increment: Increment) -> float:
+    """Force of the ring on its die."""
+    return increment.force("die").y
+
+
+def varied(problem: Problem, tool: str) -> list[str]:
+    """What there is to vary: material, friction, heights, widths, radii, travels and forces."""
+    words = ("material", "friction", "steps", "mesh.size", "radius", "at.0", f"tools.{tool}")
+    found = [k for k, v in numbers(problem).items() if any(w in k for w in words) and v != 0.0]
+    return [k for k in found if not k.endswith((".theta", ".at.1"))]
+
+
+def agreement(problem: Problem, paths: list[str], observables: list[Callable[[Increment], float]]) -> list[float]:
+    """Largest error over a run of derivatives along a mixture of all parameters, over the largest sum of their sizes."""
+    times = [i.time for i in pr.solve(problem)]
+    run = list(pr.solve(problem, times=times, derivatives=paths))
+    signs = np.random.default_rng(1).uniform(0.5, 1.5, len(paths)) * np.resize([1.0, -1.0], len(paths))
+    along = {p: s * value_of(problem, p) for p, s in zip(paths, signs)}
+    errors = []
+    beside = {}
+    for step in (1e-4, 3e-5):
+        beside[step] = [
+            list(
+                pr.solve(
+                    with_values(problem, {p: value_of(problem, p) + k * step * d for p, d in along.items()}),
+                    times=times,
+                )
+            )
+            for k in (1.0, -1.0)
+        ]
+    for observable in observables:
+        given = [i.derivative(observable) for i in run]
+        exact = np.array([sum(d[p] * along[p] for p in paths) for d in given])
+        size = max(sum(abs(d[p] * along[p]) for p in paths) for d in given)
+        found = []
+        for step, (above, below) in beside.items():
+            secant = np.array([(observable(a) - observable(b)) / (2 * step) for a, b in zip(above, below)])
+            found.append(float(np.abs(secant - exact).max() / size))
+        errors.append(min(found))
+    return errors
+
+
+@pytest.mark.parametrize("option", OPTIONS)
+def test_derivatives_are_those_of_whole_runs(option: str) -> None:
+    """Force and displacements have the derivatives of runs at the same times, whatever law, element or enforcement there is."""
+    problem = ring(*OPTIONS[option])
+    paths = varied(problem, "die")
+    assert len(paths) >= 5
+    place = [lambda i, k=k: float(i.state.u[k]) for k in (0, 8, 22)]
+    drives = "push" in OPTIONS[option][-1] if OPTIONS[option] else False
+    travel = (lambda i: i.tools["die"].place.y) if drives else force
+    assert max(agreement(problem, paths, [travel, *place])) < 1e-5
+
+
+def test_derivatives_go_through_steps_and_what_they_let_go() -> None:
+    """A roll pressed in by force, dragged along and lifted: radius, place, forces, travels and friction, of every observable."""
+    problem = loads(TWO_STEPS).problem
+    paths = varied(problem, "roll")
+    assert {"tools.roll.radius", "tools.roll.at.0", "steps.1.push.roll.y", "friction.mu"} <= set(paths)
+    measures = [parse(text, problem).value for text in ("roll.force.y", "block.top.y at x=2.3", "energy.plastic")]
+    observables: list[Callable[[Increment], float]] = [
+        *measures,
+        lambda i: i.force("roll").x,
+        lambda i: i.force("roll").m,
+        lambda i: i.tools["roll"].place.y,
+        lambda i: i.energy["plastic"],
+        lambda i: i.energy["friction"],
+        lambda i: i.contacts["block-roll"].area,
+        lambda i: float(i.bodies["block"].x[24, 0]),
+    ]
+    assert max(agreement(problem, paths, observables)) < 1e-5
+
+
+def test_a_fillet_moves_what_it_should() -> None:
+    """Width and fillet of a punch: the derivative of the force by the shape of a tool."""
+    text = """
+name: punch
+bodies:
+  block:
+    mesh: {type: rectangle, size: [4, 2], n: [8, 4]}
+    material: {type: j2, E: 1000, nu: 0.3, flow: {s0: 10, K: 20, n: 0.3, type: ludwik}}
+tools: {punch: {type: stamp, width: 2.2, fillet: 0.3, touching: block.top, at: [2, 0]}}
+friction: {type: coulomb, mu: 0.2}
+fixed: {block.bottom: xy}
+steps: [{name: press, move: {punch: {y: -0.2}}, increments: 4}]
+"""
+    problem = loads(text).problem
+    paths = ["tools.punch.width", "tools.punch.fillet", "bodies.block.mesh.size.1"]
+    assert max(agreement(problem, paths, [lambda i: i.force("punch").y, lambda i: float(i.state.u[40])])) < 1e-5
+
+
+# ------------------------------------------------------------------------------------------------ closed forms, identities
+@pytest.mark.parametrize("changes", [[], [EXACT]], ids=["penalty", "exact"])
+def test_forces_are_homogeneous_in_all_stresses(changes: list[str]) -> None:
+    """Penalties follow E, so F is homogeneous in (K, σ₀, E): Σ dF/dln = F, exactly."""
+    problem = ring(*changes)
+    paths = [f"{FLOW}.K", f"{FLOW}.s0", "bodies.ring.material.E"]
+    for i in pr.solve(problem, derivatives=paths):
+        by = i.derivative("die.force.y")
+        assert by == i.derivative(force)
+        assert sum(by[p] * value_of(problem, p) for p in paths) == pytest.approx(force(i), rel=1e-9)
+
+
+def test_frictionless_upsetting_has_a_closed_form() -> None:
+    """A cylinder under smooth dies deforms homogeneously: one scalar equation gives F, dF/dK and dF/dn."""
+    E, nu, s0, K, n, H, R = 200e3, 0.3, 250.0, 500.0, 0.3, 3.0, 4.0
+
+    def upset(K: complex, n: complex, height: float) -> complex:
+        p: complex = 0.9 * math.log(H / height)
+        for _ in range(60):  # E (e − p) = J σ_y(p), J = exp(−(1 − 2ν)(e − p)) with e = ln(H/h)
+            e = math.log(H / height) - p
+            J, y = np.exp(-(1 - 2 * nu) * e), s0 + K * p**n
+            p += (E * e - J * y) / (E + J * (K * n * p ** (n - 1) + (1 - 2 * nu) * y))
+        e = math.log(H / height) - p
+        return E * e / np.exp(-(1 - 2 * nu) * e) * math.pi * R**2 * np.exp(2 * nu * e + p)
+
+    smooth = "contacts=[{surface: ring.top, against: die, enforcement: {type: exact}}]"
+    # NumPy and numbers in full: sizes as above
+    problem = ring(smooth, f"bodies.ring.mesh.size=[{R}, {H}]", "bodies.ring.mesh.origin=[0, 0]", "friction.mu=0")
+    for i in pr.solve(problem, derivatives=[f"{FLOW}.K", f"{FLOW}.n"]):
+        height = H + i.tools["die"].place.y
+        by = i.derivative(force)
+        assert force(i) == pytest.approx(upset(K, n, height).real, rel=1e-8)
+        assert by[f"{FLOW}.K"] == pytest.approx(upset(K + 1e-20j, n, height).imag / 1e-20, rel=1e-5)
+        assert by[f"{FLOW}.n"] == pytest.approx(upset(K, n + 1e-20j, height).imag / 1e-20, rel=1e-5)
+
+
+WEDGE = """
+name: wedge
+bodies: {block: {mesh: {type: rectangle, size: [4, 2], n: [4, 2]}, material: {type: elastic, E: 1000, nu: 0.3}}}
+tools: {wedge: {type: plane, at: [2, 2], normal: [0.08715574274765817, -0.9961946980917455]}}
+contacts: [{surface: block.top, against: wedge}]
+friction: {type: coulomb, mu: 0.2}
+fixed: {block.bottom: xy}
+steps:
+  - {name: press, push: {wedge: {y: -2}}, increments: 2}
+  - {name: slide, push: {wedge: {y: -2}}, move: {wedge: {x: -1}}, increments: 6}
+"""
+
+
+def test_a_wedge_that_slides() -> None:
+    """Under a weight N a wedge of slope α that slides pushes with N tan(α ± φ), tan φ = μ: its derivative by μ to 1e-9."""
+    last = list(pr.solve(loads(WEDGE).problem, derivatives=["friction.mu"]))[-1]
+    pushed, weight, mu = last.force("wedge").x, last.force("wedge").y, 0.2
+    slopes = [(math.tan(a + s * math.atan(mu)), s / (math.cos(a + s * math.atan(mu)) ** 2 * (1 + mu**2)))
+              for a in (math.radians(5), -math.radians(5)) for s in (1.0, -1.0)]  # fmt: skip
+    ratio, by_mu = min(slopes, key=lambda v: abs(v[0] - pushed / weight))
+    status = last.contacts["block.top-wedge"].status
+    assert (status == 2).any() and not (status == 1).any()
+    assert pushed == pytest.approx(weight * ratio, rel=1e-9)
+    assert last.derivative(lambda i: i.force("wedge").x)["friction.mu"] == pytest.approx(weight * by_mu, rel=1e-9)
+
+
+def test_friction_does_not_matter_where_everything_sticks() -> None:
+    """dF/dμ = 0 to the last bit where no point has slid."""
+    problem = loads(
+        WEDGE, overrides=["tools.wedge.normal=[0, -1]", "friction.mu=3", "steps.1.move.wedge.x=-0.001"]
+    ).problem
+    for i in pr.solve(problem, derivatives=["friction.mu"]):
+        assert (i.contacts["block.top-wedge"].status == 1).all()
+        for observable in (lambda i: i.force("wedge").x, lambda i: i.force("wedge").y, lambda i: float(i.state.u[20])):
+            assert i.derivative(observable)["friction.mu"] == 0.0
+
+
+# ---------------------------------------------------------------------------------------------------- what does not change
+PATHS = ["friction.mu", f"{FLOW}.K"]
+
+
+def test_a_run_with_derivatives_is_the_run_without() -> None:
+    """Increments with derivatives are those without, bit for bit; so is a run at the times of another."""
+    problem = ring("steps.0={name: press, move: {die: {y: -0.6}}}")
+    plain = list(pr.solve(problem))
+    for run in (list(pr.solve(problem, derivatives=PATHS)), list(pr.solve(problem, times=[i.time for i in plain]))):
+        assert [i.time for i in run] == [i.time for i in plain]
+        assert all(np.array_equal(a.state.u, b.state.u) for a, b in zip(plain, run))
+    with pytest.raises(PrensaError, match="ask for them"):
+        plain[0].derivative(force)
+
+
+def test_a_resumed_run_has_the_same_derivatives(tmp_path: Path) -> None:
+    """From a checkpoint in the middle everything goes on bit for bit, derivatives included."""
+    problem = loads(TWO_STEPS, overrides=["tools.roll.at=[1.9, 5]"]).problem
+    paths = ["friction.mu", "tools.roll.radius"]
+    whole = list(pr.solve(problem, derivatives=paths))
+    for at in (1, 2, 4):  # in a step, at the end of one that lets go, in the next
+        path = write_checkpoint(tmp_path / "c.h5", pr.Case(problem), whole[at].state)
+        _, state = read_checkpoint(path)
+        for a, b in zip(whole[at + 1 :], pr.solve(problem, start=state, derivatives=paths), strict=True):
+            for x, y in zip(a.state.arrays().values(), b.state.arrays().values(), strict=True):
+                assert np.array_equal(x, y)
+            assert a.derivative(lambda i: i.force("roll").x) == b.derivative(lambda i: i.force("roll").x)
+
+
+def test_an_increment_proves_its_derivatives(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
+    """The residual is flat along a derivative, and a wrong one is told, once a parameter."""
+    for i in pr.solve(ring(), derivatives=PATHS):
+        assert i.derivatives is not None
+        assert max(i.derivatives.flat.values()) < 1e-6
+    assert i.derivatives.switched == {"ring-die": 0}
+    assert not caplog.records
+    right = direct.Columns.solve
+    monkeypatch.setattr(direct.Columns, "solve", lambda self, b: 1.001 * right(self, b))
+    list(pr.solve(ring("steps.0.increments=2"), derivatives=PATHS))
+    told = [r.getMessage() for r in caplog.records]
+    assert len(told) == 2
+    assert "the derivative by friction.mu is not exact" in told[0]
+
+
+def test_what_has_no_derivative_is_refused() -> None:
+    """What cannot be differentiated is refused with what to do instead."""
+    start = next(iter(pr.solve(ring()))).state
+    cases: list[tuple[list[str], str, dict[str, object]]] = [
+        (["friction.mew"], "no number at 'friction.mew' in this case; did you mean 'friction.mu'", {}),
+        (["steps.0.increments"], "whole numbers", {}),
+        (["friction"], "'friction' is no number but has some: friction.mu", {}),
+        (["contacts.0.friction.mu"], "it has that of the case: 'friction.mu'", {}),
+        (["friction.mu", "friction.mu"], "listed twice", {}),
+        (["friction.mu"], "run from the beginning", {"start": start}),
+    ]
+    for paths, message, more in cases:
+        with pytest.raises(ArgumentError, match=message):
+            pr.solve(ring(), derivatives=paths, **more)  # type: ignore[arg-type]
+    with pytest.raises(ArgumentError, match="remesh: off"):
+        pr.solve(ring("remesh=auto", "bodies.ring.element=t6"), derivatives=["friction.mu"])
+    ends = "steps.0.until={force: {die: {y: 1000}}}"
+    with pytest.raises(ArgumentError, match="'until'"):
+        pr.solve(ring(ends), derivatives=["friction.mu"])
+    with pytest.raises(ArgumentError, match="'until'"):
+        pr.solve(ring(ends), times=[0.5, 1.0])
+    augmented = "contacts=[{surface: ring, against: die, enforcement: {type: augmented}}]"
+    with pytest.raises(ArgumentError, match="type: exact"):
+        pr.solve(ring(augmented), derivatives=["friction.mu"])
+    with pytest.raises(ArgumentError, match="cannot be varied both ways"):
+        pr.solve(ring("friction.mu=0"), derivatives=["friction.mu"])
+
+
+@pytest.mark.parametrize("times", [[0.5, 0.4, 1.0], [0.5], [0.5, 1.0, 1.5], "soon"])
+def test_times_are_those_of_the_run(times: object) -> None:
+    """Times have to increase and to contain the ends of the steps, and nothing after the last."""
+    with pytest.raises(ArgumentError, match="times"):
+        pr.solve(ring(), times=times)  # type: ignore[arg-type]
+
+
+def test_increments_end_where_they_are_asked_to() -> None:
+    """Prescribed times are all there are; stops are met among those that are chosen."""
+    problem = ring("steps.0={name: press, move: {die: {y: -0.6}}}")
+    assert [i.time for i in pr.solve(problem, times=[0.2, 0.45, 0.7, 1.0])] == [0.2, 0.45, 0.7, 1.0]
+    stopped = [i.time for i in pr.solve(problem, stops=[0.3, 0.7])]
+    assert {0.3, 0.7, 1.0} < set(stopped)
+    with pytest.raises(PrensaError, match="one of the times that were asked for"):
+        list(pr.solve(ring("steps.0.move.die.y=-2.9"), times=[0.3, 1.0]))
