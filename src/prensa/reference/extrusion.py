@@ -1,7 +1,7 @@
 """Backward extrusion of cans: an upper bound by parallel velocity fields, and the elementary formula of Dipper.
 
-Sources: Avitzur (1968), Metal Forming: Processes and Analysis, ch. 5 (parallel velocity fields); Dipper (1949), Das Fließpressen von
-Hülsen in Rechnung und Versuch, Archiv für das Eisenhüttenwesen 20 (mean strains beneath the punch and in the wall).
+Sources: Avitzur (1968), Metal Forming: Processes and Analysis, ch. 5 (parallel velocity fields); Dipper (1949), Das
+Fließpressen von Hülsen in Rechnung und Versuch, Archiv für das Eisenhüttenwesen 20 (mean strains).
 """
 
 from __future__ import annotations
@@ -13,15 +13,13 @@ from ._check import Array, not_negative, positive
 HEIGHTS = 81  # of the zone of deformation that are looked at
 
 
-def can_upper_bound(
-    radius: float, punch: float, height: float, stress: float, m: float
-) -> float:
+def can_upper_bound(radius: float, punch: float, height: float, stress: float, m: float) -> float:
     """Radii and remaining ``height`` (length), flow ``stress``, friction factor m -> punch force (force), an upper bound.
 
-    Metal of a constant flow stress (von Mises) in a container. Beneath the punch, over a height b, it is compressed uniformly,
-    v_r = r/(2 b), v_z = -z/b (unit punch velocity); in the ring around it v_r = A (R²/r - r), v_z = 2 A z with
-    A = r_p²/(2 b (R² - r_p²)): both incompressible, v_r continuous at the punch's radius. The power in both zones, of shear at their
-    faces (towards the can, towards metal at rest below b or the bottom), and of friction m k at punch, bottom
+    Metal of a constant flow stress (von Mises) in a container. Beneath the punch, over a height b, it is compressed
+    uniformly, v_r = r/(2 b), v_z = -z/b (unit punch velocity); in the ring around it v_r = A (R²/r - r), v_z = 2 A z with
+    A = r_p²/(2 b (R² - r_p²)): both incompressible, v_r continuous at the punch's radius. The power in both
+    zones, of shear at their faces (towards the can, and towards metal at rest below b), and of friction m k at punch, bottom
     and wall bounds the force from above; b is the best below ``height``.
 
     Raises ValueError for lengths or a stress <= 0, a punch as wide as the container, m outside 0 ... 1.

@@ -74,7 +74,7 @@ def can(E_scale: float, mu_scale: float, remesh: pr.Remesh, depth: float = 6.0) 
 
 
 def bound(stroke: float) -> float:
-    """The upper bound of the can's force, with the flow stress at Dipper's strain; friction of 0.1 × 2.5 flow stresses, m = 0.43."""
+    """The upper bound of the can's force: flow stress at Dipper's strain, m = 0.43 (μ = 0.1 under 2.5 flow stresses)."""
     left = 10.0 - stroke
     strain = ref.can_strain(10.0, 6.0, 10.0, left)
     return ref.can_upper_bound(10.0, 6.0, left, 200.0 * (0.01 + strain) ** 0.2, 0.43)
