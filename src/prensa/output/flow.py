@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-LINES = 16  # of the grid along the longer side of a body
+GRID_LINES = 16  # of the grid along the longer side of a body
 
 
 def particles(increment: Increment, body: str, points: ArrayLike) -> Array:
@@ -53,7 +53,7 @@ def flow_lines(increment: Increment, problem: Problem) -> Figure:
         x = image.of(body.x)
         there = Triangulation(x[:, 0], x[:, 1], triangles(body.cells))
         low, high = body.X.min(axis=0), body.X.max(axis=0)
-        step = float((high - low).max()) / LINES
+        step = float((high - low).max()) / GRID_LINES
         for axis in (0, 1):
             levels = np.arange(low[axis] + 0.5 * step, high[axis], step)
             if len(levels):

@@ -7,7 +7,7 @@ import numpy as np
 import prensa as pr
 from prensa.bench.robustness.drawn import Drawn, Placed, chain, friction, metal, number, plane, stamp
 
-ELEMENTS = 7  # across the first mesh
+FIRST_MESH = 7  # across the first mesh
 
 
 def problem(rng: np.random.Generator) -> Drawn:
@@ -18,7 +18,7 @@ def problem(rng: np.random.Generator) -> Drawn:
     H = R * number(rng, 0.6, 1.6)
     name, tools, stroke = (_upset, _indented, _extruded, _headed)[rng.integers(4)](rng, R, H)
     mu = 0.0 if rng.random() < 0.2 else number(rng, 0.01, 0.3)
-    billet = pr.Body(pr.Rectangle(size=(R, H), n=(ELEMENTS, max(4, round(ELEMENTS * H / R)))), m.material, "t6")
+    billet = pr.Body(pr.Rectangle(size=(R, H), n=(FIRST_MESH, max(4, round(FIRST_MESH * H / R)))), m.material, "t6")
     contacts = tuple(pr.Contact(("billet",), tool) for tool in tools)
     p = pr.Problem(
         name, bodies={"billet": billet}, tools={k: v.tool for k, v in tools.items()}, contacts=contacts,
