@@ -18,6 +18,7 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "solve": "prensa.sensitivity.solve",
     "discretise": "prensa.fem.discretise",
     "run": "prensa.output.run",
+    "particles": "prensa.output.flow",
     "converge": "prensa.study.converge",
     "sweep": "prensa.study.sweep",
     "results": "prensa.output.result",
