@@ -457,7 +457,10 @@ def _held(
     h = float(s.points.depth.min())
     deep = (pairs.g < -REACH * h) & (np.abs(pairs.n[np.arange(len(nodes)), axis]) > ALONG)
     # beside the contact surface, a tool that came across the normal has pushed the free body ahead of it
-    came = (pairs.n @ place[:2] >= -0.5 * pairs.g) | np.isin(nodes, s.points.nodes)
+    came = pairs.n @ place[:2] >= -0.5 * pairs.g
+    # deep in a tool that is as narrow as its travel is long, its side may be nearer than the face that came
+    across = np.abs(pairs.n @ place[:2]) < 0.5 * np.hypot(*place[:2])
+    came |= np.isin(nodes, s.points.nodes) & (tool.shape.half_space | ~across)
     for k in np.flatnonzero(deep & came):
         key = (i, int(nodes[k]) if nodes[k] in s.points.nodes else -1 - int(nodes[k]))
         if -pairs.g[k] > pressed.get(key, (0.0, 0.0, 0))[0]:

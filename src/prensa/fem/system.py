@@ -462,7 +462,7 @@ class System:
         history, scale, floor = [], 0.0, ROUND_OFF * EPS * self.stiffness * self.nodes
         at = At(c.dt, c.time, data is not None)
         for block, old, held in zip(self.blocks, base, flows or [None] * len(self.blocks)):
-            out = sweep(block, c.x_n, du, old, at._replace(flows=held), r, data, self.pattern)
+            out = sweep(block, c.x_n, du, old, at._replace(flows=held), r, data, self.pattern, c.threads)
             if out.failed:
                 x, y = self.X[block.cells[out.failed.element]].mean(axis=0)[:2].tolist()
                 return Bulk(scale, floor, (), ElementFailed(out.failed.element, block.body, x, y, out.failed.why))

@@ -796,6 +796,8 @@ class Numerics:
     founding paper's, whose contact matrix is symmetric because friction takes the pressure of the last iterate; for comparison.
     ``condense``: linear elastic bodies in small strain are factored once and condensed onto their contact unknowns: ``auto``
     where it pays, ``true`` wherever it can be done (refused elsewhere), ``false`` never.
+    ``threads`` for elements and factorisations: ``auto`` takes the cores that are free, no more than OMP_NUM_THREADS where that
+    is set, and one for small problems. Results are the same bit for bit with any number (PARDISO's may not be).
     """
 
     tolerance: Annotated[Number, Field(gt=0, le=1e-4)] = 1e-9
@@ -807,7 +809,7 @@ class Numerics:
     iteration: Literal["newton", "paper"] = "newton"
     condense: Literal["auto", True, False] = "auto"
     solver: Literal["auto", "pardiso", "rslab", "superlu"] = "auto"
-    threads: Annotated[Whole, Field(ge=1)] = 1
+    threads: Literal["auto"] | Annotated[Whole, Field(ge=1)] = "auto"
 
 
 @described

@@ -58,6 +58,7 @@ from prensa.solver.stabilisation import Stabilisation
 from prensa.solver.stability import at_limit, judged, told
 from prensa.solver.step_control import StepControl
 from prensa.solver.stopping import Outcome, Stopping
+from prensa.solver.threads import threads_of
 from prensa.solver.validity import Validity
 
 log = logging.getLogger("prensa")
@@ -112,6 +113,7 @@ def solve(
     if start is None:
         told_before(system)
     numerics, policy = numerics or model.Numerics(), policy or Policy()
+    numerics = replace(numerics, threads=threads_of(numerics, system.ndof, policy))
     condense = to_be_condensed(system, numerics, policy)
     timer, followed = timer or Timer(), passages or Passages(system)
     state = start or system.initial()
@@ -364,7 +366,8 @@ class TimeStepping:
         """Everything that an increment from a state to the time ``end`` needs."""
         c = self.system.context(state, plan, end)
         viscous = self.stabilisation.forces(c)
-        return replace(c, lagged=self.numerics.iteration == "paper", interactions=[*c.interactions, *viscous])
+        lagged, threads = self.numerics.iteration == "paper", threads_of(self.numerics, self.system.ndof, self.policy)
+        return replace(c, lagged=lagged, interactions=[*c.interactions, *viscous], threads=threads)
 
     def equilibrium(self, c: Context) -> Equilibrium:
         """The equations of an increment, condensed where the bodies are."""
