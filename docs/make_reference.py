@@ -25,7 +25,7 @@ SECTIONS: dict[str, tuple[type, ...]] = {
                     model.ToolForce, model.ToolTravel),
     "Bodies and meshes": (
         model.Body, model.Rectangle, model.Grade, model.Disc, model.Annulus, model.Patch, model.ArcSide, model.SplineSide,
-        model.Points, model.File, model.Tie,
+        model.Outline, model.Points, model.File, model.Tie,
     ),
     "Materials": tuple(dict(public("material")).values()),
     "Flow curves": tuple(dict(public("flow")).values()),

@@ -8,8 +8,8 @@ __version__ = "0.1.0"
 
 _MODEL = (
     "Annulus", "ArcSide", "Body", "Case", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion", "NoContact",
-    "Numerics", "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "Remesh", "Sizes", "SplineSide", "Springs",
-    "Start", "Step", "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When",
+    "Numerics", "Outline", "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "Remesh", "Sizes", "SplineSide",
+    "Springs", "Start", "Step", "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When",
 )  # fmt: skip
 _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "load": "prensa.model.schema",
@@ -18,11 +18,15 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "solve": "prensa.sensitivity.solve",
     "discretise": "prensa.fem.discretise",
     "run": "prensa.output.run",
+    "converge": "prensa.study.converge",
     "sweep": "prensa.study.sweep",
     "calibrate": "prensa.inverse.calibrate",
     "Observe": "prensa.inverse.experiment",
     "Test": "prensa.inverse.experiment",
     "identify": "prensa.inverse.identify",
+    "results": "prensa.output.result",
+    "evaluate": "prensa.solver.assembled",
+    "ProgressBar": "prensa.output.progress",
     "FlowCurve": "prensa.materials.flow_curve",
     "FrictionLaw": "prensa.friction.law",
     "Enforcement": "prensa.contact.method",
@@ -45,6 +49,8 @@ def __getattr__(name: str) -> Any:
         import importlib
 
         value = getattr(importlib.import_module(_WHERE[name]), name)
+        if name in ("solve", "run", "results"):
+            import prensa.output.views
     elif name == "__all__":
         value = __dir__()
     else:

@@ -151,8 +151,7 @@ def sweep(
             out=out, jobs=jobs, memory=memory, cluster=cluster, reports=reports, retry=retry, quiet=quiet, force=force,
         )  # fmt: skip
     if not quiet:
-        page = study.page.relative_to(Path.cwd()) if study.page.is_relative_to(Path.cwd()) else study.page
-        typer.echo(f"{study.summary()}; {page}")
+        typer.echo(f"{study.summary()}; {_near(study.page)}")
     if not study.status["completed"]:
         raise typer.Exit(FAILED)
 
@@ -218,6 +217,55 @@ def identify(
 
         found = look(load(case, changes or ()), observed(observe, sigma or ()), fit, rows)
     typer.echo(str(found))
+
+
+@app.command()
+def converge(
+    case: CaseFile,
+    measures: Annotated[
+        list[str] | None,
+        typer.Option("--measure", help="What to take from every case, as in punch.force.y; repeatable."),
+    ] = None,
+    mesh: Annotated[
+        str | None, typer.Option(metavar="LEVELS", help="Factors of the numbers of elements, as in 0.25,0.5,1,2, or auto.")
+    ] = None,
+    step: Annotated[
+        str | None, typer.Option(metavar="LEVELS", help="Factors of the numbers of increments, or auto.")
+    ] = None,
+    penalty: Annotated[
+        str | None, typer.Option(metavar="LEVELS", help="Factors of the stiffness of contact, or auto.")
+    ] = None,
+    changes: Changes = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the study; results/<case>-converge if not given.")] = None,
+    jobs: Annotated[int | None, typer.Option(min=1, help="Processes; one a core if not given.")] = None,
+    memory: Annotated[str | None, typer.Option(help="Memory of each process, as in 2GB.")] = None,
+    cluster: Annotated[
+        str | None, typer.Option(help="Address of the scheduler of a Dask cluster, or its scheduler file.")
+    ] = None,
+    retry: Annotated[bool, typer.Option("--retry", help="Compute cases that failed again.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but the result and what fails.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Take a folder that holds a study of another case.")] = False,
+) -> None:
+    """Refine mesh, increments or penalty: observed order, extrapolated value and error band of what is measured."""
+    with _errors_reported(instead="what is finished is kept; the same command goes on"):
+        from prensa.study.converge import converge as compute
+        from prensa.study.values import levels_of, split_changes
+
+        study = compute(
+            case, measures or (), mesh=levels_of("mesh", mesh), step=levels_of("step", step),
+            penalty=levels_of("penalty", penalty), changes=split_changes(changes or ()), out=out, jobs=jobs,
+            memory=memory, cluster=cluster, retry=retry, quiet=quiet, force=force,
+        )  # fmt: skip
+    typer.echo(str(study))
+    if not quiet:
+        typer.echo(_near(study.study.page))
+    if not study.study.status["completed"]:
+        raise typer.Exit(FAILED)
+
+
+def _near(path: Path) -> str:
+    """A path as short as it can be said."""
+    return str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
 
 
 @app.command()
@@ -506,7 +554,7 @@ def _actions(step: Step) -> str:
     """What a step does, as it is written, and its increments."""
     from prensa.model.schema import brief
 
-    kinds = ("move", "by", "velocity", "push", "fixed", "loads", "body_force", "friction", "until")
+    kinds = ("move", "by", "velocity", "push", "control", "fixed", "loads", "body_force", "friction", "until")
     acts = [f"{kind} {brief(getattr(step, kind))}" for kind in kinds if getattr(step, kind)]
     many = "" if step.increments == 1 else "s"
     acts.append(f"{step.increments} increment{many}" if step.increments else "increments chosen on the way")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -22,21 +21,15 @@ from prensa.solver.policy import Policy
 from prensa.solver.reduced import Reduced
 from prensa.solver.stabilisation import Viscous, nodal_volumes
 from prensa.solver.stability import softest_modes
-from prensa.verify.buckling import COLUMN_LENGTH, SHORTENING, column
+from prensa.verify.buckling import COLUMN_LENGTH, SHORTENING, arch, column
 
 POLICY = Policy()
 
 
 def shallow_arch(push: float, stabilise: str | float = "off", move: float | None = None) -> pr.Problem:
     """A shallow arch clamped at its ends under a circle that is pushed, or moved."""
-    radius, half = 40.0, 0.35
-    angles = (math.pi / 2 - half, math.pi / 2 + half)
     way = {"move": {"p": pr.Motion(y=move)}} if move is not None else {"push": {"p": pr.Push(y=push)}}
-    return pr.Problem(
-        "arch", {"b": pr.Body(pr.Annulus(radius, radius + 1.0, (20, 1), angles=angles), pr.Elastic(E=1e4, nu=0.3), "q8")},
-        (pr.Step("push", **way),), {"p": pr.Circle(radius=8, at=(0.0, radius + 9.0))}, (pr.Contact("b.outer", "p"),),
-        fixed={"b.start": "xy", "b.end": "xy"}, stabilise=stabilise,
-    )  # fmt: skip
+    return replace(arch(pr.Step("push", **way)), stabilise=stabilise)
 
 
 def test_modes_count_negative_eigenvalues():

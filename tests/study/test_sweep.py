@@ -19,6 +19,7 @@ import prensa as pr
 from prensa.cli import app
 from prensa.errors import PrensaError
 from prensa.output.history import read_history
+from prensa.study import engine
 from prensa.study.attachments import attached, detached
 from prensa.study.results import CASES_TABLE, Study
 
@@ -158,14 +159,15 @@ def test_a_killed_worker_is_survived(tmp_path: Path) -> None:
     """A case whose worker is killed goes to another; one that kills every worker is told and does not end the sweep."""
     (tmp_path / "deadly.py").write_text(LAW, encoding="utf-8")
     written(tmp_path, text=CASE.replace("type: ludwik", "type: 'deadly:Deadly'"))
-    study = swept(tmp_path, {"bodies.block.material.flow.K": [500, 501, 502]}, jobs=2)
+    study = swept(tmp_path, {"bodies.block.material.flow.K": [500, 501, 502]}, jobs=1, memory="1GB")
     assert [row.status for row in study.rows] == ["completed", "completed", "lost"]
     assert "killed" in study.rows[2].reason
     assert (tmp_path / "killed-501").exists()
 
 
-def test_bad_requests_are_told_before_anything_starts(tmp_path: Path) -> None:
+def test_bad_requests_are_told_before_anything_starts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One line, exit code 2, and no folder: for whatever does not exist or makes no sense."""
+    monkeypatch.setattr(engine, "CONNECT", 0.5)
     path = written(tmp_path)
     good = ["--set", f"{MU}=0,0.1", "--measure", "punch.fy", "--jobs", "1"]
     for asked, words in (

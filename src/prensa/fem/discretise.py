@@ -13,6 +13,7 @@ from prensa.contact.integration import Points, behind, depth_of, node_normals, p
 from prensa.elements.element import Mode, element_of
 from prensa.errors import PrensaError, take
 from prensa.fem.assembly import Block, Pattern, block_slots, make_pattern
+from prensa.fem.control import couplings, factor_field
 from prensa.fem.interaction import Interaction
 from prensa.fem.outlines import contact_edges
 from prensa.fem.remeshed import Remeshed
@@ -83,7 +84,7 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = ()) -> 
             _refuse_edges_on_points(tools[surface.tool], surface.points, surface.X, surface.normal)
     cells = {name: m.cells + offsets[name] for name, m in meshes.items()}
     more = [i for e in extensions for i in e.interactions(dofs, X, cells)]
-    pattern = _pattern(cells, surfaces, dofs, more)
+    pattern = _pattern(cells, surfaces, dofs, more, couplings(dofs, _loaded(problem, meshes, offsets, dofs)))
     blocks = [_block(problem, name, cells[name], X, pattern) for name in problem.bodies]
     system = System(problem, meshes, offsets, X, blocks, tools, surfaces, pattern, dofs, ties, more=more)
     for name in [*problem.fixed, *(k for s in problem.steps for k in (*s.fixed, *problem.driven(s)))]:
@@ -110,7 +111,7 @@ def on_meshes(system: System, remeshed: Remeshed) -> System:
     surfaces = _surfaces(problem, candidates, meshes, offsets, x, dofs)
     surfaces = [_sharpened(s, system.tools[s.tool], dofs) for s in surfaces]
     cells = {name: m.cells + offsets[name] for name, m in meshes.items()}
-    pattern = _pattern(cells, surfaces, dofs, ())
+    pattern = _pattern(cells, surfaces, dofs, (), [])
     blocks = [_block(problem, name, cells[name], x, pattern) for name in problem.bodies]
     blocks = [replace(b, X=X[b.cells], volume=remeshed.volume.get(b.body, b.volume)) for b in blocks]
     surfaces = [replace(s, X=s.points.at(X)) for s in surfaces]
@@ -151,6 +152,7 @@ def _dofs(problem: model.Problem, candidates: list[Points], nodes: int, extensio
         if contact.enforcement.has_multipliers
     ]
     more += [(e.field, "node", nodes, e.components) for e in extensions]
+    more += factor_field(any(step.control for step in problem.steps))
     return DofMap(2, nodes, len(problem.tools), more)
 
 
@@ -182,14 +184,28 @@ def _sharpened(s: Surface, tool: PlacedTool, dofs: DofMap) -> Surface:
     return replace(s, points=points, dofs=dofs.pairs(points.support, s.tool))
 
 
-def _pattern(cells: dict[str, Index], surfaces: list[Surface], dofs: DofMap, more: Sequence[Interaction]) -> Pattern:
-    """Couplings of the elements, of tools with their candidate nodes, and of multipliers."""
+def _loaded(problem: model.Problem, meshes: dict[str, Mesh], offsets: dict[str, int], dofs: DofMap) -> list[Index]:
+    """Degrees of freedom of the boundaries and bodies that some load acts on."""
+    out: list[Index] = []
+    for name in {*problem.loads, *(name for step in problem.steps for name in step.loads)}:
+        body, _, edge = name.partition(".")
+        out.append(meshes[body].nodes(edge, name) + offsets[body])
+    for body in {*problem.body_force, *(body for step in problem.steps for body in step.body_force)}:
+        out.append(np.arange(len(meshes[body].points)) + offsets[body])
+    return [dofs.displacement.dofs(nodes) for nodes in out]
+
+
+def _pattern(
+    cells: dict[str, Index], surfaces: list[Surface], dofs: DofMap, more: Sequence[Interaction], sets: list[Index]
+) -> Pattern:
+    """Couplings of the elements, of tools with their candidate nodes, of multipliers, and further ``sets`` of dofs (k, m)."""
     none = np.zeros(0, dtype=np.int64)
     near = [
         np.unique(np.concatenate([none, *(s.points.nodes for s in surfaces if s.tool == t)]))
         for t in range(dofs.tool.count)
     ]
-    coupled = [*(s.coupled for s in surfaces if s.exact or s.sharp), *(sets for i in more for sets in i.couplings())]
+    coupled = [*(s.coupled for s in surfaces if s.exact or s.sharp), *(group for i in more for group in i.couplings())]
+    coupled += sets
     return make_pattern(list(cells.values()), dofs, near, coupled)
 
 

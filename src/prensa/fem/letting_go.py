@@ -34,10 +34,12 @@ def let_go(system: System, state: State, plan: StepPlan) -> Array | None:
     before = plan_step(system, plan.number - 1, state.step_start, state.ends)
     carried = system.external(system.context(state, before, state.clock.time), state.u)
     asked = system.external(system.context(replace(state, release=None), plan, plan.t0), state.u)
+    if before.control is not None:  # what its factor has come to is not known any more, what acts on free dofs is
+        carried = np.where(np.isin(np.arange(system.ndof), before.held), carried, state.work)
     out = carried - asked
-    freed = np.setdiff1d(before.fixed, plan.fixed)
+    freed = np.setdiff1d(before.held, plan.held)
     out[freed] += state.work[freed] - carried[freed]
-    out[plan.fixed[system.dofs.tool.owns(plan.fixed)]] = 0.0
+    out[plan.held[system.dofs.tool.owns(plan.held)]] = 0.0
     out[_rolling(system, state, plan)] = 0.0
     return out if np.abs(out).sum() > NOTHING * np.abs(state.work).sum() else None
 

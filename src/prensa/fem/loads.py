@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.fem.control import Proportional
 from prensa.fem.interaction import Interaction, Part, Request, Response
 from prensa.fem.schedule import BoundaryLoad, Course, StepPlan
 
@@ -188,7 +189,22 @@ def loads_of(system: System, plan: StepPlan, release: Array | None) -> list[Inte
     out: list[Interaction] = [EdgeLoad(system, name, load) for name, load in plan.loads.items()]
     out += [BodyForce(system, body, courses) for body, courses in plan.body_force.items()]
     out += [ToolForce(dof, course) for dof, course in plan.push.items()]
+    if plan.control is not None:
+        out = [Proportional(load) for load in out]
+        if release is not None:
+            changed = np.isin(np.arange(system.ndof), _loaded(system, plan))
+            out.append(Proportional(Release(np.where(changed, release, 0.0))))
+            release = np.where(changed, 0.0, release)
     out += [Spring(dof, stiffness, mount) for dof, (stiffness, mount) in plan.springs.items()]
     if release is not None:
         out.append(Release(release))
     return out
+
+
+def _loaded(system: System, plan: StepPlan) -> Index:
+    """Degrees of freedom on which the loads of a step act, and those of its tools: what is carried there follows its factor."""
+    nodal = system.dofs.displacement
+    bodies = [system.offsets[name] + np.arange(len(system.meshes[name].points)) for name in plan.body_force]
+    sets = [nodal.dofs(nodes) for nodes in (*(load.edges for load in plan.loads.values()), *bodies)]
+    tools = np.arange(system.dofs.tool.first, system.dofs.tool.slice.stop)
+    return np.concatenate([tools, *(s.ravel() for s in sets)])

@@ -8,7 +8,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.fem.schedule import BoundaryLoad, Course, Prescribed, StepPlan, course, integrated, way, zero_course
+from prensa.fem.control import FACTOR
+from prensa.fem.schedule import (
+    BoundaryLoad,
+    Control,
+    Course,
+    Prescribed,
+    StepPlan,
+    course,
+    integrated,
+    way,
+    zero_course,
+)
 from prensa.fem.system import System
 from prensa.friction.fading import Fading, fading
 from prensa.model import problem as model
@@ -62,13 +73,31 @@ def plan_step(system: System, number: int, step_start: Array, ends: Array | None
                 springs[dof] = stiffness, _mount(p, name, key, number, ended)
             elif force is not None:
                 push[dof] = course(force, _push_before(p, name, key, number, ended), float(number), float(number + 1))
+                if (led := getattr(step.control.get(name), key, None)) is not None:
+                    groups.append(
+                        Prescribed(np.array([dof]), step_start[[dof]].copy(), way(led, float(number), number + 1.0))
+                    )
             else:
                 groups.append(_tool_group(step, name, key, dof, step_start, number))
+    control = _control(system, push, groups, step_start)
     return StepPlan(
         step.name, number, float(number), float(number + 1), groups, push, _loads(system, number, ended),
         _body_forces(p, number, ended), _fading(p, number, ended), step.increments, springs,
-        _released(system, number, step_start, groups, ended),
+        _released(system, number, step_start, groups, ended), control,
     )  # fmt: skip
+
+
+def _control(system: System, push: dict[int, Course], groups: list[Prescribed], step_start: Array) -> Control | None:
+    """The displacement control of a step, whose ``groups`` it adds the factor to where there is none; None without."""
+    field = system.dofs.fields.get(FACTOR)
+    if field is None:
+        return None
+    factor = field.dofs(0)
+    lead = next((int(dof) for g in groups for dof in g.dofs if dof in push), None)
+    if lead is None:
+        groups.append(Prescribed(factor, step_start[factor].copy()))
+        return None
+    return Control(lead, int(factor[0]), float(step_start[factor[0]]))
 
 
 def _supports(p: model.Problem, number: int) -> dict[tuple[str, str], tuple[Any, int, bool]]:

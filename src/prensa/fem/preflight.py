@@ -173,7 +173,7 @@ def _lengths(system: System) -> Iterator[Notice]:
                     f"{value:.4g} {unit} against bodies of {size:.4g} {unit}; are both in the same unit?",
                 )
     for i, step in enumerate(system.problem.steps):
-        for kind in ("move", "by", "velocity") if step.until is None else ():
+        for kind in ("move", "by", "velocity", "control") if step.until is None else ():
             for name, motion in getattr(step, kind).items():
                 for key in ("x", "y", "rz"):
                     value = getattr(motion, key)

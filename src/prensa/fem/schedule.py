@@ -106,13 +106,25 @@ class BoundaryLoad:
     ty: Course
 
 
+@dataclass(frozen=True)
+class Control:
+    """Displacement control: the ``lead``, a tool's dof, is prescribed, and its equation is that of the dof ``factor``.
+
+    All that the step changes of its loads is multiplied by what the factor has grown by since its ``start``.
+    """
+
+    lead: int
+    factor: int
+    start: float
+
+
 @dataclass
 class StepPlan:
     """Everything prescribed in one step; ``t0``, ``t1`` its times.
 
     ``fixed`` (k,) prescribed dofs in increasing order; ``push`` tool degrees of freedom with force courses; ``springs`` tool
     degrees of freedom that hang on a spring, with its stiffness and the course of its mount; ``released`` what supports held
-    in the step before and nothing prescribes now.
+    in the step before and nothing prescribes now; ``control`` where one of the pushed ones leads.
     """
 
     name: str
@@ -127,6 +139,7 @@ class StepPlan:
     increments: int | None
     springs: dict[int, tuple[float, Course]] = field(default_factory=dict)
     released: list[Prescribed] = field(default_factory=list)
+    control: Control | None = None
     fixed: Index = field(init=False)
 
     def __post_init__(self) -> None:
@@ -139,6 +152,11 @@ class StepPlan:
         if not self.groups:
             return np.zeros(0)
         return np.concatenate([g.at(t, self.t0, self.t1) for g in self.groups])[self._order]
+
+    @property
+    def held(self) -> Index:
+        """Prescribed degrees of freedom with a reaction: all of ``fixed`` but the lead, whose force is given."""
+        return self.fixed if self.control is None else self.fixed[self.fixed != self.control.lead]
 
     def left(self, t: float) -> float:
         """Share (1 … 0) that is left at time t of what the step lets go."""

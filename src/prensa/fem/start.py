@@ -104,7 +104,7 @@ class Earlier:
         inner, inner_old = (s.to_masters(v.r + v.f_ext) for s, v in ((system, e), (self.system, old)))
         release = system.to_masters(e.r - self._moved(self._jump(system, at_end, old), system))
         work = self._moved(self.state.work, system) + inner - self._moved(inner_old, system)
-        release[plan.fixed] = 0.0
+        release[plan.held] = 0.0
         for s in system.surfaces:
             if s.multipliers is not None:  # equations of multipliers are no forces
                 release[s.unknowns] = work[s.unknowns] = 0.0

@@ -23,7 +23,8 @@ from prensa.fem.system import System
 def is_symmetric(system: System, plan: StepPlan) -> bool:
     """Whether the matrix of the free degrees of freedom is symmetric throughout a step. No matrix is ever made symmetric."""
     return (
-        all(b.law.symmetric and (b.element.symmetric(b.mode) or _has_energy(b)) for b in system.blocks)
+        plan.control is None
+        and all(b.law.symmetric and (b.element.symmetric(b.mode) or _has_energy(b)) for b in system.blocks)
         and all(system.frictionless(d) for d in plan.friction)
         and not any(load.follower for load in plan.loads.values())
         and (system.problem.contact_geometry == "current" or _tools_are_led(system, plan))

@@ -96,6 +96,10 @@ def mesh_of(description: Any, element: str | int = "q4", unit: str = "mm") -> Me
             from prensa.mesh.read import from_file
 
             return from_file(description, nodes, unit)
+        case model.Outline():
+            from prensa.mesh.outlined import outlined
+
+            return mesh_from_draft(outlined(description), nodes)
         case model.Patch():
             return mesh_from_draft(blocks.patch(description), nodes)
     raise TypeError(f"unknown mesh {description!r}")

@@ -119,11 +119,11 @@ class NewOutline:
     names: list[frozenset[str]]
 
 
-def resampled(outline: list[Chain], size: SizeOf, touching: Flags) -> NewOutline:
+def resampled(outline: list[Chain], size: SizeOf, touching: Flags | None = None) -> NewOutline:
     """New nodes along an outline at distances of about ``size``; ends of contact zones stay where they are.
 
-    touching (n,): nodes of the old mesh that are closed in some contact. Without the ends of their zones as nodes, a zone
-    loses up to a side of an element at each remeshing.
+    touching (n,): nodes of the old mesh that are closed in some contact, None: none. Without the ends of their zones as nodes, a
+    zone loses up to a side of an element at each remeshing.
     """
     ends, middles, names = [], [], []
     least = 3 if len(outline) == 1 else 1
@@ -135,10 +135,10 @@ def resampled(outline: list[Chain], size: SizeOf, touching: Flags) -> NewOutline
     return NewOutline(np.concatenate(ends), np.concatenate(middles), names)
 
 
-def _stations(chain: Chain, size: SizeOf, touching: Flags, least: int) -> Array:
+def _stations(chain: Chain, size: SizeOf, touching: Flags | None, least: int) -> Array:
     """Arc lengths of the ends of the sides along a chain."""
     at, nodes = chain.nodes
-    flags = touching[nodes]
+    flags = np.zeros(len(nodes), dtype=bool) if touching is None else touching[nodes]
     flips = np.flatnonzero(flags[1:] != flags[:-1])
     zone = np.where(flags[flips], at[flips], at[flips + 1])
     h = NEARNESS * size(chain(zone)) if len(zone) else zone

@@ -69,7 +69,9 @@ def _measures(p: Any) -> Iterator[Finding]:
     for name in p.measures:
         if not _OWN_NAME.fullmatch(name) or name in _TAKEN:
             why = "every table has such a column" if name in _TAKEN else "letters, digits, '_' and '-' make one"
-            yield Finding(("measures", name), f"{name!r} is no name for a measure ({why}); write it like 'bore'", at_key=True)
+            yield Finding(
+                ("measures", name), f"{name!r} is no name for a measure ({why}); write it like 'bore'", at_key=True
+            )
 
 
 def _whole(p: Any) -> Iterator[Finding]:
@@ -113,6 +115,8 @@ def _remeshing(p: Any) -> Iterator[Finding]:
         yield _not_remeshed("tied sides are not carried over; make one body of the tied ones, or use 'remesh: off'")
     if p.start is not None:
         yield _not_remeshed("a case that starts from a run has the mesh of that run; make it one case of several steps")
+    if any(step is not None and step.control for step in p.steps):
+        yield _not_remeshed("the factor of 'control' is not carried over; move the tool, or use 'remesh: off'")
     bodies = {name: b for name, b in p.bodies.items() if b is not None and b.material is not None}
     flowing = {name: b for name, b in bodies.items() if getattr(b.material, "plastic", False)}
     if len(bodies) == len(p.bodies) and not flowing:
@@ -167,6 +171,9 @@ def _boundaries(body: Any) -> list[str]:
             return ["inner", "outer", *(ends if mesh.angles[1] - mesh.angles[0] < 6.283185 else ends[2:4])]
         case "points":
             return list(mesh.boundaries)
+        case "outline":
+            holes = [f"hole-{k + 1}" for k in range(len(mesh.holes))]
+            return [*dict.fromkeys(mesh.sides or ("outline",)), *holes]
     return []
 
 
@@ -340,12 +347,51 @@ def _step(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding]:
                     message = f"{freedom} of tool {key!r} is given by '{other}' and by '{kind}'; keep one"
                     yield Finding((*here, name), message, at_key=True)
     yield from _supports(p, step, path)
+    yield from _control(p, step, (*path, "control"))
     contacts = [c.name for c in p.contacts if c is not None]
     for key in step.friction:
         if key not in contacts and None not in p.contacts and contacts:
             message = f"unknown contact {key!r}{suggest(key, contacts)}"
             yield Finding((*path, "friction", key), message, at_key=True)
     yield from until.findings(p, step, path)
+
+
+def _control(p: Any, step: Any, path: tuple[str | int, ...]) -> Iterator[Finding]:
+    """Displacement control: one component of a pushed tool, by a way in one number; and loads that are numbers."""
+    led = [
+        (t, name) for t, m in step.control.items() for name in ("x", "y", "rz") if getattr(m, name, None) is not None
+    ]
+    if not step.control:
+        return
+    if len(led) != 1:
+        yield Finding(
+            path, "displacement control needs the way of one component of one tool: one of x, y, rz", at_key=True
+        )
+        return
+    ((tool, name),) = led
+    here, way = (*path, tool, name), getattr(step.control[tool], name)
+    if tool not in p.tools:
+        yield Finding((*path, tool), f"unknown tool {tool!r}{suggest(tool, p.tools)}", at_key=True)
+        return
+    if isinstance(way, tuple) or way == 0:
+        yield Finding(here, "give the way from where the tool is at the start of the step, as a number other than 0")
+    force = getattr(step.push.get(tool), "m" if name == "rz" else name, None)
+    if force is None or force == 0:
+        message = (
+            f"{name} of tool {tool!r} leads, so 'push' has to drive it: give its force, not 0, or move it 'by' the way"
+        )
+        yield Finding(here, message, at_key=True)
+    for kind in ("push", "loads", "body_force"):
+        for key, entry in getattr(step, kind).items():
+            values = entry if isinstance(entry, tuple) else (vars(entry).values() if entry is not None else ())
+            flat = [
+                v for value in values for v in (value if kind == "loads" and isinstance(value, tuple) else (value,))
+            ]
+            if any(isinstance(v, tuple) for v in flat):
+                message = (
+                    f"{kind} of {key!r} is a table over time; with 'control' the loads follow the tool: give numbers"
+                )
+                yield Finding((*path[:-1], kind, key), message, at_key=True)
 
 
 def _boundary_moved(p: Any, step: Any, path: tuple[str | int, ...], motion: Any) -> Iterator[Finding]:

@@ -281,6 +281,43 @@ class Patch:
         return self
 
 
+def _fillet_kind(value: Any) -> str:
+    return "each" if isinstance(value, list | tuple) else "one"
+
+
+Radius = Annotated[Length, Field(ge=0)]
+Fillets = Annotated[
+    Annotated[Radius, Tag("one")] | Annotated[tuple[Radius, ...], Tag("each")], Discriminator(_fillet_kind)
+]
+Ring = Annotated[tuple[tuple[Length, Length], ...], Field(min_length=3)]
+
+
+@described
+class Outline:
+    """Triangles within a closed outline, straight from point to point: a billet of any shape.
+
+    ``size``: of the elements, smaller at fillets; ``fillet``: radius of all corners, or a list with one for each point;
+    ``sides``: names of the boundaries, one for each side from its point to the next (they may repeat; a fillet belongs to the
+    side after it; without: ``outline``); ``holes``: lists of points, whose boundaries are ``hole-1``, ``hole-2`` …
+    Made by MMG (``pip install prensa[remesh]``).
+    """
+
+    points: Ring
+    size: Annotated[Length, Field(gt=0)]
+    fillet: Fillets = 0.0
+    sides: tuple[str, ...] = ()
+    holes: tuple[Ring, ...] = ()
+    type: Literal["outline"] = "outline"
+
+    @model_validator(mode="after")
+    def _check(self) -> Outline:
+        if self.sides and len(self.sides) != len(self.points):
+            raise ValueError(f"{len(self.sides)} names in 'sides' for {len(self.points)} sides; give one for each point")
+        (x, y), (u, v) = zip(*self.points), zip(*(*self.points[1:], self.points[0]))
+        _bounded(abs(sum(a * d - b * c for a, b, c, d in zip(x, y, u, v))) / self.size**2)
+        return self
+
+
 def _mesh_file(path: Any, info: Any) -> Any:
     from prensa.model.tables import found_file
 
@@ -317,7 +354,7 @@ class File:
         return self
 
 
-Mesh = Annotated[Rectangle | Disc | Annulus | Patch | Points | File, Field(discriminator="type")]
+Mesh = Annotated[Rectangle | Disc | Annulus | Patch | Outline | Points | File, Field(discriminator="type")]
 
 
 # --------------------------------------------------------------------------------------------------------- materials
@@ -570,6 +607,9 @@ class Step:
     changed goes linearly, over the step, from the force that it carries to what is asked; lowered friction fades so too.
     ``increments``: the number of equal increments asked for (each is cut further when it does not converge);
     without it the step size is chosen automatically.
+    ``control``: displacement control of what the step pushes and loads. The tool goes the way that is given (as of ``by``, from
+    where it is at the start of the step), and one factor on all forces that the step changes, 1 where they are what is
+    asked, is what equilibrium makes of it: a load may pass a maximum on the way. Of one component that ``push`` drives.
     ``stabilise`` overrides the problem's. ``until``: what ends the step before that; the rest of its time is passed over, and
     what the next step says goes from where things are then.
     """
@@ -584,6 +624,7 @@ class Step:
     body_force: Mapping[str, tuple[BodyForceValue, BodyForceValue]] = field(default_factory=dict)
     friction: Mapping[str, Friction | None] = field(default_factory=dict)
     increments: Annotated[Whole, Field(ge=1)] | None = None
+    control: Mapping[str, Motion] = field(default_factory=dict)
     stabilise: Stabilise | None = None
     until: Until | None = None
 
@@ -734,6 +775,6 @@ class Case:
 
 __all__ = [
     "Annulus", "ArcSide", "Body", "Case", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion", "NoContact", "Numerics",
-    "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "Remesh", "Sizes", "SplineSide", "Springs", "Start", "Step",
-    "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When",
+    "Outline", "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "Remesh", "Sizes", "SplineSide", "Springs",
+    "Start", "Step", "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When",
 ]  # fmt: skip

@@ -6,6 +6,7 @@ Every function returns a `matplotlib.figure.Figure`; `save` writes it. matplotli
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -59,6 +60,7 @@ def deformed(
     mesh: bool | None = None,
     mirror: Sequence[str] = (),
     range: tuple[float, float] | None = None,
+    box: tuple[float, float, float, float] | None = None,
 ) -> Figure:
     """Deformed bodies coloured by *field*, with the tools at their current place; axisymmetric sections are mirrored.
 
@@ -74,6 +76,8 @@ def deformed(
         Sides (``left``, ``right``, ``bottom``, ``top``) of the undeformed bodies on which to draw their mirror image.
     range
         Values of the first and the last colour; those of the increment if None.
+    box
+        Part of the plane to show (x from, to, y from, to); the bodies with the nearest pieces of the tools if None.
 
     Raises
     ------
@@ -85,11 +89,11 @@ def deformed(
     bodies = list(increment.bodies.values())
     values = [field_values(b, field) for b in bodies]
     lines = mirror_lines(increment, problem, mirror)
-    box = limits(increment, problem, mirror)
+    box = box or limits(increment, problem, mirror)
     with style.styled():
         wide = (box[1] - box[0]) / (box[3] - box[2])
         figure, axes = _figure(*_size(wide))
-        ends = range or _range(values, field)
+        ends = range or colour_range(values, field)
         mappable: Any = None
         for image in images(lines):
             sign = image.sign(field, problem)
@@ -251,10 +255,10 @@ def pressure(
         if shear.max(initial=0.0) > 1e-9 * max(p.max(initial=0.0), 1e-300):
             axes.plot(s, shear, "s-", color=style.GREEN, markersize=2.5, linewidth=1.2, label="|shear|, nodal forces")
         top = max(p[shown].max(initial=0.0), np.nanmax(stress[closed], initial=0.0))
-        for name, curve in (reference or {}).items():
+        for (name, curve), line in zip((reference or {}).items(), cycle(("-", "--", ":", "-."))):
             x, y = (np.linspace(low, high, 401),) * 2 if callable(curve) else curve
             y = curve(x) if callable(curve) else y
-            axes.plot(x, y, "-", color=style.BLACK, linewidth=1.0, label=name, zorder=1.5)
+            axes.plot(x, y, line, color=style.BLACK, linewidth=1.1, label=name, zorder=1.5)
             top = max(top, float(np.nanmax(y)))
         axes.set(xlim=(low, high), xlabel=label, ylabel=f"traction ({style.pressure_unit(problem)})")
         axes.set_ylim(min(0.0, 1.05 * float(np.nanmin(stress[closed], initial=0.0))), 1.06 * top if top > 0 else 1.0)
@@ -267,7 +271,12 @@ def pressure(
 
 def contact_at(increment: Increment, contact: str, problem: Problem) -> Figure:
     """`pressure` of a contact, by name, with the moment in the title."""
-    return pressure(increment.contacts[contact], problem, title=f"{contact}\n{_moment(increment)}")
+    return pressure(increment.contacts[contact], problem, title=title(increment, contact))
+
+
+def title(increment: Increment, contact: str) -> str:
+    """Name of a contact above the moment."""
+    return f"{contact}\n{_moment(increment)}"
 
 
 def _arc(x: Array, along: Array) -> Array:
@@ -407,9 +416,10 @@ def convergence(
 # -------------------------------------------------------------------------------------------------------------- details
 def _figure(width: float, height: float, rows: int = 1, columns: int = 1, **options: Any) -> tuple[Figure, Any]:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(width, height))
+    from prensa.output.picture import Picture
+
+    figure = Picture(figsize=(width, height))
     FigureCanvasAgg(figure)
     return figure, figure.subplots(rows, columns, **options)
 
@@ -490,7 +500,8 @@ def _edges(axes: Axes, body: BodyState, image: Image, mesh: bool) -> None:
     axes.add_collection(LineCollection(list(x[edges]), colors="0.1", linewidths=0.8, zorder=3))
 
 
-def _range(values: list[Array], field: str) -> tuple[float, float]:
+def colour_range(values: list[Array], field: str) -> tuple[float, float]:
+    """Values of the first and the last colour of a field with nodal values (n,) of some bodies."""
     low, high = min(float(v.min()) for v in values), max(float(v.max()) for v in values)
     if field_map(field) == style.DIVERGING:
         high = max(abs(low), abs(high), 1e-300)

@@ -1,10 +1,14 @@
-"""Progress display: a bar on a terminal, one line per accepted increment elsewhere, nothing when asked to be quiet."""
+"""Progress display: a bar on a terminal, one live line in a notebook, one line per accepted increment elsewhere.
+
+Nothing when asked to be quiet.
+"""
 
 from __future__ import annotations
 
 import time as clocks
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import TracebackType
+from typing import Any
 
 from rich.console import Console
 from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
@@ -31,7 +35,8 @@ class ProgressBar:
         self._console = console or Console(stderr=True, quiet=quiet)
         self._quiet, self._start, self._began = quiet, start, clocks.perf_counter()
         self._bar: Bar | None = None
-        if not quiet and self._console.is_terminal:
+        self._line = None if quiet or console is not None else notebook_line()
+        if not quiet and self._line is None and self._console.is_terminal:
             self._bar = Bar(
                 TextColumn("{task.description}"), BarColumn(bar_width=24), TextColumn("{task.percentage:3.0f} %"),
                 TextColumn("{task.fields[detail]}"), TimeElapsedColumn(), TextColumn("left {task.fields[left]}"),
@@ -62,9 +67,7 @@ class ProgressBar:
             detail = ", ".join(filter(None, [detail, _forces(progress.forces)]))
             self._bar.update(self._task, description=progress.step, detail=detail)
         if progress.event == "accepted" and not self._bar:
-            parts = [f"{progress.step}: increment {progress.number}, time {progress.time:.4g} of {progress.end:.4g}"]
-            parts += [f"{progress.iteration} iterations", f"residual {progress.residual:.1e}", _forces(progress.forces)]
-            self._print(", ".join(filter(None, parts)))
+            self._print(self._accepted(progress) + (f", left {self._time_left(progress)}" if self._line else ""))
         elif progress.event in ("rejected", "note") and progress.message:
             self._print(
                 f"{progress.step}: {'increment cut: ' if progress.event == 'rejected' else ''}{progress.message}"
@@ -75,11 +78,19 @@ class ProgressBar:
         if not self._quiet:
             self._print(line)
 
+    def _accepted(self, progress: Progress) -> str:
+        parts = [f"{progress.step}: increment {progress.number}, time {progress.time:.4g} of {progress.end:.4g}"]
+        parts += [f"{progress.iteration} iterations", f"residual {progress.residual:.1e}", _forces(progress.forces)]
+        return ", ".join(filter(None, parts))
+
     def warn(self, text: str) -> None:
         """Show a warning, also when asked to be quiet."""
-        Console(stderr=True).print(f"warning: {text}", markup=False, highlight=False, soft_wrap=True)
+        Console(stderr=True, force_jupyter=False).print(f"warning: {text}", markup=False, highlight=False, soft_wrap=True)
 
     def _print(self, line: str) -> None:
+        if self._line is not None:
+            self._line(line)
+            return
         self._console.print(line, markup=False, highlight=False, soft_wrap=True)
 
     def _time_left(self, progress: Progress) -> str:
@@ -89,6 +100,29 @@ class ProgressBar:
             return "–"
         seconds = round((clocks.perf_counter() - self._began) * (progress.end - progress.time) / done)
         return f"{seconds // 3600}:{seconds // 60 % 60:02d}:{seconds % 60:02d}"
+
+
+def notebook_line() -> Callable[[str], None] | None:
+    """What replaces the text of one line below the running cell; None outside notebooks. Nothing of IPython is imported there."""
+    import sys
+
+    shell = sys.modules.get("IPython")
+    running = shell.get_ipython() if shell is not None else None
+    if running is None or getattr(running, "kernel", None) is None:
+        return None
+    from IPython.display import display
+
+    handle: Any = None
+
+    def show(line: str) -> None:
+        nonlocal handle
+        text = {"text/plain": line}
+        if handle is None:
+            handle = display(text, raw=True, display_id=True)
+        else:
+            handle.update(text, raw=True)
+
+    return show
 
 
 def _forces(forces: Mapping[str, Force]) -> str:

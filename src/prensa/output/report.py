@@ -71,7 +71,7 @@ def stored_run(directory: Path) -> Stored:
 
     summary = read_summary(directory)
     placements = {t: Placement(tuple(p["at"]), tuple(p["direction"])) for t, p in summary.get("tools", {}).items()}
-    return Stored(directory, loads(summary["case"], SUMMARY), placements)
+    return Stored(directory, loads(summary["case"], SUMMARY), placements, summary["status"] == "completed")
 
 
 def number(value: float, digits: int = 5) -> str:
@@ -213,7 +213,11 @@ def _facts(case: Case, summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
     for name, support in p.fixed.items():
         yield f"Support {name}", brief(support)
     for step in p.steps:
-        acts = [f"{k} {brief(v)}" for k in ("move", "by", "velocity", "push", "loads", "until") if (v := getattr(step, k))]
+        acts = [
+            f"{k} {brief(v)}"
+            for k in ("move", "by", "velocity", "push", "control", "loads", "until")
+            if (v := getattr(step, k))
+        ]
         early = summary.get("ended_early", {}).get(step.name)
         acts += [f"ended at time {number(early)}"] if early is not None else []
         yield f"Step {step.name}", ", ".join(acts) or "nothing moves"

@@ -11,7 +11,6 @@ import logging
 import time as clocks
 from collections.abc import Mapping
 from contextlib import closing
-from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -33,6 +32,7 @@ from prensa.output.folder import make_room, refuse_links
 from prensa.output.interrupt import Interruptible
 from prensa.output.lock import locked
 from prensa.output.progress import ProgressBar
+from prensa.output.result import RunResult
 from prensa.solver.increment import Increment, Progress
 from prensa.solver.passages import Passages
 from prensa.solver.time_stepping import Timer, at_rest, solve
@@ -41,24 +41,6 @@ log = logging.getLogger("prensa")
 
 CHECKPOINT_SHARE = 0.05  # of the wall time that checkpoints may take in the middle of a step
 IMBALANCE = 0.05  # of the largest energy, above which the ledger is worth a warning
-
-
-@dataclass(frozen=True)
-class RunResult:
-    """What a run gave: its folder, how it ended (always ``completed`` where it is returned), and its last increment.
-
-    ``increment`` is None when a resumed run had nothing left to do; ``summary`` is the content of ``summary.json``.
-    """
-
-    directory: Path
-    status: str
-    increment: Increment | None
-    summary: dict[str, Any]
-
-    @property
-    def history(self) -> dict[str, NDArray[Any]]:
-        """Columns of ``history.csv``."""
-        return history.read_history(self.directory)
 
 
 def run(

@@ -66,8 +66,7 @@ def chosen_frames(stored: Stored) -> list[int]:
     most = max(int(MOST_NUMBERS / (8 * max(size, 1))), 2)
     if len(there) <= most:
         return there
-    history = stored.history
-    ends = [int(n) for n, t in zip(history["increment"], history["time"]) if t == np.ceil(t) and n in set(there)]
+    ends = set(stored.history["increment"][stored.ends].tolist()) & set(there)
     peak = largest_force(stored, there)
     even = [there[k] for k in np.unique(np.linspace(0, len(there) - 1, most).round().astype(int))]
     return sorted({*even, *ends, *([peak] if peak is not None else [])})

@@ -54,6 +54,8 @@ class Stored(Sequence[Increment]):
         Folder of a run, and what was run.
     placements
         Where the tools were placed, by name (``tools`` in ``summary.json``).
+    completed
+        Whether the last increment ended a step.
 
     Raises
     ------
@@ -62,11 +64,15 @@ class Stored(Sequence[Increment]):
 
     """
 
-    def __init__(self, directory: Path, case: Case, placements: Mapping[str, Placement]) -> None:
+    def __init__(self, directory: Path, case: Case, placements: Mapping[str, Placement], completed: bool = True) -> None:
         self.directory, self.problem, self.placements, self.mirror = directory, case.problem, placements, case.output.mirror
         problem = case.problem
         self.history = history.read_history(directory)
         self._files = file_names(c.name for c in problem.contacts)
+        step = self.history["step"]
+        self.ends = np.append(step[1:] != step[:-1], completed)[: len(step)]
+        """(n,) whether a step ends with the increment."""
+        self._steps = {s.name: k for k, s in enumerate(problem.steps, 1)}
         self._areas = {c.name: f"{c.name}.area" for c in problem.contacts}
 
     @cached_property
@@ -104,16 +110,15 @@ class Stored(Sequence[Increment]):
     def _increment(self, k: int) -> Increment:
         row = {name: values[k] for name, values in self.history.items()}
         number, time = int(row["increment"]), float(row["time"])
-        step = max(int(np.ceil(time - 1e-12)), 1)  # step k spans k − 1 … k
         tools = {name: self._tool(name, row) for name in self.problem.tools}
         supports = [c.removeprefix("fixed.").removesuffix(".fx") for c in row if c.startswith("fixed.") and c.endswith(".fx")]
         # the iterations of all attempts are known here, the residuals are in convergence.csv
         cost = Statistics(int(row["iterations"]), int(row["cutbacks"]), np.nan)
         return Increment(
-            str(row["step"]), step, number, time, tools,
+            str(row["step"]), self._steps[str(row["step"])], number, time, tools,
             {"viscous": 0.0} | {c.removeprefix("energy."): float(v) for c, v in row.items() if c.startswith("energy.")},
             {s: Reaction(float(row[f"fixed.{s}.fx"]), float(row[f"fixed.{s}.fy"])) for s in supports},
-            cost, time >= step, _absent(_NOT_KEPT.format(self.directory, "committed state")),
+            cost, bool(self.ends[k]), _absent(_NOT_KEPT.format(self.directory, "committed state")),
             lambda: self._contacts(number, row), lambda: self._bodies(number),
             _more=More(self.problem, _absent(_NOT_KEPT.format(self.directory, "shapes of boundaries")),
                        _absent(_NOT_KEPT.format(self.directory, "plastic power"))),

@@ -70,15 +70,15 @@ def _entry(name: str, time: float) -> str:
     return f'    <DataSet timestep="{float(time)!r}" group="" part="0" file="{name}" />\n'
 
 
-def write_fields(path: Path, increment: Increment) -> Path:
-    """Write one increment as a ``.vtu`` file, atomically; returns *path*."""
+def as_mesh(increment: Increment) -> Any:
+    """All bodies of an increment with their fields, as a `meshio.Mesh`."""
     import meshio
 
     bodies = list(increment.bodies.values())
     offset = np.cumsum([0, *(len(b.X) for b in bodies)])
     cells = [(VTK[b.cells.shape[1]], b.cells + o) for b, o in zip(bodies, offset)]
     thin = [b.thickness for b in bodies if b.thickness is not None]
-    mesh = meshio.Mesh(
+    return meshio.Mesh(
         points=_stack(bodies, lambda b: _vector(b.x)),
         cells=cells,
         point_data={
@@ -95,6 +95,11 @@ def write_fields(path: Path, increment: Increment) -> Path:
         },
         cell_data={"body": [np.full(len(b.cells), k, dtype=np.int32) for k, b in enumerate(bodies)]},
     )
+
+
+def write_fields(path: Path, increment: Increment) -> Path:
+    """Write one increment as a ``.vtu`` file, atomically; returns *path*."""
+    mesh = as_mesh(increment)
     with replacing(path, durable=False) as temporary:
         mesh.write(temporary, file_format="vtu", binary=True, compression="zlib")
     return path

@@ -88,7 +88,8 @@ def approach(system: System, c: Context) -> tuple[Array, list[str]]:
     notes = []
     for t, tool in enumerate(system.tools):
         dofs, d = system.dofs.tool.dofs(t), system.dofs.dimension
-        force = np.array([c.plan.push[k](c.time) if k in c.plan.push else 0.0 for k in dofs.tolist()])
+        led = None if c.plan.control is None else c.plan.control.lead
+        force = np.array([c.plan.push[k](c.time) if k in c.plan.push and k != led else 0.0 for k in dofs.tolist()])
         if c.state.release is not None:
             force += c.plan.left(c.time) * c.state.release[dofs]
         force[d:] *= not force[:d].any()

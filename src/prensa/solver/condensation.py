@@ -64,6 +64,8 @@ def refusal(system: System) -> str:
     for block in system.blocks:
         if not is_linear(block):
             return f"body {block.body!r} is not linear elastic"
+    if any(step.control for step in system.problem.steps):
+        return "displacement control ('control') is of the whole system"
     start = system.initial()
     for number in range(len(system.problem.steps)):
         plan = plan_step(system, number, start.step_start)
@@ -164,7 +166,7 @@ class CondensedMatrix:
         others = np.setdiff1d(
             np.arange(system.dofs.displacement.size, system.ndof), np.concatenate([base.fixed, self.idle])
         )
-        self.free = np.concatenate([self.reached, others])
+        self.free = self.rows = np.concatenate([self.reached, others])
         # touched dofs from the free ones
         k, a = len(base.touched), len(self.A)
         part = base.by_near[:, self.A].tocoo()

@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 
 from prensa.errors import PrensaError, take
 from prensa.model.names import suggest
+from prensa.solver.views import Drawn, Shown, Tabular
 
 if TYPE_CHECKING:
     from prensa.fem.passing import Passing
     from prensa.fem.state import State
     from prensa.model.problem import Problem
+    from prensa.solver.assembled import Assembled
 
 Array = NDArray[np.float64]
 STATUS = ("open", "stick", "slip")
@@ -76,8 +78,8 @@ class ToolState:
     spring: Force | None = None
 
 
-@dataclass(frozen=True)
-class PointValues:
+@dataclass(frozen=True, repr=False)
+class PointValues(Shown):
     """What the contact law holds at the k integration points of a contact, in order along the surface.
 
     ``X``/``x`` (k, 2) initial and current positions, ``gap``, ``pressure``, ``shear``, ``slip``, ``status`` (k,) as in
@@ -96,8 +98,8 @@ class PointValues:
     speed: Array | None = None
 
 
-@dataclass(frozen=True)
-class ContactState:
+@dataclass(frozen=True, repr=False)
+class ContactState(Tabular):
     """One contact along its surface; k nodes ordered along the surface (all are candidates, open ones included).
 
     ``node`` (k,) node numbers of the body, ``X``/``x`` (k, 2) initial and current positions, ``gap``, ``pressure`` ≥ 0
@@ -132,9 +134,22 @@ class ContactState:
     area: float
     points: PointValues
 
+    def _line(self) -> str:
+        largest = f"largest pressure {self.pressure.max(initial=0):.4g}"
+        return f"{self.surface} on {self.tool}: {len(self.node)} nodes ({self._counts()}), {largest}"
 
-@dataclass(frozen=True)
-class BodyState:
+    def _counts(self) -> str:
+        return ", ".join(f"{np.count_nonzero(self.status == k)} {word}" for k, word in enumerate(STATUS))
+
+    def _card(self) -> list[tuple[str, str]]:
+        rows = [("contact", f"{self.surface} on {self.tool}"), ("nodes", f"{len(self.node)}: {self._counts()}")]
+        rows.append(("area", f"{self.area:.5g}"))
+        largest = {"pressure": self.pressure, "|shear|": np.abs(self.shear), "slip": self.slip, "error": self.error}
+        return rows + [(f"largest {name}", f"{v.max(initial=0):.5g}") for name, v in largest.items()]
+
+
+@dataclass(frozen=True, repr=False)
+class BodyState(Tabular):
     """One body: n nodes, m cells of 3, 4, 6 or 8 nodes (corners counter-clockwise, then mid-side nodes).
 
     ``X``, ``x`` (n, 2); ``cells`` (m, a); ``reaction`` (n, 2) force of the supports on the node (0 where free);
@@ -155,6 +170,16 @@ class BodyState:
     def displacement(self) -> Array:
         """(n, 2) displacement from the initial position."""
         return self.x - self.X
+
+    def _line(self) -> str:
+        largest = f"mises ≤ {self.mises.max(initial=0):.4g}, plastic strain ≤ {self.plastic_strain.max(initial=0):.4g}"
+        return f"{len(self.x)} nodes, {len(self.cells)} elements, {largest}"
+
+    def _card(self) -> list[tuple[str, str]]:
+        moved = np.sqrt((self.displacement**2).sum(axis=1)).max(initial=0)
+        rows = [("nodes, elements", f"{len(self.x)}, {len(self.cells)}"), ("largest displacement", f"{moved:.5g}")]
+        largest = {"von Mises stress": self.mises, "plastic strain": self.plastic_strain}
+        return rows + [(f"largest {name}", f"{v.max(initial=0):.5g}") for name, v in largest.items()]
 
 
 @dataclass(frozen=True)
@@ -228,6 +253,7 @@ class More(NamedTuple):
     problem: Problem
     shapes: Callable[[], Mapping[str, Shape]]
     plastic_power: Callable[[], Mapping[str, PlasticPower]]
+    assembled: Callable[[], Assembled] | None = None
 
 
 @dataclass(frozen=True)
@@ -247,8 +273,8 @@ class Derivatives:
         raise NotImplementedError
 
 
-@dataclass(frozen=True)
-class Increment:
+@dataclass(frozen=True, repr=False)
+class Increment(Drawn):
     """A converged, committed increment. ``number`` counts from 1 over the whole run (0 is the initial state)."""
 
     step: str
@@ -278,6 +304,21 @@ class Increment:
     derivatives: Derivatives | None = field(default=None, repr=False, compare=False)
     """By the parameters that `solve` was asked for; None without."""
     _more: More | None = field(default=None, repr=False, compare=False)
+
+    def _line(self) -> str:
+        forces = "; ".join(f"{name} " + ", ".join(f"{v:.4g}" for v in t.force[:-1]) for name, t in self.tools.items())
+        return f"{self.number}: step {self.step}, time {self.time:.6g}" + (f", forces {forces}" if forces else "")
+
+    def _card(self) -> list[tuple[str, str]]:
+        rows = [("increment", f"{self.number}, step {self.step}, time {self.time:.6g}")]
+        for name, t in self.tools.items():
+            pairs = [f"{c} {v:.5g}" for kind in (t.place, t.force) for c, v in zip(kind._fields, kind)]
+            half = len(t.place)
+            rows.append((name, f"displacement {', '.join(pairs[:half])}; force {', '.join(pairs[half:])}"))
+        rows.append(("energy", ", ".join(f"{k} {v:.4g}" for k, v in self.energy.items())))
+        cost = self.statistics
+        rows.append(("cost", f"{cost.iterations} iterations, {cost.cutbacks} cut-backs, residual {cost.residual:.1e}"))
+        return rows
 
     def force(self, tool: str) -> Force:
         """Force of the bodies on *tool*, positive along +axis (a punch pressing down feels a positive y)."""

@@ -71,7 +71,7 @@ def hint(failure: Failure) -> str:
         case LimitPoint() | Unstable() | Jumped():
             return (
                 "'stabilise: auto', which lets the jump happen against small viscous forces; a tool that is moved "
-                "('move') instead of pushed; a step that ends before"
+                "('move') instead of pushed, or that leads its push ('control'); a step that ends before"
             )
         case Unsettled():
             return "a larger 'beta', or 'penalty'"
@@ -91,7 +91,7 @@ def where(eq: Equilibrium, failure: Failure, result: NewtonResult) -> str:
     if e.failed or not len(reduced.free):
         return ""
     limit = "".join(f"; {words}" for words in limits(system, eq.context, e, eq.policy))
-    dof = int(reduced.free[np.argmax(np.abs(reduced.weight * reduced.restriction.part(e.r)))])
+    dof = int(reduced.restriction.rows[np.argmax(np.abs(reduced.weight * reduced.restriction.part(e.r)))])
     for s in system.surfaces:
         if s.exact and dof in range(s.unknowns.start, s.unknowns.stop):
             dof = int(s.dofs[(dof - s.unknowns.start) // 2, 0])

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from prensa.fem.assembly import Pattern
 from prensa.fem.context import Context
 from prensa.fem.interaction import Overrides
+from prensa.fem.schedule import Control
 from prensa.fem.system import Evaluation, System
 from prensa.model import problem as model
 from prensa.solver.eliminated import Tied
@@ -66,6 +67,10 @@ class Restriction(Protocol):
     @property
     def free(self) -> Index:
         """The free dofs (f,)."""
+
+    @property
+    def rows(self) -> Index:
+        """The dofs (f,) whose equations are solved: the free ones; with displacement control that of the lead for the factor."""
 
     def part(self, r: Array) -> Array:
         """Residuals of the free dofs (f,), those of tied nodes with their masters'."""
@@ -127,9 +132,43 @@ class Selected:
         ends = running(self.entries)[pattern.indptr]
         self.indptr, self.indices = np.append(ends[self.free], ends[-1]), number[pattern.indices[self.entries]]
 
+    @property
+    def rows(self) -> Index:
+        """See `Restriction`."""
+        return self.free
+
     def part(self, r: Array) -> Array:
         """See `Restriction`."""
         return r[self.free]
+
+    def whole(self, x: Array, n: int) -> Array:
+        """See `Restriction`."""
+        out = np.zeros(n)
+        out[self.free] = x
+        return out
+
+    def values(self, data: Array) -> Array:
+        """See `Restriction`."""
+        return data[self.entries]
+
+
+class Controlled:
+    """As `Selected`, with the equation of the lead in the place of that of the factor."""
+
+    def __init__(self, pattern: Pattern, fixed: Index, control: Control) -> None:
+        self.free = np.setdiff1d(np.arange(pattern.n), fixed)
+        self.rows = np.where(self.free == control.factor, control.lead, self.free)
+        row, column = np.full((2, pattern.n), -1, dtype=np.int32)
+        row[self.rows] = column[self.free] = np.arange(len(self.free), dtype=np.int32)
+        i, j = row[pattern.indices], column[np.repeat(np.arange(pattern.n), np.diff(pattern.indptr))]
+        kept = np.flatnonzero((i >= 0) & (j >= 0))
+        self.entries = kept[np.lexsort((i[kept], j[kept]))]
+        self.indices = i[self.entries]
+        self.indptr = np.searchsorted(j[self.entries], np.arange(len(self.free) + 1)).astype(np.int32)
+
+    def part(self, r: Array) -> Array:
+        """See `Restriction`."""
+        return r[self.rows]
 
     def whole(self, x: Array, n: int) -> Array:
         """See `Restriction`."""
@@ -154,16 +193,22 @@ class Reduced:
     weight: Array
     equations: list[Equations]
     policy: Policy
+    control: Control | None = None
 
     @classmethod
     def of(
-        cls, system: System, fixed: Index, numerics: model.Numerics, symmetric: bool = False, policy: Policy = DEFAULT
+        cls, system: System, fixed: Index, numerics: model.Numerics, symmetric: bool = False, policy: Policy = DEFAULT,
+        control: Control | None = None,
     ) -> Reduced:  # fmt: skip
-        """The whole system with some dofs ``fixed``, its pattern analysed once."""
-        restriction = (
-            Tied(system.ties, system.pattern, fixed) if system.ties is not None else Selected(system.pattern, fixed)
-        )
-        weight = weights_of(system)[restriction.free]
+        """The whole system with some dofs ``fixed``, its pattern analysed once; ``control``: what leads them."""
+        restriction: Tied | Selected | Controlled
+        if system.ties is not None:
+            restriction = Tied(system.ties, system.pattern, fixed, control)
+        elif control is not None:
+            restriction = Controlled(system.pattern, fixed, control)
+        else:
+            restriction = Selected(system.pattern, fixed)
+        weight = weights_of(system)[restriction.rows]
         # multipliers make a matrix indefinite; without them that takes a free tool, or large compression
         definite = not any(s.exact for s in system.surfaces)
         factorisation = Factorisation(
@@ -171,7 +216,15 @@ class Reduced:
             definite, policy, in_lengths(weight),
         )  # fmt: skip
         return cls(
-            fixed, symmetric, Whole(system), restriction, factorisation, weight, equations_of(system, fixed), policy
+            fixed,
+            symmetric,
+            Whole(system),
+            restriction,
+            factorisation,
+            weight,
+            equations_of(system, fixed),
+            policy,
+            control,
         )
 
     @property

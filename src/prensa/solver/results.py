@@ -11,10 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.recovery import recover, smoothed
+from prensa.fem.context import Context
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
 from prensa.fem.system import Evaluation, System
 from prensa.model.problem import support_names
+from prensa.solver.assembled import assembled
 from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import (
     FORCE_IN,
@@ -39,15 +41,18 @@ Recovery = Callable[[Array, NDArray[np.int64], Array, Array], Array]
 
 def increment_of(
     system: System, state: State, plan: StepPlan, e: Evaluation, result: NewtonResult, spent: int, cutbacks: int, ended: bool,
-    before: State | None = None,
+    before: State | None = None, context: Context | None = None,
 ) -> Increment:  # fmt: skip
-    """The increment that led to a state from the one *before* (None: from itself); spent: iterations of all its attempts."""
+    """The increment that led to a state from the one *before* (None: from itself); spent: iterations of all its attempts.
+
+    *context*: of its equations, which can then be assembled again.
+    """
     before = before or state
     start, old, dt = before.step_start, before.history, state.clock.time - before.clock.time
     statistics = Statistics(
         spent, cutbacks, result.residual, result.augmentations, tuple(result.residuals), tuple(result.changes)
     )
-    recover = result.recover
+    recover, lam = result.recover, result.lam
 
     @cache
     def whole() -> State:
@@ -58,7 +63,8 @@ def increment_of(
         state.energy._asdict(), support_forces(system, e, plan, state), statistics, ended,
         whole, lambda: contact_states(system, whole(), e, plan), lambda: body_states(system, whole(), e, plan),
         remeshings=0 if state.remeshed is None else state.remeshed.count,
-        _more=More(system.problem, lambda: shapes(system, whole(), start), lambda: plastic_power(system, old, state.history, dt)),
+        _more=More(system.problem, lambda: shapes(system, whole(), start), lambda: plastic_power(system, old, state.history, dt),
+                   None if context is None else lambda: assembled(system, context, whole().u, lam)),
     )  # fmt: skip
 
 

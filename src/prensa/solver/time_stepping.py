@@ -272,8 +272,9 @@ class TimeStepping:
         if self.condensed is not None:
             return
         symmetric, reduced = is_symmetric(self.system, plan), self.reduced
-        if reduced is None or reduced.symmetric != symmetric or not np.array_equal(reduced.fixed, plan.fixed):
-            self.reduced = Reduced.of(self.system, plan.fixed, self.numerics, symmetric, self.policy)
+        same = reduced is not None and reduced.symmetric == symmetric and reduced.control == plan.control
+        if reduced is None or not same or not np.array_equal(reduced.fixed, plan.fixed):
+            self.reduced = Reduced.of(self.system, plan.fixed, self.numerics, symmetric, self.policy, plan.control)
 
     def advance(self, state: State, plan: StepPlan, control: StepControl) -> tuple[State, Increment]:
         """One committed increment, cut as often as needed."""
@@ -380,7 +381,7 @@ class TimeStepping:
         if result.recover is None and (refusal := self.validity.look(state.u, state.history)):
             result.reason = refusal
             raise self.post_mortem(c, result, cutbacks)
-        increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended, c.state)
+        increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended, c.state, c)
         if c.stopped:
             self.messages.note(c.state, c.plan, f"step {c.plan.name!r} ends at time {c.time:.6g}: {c.stopped}")
             increment = replace(increment, stopped=c.stopped)

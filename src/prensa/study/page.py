@@ -6,7 +6,7 @@ import base64
 import io
 import json
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from prensa import __version__
 from prensa.output.files import write_text
 from prensa.output.report import REPORT, SUMMARY, number
 from prensa.study import pictures
+from prensa.study.quantities import Quantity
 from prensa.study.results import CASES_TABLE, PAGE, PARQUET, QUANTILES, Row, Study
 from prensa.study.values import Values
 
@@ -23,8 +24,11 @@ if TYPE_CHECKING:
 MOST_ROWS = 2000  # of the table on the page; all of them are in table.csv
 
 
-def write_page(study: Study) -> Path:
-    """Write the page of a study; returns its path."""
+Drawn = list[tuple[str, "Figure"]]
+
+
+def write_page(study: Study, draw: Callable[[Study, Quantity], Drawn] | None = None) -> Path:
+    """Write the page of a study, with the pictures that *draw* gives of a measure, or those of a sweep; returns its path."""
     import jinja2
 
     environment = jinja2.Environment(
@@ -36,7 +40,7 @@ def write_page(study: Study) -> Path:
         version=__version__,
         status=study.status,
         factors=list(_factors(study)),
-        measures=[_measure(study, q) for q in study.quantities],
+        measures=[_measure(study, q, draw or _drawn) for q in study.quantities],
         columns=study.columns[:-1],
         rows=[_cells(study, row, cells) for row, cells in zip(study.rows[:MOST_ROWS], study.cells())],
         hidden=max(len(study.rows) - MOST_ROWS, 0),
@@ -61,27 +65,30 @@ def _factors(study: Study) -> Iterator[tuple[str, str, str]]:
             )
 
 
-def _measure(study: Study, quantity: Any) -> dict[str, Any]:
-    """What the page shows of one measure."""
-    found: list[tuple[str, str]] = []
+def _drawn(study: Study, quantity: Quantity) -> Drawn:
+    """Captions and pictures of a measure of a sweep."""
+    found: Drawn = []
     drawn = pictures.curves(study, quantity)
     if drawn is not None:
-        figure, count = drawn
-        more = f" ({count} of {study.status['completed']} cases)" if count < study.status["completed"] else ""
-        found.append((f"All cases in one axis{more}", _picture(figure)))
+        more = f" ({drawn[1]} of {study.status['completed']} cases)" if drawn[1] < study.status["completed"] else ""
+        found.append((f"All cases in one axis{more}", drawn[0]))
     shown = pictures.response(study, quantity)
     if shown is not None:
-        found.append((f"Response: {quantity.text} {shown[1]}", _picture(shown[0])))
+        found.append((f"Response: {quantity.text} {shown[1]}", shown[0]))
     if (bars := pictures.tornado(study, quantity)) is not None:
         ends = "from one end of its values to the other"
         scattered = (
             ", of what scatters from its 5 % to its 95 % quantile (linear regression)" if study.plan.scattered else ""
         )
-        found.append(
-            (f"What matters most: mean of {quantity.text} as each quantity goes {ends}{scattered}", _picture(bars))
-        )
+        found.append((f"What matters most: mean of {quantity.text} as each quantity goes {ends}{scattered}", bars))
     if (steps := pictures.spread(study, quantity)) is not None:
-        found.append((f"Scatter of {quantity.text}; points: 5, 25, 50, 75 and 95 %", _picture(steps)))
+        found.append((f"Scatter of {quantity.text}; points: 5, 25, 50, 75 and 95 %", steps))
+    return found
+
+
+def _measure(study: Study, quantity: Quantity, draw: Callable[[Study, Quantity], Drawn]) -> dict[str, Any]:
+    """What the page shows of one measure."""
+    found = [(caption, _picture(figure)) for caption, figure in draw(study, quantity)]
     groups = []
     if study.plan.scattered:
         for given, count, mean, sd, at in study.quantiles(quantity.text):

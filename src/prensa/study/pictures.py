@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from prensa.errors import PrensaError
 from prensa.output import style
 from prensa.study.effects import Effect, effects, numbers
+from prensa.study.order import Convergence
 from prensa.study.quantities import Quantity, series_of
 from prensa.study.results import QUANTILES, Row, Study
 from prensa.study.values import Factor, Scatter, Values
@@ -275,4 +276,31 @@ def spread(study: Study, quantity: Quantity) -> Figure | None:
         axes.set_ylabel("share of the cases below")
         if paths:
             axes.legend()
+    return figure
+
+
+# ----------------------------------------------------------------------------------------------------------- convergence
+def convergence(sizes: Array, results: list[float], kind: str, quantity: Quantity, shows: Convergence) -> Figure | None:
+    """Results over the size that is refined, what they are fitted by and their limit; None of fewer than two."""
+    y = np.array(results)
+    keep = np.isfinite(y)
+    if keep.sum() < 2:
+        return None
+    words = {"mesh": "size of elements", "step": "size of increments", "penalty": "compliance of contact"}
+    with style.styled():
+        figure, (axes, *_) = _axes()
+        axes.plot(sizes[keep], y[keep], "o", color=style.BLUE, markersize=5)
+        if shows.has_order:
+            h = np.linspace(0, sizes[keep].max(), 200)
+            h0, y0 = sizes[keep].min(), y[keep][sizes[keep].argmin()]
+            a = np.sum((y[keep] - shows.limit) * sizes[keep] ** shows.order) / np.sum(sizes[keep] ** (2 * shows.order))
+            axes.plot(
+                h, shows.limit + a * h**shows.order, color=style.BLUE, linewidth=1, label=f"order {shows.order:.2f}"
+            )
+            axes.errorbar([h0], [y0], shows.band, color=style.BLUE, capsize=3)
+            axes.plot(0, shows.limit, "D", color=style.RED, label="extrapolated", clip_on=False, zorder=5)
+            axes.legend()
+        axes.set_xlim(left=0)
+        axes.set_xlabel(f"{words[kind]}, relative to the case's")
+        axes.set_ylabel(_named(quantity))
     return figure

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -87,9 +87,8 @@ def sweep(
     _refuse_arguments(values, samples=samples, jobs=jobs)
     plan = Plan(tuple(factors_of(values)), samples, sampling, seed)
     source = Source(case)
-    return _Sweep(source, plan, measures, Path(out or f"results/{source.stem}-sweep"), reports, quiet).execute(
-        jobs, memory, cluster, retry, force
-    )
+    execution = Execution(source, plan, measures, Path(out or f"results/{source.stem}-sweep"), reports, quiet)
+    return execution.execute(jobs, memory, cluster, retry, force, write_page)
 
 
 def _refuse_arguments(values: Mapping[str, Any], **counts: int | None) -> None:
@@ -104,8 +103,12 @@ def _refuse_arguments(values: Mapping[str, Any], **counts: int | None) -> None:
 class Source:
     """Where cases come from: a file, or a description in Python. Changes are made before it is validated."""
 
-    def __init__(self, case: str | Path | Case | Problem) -> None:
+    def __init__(self, case: str | Path | Case | Problem, changes: Mapping[str, Any] | None = None) -> None:
         from prensa.model.schema import dump
+
+        self._always = Plan(tuple(factors_of(changes or {})))
+        if self._always.count != 1:
+            raise PrensaError("changes of all cases have one value each; several are for a sweep")
 
         take("sweep", "case", case, (str, Path, Case, Problem), "give a case file, a Case or a Problem")
         self._path = Path(case) if isinstance(case, str | Path) else None
@@ -118,11 +121,12 @@ class Source:
         """The case with changes ``path=value``; raises CaseError with what is wrong with it."""
         from prensa.model.schema import load, loads
 
+        changes = [*next(self._always.points()).changes, *changes]
         return load(self._path, changes) if self._path else loads(self._text, overrides=changes, bounded=False)
 
 
-class _Sweep:
-    """A sweep from its request to its page."""
+class Execution:
+    """A study from its request to its tables."""
 
     def __init__(
         self, source: Source, plan: Plan, measures: str | Iterable[str], out: Path, reports: bool, quiet: bool
@@ -155,9 +159,15 @@ class _Sweep:
         return text
 
     def execute(
-        self, jobs: int | None, memory: str | None, cluster: str | Path | None, retry: bool, force: bool
+        self,
+        jobs: int | None,
+        memory: str | None,
+        cluster: str | Path | None,
+        retry: bool,
+        force: bool,
+        show: Callable[[Study], object],
     ) -> Study:
-        """Compute what is missing and write the results."""
+        """Compute what is missing and write the results; *show* writes the page, also of a study that is interrupted."""
         _refuse_foreign(self.out, self.source.base.problem.name, force)
         with engine(jobs, memory, cluster, tuple(self.attachments.values())) as workers:
             self.out.mkdir(parents=True, exist_ok=True)
@@ -170,7 +180,7 @@ class _Sweep:
                 finally:
                     self._collect()
                     study.write()
-                    write_page(study)
+                    show(study)
         return study
 
     def _request(self) -> dict[str, Any]:

@@ -145,6 +145,26 @@ def split_changes(changes: Iterable[str]) -> dict[str, str]:
     return found
 
 
+def levels_of(name: str, given: str | None) -> list[float] | bool:
+    """Levels of a convergence study as they are written, ``0.5,1,2`` or a range; True of ``auto``, False of nothing.
+
+    Raises
+    ------
+    PrensaError
+        If they are no numbers.
+
+    """
+    if given is None or given.strip() == "auto":
+        return given is not None
+    try:
+        found = factor(name, given)
+        return [float(t) for t in found.texts] if isinstance(found, Values) else [float("nan")]
+    except ValueError:
+        raise PrensaError(
+            f"--{name} {given}: give factors of the case's own fineness, such as 0.5,1,2, or auto"
+        ) from None
+
+
 def factors_of(values: Mapping[str, Any]) -> list[Factor]:
     """Factors of a Python mapping from paths to a value, a sequence of values, a text, or a distribution of scipy.stats."""
     return [_of_object(path, value) for path, value in values.items()]

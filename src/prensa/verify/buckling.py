@@ -1,7 +1,8 @@
-"""Columns that buckle: the force after buckling against the elastica."""
+"""Columns that buckle against the elastica; an arch that snaps through, led by its tool."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import prensa as pr
@@ -40,3 +41,27 @@ def columns(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
             1e-8,
             "absolute",
         )
+
+
+def arch(*steps: pr.Step, E_scale: float = 1.0) -> pr.Problem:
+    """A shallow arch clamped at its ends under a circle."""
+    radius, half = 40.0, 0.35
+    angles = (math.pi / 2 - half, math.pi / 2 + half)
+    body = pr.Body(pr.Annulus(radius, radius + 1.0, (20, 1), angles=angles), pr.Elastic(E=1e4 * E_scale, nu=0.3), "q8")
+    return pr.Problem(
+        "arch", {"b": body}, steps or (pr.Step("rest"),), {"p": pr.Circle(radius=8, at=(0.0, radius + 9.0))},
+        (pr.Contact("b.outer", "p"),), fixed={"b.start": "xy", "b.end": "xy"},
+    )  # fmt: skip
+
+
+@case("arch that snaps through under a push", suite="bodies")
+def snap_through(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
+    """Displacement control takes the push of an arch over its maximum and least, where a push alone ends: as a motion does."""
+    way = pr.Motion(y=-4.0)
+    led = arch(pr.Step("led", push={"p": pr.Push(y=-60.0)}, control={"p": way}, increments=20), E_scale=E_scale)
+    moved = arch(pr.Step("moved", move={"p": way}, increments=20))
+    forces, expected = ([i.force("p").y for i in pr.solve(p)] for p in (led, moved))
+    passed = next(k for k in range(1, 20) if expected[k] < expected[k - 1])
+    yield row("largest force before it snaps", max(expected[:passed]), max(forces[:passed]), 1e-6)
+    yield row("least force behind", min(expected[passed:]), min(forces[passed:]), 1e-6)
+    yield row("force on the far side", expected[-1], forces[-1], 1e-6)

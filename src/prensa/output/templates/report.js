@@ -107,22 +107,37 @@ function divided(body, copies, px, py) {  // facets with one value each; cells o
   const nodes = unpack(body.b.facets), m = nodes.length;
   const s = Math.max(1, Math.min(6, Math.floor(Math.sqrt(SMOOTH / (m * copies)))));
   const xs = [], ys = [], vs = [], {x, y, value} = body;
-  const add = (cx, cy, a, b, v) => {  // half a pixel larger than they are: canvases leave a seam between neighbours
-    for (let k = 0; k < a.length; k++) { a[k] += a[k] > cx ? px : -px; b[k] += b[k] > cy ? py : -py; }
+  const add = (a, b, v) => {  // corners moved out by a pixel's share: canvases leave a seam between neighbours
+    const n = a.length;
+    let cx = 0, cy = 0;
+    for (let k = 0; k < n; k++) { cx += a[k] / n; cy += b[k] / n; }
+    for (let k = 0; k < n; k++) {
+      const dx = (a[k] - cx) / px, dy = (b[k] - cy) / py, d = Math.hypot(dx, dy) || 1;
+      a[k] += px * dx / d; b[k] += py * dy / d;
+    }
     xs.push(a); ys.push(b); vs.push(v);
   };
   for (let e = 0; e < m; e++) {
     const [a, b, c, d] = nodes[e];
+    if (c === d) {  // a triangle: s × s triangles
+      const at = (f, i, j) => f[a] + (i * (f[b] - f[a]) + j * (f[c] - f[a])) / s;
+      const part = (...corners) => add(corners.map(([i, j]) => at(x, i, j)), corners.map(([i, j]) => at(y, i, j)),
+        corners.reduce((sum, [i, j]) => sum + at(value, i, j) / 3, 0));
+      for (let i = 0; i < s; i++) for (let j = 0; j < s - i; j++) {
+        part([i, j], [i + 1, j], [i, j + 1]);
+        if (i + j < s - 1) part([i + 1, j], [i + 1, j + 1], [i, j + 1]);
+      }
+      continue;
+    }
     if (s === 1) {
-      add(0.25 * (x[a] + x[b] + x[c] + x[d]), 0.25 * (y[a] + y[b] + y[c] + y[d]), [x[a], x[b], x[c], x[d]],
-        [y[a], y[b], y[c], y[d]], 0.25 * (value[a] + value[b] + value[c] + value[d]));
+      add([x[a], x[b], x[c], x[d]], [y[a], y[b], y[c], y[d]], 0.25 * (value[a] + value[b] + value[c] + value[d]));
       continue;
     }
     const at = (f, p, q) => (1 - p) * ((1 - q) * f[a] + q * f[d]) + p * ((1 - q) * f[b] + q * f[c]);
     for (let i = 0; i < s; i++) for (let j = 0; j < s; j++) {
-      const p0 = i / s, p1 = (i + 1) / s, q0 = j / s, q1 = (j + 1) / s, p = (i + 0.5) / s, q = (j + 0.5) / s;
-      add(at(x, p, q), at(y, p, q), [at(x, p0, q0), at(x, p1, q0), at(x, p1, q1), at(x, p0, q1)],
-        [at(y, p0, q0), at(y, p1, q0), at(y, p1, q1), at(y, p0, q1)], at(value, p, q));
+      const p0 = i / s, p1 = (i + 1) / s, q0 = j / s, q1 = (j + 1) / s;
+      add([at(x, p0, q0), at(x, p1, q0), at(x, p1, q1), at(x, p0, q1)],
+        [at(y, p0, q0), at(y, p1, q0), at(y, p1, q1), at(y, p0, q1)], at(value, (i + 0.5) / s, (j + 0.5) / s));
     }
   }
   return [xs, ys, vs];
@@ -213,8 +228,8 @@ async function picture() {
   function draw() {
     const bodies = bodiesNow(), copies = images(), field = fieldOf(state.field), xs = [], ys = [], v = [];
     const out = {x: [], y: []}, grid = {x: [], y: []}, undeformed = {x: [], y: []};
-    const wx = 0.6 * (x_range.end - x_range.start) / Math.max(view.frame.bbox.width, 1);
-    const wy = 0.6 * (y_range.end - y_range.start) / Math.max(view.frame.bbox.height, 1);
+    const wx = 0.9 * (x_range.end - x_range.start) / Math.max(view.frame.bbox.width, 1);
+    const wy = 0.9 * (y_range.end - y_range.start) / Math.max(view.frame.bbox.height, 1);
     for (const body of bodies) {
       const [px, py, pv] = divided(body, copies.length * bodies.length, wx, wy);
       const skin = unpack(body.b.outline), sides = $("mesh").checked ? unpack(body.b.edges) : [];

@@ -1,0 +1,93 @@
+"""Draw ``guide/pictures/conventions.png``: the side of a profile, signs of forces, steps and time."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+
+import matplotlib as mpl
+
+mpl.use("Agg")
+import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
+from matplotlib.patches import Polygon, Rectangle
+
+PAGE = Path(__file__).parent / "guide" / "pictures" / "conventions.png"
+TOOL, METAL, WALK, FORCE = "#c9ced6", "#dbe7f3", "#b8442b", "#1f5fa8"
+
+
+def arrow(ax: Axes, start: tuple[float, float], end: tuple[float, float], colour: str, text: str = "", dx: float = 0.12) -> None:
+    """An arrow with a word beside its end."""
+    ax.annotate("", end, start, arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 2, "shrinkA": 0, "shrinkB": 0})
+    ax.text(end[0] + dx, end[1], text, color=colour, va="center", fontsize=10)
+
+
+def profiles(ax: Axes) -> None:
+    """A punch is walked from left to right, a die from right to left."""
+    punch = [(-2.2, 3.6), (-2.2, 2.4), (-1, 1.2), (1, 1.2), (2.2, 2.4), (2.2, 3.6)]
+    die = [(3.4, 0.2), (1.6, 0.2), (1.2, -1.2), (-1.2, -1.2), (-1.6, 0.2), (-3.4, 0.2)]
+    ax.add_patch(Polygon(punch, fc=TOOL, ec="none"))
+    ax.add_patch(Polygon([*die, (-3.4, -2.2), (3.4, -2.2)], fc=TOOL, ec="none"))
+    ax.add_patch(Rectangle((-3.2, 0.25), 6.4, 0.5, fc=METAL, ec="#7d93ab"))
+    for chain in (punch, die):
+        for a, b in pairwise(chain):
+            arrow(ax, a, b, WALK)
+    ax.text(0, 2.4, "punch:\nwalked left to right", ha="center", fontsize=10)
+    ax.text(0, -1.85, "die: walked right to left", ha="center", fontsize=10)
+    ax.text(0, 0.5, "sheet", ha="center", va="center", fontsize=10)
+    ax.set_title("profile: the tool is on your left", fontsize=11)
+    ax.set(xlim=(-3.6, 3.6), ylim=(-2.4, 3.8), aspect="equal")
+
+
+def signs(ax: Axes) -> None:
+    """Force of the metal on the tool, pressure, shear along e, rotation."""
+    ax.add_patch(Rectangle((-2.6, -2), 5.2, 2.2, fc=METAL, ec="#7d93ab"))
+    ax.add_patch(plt.Circle((0, 1.9), 1.7, fc=TOOL, ec="#6b7480"))
+    ax.plot([0], [1.9], "k+", ms=9)
+    arrow(ax, (0, 1.9), (0, 3.3), FORCE, "fy")
+    arrow(ax, (0, 1.9), (1.3, 1.9), FORCE, "fx")
+    arrow(ax, (-2.2, 1.7), (-2.2, 0.5), WALK)
+    ax.text(-2.35, 1.95, "move y < 0", color=WALK, ha="center", fontsize=10)
+    arrow(ax, (0, 0.2), (0, -1.0), "k", "pressure > 0")
+    arrow(ax, (0.2, 0.1), (1.7, 0.1), "#2d7d46", "e: shear, s", dx=0.1)
+    turn = {"arrowstyle": "-|>", "connectionstyle": "arc3,rad=0.4", "color": "k"}
+    ax.annotate("", (-0.95, 2.4), (-0.15, 2.95), arrowprops=turn)
+    ax.text(-1.15, 2.05, "rz, mz", fontsize=10)
+    arrow(ax, (-3.4, -2.6), (-2.4, -2.6), "k", "x, r")
+    arrow(ax, (-3.4, -2.6), (-3.4, -1.6), "k", "y, axis")
+    ax.set_title("signs: forces of the metal on the tool", fontsize=11)
+    ax.set(xlim=(-3.6, 4.2), ylim=(-2.9, 3.8), aspect="equal")
+
+
+def times(ax: Axes) -> None:
+    """A number is reached by a ramp over its step; what is not mentioned stays."""
+    ax.plot([0, 1, 2, 3], [0, -2, -2, -1.2], color=WALK, lw=2)
+    ax.text(0.5, -0.6, "move: {y: -2}", color=WALK, fontsize=10)
+    ax.text(1.5, -1.85, "not mentioned: held", color=WALK, fontsize=10, ha="center")
+    ax.text(2.1, -1.3, "by: {y: 0.8}", color=WALK, fontsize=10)
+    ax.plot([0, 1, 2, 3], [-4, -4, -3.2, -4], color=FORCE, lw=2)
+    ax.text(1.03, -3.25, "push: {y: -2}", color=FORCE, fontsize=10)
+    ax.text(2.5, -3.35, "push: {y: 0},\nfades linearly", color=FORCE, fontsize=10)
+    for k in range(4):
+        ax.axvline(k, color="#999999", lw=0.8, ls=":")
+    for k, name in enumerate(("press", "hold", "release")):
+        ax.text(k + 0.5, 0.25, f"step {k + 1}: {name}", ha="center", fontsize=10)
+    ax.set(xlim=(0, 3), ylim=(-4.4, 0.6), xlabel="time", yticks=[], xticks=[0, 1, 2, 3])
+    ax.set_title("steps: one unit of time each", fontsize=11)
+    ax.spines[["top", "right", "left"]].set_visible(False)
+
+
+def main() -> None:
+    """Three panels."""
+    figure, axes = plt.subplots(1, 3, figsize=(14, 4.8), layout="constrained")
+    for ax, draw in zip(axes, (profiles, signs, times)):
+        draw(ax)
+    for ax in axes[:2]:
+        ax.set_axis_off()
+    PAGE.parent.mkdir(exist_ok=True)
+    figure.savefig(PAGE, dpi=90)
+    print(f"{PAGE.name} written")
+
+
+if __name__ == "__main__":
+    main()

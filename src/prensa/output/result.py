@@ -1,0 +1,238 @@
+"""A run that has ended, from `prensa.run` or read back from its folder: increments, tables, pictures, animations."""
+
+from __future__ import annotations
+
+import base64
+import html
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.errors import PrensaError, take, take_path
+from prensa.output import history
+from prensa.output.maxima import Maximum, largest_force, maxima
+from prensa.output.report import REPORT, read_summary, stored_run, write_report
+from prensa.output.stored import Stored
+from prensa.solver.increment import Increment
+from prensa.solver.views import Shown
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
+MOST_PICTURES = 60  # of an animation unless more are asked for: each takes a quarter of a second
+PLOTS = ("force_stroke", "energy", "convergence")
+
+
+@dataclass(frozen=True, repr=False)
+class RunResult(Shown):
+    """What a run gave: its folder, how it ended (always ``completed`` where `prensa.run` returns it), and its last increment.
+
+    ``increment`` is None when a resumed run had nothing left to do; ``summary`` is the content of ``summary.json``.
+    """
+
+    directory: Path
+    status: str
+    increment: Increment | None
+    summary: dict[str, Any]
+
+    @property
+    def history(self) -> dict[str, NDArray[Any]]:
+        """Columns of ``history.csv``, one row an increment."""
+        return history.read_history(self.directory)
+
+    @property
+    def iterations(self) -> dict[str, NDArray[Any]]:
+        """Columns of ``convergence.csv``: residual and status changes of every iteration of every increment."""
+        return history.read_convergence(self.directory)
+
+    @cached_property
+    def increments(self) -> Stored:
+        """All increments, read back from the folder when they are asked for: a sequence, ``increments[-1]`` is the last."""
+        return stored_run(self.directory)
+
+    def maxima(self) -> list[Maximum]:
+        """Largest forces, moments, pressures, stresses, strains and thinning, with when and where."""
+        return maxima(self.increments)
+
+    def at(self, when: int | str) -> Increment:
+        """The increment of a number (from 1), at the end of a step (its name), the ``last``, or the one of ``largest force``.
+
+        The last and the largest force are those of the increments whose fields were written.
+
+        Raises
+        ------
+        PrensaError
+            If there is no such increment.
+
+        """
+        stored, table = self.increments, self.increments.history
+        if isinstance(when, int | np.integer):
+            if when not in table["increment"]:
+                raise PrensaError(f"there is no increment {when}; the run has {len(stored)}, counted from 1")
+            return stored.number(int(when))
+        number: int | None
+        if when == "largest force":
+            number = largest_force(stored, stored.with_fields)
+        elif when == "last":
+            number = stored.with_fields[-1] if stored.with_fields else None
+        else:
+            ends = table["increment"][stored.ends & (table["step"] == when)]
+            number = int(ends[-1]) if len(ends) else None
+        if number is None:
+            steps = ", ".join(repr(str(s)) for s in dict.fromkeys(table["step"][stored.ends]))
+            raise PrensaError(f"no increment is {when!r}; give a number, 'last', 'largest force' or a step that ended: {steps}")
+        return stored.number(number)
+
+    def plot(self, what: str = "mises", at: int | str = "last", **options: Any) -> Figure:
+        """A picture of the run.
+
+        Parameters
+        ----------
+        what
+            ``force_stroke``, ``energy`` or ``convergence`` of the whole run, or what `Increment.plot` draws.
+        at
+            The increment to draw, as in `at`.
+        **options
+            As of `Increment.plot`.
+
+        Raises
+        ------
+        PrensaError
+            If there is no such picture, field, contact or increment.
+
+        """
+        from prensa.output import plot
+
+        if what in PLOTS and options:
+            raise PrensaError(f"{what!r} takes no options, not even {next(iter(options))!r}")
+        problem, table = self.increments.problem, self.increments.history
+        if what == "force_stroke":
+            return plot.force_stroke(table, problem)
+        if what == "energy":
+            return plot.energy(table, problem)
+        if what == "convergence":
+            return plot.convergence(table, self.iterations, problem, self.summary["convergence"]["tolerance"])
+        options = options if what == "pressure" else {"mirror": self.increments.mirror} | options
+        return self.at(at).plot(what, **options)
+
+    def animate(
+        self, what: str = "mises", path: str | Path | None = None, fps: int = 10, frames: int = MOST_PICTURES, **options: Any
+    ) -> Animation:
+        """A film of a field over the run, colours and cut-out the same throughout.
+
+        Parameters
+        ----------
+        what, **options
+            As of `Increment.plot`, a field.
+        path
+            File to write: ``.gif``, or ``.mp4`` where the program ffmpeg is installed; ``<folder>/<what>.gif`` if None.
+        fps
+            Pictures a second.
+        frames
+            Pictures at most: of more increments with fields, evenly spaced ones and the last.
+
+        Raises
+        ------
+        PrensaError
+            If there are no fields, no such field, or the file's ending is another.
+
+        """
+        numbers = self.increments.with_fields
+        if not numbers:
+            raise PrensaError(f"{self.directory}: no fields were written, so there is nothing to animate")
+        if fps <= 0 or frames < 1:
+            raise PrensaError(f"'fps' and 'frames' must be positive, got {fps} and {frames}")
+        chosen = np.unique(np.linspace(0, len(numbers) - 1, min(frames, len(numbers))).round().astype(int))
+        shown = [self.increments.number(numbers[k]) for k in chosen]
+        target = Path(path) if path is not None else self.directory / f"{what.replace('.', '_')}.gif"
+        return _film(target, shown, what, fps, {"mirror": self.increments.mirror} | options)
+
+    def to_frame(self) -> DataFrame:
+        """The history as a table of pandas, one row an increment; needs ``pip install prensa[notebook]``."""
+        from prensa.output.views import table
+
+        return table(self.history, "increment")
+
+    def report(self) -> Path:
+        """Path of the report, written anew if it is not there."""
+        path = self.directory / REPORT
+        return path if path.is_file() else write_report(self.directory)
+
+    def _line(self) -> str:
+        totals = self.summary.get("totals", {})
+        return f"{self.summary.get('name', '')!r} {self.status}: {totals.get('increments', 0)} increments in {self.directory}"
+
+    def _card(self) -> list[tuple[str, str]]:
+        rows = [("run", f"{self.summary['name']}, {self.status}"), ("folder", str(self.directory))]
+        totals = self.summary["totals"]
+        cost = f"{totals['increments']} increments, {totals['iterations']} iterations, {totals['wall_seconds']:.1f} s"
+        rows.append(("cost", cost))
+        rows += [("warning", text) for text in self.summary["warnings"]]
+        for m in self.maxima() if len(self.increments) else []:
+            rows.append((f"largest {m.what}", f"{m.value:.5g} {m.unit}, {m.of}, increment {m.increment} (step {m.step})"))
+        return rows
+
+
+@dataclass(frozen=True)
+class Animation:
+    """A film in a file, which notebooks show."""
+
+    path: Path
+
+    def _repr_html_(self) -> str:
+        data = base64.b64encode(self.path.read_bytes()).decode("ascii")
+        if self.path.suffix == ".gif":
+            return f'<img alt="{html.escape(self.path.stem)}" src="data:image/gif;base64,{data}">'
+        return f'<video controls loop autoplay muted src="data:video/mp4;base64,{data}"></video>'
+
+
+def results(directory: str | Path) -> RunResult:
+    """The run that `prensa run` or `prensa.run` left in *directory*, completed or not.
+
+    Raises
+    ------
+    PrensaError
+        If there is no run in the folder.
+
+    """
+    take("results", "directory", directory, (str, PathLike), "give the folder of a run")
+    folder = take_path("results", directory)
+    summary = read_summary(folder)
+    made = RunResult(folder, str(summary["status"]), None, summary)
+    last = made.increments[-1] if len(made.increments) else None
+    return RunResult(folder, made.status, last, summary)
+
+
+# ------------------------------------------------------------------------------------------------------------- details
+def _film(path: Path, shown: Sequence[Increment], what: str, fps: int, options: dict[str, Any]) -> Animation:
+    """Pictures of all increments in one file, all with the same colours and cut-out."""
+    from matplotlib.animation import FFMpegWriter, PillowWriter
+
+    from prensa.output import plot, style
+
+    kind = path.suffix.lower()
+    if kind not in (".gif", ".mp4"):
+        raise PrensaError(f"{path}: animations are .gif or .mp4 files; give one of these endings")
+    if kind == ".mp4" and shutil.which("ffmpeg") is None:
+        raise PrensaError(f"{path}: an .mp4 needs the program ffmpeg, which is not on the path; install it or write a .gif")
+    values = [plot.field_values(b, what) for i in shown for b in i.bodies.values()]
+    mirror = options.get("mirror", ())
+    boxes = np.array([plot.limits(i, i.problem, mirror) for i in shown])
+    box = (boxes[:, 0].min(), boxes[:, 1].max(), boxes[:, 2].min(), boxes[:, 3].max())
+    same = {"box": box, "range": plot.colour_range(values, what)} | options
+    path.parent.mkdir(parents=True, exist_ok=True)
+    writer = PillowWriter(fps=fps) if kind == ".gif" else FFMpegWriter(fps=fps)
+    figure = plot.deformed(shown[0], shown[0].problem, what, **same)
+    with style.styled(), writer.saving(figure, str(path), dpi=110):
+        for increment in shown:
+            writer.fig = plot.deformed(increment, increment.problem, what, **same)
+            writer.grab_frame()
+    return Animation(path)

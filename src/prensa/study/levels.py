@@ -1,0 +1,157 @@
+"""The cases of a convergence study: the mesh, the increments or the penalties of a case in several finenesses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+from prensa.errors import PrensaError
+from prensa.model import text as yaml
+from prensa.model.problem import Case, Problem
+from prensa.study.plan import Plan, Point
+from prensa.study.values import Values
+
+Kind = Literal["mesh", "step", "penalty"]
+REFINED: tuple[Kind, ...] = ("mesh", "step", "penalty")
+DEFAULTS: dict[Kind, tuple[float, ...]] = {
+    "mesh": (0.25, 0.5, 1, 2),  # nodes of a mesh are nodes of the next: contact edges move less from one to the other
+    "step": (0.5, 1, 2, 4),
+    "penalty": (0.1, 1, 10, 100),
+}
+_STIFFNESSES = ("beta", "beta_T", "k_n", "k_T")
+
+
+@dataclass(frozen=True)
+class Level:
+    """One fineness: ``factor`` times the case's, the ``size`` that goes to zero, relative to the case's, and the changes."""
+
+    kind: Kind
+    factor: float
+    size: float
+    changes: dict[str, str]
+
+
+@dataclass(frozen=True)
+class Levels(Plan):
+    """The plan of a convergence study: its levels in place of all combinations; every other quantity is that of the case."""
+
+    levels: tuple[Level, ...] = field(default=(), kw_only=True)
+
+    @property
+    def count(self) -> int:
+        """Number of levels."""
+        return len(self.levels)
+
+    def points(self) -> Iterator[Point]:
+        """The levels, in order."""
+        first = {f.path: f.texts[0] for f in self.varied}
+        for level in self.levels:
+            yield Point(first | level.changes)
+
+
+def plan_of(case: Case, asked: dict[Kind, Sequence[float]], increments: dict[str, int]) -> Levels:
+    """The plan of studies of the kinds *asked* for with their factors; *increments*: of the steps that choose them themselves.
+
+    Raises
+    ------
+    PrensaError
+        If the case cannot be refined so.
+
+    """
+    levels: list[Level] = []
+    for kind, factors in asked.items():
+        _check(kind, factors)
+        levels += _levels(kind, case.problem, sorted(float(f) for f in factors), increments)
+    paths = dict.fromkeys(path for level in levels for path in level.changes)
+    base = {path: _base(case.problem, path, increments) for path in paths}
+    factors_of = tuple(
+        Values(path, tuple(dict.fromkeys([base[path], *(v.changes[path] for v in levels if path in v.changes)])))
+        for path in paths
+    )
+    return Levels(factors_of, levels=tuple(levels))
+
+
+def _check(kind: Kind, factors: Sequence[float]) -> None:
+    if any(not (math.isfinite(f) and f > 0) for f in factors):
+        raise PrensaError(
+            f"--{kind}: the levels are factors of the case's own fineness, numbers above 0, as in 0.5,1,2"
+        )
+    if len(set(factors)) < 3:
+        raise PrensaError(
+            f"--{kind}: {len(set(factors))} levels; an observed order takes at least three, as in 0.5,1,2"
+        )
+
+
+def _levels(kind: Kind, problem: Problem, factors: list[float], increments: dict[str, int]) -> list[Level]:
+    make = {"mesh": _mesh, "step": _step, "penalty": _penalty}[kind]
+    found: list[Level] = []
+    for factor in sorted(factors, key=lambda f: abs(math.log(f))):  # of factors that round to the same the nearest to 1
+        changes, size = make(problem, factor, increments)
+        if all(changes != other.changes for other in found):
+            found.append(Level(kind, factor, size, changes))
+    found.sort(key=lambda level: level.factor)
+    if len(found) < 3:
+        raise PrensaError(
+            f"--{kind}: the levels give {len(found)} different cases; give larger factors, or a finer case"
+        )
+    return found
+
+
+def _mesh(problem: Problem, factor: float, increments: dict[str, int]) -> tuple[dict[str, str], float]:
+    """Numbers of elements, and the size of an element relative to the case's: of the same area, on the average."""
+    if problem.remesh != "off":
+        raise PrensaError("--mesh: the bodies are remeshed to sizes of their own; vary those of 'remesh' in a sweep")
+    changes, before, after = {}, 0, 0
+    for name, body in problem.bodies.items():
+        n: Any = getattr(body.mesh, "n", None)
+        if n is None:
+            kind = body.mesh.type
+            raise PrensaError(
+                f"--mesh: the mesh of body {name!r} is given ({kind}); vary bodies.{name}.mesh in a sweep"
+            )
+        even = 2 if body.mesh.type == "disc" else 1
+        new = [max(even * round(n[0] * factor / even), even), max(round(n[1] * factor), 1)]
+        changes[f"bodies.{name}.mesh.n"] = yaml.line(new)
+        before, after = before + n[0] * n[1], after + new[0] * new[1]
+    return changes, math.sqrt(before / after)
+
+
+def _step(problem: Problem, factor: float, increments: dict[str, int]) -> tuple[dict[str, str], float]:
+    """Numbers of increments, and their size."""
+    counts = [step.increments or increments[step.name] for step in problem.steps]
+    new = [max(round(n * factor), 1) for n in counts]
+    return {f"steps.{k}.increments": str(n) for k, n in enumerate(new)}, sum(counts) / sum(new)
+
+
+def _penalty(problem: Problem, factor: float, increments: dict[str, int]) -> tuple[dict[str, str], float]:
+    """Contacts with stiffer penalties, and their compliance."""
+    if not problem.contacts or any(not hasattr(c.enforcement, "k_n") for c in problem.contacts):
+        raise PrensaError(
+            "--penalty: no penalty to refine: not every contact has 'enforcement: {type: penalty}' or augmented"
+        )
+    return {"contacts": _contacts(problem, factor)}, 1 / factor
+
+
+def _contacts(problem: Problem, factor: float) -> str:
+    from prensa.model.schema import brief
+
+    stiffer = []
+    for contact in problem.contacts:
+        own = contact.enforcement
+        values = {k: float(f"{factor * v:.12g}") for k in _STIFFNESSES if (v := getattr(own, k)) is not None}
+        stiffer.append(replace(contact, enforcement=replace(own, **values)))
+    return brief(stiffer)
+
+
+def _base(problem: Problem, path: str, increments: dict[str, int]) -> str:
+    """The case's own value of a path that a study changes."""
+    if path == "contacts":
+        return _contacts(problem, 1.0)
+    parts = path.split(".")
+    if parts[0] == "steps":
+        step = problem.steps[int(parts[1])]
+        return str(step.increments) if step.increments else "null"
+    mesh: Any = problem.bodies[path.removeprefix("bodies.").removesuffix(".mesh.n")].mesh
+    return yaml.line(list(mesh.n))
