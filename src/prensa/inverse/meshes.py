@@ -15,7 +15,7 @@ def finer(problem: Problem) -> Problem | None:
     bodies = {}
     for name, body in problem.bodies.items():
         mesh: Any = body.mesh
-        if getattr(mesh, "n", None) is None:
+        if not isinstance(getattr(mesh, "n", None), tuple):
             return None
         bodies[name] = replace(body, mesh=replace(mesh, n=tuple(round(FINER * n) for n in mesh.n)))
     return replace(problem, bodies=bodies)
