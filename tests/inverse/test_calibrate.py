@@ -11,9 +11,9 @@ from typer.testing import CliRunner
 import prensa as pr
 from prensa.cli import app
 from prensa.errors import ArgumentError, PrensaError
-from prensa.inverse.calibrate import Objective, Parameter
 from prensa.inverse.experiment import ready
 from prensa.inverse.meshes import finer
+from prensa.inverse.objective import Objective, Parameter
 from prensa.inverse.result import runs_test
 from prensa.inverse.tables import DataError, read_table
 from prensa.model.problem import Problem

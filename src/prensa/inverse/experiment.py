@@ -239,7 +239,9 @@ def _times(problem: Problem, table: Table, column: str, along: str, stroke: Arra
 def _refuse_no_motion(problem: Problem, along: str) -> None:
     tool, _, key = along.rpartition(".")
     if tool not in problem.tools or key not in MOTIONS:
-        raise DataError(f"tables run along the time or a motion of a tool, as in 'die.uy' or '-die.uy'; {along!r} is none")
+        raise DataError(
+            f"tables run along the time or a motion of a tool, as in 'die.uy' or '-die.uy'; {along!r} is none"
+        )
 
 
 def _course(system: System, along: str) -> tuple[Array, Array]:

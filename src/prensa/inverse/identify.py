@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 NORMAL = 1.96  # half a 95 % interval over a standard error
 HOPELESS = 3.0  # expected half width over a value from which nothing is told of it
-SHARES = (0.25, 0.5, 0.75)  # of the time at which one might stop
+STOPPED_AT = (0.25, 0.5, 0.75)  # of the time at which one might stop
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ def _plans(names: list[str], parameters: list[str], blocks: list[Array], gains: 
         for k, name in enumerate(names):
             plans[f"without {name}"] = [r[:0] if j == k else r for j, r in enumerate(everything)]
             plans[f"only the last {name}"] = [r[-1:] if j == k else r for j, r in enumerate(everything)]
-    for s in SHARES:
+    for s in STOPPED_AT:
         plans[f"stopped at {100 * s:.0f} % of the time"] = [r[: round(s * rows)] for r in everything]
     found = {plan: _halves(blocks, gains, chosen) for plan, chosen in plans.items()}
     covariance = _covariance(blocks, gains, everything)

@@ -5,12 +5,11 @@ from __future__ import annotations
 import base64
 import io
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from prensa import __version__
-from prensa.inverse.result import Fit
 from prensa.output import style
 from prensa.output.files import write_text
 
@@ -18,8 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def write_page(fit: Fit, path: Path) -> Path:
-    """Write the page of a calibration; returns its path."""
+def write_page(fit: Any, path: Path) -> Path:
+    """Write the page of a calibration (a `Fit`); returns its path."""
     import jinja2
 
     environment = jinja2.Environment(
@@ -43,7 +42,7 @@ def _drawn(figure: Figure) -> str:
     return base64.b64encode(out.getvalue()).decode()
 
 
-def _readings(fit: Fit, number: int) -> Figure:
+def _readings(fit: Any, number: int) -> Figure:
     """Readings and the case, and their difference over the error of a reading, along the stroke."""
     from matplotlib.figure import Figure
 
@@ -62,7 +61,7 @@ def _readings(fit: Fit, number: int) -> Figure:
     return figure
 
 
-def _band(fit: Fit, path: str) -> Figure:
+def _band(fit: Any, path: str) -> Figure:
     """A flow curve and its band."""
     from matplotlib.figure import Figure
 

@@ -5,18 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.inverse.objective import Objective, Residuals
 from prensa.materials.flow_curve import FlowCurve, stress_at
 from prensa.model.problem import Case, Problem
 from prensa.model.schema import dump
 from prensa.sensitivity.parameters import with_values
-
-if TYPE_CHECKING:
-    from prensa.inverse.calibrate import Objective
 
 Array = NDArray[np.float64]
 
@@ -25,19 +23,6 @@ UNUSUAL = 0.05  # probability below which residuals are not those of chance
 IDLE = 1e-3  # change of a channel over its error when a parameter doubles, below which that does not move it
 WEAK = 10.0  # ratio of the errors of the worst and the best told directions from which one is worth words
 BAND = (0.01, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0)  # plastic strains of the band of a flow curve
-
-
-class Residuals(NamedTuple):
-    """r (n,) over their standard errors, J (n, k) their derivatives, ``models`` (m,) of the channels in their units."""
-
-    r: Array
-    J: Array
-    models: list[Array]
-
-    @property
-    def square(self) -> float:
-        """χ²."""
-        return float(self.r @ self.r)
 
 
 @dataclass(frozen=True)
