@@ -128,6 +128,11 @@ SEEDED = {
             ("sharp edge", "give 'fillet"),
         ),
     ],
+    "strips and wires": [
+        Seeded("nose longer than the strip", ((POINTS, "mesh: {type: strip, length: 4, thickness: 2, n: [8, 4], nose: {length: 5, thickness: 1}}"),), "5:5",
+               ("the nose is 5 long and all of it 4", "make the nose shorter")),
+        Seeded("wire in plane strain", ((POINTS, "mesh: {type: wire, length: 4, diameter: 2, n: [8, 4]}"),), "5:18", ("a wire is round; use 'strip'",)),
+    ],
     "units": [
         Seeded("modulus in GPa", (("E: 70e3", "E: 70"),), "6:5", ("did you mean 70e3 or '70 GPa'?",), True),
         Seeded(
@@ -325,6 +330,10 @@ SEEDED = {
         Seeded(
             "table across an early end", (("move: {die: {y: -0.2}}, increments: 4}", "move: {die: {y: [[0, 0], [2, -0.2]]}}, until: {force: {die: {y: 20}}}}\n  - {name: on}"),),
             "13:32", ("the table goes on after time 1", "end the table at 1"),
+        ),
+        Seeded(
+            "tool that is gone", (("increments: 4}", "increments: 4}\n  - {name: release, remove_tools: true}\n  - {name: again, by: {die: {y: -0.1}}}"),),
+            "15:24", ("step 'release' removes all tools", "'die' does nothing then"),
         ),
         Seeded(
             "force with the wrong sign", (("increments: 4}", "until: {force: {die: {y: -20}}}}"),), "", ("until.force.die.y", "was not met", "check the sign"), True, "run",

@@ -78,6 +78,9 @@ def _whole(p: Any) -> Iterator[Finding]:
     for key, body in p.bodies.items():
         if body is None:
             continue
+        if p.space is not None and body.mesh.type == ("strip" if p.space == "axisymmetric" else "wire"):
+            other = "a strip is not round; use 'wire'" if p.space == "axisymmetric" else "a wire is round; use 'strip'"
+            yield Finding(("bodies", key, "mesh", "type"), f"{other} in {p.space}")
         known = body.material.kinematics
         if p.kinematics is not None and p.kinematics not in known:
             other = "use 'elastic' or 'kinematics: finite'" if p.kinematics == "small" else "use 'kinematics: small'"
@@ -162,7 +165,7 @@ def _boundaries(body: Any) -> list[str]:
         return []
     mesh = body.mesh
     match mesh.type:
-        case "rectangle" | "patch":
+        case "rectangle" | "patch" | "strip" | "wire":
             return [*_EDGES, *(f"{y}-{x}" for y in ("bottom", "top") for x in ("left", "right"))]
         case "disc":
             return _of_disc(mesh.part)
@@ -317,6 +320,25 @@ def _supports(p: Any, owner: Any, path: tuple[str | int, ...]) -> Iterator[Findi
             yield Finding((*path, "body_force", key), f"unknown body {key!r}{suggest(key, p.bodies)}", at_key=True)
 
 
+def _removed(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding]:
+    """What a step asks of tools that it, or an earlier one, removes."""
+    by = next((s.name for s in p.steps[: int(path[1]) + 1] if s is not None and s.remove_tools), None)
+    if by is None:
+        return
+    gone = f"step {by!r} removes all tools, which are gone from then on"
+    if not p.tools:
+        yield Finding((*path, "remove_tools"), "there are no tools", at_key=True)
+    for kind in ("move", "by", "velocity", "push", "control"):
+        for key in getattr(step, kind):
+            if key in p.tools:
+                yield Finding((*path, kind, key), f"{gone}: tool {key!r} does nothing then; leave it out", at_key=True)
+    for key in step.friction:
+        yield Finding((*path, "friction", key), f"{gone}: {key!r} does nothing then; leave it out", at_key=True)
+    for kind in ("force", "travel", "contact") if step.until is not None else ():
+        for key in getattr(step.until, kind):
+            yield Finding((*path, "until", kind, key), f"{gone}: {key!r} cannot end a step; leave it out", at_key=True)
+
+
 def _step(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding]:
     given: dict[tuple[str, str], str] = {}
     for kind in ("move", "by", "velocity", "push"):
@@ -354,6 +376,7 @@ def _step(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding]:
             message = f"unknown contact {key!r}{suggest(key, contacts)}"
             yield Finding((*path, "friction", key), message, at_key=True)
     yield from until.findings(p, step, path)
+    yield from _removed(p, path, step)
 
 
 def _control(p: Any, step: Any, path: tuple[str | int, ...]) -> Iterator[Finding]:

@@ -140,6 +140,71 @@ class Rectangle:
 
 
 @described
+class Nose:
+    """Tapered end of a strip or wire: its ``length``, and the ``thickness`` (diameter of a wire) of its front face."""
+
+    length: Annotated[Length, Field(gt=0)]
+    thickness: Annotated[Length, Field(gt=0)]
+
+
+def _tapers(length: float, thickness: float, nose: Nose | None) -> None:
+    if nose is not None and not nose.length < length:
+        raise ValueError(f"the nose is {nose.length:g} long and all of it {length:g}; make the nose shorter")
+    if nose is not None and not nose.thickness < thickness:
+        raise ValueError(f"the front face, {nose.thickness:g}, is not thinner than the rest, {thickness:g}; leave the nose out")
+
+
+@described
+class Strip:
+    """A strip along x, to be fed to rolls or a die: ``length`` and ``thickness``, ``n`` elements along and across.
+
+    Its front looks ``toward`` the ``right`` or ``left``, tapered where it has a ``nose``; ``front``: the middle of the front
+    face. ``half``: only what lies above its middle line. Boundaries and points as those of a `Rectangle`.
+    """
+
+    length: Annotated[Length, Field(gt=0)]
+    thickness: Annotated[Length, Field(gt=0)]
+    n: Counts
+    nose: Nose | None = None
+    front: tuple[Length, Length] = (0.0, 0.0)
+    toward: Literal["right", "left"] = "right"
+    half: bool = False
+    type: Literal["strip"] = "strip"
+
+    @model_validator(mode="after")
+    def _check(self) -> Strip:
+        _tapers(self.length, self.thickness, self.nose)
+        if self.nose is not None and self.n[0] < 2:
+            raise ValueError("a strip with a nose needs two elements along it at least")
+        return self
+
+
+@described
+class Wire:
+    """A wire (or bar) along the axis of an axisymmetric problem, to be drawn or extruded through a die.
+
+    ``length`` and ``diameter``, ``n`` elements along and across the radius. Its front looks ``toward`` the ``top`` or
+    ``bottom``, tapered where it has a ``nose``; ``front``: height of the front face. Boundaries and points as those of a
+    `Rectangle`: ``left`` is the axis, ``right`` the skin.
+    """
+
+    length: Annotated[Length, Field(gt=0)]
+    diameter: Annotated[Length, Field(gt=0)]
+    n: Counts
+    nose: Nose | None = None
+    front: Length = 0.0
+    toward: Literal["top", "bottom"] = "top"
+    type: Literal["wire"] = "wire"
+
+    @model_validator(mode="after")
+    def _check(self) -> Wire:
+        _tapers(self.length, self.diameter, self.nose)
+        if self.nose is not None and self.n[0] < 2:
+            raise ValueError("a wire with a nose needs two elements along it at least")
+        return self
+
+
+@described
 class Points:
     """Mesh given by its arrays: ``points`` (n, 2), ``cells`` (m, 3|4|6|8), ``boundaries`` name → node list.
 
@@ -354,7 +419,7 @@ class File:
         return self
 
 
-Mesh = Annotated[Rectangle | Disc | Annulus | Patch | Outline | Points | File, Field(discriminator="type")]
+Mesh = Annotated[Rectangle | Strip | Wire | Disc | Annulus | Patch | Outline | Points | File, Field(discriminator="type")]
 
 
 # --------------------------------------------------------------------------------------------------------- materials
@@ -605,6 +670,8 @@ class Step:
     on; ``velocity``: tool velocity during the step (length per unit time); ``push``: tool force.
     Numbers ramp linearly from the value at the start of the step. What is not mentioned is held. What is released or
     changed goes linearly, over the step, from the force that it carries to what is asked; lowered friction fades so too.
+    ``remove_tools``: all tools leave the bodies, their forces going linearly to zero over the step, and are gone from then on;
+    rigid motions that no support holds then are held at as few points as that takes, without any force at the end.
     ``increments``: the number of equal increments asked for (each is cut further when it does not converge);
     without it the step size is chosen automatically.
     ``control``: displacement control of what the step pushes and loads. The tool goes the way that is given (as of ``by``, from
@@ -623,6 +690,7 @@ class Step:
     loads: Mapping[str, Load] = field(default_factory=dict)
     body_force: Mapping[str, tuple[BodyForceValue, BodyForceValue]] = field(default_factory=dict)
     friction: Mapping[str, Friction | None] = field(default_factory=dict)
+    remove_tools: bool = False
     increments: Annotated[Whole, Field(ge=1)] | None = None
     control: Mapping[str, Motion] = field(default_factory=dict)
     stabilise: Stabilise | None = None
@@ -708,6 +776,11 @@ def support_names(problem: Problem) -> list[str]:
     return list(dict.fromkeys([*problem.fixed, *later]))
 
 
+def tools_removed(problem: Any, number: int) -> bool:
+    """Whether the tools are gone in step *number* (from 0) of a problem."""
+    return any(step is not None and step.remove_tools for step in problem.steps[: number + 1])
+
+
 def ever_stabilised(problem: Any) -> bool:
     """Whether any step of a problem is stabilised."""
     return any(stabilised(problem, k) != "off" for k in range(len(problem.steps)))
@@ -723,6 +796,8 @@ class Numerics:
     founding paper's, whose contact matrix is symmetric because friction takes the pressure of the last iterate; for comparison.
     ``condense``: linear elastic bodies in small strain are factored once and condensed onto their contact unknowns: ``auto``
     where it pays, ``true`` wherever it can be done (refused elsewhere), ``false`` never.
+    ``threads`` for elements and factorisations: ``auto`` takes the cores that are free, no more than OMP_NUM_THREADS where that
+    is set, and one for small problems. Results are the same bit for bit with any number (PARDISO's may not be).
     """
 
     tolerance: Annotated[Number, Field(gt=0, le=1e-4)] = 1e-9
@@ -734,7 +809,7 @@ class Numerics:
     iteration: Literal["newton", "paper"] = "newton"
     condense: Literal["auto", True, False] = "auto"
     solver: Literal["auto", "pardiso", "rslab", "superlu"] = "auto"
-    threads: Annotated[Whole, Field(ge=1)] = 1
+    threads: Literal["auto"] | Annotated[Whole, Field(ge=1)] = "auto"
 
 
 @described
@@ -774,7 +849,7 @@ class Case:
 
 
 __all__ = [
-    "Annulus", "ArcSide", "Body", "Case", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion", "NoContact", "Numerics",
-    "Outline", "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "Remesh", "Sizes", "SplineSide", "Springs",
-    "Start", "Step", "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When",
+    "Annulus", "ArcSide", "Body", "Case", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion", "NoContact",
+    "Nose", "Numerics", "Outline", "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "Remesh", "Sizes",
+    "SplineSide", "Springs", "Start", "Step", "Strip", "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When", "Wire",
 ]  # fmt: skip
