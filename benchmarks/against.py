@@ -35,8 +35,13 @@ start = time.process_time()
 *_, last = pr.solve(problem(name, n, mu))
 print(time.process_time() - start, list(last.tools)[0], last.force(list(last.tools)[0]).y)
 """
-START = "import sys, runpy; sys.argv = ['demo', '--quick', '--out', sys.argv[2]]; runpy.run_path('examples/demo.py', run_name='__main__')"
-PLACE = "import os, sys; sys.path.insert(0, 'examples')\n"
+START = """
+import atexit, runpy, sys, time
+atexit.register(lambda: print(time.process_time()))
+sys.path.insert(0, 'examples')
+sys.argv = ['demo', '--quick', '--out', sys.argv[1]]
+runpy.run_path('examples/demo.py', run_name='__main__')
+"""
 CASES = {
     "upsetting 32 × 24, μ = 0.1": ("upsetting", "32", "24", "0.1"),
     "upsetting 64 × 48, μ = 0.1": ("upsetting", "64", "48", "0.1"),
@@ -60,9 +65,8 @@ def seconds(checkout: Path, case: tuple[str, ...], kept: Path) -> tuple[float, s
     with tempfile.TemporaryDirectory() as folder:
         if case[0] == "start":
             env["NUMBA_CACHE_DIR"] = folder
-        code = PLACE + "import atexit, time; atexit.register(lambda: print(time.process_time()))\n" + START
         made = subprocess.run(
-            [sys.executable, "-c", code, "x", str(Path(folder) / "out")],
+            [sys.executable, "-c", START, str(Path(folder) / "out")],
             env=env, cwd=checkout, check=True, capture_output=True, text=True,
         )  # fmt: skip
     return float(made.stdout.splitlines()[-1]), ""
