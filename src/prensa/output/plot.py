@@ -99,7 +99,7 @@ def deformed(
             sign = image.sign(field, problem)
             for body, value in zip(bodies, values):
                 mappable = _coloured(axes, image.of(body.x), body.cells, sign * value, ends, field_map(field))
-                _edges(axes, body, image, len(body.cells) <= MOST_EDGES if mesh is None else mesh)
+                _edges(axes, body, image, len(body.cells) <= MOST_EDGES if mesh is None else mesh, lines)
             _draw_tools(axes, increment, problem, box, image)
         for axis, at in lines:
             draw = axes.axhline if axis else axes.axvline
@@ -485,8 +485,8 @@ def _coloured(axes: Axes, x: Array, cells: NDArray[np.int64], value: Array, ends
     return axes.tripcolor(covered, value, shading="gouraud", vmin=ends[0], vmax=ends[1], cmap=name, rasterized=True)
 
 
-def _edges(axes: Axes, body: BodyState, image: Image, mesh: bool) -> None:
-    """Element edges (thin) and outline (thicker) of a body; its initial outline dashed."""
+def _edges(axes: Axes, body: BodyState, image: Image, mesh: bool, lines: Sequence[tuple[int, float]]) -> None:
+    """Element edges (thin) and outline (thicker) of a body, its initial outline dashed; of no side on a line of symmetry."""
     from matplotlib.collections import LineCollection, PolyCollection
 
     x, X = image.of(body.x), image.of(body.X)
@@ -494,6 +494,9 @@ def _edges(axes: Axes, body: BodyState, image: Image, mesh: bool) -> None:
         axes.add_collection(PolyCollection(list(x[around(body.cells)]), facecolors="none", edgecolors="k",
                                            linewidths=0.25, alpha=0.35))  # fmt: skip
     edges = outline(body.cells)
+    for axis, at in lines:
+        on = np.abs(body.X[:, axis] - at) < 1e-9 * np.ptp(body.X)
+        edges = edges[~on[edges].all(axis=1)]
     axes.add_collection(
         LineCollection(list(X[edges]), colors="0.45", linewidths=0.6, linestyles=[(0, (5, 4))], zorder=0.5)
     )
