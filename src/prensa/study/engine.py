@@ -236,13 +236,15 @@ def _remote(where: str, attachments: tuple[Attachment, ...]) -> Iterator[Engine]
 @contextmanager
 def _quiet_dask() -> Iterator[None]:
     """What Dask logs about connections is told by our own messages."""
-    logger = logging.getLogger("distributed")
-    level = logger.level
-    logger.setLevel(logging.CRITICAL)
+    loggers = [logging.getLogger(name) for name in ("distributed", "distributed.client", "distributed.comm")]
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL)
     try:
         yield
     finally:
-        logger.setLevel(level)
+        for logger, level in zip(loggers, levels):
+            logger.setLevel(level)
 
 
 def _client(where: str) -> Any:
