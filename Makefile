@@ -14,7 +14,7 @@ export OMP_NUM_THREADS ?= 1
 # processes of the tests and of the verification table
 JOBS ?= 2
 
-.PHONY: demo lint test coverage verify bench docs package clean
+.PHONY: demo lint test coverage verify bench docs package clean examples
 
 $(VENV)/installed: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
@@ -36,8 +36,11 @@ test: lint  ## lint, types, and the whole test suite
 coverage: $(VENV)/installed  ## lines of src/prensa that the test suite runs, kernels apart
 	$(BIN)/python -m pytest -n $(JOBS) --cov --cov-report=term:skip-covered $(TESTS)
 
+examples: $(VENV)/installed  ## the gallery of forming processes, each beside an independent solution; some minutes
+	$(BIN)/python examples/gallery.py --jobs $(JOBS)
+
 verify: $(VENV)/installed  ## the verification table, every case against its reference
-	$(BIN)/prensa verify --jobs $(JOBS)
+	$(BIN)/prensa verify --jobs $(JOBS) --out results/verification-table.md
 
 bench: $(VENV)/installed  ## benchmarks/RESULTS.md: against the factorisations alone, CalculiX, felupe; three quarters of an hour
 	$(BIN)/python benchmarks/run.py
@@ -46,7 +49,7 @@ $(VENV)/docs: pyproject.toml $(VENV)/installed
 	$(BIN)/python -m pip install --quiet -e ".[docs]"
 	$(BIN)/python -c "open('$@', 'w').close()"
 
-docs: $(VENV)/docs  ## the documentation site, in site/; any warning fails it
+docs: $(VENV)/docs  ## the documentation site, in site/, with the table of the last `make verify`; any warning fails it
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 
 package: $(VENV)/installed  ## wheel and sdist in dist/, the wheel tried in a clean environment and an empty folder

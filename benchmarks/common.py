@@ -61,6 +61,8 @@ def limit() -> Iterator[Limit]:
                     out.columns += b.shape[1] if b.ndim > 1 else 0
                     return timed("substitution", "substitutions", solve, b)
 
+                if hasattr(solve, "positive"):
+                    substituted.positive = solve.positive  # type: ignore[attr-defined]
                 return substituted
 
             return factored

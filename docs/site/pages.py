@@ -18,6 +18,7 @@ from mkdocs.structure.files import File, Files
 from mkdocs.structure.pages import Page
 
 ROOT = Path(__file__).resolve().parents[2]
+TABLE = ROOT / "results" / "verification-table.md"
 OUTSIDE = (
     "README.md",
     "CONTRIBUTING.md",
@@ -126,6 +127,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         else:
             files.append(File.generated(config, where, abs_src_path=str(path)))
     files.append(File.generated(config, "api.md", content=api()))
+    if TABLE.exists():
+        files.append(File.generated(config, TABLE.name, content=TABLE.read_text(encoding="utf-8")))
     config.nav = menu(files)
     return files
 
@@ -143,7 +146,7 @@ def menu(files: Files) -> list[Any]:
             chapters.append({title: own})
     chapters.append({"Examples": sorted(p for p in pages if p.startswith("examples/"))})
     chapters.append({"API": "api.md"})
-    checked = [p for p in ("verification.md", *sorted(p for p in pages if p.startswith("benchmarks/"))) if p in pages]
+    checked = [p for p in ("verification.md", TABLE.name, *sorted(p for p in pages if p.startswith("benchmarks/"))) if p in pages]
     chapters.append({"How right, how fast": checked})
     chapters.append({"Project": sorted(p for p in pages if p.startswith("project/"))})
     return chapters
@@ -155,4 +158,4 @@ def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Fil
     for path in outside():
         if inside(path) == where:
             return turned(markdown, path) if path.suffix == ".md" else markdown
-    return markdown if where == "api.md" else turned(markdown, ROOT / "docs" / where)
+    return markdown if where in ("api.md", TABLE.name) else turned(markdown, ROOT / "docs" / where)

@@ -15,7 +15,7 @@ from prensa.measures import MeasureError, grammar, names, parse, parse_all
 from prensa.mesh.generate import mesh_of
 from prensa.model.schema import loads
 from prensa.output.history import history_columns, read_history
-from prensa.output.measured import read_measures
+from prensa.output.measured import MeasureTable, read_measures
 from prensa.output.report import read_summary
 from prensa.solver.increment import Shape
 
@@ -327,3 +327,14 @@ def test_the_guide_has_every_measure_and_all_of_them_exist():
     missing = [q for q in quantities if not re.search(rf"\.{re.escape(q)}\b", text)]
     missing += [f for f in grammar.FUNCTIONS if f"{f}(" not in text] + [s for s in grammar.COUNTS if f"count.{s}" not in text]
     assert missing == []
+
+
+def test_the_table_of_measures_is_continued(tmp_path: Path, pressed):
+    """A run that is resumed goes on after the rows that its checkpoint stands for."""
+    p, increments = pressed
+    for keep, some in ((None, increments[:3]), (1, increments[1:3])):
+        table = MeasureTable(tmp_path, p, keep)
+        for increment in some:
+            table.append(increment)
+        table.close()
+        assert read_measures(tmp_path)["increment"].tolist() == [1, 2, 3]

@@ -49,9 +49,9 @@ MISTAKES = [
     ("length: mm", "lenght: mm", "2:9", ["unknown key 'lenght' in units", "'length'"]),
     (
         "    increments: 50",
-        "    remove: true",
+        "    vanish: true",
         "19:5",
-        ["unknown key 'remove' in step 'press'", "known:", "'increments'"],
+        ["unknown key 'vanish' in step 'press'", "known:", "'increments'"],
     ),
     ("y: -7.5", "z: -7.5", "18:20", ["unknown key 'z' in move of 'punch'", "'rz'"]),
     # missing

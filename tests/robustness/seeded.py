@@ -330,6 +330,10 @@ SEEDED = {
             "13:32", ("the table goes on after time 1", "end the table at 1"),
         ),
         Seeded(
+            "tool that is gone", (("increments: 4}", "increments: 4}\n  - {name: release, remove_tools: true}\n  - {name: again, by: {die: {y: -0.1}}}"),),
+            "15:24", ("step 'release' removes all tools", "'die' does nothing then"),
+        ),
+        Seeded(
             "force with the wrong sign", (("increments: 4}", "until: {force: {die: {y: -20}}}}"),), "", ("until.force.die.y", "was not met", "check the sign"), True, "run",
         ),
         Seeded(

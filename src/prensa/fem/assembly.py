@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.elements.element import Chunk, Element, Failure, Mode, workspace
+from prensa.elements.element import Chunk, Element, Failure, Mode, Work, workspace
 from prensa.kernels.compiled import njit
 from prensa.layout import DofMap
 from prensa.materials.laws import At, Material
@@ -263,32 +267,84 @@ class Sweep(NamedTuple):
 
 
 def sweep(
-    block: Block, x_n: Array, du: Array, old: Array, at: At, r: Array, data: Array | None, pattern: Pattern
-) -> Sweep:
+    block: Block, x_n: Array, du: Array, old: Array, at: At, r: Array, data: Array | None, pattern: Pattern, threads: int = 1
+) -> Sweep:  # fmt: skip
     """Add internal forces to r (ndof,) and, unless data is None, the stiffness to data (nnz,) of the pattern.
 
-    x_n (n, d): configuration that increments refer to; du (n, d): increments of the nodes; old (m, q, h) history.
+    x_n (n, d): configuration that increments refer to; du (n, d): increments of the nodes; old (m, q, h) history; ``threads``
+    that may answer for chunks of elements at once.
     """
-    m, points = len(block), old.shape[1]
-    new = np.empty_like(old)
-    total = 0.0
-    c = min(CHUNK, m)
-    work = workspace(block.element, c)
-    x, d = np.empty((2, c, block.cells.shape[1], block.element.layout.dimension))
-    for first in range(0, m, c):
-        rows = slice(first, min(first + c, m))
+    points, new, total = old.shape[1], np.empty_like(old), 0.0
+
+    def answer(first: int, room: _Room) -> Failure | None:
+        """Forces, stiffness and history of the chunk that begins with element ``first``, in a room of its own."""
+        rows = slice(first, first + CHUNK)
         cells = block.cells[rows]
         k = len(cells)
-        gather(x_n, cells, x)
-        gather(du, cells, d)
-        chunk = Chunk(block.X[rows], x[:k], d[:k], old[rows], new[rows])
-        w = work.first(len(cells))
+        gather(x_n, cells, room.x)
+        gather(du, cells, room.d)
+        chunk = Chunk(block.X[rows], room.x[:k], room.d[:k], old[rows], new[rows])
         here = at.of(np.arange(first * points, (first + k) * points))
-        failure = block.element.respond(chunk, block.law, here, block.mode, w, data is not None)
+        return block.element.respond(chunk, block.law, here, block.mode, room.work.first(k), data is not None)
+
+    for first, room, failure in _in_order(answer, block, threads):
         if failure:
             return Sweep(np.nan, new, Failure(first + failure.element, failure.why))
+        rows = slice(first, first + CHUNK)
+        cells = block.cells[rows]
+        w = room.work.first(len(cells))
         total += float(w.size.sum())
         scatter_forces(w.r, cells, r)
         if data is not None:
             scatter_stiffness(w.K, cells, block.slots[rows], pattern.indptr, data)
     return Sweep(total, new, None)
+
+
+class _Room(NamedTuple):
+    """Where a chunk is answered for: positions and increments of its nodes, scratch and results."""
+
+    x: Array
+    d: Array
+    work: Work
+
+    @classmethod
+    def of(cls, block: Block) -> _Room:
+        """Room for any chunk of a block."""
+        k = min(CHUNK, len(block))
+        x, d = np.empty((2, k, block.cells.shape[1], block.element.layout.dimension))
+        return cls(x, d, workspace(block.element, k))
+
+
+@cache
+def _pool(threads: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(threads, "elements")
+
+
+def _in_order(
+    answer: Callable[[int, _Room], Failure | None], block: Block, threads: int
+) -> Iterator[tuple[int, _Room, Failure | None]]:
+    """The chunks of a block in their order, each answered for: first element, its room until the next is asked for, failure.
+
+    With threads chunks ahead are answered for meanwhile. They are the same with any number, and so is the order of what is
+    added up: results do not depend on it.
+    """
+    chunks = range(0, len(block), CHUNK)
+    if threads == 1 or len(chunks) == 1:
+        room = _Room.of(block)
+        for first in chunks:
+            yield first, room, answer(first, room)
+        return
+    ahead: deque[tuple[int, _Room, Future[Failure | None]]] = deque()
+    to_do, pool = iter(chunks), _pool(threads)
+    rooms = [_Room.of(block) for _ in range(min(threads + 1, len(chunks)))]
+    try:
+        for room, first in zip(rooms, to_do):
+            ahead.append((first, room, pool.submit(answer, first, room)))
+        while ahead:
+            first, room, answered = ahead.popleft()
+            yield first, room, answered.result()
+            if (then := next(to_do, None)) is not None:
+                ahead.append((then, room, pool.submit(answer, then, room)))
+    finally:
+        # what is left after a failure still writes into arrays of this sweep
+        wait([answered for *_, answered in ahead])

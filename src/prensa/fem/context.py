@@ -30,7 +30,8 @@ class Context:
     on (``law_at``); ``x_n`` (n, d) node positions that increments refer to; ``depth`` (n,) thickness at the nodes at the last
     commit, None in axisymmetry; ``surfaces``: the contacts, their edges cut at sharp corners, and what is ``committed``
     of their points; ``lagged``: the contact stiffness is the paper's symmetric one (see `forces`);
-    ``interactions``: contacts, in the order of the description, then loads. ``stopped``: what ends the step here before its
+    ``interactions``: contacts, in the order of the description, then loads. ``threads`` that may answer for elements at once.
+    ``stopped``: what ends the step here before its
     time, in words; '' if nothing does. ``watched`` (criteria,): values of what may end it.
     """
 
@@ -48,6 +49,7 @@ class Context:
     committed: list[ContactRecord]
     interactions: Sequence[Interaction] = ()
     lagged: bool = False
+    threads: int = 1
     stopped: str = ""
     watched: Array = field(default_factory=lambda: np.zeros(0))
 

@@ -57,7 +57,7 @@ class Inside(NamedTuple):
 
 def watches(system: System) -> list[Watch]:
     """What to look at in a system: for each tool the nodes of outlines that neither a contact nor ``no_contact`` names."""
-    if system.dofs.dimension != 2:
+    if system.dofs.dimension != 2 or system.gone:
         return []
     nodes, size = _outlines(system)
     out = []

@@ -15,9 +15,11 @@ from numpy.typing import NDArray
 from prensa.fem.control import Proportional
 from prensa.fem.interaction import Interaction, Part, Request, Response
 from prensa.fem.schedule import BoundaryLoad, Course, StepPlan
+from prensa.fem.strings import Strings, per_block
 
 if TYPE_CHECKING:
     from prensa.fem.context import Context
+    from prensa.fem.state import State
     from prensa.fem.system import System
 
 Array = NDArray[np.float64]
@@ -184,11 +186,12 @@ class Release:
         return Response([Part("release", dofs[:, None], left * self.forces[dofs, None])], external=True)
 
 
-def loads_of(system: System, plan: StepPlan, release: Array | None) -> list[Interaction]:
-    """The loads, tool forces and springs of a step as interactions, and the forces (ndof,) that it lets go."""
+def loads_of(system: System, plan: StepPlan, state: State) -> list[Interaction]:
+    """The loads, tool forces and springs of a step as interactions, and the forces of a state that it lets go."""
     out: list[Interaction] = [EdgeLoad(system, name, load) for name, load in plan.loads.items()]
     out += [BodyForce(system, body, courses) for body, courses in plan.body_force.items()]
     out += [ToolForce(dof, course) for dof, course in plan.push.items()]
+    release = state.release
     if plan.control is not None:
         out = [Proportional(load) for load in out]
         if release is not None:
@@ -198,6 +201,8 @@ def loads_of(system: System, plan: StepPlan, release: Array | None) -> list[Inte
     out += [Spring(dof, stiffness, mount) for dof, (stiffness, mount) in plan.springs.items()]
     if release is not None:
         out.append(Release(release))
+    if state.strings is not None:
+        out += [Strings(system, b, K) for b, K in zip(system.blocks, per_block(system, state.strings))]
     return out
 
 

@@ -17,6 +17,7 @@ from prensa.errors import Notice
 from prensa.fem.planning import plan_step
 from prensa.fem.schedule import StepPlan
 from prensa.fem.system import System
+from prensa.model.problem import tools_removed
 
 Array = NDArray[np.float64]
 
@@ -31,7 +32,8 @@ def modes(system: System) -> Iterator[Notice]:
         plan = plan_step(system, number, at_start)
         for name in dict.fromkeys(system.tied_bodies(b)[0] for b in system.problem.bodies):
             held = _support_rows(system, name, plan)
-            resting = [_contact_rows(system, name, plan, touching) for touching in (True, False)]
+            gone = tools_removed(system.problem, number)
+            resting = [np.zeros((0, 3)) if gone else _contact_rows(system, name, plan, touching) for touching in (True, False)]
             for rows, fatal in ((resting[1], True), (resting[0], False)):
                 words = _free(system, name, np.concatenate([held, rows]))
                 if not words or name in told or (not fatal and number):

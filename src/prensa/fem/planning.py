@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.fem.control import FACTOR
+from prensa.fem.determinate import found_supports
 from prensa.fem.schedule import (
     BoundaryLoad,
     Control,
@@ -62,13 +63,14 @@ def plan_step(system: System, number: int, step_start: Array, ends: Array | None
         return system.courses(system, number, step_start)
     p, step = system.problem, system.problem.steps[number]
     ended = Ends(ends)
+    gone = model.tools_removed(p, number)
     groups = _support_groups(system, number, step_start, ended)
     push: dict[int, Course] = {}
     springs: dict[int, tuple[float, Course]] = {}
     for t, name in enumerate(p.tools):
         for dof, key in zip(system.dofs.tool.dofs(t).tolist(), system.dofs.tool.components):
-            force = _push(p, name, key, number)
-            stiffness = getattr(p.tools[name].spring, key, None)
+            force = None if gone else _push(p, name, key, number)
+            stiffness = None if gone else getattr(p.tools[name].spring, key, None)
             if stiffness is not None:
                 springs[dof] = stiffness, _mount(p, name, key, number, ended)
             elif force is not None:
@@ -79,6 +81,10 @@ def plan_step(system: System, number: int, step_start: Array, ends: Array | None
                     )
             else:
                 groups.append(_tool_group(step, name, key, dof, step_start, number))
+    if gone:
+        multipliers = [np.arange(s.unknowns.start, s.unknowns.stop) for s in system.surfaces or system.removed if s.exact]
+        groups += [Prescribed(dofs, np.zeros(len(dofs))) for dofs in multipliers]
+        groups += found_supports(system, groups, step_start)
     control = _control(system, push, groups, step_start)
     return StepPlan(
         step.name, number, float(number), float(number + 1), groups, push, _loads(system, number, ended),

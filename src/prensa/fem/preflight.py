@@ -28,6 +28,7 @@ from prensa.mesh.mesh import boundary_edges
 from prensa.mesh.quality import quality
 from prensa.mesh.triangulate import NO_MESHER, has_mesher
 from prensa.model import problem as model
+from prensa.model.problem import tools_removed
 from prensa.model.remeshing import remeshing_of
 
 Array = NDArray[np.float64]
@@ -347,8 +348,9 @@ def _moments(system: System) -> Iterator[_Moment]:
         plan = plan_step(system, number, at_start)
         for t in range(len(system.tools)):
             own = np.isin(plan.fixed, system.dofs.tool.dofs(t))
-            # what ends a step may do so anywhere on its way
-            still = system.problem.steps[number].until is None or np.array_equal(
+            # what ends a step may do so anywhere on its way, and tools that are removed are nowhere
+            still = not tools_removed(system.problem, number)
+            still &= system.problem.steps[number].until is None or np.array_equal(
                 plan.values(plan.t1)[own], at_start[plan.fixed[own]]
             )
             known[t] &= still and bool(np.isin(system.dofs.tool.dofs(t)[: system.dofs.dimension], plan.fixed).all())
@@ -455,7 +457,10 @@ def _held(
     h = float(s.points.depth.min())
     deep = (pairs.g < -REACH * h) & (np.abs(pairs.n[np.arange(len(nodes)), axis]) > ALONG)
     # beside the contact surface, a tool that came across the normal has pushed the free body ahead of it
-    came = (pairs.n @ place[:2] >= -0.5 * pairs.g) | np.isin(nodes, s.points.nodes)
+    came = pairs.n @ place[:2] >= -0.5 * pairs.g
+    # deep in a tool that is as narrow as its travel is long, its side may be nearer than the face that came
+    across = np.abs(pairs.n @ place[:2]) < 0.5 * np.hypot(*place[:2])
+    came |= np.isin(nodes, s.points.nodes) & (tool.shape.half_space | ~across)
     for k in np.flatnonzero(deep & came):
         key = (i, int(nodes[k]) if nodes[k] in s.points.nodes else -1 - int(nodes[k]))
         if -pairs.g[k] > pressed.get(key, (0.0, 0.0, 0))[0]:

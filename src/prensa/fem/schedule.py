@@ -74,12 +74,14 @@ class Prescribed:
     """Boundary condition: dofs that follow one course, a ramp or a relative one each from its own start.
 
     ``support``: name of the boundary and axis, 'x' or 'y', that it holds; None for tools and the axis of revolution.
+    ``found``: it was found for a released body, see `fem/determinate.py`.
     """
 
     dofs: Index
     start: Array
     course: Course | None = None
     support: tuple[str, str] | None = None
+    found: bool = False
 
     def at(self, t: float, t0: float, t1: float) -> Array:
         """Values (k,) at time t."""

@@ -91,7 +91,8 @@ class State:
     one (elements, points, h) array per block, flattened together; ``contact`` the contact points; ``lam`` (points, 1 + t)
     normal and tangential multipliers; ``work`` (ndof,) forces of the last committed increment; ``step_start`` (ndof,) the
     degrees of freedom at the start of the present step; ``release`` (ndof,) forces carried at that time beyond those that the
-    step asks for, which it lets go linearly; None if there are none;
+    step asks for, which it lets go linearly; None if there are none; ``strings`` the same of tools that are gone, as matrices
+    of the elements (see `fem/strings.py`);
     ``stability`` of the last equilibrium; ``ends`` (steps,) times at which the steps so far ended, and ``watched`` (criteria,)
     values of what may end the present one; ``remeshed``: the meshes, where they are not those of the description;
     ``derivatives``: by the path of a parameter, those of the `moving` arrays by it.
@@ -109,6 +110,7 @@ class State:
     clock: Clock
     step_start: Array
     release: Array | None = None
+    strings: Array | None = None
     stability: Stability = UNKNOWN
     derivatives: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
     ends: Array = field(default_factory=lambda: np.zeros(0))
@@ -185,7 +187,7 @@ class State:
                 values[f.name] = Remeshed.from_arrays(arrays)
             elif f.name == "dt_last":
                 values[f.name] = float(arrays[f.name])
-            elif f.name == "release" and f.name not in arrays:
+            elif f.name in ("release", "strings") and f.name not in arrays:
                 values[f.name] = None
             elif f.name in NAMED:
                 kind: Any = NAMED[f.name]

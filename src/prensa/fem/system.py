@@ -24,6 +24,7 @@ from prensa.fem.interaction import Branches, Interaction, Overrides, Part, Reque
 from prensa.fem.loads import loads_of
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import Clock, Energy, Recovered, State
+from prensa.fem.strings import string_forces
 from prensa.fem.surface import EPS, ContactInteraction, Surface
 from prensa.fem.ties import Ties
 from prensa.friction.law import At as FrictionAt
@@ -91,7 +92,10 @@ class BodyForces(Protocol):
 
 @dataclass
 class System:
-    """The discretised problem. ``courses`` (system, step, start of the step) → plan of a step, if the description has none."""
+    """The discretised problem. ``courses`` (system, step, start of the step) → plan of a step, if the description has none.
+
+    ``gone``: whether its tools are, and ``removed`` the contacts that they had; their rows in the state stay.
+    """
 
     problem: model.Problem
     meshes: dict[str, Mesh]
@@ -107,6 +111,8 @@ class System:
     bodies: BodyForces | None = None
     more: Sequence[Interaction] = ()
     courses: Callable[[System, int, Array], StepPlan] | None = None
+    gone: bool = False
+    removed: Sequence[Surface] = ()
     _places: dict[str, NDArray[np.int32]] = field(default_factory=dict)
     _volumes: dict[str, Array] = field(default_factory=dict)
 
@@ -156,6 +162,10 @@ class System:
         if edge not in mesh.edges:
             raise MeshError(f"{name!r} is a point; a load or a contact needs a boundary")
         return mesh.edges[edge] + self.offsets[body]
+
+    def without_tools(self) -> System:
+        """The same bodies when all tools are gone."""
+        return replace(self, surfaces=[], removed=self.surfaces, gone=True)
 
     @cached_property
     def _contacts(self) -> list[ContactInteraction]:
@@ -261,6 +271,13 @@ class System:
         """The state at time 0: undeformed, or where an earlier run ended."""
         return self.beginning or self.undeformed()
 
+    def being_released(self, state: State, plan: StepPlan) -> Array:
+        """Forces (ndof,) in a committed state that its step is letting go."""
+        out = np.zeros(self.ndof) if state.release is None else state.release.copy()
+        if state.strings is not None:
+            out += string_forces(self, state.u, state.strings)
+        return plan.left(state.clock.time) * out
+
     @property
     def release(self) -> Array | None:
         """Forces (ndof,) of an earlier run that the first step lets go, or None."""
@@ -300,7 +317,7 @@ class System:
                 # a softening law needs k_T > |∂τ_y/∂κ| for a unique root: take twice that at the committed pressures
                 least = 2.0 * law.softening(state.lam[s.rows, 0], state.contact.slip[s.rows], law_at[-1])
             scales.append(s.scale(least))
-        interactions = [*self._contacts, *self.more, *loads_of(self, plan, state.release)]
+        interactions = [*self._contacts, *self.more, *loads_of(self, plan, state)]
         return Context(
             state, plan, time, dt, weights, scales, laws, law_at, x_n, depth, surfaces, committed, interactions
         )
@@ -445,7 +462,7 @@ class System:
         history, scale, floor = [], 0.0, ROUND_OFF * EPS * self.stiffness * self.nodes
         at = At(c.dt, c.time, data is not None)
         for block, old, held in zip(self.blocks, base, flows or [None] * len(self.blocks)):
-            out = sweep(block, c.x_n, du, old, at._replace(flows=held), r, data, self.pattern)
+            out = sweep(block, c.x_n, du, old, at._replace(flows=held), r, data, self.pattern, c.threads)
             if out.failed:
                 x, y = self.X[block.cells[out.failed.element]].mean(axis=0)[:2].tolist()
                 return Bulk(scale, floor, (), ElementFailed(out.failed.element, block.body, x, y, out.failed.why))

@@ -34,10 +34,12 @@ event.register("numba:compile", _Uncollected())
 
 
 def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """``numba.njit`` that does without its cache where neither the package nor the user's cache folder can be written.
+    """``numba.njit`` that lets other threads run meanwhile, and does without its cache where there is no place for it.
 
-    Numba refuses to define such a function, so that a package in a read-only place could not even be imported.
+    That is where neither the package nor the user's cache folder can be written: Numba refuses to define such a function, so that
+    a package in a read-only place could not even be imported.
     """
+    options = {"nogil": True} | options
 
     def kernel(function: Callable[..., Any]) -> Any:
         try:

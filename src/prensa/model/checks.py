@@ -317,6 +317,25 @@ def _supports(p: Any, owner: Any, path: tuple[str | int, ...]) -> Iterator[Findi
             yield Finding((*path, "body_force", key), f"unknown body {key!r}{suggest(key, p.bodies)}", at_key=True)
 
 
+def _removed(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding]:
+    """What a step asks of tools that it, or an earlier one, removes."""
+    by = next((s.name for s in p.steps[: int(path[1]) + 1] if s is not None and s.remove_tools), None)
+    if by is None:
+        return
+    gone = f"step {by!r} removes all tools, which are gone from then on"
+    if not p.tools:
+        yield Finding((*path, "remove_tools"), "there are no tools", at_key=True)
+    for kind in ("move", "by", "velocity", "push", "control"):
+        for key in getattr(step, kind):
+            if key in p.tools:
+                yield Finding((*path, kind, key), f"{gone}: tool {key!r} does nothing then; leave it out", at_key=True)
+    for key in step.friction:
+        yield Finding((*path, "friction", key), f"{gone}: {key!r} does nothing then; leave it out", at_key=True)
+    for kind in ("force", "travel", "contact") if step.until is not None else ():
+        for key in getattr(step.until, kind):
+            yield Finding((*path, "until", kind, key), f"{gone}: {key!r} cannot end a step; leave it out", at_key=True)
+
+
 def _step(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding]:
     given: dict[tuple[str, str], str] = {}
     for kind in ("move", "by", "velocity", "push"):
@@ -354,6 +373,7 @@ def _step(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding]:
             message = f"unknown contact {key!r}{suggest(key, contacts)}"
             yield Finding((*path, "friction", key), message, at_key=True)
     yield from until.findings(p, step, path)
+    yield from _removed(p, path, step)
 
 
 def _control(p: Any, step: Any, path: tuple[str | int, ...]) -> Iterator[Finding]:

@@ -605,6 +605,8 @@ class Step:
     on; ``velocity``: tool velocity during the step (length per unit time); ``push``: tool force.
     Numbers ramp linearly from the value at the start of the step. What is not mentioned is held. What is released or
     changed goes linearly, over the step, from the force that it carries to what is asked; lowered friction fades so too.
+    ``remove_tools``: all tools leave the bodies, their forces going linearly to zero over the step, and are gone from then on;
+    rigid motions that no support holds then are held at as few points as that takes, without any force at the end.
     ``increments``: the number of equal increments asked for (each is cut further when it does not converge);
     without it the step size is chosen automatically.
     ``control``: displacement control of what the step pushes and loads. The tool goes the way that is given (as of ``by``, from
@@ -623,6 +625,7 @@ class Step:
     loads: Mapping[str, Load] = field(default_factory=dict)
     body_force: Mapping[str, tuple[BodyForceValue, BodyForceValue]] = field(default_factory=dict)
     friction: Mapping[str, Friction | None] = field(default_factory=dict)
+    remove_tools: bool = False
     increments: Annotated[Whole, Field(ge=1)] | None = None
     control: Mapping[str, Motion] = field(default_factory=dict)
     stabilise: Stabilise | None = None
@@ -708,6 +711,11 @@ def support_names(problem: Problem) -> list[str]:
     return list(dict.fromkeys([*problem.fixed, *later]))
 
 
+def tools_removed(problem: Any, number: int) -> bool:
+    """Whether the tools are gone in step *number* (from 0) of a problem."""
+    return any(step is not None and step.remove_tools for step in problem.steps[: number + 1])
+
+
 def ever_stabilised(problem: Any) -> bool:
     """Whether any step of a problem is stabilised."""
     return any(stabilised(problem, k) != "off" for k in range(len(problem.steps)))
@@ -723,6 +731,8 @@ class Numerics:
     founding paper's, whose contact matrix is symmetric because friction takes the pressure of the last iterate; for comparison.
     ``condense``: linear elastic bodies in small strain are factored once and condensed onto their contact unknowns: ``auto``
     where it pays, ``true`` wherever it can be done (refused elsewhere), ``false`` never.
+    ``threads`` for elements and factorisations: ``auto`` takes the cores that are free, no more than OMP_NUM_THREADS where that
+    is set, and one for small problems. Results are the same bit for bit with any number (PARDISO's may not be).
     """
 
     tolerance: Annotated[Number, Field(gt=0, le=1e-4)] = 1e-9
@@ -734,7 +744,7 @@ class Numerics:
     iteration: Literal["newton", "paper"] = "newton"
     condense: Literal["auto", True, False] = "auto"
     solver: Literal["auto", "pardiso", "rslab", "superlu"] = "auto"
-    threads: Annotated[Whole, Field(ge=1)] = 1
+    threads: Literal["auto"] | Annotated[Whole, Field(ge=1)] = "auto"
 
 
 @described

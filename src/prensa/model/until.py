@@ -13,7 +13,7 @@ from prensa.model.names import Finding, suggest
 from prensa.model.units import Angle, Displacement, Force, Moment, Number
 
 Path: TypeAlias = tuple[str | int, ...]
-DRIVEN = ("move", "by", "velocity", "push")
+DRIVEN = ("move", "by", "velocity", "push", "control")
 
 
 @described
@@ -132,7 +132,7 @@ def tables_beyond(p: Any) -> Iterator[Finding]:
 
 
 def _tables(owner: Any) -> Iterator[tuple[Path, Any]]:
-    for kind in ("move", "by", "velocity", "push", "fixed", "loads", "body_force"):
+    for kind in (*DRIVEN, "fixed", "loads", "body_force"):
         for name, entry in getattr(owner, kind, {}).items():
             for key, value in enumerate(entry) if isinstance(entry, tuple) else vars(entry).items() if entry else ():
                 if isinstance(value, tuple) and value and isinstance(value[0], tuple):

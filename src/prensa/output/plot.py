@@ -6,6 +6,7 @@ Every function returns a `matplotlib.figure.Figure`; `save` writes it. matplotli
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -254,10 +255,10 @@ def pressure(
         if shear.max(initial=0.0) > 1e-9 * max(p.max(initial=0.0), 1e-300):
             axes.plot(s, shear, "s-", color=style.GREEN, markersize=2.5, linewidth=1.2, label="|shear|, nodal forces")
         top = max(p[shown].max(initial=0.0), np.nanmax(stress[closed], initial=0.0))
-        for name, curve in (reference or {}).items():
+        for (name, curve), line in zip((reference or {}).items(), cycle(("-", "--", ":", "-."))):
             x, y = (np.linspace(low, high, 401),) * 2 if callable(curve) else curve
             y = curve(x) if callable(curve) else y
-            axes.plot(x, y, "-", color=style.BLACK, linewidth=1.0, label=name, zorder=1.5)
+            axes.plot(x, y, line, color=style.BLACK, linewidth=1.1, label=name, zorder=1.5)
             top = max(top, float(np.nanmax(y)))
         axes.set(xlim=(low, high), xlabel=label, ylabel=f"traction ({style.pressure_unit(problem)})")
         axes.set_ylim(min(0.0, 1.05 * float(np.nanmin(stress[closed], initial=0.0))), 1.06 * top if top > 0 else 1.0)

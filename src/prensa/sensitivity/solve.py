@@ -104,6 +104,11 @@ def _refuse(system: System, start: State | None, derivatives: Sequence[str]) -> 
             f"derivatives: step {until!r} ends by its 'until', at another time for other parameters; give the travel "
             "or the force at which it ended"
         )
+    removes = next((s.name for s in system.problem.steps if s.remove_tools), None)
+    if removes is not None:
+        raise ArgumentError(
+            f"derivatives: step {removes!r} removes the tools, and what they leave is not followed; move them away ('by')"
+        )
     if start is not None and start.clock.number:
         missing = [path for path in derivatives if path not in start.derivatives]
         if missing:

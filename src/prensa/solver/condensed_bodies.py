@@ -15,6 +15,7 @@ from prensa.fem.system import System
 from prensa.model import problem as model
 from prensa.solver.linear import Factorisation, SingularError
 from prensa.solver.policy import Policy
+from prensa.solver.threads import threads_of
 
 Array = NDArray[np.float64]
 Blocks = frozenset[int]
@@ -54,7 +55,7 @@ class Bodies:
             self.K.indptr,
             self.K.indices,
             numerics.solver,
-            numerics.threads,
+            threads_of(numerics, system.ndof, policy),
             symmetric=True,
             definite=True,
             policy=policy,

@@ -78,10 +78,25 @@ def _rslab(a: Structure) -> Factor:
         indptr, indices, inside = a.lower()
         lower = csc_matrix((np.ones(len(indices)), indices, indptr), (a.n, a.n))
         ldlt = rslab.analyze(lower, path="ldlt", threads=a.threads, **RACE)
-        return lambda values: _columns(ldlt.factor(values[inside]))
+        return lambda values: _ldlt(ldlt.factor(values[inside]))
     pattern = csc_matrix((np.ones(len(a.indices)), a.indices, a.indptr), (a.n, a.n))
     symbolic = rslab.analyze(pattern, path="lu", threads=a.threads, matching=False, **RACE)
     return lambda values: _columns(symbolic.factor(values))
+
+
+class _Definite:
+    """A `Solve` with factors that say whether all eigenvalues are ``positive``: all pivots are (Sylvester's law of inertia)."""
+
+    def __init__(self, solve: Solve, positive: bool) -> None:
+        self.solve, self.positive = solve, positive
+
+    def __call__(self, b: Array) -> Array:
+        return self.solve(b)
+
+
+def _ldlt(factors: Any) -> Solve:
+    """Solve with rslab's factors LDLᵀ."""
+    return _Definite(_columns(factors), factors.inertia[0] == factors.n and not factors.n_perturbed)
 
 
 def _columns(factors: Any) -> Solve:
@@ -105,7 +120,7 @@ class _Pardiso:
         tiny = 8 if a.kind == SYMMETRIC else 13
         for number, value in {1: 1, 2: 2, 10: tiny, 11: 0, 12: 2 if a.kind == GENERAL else 0, 13: 0, 21: 1}.items():
             self.solver.set_iparm(number, value)
-        self.error, self.n = PyPardisoError, a.n
+        self.error, self.n, self.kind = PyPardisoError, a.n, a.kind
         # the lower triangle by columns is the upper one by rows, which the symmetric types want
         self.inside: NDArray[np.bool_] | None = None
         self.indptr, self.indices = a.indptr, a.indices
@@ -135,7 +150,9 @@ class _Pardiso:
         # it replaces zero pivots and goes on: the solution could be anything
         if replaced := int(self.solver.get_iparm(14)):
             raise ArithmeticError(f"{replaced} pivots are zero")
-        return lambda b: self.call(33, matrix, np.asfortranarray(b)).reshape(b.shape, order="F")
+        return _Definite(
+            lambda b: self.call(33, matrix, np.asfortranarray(b)).reshape(b.shape, order="F"), self.kind == DEFINITE
+        )
 
 
 def _pardiso(a: Structure) -> Factor:
@@ -199,6 +216,11 @@ class Factorisation:
     def factored(self) -> bool:
         """Whether there are factors of an earlier `solve` of this attempt to use `again`."""
         return self._solve is not None
+
+    @property
+    def positive(self) -> bool:
+        """Whether the last factors show that all eigenvalues of their matrix are positive; False where they cannot tell."""
+        return bool(getattr(self._solve, "positive", False))
 
     def again(self, b: Array) -> Array:
         """Solution of b (n,) or (n, k) with the factors of the last `solve`; its residual is not checked."""
@@ -278,6 +300,11 @@ class DenseFactors:
     def factored(self) -> bool:
         """Whether there are factors to use `again`."""
         return self._factors is not None
+
+    @property
+    def positive(self) -> bool:
+        """False: the signs of the eigenvalues are not known."""
+        return False
 
     def again(self, b: Array) -> Array:
         """Solution with the factors of the last `solve`."""

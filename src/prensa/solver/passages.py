@@ -56,6 +56,7 @@ class Passages:
         """The increment with its means."""
         if not self.count:
             return increment
+        passed = {name: passed.get(name, Passing(0.0, 0.0, 0.0)) for name in self.count}  # tools that are gone have none
         values = {
             f"{name}.{c}": v for name, tool in increment.tools.items() for c, v in zip(("fx", "fy", "mz"), tool.force)
         }

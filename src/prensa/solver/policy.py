@@ -256,6 +256,11 @@ class Policy:
     refinements: int = 3
     """… at most so many times."""
 
+    worth_threads: int = 5000
+    """Dofs from which on ``threads: auto`` takes more than one thread …"""
+    most_threads: int = 8
+    """… and so many at most: what they leave to one of them takes as long by then."""
+
     # ------------------------------------------------------------------------------------------------- condensation
     columns: int = 64
     """Columns of the inverse computed at once …"""

@@ -18,6 +18,7 @@ from prensa.solver.eliminated import Tied
 from prensa.solver.linear import Factorisation, running
 from prensa.solver.multipliers import Equations, determined
 from prensa.solver.policy import DEFAULT, Policy
+from prensa.solver.threads import threads_of
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
@@ -88,6 +89,10 @@ class Factors(Protocol):
     @property
     def factored(self) -> bool:
         """Whether there are factors to use `again`."""
+
+    @property
+    def positive(self) -> bool:
+        """Whether they show that all eigenvalues are positive; False where they cannot tell."""
 
     def begin(self) -> None:
         """Forget the factors of earlier attempts."""
@@ -212,7 +217,8 @@ class Reduced:
         # multipliers make a matrix indefinite; without them that takes a free tool, or large compression
         definite = not any(s.exact for s in system.surfaces)
         factorisation = Factorisation(
-            len(restriction.free), restriction.indptr, restriction.indices, numerics.solver, numerics.threads, symmetric,
+            len(restriction.free), restriction.indptr, restriction.indices, numerics.solver,
+            threads_of(numerics, system.ndof, policy), symmetric,
             definite, policy, in_lengths(weight),
         )  # fmt: skip
         return cls(

@@ -14,6 +14,7 @@ from prensa.contact.recovery import recover, smoothed
 from prensa.fem.context import Context
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
+from prensa.fem.surface import Surface
 from prensa.fem.system import Evaluation, System
 from prensa.model.problem import support_names
 from prensa.solver.assembled import assembled
@@ -103,9 +104,9 @@ def reactions(system: System, e: Evaluation, plan: StepPlan, state: State) -> Ar
     out = np.zeros(system.ndof)
     out[plan.fixed] = system.to_masters(e.r)[plan.fixed]
     if state.release is not None:
-        left = plan.left(state.clock.time)
+        release = system.being_released(state, plan)
         for group in plan.released:
-            out[group.dofs] = left * state.release[group.dofs]
+            out[group.dofs] = release[group.dofs]
     return out
 
 
@@ -151,8 +152,8 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
     where, depth = (x, system.depth_in(e.history)) if finite else (system.X, system.depth)
     flat = system.dofs.dimension == 2  # stresses are not recovered in space yet
     patches, smooth = (nodal_stress(system, state, e, how) if flat else None for how in (None, smoothed))
-    out = {}
-    for s, f, law in zip(system.surfaces, e.contacts, plan.friction_at(state.clock.time), strict=True):
+    out = {s.name: _apart(system, s, state, where, depth) for s in system.removed}
+    for s, f, law in zip(system.surfaces, e.contacts, plan.friction_at(state.clock.time)):
         s = s if f.points is None else replace(s, points=f.points, X=f.points.at(system.X))
         nodes, pairs = s.points.nodes, system.node_pairs(s, state.u)
         area, weight = system.tributary(s, where, depth), system.weights(s, where, depth)
@@ -179,6 +180,24 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
             points=PointValues(s.X, s.points.at(x), f.g, p, t, f.kappa, status, weight, state.contact.speed[s.rows]),
         )  # fmt: skip
     return out
+
+
+def _apart(system: System, s: Surface, state: State, where: Array, depth: Array | None) -> ContactState:
+    """A contact whose tool is gone: open everywhere, infinitely far; nothing is recovered without the tool's normal."""
+    x, nodes = system.positions(state.u), s.points.nodes
+    area = system.tributary(s, where, depth)
+    nothing, unknown, n = np.zeros(len(nodes)), np.full(len(nodes), np.nan), len(s.points)
+    slip = state.contact.slip[s.rows]
+    weight = system.weights(s, where, depth)
+    return ContactState(
+        surface="+".join(s.description.surface), tool=system.tools[s.tool].name, body=s.body,
+        node=nodes - system.offsets[s.body], X=system.X[nodes], x=x[nodes], gap=np.full(len(nodes), np.inf), pressure=nothing,
+        shear=nothing, slip=s.points.to_nodes(weight * slip)[_with_area(area)] / s.points.to_nodes(weight)[_with_area(area)],
+        status=np.zeros(len(nodes), dtype=np.int8), weight=area, force=np.zeros((len(nodes), 2)),
+        pressure_from_stress=unknown, pressure_smoothed=unknown, error=nothing, area=0.0,
+        points=PointValues(s.X, s.points.at(x), np.full(n, np.inf), np.zeros(n), np.zeros(n), slip, np.zeros(n, dtype=np.int8),
+                           weight),
+    )  # fmt: skip
 
 
 def _with_area(area: Array) -> NDArray[np.int64]:

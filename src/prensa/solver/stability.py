@@ -1,12 +1,12 @@
 """Is an equilibrium stable? The lowest modes of Newton's matrix, from the factors at hand.
 
 An equilibrium is left for another one, without any change of what drives it, where the matrix has a negative eigenvalue. Of
-the direct solvers only LDLᵀ counts those (Sylvester's law of inertia); LU has no inertia, its determinant only the parity, and
-multipliers add negative ones that mean nothing. So the modes are looked at themselves: a block of forces goes through the
-factors twice, which leaves the softest modes (subspace iteration; Bathe 1996, 11.6), and the eigenvalues of the map from
-forces on the free displacements and tools to their displacements, within that block, say how these answer. Where the
-symmetric part of the matrix is positive definite none of them can be negative, whatever the block; where multipliers hold
-points, what they hold does not move.
+the direct solvers only LDLᵀ counts those (Sylvester's law of inertia): where it finds none there is nothing to look for. LU has
+no inertia, its determinant only the parity, and multipliers add negative ones that mean nothing. There the modes are looked at
+themselves: a block of forces goes through the factors twice, which leaves the softest modes (subspace iteration; Bathe 1996,
+11.6), and the eigenvalues of the map from forces on the free displacements and tools to their displacements, within that block,
+say how these answer. Where the symmetric part of the matrix is positive definite none of them can be negative, whatever the
+block; where multipliers hold points, what they hold does not move.
 
 Modes that go soft with compression are the lowest ones long before they turn, so that a few columns find them.
 """
@@ -40,6 +40,9 @@ class Modes(NamedTuple):
     negative: int
     least: float
     mode: Array
+
+
+STABLE = Modes(0, np.inf, np.zeros(0))
 
 
 def softest_modes(system: System, reduced: Reduced, policy: Policy) -> Modes | None:
@@ -82,7 +85,8 @@ def judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutbac
     """
     if not result.converged:
         return _failed(eq, result, cutbacks >= eq.policy.soften_after, not may_cut)
-    modes = softest_modes(eq.system, eq.reduced, eq.policy)
+    positive = eq.reduced.factorisation.positive
+    modes = STABLE if positive else softest_modes(eq.system, eq.reduced, eq.policy)
     if modes is None:
         result.negative = eq.context.state.stability.negative
         return result

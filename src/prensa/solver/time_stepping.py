@@ -17,7 +17,7 @@ from prensa.fem.context import Context
 from prensa.fem.discretise import discretise
 from prensa.fem.folds import fold, outlines
 from prensa.fem.inside import inside, watches
-from prensa.fem.letting_go import let_go, still_held, table_jumps
+from prensa.fem.letting_go import held_at, let_go, removed_tools, still_held, table_jumps
 from prensa.fem.planning import plan_step
 from prensa.fem.preflight import preflight
 from prensa.fem.schedule import StepPlan
@@ -58,6 +58,7 @@ from prensa.solver.stabilisation import Stabilisation
 from prensa.solver.stability import at_limit, judged, told
 from prensa.solver.step_control import StepControl
 from prensa.solver.stopping import Outcome, Stopping
+from prensa.solver.threads import threads_of
 from prensa.solver.validity import Validity
 
 log = logging.getLogger("prensa")
@@ -112,6 +113,7 @@ def solve(
     if start is None:
         told_before(system)
     numerics, policy = numerics or model.Numerics(), policy or Policy()
+    numerics = replace(numerics, threads=threads_of(numerics, system.ndof, policy))
     condense = to_be_condensed(system, numerics, policy)
     timer, followed = timer or Timer(), passages or Passages(system)
     state = start or system.initial()
@@ -241,6 +243,11 @@ class TimeStepping:
         touched = state.contact.closed | (state.contact.slip > 0)
         steps = self.system.problem.steps
         for number in range(state.clock.step, len(steps)):
+            if not self.system.gone and model.tools_removed(self.system.problem, number):
+                if state.clock.time <= number:
+                    self.messages.warn(untouched_tools(self.system, touched))
+                yield from self.without_tools().run(state)
+                return
             plan = plan_step(self.system, number, state.step_start, state.ends)
             self.stopping = Stopping(self.system, plan, self.policy, self.view)
             if state.clock.time <= plan.t0:
@@ -256,12 +263,27 @@ class TimeStepping:
         if len(steps):
             self.messages.warn([*untouched_tools(self.system, touched), *self.validity.told()])
 
+    def without_tools(self) -> TimeStepping:
+        """The rest of the run, when the tools are gone."""
+        system = self.system.without_tools()
+        messages = Messages(system, self.messages.monitor)
+        rest = TimeStepping(system, self.numerics, self.policy, messages, self.timer, condense=False)
+        rest.passages, rest.remeshes, rest.last = self.passages, self.remeshes, self.last
+        rest.times, rest.stops = self.times, self.stops
+        return rest
+
     def begin(self, state: State, plan: StepPlan) -> State:
         """The state in which a step begins; what an early end left of the time before is passed over."""
-        if plan.number:
+        problem, number = self.system.problem, plan.number
+        if model.tools_removed(problem, number) and not model.tools_removed(problem, number - 1):
+            state = removed_tools(self.system, state, plan)
+            if words := held_at(self.system, plan):
+                self.messages.note(state, plan, words)
+            state = replace(state, clock=state.clock._replace(time=plan.t0))
+        elif number:
             released = let_go(self.system, state, plan)
             self.messages.warn(table_jumps(self.system, state, plan))
-            state = replace(state, release=released, clock=state.clock._replace(time=plan.t0))
+            state = replace(state, release=released, strings=None, clock=state.clock._replace(time=plan.t0))
         return self.stopping.begin(state)
 
     def prepare(self, plan: StepPlan) -> None:
@@ -344,7 +366,8 @@ class TimeStepping:
         """Everything that an increment from a state to the time ``end`` needs."""
         c = self.system.context(state, plan, end)
         viscous = self.stabilisation.forces(c)
-        return replace(c, lagged=self.numerics.iteration == "paper", interactions=[*c.interactions, *viscous])
+        lagged, threads = self.numerics.iteration == "paper", threads_of(self.numerics, self.system.ndof, self.policy)
+        return replace(c, lagged=lagged, interactions=[*c.interactions, *viscous], threads=threads)
 
     def equilibrium(self, c: Context) -> Equilibrium:
         """The equations of an increment, condensed where the bodies are."""
@@ -480,7 +503,8 @@ def committed(
     return State(
         u=result.u, du=du, dt_last=0.0 if ended else c.dt, second_difference=difference, history=e.history, contact=contact,
         lam=lam, energy=energy, work=work, clock=Clock(step, old.clock.number + 1, c.time, dt, damping),
-        step_start=step_start, release=None if c.time >= c.plan.t1 else old.release, stability=stability,
+        step_start=step_start, release=None if c.time >= c.plan.t1 else old.release,
+        strings=None if c.time >= c.plan.t1 else old.strings, stability=stability,
         ends=np.append(old.ends, c.time) if ended else old.ends, watched=c.watched,
         remeshed=old.remeshed,
     )  # fmt: skip

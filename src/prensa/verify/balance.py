@@ -90,7 +90,7 @@ def imbalance(system: System, inc: Increment) -> tuple[float, float]:
         for body, (bx, by) in plan.body_force.items()
     ]
     actions += [wrench(b.x if finite else b.X, b.reaction) for b in inc.bodies.values()]
-    release = np.zeros(system.ndof) if inc.state.release is None else plan.left(inc.time) * inc.state.release
+    release = system.being_released(inc.state, plan)
     others = release.copy()
     for group in plan.released:  # which are among the reactions
         others[group.dofs] = 0.0

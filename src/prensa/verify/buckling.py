@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 import prensa as pr
 from prensa.reference.buckling import elastica_clamped
+from prensa.verify.balance import Balance
 from prensa.verify.table import Row, case, row
 
 COLUMN_LENGTH = 40.0
@@ -60,8 +61,15 @@ def snap_through(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     way = pr.Motion(y=-4.0)
     led = arch(pr.Step("led", push={"p": pr.Push(y=-60.0)}, control={"p": way}, increments=20), E_scale=E_scale)
     moved = arch(pr.Step("moved", move={"p": way}, increments=20))
-    forces, expected = ([i.force("p").y for i in pr.solve(p)] for p in (led, moved))
+    balance = Balance()
+    expected = [i.force("p").y for i in balance.watch(moved)]
+    increments = list(pr.solve(led))  # its push is what carries the way, not what the step says: balanced here
+    forces = [i.force("p").y for i in increments]
+    carried = [sum(support.y for support in i.supports.values()) for i in increments]
     passed = next(k for k in range(1, 20) if expected[k] < expected[k - 1])
     yield row("largest force before it snaps", max(expected[:passed]), max(forces[:passed]), 1e-6)
     yield row("least force behind", min(expected[passed:]), min(forces[passed:]), 1e-6)
     yield row("force on the far side", expected[-1], forces[-1], 1e-6)
+    apart = max(abs(f - c) for f, c in zip(forces, carried)) / max(forces)
+    yield row("led: push out of balance with the supports / largest push", 0.0, apart, 1e-8, "absolute")
+    yield from balance.rows()

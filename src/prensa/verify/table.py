@@ -190,7 +190,7 @@ def cells(r: Row) -> tuple[str, ...]:
 
 
 def write(rows: list[Row], path: str | Path) -> None:
-    """Write the table to a ``.csv`` (numbers in full) or else a Markdown file."""
+    """Write the table to a ``.csv`` (numbers in full) or else a Markdown file, `manual`."""
     path = Path(path)
     if path.suffix.lower() == ".csv":
         with path.open("w", newline="", encoding="utf-8") as file:
@@ -200,9 +200,31 @@ def write(rows: list[Row], path: str | Path) -> None:
                 verdict = "pass" if r.passed else "FAIL"
                 writer.writerow((r.case, r.quantity, r.reference, r.ours, r.error, r.tolerance, r.kind, verdict))
         return
-    lines = ["| " + " | ".join(HEADER) + " |", "|" + "---|" * len(HEADER)]
-    lines += ["| " + " | ".join(c.replace("|", "\\|") for c in cells(r)) + " |" for r in rows]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    path.write_text(manual(rows), encoding="utf-8")
+
+
+def manual(rows: list[Row]) -> str:
+    """A page in Markdown: the rows by suite and case, each case with what it says of itself."""
+    known = cases()
+    passed = sum(r.passed for r in rows)
+    told = f"Written by `prensa verify --out`: {passed} of {len(rows)} rows within their tolerances."
+    lines = ["# Verification table", "", told]
+    suite = ""
+    by_case: dict[str, list[Row]] = {}
+    for r in rows:
+        by_case.setdefault(r.case, []).append(r)
+    order = {name: k for k, name in enumerate(dict.fromkeys(c.suite for c in known.values()))}
+    for name in sorted(by_case, key=lambda n: order[known[n].suite] if n in known else len(order)):
+        of = known[name].suite if name in known else ""
+        if of != suite:
+            suite = of
+            lines += ["", f"## {suite}"]
+        lines += ["", f"### {name}", ""]
+        if name in known:
+            lines += [inspect.getdoc(known[name].function) or "", ""]
+        lines += ["| " + " | ".join(HEADER) + " |", "|" + "---|" * len(HEADER)]
+        lines += ["| " + " | ".join(c.replace("|", "\\|") for c in cells(r)) + " |" for r in by_case[name]]
+    return "\n".join(lines) + "\n"
 
 
 def main(only: str | None = None, out: str | None = None, jobs: int = 1) -> int:
@@ -218,6 +240,8 @@ def main(only: str | None = None, out: str | None = None, jobs: int = 1) -> int:
     except ValueError as error:
         console.print(str(error), markup=False)
         return 1
+    if out:
+        Path(out).parent.mkdir(parents=True, exist_ok=True)  # before minutes of computing
     found: dict[str, list[Row]] = {}
     begin = time.perf_counter()
     for k, (c, new, seconds) in enumerate(timed(only, jobs), 1):

@@ -58,8 +58,9 @@ def draw(suite: str, seed: int, number: int) -> pr.Problem:
     moment = (
         float(rng.uniform(0.1, 0.5)) * _smallest_coefficient(law) * getattr(tool, "radius", 0.0)
     )  # per force, of what friction bears
-    steps = _steps(rng, motion, depth, width * L, strength, share, increments, axi, flat, moment, tool)
     hollow = tool.type == "circle" and tool.concave
+    area = _whole_top(width * L, axi) if hollow else _covered(tool, depth, origin * L, width * L, axi)
+    steps = _steps(rng, motion, depth, width * L, area, strength, share, increments, axi, flat, moment, tool)
     wide = flat or hollow or tool.type == "profile"
     listed = wide if rng.random() < (0.8 if plastic else 0.2) else False
     # a body that flows rolls its sides onto the tool; without contact there they would be metal inside it
@@ -258,14 +259,28 @@ def _name(law: Any) -> str:
     return "hardening"
 
 
+def _whole_top(width: float, axi: bool) -> float:
+    return np.pi * width**2 if axi else width
+
+
+def _covered(tool: Any, depth: float, x0: float, width: float, axi: bool) -> float:
+    """Area of the top, from x0 on, that a tool covers once it has sunk by ``depth``: a narrow stamp bears less than a plane."""
+    x = x0 + width * (np.arange(400) + 0.5) / 400
+    below = 10 * width
+    height = tool.shape(np.array([0.0, -1.0])).along(
+        np.stack([x, np.full(400, -below)], axis=1), np.array([0.0, 1.0]), 4 * below
+    )
+    under = height <= height.min() + depth
+    return float((under * (2 * np.pi * x if axi else 1.0)).sum() * width / 400)
+
+
 def _steps(
-    rng: np.random.Generator, motion: str, depth: float, width: float, strength: float, share: tuple[float, float],
-    increments: int | None, axi: bool, flat: bool, moment: float, tool: Any,
+    rng: np.random.Generator, motion: str, depth: float, width: float, area: float, strength: float,
+    share: tuple[float, float], increments: int | None, axi: bool, flat: bool, moment: float, tool: Any,
 ) -> Iterator[pr.Step]:  # fmt: skip
-    """Steps of a motion; a force stays below what a plastic body of that flow stress can carry."""
+    """Steps of a motion; a force is what a plastic body of that flow stress carries on the ``area`` that the tool covers."""
     sign = float(rng.choice([-1, 1]))
     if motion in ("push", "twist"):
-        area = width if not axi else np.pi * width**2
         force = float(rng.uniform(*share)) * strength * area
         if motion == "push" and tool.spring is not None and tool.spring.y is not None:
             # the mount is moved by what the spring would give under the force

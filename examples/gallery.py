@@ -1,0 +1,358 @@
+"""The gallery: forming processes run from their case files, each beside its slab, slip-line, closed-form or published solution.
+
+    python examples/gallery.py                      # all of them, one after the other: some five minutes
+    python examples/gallery.py --jobs 2             # two at a time
+    python examples/gallery.py cup_drawing          # by name
+    python examples/gallery.py --page docs/gallery/forming  # writes the page of the documentation and its pictures too
+
+Ends with exit code 1 if a number is farther from its reference than the table allows.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+import prensa as pr
+from prensa import reference as ref
+from prensa.errors import PrensaError
+from prensa.measures import parse_all
+from prensa.output import plot, style
+from prensa.reference.drawing import cup_force, slab_drawing, strip_upper_bound, wire_upper_bound
+from prensa.reference.rolling import orowan_rolling
+from prensa.verify.table import Row, row
+
+HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE))
+
+from common import beside, told  # noqa: E402  (a neighbour, also when this file is run from elsewhere)
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Run:
+    """Measures of a case over its increments: ``table`` by name, ``ends`` the row at the end of each step."""
+
+    problem: pr.Problem
+    table: dict[str, Array]
+    ends: dict[str, int]
+
+    def __getitem__(self, name: str) -> float:
+        """The last value of a measure."""
+        return float(self.table[name][-1])
+
+    def end(self, name: str, step: str) -> float:
+        """The value of a measure at the end of a step."""
+        return float(self.table[name][self.ends[step]])
+
+    def when(self, name: str, other: str, value: float) -> float:
+        """The value of a measure where another one, which rises, has a value."""
+        return float(np.interp(value, self.table[other], self.table[name]))
+
+
+Compare = Callable[[Run], Iterable[Row]]
+
+
+@dataclass(frozen=True)
+class Example:
+    """A case file with ``changes``, what is compared, and whether it is of those that run in seconds."""
+
+    title: str
+    case: str
+    compare: Compare
+    changes: tuple[str, ...] = ()
+    quick: bool = False
+
+
+_EXAMPLES: dict[str, Example] = {}
+
+
+def example(
+    title: str, name: str = "", changes: tuple[str, ...] = (), quick: bool = False
+) -> Callable[[Compare], Compare]:
+    """Put what is compared of the case file that the function is named after (or *name*) on the list."""
+
+    def put(compare: Compare) -> Compare:
+        case = name or compare.__name__
+        key = case + "".join(f", {c.rpartition('=')[0].rpartition('.')[2]} = {c.rpartition('=')[2]}" for c in changes)
+        _EXAMPLES[key] = Example(title, case, compare, changes, quick)
+        return compare
+
+    return put
+
+
+# -------------------------------------------------------------------------------------------- drawing, extrusion, rolling
+WEDGE = {"alpha": math.radians(15.0), "k": 100.0}
+
+
+def _through_a_wedge(stress: float, what: str) -> Iterator[Row]:
+    exact = ref.wedge_drawing(H=1.0, **WEDGE)
+    sizes = {"before": 1.0, "after": exact.exit, "alpha": WEDGE["alpha"]}
+    yield row(f"{what} (MPa), slip-line field", exact.pull / exact.exit, stress, 0.04)
+    slab = slab_drawing(**sizes, Y=WEDGE["k"] * math.sqrt(3.0), axisymmetric=False)
+    yield row(f"{what} (MPa), slab method: no work of turning the flow", slab, stress, 0.0, "at least")
+    bound = strip_upper_bound(**sizes, k=WEDGE["k"])
+    yield beside(f"{what} (MPa), upper bound of a rigid triangle, rigid-plastic", bound, stress)
+
+
+@example("Strip drawing")
+def strip_drawing(run: Run) -> Iterator[Row]:
+    """Pull over the thickness behind the die."""
+    yield from _through_a_wedge(run["pull"] / ref.wedge_drawing(H=1.0, **WEDGE).exit, "drawing stress")
+
+
+@example("Plane extrusion")
+def plane_extrusion(run: Run) -> Iterator[Row]:
+    """Force of the ram over the thickness of the billet."""
+    yield from _through_a_wedge(run["ram"], "pressure on the ram")
+
+
+@example("Wire drawing", quick=True)
+def wire_drawing(run: Run) -> Iterator[Row]:
+    """Pull over the section of the drawn wire, between the slab method and the upper bound of the nominal reduction."""
+    stress = run["pull"] / (math.pi * run["drawn_radius"] ** 2)
+    sizes = {"before": 5.0, "after": 4.5, "alpha": math.radians(8.0), "Y": 300.0, "m": 0.1}
+    yield row("drawing stress (MPa), slab method", slab_drawing(**sizes), stress, 0.0, "at least")
+    yield row("drawing stress (MPa), upper bound (Avitzur)", wire_upper_bound(**sizes), stress, 0.0, "at most")
+    yield row("radius of the drawn wire (mm), the die's", 4.5, run["drawn_radius"], 0.002)
+
+
+@example("Flat rolling")
+def flat_rolling(run: Run) -> Iterator[Row]:
+    """Force and moment over a passage, and the neutral point, beside the slab methods with elastic recovery."""
+    data = {"R": 65.0, "H": 1.0, "h": 0.75, "mu": 0.1, "k": 100.0, "E": 50e3}
+    slab, orowan = ref.strip_rolling(**data), orowan_rolling(**data)
+    neutral = float(run.table["neutral"][run.ends["let go"] + 1 :].mean())
+    yield row("force (N/mm), Kármán", slab.force, run["force"], 0.05)
+    yield row("force (N/mm), Orowan", orowan.force, run["force"], 0.05)
+    yield row("moment (N mm/mm), Kármán", slab.torque, -run["moment"], 0.05)
+    yield row("moment (N mm/mm), Orowan", orowan.torque, -run["moment"], 0.05)
+    # the elements are 0.4 mm long before the rolls
+    yield row("neutral point (mm before the rolls), Kármán", 65.0 * math.sin(slab.neutral), -neutral, 0.2, "absolute")
+
+
+# --------------------------------------------------------------------------------------------------------- sheet forming
+@example("Hemispherical stretching")
+def hemispherical_stretching(run: Run) -> Iterator[Row]:
+    """Depth at the forces of the published curve, and the forces at its depths."""
+    depths = (10.6, 15.4, 20.0, 24.7, 28.2, 33.0, 37.4)
+    for force, depth in zip(range(10, 70, 10), depths):
+        ours = float(np.interp(force, -run.table["force"] / 1e3, run.table["depth"]))
+        yield row(f"depth (mm) at {force} kN, curve of the benchmark", depth, ours, 0.05)
+    for force, depth in zip(range(10, 80, 10), depths):
+        ours = -run.when("force", "depth", depth) / 1e3
+        if force == 70:
+            yield row(f"force (kN) at {depth} mm, curve of the benchmark", force, ours, 0.05)
+        else:
+            yield beside(f"force (kN) at {depth} mm, curve of the benchmark", force, ours)
+
+
+@example("Cup drawing")
+def cup_drawing(run: Run) -> Iterator[Row]:
+    """Largest force beside Siebel's estimate at that rim, and the volume of the flange by its thickness."""
+    k = int(np.argmax(run.table["force"]))
+    rim, inner = 2.0 * float(run.table["rim"][k]), 41.0
+    strains = (math.log(80.0 / rim), math.log(math.sqrt(80.0**2 + inner**2 - rim**2) / inner))
+    flow = float(np.mean([560.0 * (0.007 + e) ** 0.22 for e in strains]))
+    siebel = cup_force(punch=40.0, blank=rim, thickness=1.0, flow=flow, binder=15000.0, mu=0.08)
+    yield row("largest force (kN), Siebel", siebel / 1e3, float(run.table["force"][k]) / 1e3, 0.15)
+    # a rim under hoop compression alone: its thickness strain is half of what it is compressed by
+    yield row(
+        "thickness of the rim (mm), uniaxial compression", math.sqrt(40.0 / run["rim"]), run["rim_thickness"], 0.03
+    )
+
+
+@example("Channel forming")
+def channel_forming(run: Run) -> Iterator[Row]:
+    """Punch force of the published example; the force of the holder is what was asked for."""
+    force = run.table["force"][run.ends["hold"] + 1 :]
+    plateau = float(force[len(force) // 2 :].mean())
+    yield row("punch force (N/mm), mean of the second half, Abaqus: Getting Started", 160.0, plateau, 0.1)
+    yield row("punch force (N/mm), largest, Abaqus: Getting Started", 160.0, float(force.max()), 0.1)
+    yield row("holder force (N/mm)", 440.0, run["holder_force"], 1e-8)
+    yield beside("largest plastic strain, Abaqus: Getting Started", 0.21, run["strain"])
+
+
+@example("Free bending with springback")
+def free_bending(run: Run) -> Iterator[Row]:
+    """Angle between the legs at the end of the stroke, and after release beside the spread of other programs."""
+    flow = lambda strain: 550.4 * (0.0093146 + strain) ** 0.223  # noqa: E731
+    exact = ref.free_bending(
+        punch=23.5, shoulder=4.0, apart=29.0, thickness=1.0, E=70500.0, nu=0.342, mu=0.1342, flow=flow
+    )
+    bent, released = (180.0 - 2.0 * run.end("leg", step) for step in ("bend", "release"))
+    yield row("angle between the legs (deg), strip in bending", math.degrees(exact.angle), bent, 0.02)
+    yield beside("angle between the legs (deg), NAFEMS R0094", 21.84, bent)
+    yield beside("angle after release (deg), NAFEMS R0094", 54.45, released)
+    yield beside("angle after release (deg), another program there", 43.2, released)
+
+
+@example("Bending and springback of a strip")
+def strip_springback(run: Run) -> Iterator[Row]:
+    """Curvature of the middle between the curvatures of both sides, that goes back by 12 M/(E' t³)."""
+
+    def middle(step: str) -> float:
+        return 2.0 / (1.0 / abs(run.end("top", step)) + 1.0 / abs(run.end("bottom", step)))
+
+    flow = lambda strain: 250.0 + 500.0 * strain**0.3  # noqa: E731
+    loaded = middle("bend")
+    back = loaded - float(ref.bend_strip(loaded, thickness=1.0, flow=flow, E=210e3, nu=0.3).released_curvature)
+    yield row("springback (1/m), closed form of the bent strip", 1e3 * back, 1e3 * (loaded - middle("release")), 0.01)
+
+
+# ---------------------------------------------------------------------------------------------------------- bulk forming
+@example("Tube expansion", quick=True)
+def thick_tube(run: Run) -> Iterator[Row]:
+    """Pressure on the bore, at twice the bore and on the way, of a rigid-plastic tube."""
+    for radius in (15.0, 20.0):
+        force = run.when("force", "bore", radius)
+        exact = float(ref.tube_expansion(173.20508, 10.0, 20.0, radius))
+        yield row(f"pressure (MPa) at a bore of {radius:g} mm", exact, force / (2.0 * math.pi * radius), 0.005)
+
+
+@example("Indentation and unloading")
+def indentation(run: Run) -> Iterator[Row]:
+    """Hardness and the slope of unloading."""
+    radius = math.sqrt(run.end("contact_area", "slacken") / math.pi)
+    slope = (run.end("force", "load") - run.end("force", "slacken")) / (
+        run.end("depth", "slacken") - run.end("depth", "load")
+    )
+    yield row("mean pressure over yield stress, Tabor", 2.8, run.end("pressure", "load") / 400.0, 0.07)
+    yield row("slope of unloading (kN/mm), Sneddon", 2.0 * 200e3 / 0.91 * radius / 1e3, slope / 1e3, 0.07)
+
+
+def _ring(m: float, decrease: float, judged: bool) -> None:
+    @example("Ring compression with a shear factor", "ring_shear_factor", (f"friction.m={m}",), quick=m == 0.1)
+    def compare(run: Run) -> Iterator[Row]:
+        ours = 100.0 * (1.0 - run["bore"] / 15.0)
+        what = f"decrease of the bore at half the height (%), m = {m}"
+        if judged:
+            yield row(what, decrease, ours, 2.5, "absolute")
+        else:  # moves by several points with the hardening, which the source does not give
+            yield beside(what, decrease, ours)
+
+
+@example("Ring compression with a shear factor", "ring_shear_factor", ("friction.m=0",))
+def ring_without_friction(run: Run) -> Iterator[Row]:
+    """Without friction all radii grow alike."""
+    ours = 100.0 * (1.0 - run["bore"] / 15.0)
+    stress = 950.0 * (0.01 + math.log(2.0)) ** 0.15
+    exact = 100.0 * (1.0 - math.sqrt(2.0) * math.exp(-(0.5 - 0.3) * stress / 210e3))  # elastic part of the strain
+    yield row("decrease of the bore at half the height (%), m = 0, exact", exact, ours, 0.05, "absolute")
+
+
+for _m, _decrease in ((0.1, -15.5), (0.3, 13.3), (0.5, 29.3)):
+    _ring(_m, _decrease, _m == 0.1)
+
+
+# --------------------------------------------------------------------------------------------------------------- running
+Found = tuple[str, list[Row], float]
+
+
+def solve(name: str, pictures: Path | None = None) -> Found:
+    """Run an example; its name, its rows and the processor seconds it took. A case that ends early is a failing row."""
+    chosen, began = _EXAMPLES[name], time.process_time()
+    case = pr.load(HERE / f"{chosen.case}.yaml", chosen.changes)
+    problem = case.problem
+    measures = parse_all(problem)
+    table: dict[str, list[float]] = {m: [] for m in measures}
+    ends: dict[str, int] = {}
+    shown = None
+    try:
+        for k, increment in enumerate(pr.solve(problem, case.numerics)):
+            for m, measure in measures.items():
+                table[m].append(measure.value_or_nan(increment))
+            if increment.end_of_step:
+                ends[increment.step] = k
+                shown = increment if shown is None or increment.step not in ("release", "unload") else shown
+        run = Run(problem, {m: np.array(v) for m, v in table.items()}, ends)
+        rows = list(chosen.compare(run))
+    except PrensaError as error:
+        print(f"{name}: {error}", file=sys.stderr)
+        rows = [row(f"ended early: {type(error).__name__}", 0.0, float("nan"))]
+    if pictures is not None and shown is not None:
+        pictures.mkdir(parents=True, exist_ok=True)
+        picture = plot.deformed(shown, problem, "plastic_strain")
+        with style.styled():
+            picture.savefig(pictures / f"{chosen.case}.png", dpi=90, bbox_inches="tight")
+    return name, rows, time.process_time() - began
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the examples; the number of comparisons that are beyond what is allowed, at most 1."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0], prog="gallery.py")
+    parser.add_argument("names", nargs="*", help="examples, all of them if not given")
+    parser.add_argument("--jobs", type=int, default=1, help="examples at a time")
+    parser.add_argument("--quick", action="store_true", help="only those of a few seconds")
+    parser.add_argument("--out", type=Path, default=Path("results") / "gallery", help="folder of the pictures")
+    parser.add_argument("--page", type=Path, help="write the page of the documentation, NAME.md beside its folder NAME")
+    given = parser.parse_args(argv)
+    known = [n for n, e in _EXAMPLES.items() if e.quick or not given.quick]
+    wanted = [n for n in known if not given.names or n.partition(",")[0] in given.names]
+    if unknown := set(given.names) - {n.partition(",")[0] for n in known}:
+        parser.error(f"unknown examples {', '.join(sorted(unknown))}; known: {', '.join(known)}")
+    one = partial(solve, pictures=given.page or given.out)
+    failed, done = 0, {}
+    for name, rows, seconds in _results(one, wanted, given.jobs):
+        failed += told(f"{_EXAMPLES[name].title}: {name}, {seconds:.0f} s", rows)
+        done[name] = rows
+        print(f"picture: {(given.page or given.out) / _EXAMPLES[name].case}.png", flush=True)
+    print(f"{len(done)} examples, {failed} numbers beyond what is allowed")
+    if given.page is not None:
+        write_page(given.page, {n: done[n] for n in wanted})
+    return int(failed > 0)
+
+
+def _results(one: Callable[[str], Found], names: list[str], jobs: int) -> Iterator[Found]:
+    if jobs == 1:
+        yield from map(one, names)
+    else:
+        with ProcessPoolExecutor(jobs) as pool:
+            yield from pool.map(one, names)
+
+
+# -------------------------------------------------------------------------------------------------------------- the page
+OPENING = """\
+# Forming processes
+
+Forming processes from their case files, each beside an independent solution. `make examples` runs them all and prints these
+comparisons; it fails where a number is farther from its reference than the table allows. Written by `examples/gallery.py --page`.
+Pictures show the equivalent plastic strain, under load.
+"""
+
+
+def write_page(folder: Path, done: dict[str, list[Row]]) -> None:
+    """Write ``<folder>.md``: a section for each case, its comments, its picture, its comparisons."""
+    from prensa.verify.table import cells
+
+    text = [OPENING]
+    for case in dict.fromkeys(_EXAMPLES[n].case for n in done):
+        names = [n for n in done if _EXAMPLES[n].case == case]
+        opening = (HERE / f"{case}.yaml").read_text(encoding="utf-8").splitlines()[0].removeprefix("# ")
+        text += [f"## {_EXAMPLES[names[0]].title}", "", f"{opening} [`{case}.yaml`](../../examples/{case}.yaml)", ""]
+        text += [f"![{_EXAMPLES[names[0]].title}]({folder.name}/{case}.png)", ""]
+        text += ["| quantity | reference | prensa | error | allowed |", "|---|---:|---:|---:|---:|"]
+        for r in (r for n in names for r in done[n]):
+            _, quantity, reference, ours, error, allowed, _ = cells(r)
+            if r.kind == "report":
+                reference = "" if math.isnan(r.reference) else reference
+                error = "" if math.isnan(r.reference) else f"{100 * (r.ours / r.reference - 1):+.2g} %"
+                allowed = ""
+            text.append(f"| {quantity} | {reference} | {ours} | {error} | {allowed} |")
+        text.append("")
+    folder.with_suffix(".md").write_text("\n".join(text), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,52 @@
+"""How many threads a run takes: those asked for or, with ``auto``, one for every core that nothing else uses.
+
+Results do not depend on it: chunks of elements are the same whoever answers for them, and are added up in their order.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import time
+from pathlib import Path
+
+from prensa.model import problem as model
+from prensa.solver.policy import DEFAULT, Policy
+
+LOAD = Path("/proc/loadavg")
+
+
+def threads_of(numerics: model.Numerics, unknowns: int, policy: Policy = DEFAULT) -> int:
+    """Threads for a problem with so many unknowns.
+
+    ``auto`` takes one for small problems, under pytest, and in a process that another one of Python has started: whoever starts
+    several has shared out the cores. It takes no more than OMP_NUM_THREADS, where that is set.
+    """
+    if numerics.threads != "auto":
+        return numerics.threads
+    alone = "PYTEST_CURRENT_TEST" not in os.environ and multiprocessing.parent_process() is None
+    if not alone or unknowns < policy.worth_threads:
+        return 1
+    most = policy.most_threads
+    told = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0]
+    if told.isdigit() and int(told) > 0:
+        most = min(most, int(told))
+    return max(1, min(most, free_cores())) if most > 1 else 1
+
+
+def free_cores() -> int:
+    """Cores that this process may use and on which nothing runs now."""
+    may = getattr(os, "sched_getaffinity", None)
+    cores = len(may(0)) if may else os.cpu_count() or 1
+    return cores - busy()
+
+
+def busy() -> int:
+    """Threads of other processes that run or wait for a core; 0 where the system does not say."""
+    if not LOAD.exists():
+        return 0
+    seen = []
+    for _ in range(5):  # one look could fall on a moment when something wakes up
+        seen.append(int(LOAD.read_text().split()[3].partition("/")[0]) - 1)
+        time.sleep(0.002)
+    return max(sorted(seen)[len(seen) // 2], 0)

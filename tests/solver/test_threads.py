@@ -1,0 +1,98 @@
+"""Threads share the work and nothing else: results are the same bits with any number of them."""
+
+from __future__ import annotations
+
+import multiprocessing
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import prensa as pr
+from prensa.elements.element import Why
+from prensa.fem import assembly
+from prensa.fem.planning import plan_step
+from prensa.output.checkpoint import read_checkpoint, write_checkpoint
+from prensa.solver import threads as of_threads
+from prensa.solver.policy import DEFAULT
+from prensa.verify.forming import upsetting
+
+
+@pytest.fixture(autouse=True)
+def many_chunks(monkeypatch):
+    """Chunks so small that these meshes have more of them than threads."""
+    monkeypatch.setattr(assembly, "CHUNK", 7)
+
+
+def evaluated(problem: pr.Problem, count: int, noise: float):
+    """The evaluation of a disturbed state by so many threads."""
+    system = pr.discretise(problem)
+    state = system.initial()
+    c = system.context(state, plan_step(system, 0, state.step_start), 0.01)
+    u = state.u.copy()
+    u[: 2 * system.nodes] += noise * np.random.default_rng(0).standard_normal(2 * system.nodes)
+    return system.evaluate(replace(c, threads=count), u, state.lam)
+
+
+@pytest.mark.parametrize("element", ["q4_fbar", "q4", "q4_enhanced", "t6"])
+def test_evaluations_do_not_depend_on_the_threads(element):
+    """Residual, matrix, history and scale are the same bits with one, two and five threads, for every kind of element."""
+    problem = upsetting((8, 6), 0.1)
+    billet = replace(problem.bodies["billet"], element=element)
+    one, *more = (evaluated(replace(problem, bodies={"billet": billet}), count, 0.02) for count in (1, 2, 5))
+    assert one.failed is None
+    for other in more:
+        assert np.array_equal(one.r, other.r) and np.array_equal(one.data, other.data) and one.scale == other.scale
+        assert all(np.array_equal(a, b) for a, b in zip(one.history, other.history))
+
+
+def test_the_first_element_that_fails_is_told_whoever_finds_it():
+    """Where several elements turn inside out, the first of them is named with any number of threads."""
+    one, *more = (evaluated(upsetting((8, 6), 0.1), count, 3.0) for count in (1, 2, 5))
+    assert one.failed is not None and one.failed.why is Why.INVERTED
+    assert all(other.failed == one.failed for other in more)
+
+
+def test_runs_and_resumed_runs_do_not_depend_on_the_threads(tmp_path):
+    """Every increment has the same displacements and forces, and a run that is resumed goes on bit for bit with other threads."""
+    problem = upsetting((8, 6), 0.1, increments=4, reductions=(0.1,))
+    runs = [list(pr.solve(problem, pr.Numerics(threads=count))) for count in (1, 2)]
+    for a, b in zip(*runs, strict=True):
+        assert np.array_equal(a.state.u, b.state.u) and a.force("punch").y == b.force("punch").y
+    path = write_checkpoint(tmp_path / "checkpoint.h5", pr.Case(problem), runs[0][1].state)
+    _, state = read_checkpoint(path)
+    *_, last = pr.solve(problem, pr.Numerics(threads=2), state)
+    assert np.array_equal(last.state.u, runs[0][-1].state.u)
+
+
+@pytest.mark.parametrize(
+    ("running", "limit", "unknowns", "threads"),
+    [
+        (1, "", 10**5, 4),  # nothing but this process
+        (3, "", 10**5, 2),
+        (9, "", 10**5, 1),
+        (1, "2", 10**5, 2),
+        (1, "1", 10**5, 1),
+        (1, "", 100, 1),
+    ],
+)
+def test_auto_takes_the_cores_that_are_free(monkeypatch, tmp_path, running, limit, unknowns, threads):
+    """One thread for every core on which nothing runs, no more than OMP_NUM_THREADS, one for small problems; never none."""
+    (tmp_path / "loadavg").write_text(f"0.50 0.40 0.30 {running}/123 4567\n")
+    monkeypatch.setattr(of_threads, "LOAD", tmp_path / "loadavg")
+    monkeypatch.setattr(of_threads.os, "sched_getaffinity", lambda _: set(range(4)), raising=False)
+    monkeypatch.setenv("OMP_NUM_THREADS", limit)
+    monkeypatch.delenv("PYTEST_CURRENT_TEST")
+    assert of_threads.threads_of(pr.Numerics(), unknowns, DEFAULT) == threads
+    assert of_threads.threads_of(pr.Numerics(threads=3), unknowns, DEFAULT) == 3
+
+
+def test_auto_is_one_thread_where_others_share_out_the_cores(monkeypatch):
+    """Under a test runner, and in a process that another one of Python has started, ``auto`` is one thread."""
+    monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
+    monkeypatch.setattr(of_threads, "free_cores", lambda: 4)
+    assert of_threads.threads_of(pr.Numerics(), 10**5) == 1
+    monkeypatch.delenv("PYTEST_CURRENT_TEST")
+    assert of_threads.threads_of(pr.Numerics(), 10**5) == 4
+    monkeypatch.setattr(multiprocessing, "parent_process", lambda: object())
+    assert of_threads.threads_of(pr.Numerics(), 10**5) == 1
