@@ -164,7 +164,7 @@ def _local(count: int, memory: str | None) -> Iterator[Engine]:
         try:
             cluster = LocalCluster(
                 n_workers=count, threads_per_worker=1, processes=True, memory_limit=each, host="127.0.0.1",
-                dashboard_address=None, local_directory=here, silence_logs=logging.CRITICAL,
+                dashboard_address="127.0.0.1:0", local_directory=here, silence_logs=logging.CRITICAL,
             )  # fmt: skip
         except (OSError, RuntimeError, TimeoutError) as error:
             raise PrensaError(f"{count} worker processes could not be started ({error}); try --jobs 1") from error
