@@ -114,6 +114,21 @@ def deformed(
     return figure
 
 
+def section(increment: Increment, problem: Problem, draw: Callable[[Axes, BodyState, Image], None]) -> Figure:
+    """Deformed outlines and tools, with what ``draw`` (axes, body, copy of the section) puts into the bodies."""
+    box, lines = limits(increment, problem), mirror_lines(increment, problem, ())
+    with style.styled():
+        figure, axes = _figure(*_size((box[1] - box[0]) / (box[3] - box[2])))
+        for image in images(lines):
+            for body in increment.bodies.values():
+                draw(axes, body, image)
+                _edges(axes, body, image, mesh=False, lines=lines)
+            _draw_tools(axes, increment, problem, box, image)
+        _finish_section(axes, problem, box)
+        axes.set_title(_moment(increment))
+    return figure
+
+
 def field_values(body: BodyState, field: str) -> Array:
     """(n,) nodal values of *field*, one of `FIELDS`; raises PrensaError for another."""
     kind, _, component = field.partition(".")
@@ -305,7 +320,7 @@ def force_stroke(history: Mapping[str, NDArray[Any]], problem: Problem) -> Figur
     """Tool forces, and moments of tools that turn, against the travel of the tool that does the work.
 
     Against its rotation where it only turns, against time where nothing moves. What happens while that tool stands still is
-    no travel and is left out. *history* is what `read_history` returns.
+    no travel and is left out. Ticks at the bottom: new meshes. *history* is what `read_history` returns.
     """
     leading = leading_tool(history, problem)
     history = _from_zero(history)
@@ -316,6 +331,9 @@ def force_stroke(history: Mapping[str, NDArray[Any]], problem: Problem) -> Figur
         figure, panels = _figure(4.5, 5.4 if turning else 3.7, rows=2 if turning else 1, sharex=True)
         axes, below = panels if turning else (panels, None)
         _forces_into(axes, history, problem, along)
+        if "remeshings" in history:
+            for at in along[np.flatnonzero(np.diff(history["remeshings"]) > 0) + 1]:
+                axes.axvline(at, ymax=0.03, color=style.BLACK, linewidth=0.6)
         axes.set_ylabel(f"force on the tool ({style.force_unit(problem)})")
         if below is not None:
             for tool in turning:
