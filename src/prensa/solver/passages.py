@@ -130,7 +130,7 @@ class Passages:
             # what grows from one passage to the next is no staircase
             if (
                 lying * WORTH_SAYING <= STAIR
-                and seen - drift >= policy.staircase * size
+                and seen - drift >= max(policy.staircase, policy.as_foretold * STAIR / lying) * size
                 and drift <= policy.settled * seen
             ):
                 self._told.add(name)

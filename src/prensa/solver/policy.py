@@ -244,6 +244,8 @@ class Policy:
     """Penetration over element depth worth a warning."""
     staircase: float = 0.025
     """Step of a force, over its mean, as elements pass, below which it is not spoken of …"""
+    as_foretold: float = 0.5
+    """… and over the step that as many elements in the contact make: less of it has another cause, …"""
     settled: float = 0.25
     """… and as long as its mean changes by more than this share of the step while two elements pass."""
     hidden: float = 100.0
