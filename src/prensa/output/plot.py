@@ -122,7 +122,7 @@ def section(increment: Increment, problem: Problem, draw: Callable[[Axes, BodySt
         for image in images(lines):
             for body in increment.bodies.values():
                 draw(axes, body, image)
-                _edges(axes, body, image, mesh=False)
+                _edges(axes, body, image, mesh=False, lines=lines)
             _draw_tools(axes, increment, problem, box, image)
         _finish_section(axes, problem, box)
         axes.set_title(_moment(increment))
