@@ -17,9 +17,9 @@ from seeded import CASE, SEEDED, said, the_line  # noqa: E402
 OPENING = f"""\
 # Mistakes and what is said about them
 
-Each row is one change of the case below, made on purpose, and the line that `prensa check` (or, in the last table, `prensa run`)
-answers with: place in the file, what is wrong, what to write instead. This page is written by `docs/make_mistakes.py`; a test
-makes every mistake and holds the answers to it. A line with "warning" does not stop the run.
+Each row is one change of the case below, made on purpose, and the line that `prensa check` (or `prensa run` and, in the last
+table, the command shown) answers with: place in the file, what is wrong, what to write instead. This page is written by
+`docs/make_mistakes.py`; a test makes every mistake and holds the answers to it. A line with "warning" does not stop the run.
 
 ```yaml
 {CASE}```

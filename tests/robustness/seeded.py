@@ -35,6 +35,7 @@ CYLINDER = ("type: plane, touching: strip.top", "type: circle, radius: 2, touchi
 WEDGE = "type: profile, points: [[-9, 4], [0, 0], [9, 4]], fillet: 0.2, touching: strip.top"
 TINY = "type: polygon, points: [[0.4, 0], [0.6, 0], [0.6, 1], [0.4, 1]], fillet: 0.05, touching: strip.top"
 BLOCK = "type: polygon, points: [[-1, 0], [2, 0], [2, 1], [-1, 1]], fillet: 0, touching: strip.top"
+MU = "contacts.0.friction.mu"
 BRIDGE = (
     ELASTIC, ("n: [8, 4]", "n: [8, 1]"), ("[4, 2]", "[4, 0.5]"), ("strip.top, strip.right", "strip.top"),
     ("strip.bottom: y, strip.left: x", "strip.left: xy, strip.right: xy"), ("{y: -0.2}", "{y: -8}"),
@@ -45,7 +46,8 @@ BRIDGE = (
 class Seeded(NamedTuple):
     """``what`` in words, ``changes`` (old, new) of the case, ``place`` line:column or '' (a run's), ``words`` it must say.
 
-    ``verb``: with which the mistake is met, ``check`` or ``run``; ``warns``: it is a warning, not an error.
+    ``verb``: with which the mistake is met, ``check``, ``run`` or that of a study with its ``options``; ``warns``: it is a
+    warning, not an error.
     """
 
     what: str
@@ -54,6 +56,7 @@ class Seeded(NamedTuple):
     words: tuple[str, ...]
     warns: bool = False
     verb: str = "check"
+    options: tuple[str, ...] = ()
 
 
 def mesh(points: str, cells: str, top: str = "[2, 3]") -> tuple[str, str]:
@@ -408,6 +411,21 @@ SEEDED = {
             "", ("without its contacts body 'strip' can move along x and y and to turn", "support the body"), False, "run",
         ),
     ],
+    "studies": [
+        Seeded(f"{what}: `{' '.join((verb, *options))}`", (), "", words, verb=verb, options=options)
+        for what, verb, options, words in (
+            ("nothing to vary", "sweep", ("--measure", "die.fy"), ("nothing to vary",)),
+            ("nothing to measure", "sweep", ("--set", f"{MU}=0,0.1"), ("no measure",)),
+            ("no values", "sweep", ("--set", f"{MU}=", "--measure", "die.fy"), ("there is no value",)),
+            ("misspelt path", "sweep", ("--set", "contacts.0.friction.nu=0,0.1", "--measure", "die.fy"), ("unknown key 'nu'",)),
+            ("misspelt measure", "sweep", ("--set", f"{MU}=0,0.1", "--measure", "max(die.fz)"), ("die.fz",)),
+            ("range without a number", "sweep", ("--set", f"{MU}=lin(0,0.1)", "--measure", "die.fy"), ("lin(a, b, n)",)),
+            ("one value that cannot be", "sweep", ("--set", f"{MU}=0.1,-0.1", "--measure", "die.fy"), ("at least 0",)),
+            ("scatter beyond what can be", "sweep", ("--set", f"{MU}=normal(0,1)", "--measure", "die.fy"), ("cut the tails",)),
+            ("samples of nothing", "sweep", ("--set", f"{MU}=0,1", "--measure", "die.fy", "--samples", "8"), ("is scattered",)),
+            ("order from two meshes", "converge", ("--mesh", "1,2", "--measure", "die.fy"), ("at least three",)),
+        )
+    ],
 }  # fmt: skip
 
 
@@ -433,7 +451,8 @@ def said(seeded: Seeded, folder: Path) -> tuple[int, list[str]]:
         "--set",
         "output.report=false",
     ]
-    result = CliRunner().invoke(app, [seeded.verb, str(path), *(options if seeded.verb == "run" else [])])
+    given = {"check": [], "run": options}.get(seeded.verb, [*seeded.options, "--out", str(folder / "study"), "--jobs", "1"])
+    result = CliRunner().invoke(app, [seeded.verb, str(path), *given])
     lines = [re.sub(r"\x1b\[[0-9;]*m", "", line).replace(str(path), "case.yaml") for line in result.stderr.splitlines()]
     return result.exit_code, [line for line in lines if line.strip()]
 

@@ -57,7 +57,7 @@ def cluster(folder: Path, workers: int = 2) -> Iterator[Path]:
     started = [[sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", *plain]]
     (folder / "blindfold.py").write_text(BLINDFOLD, encoding="utf-8")
     started += [
-        [sys.executable, "-m", "distributed.cli.dask_worker", *plain, "--nthreads", "1", "--host", "127.0.0.1",
+        [sys.executable, "-m", "distributed.cli.dask_worker", *plain, "--nthreads", "1", "--no-nanny", "--host", "127.0.0.1",
          "--memory-limit", "1GiB", "--preload", str(folder / "blindfold.py"), "--local-directory", str(folder / f"local{k}")]
         for k in range(workers)
     ]  # fmt: skip
@@ -87,7 +87,7 @@ def test_a_cluster_started_elsewhere_computes_the_same(tmp_path: Path) -> None:
     pytest.importorskip("distributed")
     text = CASE.replace("type: ludwik", "type: 'deadly:Deadly'")
     text = text.replace("{type: rectangle, size: [2, 1], n: [4, 2]}", "{type: file, path: block.inp}")
-    values, measures = {"friction.mu": [0, 0.1, 0.2]}, ["end(punch.fy, down)"]
+    values, measures = {"friction.mu": [0, 0.2]}, ["end(punch.fy, down)"]
     folders = [tmp_path / "seen", tmp_path / UNSEEN]
     for folder in folders:
         folder.mkdir()
@@ -95,7 +95,7 @@ def test_a_cluster_started_elsewhere_computes_the_same(tmp_path: Path) -> None:
         (folder / "block.inp").write_text(MESH, encoding="utf-8")
         written(folder, text=text)
     alone = pr.sweep(folders[0] / "press.yaml", values, measures, out=tmp_path / "alone", jobs=1, quiet=True)
-    assert alone.status == {"completed": 3}
+    assert alone.status == {"completed": 2}
     with cluster(tmp_path / "there") as where:
         studies = [
             pr.sweep(f / "press.yaml", values, measures, out=f / "out", cluster=where, quiet=True) for f in folders

@@ -164,7 +164,7 @@ def _local(count: int, memory: str | None) -> Iterator[Engine]:
         try:
             cluster = LocalCluster(
                 n_workers=count, threads_per_worker=1, processes=True, memory_limit=each, host="127.0.0.1",
-                dashboard_address=None, local_directory=here, silence_logs=logging.CRITICAL,
+                dashboard_address="127.0.0.1:0", local_directory=here, silence_logs=logging.CRITICAL,
             )  # fmt: skip
         except (OSError, RuntimeError, TimeoutError) as error:
             raise PrensaError(f"{count} worker processes could not be started ({error}); try --jobs 1") from error
@@ -236,13 +236,15 @@ def _remote(where: str, attachments: tuple[Attachment, ...]) -> Iterator[Engine]
 @contextmanager
 def _quiet_dask() -> Iterator[None]:
     """What Dask logs about connections is told by our own messages."""
-    logger = logging.getLogger("distributed")
-    level = logger.level
-    logger.setLevel(logging.CRITICAL)
+    loggers = [logging.getLogger(name) for name in ("distributed", "distributed.client", "distributed.comm")]
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL)
     try:
         yield
     finally:
-        logger.setLevel(level)
+        for logger, level in zip(loggers, levels):
+            logger.setLevel(level)
 
 
 def _client(where: str) -> Any:

@@ -21,6 +21,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -46,11 +47,11 @@ class Values:
     path: str
     texts: tuple[str, ...]
 
-    @property
+    @cached_property
     def unit(self) -> str:
         """The unit that all values are written with; empty if none, or several."""
-        units = {found[1] for t in self.texts if (found := number_and_unit(t)) is not None}
-        return units.pop() if len(units) == 1 and all(number_and_unit(t) for t in self.texts) else ""
+        units = {found[1] if (found := number_and_unit(t)) else None for t in self.texts}
+        return (units.pop() or "") if len(units) == 1 else ""
 
 
 @dataclass(frozen=True)
