@@ -69,6 +69,8 @@ class Equilibrium:
     numerics: model.Numerics
     policy: Policy
     report: Reporter
+    flows_held: bool = False
+    """Whether bodies may flow, and their supports alone hold each of them."""
 
     def evaluate(
         self, u: Array, lam: Array, stiffness: bool = True, section: str = "assembly", **overrides: Unpack[Overrides]

@@ -158,9 +158,10 @@ def _turns(eq: Equilibrium, state: NewtonState) -> bool:
 
     Where a node lands, the velocities behind it turn at once. The tangent at what was extrapolated resists a change of
     stress across the flow alone and leads far beyond; a part of the way to the secant moduli, whose steps never raise the
-    plastic work (Kačanov), is taken there. The last steps are Newton's.
+    plastic work (Kačanov), is taken there. The last steps are Newton's. Bodies that nothing but contact holds are left to the
+    tangent: far steps let go of them.
     """
-    return eq.system.has_memory and state.relative > (eq.policy.turning if state.iteration else eq.policy.turned)
+    return eq.flows_held and state.relative > (eq.policy.turning if state.iteration else eq.policy.turned)
 
 
 def _direction(eq: Equilibrium, state: NewtonState) -> tuple[Evaluation, Array]:

@@ -18,6 +18,7 @@ from prensa.fem.discretise import discretise
 from prensa.fem.folds import fold, outlines
 from prensa.fem.inside import inside, watches
 from prensa.fem.letting_go import held_at, let_go, removed_tools, still_held, table_jumps
+from prensa.fem.modes import free_to_move
 from prensa.fem.planning import plan_step
 from prensa.fem.preflight import preflight
 from prensa.fem.schedule import StepPlan
@@ -207,6 +208,7 @@ class TimeStepping:
         self.condensed: Condensation | None = None
         self.last: Increment | None = None
         self.passages = Passages(system)
+        self.held = (-1, False)  # number of a step, and whether supports alone hold all bodies in it, which may flow
         self.remeshes = False
         self.stopping: Stopping
         self.times: Array | None = None
@@ -228,7 +230,9 @@ class TimeStepping:
         given = _as_times("times", times)
         until = next((s.name for s in self.system.problem.steps if s.until is not None), None)
         if until is not None:
-            raise ArgumentError(f"solve: step {until!r} ends by its 'until', so times cannot be given; leave one of them out")
+            raise ArgumentError(
+                f"solve: step {until!r} ends by its 'until', so times cannot be given; leave one of them out"
+            )
         self.times = given[given > now]
         ends = np.arange(np.floor(now) + 1.0, last + 1.0)
         missing = ends[~np.isin(ends, self.times)]
@@ -375,7 +379,10 @@ class TimeStepping:
         report = Reporter(iteration, self.timer)
         reduced = self.reduced if self.condensed is None else self.condensed.reduced
         assert reduced is not None
-        return Equilibrium(self.system, c, reduced, self.numerics, self.policy, report)
+        if self.held[0] != c.plan.number:
+            bodies, loose = self.system.problem.bodies, partial(free_to_move, self.system, c=c, contacts=False)
+            self.held = c.plan.number, self.system.has_memory and not any(loose(body=b) for b in bodies)
+        return Equilibrium(self.system, c, reduced, self.numerics, self.policy, report, self.held[1])
 
     def attempt(self, c: Context, start: Array, soften: bool) -> NewtonResult:
         """Outcome of one attempt, on the condensed system where there is one."""
