@@ -27,6 +27,8 @@ HERE = Path(__file__).parent
 ENVIRONMENT = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 Rows = list[list[str]]
 
+AGAINST = "\n## Against an earlier commit\n"
+
 
 def measured(script: str, *words: object, python: str = sys.executable) -> dict[str, Any]:
     """The line of JSON that a script of this folder prints, or why there is none."""
@@ -297,12 +299,14 @@ def main() -> None:
         f"# Benchmarks\n\nWritten by `{command}` on {datetime.date.today()}. Processor time of one thread unless said. "
         f"Machine: {common.machine()}.\n"
     )
+    # what `against.py` has measured stays: the commit that it was measured against is not here
+    _, title, measured = (a.out.read_text() if a.out.exists() else "").partition(AGAINST)
     for name, part in parts.items():
         if a.only and name not in a.only:
             continue
         print(f"{name} …", flush=True)
         text += "\n" + part()
-        a.out.write_text(text)
+        a.out.write_text(text + title + measured)
     print(f"{a.out} written")
 
 

@@ -24,7 +24,8 @@ SECTIONS: dict[str, tuple[type, ...]] = {
     "The problem": (model.Problem, model.Units, model.Start, model.Remesh, model.Sizes, model.When, model.Step, model.Until,
                     model.ToolForce, model.ToolTravel),
     "Bodies and meshes": (
-        model.Body, model.Rectangle, model.Grade, model.Disc, model.Annulus, model.Patch, model.ArcSide, model.SplineSide,
+        model.Body, model.Rectangle, model.Grade, model.Strip, model.Wire, model.Nose,
+        model.Disc, model.Annulus, model.Patch, model.ArcSide, model.SplineSide,
         model.Outline, model.Points, model.File, model.Tie,
     ),
     "Materials": tuple(dict(public("material")).values()),

@@ -198,6 +198,13 @@ def free_bending(run: Run) -> Iterator[Row]:
     yield beside("angle after release (deg), another program there", 43.2, released)
 
 
+@example("V-bending with springback")
+def v_bending(run: Run) -> Iterator[Row]:
+    """A leg pressed into a die of 45 degrees lies on it; what it springs back by is told."""
+    yield row("angle of the leg in the die (deg)", 45.0, run.end("leg", "bend"), 0.02)
+    yield beside("springback of the leg (deg)", float("nan"), -run["springback"])
+
+
 @example("Bending and springback of a strip")
 def strip_springback(run: Run) -> Iterator[Row]:
     """Curvature of the middle between the curvatures of both sides, that goes back by 12 M/(E' t³)."""

@@ -8,8 +8,8 @@ __version__ = "0.1.0"
 
 _MODEL = (
     "Annulus", "ArcSide", "Body", "Case", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion", "NoContact",
-    "Numerics", "Outline", "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "Remesh", "Sizes", "SplineSide",
-    "Springs", "Start", "Step", "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When",
+    "Nose", "Numerics", "Outline", "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "Remesh", "Sizes",
+    "SplineSide", "Springs", "Start", "Step", "Strip", "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When", "Wire",
 )  # fmt: skip
 _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "load": "prensa.model.schema",
@@ -18,8 +18,13 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "solve": "prensa.sensitivity.solve",
     "discretise": "prensa.fem.discretise",
     "run": "prensa.output.run",
+    "particles": "prensa.output.flow",
     "converge": "prensa.study.converge",
     "sweep": "prensa.study.sweep",
+    "calibrate": "prensa.inverse.calibrate",
+    "Observe": "prensa.inverse.experiment",
+    "Test": "prensa.inverse.experiment",
+    "identify": "prensa.inverse.identify",
     "results": "prensa.output.result",
     "evaluate": "prensa.solver.assembled",
     "ProgressBar": "prensa.output.progress",

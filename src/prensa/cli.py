@@ -156,6 +156,69 @@ def sweep(
         raise typer.Exit(FAILED)
 
 
+Observed = Annotated[
+    list[str],
+    typer.Option("--observe", metavar="COLUMN=MEASURE", help="What a column is, as in force=die.force.y; repeatable."),
+]
+Errors = Annotated[
+    list[str] | None,
+    typer.Option("--sigma", metavar="COLUMN=ERROR", help="Error of a column, as in force=2% or bore=0.02; 1 % if not given."),
+]
+
+
+@app.command()
+def calibrate(
+    case: CaseFile,
+    data: Annotated[Path, typer.Option(help="Table of readings (CSV), names and units in its first row.")],
+    observe: Observed,
+    fit: Annotated[
+        list[str], typer.Option("--fit", metavar="PATH[=LOW..HIGH]", help="Parameter, as in friction.mu=0.02..0.5; repeatable.")
+    ],
+    along: Annotated[str, typer.Option(help="What the first column is: time, or a motion as in --along=-die.uy.")] = "time",
+    sigma: Errors = None,
+    starts: Annotated[int, typer.Option(min=1, help="Starts; one is the case, the others are spread.")] = 1,
+    refine: Annotated[bool, typer.Option("--refine/--no-refine", help="Fit again on a finer mesh.")] = True,
+    out: Annotated[Path | None, typer.Option(help="Folder of the result; results/<case>-fit if not given.")] = None,
+    changes: Changes = None,
+    quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but the result.")] = False,
+) -> None:  # fmt: skip
+    """Find the parameters with which a case says what was measured, with intervals and a page to hand in."""
+    with _errors_reported(case=case, changes=changes, instead="what is computed is kept; the same command goes on"):
+        from prensa.inverse.calibrate import calibrate as fit_case
+        from prensa.inverse.commands import bounds_of, observed
+        from prensa.model.schema import load
+        from prensa.output.files import file_name
+
+        read = load(case, changes or ())
+        folder = out or Path("results") / f"{file_name(read.problem.name)}-fit"
+        found = fit_case(
+            read, data, observed(observe, sigma or ()), bounds_of(fit), along, starts=starts, refine=refine, keep=folder / "runs",
+            told=(lambda line: None) if quiet else typer.echo,
+        )  # fmt: skip
+        found.report(folder / "fit.html")
+        found.write_case(folder / "case.yaml")
+    typer.echo(f"{found}\n{folder / 'fit.html'}")
+
+
+@app.command()
+def identify(
+    case: CaseFile,
+    observe: Observed,
+    fit: Annotated[list[str], typer.Option("--fit", metavar="PATH", help="Parameter, as in friction.mu; repeatable.")],
+    sigma: Errors = None,
+    rows: Annotated[int, typer.Option(min=2, help="Readings of each column, at equal times.")] = 20,
+    changes: Changes = None,
+) -> None:
+    """Tell before any experiment what its readings would say about parameters: one run of the case."""
+    with _errors_reported(case=case, changes=changes):
+        from prensa.inverse.commands import observed
+        from prensa.inverse.identify import identify as look
+        from prensa.model.schema import load
+
+        found = look(load(case, changes or ()), observed(observe, sigma or ()), fit, rows)
+    typer.echo(str(found))
+
+
 @app.command()
 def converge(
     case: CaseFile,

@@ -86,3 +86,18 @@ def test_a_kink_below_the_outer_layer_is_not_carried_to_the_skin(element):
     values = field(X)[..., None]
     assert recover(drive.X, block.cells, X, values, yielded)[top, 0] == pytest.approx(-1.0, abs=1e-9)
     assert np.abs(recover(drive.X, block.cells, X, values)[top, 0] + 1.0).max() > 0.3  # what the flag is for
+
+
+@pytest.mark.parametrize("element", ["q8", "q8_full", "t6", "q4_enhanced"])
+def test_one_layer_of_a_bent_strip_has_the_stress_of_bending(element):
+    """A stress linear across a layer of curved elements, with 1 % noise, is recovered to the sagitta of two elements and 10 %."""
+    rng = np.random.default_rng(5)
+    for radius in (1e4, 1e3, 100.0, 30.0, 10.0):
+        arc = pr.Annulus(radius - 0.5, radius + 0.5, (12, 1), angles=(0.0, 12.0 / radius))
+        drive = Drive(pr.Body(arc, pr.Elastic(E=1000.0, nu=0.3), element), "plane strain", "small")
+        (block,) = drive.system.blocks
+        points = block.positions(drive.X)
+        values = np.hypot(points[..., 0], points[..., 1]) - radius
+        noisy = values + 0.005 * rng.uniform(-1, 1, values.shape)
+        nodal = recover(drive.X, block.cells, points, noisy[..., None])
+        assert np.abs(nodal[:, 0] - np.hypot(*drive.X.T) + radius).max() <= 0.5 / radius + 0.05

@@ -127,7 +127,55 @@ def test_only_contacts_that_touch_are_shown(done):
     assert sorted(p.name for p in (done.directory / "pictures").glob("pressure*")) == ["pressure_block.top-punch.png"]
 
 
+def remeshed(directory):
+    """The folder of a run whose mesh changes between its second and third increment, made without the solver."""
+    import json
+    from contextlib import closing
+
+    import synthetic
+
+    from prensa.output import history, report, vtk
+    from prensa.output.checkpoint import case_text, text_hash
+
+    case, sizes = synthetic.case(n=(8, 4)), [(8, 4), (8, 4), (12, 6)]
+    with closing(history.History(directory, case.problem)) as table:
+        fields = vtk.Fields(directory)
+        for k, n in enumerate(sizes, 1):
+            made = synthetic.increment(k, 3, n)
+            table.append(made)
+            fields.append(made)
+            history.write_contact(directory, synthetic.CONTACT, k, made.contacts[synthetic.CONTACT])
+    summary = {
+        "name": "remeshed", "status": "completed", "reason": "", "version": "0", "source": "", "finished": "",
+        "input_hash": text_hash(case_text(case)), "tools": {"cylinder": {"at": [0, 80], "direction": [0, -1]}},
+        "bodies": {}, "warnings": [], "timings": {},
+        "totals": {"increments": 3, "iterations": 18, "cutbacks": 0, "time": 1.0, "end": 1.0, "wall_seconds": 1.0},
+        "convergence": {"mean_iterations": 6.0, "max_iterations": 6, "max_residual": 1e-10, "tolerance": 1e-9},
+        "case": case_text(case),
+    }  # fmt: skip
+    (directory / "summary.json").write_text(json.dumps(summary))
+    return report.write_report(directory)
+
+
+def test_a_mesh_that_changes_starts_a_group_of_frames(tmp_path):
+    """Frames of one mesh share its cells; those of the next have their own, bodies and contact surfaces alike."""
+    remeshed(tmp_path)
+    made = scene(stored_run(tmp_path))
+    assert [(g["first"], g["last"], g["bodies"][0]["elements"]) for g in made["groups"]] == [(0, 2, 32), (2, 3, 72)]
+    assert [(g["first"], g["last"]) for g in made["contacts"][0]["groups"]] == [(0, 2), (2, 3)]
+
+
 # ----------------------------------------------------------------------------------------------------------- in a browser
+@needs_browser
+def test_the_slider_goes_through_meshes_that_change(browser, tmp_path):
+    """Picture and contact follow into the other mesh and back, without a complaint."""
+    page = opened(browser, remeshed(tmp_path))
+    counts = [page.execute_script("prensa.go(arguments[0]); return prensa.bodies()[0].x.length", k) for k in (0, 2, 1)]
+    assert counts == [45, 91, 45]
+    assert colourful(pixels(page, "picture")) > 0.1 and colourful(pixels(page, "tractions")) > 0.002
+    assert complaints(page) == []
+
+
 @needs_browser
 def test_what_the_page_unpacks_is_what_the_run_wrote(page, done):
     """Displacements and fields of every frame come back within half a step of their quantisation."""

@@ -230,3 +230,33 @@ def test_a_run_is_read_back_by_its_folder(result, tmp_path):
     assert again.increments[1].contacts["block.top-punch"].pressure.max() > 0
     with pytest.raises(PrensaError, match="there is no summary"):
         pr.results(tmp_path)
+
+
+@pytest.mark.parametrize("kinematics", ["finite", "small"])
+@pytest.mark.parametrize("enforcement", [pr.Penalty(), pr.Augmented(), pr.Exact()], ids=lambda e: e.type)
+def test_equations_balance_with_every_enforcement(enforcement, kinematics):
+    """Whatever enforces contact, and with bodies condensed in the solver, the equations assembled again are those solved."""
+    small = kinematics == "small"
+    problem = pr.Problem(
+        "cylinder", bodies={"block": pr.Body(pr.Rectangle((4, 3), (4, 3)), pr.Elastic(1e3, 0.3))}, kinematics=kinematics,
+        contact_geometry="reference" if small else "current", tools={"punch": pr.Circle(radius=6, touching="block.top")},
+        contacts=(pr.Contact("block.top", "punch", enforcement=enforcement, friction=pr.Coulomb(0.2)),),
+        fixed={"block.bottom": "y", "block.left": "x"}, steps=(pr.Step("press", move={"punch": {"y": -0.1}}, increments=2),),
+    )  # fmt: skip
+    for increment in pr.solve(problem, pr.Numerics(condense=True if small else "auto")):
+        e = pr.evaluate(increment)
+        assert e.residual < 1e-9
+        assert -e.r[e.tools["punch"][1]] == pytest.approx(increment.force("punch").y, rel=1e-12)
+
+
+def test_equations_of_tied_bodies_balance_in_their_masters():
+    """With a tie the transformation hands the slaves' forces to their masters, and those vanish."""
+    upper = pr.Body(pr.Rectangle((4, 2), (4, 2)), pr.J2(1e3, 0.3, pr.Linear(5, 10)))
+    lower = pr.Body(pr.Rectangle((4, 2), (3, 2), origin=(0, -2)), pr.Elastic(2e3, 0.3))
+    problem = pr.Problem(
+        "tied", bodies={"a": upper, "b": lower}, ties=(pr.Tie("a.bottom", "b.top"),), tools={"punch": pr.Plane(touching="a.top")},
+        friction=pr.Coulomb(0.1), contacts=(pr.Contact("a.top", "punch"),), fixed={"b.bottom": "xy"},
+        steps=(pr.Step("press", move={"punch": {"y": -0.05}}, increments=2),),
+    )  # fmt: skip
+    e = pr.evaluate(list(pr.solve(problem))[-1])
+    assert e.residual < 1e-9 < float(np.abs(e.r[e.nodes["a"]]).max())

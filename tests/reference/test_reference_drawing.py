@@ -5,7 +5,7 @@ import math
 import pytest
 
 from prensa.reference import strip_rolling, wedge_drawing
-from prensa.reference.drawing import cup_force, drawbead_force, slab_drawing, strip_upper_bound, wire_upper_bound
+from prensa.reference.drawing import cup_force, slab_drawing, strip_upper_bound, wire_upper_bound
 from prensa.reference.rolling import orowan_rolling
 
 
@@ -52,11 +52,8 @@ def test_orowan_with_a_strength_that_rises() -> None:
     assert orowan_rolling(**data, k=lambda y: 100.0 * (2.0 - y)).force > orowan_rolling(**data, k=100.0).force
 
 
-def test_bead_and_cup_in_their_limits() -> None:
-    """Six bends cost six times one; a blank as large as the punch needs the friction of the binder alone."""
-    one = drawbead_force(radius=4.0, thickness=1.0, sigma=100.0, bends=1)
-    assert one == pytest.approx(100.0 / (4 * 4.5))
-    assert drawbead_force(radius=4.0, thickness=1.0, sigma=100.0, bends=6) == pytest.approx(6 * one)
+def test_a_cup_in_its_limit() -> None:
+    """A blank as large as the punch needs the friction of the binder alone."""
     binder = cup_force(punch=40, blank=40, thickness=1, flow=400, binder=100, mu=0.1)
     assert binder == pytest.approx(20 * math.exp(0.05 * math.pi))
 
@@ -67,7 +64,7 @@ def test_bead_and_cup_in_their_limits() -> None:
         (lambda: slab_drawing(before=1, after=1, alpha=0.1, Y=1), "not thinner"),
         (lambda: wire_upper_bound(before=1, after=0.9, alpha=2.0, Y=1), "below pi/2"),
         (lambda: strip_upper_bound(before=1, after=0.9, alpha=0.1, k=1, m=2), "shear factor in"),
-        (lambda: drawbead_force(radius=1, thickness=1, sigma=1, bends=0), "at least one"),
+        (lambda: cup_force(punch=40, blank=80, thickness=1, flow=0), "flow"),
         (lambda: orowan_rolling(R=65, H=1, h=0.75, mu=0.01, k=1), "too little friction"),
         (lambda: orowan_rolling(R=65, H=0.7, h=0.75, mu=0.1, k=1), "give H > h"),
     ],

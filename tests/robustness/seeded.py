@@ -131,6 +131,11 @@ SEEDED = {
             ("sharp edge", "give 'fillet"),
         ),
     ],
+    "strips and wires": [
+        Seeded("nose longer than the strip", ((POINTS, "mesh: {type: strip, length: 4, thickness: 2, n: [8, 4], nose: {length: 5, thickness: 1}}"),), "5:5",
+               ("the nose is 5 long and all of it 4", "make the nose shorter")),
+        Seeded("wire in plane strain", ((POINTS, "mesh: {type: wire, length: 4, diameter: 2, n: [8, 4]}"),), "5:18", ("a wire is round; use 'strip'",)),
+    ],
     "units": [
         Seeded("modulus in GPa", (("E: 70e3", "E: 70"),), "6:5", ("did you mean 70e3 or '70 GPa'?",), True),
         Seeded(

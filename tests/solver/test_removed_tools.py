@@ -291,3 +291,21 @@ def test_derivatives_are_refused_and_given_times_are_kept():
         next(pr.solve(problem, derivatives=["bodies.s.material.E"]))
     times = [0.5, 1.0, 1.4, 2.0]
     assert [i.time for i in pr.solve(problem, times=times)] == times
+
+
+def test_a_thin_sheet_between_two_tools_needs_no_list_of_contacts():
+    """Both sides of a sheet against both tools, nothing said: punch and die stay on their sides, and it springs back."""
+    die = pr.Profile(((20.0, -0.5), (6.0, -0.5), (6.0, -20.0)), fillet=1.5, below="s.bottom")
+    tools = {"punch": pr.Circle(4.0, at=(0.0, 4.5)), "die": die}
+    sheet = pr.Problem(
+        "sheet", bodies={"s": pr.Body(pr.Rectangle((12, 0.5), (24, 2)), PLASTIC, "q4_enhanced")}, tools=tools,
+        friction=pr.Coulomb(0.1), fixed={"s.left": "x"},
+        steps=(pr.Step("bend", move={"punch": pr.Motion(y=-2.0)}, increments=12), GO),
+    )  # fmt: skip
+    bent, free = ends(sheet)
+    assert bent.force("punch").y == pytest.approx(-bent.force("die").y, rel=1e-8)
+    for name, side in (("s-punch", 0.5), ("s-die", 0.0)):
+        c = bent.contacts[name]
+        assert (c.status > 0).any()
+        assert c.X[c.status > 0, 1] == pytest.approx(side)
+    assert np.abs(free.bodies["s"].reaction[:, 1]).max() <= 1e-8 * bent.force("punch").y

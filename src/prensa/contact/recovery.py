@@ -23,6 +23,7 @@ Flags = NDArray[np.bool_]
 
 TERMS = {3: 3, 4: 4, 6: 6, 8: 6}  # of 1, s, t, st, s², t²; the bilinear element has the first four
 OWN_TERMS = {3: 1, 4: 4, 6: 3, 8: 4}  # as many as the points of one element determine
+OUTER_TERMS = {3: 3, 4: 4, 6: 3, 8: 4}  # of patches about nodes of the outline alone: one layer does not determine t²
 FEWER = np.array([0, 0, 0, 1, 3, 0, 4])  # terms to try where the points do not determine so many
 RANK = 1e-10  # share of a term's square, summed over the points, that the terms before must leave for it to be determined
 
@@ -96,11 +97,12 @@ def _fit(members, begin, end, X, values, x, v, sx, sy, terms, work, coefs):
 
 
 @njit(cache=True)
-def _patches(first, members, interior, cells, x, X, values, terms, out, count):
+def _patches(first, members, interior, cells, x, X, values, inner_terms, outer_terms, out, count):
     n = x.shape[0]
     coefs, work = np.empty((6, values.shape[2])), np.empty((13, 6))
     basis = work[12]
     for stage in range(2):
+        terms = inner_terms if stage == 0 else outer_terms
         for v in range(n):
             if (stage == 0 and not interior[v]) or (stage == 1 and count[v] > 0):
                 continue
@@ -174,7 +176,7 @@ def recover(x: Array, cells: NDArray[np.int64], X: Array, values: Array, kinked:
     interior[boundary] = False
     out, count = np.zeros((n, values.shape[2])), np.zeros(n, dtype=np.int64)
     X, values = np.ascontiguousarray(X), np.ascontiguousarray(values)
-    _patches(first, members, interior, cells, x, X, values, TERMS[a], out, count)
+    _patches(first, members, interior, cells, x, X, values, TERMS[a], OUTER_TERMS[a], out, count)
     out /= np.maximum(count, 1)[:, None]
     if kinked is not None and kinked.any():
         skin = np.unique(boundary)

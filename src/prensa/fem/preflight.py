@@ -21,6 +21,7 @@ from prensa.fem.overlap import overlaps
 from prensa.fem.passing import foretold
 from prensa.fem.planning import plan_step
 from prensa.fem.schedule import StepPlan
+from prensa.fem.sizes import least_size
 from prensa.fem.surface import Surface
 from prensa.fem.system import System
 from prensa.materials.flow_curve import stress_at
@@ -199,7 +200,7 @@ def _sizes(system: System) -> Iterator[Notice]:
     for i, s in enumerate(system.surfaces):
         tool = system.tools[s.tool]
         ends = system.X[s.points.edges]
-        h = float(np.hypot(*(ends[:, 1] - ends[:, 0]).T).min())
+        h = min(float(np.hypot(*(ends[:, 1] - ends[:, 0]).T).min()), least_size(system, s.body))
         size, key = tool.description.face()
         if tool.description.tip():
             yield from _tip(system, s, h)

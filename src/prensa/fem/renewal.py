@@ -34,6 +34,7 @@ Flags = NDArray[np.bool_]
 
 IN_TURN = 4  # of the contacts, in which nodes are put in place: a node may touch two tools
 FEWEST = 3  # free nodes that can keep a volume
+BULGE = 1e-3  # of an element, by which a node that is no contact point may lie in a tool
 AT_END = 0.02  # of an old side: so near to its end a node is what the end is
 LEAST_SHARE = 0.01  # of the squared normal in directions in which a node may move
 EQUILATERAL = np.array([[1.0, -1.0 / np.sqrt(3.0)], [0.0, 2.0 / np.sqrt(3.0)]])
@@ -195,11 +196,14 @@ class _Places:
         return ContactRecord(traction, between(record.slip), coordinate, closed, between(record.speed)), closed, lam
 
     def _put_in_place(self, s: Surface, closed: Flags, lam: Array) -> None:
-        """Move the points of a contact along the normals of its tool: closed ones to g = −p/k_n, others out of it."""
-        nodes = s.points.support[:, 0]
-        target = np.where(closed, -np.maximum(lam[:, 0], 0.0) / s.scale(np.zeros(len(nodes))).k_n, 0.0)
+        """Move the nodes of a contact along the normals of its tool: closed ones to g = −p/k_n, others out of it."""
+        target = np.where(closed, -np.maximum(lam[:, 0], 0.0) / s.scale(np.zeros(len(closed))).k_n, 0.0)
+        nodes, of = s.points.nodes, _points_of_nodes(s)
+        closed, target = closed[of], target[of]
         pairs = current_pairs(self.new.tools[s.tool].shape, self.x[nodes], self.new.tools[s.tool].at, self._place(s))
         go = closed | (pairs.g < 0)
+        without_point = ~np.isin(nodes, s.points.support[:, 0])
+        go &= ~without_point | (pairs.g < target - BULGE * s.points.depth[of])
         free = np.where(self.held[nodes], 0.0, pairs.n)
         size = (free**2).sum(axis=1)
         go &= size > LEAST_SHARE
@@ -240,6 +244,16 @@ class _Places:
             record = record.replaced(s.rows, replace(own, coordinate=new.pairs(s, self.tools_at).s))
             lam[s.rows] = multipliers
         return record, lam
+
+
+def _points_of_nodes(s: Surface) -> Index:
+    """Number (n,) of the contact point at each node of a surface; a node on the axis has none, its neighbour's stands for it."""
+    number = np.full(int(s.points.nodes.max()) + 1, -1)
+    number[s.points.support[:, 0]] = np.arange(len(s.points))
+    of = number[s.points.nodes]
+    bare = np.flatnonzero(of < 0)
+    of[bare] = of[np.where(bare + 1 < len(of), bare + 1, bare - 1)]
+    return of
 
 
 def _volume(block: Block, x: Array) -> float:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from prensa.fem.state import State
 from prensa.fem.system import System
 from prensa.mesh.mesh import areas, boundary_edges, corner_cells, segments
-from prensa.model.remeshing import Sizes
+from prensa.model.remeshing import Sizes, remeshing_of
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -121,6 +121,15 @@ def section_area(system: System, body: str) -> float:
     """Area of the section of a body on the mesh of its description."""
     mesh = system.meshes[body]
     return float(areas(mesh.points, mesh.cells).sum())
+
+
+def least_size(system: System, body: str) -> float:
+    """Smallest side of an element that a body may be given; infinite where it keeps its mesh."""
+    asked = remeshing_of(system.problem)
+    plastic = any(b.body == body and b.law.plastic for b in system.blocks)
+    if asked is None or not plastic:
+        return np.inf
+    return 0.5 * SizeField(system, system.initial(), body, asked.size, section_area(system, body)).least
 
 
 def coarseness(field: SizeField) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -41,6 +42,36 @@ def rectangle(m: model.Rectangle) -> Draft:
         "top-left": int(node[-1, 0]),
     }
     return Draft(points.reshape(-1, 2), blocks.grid(points), edges, corners)
+
+
+def strip(m: model.Strip) -> Draft:
+    """Draft of a `prensa.Strip`: a rectangle whose height follows the nose."""
+    right = m.toward == "right"
+    length, low = m.length, 0.0 if m.half else -1.0
+    nose = () if m.nose is None else (-m.nose.length if right else m.nose.length,)
+    grid = model.Grade(x=nose, ratio=1.0)
+    plain = rectangle(model.Rectangle((length, 1.0 - low), m.n, (-length if right else 0.0, low), grid))
+    x, eta = plain.points.T
+    points = np.column_stack([m.front[0] + x, m.front[1] + eta * 0.5 * _thickness(np.abs(x), m.thickness, m.nose)])
+    return replace(plain, points=points)
+
+
+def wire(m: model.Wire) -> Draft:
+    """Draft of a `prensa.Wire`: half of its section, with the axis on the left."""
+    top = m.toward == "top"
+    nose = () if m.nose is None else (-m.nose.length if top else m.nose.length,)
+    grid = model.Grade(y=nose, ratio=1.0)
+    plain = rectangle(model.Rectangle((1.0, m.length), (m.n[1], m.n[0]), (0.0, -m.length if top else 0.0), grid))
+    eta, y = plain.points.T
+    points = np.column_stack([eta * 0.5 * _thickness(np.abs(y), m.diameter, m.nose), m.front + y])
+    return replace(plain, points=points)
+
+
+def _thickness(behind: Array, thickness: float, nose: model.Nose | None) -> Array:
+    """Thickness (n,) at distances (n,) behind the front face."""
+    if nose is None:
+        return np.full_like(behind, thickness)
+    return np.asarray(np.interp(behind, [0.0, nose.length], [nose.thickness, thickness]))
 
 
 def from_points(m: model.Points, nodes: int) -> Mesh:
@@ -88,6 +119,10 @@ def mesh_of(description: Any, element: str | int = "q4", unit: str = "mm") -> Me
             return from_points(description, nodes)
         case model.Rectangle():
             return mesh_from_draft(rectangle(description), nodes)
+        case model.Strip():
+            return mesh_from_draft(strip(description), nodes)
+        case model.Wire():
+            return mesh_from_draft(wire(description), nodes)
         case model.Disc():
             return mesh_from_draft(blocks.disc(description), nodes)
         case model.Annulus():

@@ -78,6 +78,9 @@ def _whole(p: Any) -> Iterator[Finding]:
     for key, body in p.bodies.items():
         if body is None:
             continue
+        if p.space is not None and body.mesh.type == ("strip" if p.space == "axisymmetric" else "wire"):
+            other = "a strip is not round; use 'wire'" if p.space == "axisymmetric" else "a wire is round; use 'strip'"
+            yield Finding(("bodies", key, "mesh", "type"), f"{other} in {p.space}")
         known = body.material.kinematics
         if p.kinematics is not None and p.kinematics not in known:
             other = "use 'elastic' or 'kinematics: finite'" if p.kinematics == "small" else "use 'kinematics: small'"
@@ -162,7 +165,7 @@ def _boundaries(body: Any) -> list[str]:
         return []
     mesh = body.mesh
     match mesh.type:
-        case "rectangle" | "patch":
+        case "rectangle" | "patch" | "strip" | "wire":
             return [*_EDGES, *(f"{y}-{x}" for y in ("bottom", "top") for x in ("left", "right"))]
         case "disc":
             return _of_disc(mesh.part)

@@ -140,6 +140,71 @@ class Rectangle:
 
 
 @described
+class Nose:
+    """Tapered end of a strip or wire: its ``length``, and the ``thickness`` (diameter of a wire) of its front face."""
+
+    length: Annotated[Length, Field(gt=0)]
+    thickness: Annotated[Length, Field(gt=0)]
+
+
+def _tapers(length: float, thickness: float, nose: Nose | None) -> None:
+    if nose is not None and not nose.length < length:
+        raise ValueError(f"the nose is {nose.length:g} long and all of it {length:g}; make the nose shorter")
+    if nose is not None and not nose.thickness < thickness:
+        raise ValueError(f"the front face, {nose.thickness:g}, is not thinner than the rest, {thickness:g}; leave the nose out")
+
+
+@described
+class Strip:
+    """A strip along x, to be fed to rolls or a die: ``length`` and ``thickness``, ``n`` elements along and across.
+
+    Its front looks ``toward`` the ``right`` or ``left``, tapered where it has a ``nose``; ``front``: the middle of the front
+    face. ``half``: only what lies above its middle line. Boundaries and points as those of a `Rectangle`.
+    """
+
+    length: Annotated[Length, Field(gt=0)]
+    thickness: Annotated[Length, Field(gt=0)]
+    n: Counts
+    nose: Nose | None = None
+    front: tuple[Length, Length] = (0.0, 0.0)
+    toward: Literal["right", "left"] = "right"
+    half: bool = False
+    type: Literal["strip"] = "strip"
+
+    @model_validator(mode="after")
+    def _check(self) -> Strip:
+        _tapers(self.length, self.thickness, self.nose)
+        if self.nose is not None and self.n[0] < 2:
+            raise ValueError("a strip with a nose needs two elements along it at least")
+        return self
+
+
+@described
+class Wire:
+    """A wire (or bar) along the axis of an axisymmetric problem, to be drawn or extruded through a die.
+
+    ``length`` and ``diameter``, ``n`` elements along and across the radius. Its front looks ``toward`` the ``top`` or
+    ``bottom``, tapered where it has a ``nose``; ``front``: height of the front face. Boundaries and points as those of a
+    `Rectangle`: ``left`` is the axis, ``right`` the skin.
+    """
+
+    length: Annotated[Length, Field(gt=0)]
+    diameter: Annotated[Length, Field(gt=0)]
+    n: Counts
+    nose: Nose | None = None
+    front: Length = 0.0
+    toward: Literal["top", "bottom"] = "top"
+    type: Literal["wire"] = "wire"
+
+    @model_validator(mode="after")
+    def _check(self) -> Wire:
+        _tapers(self.length, self.diameter, self.nose)
+        if self.nose is not None and self.n[0] < 2:
+            raise ValueError("a wire with a nose needs two elements along it at least")
+        return self
+
+
+@described
 class Points:
     """Mesh given by its arrays: ``points`` (n, 2), ``cells`` (m, 3|4|6|8), ``boundaries`` name → node list.
 
@@ -354,7 +419,7 @@ class File:
         return self
 
 
-Mesh = Annotated[Rectangle | Disc | Annulus | Patch | Outline | Points | File, Field(discriminator="type")]
+Mesh = Annotated[Rectangle | Strip | Wire | Disc | Annulus | Patch | Outline | Points | File, Field(discriminator="type")]
 
 
 # --------------------------------------------------------------------------------------------------------- materials
@@ -784,7 +849,7 @@ class Case:
 
 
 __all__ = [
-    "Annulus", "ArcSide", "Body", "Case", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion", "NoContact", "Numerics",
-    "Outline", "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "Remesh", "Sizes", "SplineSide", "Springs",
-    "Start", "Step", "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When",
+    "Annulus", "ArcSide", "Body", "Case", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion", "NoContact",
+    "Nose", "Numerics", "Outline", "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "Remesh", "Sizes",
+    "SplineSide", "Springs", "Start", "Step", "Strip", "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When", "Wire",
 ]  # fmt: skip

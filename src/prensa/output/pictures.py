@@ -12,6 +12,7 @@ import numpy as np
 from prensa.model.problem import Case
 from prensa.output import plot
 from prensa.output.files import file_name, file_names, replacing
+from prensa.output.flow import flow_lines
 from prensa.output.history import read_convergence
 from prensa.output.maxima import largest_force
 from prensa.output.measured import MEASURES, read_measures
@@ -29,6 +30,7 @@ _MOMENT = re.compile(rf"(deformed|plastic_strain)(?:_({_LARGEST})|_step(\d+)_(.+
 _CAPTIONS = {
     "deformed": "Deformed shape and von Mises stress (dashed: initial outline)",
     "plastic_strain": "Equivalent plastic strain",
+    "flow_lines": "Where a square grid that was drawn on the undeformed bodies has gone",
     "force_stroke": "Force on the tools",
     "measures": "Measures of the case",
     "energy": "Energy ledger: where the external work went, and what is not accounted for",
@@ -103,6 +105,8 @@ def _drawings(
         for name, field in _DRAWN.items():
             if name == "deformed" or ("_step" not in suffix and any(b.plastic_strain.any() for b in increment.bodies.values())):
                 yield name + suffix, lambda i=increment, f=field: plot.deformed(i, problem, f, mirror=stored.mirror)  # type: ignore[misc]
+    if problem.remesh != "off" and there:
+        yield "flow_lines", lambda: flow_lines(there[-1][1], problem)
     if not len(stored):
         return
     files = file_names(c.name for c in problem.contacts)

@@ -99,7 +99,7 @@ def deformed(
             sign = image.sign(field, problem)
             for body, value in zip(bodies, values):
                 mappable = _coloured(axes, image.of(body.x), body.cells, sign * value, ends, field_map(field))
-                _edges(axes, body, image, len(body.cells) <= MOST_EDGES if mesh is None else mesh)
+                _edges(axes, body, image, len(body.cells) <= MOST_EDGES if mesh is None else mesh, lines)
             _draw_tools(axes, increment, problem, box, image)
         for axis, at in lines:
             draw = axes.axhline if axis else axes.axvline
@@ -110,6 +110,21 @@ def deformed(
                 {"cax": axes.inset_axes((1.04, 0.0, 0.05, 1.0))}  # fmt: skip
         bar = figure.colorbar(mappable, label=f"{field_name(problem, field)} ({field_unit(problem, field)})", **place)
         bar.outline.set_linewidth(0.6)
+        axes.set_title(_moment(increment))
+    return figure
+
+
+def section(increment: Increment, problem: Problem, draw: Callable[[Axes, BodyState, Image], None]) -> Figure:
+    """Deformed outlines and tools, with what ``draw`` (axes, body, copy of the section) puts into the bodies."""
+    box, lines = limits(increment, problem), mirror_lines(increment, problem, ())
+    with style.styled():
+        figure, axes = _figure(*_size((box[1] - box[0]) / (box[3] - box[2])))
+        for image in images(lines):
+            for body in increment.bodies.values():
+                draw(axes, body, image)
+                _edges(axes, body, image, mesh=False, lines=lines)
+            _draw_tools(axes, increment, problem, box, image)
+        _finish_section(axes, problem, box)
         axes.set_title(_moment(increment))
     return figure
 
@@ -305,7 +320,7 @@ def force_stroke(history: Mapping[str, NDArray[Any]], problem: Problem) -> Figur
     """Tool forces, and moments of tools that turn, against the travel of the tool that does the work.
 
     Against its rotation where it only turns, against time where nothing moves. What happens while that tool stands still is
-    no travel and is left out. *history* is what `read_history` returns.
+    no travel and is left out. Ticks at the bottom: new meshes. *history* is what `read_history` returns.
     """
     leading = leading_tool(history, problem)
     history = _from_zero(history)
@@ -316,6 +331,9 @@ def force_stroke(history: Mapping[str, NDArray[Any]], problem: Problem) -> Figur
         figure, panels = _figure(4.5, 5.4 if turning else 3.7, rows=2 if turning else 1, sharex=True)
         axes, below = panels if turning else (panels, None)
         _forces_into(axes, history, problem, along)
+        if "remeshings" in history:
+            for at in along[np.flatnonzero(np.diff(history["remeshings"]) > 0) + 1]:
+                axes.axvline(at, ymax=0.03, color=style.BLACK, linewidth=0.6)
         axes.set_ylabel(f"force on the tool ({style.force_unit(problem)})")
         if below is not None:
             for tool in turning:
@@ -485,8 +503,8 @@ def _coloured(axes: Axes, x: Array, cells: NDArray[np.int64], value: Array, ends
     return axes.tripcolor(covered, value, shading="gouraud", vmin=ends[0], vmax=ends[1], cmap=name, rasterized=True)
 
 
-def _edges(axes: Axes, body: BodyState, image: Image, mesh: bool) -> None:
-    """Element edges (thin) and outline (thicker) of a body; its initial outline dashed."""
+def _edges(axes: Axes, body: BodyState, image: Image, mesh: bool, lines: Sequence[tuple[int, float]]) -> None:
+    """Element edges (thin) and outline (thicker) of a body, its initial outline dashed; of no side on a line of symmetry."""
     from matplotlib.collections import LineCollection, PolyCollection
 
     x, X = image.of(body.x), image.of(body.X)
@@ -494,6 +512,9 @@ def _edges(axes: Axes, body: BodyState, image: Image, mesh: bool) -> None:
         axes.add_collection(PolyCollection(list(x[around(body.cells)]), facecolors="none", edgecolors="k",
                                            linewidths=0.25, alpha=0.35))  # fmt: skip
     edges = outline(body.cells)
+    for axis, at in lines:
+        on = np.abs(body.X[:, axis] - at) < 1e-9 * np.ptp(body.X)
+        edges = edges[~on[edges].all(axis=1)]
     axes.add_collection(
         LineCollection(list(X[edges]), colors="0.45", linewidths=0.6, linestyles=[(0, (5, 4))], zorder=0.5)
     )

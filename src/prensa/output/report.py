@@ -6,6 +6,7 @@ import base64
 import importlib.util
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -201,7 +202,8 @@ def _facts(case: Case, summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
     yield "Units", f"{p.units.length}, {p.units.force}, {style.pressure_unit(p)}"
     for name, body in p.bodies.items():
         size = summary["bodies"].get(name, {})
-        yield f"Body {name}", f"{size.get('elements', '?')} elements {body.element_in(p.space)}; {brief(body.material)}"
+        mesh = "a mesh by its points and cells" if body.mesh.type == "points" else brief(body.mesh)
+        yield f"Body {name}", f"{size.get('elements', '?')} elements {body.element_in(p.space)}, {mesh}; {brief(body.material)}"
     for name, tool in p.tools.items():
         yield f"Tool {name}", brief(tool)
     for contact in p.contacts:
@@ -213,14 +215,8 @@ def _facts(case: Case, summary: dict[str, Any]) -> Iterator[tuple[str, str]]:
     for name, support in p.fixed.items():
         yield f"Support {name}", brief(support)
     for step in p.steps:
-        acts = [
-            f"{k} {brief(v)}"
-            for k in ("move", "by", "velocity", "push", "control", "loads", "until")
-            if (v := getattr(step, k))
-        ]
-        early = summary.get("ended_early", {}).get(step.name)
-        acts += [f"ended at time {number(early)}"] if early is not None else []
-        yield f"Step {step.name}", ", ".join(acts) or "nothing moves"
+        given = brief(replace(step, name="_")).replace("{name: _", "{", 1).replace("{, ", "{", 1)
+        yield f"Step {step.name}", given if given != "{}" else "nothing moves"
 
 
 def _pictures(directory: Path) -> Iterator[tuple[str, str]]:

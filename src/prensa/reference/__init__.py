@@ -8,6 +8,7 @@
 | `friction` | partial slip, slip hardening of one point, wedge, circular path, capstan, laws of forming |
 | `upsetting` | frictionless upsetting with elasticity: cylinder, ring, plane strain; Considere |
 | `forming` | limit loads, tubes, rough plates, slab method, drawing, rolling |
+| `extrusion` | backward extrusion of cans: an upper bound |
 | `bending` | moment, curvature and springback of a strip |
 | `free_bending` | angle of a strip bent round a punch into a die |
 | `buckling` | columns: Euler's load, the elastica |
@@ -18,6 +19,7 @@ Any consistent units. Functions take and return plain numbers and numpy arrays; 
 
 from .bending import Bending, bend_strip, bend_strip_perfect, bend_strip_power
 from .buckling import elastica_clamped, euler_clamped
+from .extrusion import can_strain, can_upper_bound
 from .forming import (
     Drawing,
     Rolling,
@@ -102,6 +104,8 @@ __all__ = [
     "bend_strip",
     "bend_strip_perfect",
     "bend_strip_power",
+    "can_strain",
+    "can_upper_bound",
     "capstan",
     "cattaneo_mindlin",
     "circular_path_lag",

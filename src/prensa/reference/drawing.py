@@ -1,4 +1,4 @@
-"""Steady drawing and extrusion of perfectly plastic metals: the slab method, upper bounds, and a sheet over a bead.
+"""Steady drawing and extrusion of perfectly plastic metals by the slab method and upper bounds, and the drawing of cups.
 
 Drawing stresses are over the area of the exit; an extrusion pressure over that of the entry has the same value.
 """
@@ -91,21 +91,6 @@ def strip_upper_bound(*, before: float, after: float, alpha: float, k: float, m:
     low = -2.0 * before
     found = minimize_scalar(power, bounds=(low, reach + 2.0 * before), method="bounded", options={"xatol": 1e-10})
     return float(found.fun)
-
-
-def drawbead_force(*, radius: float, thickness: float, sigma: float, bends: int, mu: float = 0.0, wrap: float = 0.0) -> float:
-    """Radius (of the bead), thickness (length), sigma (stress, plane strain), bends (-), mu, wrap (rad) -> force per width.
-
-    A rigid, perfectly plastic sheet that is bent and straightened ``bends`` times in all: each costs the moment
-    sigma t^2/4 times the curvature 1/(radius + t/2) per length, and friction multiplies by exp(mu wrap).
-    Raises ValueError for lengths or sigma <= 0, mu or wrap < 0, bends < 1.
-    Source: Nine (1978), Drawbead forces in sheet metal forming; Swift (1948), Plastic bending under tension.
-    """
-    positive(radius=radius, thickness=thickness, sigma=sigma)
-    not_negative(mu=mu, wrap=wrap)
-    if bends < 1:
-        raise ValueError(f"bends = {bends!r}: at least one")
-    return float(bends * sigma * thickness**2 / (4.0 * (radius + 0.5 * thickness)) * math.exp(mu * wrap))
 
 
 def cup_force(

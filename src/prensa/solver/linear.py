@@ -11,6 +11,7 @@ not symmetric would fail the check and go to LU.
 from __future__ import annotations
 
 import logging
+import os
 import weakref
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -115,6 +116,8 @@ class _Pardiso:
         from pypardiso.pardiso_wrapper import PyPardisoError
 
         self.solver = pypardiso.PyPardisoSolver(mtype=MTYPES[a.kind])
+        # where it has found MKL: it looks through the whole environment for that each time, and a step makes some of these
+        os.environ.setdefault("PYPARDISO_MKL_RT", str(self.solver.libmkl._name))
         # its defaults but for scaling and matching, which would make the analysis, and with it a resumed run, depend on
         # values; our columns are the rows of the transpose, so that is what LU factors (12: solve with its transpose)
         tiny = 8 if a.kind == SYMMETRIC else 13

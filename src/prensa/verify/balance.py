@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import prensa as pr
-from prensa.fem.discretise import discretise
+from prensa.fem.discretise import discretise, on_meshes
 from prensa.fem.planning import plan_step
 from prensa.fem.schedule import BoundaryLoad
 from prensa.fem.system import System
@@ -136,7 +136,12 @@ class Balance:
         """The increments of a problem, each checked."""
         system = discretise(problem)
         self.plane |= not system.axisymmetric
+        described, meshes = system, 0
         for inc in pr.solve(system, numerics):
+            if inc.remeshings > meshes:
+                meshes, remeshed = inc.remeshings, inc.state.remeshed
+                assert remeshed is not None
+                system = on_meshes(described, remeshed)
             force, moment = imbalance(system, inc)
             self.force, self.moment = max(self.force, force), max(self.moment, moment)
             yield inc

@@ -23,7 +23,7 @@ from prensa.output.vtk import Fields
 from prensa.solver.increment import Progress
 
 Array = NDArray[np.float64]
-FIELDS_EVERY = 10  # increments between two files of fields, beside those at the ends of steps
+FIELDS_EVERY = 10  # increments between two files of fields, beside those at the ends of steps; all on meshes made anew
 
 
 class OutOfTime(Exception):
@@ -76,7 +76,7 @@ def solve_into(folder: Path, problem: pr.Problem, until: float) -> None:
             for name, contact in last.contacts.items():
                 write_contact(folder, name, last.number, contact)
             tables.append(last)
-            if last.end_of_step or last.number % FIELDS_EVERY == 0:
+            if last.end_of_step or last.number % FIELDS_EVERY == 0 or problem.remesh != "off":
                 fields.append(last)
     if last is not None:
         text = checkpoint.case_text(pr.Case(problem))

@@ -133,7 +133,9 @@ ENFORCEMENTS = {"penalty": pr.Penalty(), "augmented": pr.Augmented(), "exact": p
 
 
 def enforced(p: pr.Problem, enforcement: str) -> pr.Problem:
-    """The problem with all its contacts enforced in one of the forms of `ENFORCEMENTS`."""
+    """The problem with all its contacts enforced in one of the forms of `ENFORCEMENTS`; what is remeshed keeps penalties."""
+    if p.remesh != "off":
+        return p
     return replace(p, contacts=tuple(replace(c, enforcement=ENFORCEMENTS[enforcement]) for c in p.contacts))
 
 

@@ -51,6 +51,16 @@ const history = scene.history, frames = scene.frames, U = scene.units;
 const state = {frame: Math.max(0, frames.indexOf(history.increment.indexOf(scene.largest))), field: "mises", playing: false};
 const listeners = [];
 const tell = () => listeners.forEach(f => f());
+const watch = new IntersectionObserver(entries => entries.forEach(({target, isIntersecting}) => {
+  target.inView = isIntersecting;
+  if (isIntersecting && target.stale) { target.stale = false; target.follow(); }
+}), {rootMargin: "80px"});
+function follows(id, f) {  // what is drawn there follows the slider while it can be seen, and catches up when it comes into view
+  const element = $(id);
+  element.follow = f;
+  watch.observe(element);
+  listeners.push(() => { if (element.inView) f(); else element.stale = true; });
+}
 const row = () => frames[state.frame];
 const narrow = () => window.innerWidth < 700;
 const text = (v, digits = 4) => {
@@ -62,6 +72,7 @@ const text = (v, digits = 4) => {
 function look(figure) {  // letters that can be read on a phone, and nothing that needs a mouse to be found
   for (const axis of figure.axes) {
     axis.axis_label_text_font_size = "13px"; axis.major_label_text_font_size = "12px";
+    if (axis.formatter.power_limit_high) axis.formatter.power_limit_high = 7;  // 500000, not 5.000e+5
     axis.axis_label_text_font_style = "normal"; axis.axis_label_text_color = "#1a1a1a"; axis.minor_tick_line_color = null;
   }
   for (const grid of [...figure.xgrids, ...figure.ygrids]) grid.grid_line_color = "#e3e5e8";
@@ -150,6 +161,10 @@ function images() {  // lines of symmetry that are switched on → functions of 
   if ($("mirror").checked) for (const line of scene.mirror) found = [...found, ...found.map(l => [...l, line])];
   return found;
 }
+function inside(body, edge, copies) {  // whether a side of the body lies on a line of symmetry that is switched on
+  const size = Math.max(scene.box[1] - scene.box[0], scene.box[3] - scene.box[2]);
+  return copies[copies.length - 1].some(([axis, at]) => edge.every(i => Math.abs((axis ? body.Y : body.X)[i] - at) < 1e-6 * size));
+}
 const flip = (values, lines, axis) => lines.reduce((v, [a, at]) => a === axis ? Array.from(v, c => 2 * at - c) : v, values);
 function sign(lines) {
   if (state.field === "stress.xy") return lines.length % 2 ? -1 : 1;
@@ -212,6 +227,7 @@ async function picture() {
   figure.height = heightOf($("picture").clientWidth);
   const view = await show(figure, "picture");
 
+  let drawnFor = 0;  // width of the range at the last drawing
   function fit() {  // the box as large as the frame allows, lengths along x and y alike
     box = scene.box.slice();
     for (const lines of images()) for (const [axis, at] of lines) {
@@ -226,13 +242,14 @@ async function picture() {
     y_range.setv({start: cy - dy / 2, end: cy + dy / 2, reset_start: cy - dy / 2, reset_end: cy + dy / 2});
   }
   function draw() {
+    drawnFor = x_range.end - x_range.start;
     const bodies = bodiesNow(), copies = images(), field = fieldOf(state.field), xs = [], ys = [], v = [];
     const out = {x: [], y: []}, grid = {x: [], y: []}, undeformed = {x: [], y: []};
     const wx = 0.9 * (x_range.end - x_range.start) / Math.max(view.frame.bbox.width, 1);
     const wy = 0.9 * (y_range.end - y_range.start) / Math.max(view.frame.bbox.height, 1);
     for (const body of bodies) {
       const [px, py, pv] = divided(body, copies.length * bodies.length, wx, wy);
-      const skin = unpack(body.b.outline), sides = $("mesh").checked ? unpack(body.b.edges) : [];
+      const skin = unpack(body.b.outline).filter(edge => !inside(body, edge, copies)), sides = $("mesh").checked ? unpack(body.b.edges) : [];
       for (const lines of copies) {
         const factor = sign(lines);
         for (let k = 0; k < px.length; k++) {
@@ -256,14 +273,17 @@ async function picture() {
     lines.data = out; mesh.data = grid; first.data = undeformed;
     rigid.data = {xs: tools.map(t => t[0]), ys: tools.map(t => t[1])};
   }
-  listeners.push(draw);
+  follows("picture", draw);
   for (const id of ["field", "range", "mesh", "initial", "tools", "scale"])
     $(id).addEventListener("input", () => { state.field = select.value; draw(); if (probed) follow(); });
   $("mirror").addEventListener("input", () => { fit(); draw(); });
   figure.on_event("tap", e => probe(e.x, e.y));
   let later = null;
-  figure.on_event("rangesupdate", () => { clearTimeout(later); later = setTimeout(draw, 150); });
-  let width = 0;
+  figure.on_event("rangesupdate", () => {
+    clearTimeout(later);
+    later = setTimeout(() => { if (x_range.end - x_range.start !== drawnFor) draw(); }, 150);  // facets overlap by a pixel of the zoom
+  });
+  let width = $("picture").clientWidth;
   new ResizeObserver(() => {
     const now = $("picture").clientWidth;
     if (now === width) return;
@@ -393,7 +413,7 @@ async function forces() {
     figure.on_event("tap", choose);
     figure.on_event("pan", choose);
     $("along").addEventListener("input", draw);
-    listeners.push(mark);
+    follows(id, mark);
     draw();
     await show(figure, id);
   }
@@ -473,7 +493,7 @@ async function contacts() {
   const choose = () => { contact = scene.contacts[Number(select.value)]; $("place").value = contact.along; ranges(); draw(); };
   select.addEventListener("input", choose);
   $("place").addEventListener("input", () => { ranges(); draw(); });
-  listeners.push(draw);
+  follows("contact-plots", draw);
   $("place").options[1].text = scene.axes[0]; $("place").options[2].text = scene.axes[1];
   choose();
   await show(figure, "tractions");
@@ -498,7 +518,7 @@ async function energies() {
   figure.line(time, [0, ...history["energy.external"]], {line_width: 2, line_color: "#1a1a1a"});
   $("energy-legend").innerHTML = legend(figure, [...names, ["external work", "#1a1a1a"]]);
   const span = cursor(figure), mark = () => { span.location = history.time[row()]; };
-  listeners.push(mark);
+  follows("energies", mark);
   if (frames.length) mark();
   await show(figure, "energies");
   const cost = chart(240, {x_axis_label: "increment", y_axis_label: "Newton iterations"});

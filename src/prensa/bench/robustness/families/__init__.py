@@ -11,6 +11,7 @@ from prensa.bench.robustness.drawn import Drawn
 from prensa.bench.robustness.families import (
     chains,
     cycles,
+    forgings,
     rolls,
     slender,
     slide_release,
@@ -30,6 +31,7 @@ FAMILIES: Mapping[str, Callable[[np.random.Generator], Drawn]] = {
     "thin": thin.problem,
     "slender": slender.problem,
     "wide": wide.problem,
+    "forgings": forgings.problem,
 }
 
 

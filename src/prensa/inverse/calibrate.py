@@ -1,0 +1,139 @@
+"""Calibration: the parameters with which a case says what was measured, and how far the measurements bear them out.
+
+Gauss-Newton in scipy's trust region (`scipy.optimize.least_squares`, Branch, Coleman and Li 1999) on exact derivatives, in
+logarithms of positive parameters. Intervals are those of the linearised problem, widened by what a finer mesh changes.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.errors import ArgumentError, PrensaError, take
+from prensa.inverse.experiment import Experiment, Observe, Test, ready
+from prensa.inverse.meshes import finer
+from prensa.inverse.objective import Objective, Parameter, Residuals
+from prensa.inverse.result import Fit, fit_of
+from prensa.inverse.tables import DataError
+from prensa.model.problem import Case, Problem
+from prensa.sensitivity.parameters import value_of
+
+log = logging.getLogger("prensa")
+Array = NDArray[np.float64]
+Bounds = tuple[float, float] | None
+
+
+def _started(parameters: Sequence[Parameter], number: int, seed: int) -> Iterable[list[float]]:
+    """Starts: that of the case, then others between the bounds, or within a factor of three where there are none."""
+    from scipy.stats import qmc
+
+    yield [p.inner(p.start) for p in parameters]
+    if number < 2:
+        return
+    samples = qmc.Sobol(len(parameters), seed=seed).random_base2(max(1, int(np.ceil(np.log2(number)))))
+    for row in samples[: number - 1]:
+        out = []
+        for share, p in zip(row, parameters):
+            middle, reach = p.inner(p.start), np.log(3.0) if p.log else 1.0
+            low, high = max(p.limits[0], middle - reach), min(p.limits[1], middle + reach)
+            out.append(low + float(share) * (high - low))
+        yield out
+
+
+def _checked(
+    tests: Sequence[Test], parameters: Mapping[str, tuple[float, float] | None] | None
+) -> tuple[list[Experiment], list[Parameter]]:
+    """Tests and parameters made ready; raises `PrensaError` if there are too few readings, or a path leads nowhere."""
+    take(
+        "calibrate", "parameters", parameters, Mapping, "give bounds by path, for example {'friction.mu': (0.02, 0.5)}"
+    )
+    if not tests or not parameters:
+        raise ArgumentError("calibrate: there is nothing to fit; give a test and parameters")
+    experiments = [ready(t, k) for k, t in enumerate(tests, 1)]
+    known = [Parameter.of(p, value_of(experiments[0].problem, p), b) for p, b in parameters.items()]
+    for e in experiments[1:]:
+        for p in known:
+            value_of(e.problem, p.path)
+    readings = sum(e.count for e in experiments)
+    if readings <= len(known):
+        raise DataError(f"calibrate: {readings} readings cannot tell {len(known)} parameters; take more, or fit fewer")
+    return experiments, known
+
+
+def calibrate(
+    case: Case | Problem | None = None,
+    data: str | Path | None = None,
+    observe: Mapping[str, Observe | str] | None = None,
+    parameters: Mapping[str, tuple[float, float] | None] | None = None,
+    along: str = "time",
+    tests: Sequence[Test] = (),
+    starts: int = 1,
+    seed: int = 0,
+    refine: bool = True,
+    keep: str | Path | None = None,
+    told: Callable[[str], None] = log.info,
+) -> Fit:
+    """Find the parameters with which a case says what was measured.
+
+    Parameters
+    ----------
+    case, data, observe, along
+        One test: see `Test`, as in
+        ``pr.calibrate(case, "ring.csv", {"force": "die.force.y"}, {"friction.mu": (0.02, 0.5)}, "-die.uy")``.
+    parameters
+        Bounds by path (as in ``--set``); None: what is positive stays so. They start from the values of the case.
+    tests
+        Several tests, whose parameters of the same path are the same ones.
+    starts
+        Number of starts; one is the case, others are spread between the bounds.
+    seed
+        Of the other starts.
+    refine
+        Fit again on a finer mesh and widen the intervals by what that changes.
+    keep
+        Folder in which runs are kept, so that a fit that was interrupted goes on.
+    told
+        Receives a line for every run.
+
+    Raises
+    ------
+    PrensaError
+        For data that cannot be used, more parameters than readings, and a case that has no answer where the fit starts.
+
+    """
+    if case is not None or data is not None or observe is not None:
+        if case is None or data is None or observe is None:
+            raise ArgumentError("calibrate: a test needs its case, data and observe; or give tests=[Test(…), …]")
+        tests = [Test(case, data, observe, along), *tests]
+    experiments, known = _checked(tests, parameters)
+    objective = Objective(experiments, known, Path(keep) if keep is not None else None, told)
+    found = _best(objective, starts, seed)
+    fine, finer_mesh = None, [finer(e.problem) for e in experiments] if refine else []
+    if finer_mesh and all(p is not None for p in finer_mesh):
+        told("the same on a finer mesh")
+        again = replace(
+            objective, experiments=[e.on(p) for e, p in zip(experiments, finer_mesh) if p is not None], _last=None
+        )
+        fine = again.minimise(found[0][0])
+        objective.runs = again.runs
+    return fit_of(objective, found, fine)
+
+
+def _best(objective: Objective, starts: int, seed: int) -> list[tuple[Array, Residuals]]:
+    """Fits from all starts that have an answer, the best first."""
+    found, failed = [], None
+    more = [0.0] * len(objective.nuisances)
+    for start in _started(objective.parameters, starts, seed):
+        try:
+            found.append(objective.minimise(np.array([*start, *more])))
+        except PrensaError as error:
+            failed = error
+    if not found:
+        assert failed is not None
+        raise failed
+    return sorted(found, key=lambda f: f[1].square)

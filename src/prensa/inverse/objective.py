@@ -1,0 +1,208 @@
+"""What a calibration minimises: residuals of all tests over their standard errors, and their derivatives."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import logging
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.errors import ArgumentError, PrensaError, SolveError
+from prensa.inverse.experiment import Experiment
+from prensa.measures import MeasureError
+from prensa.model.schema import dump
+
+log = logging.getLogger("prensa")
+Array = NDArray[np.float64]
+Bounds = tuple[float, float] | None
+
+SMALL_GAIN, SMALL_STEP = 1e-3, 1e-4  # share of χ², and of the way so far, below which a step ends a fit
+MOST_RUNS = 60  # of a fit
+NO_ANSWER = 10.0  # residual, over its standard error, of all readings where the case has no answer
+
+
+class Residuals(NamedTuple):
+    """r (n,) over their standard errors, J (n, k) their derivatives, ``models`` (m,) of the channels in their units."""
+
+    r: Array
+    J: Array
+    models: list[Array]
+
+    @property
+    def square(self) -> float:
+        """χ²."""
+        return float(self.r @ self.r)
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of the fit: its path, start, bounds, and whether its logarithm is what is varied."""
+
+    path: str
+    start: float
+    bounds: tuple[float, float]
+    log: bool
+
+    @classmethod
+    def of(cls, path: str, start: float, bounds: Bounds) -> Parameter:
+        """A parameter between bounds, None: what has one sign keeps it."""
+        low, high = bounds if bounds is not None else ((0.0, np.inf) if start > 0 else (-np.inf, np.inf))
+        if not low < high:
+            raise ArgumentError(
+                f"calibrate: the bounds of {path} are {low:g} and {high:g}; the first has to be the smaller"
+            )
+        if not low <= start <= high:
+            raise ArgumentError(f"calibrate: {path} starts from {start:g}, outside its bounds {low:g} … {high:g}")
+        return cls(path, start, (low, high), bool(low >= 0.0 and start > 0.0))
+
+    def inner(self, value: float) -> float:
+        """What the fit varies."""
+        return float(np.log(value)) if self.log else value / self.size
+
+    def value(self, inner: float) -> float:
+        """The parameter."""
+        return float(np.exp(inner)) if self.log else inner * self.size
+
+    def slope(self, value: float) -> float:
+        """Derivative of the parameter by what is varied."""
+        return value if self.log else self.size
+
+    @property
+    def size(self) -> float:
+        """What a parameter that is not positive is divided by."""
+        finite = [abs(b) for b in self.bounds if np.isfinite(b) and b != 0.0]
+        return abs(self.start) or (max(finite) if finite else 1.0)
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Bounds of what is varied."""
+        if not self.log:
+            return self.bounds[0] / self.size, self.bounds[1] / self.size
+        low, high = self.bounds
+        return (np.log(low) if low > 0.0 else -np.inf), float(np.log(high))
+
+
+@dataclass
+class Objective:
+    """Residuals over their standard errors and their derivatives, of all tests, with what is unknown about the instruments.
+
+    Unknowns are the parameters, then gains (less 1) and offsets in units of their standard errors, which are readings of 0 ± 1.
+    ``cache``: folder in which runs are kept, so that an interrupted fit goes on; None: in memory.
+    """
+
+    experiments: Sequence[Experiment]
+    parameters: Sequence[Parameter]
+    cache: Path | None = None
+    told: Callable[[str], None] = log.info
+    runs: int = 0
+    _known: dict[str, Any] = field(default_factory=dict)
+    _last: tuple[bytes, Residuals | None] | None = None
+
+    @property
+    def nuisances(self) -> list[tuple[int, int | None]]:
+        """Experiment and channel of each gain; experiment and None of each offset."""
+        out: list[tuple[int, int | None]] = []
+        for k, e in enumerate(self.experiments):
+            out += [(k, j) for j, c in enumerate(e.channels) if c.gain > 0.0]
+            out += [(k, None)] if e.offset > 0.0 else []
+        return out
+
+    def values(self, x: Array) -> dict[str, float]:
+        """Parameters by path."""
+        return {p.path: p.value(v) for p, v in zip(self.parameters, x)}
+
+    def at(self, x: Array) -> Residuals | None:
+        """Residuals and derivatives at unknowns; None where a run fails."""
+        if self._last is None or self._last[0] != x.tobytes():
+            self._last = x.tobytes(), self._evaluated(x)
+        return self._last[1]
+
+    def _evaluated(self, x: Array) -> Residuals | None:
+        values = self.values(x)
+        slopes = np.array([p.slope(values[p.path]) for p in self.parameters])
+        more = x[len(self.parameters) :]
+        models, parts, J = [], [], []
+        try:
+            for k, e in enumerate(self.experiments):
+                predicted = self._predicted(k, values)
+                for j, c in enumerate(e.channels):
+                    y, dy = np.array(predicted[0][j]), np.array(predicted[1][j]).reshape(len(c.rows), -1) * slopes
+                    z = np.zeros((len(y), len(self.nuisances)))
+                    for m, (ke, jc) in enumerate(self.nuisances):
+                        if ke == k and jc == j:
+                            y, dy = (1.0 + c.gain * more[m]) * y, (1.0 + c.gain * more[m]) * dy
+                            z[:, m] = c.gain * np.array(predicted[0][j])
+                        elif ke == k and jc is None and len(c.rows) > 1:
+                            along = np.gradient(np.array(predicted[0][j]), e.stroke[c.rows]) * e.offset
+                            y, z[:, m] = y + along * more[m], along
+                            dy = dy + np.gradient(dy, e.stroke[c.rows], axis=0) * e.offset * more[m]
+                    models.append(y)
+                    parts.append((y - c.readings) / c.sigma)
+                    J.append(np.hstack([dy, z]) / c.sigma)
+        except (SolveError, MeasureError) as error:
+            self.told(f"no answer at {self._words(values)}: {str(error).splitlines()[0]}")
+            return None
+        prior = np.hstack([np.zeros((len(more), len(self.parameters))), np.eye(len(more))])
+        out = Residuals(np.concatenate([*parts, more]), np.vstack([*J, prior]), models)
+        self.told(f"χ² {out.square:.4g} at {self._words(values)}")
+        return out
+
+    def _words(self, values: Mapping[str, float]) -> str:
+        return ", ".join(f"{path} {value:.5g}" for path, value in values.items())
+
+    def _predicted(self, k: int, values: Mapping[str, float]) -> Any:
+        e = self.experiments[k]
+        text = dump(e.problem) + repr((sorted(values.items()), e.times.tolist(), [str(c.measure) for c in e.channels]))
+        key = hashlib.sha256(text.encode()).hexdigest()
+        if key not in self._known:
+            kept = self.cache / f"{key[:24]}.json" if self.cache is not None else None
+            if kept is not None and kept.is_file():
+                self._known[key] = json.loads(kept.read_text(encoding="utf-8"))
+            else:
+                self.runs += 1
+                p = e.predict(values, [q.path for q in self.parameters])
+                self._known[key] = [v.tolist() for v in p.values], [s.tolist() for s in p.slopes]
+                if kept is not None:
+                    kept.parent.mkdir(parents=True, exist_ok=True)
+                    kept.write_text(json.dumps(self._known[key]), encoding="utf-8")
+        return self._known[key]
+
+    def minimise(self, start: Array) -> tuple[Array, Residuals]:
+        """Unknowns of least squares from a start, and the residuals there; raises `PrensaError` if there is no answer there.
+
+        What is varied is the way from the start, so that the first step changes no parameter by more than a factor of e.
+        """
+        from scipy.optimize import least_squares
+
+        n, limits = (
+            len(start),
+            [p.limits for p in self.parameters] + [(-np.inf, np.inf)] * (len(start) - len(self.parameters)),
+        )
+        low, high = (np.array(v) for v in zip(*limits))
+        first = self.at(start)
+        if first is None:
+            raise PrensaError(f"calibrate: the case has no answer at the start {self._words(self.values(start))}")
+        count = len(first.r)
+
+        def residuals(way: Array) -> Array:
+            got = self.at(start + way)
+            return np.full(count, NO_ANSWER + float(np.abs(first.r).max())) if got is None else got.r
+
+        def slopes(way: Array) -> Array:
+            got = self.at(start + way)
+            return np.zeros((count, n)) if got is None else got.J
+
+        found = least_squares(
+            residuals, np.zeros(n), jac=slopes, bounds=(low - start, high - start), ftol=SMALL_GAIN, xtol=SMALL_STEP, gtol=1e-8,
+            max_nfev=MOST_RUNS,
+        )  # fmt: skip
+        x = start + found.x
+        best = self.at(x)
+        assert best is not None
+        return np.asarray(x), best
