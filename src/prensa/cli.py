@@ -21,7 +21,7 @@ BAD_INPUT, FAILED, INTERRUPTED = 2, 1, 130
 app = typer.Typer(
     help="Frictional contact and metal forming: rigid tools press, slide and roll on deformable workpieces.",
     no_args_is_help=True,
-    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
@@ -42,7 +42,9 @@ def main() -> None:
 
 
 @app.callback(invoke_without_command=True)
-def _main(version: Annotated[bool, typer.Option("--version", help="Print the version and leave.")] = False) -> None:
+def _main(
+    version: Annotated[bool, typer.Option("--version", "-V", help="Print the version and leave.")] = False,
+) -> None:
     if version:
         from prensa import __version__
 
@@ -81,10 +83,12 @@ def run(
     out: Annotated[
         Path | None, typer.Option(help="Folder of the results; results/<name of the case file> if not given.")
     ] = None,
-    quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but warnings and errors.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but warnings and errors.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Replace the results of another case in that folder.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print summary.json at the end, and nothing else.")] = False,
 ) -> None:
     """Run a case and leave its results in a folder."""
+    quiet = quiet or json
     folder = out or Path("results") / case.stem
     with _errors_reported(folder, case, changes):
         with _without_garbage_collection():
@@ -97,12 +101,14 @@ def run(
 
         with _announcing_compilation(quiet):
             run_case(loaded, out=folder, quiet=quiet, source=case, force=force)
+        if json:
+            typer.echo((folder / "summary.json").read_text(encoding="utf-8"), nl=False)
 
 
 @app.command()
 def resume(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of an unfinished run.", show_default=False)],
-    quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but warnings and errors.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but warnings and errors.")] = False,
 ) -> None:
     """Continue a run from its last checkpoint, bit for bit."""
     with _errors_reported(folder):
@@ -162,7 +168,9 @@ Observed = Annotated[
 ]
 Errors = Annotated[
     list[str] | None,
-    typer.Option("--sigma", metavar="COLUMN=ERROR", help="Error of a column, as in force=2% or bore=0.02; 1 % if not given."),
+    typer.Option(
+        "--sigma", metavar="COLUMN=ERROR", help="Error of a column, as in force=2% or bore=0.02; 1 % if not given."
+    ),
 ]
 
 
@@ -227,7 +235,8 @@ def converge(
         typer.Option("--measure", help="What to take from every case, as in punch.force.y; repeatable."),
     ] = None,
     mesh: Annotated[
-        str | None, typer.Option(metavar="LEVELS", help="Factors of the numbers of elements, as in 0.25,0.5,1,2, or auto.")
+        str | None,
+        typer.Option(metavar="LEVELS", help="Factors of the numbers of elements, as in 0.25,0.5,1,2, or auto."),
     ] = None,
     step: Annotated[
         str | None, typer.Option(metavar="LEVELS", help="Factors of the numbers of increments, or auto.")
@@ -279,9 +288,92 @@ def report(
         typer.echo(str(write_report(folder)))
 
 
+@app.command()
+def plot(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run.", show_default=False)],
+    field: Annotated[
+        str,
+        typer.Option(help="mises, plastic_strain, stress.xx, …, pressure, mesh; force_stroke, energy or convergence."),
+    ] = "mises",
+    step: Annotated[
+        str, typer.Option(help="'last', 'largest force', the name of a step, or the number of an increment.")
+    ] = "last",
+    out: Annotated[
+        Path | None,
+        typer.Option(help="File of the picture (.png, .svg, .pdf) or film (.gif, .mp4); in DIR if not given."),
+    ] = None,
+    film: Annotated[
+        bool, typer.Option("--film", help="A film over the run instead, .gif if OUT says nothing else.")
+    ] = False,
+) -> None:
+    """Draw a field, a contact or a curve of a run, or make a film of a field."""
+    with _errors_reported():
+        from prensa import results
+
+        run = results(folder)
+        if film or (out is not None and out.suffix in (".gif", ".mp4")):
+            target = out or folder / f"{field.replace('.', '_')}.gif"
+            run.animate(field, target)
+        else:
+            target = out or folder / f"{field.replace('.', '_')}.png"
+            run.plot(field, at=int(step) if step.isdecimal() else step).savefig(target, bbox_inches="tight")
+        typer.echo(str(target))
+
+
+@app.command()
+def view(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run.", show_default=False)],
+) -> None:
+    """Open the report of a run in the browser."""
+    with _errors_reported():
+        import webbrowser
+
+        from prensa import results
+
+        page = results(folder).report().resolve()
+        typer.echo(str(page))
+        if not webbrowser.open(page.as_uri()):
+            typer.echo("no browser could be started; open that file", err=True)
+
+
+@app.command()
+def new(
+    kind: Annotated[str, typer.Argument(help="What is to be computed; left out, the list of what there is.")] = "",
+    out: Annotated[Path | None, typer.Option(help="The file to write; KIND.yaml if not given.")] = None,
+) -> None:
+    """Write a commented case to start from: a ring test, an upsetting, rolling, drawing, a dome, a bend, a can, Hertz."""
+    with _errors_reported():
+        from prensa.errors import PrensaError
+        from prensa.output.starters import STARTERS, starter
+
+        if not kind:
+            for name, (_, what) in STARTERS.items():
+                typer.echo(f"{name:<10} {what}")
+            return
+        _refuse_unknown("kind of case", [kind], STARTERS)
+        target = out or Path(f"{kind}.yaml")
+        if target.exists():
+            raise PrensaError(f"{target} exists; name another file with --out")
+        target.write_text(starter(kind), encoding="utf-8")
+        typer.echo(f"{target} written; change it, then: prensa check {target}, prensa run {target}")
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON schema of case files, with which editors complete and check them."""
+    with _errors_reported():
+        import json
+
+        from prensa.model.schema import json_schema
+
+        typer.echo(json.dumps(json_schema(), indent=2))
+
+
 @app.command("import")
 def import_deck(
-    deck: Annotated[Path, typer.Argument(metavar="DECK", help="An Abaqus or CalculiX deck (.inp).", show_default=False)],
+    deck: Annotated[
+        Path, typer.Argument(metavar="DECK", help="An Abaqus or CalculiX deck (.inp).", show_default=False)
+    ],
     out: Annotated[Path | None, typer.Option(help="Write the case to this file; printed if not given.")] = None,
 ) -> None:
     """Write the case that a deck of another program describes: materials, rigid surfaces, contacts, steps."""

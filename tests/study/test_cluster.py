@@ -57,7 +57,7 @@ def cluster(folder: Path, workers: int = 2) -> Iterator[Path]:
     started = [[sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", *plain]]
     (folder / "blindfold.py").write_text(BLINDFOLD, encoding="utf-8")
     started += [
-        [sys.executable, "-m", "distributed.cli.dask_worker", *plain, "--nthreads", "1", "--no-nanny", "--host", "127.0.0.1",
+        [sys.executable, "-m", "distributed.cli.dask_worker", *plain, "--nthreads", "1", "--host", "127.0.0.1",
          "--memory-limit", "1GiB", "--preload", str(folder / "blindfold.py"), "--local-directory", str(folder / f"local{k}")]
         for k in range(workers)
     ]  # fmt: skip

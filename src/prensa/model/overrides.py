@@ -14,7 +14,7 @@ _DOTTED = ("fixed", "loads", "friction")
 
 
 def override(root: Place, text: str) -> list[Mistake]:
-    """Set one value of the tree; *text* is ``path=value``, the value in YAML, the path in dots and indices from 0.
+    """Set one value of the tree; *text* is ``path=value``, the value in YAML, the path in dots, indices from 0 or names.
 
     Returns the mistakes inside the value (NaN, duplicate keys).
 
@@ -47,11 +47,11 @@ def _set(place: Place, parts: list[str], new: Node, mark: Mark) -> None:
     here = place.node
     assert here is not None
     if isinstance(here.value, list):
-        index = _index(place, parts[0], mark)
-        if len(parts) == 1:
+        index, rest = _index(place, parts, mark)
+        if not rest:
             here.value[index] = new
         else:
-            _set(child(place, index), parts[1:], new, mark)
+            _set(child(place, index), rest, new, mark)
         return
     if here.value is None:  # an empty section, 'numerics:' with everything below commented out
         here.value = {}
@@ -70,13 +70,25 @@ def _set(place: Place, parts: list[str], new: Node, mark: Mark) -> None:
     _set(child(place, key), rest, new, mark)
 
 
-def _index(place: Place, part: str, mark: Mark) -> int:
+def _index(place: Place, parts: list[str], mark: Mark) -> tuple[int, list[str]]:
+    """Number of the entry that the path names here, by number or by its own name (which may have dots), and the rest."""
     assert place.node is not None
-    count, name = len(place.node.value), ".".join(map(str, place.path))
+    part, count, name = parts[0], len(place.node.value), ".".join(map(str, place.path))
+    own = [str(item.value["name"].value) if _is_named(item) else None for item in place.node.value]
+    for length in range(len(parts), 0, -1):
+        if own.count(called := ".".join(parts[:length])) == 1:
+            return own.index(called), parts[length:]
+    if any(own) and not part.isdecimal():
+        near = suggest(part, [n for n in own if n])
+        raise CaseError([Mistake(mark, f"no entry {part!r} in {name!r}{near}, or a number from 0 to {count - 1}")])
     if not part.isdecimal() or int(part) >= count:
         known = f"counted from 0 to {count - 1}" if count > 1 else "only number 0" if count else "none"
         raise CaseError([Mistake(mark, f"no entry {part!r} in {name!r}; the file has {known}")])
-    return int(part)
+    return int(part), parts[1:]
+
+
+def _is_named(item: Node) -> bool:
+    return isinstance(item.value, dict) and "name" in item.value
 
 
 def _key(place: Place, parts: list[str], mark: Mark) -> tuple[str, list[str]]:

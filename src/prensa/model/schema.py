@@ -137,6 +137,47 @@ def _read(path: Path) -> str:
         raise wrong(f"not UTF-8 text (line {line}); is this a case file? Save it as UTF-8") from None
 
 
+def json_schema() -> dict[str, Any]:
+    """JSON schema of a case file for editors: it knows every key and type, and accepts all that is read.
+
+    It accepts more than that: which names exist and what goes together is for `load` to say.
+    """
+    made = _adapter(Problem).json_schema(mode="validation")
+    for name in SECTIONS:
+        section = _adapter(hints(Case)[name]).json_schema(mode="validation")
+        made.setdefault("$defs", {}).update(section.pop("$defs", {}))
+        made["properties"][name] = section
+    _with_texts(made)
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **made}
+
+
+def _with_texts(node: Any) -> None:
+    """Allow what is read beside the types themselves: units, names for lists and objects, tables, one for several."""
+    if isinstance(node, dict):
+        if "oneOf" in node:  # laws of one's own have any keys
+            node["anyOf"] = node.pop("oneOf")
+            node.pop("discriminator", None)
+        if node.get("type") in ("number", "integer"):
+            node["type"] = [node["type"], "string"]
+        for below in node.values():
+            _with_texts(below)
+        for key, value in node.get("properties", {}).items():
+            if isinstance(value, dict) and "const" not in value and "enum" not in value:
+                lists = any(option.get("type") == "array" for option in (value, *value.get("anyOf", ())))
+                also = ["string"] if lists else ["string", "array"]
+                node["properties"][key] = {"anyOf": [value, {"type": also}], **_words_of(value)}
+        extra = node.get("additionalProperties")
+        if isinstance(extra, dict):
+            node["additionalProperties"] = {"anyOf": [extra, {"type": ["string", "null"]}]}
+    elif isinstance(node, list):
+        for below in node:
+            _with_texts(below)
+
+
+def _words_of(node: dict[str, Any]) -> dict[str, Any]:
+    return {key: node[key] for key in ("description", "title", "default") if key in node}
+
+
 def located(messages: str, path: str | Path, overrides: Iterable[str] = ()) -> str:
     """Put the place in the file before each line that starts with a path, as ``tools.punch.radius: …`` does.
 

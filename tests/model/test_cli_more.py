@@ -1,0 +1,85 @@
+"""Verbs beside the solving ones: starters, pictures, the schema; names in overrides."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from ruamel.yaml import YAML
+from typer.testing import CliRunner
+
+from prensa.cli import app
+from prensa.model.schema import json_schema, load
+from prensa.output.starters import STARTERS, starter
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.yaml"))
+SMALL = """
+name: small
+bodies:
+  block: {mesh: {type: rectangle, size: [4, 2], n: [4, 2]}, material: {type: elastic, E: 1000, nu: 0.3}}
+tools: {punch: {type: plane, touching: block.top}}
+fixed: {block.bottom: xy}
+steps:
+  - {name: press, move: {punch: {y: -0.05}}, increments: 2}
+  - {name: lift to 0.5 mm, move: {punch: {y: 0}}, increments: 2}
+"""
+
+
+def prensa(*arguments):
+    return CliRunner().invoke(app, [str(a) for a in arguments])
+
+
+@pytest.mark.parametrize("kind", STARTERS)
+def test_starters_are_commented_cases_that_load(kind, tmp_path, monkeypatch):
+    """Each kind writes a file that opens with words and is a valid case; a second one does not overwrite it."""
+    monkeypatch.chdir(tmp_path)
+    done = prensa("new", kind)
+    assert done.exit_code == 0, done.output
+    assert (tmp_path / f"{kind}.yaml").read_text(encoding="utf-8").startswith("#") and starter(kind).count("#") > 1
+    assert load(tmp_path / f"{kind}.yaml").problem.steps
+    assert prensa("new", kind).exit_code == 2 and prensa("new", "nothing").exit_code == 2
+    assert kind in prensa("new").output
+
+
+def test_the_schema_accepts_every_example_and_no_unknown_key():
+    """What editors are told is what is read: all examples hold, a typing error at any depth does not."""
+    jsonschema = pytest.importorskip("jsonschema")
+    validator = jsonschema.Draft202012Validator(json.loads(prensa("schema").output))
+    assert validator.schema == json_schema()
+    for path in EXAMPLES:
+        case = YAML(typ="safe", pure=True).load(path)
+        assert not list(validator.iter_errors(case)), path.name
+        assert list(validator.iter_errors({**case, "tolls": {}}))
+        assert list(validator.iter_errors({**case, "steps": [{**case["steps"][0], "mov": {}}]}))
+
+
+def test_entries_of_a_list_are_named_in_overrides(tmp_path):
+    """Steps by name, dots and spaces included; an unknown name is told with the known ones."""
+    path = tmp_path / "small.yaml"
+    path.write_text(SMALL, encoding="utf-8")
+    steps = load(
+        path, ["steps.press.increments=5", "steps.lift to 0.5 mm.increments=7", "steps.1.stabilise=auto"]
+    ).problem.steps
+    assert [s.increments for s in steps] == [5, 7] and steps[1].stabilise == "auto"
+    done = prensa("check", path, "--set", "steps.pres.increments=5")
+    assert done.exit_code == 2 and "no entry 'pres' in 'steps'; did you mean 'press'?" in done.output
+
+
+def test_pictures_films_and_json_of_a_run(tmp_path, monkeypatch):
+    """A run told as JSON alone; its picture at a step, its film, its page; what does not exist is told."""
+    monkeypatch.chdir(tmp_path)
+    Path("small.yaml").write_text(SMALL, encoding="utf-8")
+    done = prensa("run", "small.yaml", "--json", "--set", "output.pictures=false")
+    assert done.exit_code == 0 and json.loads(done.stdout)["status"] == "completed"
+    assert prensa("plot", "results/small", "--step", "press").output.strip().endswith("mises.png")
+    assert prensa("plot", "results/small", "--film", "--out", "film.gif").exit_code == 0
+    assert Path("film.gif").read_bytes()[:3] == b"GIF" and Path("results/small/mises.png").stat().st_size > 1000
+    assert prensa("plot", "results/small", "--field", "force_stroke", "--out", "f.svg").exit_code == 0
+    for wrong in (("--field", "nonsense"), ("--step", "never")):
+        done = prensa("plot", "results/small", *wrong)
+        assert done.exit_code == 2 and wrong[1] in done.output
+    opened = []
+    monkeypatch.setattr("webbrowser.open", lambda address: opened.append(address) or True)
+    assert prensa("view", "results/small").exit_code == 0 and opened[0].endswith("results/small/report.html")
+    assert prensa("-V").output.startswith("prensa ") and "Usage" in prensa("run", "-h").output
