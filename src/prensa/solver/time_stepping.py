@@ -467,7 +467,7 @@ class TimeStepping:
         cut = f"The increment was cut {cutbacks} times without success."
         if self.times is not None:
             cut = "Its end is one of the times that were asked for, so it was not cut."
-        if isinstance(reason, LimitPoint):
+        elif isinstance(reason, LimitPoint):
             cut = f"Increments were down to {c.dt:.1g} of time: no shorter one can help."
         elif isinstance(reason, Distorted):
             cut = f"Increments were down to {c.dt:.1g} of time."
