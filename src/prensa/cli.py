@@ -308,7 +308,8 @@ def plot(
 ) -> None:
     """Draw a field, a contact or a curve of a run, or make a film of a field."""
     with _errors_reported():
-        from prensa import results
+        import prensa.output.views  # noqa: F401  (fills in how results are drawn)
+        from prensa.output.result import results
 
         run = results(folder)
         if film or (out is not None and out.suffix in (".gif", ".mp4")):
@@ -328,7 +329,8 @@ def view(
     with _errors_reported():
         import webbrowser
 
-        from prensa import results
+        import prensa.output.views  # noqa: F401  (fills in how results are drawn)
+        from prensa.output.result import results
 
         page = results(folder).report().resolve()
         typer.echo(str(page))

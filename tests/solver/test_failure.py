@@ -27,7 +27,7 @@ EACH = (
     f.MetalInside(Inside("tool", 7, "body", "body.right", 1.0, 2.0, 0.1)), f.TurnedThrough("tool", "body", 6.28),
     f.BeyondSmall("body", 0.2, 0.1, 0.3, 0.2), f.Folded(Fold("body.right", "body.bottom", 1.0, 2.0, 0.1)),
     f.Distorted(3, "body", 1.0, 2.0, -0.1, 7, ("body.top",), ("body.top-tool",)),
-    f.StartsInside("tool", "body.top", 0.5, 2.0),
+    f.StartsInside("tool", "body.top", 0.5, 2.0), f.NotReached("until.force.punch.y is met when the step begins (3)"),
 )  # fmt: skip
 
 

@@ -42,6 +42,9 @@ class PlaneStep:
     increments: int | None = None
     fixed: Mapping[str, Any] = field(default_factory=dict)
     stabilise: float | str | None = None
+    until: None = None
+    control: Mapping[str, Any] = field(default_factory=dict)
+    remove_tools: bool = False
 
 
 @dataclass(frozen=True)
@@ -65,6 +68,7 @@ class BricksUnderPlane:
     kinematics: str = "finite"
     name: str = "bricks"
     stabilise: float | str = "off"
+    remesh: str = "off"
 
     space = "3d"
     contact_geometry = "current"

@@ -21,6 +21,7 @@ def can_upper_bound(radius: float, punch: float, height: float, stress: float, m
     A = r_p²/(2 b (R² - r_p²)): both incompressible, v_r continuous at the punch's radius. The power in both
     zones, of shear at their faces (towards the can, and towards metal at rest below b), and of friction m k at punch, bottom
     and wall bounds the force from above; b is the best below ``height``.
+    Source: the upper-bound theorem, Prager and Hodge (1951), Theory of Perfectly Plastic Solids; the velocities are those above.
 
     Raises ValueError for lengths or a stress <= 0, a punch as wide as the container, m outside 0 ... 1.
     """
@@ -51,6 +52,7 @@ def can_strain(radius: float, punch: float, height: float, left: float) -> float
     """Radii, initial ``height`` and what is ``left`` of it beneath the punch (length) -> mean strain of metal that has flowed.
 
     Half that beneath the punch, ln(h0/h), half that of the wall, which is larger by 1 + d/(8 w).
+    Source: Dipper (1949), Das Fließpressen von Hülsen in Rechnung und Versuch; Lange (1985), Handbook of Metal Forming, ch. 15.
     Raises ValueError for lengths <= 0 or left > height.
     """
     positive(radius=radius, punch=punch, height=height, left=left)

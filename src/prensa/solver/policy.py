@@ -294,6 +294,8 @@ class Policy:
     """Share of its target, or of the element depth for a contact, within which what ends a step is met …"""
     instant: float = 1e-12
     """… if it does not jump there; then, share of the step within which its time is known."""
+    until_strain: float = 1e-3
+    """Elastic strain whose forces are the size of a force that is to vanish."""
 
 
 DEFAULT = Policy()

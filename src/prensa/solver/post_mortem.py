@@ -66,7 +66,7 @@ def hint(failure: Failure) -> str:
         case Distorted():
             return (
                 "a mesh that is finer there, or shaped so that elements are good when they get there; a larger fillet of the "
-                "tool or less friction; a step that ends before: the mesh is not made anew during a run"
+                "tool or less friction; 'remesh: auto', which makes the mesh of a body of 't6' anew where it wears out"
             )
         case LimitPoint() | Unstable() | Jumped():
             return (

@@ -36,9 +36,6 @@ class Look(NamedTuple):
     increment: Callable[[], Increment]
 
 
-ELASTIC = 1e-3  # strain, the forces of which the tolerance of a force that is to vanish is a share of
-
-
 @dataclass(frozen=True)
 class Criterion:
     """A quantity and its target; ``size``: what its tolerance is a share of; ``words``: what is told when it is met.
@@ -76,7 +73,7 @@ class Stopping:
         self.system, self.plan, self.policy, self.view = system, plan, policy, view
         until = system.problem.steps[plan.number].until if plan.number < len(system.problem.steps) else None
         self.required = until is not None and until.required
-        self.criteria = [] if until is None else list(_criteria(system, plan.number, policy.until))
+        self.criteria = [] if until is None else list(_criteria(system, plan.number, policy))
 
     def begin(self, state: State) -> State:
         """The state in which the step begins, with what is watched.
@@ -193,14 +190,14 @@ class Stopping:
         return tried[min(within or (t for t, (value, _) in tried.items() if value > 0.0))][1]
 
 
-def _criteria(system: System, number: int, tolerance: float) -> Iterator[Criterion]:
+def _criteria(system: System, number: int, policy: Policy) -> Iterator[Criterion]:
     """What the description of a step waits for."""
     until = system.problem.steps[number].until
     assert until is not None
     for kind, name, key, target in until.criteria():
         path = f"until.{kind}.{name}" + (f".{key}" if key else "")
         if kind == "contact":
-            yield _contact(system, path, name, target, tolerance)
+            yield _contact(system, path, name, target, policy.until)
             continue
         t = list(system.problem.tools).index(name)
         component = ("x", "y", "m" if kind == "force" else "rz").index(key)
@@ -212,7 +209,7 @@ def _criteria(system: System, number: int, tolerance: float) -> Iterator[Criteri
 
         words = f"the {'force' if kind == 'force' else 'travel'} {key} of tool {name!r} has reached {target:.6g}"
         # of nothing the tolerance is that of a small elastic strain, or of the size of the bodies
-        unit = {"travel": system.length, "force": ELASTIC * system.stiffness}[kind]
+        unit = {"travel": system.length, "force": policy.until_strain * system.stiffness}[kind]
         unit = {"rz": 1.0, "m": unit * system.length}.get(key, unit)
         yield Criterion(path, words, value, float(target), abs(float(target)) or unit)
     for name, (measure, target) in targets(system.problem, number).items():
@@ -221,7 +218,7 @@ def _criteria(system: System, number: int, tolerance: float) -> Iterator[Criteri
             return measure.value_or_nan(look.increment())
 
         force, length = powers(measure.unit)
-        unit = (ELASTIC * system.stiffness) ** force * system.length**length
+        unit = (policy.until_strain * system.stiffness) ** force * system.length**length
         words = f"measure {name!r} has reached {target:.6g}"
         yield Criterion(f"until.measure.{name}", words, measured, target, abs(target) or unit)
 

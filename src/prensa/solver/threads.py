@@ -24,7 +24,7 @@ def threads_of(numerics: model.Numerics, unknowns: int, policy: Policy = DEFAULT
     """
     if numerics.threads != "auto":
         return numerics.threads
-    alone = "PYTEST_CURRENT_TEST" not in os.environ and multiprocessing.parent_process() is None
+    alone = os.environ.get("PYTEST_CURRENT_TEST") is None and multiprocessing.parent_process() is None
     if not alone or unknowns < policy.worth_threads:
         return 1
     most = policy.most_threads
