@@ -381,7 +381,8 @@ class TimeStepping:
         assert reduced is not None
         if self.held[0] != c.plan.number:
             bodies, loose = self.system.problem.bodies, partial(free_to_move, self.system, c=c, contacts=False)
-            self.held = c.plan.number, self.system.has_memory and not any(loose(body=b) for b in bodies)
+            known = self.system.has_memory and self.system.dofs.dimension == 2  # rigid motions in space are not looked for
+            self.held = c.plan.number, known and not any(loose(body=b) for b in bodies)
         return Equilibrium(self.system, c, reduced, self.numerics, self.policy, report, self.held[1])
 
     def attempt(self, c: Context, start: Array, soften: bool) -> NewtonResult:
