@@ -32,7 +32,7 @@ def prensa_does(*words: object, input: str | None = None):
 @pytest.mark.parametrize(
     "change",
     [
-        "tools.punch.radus=3", "tools.punsh.radius=3", "steps.5.name=x", "steps.press.name=x", "steps.-1.name=x", "steps.²=3",
+        "tools.punch.radus=3", "tools.punsh.radius=3", "steps.5.name=x", "steps.pres.name=x", "steps.-1.name=x", "steps.²=3",
         "tools.punch.radius", "=3", "", ".=3", "name.x=3", "bodies.billet.mesh.n=[1,2", "numerics.tol=1", "tools.punch.at.2=1",
     ],
 )  # fmt: skip
