@@ -111,6 +111,17 @@ def test_results_of_another_case_are_replaced_only_on_request(tmp_path):
     assert run(small("second"), tmp_path, quiet=True, force=True).summary["name"] == "second"
 
 
+def test_a_run_killed_before_its_first_line_is_begun_again(tmp_path):
+    """An empty log says nothing of whose it is, and holds nothing that could be lost."""
+    (tmp_path / "run.log").touch()
+    run(small(), tmp_path, quiet=True)
+    assert "prensa" in (tmp_path / "run.log").read_text(encoding="utf-8").splitlines()[0]
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "run.log").write_text("mine", encoding="utf-8")
+    with pytest.raises(PrensaError, match=r"run\.log here was not left by a run"):
+        run(small(), tmp_path / "other", quiet=True)
+
+
 def test_a_file_that_no_run_left_is_not_overwritten(tmp_path):
     """Somebody's own history.csv stays."""
     (tmp_path / "history.csv").write_text("year,king\n")

@@ -55,6 +55,9 @@ def make_room(directory: Path, name: str, force: bool) -> Owner | None:
     """
     refuse_links(directory)
     there = [path for path in map(directory.joinpath, FILES) if path.exists() or path.is_symlink()]
+    log = directory / runlog.LOG
+    if there == [log] and not log.is_symlink() and log.stat().st_size == 0:
+        there = []  # of a run that was killed before its first line
     before = owner(directory)
     remedy = "give another folder for the results, or --force (in Python force=True) to replace"
     if there and before is None and not force:

@@ -32,7 +32,8 @@ class Warnings(logging.Handler):
 @contextmanager
 def logging_to(directory: Path, warnings: Warnings) -> Iterator[None]:
     """Append what the logger ``prensa`` says to ``run.log``; its level and handlers are as before afterwards."""
-    file = logging.FileHandler(directory / LOG, mode="a", encoding="utf-8")
+    # made with its first line, which says whose it is: a run may be killed at any moment
+    file = logging.FileHandler(directory / LOG, mode="a", encoding="utf-8", delay=True)
     file.setFormatter(logging.Formatter("%(asctime)s %(levelname)-7s %(message)s"))
     level = log.level
     log.setLevel(min(level or logging.INFO, logging.INFO))
