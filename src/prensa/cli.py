@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from prensa.bench.robustness import Outcome, Tally
     from prensa.fem.system import System
     from prensa.model.problem import Step
+    from prensa.output.result import RunResult
 
 BAD_INPUT, FAILED, INTERRUPTED = 2, 1, 130
 
@@ -308,10 +309,7 @@ def plot(
 ) -> None:
     """Draw a field, a contact or a curve of a run, or make a film of a field."""
     with _errors_reported():
-        import prensa.output.views  # noqa: F401  (fills in how results are drawn)
-        from prensa.output.result import results
-
-        run = results(folder)
+        run = _results_of(folder)
         if film or (out is not None and out.suffix in (".gif", ".mp4")):
             target = out or folder / f"{field.replace('.', '_')}.gif"
             run.animate(field, target)
@@ -329,10 +327,7 @@ def view(
     with _errors_reported():
         import webbrowser
 
-        import prensa.output.views  # noqa: F401  (fills in how results are drawn)
-        from prensa.output.result import results
-
-        page = results(folder).report().resolve()
+        page = _results_of(folder).report().resolve()
         typer.echo(str(page))
         if not webbrowser.open(page.as_uri()):
             typer.echo("no browser could be started; open that file", err=True)
@@ -459,6 +454,14 @@ def bench(
             _written(report_file, done, commit)
             bad = any(t.count("wrong") for t in done)
     raise typer.Exit(FAILED if bad else 0)
+
+
+def _results_of(folder: Path) -> RunResult:
+    """The results in a folder, which know how to draw themselves."""
+    import prensa.output.views  # noqa: F401  (fills in how results are drawn)
+    from prensa.output.result import results
+
+    return results(folder)
 
 
 def _refuse_unknown(kind: str, names: Iterable[str], known: Iterable[str]) -> None:

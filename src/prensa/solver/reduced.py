@@ -130,46 +130,13 @@ class Selected:
     def __init__(self, pattern: Pattern, fixed: Index) -> None:
         mask = np.ones(pattern.n, dtype=bool)
         mask[fixed] = False
-        self.free = np.flatnonzero(mask)
+        self.free = self.rows = np.flatnonzero(mask)
         cols = np.repeat(np.arange(pattern.n, dtype=np.int32), np.diff(pattern.indptr))
         number = np.cumsum(mask, dtype=np.int32) - 1
-        self.entries = mask[pattern.indices] & mask[cols]  # as flags: their places take as much memory as the matrix
+        # as flags: their places take as much memory as the matrix
+        self.entries: Flags | Index = mask[pattern.indices] & mask[cols]
         ends = running(self.entries)[pattern.indptr]
         self.indptr, self.indices = np.append(ends[self.free], ends[-1]), number[pattern.indices[self.entries]]
-
-    @property
-    def rows(self) -> Index:
-        """See `Restriction`."""
-        return self.free
-
-    def part(self, r: Array) -> Array:
-        """See `Restriction`."""
-        return r[self.free]
-
-    def whole(self, x: Array, n: int) -> Array:
-        """See `Restriction`."""
-        out = np.zeros(n)
-        out[self.free] = x
-        return out
-
-    def values(self, data: Array) -> Array:
-        """See `Restriction`."""
-        return data[self.entries]
-
-
-class Controlled:
-    """As `Selected`, with the equation of the lead in the place of that of the factor."""
-
-    def __init__(self, pattern: Pattern, fixed: Index, control: Control) -> None:
-        self.free = np.setdiff1d(np.arange(pattern.n), fixed)
-        self.rows = np.where(self.free == control.factor, control.lead, self.free)
-        row, column = np.full((2, pattern.n), -1, dtype=np.int32)
-        row[self.rows] = column[self.free] = np.arange(len(self.free), dtype=np.int32)
-        i, j = row[pattern.indices], column[np.repeat(np.arange(pattern.n), np.diff(pattern.indptr))]
-        kept = np.flatnonzero((i >= 0) & (j >= 0))
-        self.entries = kept[np.lexsort((i[kept], j[kept]))]
-        self.indices = i[self.entries]
-        self.indptr = np.searchsorted(j[self.entries], np.arange(len(self.free) + 1)).astype(np.int32)
 
     def part(self, r: Array) -> Array:
         """See `Restriction`."""
@@ -184,6 +151,21 @@ class Controlled:
     def values(self, data: Array) -> Array:
         """See `Restriction`."""
         return data[self.entries]
+
+
+class Controlled(Selected):
+    """As `Selected`, with the equation of the lead in the place of that of the factor."""
+
+    def __init__(self, pattern: Pattern, fixed: Index, control: Control) -> None:
+        self.free = np.setdiff1d(np.arange(pattern.n), fixed)
+        self.rows = np.where(self.free == control.factor, control.lead, self.free)
+        row, column = np.full((2, pattern.n), -1, dtype=np.int32)
+        row[self.rows] = column[self.free] = np.arange(len(self.free), dtype=np.int32)
+        i, j = row[pattern.indices], column[np.repeat(np.arange(pattern.n), np.diff(pattern.indptr))]
+        kept = np.flatnonzero((i >= 0) & (j >= 0))
+        self.entries = kept[np.lexsort((i[kept], j[kept]))]
+        self.indices = i[self.entries]
+        self.indptr = np.searchsorted(j[self.entries], np.arange(len(self.free) + 1)).astype(np.int32)
 
 
 @dataclass(frozen=True)
