@@ -93,7 +93,8 @@ def test_durations_in_a_file_and_in_its_results(tmp_path):
     """Texts with units of time; a column of seconds, with which a stored increment comes back; none without durations."""
     case = loads(dump(pr.Case(block(down(-0.1), down(-0.1, "on")), output=BARE)))
     assert "seconds" not in read_history(run(case, tmp_path / "plain", quiet=True).directory)
-    text = dump(pr.Case(block(down(-0.1), down(-0.1, "on", duration=0.02)), output=BARE)).replace("duration: 0.02", "duration: 20 ms")
+    text = dump(pr.Case(block(down(-0.1), down(-0.1, "on", duration=0.02)), output=BARE))
+    text = text.replace("duration: 0.02", "duration: 20 ms")
     found = run(loads(text), tmp_path / "timed", quiet=True).directory
     assert read_history(found)["seconds"][[2, 5]] == pytest.approx([1.0, 1.02], rel=1e-12)
     assert pr.results(found).increments[-1].seconds == pytest.approx(1.02, rel=1e-12)
