@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from prensa.model import crank, until
+from prensa.model import crank, feed, until
 from prensa.model.names import Finding, suggest
 from prensa.model.remeshing import remeshing_of
 from prensa.model.units import factor
@@ -374,6 +374,9 @@ def _step(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding]:
             message = f"{axis} of tool {key!r} is given by '{rival}' and by 'crank'; keep one"
             yield Finding((*path, "crank", key), message, at_key=True)
     yield from crank.findings(p, step, path)
+    for key in step.feed:
+        yield from _boundary(p, key, (*path, "feed", key), at_key=True)
+    yield from feed.findings(p, step, path)
     yield from _supports(p, step, path)
     yield from _control(p, step, (*path, "control"))
     contacts = [c.name for c in p.contacts if c is not None]

@@ -25,6 +25,7 @@ from prensa.fem.preflight import preflight
 from prensa.fem.state import State
 from prensa.fem.system import System
 from prensa.measures import parse_all, refuse_targets
+from prensa.model.feed import ends_early
 from prensa.model.problem import Case, Problem
 from prensa.output import checkpoint, history, measured, passages, pictures, report, runlog, vtk
 from prensa.output.files import file_name, file_names, flush, write_text
@@ -345,6 +346,6 @@ def _early_ends(table: dict[str, NDArray[Any]], problem: Problem, completed: boo
     for number, step in enumerate(problem.steps):
         rows = np.flatnonzero(table["step"] == step.name)
         over = completed or (len(rows) and rows[-1] < len(table["step"]) - 1)
-        if step.until is not None and len(rows) and over and (end := float(table["time"][rows[-1]])) < number + 1:
+        if ends_early(step) and len(rows) and over and (end := float(table["time"][rows[-1]])) < number + 1:
             out[step.name] = end
     return out

@@ -26,6 +26,7 @@ from prensa.fem.state import Clock, State
 from prensa.fem.symmetry import is_symmetric
 from prensa.fem.system import Evaluation, System
 from prensa.model import problem as model
+from prensa.model.feed import ends_early
 from prensa.model.remeshing import remeshing_of
 from prensa.solver.acceptance import Acceptance, unilaterally_supported
 from prensa.solver.approach import approach, first_touch
@@ -228,10 +229,10 @@ class TimeStepping:
         if times is None:
             return
         given = _as_times("times", times)
-        until = next((s.name for s in self.system.problem.steps if s.until is not None), None)
+        until = next((s.name for s in self.system.problem.steps if ends_early(s)), None)
         if until is not None:
             raise ArgumentError(
-                f"solve: step {until!r} ends by its 'until', so times cannot be given; leave one of them out"
+                f"solve: step {until!r} ends by its 'until' or 'feed', so times cannot be given; leave one of them out"
             )
         self.times = given[given > now]
         ends = np.arange(np.floor(now) + 1.0, last + 1.0)
