@@ -3,7 +3,8 @@
 F = I + ∇u + F₀ B, B = Σ αᵢ Mᵢ (Simo & Armero 1992), with F₀ the gradient at the centroid and
 M = (j₀ r₀/(j r)) J₀⁻ᵀ E J₀⁻¹, E in {ξ e₁e₁, ξ e₁e₂, η e₂e₁, η e₂e₂}: the transposed modes of Glaser & Armero (1997), which in
 small strain are Wilson's (QM6) and which keep the element stable in elastic compression. In axisymmetry a fifth mode ξη of the
-hoop stretch (Simo & Rifai 1990). Elements for sheets have further modes P₂(η), P₃(η) … e₂e₂ (Legendre). ∫ M dV = 0, so constant stress is in equilibrium on any mesh (patch test).
+hoop stretch (Simo & Rifai 1990); elements for sheets have further modes P₂(η), P₃(η) … e₂e₂ (Legendre). ∫ M dV = 0, so constant
+stress is in equilibrium on any mesh (patch test).
 
 The modes refer to the initial configuration, so that the answer does not depend on how many increments led to it: the
 material is given f = F F_n⁻¹, and its P and A = ∂P/∂f are pulled back to ∂/∂F. Small strain: h = ∇u + B − (∇u + B)_n.

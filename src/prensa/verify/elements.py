@@ -365,7 +365,7 @@ def strip(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
 
 @case("springback of a strip in two layers", suite="elements")
 def strip_released(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
-    """`q4_sheet`: moment of a strip with an elastic core, and the curvature that it goes back by, from outer strains of 0.2 % on."""
+    """Moment of a strip with an elastic core, and the curvature that it goes back by, from outer strains of 0.2 % on."""
     worst = 0.0
     for flow in (pr.Ludwik(250.0, 500.0, 0.3), pr.Linear(250.0, 100.0)):
         for outer in (0.002, 0.0025, 0.005, 0.01, 0.05):

@@ -19,15 +19,13 @@ MODE_ITERATIONS = 40  # of the enhanced modes
 TOLERANCE = 1e-12  # residual of the enhanced modes over the forces that cancel in it
 
 
-class Q4Enhanced(Isoparametric):
-    """4-node quadrilateral with enhanced strains; the internal modes are solved for at every evaluation.
+class Enhanced(Isoparametric, abstract=True):
+    """A 4-node quadrilateral with enhanced strains; the internal modes are solved for at every evaluation.
 
     Its own history: F − I of each point (5 columns) and the modes, shared out over the points.
     """
 
-    type: Literal["q4_enhanced"] = "q4_enhanced"
     follows_gradients: ClassVar[bool] = True
-    table: ClassVar[Table] = Q4.table
     across: ClassVar[int] = 0
     """Further modes of the strain across: Legendre polynomials in η from the second degree on."""
 
@@ -104,7 +102,9 @@ class Q4Enhanced(Isoparametric):
             r, K, noise = np.empty((k, n)), np.empty((k, n, n)), np.empty((k, n))
             # a body let go has no strain left, but the round-off of that which it had when the increment began
             strain = np.abs(F) + np.abs(Hn[rows])
-            enhanced.integrate(part.X, u[rows], alpha[rows], strain, t.N, t.dN, t.at, axi, finite, w.w, w.P, w.A, 8, r, K, w.size, noise)
+            enhanced.integrate(
+                part.X, u[rows], alpha[rows], strain, t.N, t.dN, t.at, axi, finite, w.w, w.P, w.A, 8, r, K, w.size, noise
+            )
             over = (np.abs(r[:, 8:]) / np.maximum(TOLERANCE * noise[:, 8:], 1e-300)).max(axis=1)
             done = (over <= 1.0) & ~bad
             some = rows[done]
@@ -143,3 +143,10 @@ class Q4Enhanced(Isoparametric):
         flat = np.zeros((len(history), room.shape[1] * room.shape[2]))
         flat[:, : alpha.shape[1]] = alpha
         room[:] = flat.reshape(room.shape)
+
+
+class Q4Enhanced(Enhanced):
+    """4-node quadrilateral with enhanced strains, 2 × 2 points."""
+
+    type: Literal["q4_enhanced"] = "q4_enhanced"
+    table: ClassVar[Table] = Q4.table

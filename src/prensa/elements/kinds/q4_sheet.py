@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 from prensa.elements import shapes
-from prensa.elements.kinds.q4_enhanced import Q4Enhanced
+from prensa.elements.kinds.q4_enhanced import Enhanced
 
 
-class Q4Sheet(Q4Enhanced):
-    """`Q4Enhanced` with 2 points along the sheet and 9 across each layer, and a strain across that is quadratic in η.
+class Q4Sheet(Enhanced):
+    """Enhanced strains with 2 points along the sheet and 9 across each layer, and a strain across that is quadratic in η.
 
     The stress along a bent sheet has a kink where its elastic core ends, and the strain across follows Poisson's ratio on one
     side of it, constant volume on the other. 2 × 2 points in two layers miss up to 5 % of the moment, and without the
