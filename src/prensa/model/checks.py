@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from prensa.model import crank, feed, until
-from prensa.model.names import Finding, suggest
+from prensa.model.names import SYMMETRY, Finding, suggest
 from prensa.model.remeshing import remeshing_of
 from prensa.model.units import factor
 from prensa.registry import DOORS
@@ -228,7 +228,12 @@ def _surfaces(p: Any) -> Iterator[Finding]:
                         f"{s!r} is against {entry.against!r} in {other} already: which of the two holds is not said; name it in "
                         "one of them",
                     )
-            if entry.against not in p.tools:
+            if kind == "no_contact" and entry.against == SYMMETRY and SYMMETRY not in p.tools:
+                parts = [s for s in entry.surface if s not in p.bodies]
+                if parts:
+                    message = f"lines of symmetry and the axis are for whole bodies: write {parts[0].partition('.')[0]!r}"
+                    yield Finding((*path, "surface"), message)
+            elif entry.against not in p.tools:
                 yield Finding((*path, "against"), f"unknown tool {entry.against!r}{suggest(entry.against, p.tools)}")
     if p.contact_geometry == "reference":
         yield from _corners(p)

@@ -512,7 +512,8 @@ class Contact:
 class NoContact:
     """Sides that a tool may go through: ``surface`` (a body, a boundary ``body.name`` or a list of them) and a tool.
 
-    Nothing acts between them, and metal that lies inside the tool there is meant.
+    Nothing acts between them, and metal that lies inside the tool there is meant. ``symmetry`` in place of a tool: bodies that
+    may go beyond lines of symmetry and the axis, which are rigid smooth planes to free sides otherwise.
     """
 
     surface: Annotated[tuple[str, ...], BeforeValidator(_as_names), Field(min_length=1)]

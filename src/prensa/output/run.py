@@ -215,7 +215,7 @@ class _Run:
         with self.timer("recovery"):
             contacts = increment.contacts
         with self.timer("tables"):
-            for name, contact in contacts.items():
+            for name, contact in ((n, c) for n, c in contacts.items() if n in self.names):
                 path = history.write_contact(self.directory, self.names[name], increment.number, contact)
                 self.written += [path, history.of_points(path)]
             self.tables.append(increment)
