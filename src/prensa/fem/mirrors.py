@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +26,9 @@ from prensa.registry import DOORS
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-NEAR = 0.25  # distance over the length of an edge of the outline at which a node of it is near a line
-FLAT = 1e-9  # of the size of the bodies, within which a node lies on a line
+NEAR = 0.25  # distance over the length of an edge of the outline at which a node of it is near a line …
+CLOSE = 0.5  # … if it is that close to it over the length that the edges at it had at first
+ON_LINE = 1e-9  # of the size of the bodies, within which a node lies on a line
 
 
 @dataclass(frozen=True)
@@ -46,22 +48,41 @@ class Line:
         return np.asarray(self.side * (x[..., self.axis] - self.at))
 
 
+class Watched(NamedTuple):
+    """Free outlines off a ``line``: ``ends`` (k, 2) of their segments.
+
+    ``room`` (n,): distances of their nodes at first from where they are close to it, ``dofs`` (n,) what changes these.
+    """
+
+    line: Line
+    ends: Index
+    room: Array
+    dofs: Index
+
+
 @dataclass(frozen=True)
 class Guard:
-    """What to look at: for each line the segments (k, 2) of free outlines, whose ends may come to it but those on it."""
+    """What to look at in a system: the free outlines off each of its lines."""
 
     system: System
-    lines: tuple[tuple[Line, Index], ...]
+    watched: tuple[Watched, ...]
+
+    @property
+    def lines(self) -> list[Line]:
+        """The lines."""
+        return [w.line for w in self.watched]
 
     def near(self, u: Array) -> list[tuple[Line, Array]]:
         """Lines to which a free node has come near in degrees of freedom u (ndof,), and where the nearest one is."""
-        x, out = self.system.positions(u), []
-        for line, ends in self.lines:
-            a, b = x[ends[:, 0]], x[ends[:, 1]]
-            share = np.minimum(line.distance(a), line.distance(b)) / np.hypot(*(b - a).T)
+        out = []
+        for w in self.watched:
+            if (w.room + w.line.side * u[w.dofs]).min() >= 0.0:
+                continue  # few come close, so that the rest is seldom looked at
+            a, b = self.system.positions(u)[w.ends.T]
+            share = np.minimum(w.line.distance(a), w.line.distance(b)) / np.hypot(*(b - a).T)
             k = int(np.argmin(share))
             if share[k] < NEAR:
-                out.append((line, a[k]))
+                out.append((w.line, a[k]))
         return out
 
 
@@ -74,12 +95,16 @@ def guard_of(system: System) -> Guard | None:
     if system.dofs.dimension != 2 or system.more or p.kinematics == "small" or p.contact_geometry == "reference":
         return None
     x = system.positions(system.initial().u)
-    found = []
+    watched = []
     for line in _lines(system, x):
         ends = np.concatenate([_free(system, line, body, x) for body in line.bodies])
         if len(ends):
-            found.append((line, ends))
-    return Guard(system, tuple(found)) if found else None
+            nodes, place = np.unique(ends, return_inverse=True)
+            length = np.full(len(nodes), np.inf)
+            np.minimum.at(length, place.reshape(-1, 2), np.hypot(*(x[ends[:, 1]] - x[ends[:, 0]]).T)[:, None])
+            dofs = system.dofs.displacement.dof(nodes, "xy"[line.axis])
+            watched.append(Watched(line, ends, line.distance(system.X[nodes]) - CLOSE * length, dofs))
+    return Guard(system, tuple(watched)) if watched else None
 
 
 def _lines(system: System, x: Array) -> list[Line]:
@@ -99,7 +124,7 @@ def _lines(system: System, x: Array) -> list[Line]:
             places.add((0, 0.0))
         for axis, at in places:
             for side in (1.0, -1.0):
-                if (side * (own[:, axis] - at)).min() >= -FLAT * size and not _stands(system, body, axis, at, side):
+                if (side * (own[:, axis] - at)).min() >= -ON_LINE * size and not _stands(system, body, axis, at, side):
                     bodies.setdefault((axis, at, side), []).append(body)
     return [Line(*key, tuple(names)) for key, names in sorted(bodies.items())]
 
@@ -108,9 +133,9 @@ def _stands(system: System, body: str, axis: int, at: float, side: float) -> boo
     """Whether a plane that a body has contact with is a line, on the other side of which it is."""
     for s in system.surfaces:
         tool = system.tools[s.tool]
-        if s.body == body and tool.description.type == "plane" and side * tool.direction[axis] > 1 - FLAT:
+        if s.body == body and tool.description.type == "plane" and side * tool.direction[axis] > 1 - ON_LINE:
             place = tool.at + system.place_of(s.tool, system.initial().u)[:2]
-            if abs(place[axis] - at) <= FLAT * system.length:
+            if abs(place[axis] - at) <= ON_LINE * system.length:
                 return True
     return False
 
@@ -118,7 +143,7 @@ def _stands(system: System, body: str, axis: int, at: float, side: float) -> boo
 def _free(system: System, line: Line, body: str, x: Array) -> Index:
     """Segments (k, 2) of a body's outline both ends of which are off a line."""
     ends = segments(boundary_edges(system.meshes[body].cells)) + system.offsets[body]
-    off = line.distance(x[ends]) > FLAT * system.length
+    off = line.distance(x[ends]) > ON_LINE * system.length
     return np.asarray(ends[off.all(axis=1)])
 
 
@@ -137,7 +162,7 @@ def names_of(problem: model.Problem, lines: Sequence[Line]) -> list[str]:
 
 def with_planes(guard: Guard) -> System:
     """The system of the same problem with a smooth plane at every line, last among its tools and contacts."""
-    p, lines = guard.system.problem, [line for line, _ in guard.lines]
+    p, lines = guard.system.problem, guard.lines
     plane, smooth = DOORS["tool"].find("plane"), DOORS["friction"].find("coulomb")(mu=0.0)
     tools, contacts, beyond = dict(p.tools), list(p.contacts), list[model.NoContact]()
     for name, line in zip(names_of(p, lines), lines):

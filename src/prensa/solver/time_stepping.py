@@ -306,7 +306,7 @@ class TimeStepping:
             system, self.numerics, self.policy, Messages(system, self.messages.monitor), self.timer, condense=False
         )
         rest.passages, rest.last, rest.times, rest.stops = self.passages, self.last, self.times, self.stops
-        rest.planes = names_of(self.system.problem, [line for line, _ in self.guard.lines])
+        rest.planes = names_of(self.system.problem, self.guard.lines)
         return rest
 
     def refuse_to_part(self, state: State, number: int) -> None:
