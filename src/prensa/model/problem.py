@@ -379,7 +379,7 @@ class Outline:
         if self.sides and len(self.sides) != len(self.points):
             raise ValueError(f"{len(self.sides)} names in 'sides' for {len(self.points)} sides; give one for each point")
         (x, y), (u, v) = zip(*self.points), zip(*(*self.points[1:], self.points[0]))
-        _bounded(abs(sum(a * d - b * c for a, b, c, d in zip(x, y, u, v))) / self.size**2)
+        _bounded(abs(sum(a * d - b * c for a, b, c, d in zip(x, y, u, v))) / self.size / self.size)  # its square may be 0
         return self
 
 
