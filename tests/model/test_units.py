@@ -32,6 +32,12 @@ QUANTITIES = [
     ("180 deg", "mm", "N", NUMBER, 3.141592653589793),
     ("0.2 %", "mm", "N", NUMBER, 0.002),
     ("7", "mm", "N", LENGTH, 7.0),
+    ("0.2 1/mm", "m", "N", (0, -1), 200.0),
+    ("0.2 /mm", "mm", "N", (0, -1), 0.2),
+    ("3 m/min", "mm", "N", (0, 1, -1), 50.0),
+    ("20 ms", "mm", "N", (0, 0, 1), 0.02),
+    ("60 1/min", "mm", "N", (0, 0, -1), 1.0),
+    ("1 kg*m/s^2", "mm", "kN", FORCE, 0.001),
 ]
 
 
@@ -45,8 +51,8 @@ def test_the_units_are_those_of_pint():
     """The table of units, kept for its speed and exactness, agrees with the larger library."""
     pint = pytest.importorskip("pint")
     ureg = pint.UnitRegistry(cache_folder=None)
-    for name, (value, force, length) in _SI.items():
-        unit = ureg.newton**force * ureg.meter**length
+    for name, (value, force, length, time) in _SI.items():
+        unit = ureg.newton**force * ureg.meter**length * ureg.second**time
         assert ureg.Quantity(1.0, "percent" if name == "%" else name).to(unit).magnitude == pytest.approx(float(value))
     assert factor("1 dyn", "mm", "N", FORCE) == pytest.approx(1e-5)
     assert factor("1 yard", "mm", "N", LENGTH) == pytest.approx(914.4)

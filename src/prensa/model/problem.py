@@ -39,6 +39,7 @@ from prensa.model.units import (
     LengthUnit,
     Number,
     Whole,
+    in_one_second,
 )
 from prensa.model.until import ToolForce, ToolTravel, Until
 from prensa.registry import DOORS
@@ -260,9 +261,9 @@ class Disc:
 
 @described
 class Annulus:
-    """Ring of quadrilaterals between two radii, or the sector of it from one angle to another (default: all round).
+    """Ring of quadrilaterals between two radii, or the sector of it from one angle to another.
 
-    ``n``: elements round the sector and through the thickness, which shrink towards ``grade`` in the ratio ``ratio``.
+    About ``centre``, between ``inner`` and ``outer`` and the two ``angles`` (default: all round). ``n``: elements round the sector and through the thickness, which shrink towards ``grade`` in the ratio ``ratio``.
     Boundaries: ``inner``, ``outer``, and of a sector ``start`` and ``end``; points: ``inner-start``, ``outer-start`` and, of
     a sector, ``inner-end``, ``outer-end``.
     """
@@ -488,7 +489,7 @@ class Contact:
     The outline of a body is without the sides that other contacts with the same tool name, which may have a friction of
     their own, without those of ``no_contact``, and without what no tool touches: the axis, lines of symmetry (held along
     their normal in all steps) and tied sides. ``friction`` overrides the problem's. ``integration``: where the contact terms
-    are integrated; ``nodal`` (trapezoid) is the one to use, the others show what they do: ``gauss1``, ``gauss2``,
+    are integrated; ``enforcement``: how contact is enforced. Of the rules ``nodal`` (trapezoid) is the one to use, the others show what they do: ``gauss1``, ``gauss2``,
     ``gauss3``, ``simpson`` on each edge, and ``kikuchi``, two Gauss points with pressures projected to the nodes.
     """
 
@@ -506,7 +507,7 @@ class Contact:
 
 @described
 class NoContact:
-    """Sides that a tool may go through: ``surface`` (a body, a boundary ``body.name`` or a list of them) and a tool.
+    """Sides that a tool may go through: ``surface`` (a body, a boundary ``body.name`` or a list of them) ``against`` a tool.
 
     Nothing acts between them, and metal that lies inside the tool there is meant.
     """
@@ -574,7 +575,7 @@ SupportValue = Annotated[
 
 @described
 class Fixed:
-    """Support of a boundary, per component: ``held`` where it is, a number or a table of total displacement, or none.
+    """Support of a boundary along ``x`` and ``y``, each: ``held`` where it is, a number or a table of total displacement, or none.
 
     ``free`` releases what earlier entries prescribed there: its force goes linearly to zero over the step.
     """
@@ -600,7 +601,7 @@ FixedValue = Annotated[Fixed, BeforeValidator(_as_fixed)]
 
 @described
 class Motion:
-    """Displacement (or velocity) of a tool's reference point and its rotation ``rz``, counter-clockwise."""
+    """Displacement (or velocity) ``x``, ``y`` of a tool's reference point and its rotation ``rz``, counter-clockwise."""
 
     x: DisplacementValue | None = None
     y: DisplacementValue | None = None
@@ -615,10 +616,7 @@ def _per_second(value: Any) -> Any:
         pairs = (isinstance(p, list | tuple) and len(p) == 2 and isinstance(p[1], str) for p in value)
         return [[p[0], _per_second(p[1])] if pair else p for p, pair in zip(value, pairs)]
     if isinstance(value, str):
-        quantity, per, second = value.rpartition("/")
-        if not per or second.strip() != "s":
-            raise ValueError(f"{value!r} is not a velocity; write it per second, as a plain number or like '100 mm/s'")
-        return quantity
+        return in_one_second(value)
     return value
 
 
@@ -627,7 +625,7 @@ Velocity = Annotated[Motion, BeforeValidator(_per_second)]
 
 @described
 class Push:
-    """Force on a tool at its reference point and moment ``m``; 0 leaves the tool free to move along or to turn.
+    """Force ``x``, ``y`` on a tool at its reference point and moment ``m``; 0 leaves the tool free to move along or to turn.
 
     A number is reached linearly from the force that the tool carries at the start of the step, pushed or moved before.
     In plane problems of the whole ``thickness`` (so per unit thickness where that is 1); strings may be per length of
@@ -677,7 +675,8 @@ class Step:
     ``control``: displacement control of what the step pushes and loads. The tool goes the way that is given (as of ``by``, from
     where it is at the start of the step), and one factor on all forces that the step changes, 1 where they are what is
     asked, is what equilibrium makes of it: a load may pass a maximum on the way. Of one component that ``push`` drives.
-    ``stabilise`` overrides the problem's. ``until``: what ends the step before that; the rest of its time is passed over, and
+    ``name`` stands in tables and overrides. ``fixed``, ``loads``, ``body_force`` and ``friction`` are as of the problem, and hold
+    from this step on. ``stabilise`` overrides the problem's. ``until``: what ends the step before that; the rest of its time is passed over, and
     what the next step says goes from where things are then.
     """
 
@@ -699,7 +698,7 @@ class Step:
 
 @described
 class Units:
-    """The consistent system of the case's numbers; time is in seconds, temperature in kelvin."""
+    """The consistent system of the case's numbers: ``length`` and ``force``; time is in seconds, temperature in kelvin."""
 
     length: LengthUnit = "mm"
     force: ForceUnit = "N"
@@ -709,6 +708,9 @@ class Units:
 class Problem:
     """All the physics of a case.
 
+    ``name`` stands in pictures and tables. ``bodies`` deform, ``tools`` are rigid, ``steps`` say one after the other what happens; all
+    three, and ``contacts``, ``ties``, ``fixed`` (supports) and ``loads``, are described below. ``friction`` is that of all contacts which
+    have none of their own. ``units``: the system of all numbers. ``start``: an earlier run that this one continues.
     ``space``: ``plane strain``, ``plane stress`` or ``axisymmetric`` (x is the radius, y the axis); plane problems have
     ``thickness``, in plane stress the initial one; axisymmetric ones have none.
     ``kinematics``: ``finite`` (updated Lagrangian) or ``small``. ``contact_geometry``: ``current`` (moved surface, true
@@ -790,7 +792,8 @@ def ever_stabilised(problem: Any) -> bool:
 class Numerics:
     """How the problem is solved. The defaults are meant to stay; every threshold is dimensionless.
 
-    ``tolerance``: residual over the sum of absolute element forces; ``max_cutbacks``: how often an increment may be
+    ``tolerance``: residual over the sum of absolute element forces; ``max_iterations`` of an attempt; ``line_search`` and
+    ``predictor`` (an increment starts where the last two lead) may be switched off; ``max_cutbacks``: how often an increment may be
     cut to a quarter; ``reuse_factors``: finish nearly converged iterates with the factors at hand; ``solver``: ``auto`` takes
     PARDISO when installed, else rslab, else SuperLU. ``iteration``: ``newton`` with the exact tangent, or ``paper``: the
     founding paper's, whose contact matrix is symmetric because friction takes the pressure of the last iterate; for comparison.
