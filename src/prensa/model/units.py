@@ -53,6 +53,7 @@ PER_LENGTH = Dimension("one per length", 0, -1, "0.2 /mm")
 RATE = Dimension("a rate", 0, 0, "1 /s", -1)
 ANGLE = Dimension("an angle", 0, 0, "10 deg")
 RATIO = Dimension("a number", 0, 0, "12 %")
+TIME = Dimension("a time in seconds", 0, 0, "20 ms", 1)
 
 _LBF, _INCH = Fraction("4.4482216152605"), Fraction("0.0254")
 _SI: dict[str, tuple[Fraction, int, int, int]] = {
@@ -149,7 +150,7 @@ _COMMON = {LENGTH: "write mm, m or inch", FORCE: "write N, kN or lbf"}
 
 @lru_cache(maxsize=256)
 def factor(text: str, length: str, force: str, dimension: tuple[int, ...]) -> float:
-    """Value of the quantity *text* in the system (*length*, *force*, second); *dimension* = exponents of force, length (and time).
+    """Value of the quantity *text* in the system (*length*, *force*, s); *dimension*: exponents of force, length (and time).
 
     Raises
     ------
@@ -251,6 +252,17 @@ def in_one_second(text: str) -> str:
     return f"{text}*s"
 
 
+def _in_seconds(value: Any) -> Any:
+    """The number of seconds of a text such as ``20 ms``, in Python too: they are the same in every system."""
+    if not isinstance(value, str):
+        return value
+    try:
+        return factor(value, "mm", "N", TIME.exponents)
+    except ValueError:
+        message = f"{value!r} is not a time; write it in seconds, as a plain number or like {TIME.example!r} (s, ms, us, min, h)"
+        raise ValueError(message) from None
+
+
 def _refuse_bool(value: Any) -> Any:
     """Python counts True as 1; a number that is ``true`` in a file is a slip."""
     if isinstance(value, bool):
@@ -285,3 +297,4 @@ PerLength = Annotated[float, PER_LENGTH, _convert(PER_LENGTH)]
 Rate = Annotated[float, RATE, _convert(RATE)]
 Strain = Annotated[float, STRAIN, _convert(STRAIN)]
 Angle = Annotated[float, ANGLE, _convert(ANGLE)]
+Seconds = Annotated[float, TIME, BeforeValidator(_in_seconds), BeforeValidator(_refuse_bool)]

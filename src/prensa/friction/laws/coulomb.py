@@ -74,7 +74,8 @@ def _mu_kind(value: Any) -> str:
 
 
 def _read_mu(value: Any, info: Any) -> Any:
-    return read_mu_table(value, info.context) if isinstance(value, str) else value
+    """The table of a file, where one is named; ``12 %`` is a number."""
+    return read_mu_table(value, info.context) if isinstance(value, str) and not value.rstrip().endswith("%") else value
 
 
 MuLaw = Annotated[
