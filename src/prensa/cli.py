@@ -513,6 +513,8 @@ def _seed_number(seed: str) -> int:
 
 def _fuzz(count: int, seed: int) -> bool:
     """Whether an input was a defect."""
+    from functools import partial
+
     from prensa.bench import fuzz, fuzz_calls, fuzz_commands
 
     defects = 0
@@ -520,7 +522,7 @@ def _fuzz(count: int, seed: int) -> bool:
         ("files", fuzz.files, 2),
         ("changes", fuzz_calls.overrides, 4),
         ("calls", fuzz_calls.calls, 4),
-        ("files and words of commands", fuzz_commands.commands, 4),
+        ("files and words of commands", partial(fuzz_commands.commands, app), 4),
     ):
         number = max(count // share, 1)
         report = fuzz.run(number, seed, typer.echo, source)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import sys
+from functools import partial
 
 import numpy as np
 import pytest
 
 from prensa.bench import fuzz, fuzz_calls, fuzz_commands, fuzz_yaml
+from prensa.cli import app
 from prensa.errors import CaseError, PrensaError
 from prensa.mesh.imported import case_text
 from prensa.model.schema import loads
@@ -114,7 +116,7 @@ def test_contacts_left_out_are_told_like_written_ones(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("source", "count"), [(fuzz_calls.overrides, 40), (fuzz_calls.calls, 300), (fuzz_commands.commands, 120)]
+    ("source", "count"), [(fuzz_calls.overrides, 40), (fuzz_calls.calls, 300), (partial(fuzz_commands.commands, app), 120)]
 )
 def test_changes_and_calls_are_read_or_refused(source, count):
     """A sample of broken changes of the command line, calls in Python, and inputs of commands: none is a defect."""

@@ -107,20 +107,21 @@ VERBS = ("check", "run", "resume", "sweep", "calibrate", "identify", "converge",
 OPTIONS = ("--set", "--out", "--quiet", "-q", "--force", "--json", "--measure", "--samples", "--sampling", "--seed", "--jobs", "--memory", "--cluster", "--data",
            "--observe", "--fit", "--along", "--sigma", "--starts", "--rows", "--mesh", "--step", "--field", "--film", "--only", "--count", "--family", "--x", "-x", "--")  # fmt: skip
 
+App = Callable[..., Any]
 Check = Callable[[], Any]
 
 
-def commands(count: int, seed: int, folder: Path) -> Iterator[Attempt]:
-    """Attempts of all kinds in turn, each with its input broken in a way of its own."""
+def commands(app: App, count: int, seed: int, folder: Path) -> Iterator[Attempt]:
+    """Attempts of all kinds in turn, each with its input broken in a way of its own; *app*: what takes command lines."""
     rng = np.random.default_rng(seed)
-    kinds = (_deck, _profile, _readings, _options, _line, _folder)
+    kinds = (_deck, _profile, _readings, _options, functools.partial(_line, app), _folder)
     run = _a_run(folder / "run")
     for number in range(count):
         here = folder / "here"
         here.mkdir(exist_ok=True)
         kind = kinds[number % len(kinds)]
         told, attempt = kind(rng, here, run)
-        yield f"{kind.__name__[1:]}: {told}", functools.partial(_answer, attempt)
+        yield told, functools.partial(_answer, attempt)
 
 
 def _answer(attempt: Check) -> str:
@@ -240,7 +241,7 @@ def _options(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Chec
     return f"{path!r} = {values!r}, {measure!r}, {levels!r}", attempt
 
 
-def _line(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Check]:
+def _line(app: App, rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Check]:
     """A command line: a verb, a file or folder that may be there, options that may be its own."""
     (here / "case.yaml").write_text(CASE.replace("POINTS", "nothing.csv"), encoding="utf-8")  # nothing runs with it
     places = ("case.yaml", "none.yaml", ".", "", "/dev/null", "run", "deck.inp", "ö", "\udcff", "x" * 300, "ring", "nothing")
@@ -258,8 +259,6 @@ def _line(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Check]:
         words += ["--out", str(out / "x.png" if words[0] == "plot" else out)]
 
     def attempt() -> None:
-        from prensa.cli import app
-
         said = io.StringIO()
         with redirect_stdout(said), redirect_stderr(said):
             try:
