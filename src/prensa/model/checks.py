@@ -132,11 +132,6 @@ def _remeshing(p: Any) -> Iterator[Finding]:
     for k, contact in enumerate(p.contacts):
         if contact is None or contact.surface[0].partition(".")[0] not in flowing:
             continue
-        if contact.enforcement is not None and contact.enforcement.type != "penalty":
-            yield Finding(
-                ("contacts", k, "enforcement"),
-                f"the multipliers of {contact.enforcement.type!r} are not carried over to a new mesh; use penalty, the default",
-            )
         if contact.integration not in (None, "nodal"):
             yield Finding(("contacts", k, "integration"), "contacts of bodies that are remeshed have 'integration: nodal'")
 

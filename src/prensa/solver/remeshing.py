@@ -116,8 +116,8 @@ class Remeshing:
     # ------------------------------------------------------------------------------------------------------------ when
     def due(self, system: System, state: State) -> str:
         """Why a new mesh is due in a state, in words; '' if none is."""
-        if state.release is not None or state.clock.step == len(system.problem.steps) or fresh(state):
-            return ""  # forces that are let go refer to nodes; the last shape needs no mesh
+        if state.strings is not None or state.clock.step == len(system.problem.steps) or fresh(state):
+            return ""  # forces of removed tools are let go element by element; the last shape needs no mesh
         why = self._why(system, state)
         if why and self._count(state) >= self.asked.at_most:
             if not self.told_full:
@@ -173,7 +173,7 @@ class Remeshing:
 
     def _refuse_hopeless(self, state: State, error: SolveError, failures: int) -> None:
         """Raise what ended a run if a new mesh does not help, or has not helped twice at the same place."""
-        hopeless = isinstance(error.reason, MetalInside | BeyondSmall | FreeToMove) or state.release is not None
+        hopeless = isinstance(error.reason, MetalInside | BeyondSmall | FreeToMove) or state.strings is not None
         if hopeless or not self.asked.when.failure or self._count(state) >= self.asked.at_most:
             raise error
         if failures > len(self.policy.finer):
@@ -259,6 +259,9 @@ def _let_go(eq: Equilibrium, state: State, first: Evaluation) -> NewtonResult:
     """Equilibrium from that with the forces added that are missing at first, which go in parts."""
     forces = first.r.copy()
     forces[eq.reduced.fixed] = 0.0
+    for s in eq.system.surfaces:
+        if s.multipliers is not None:  # equations of multipliers are no forces
+            forces[s.unknowns] = 0.0
     u, result = state.u, None
     for share in eq.policy.let_go:
         c = replace(eq.context, interactions=[*eq.context.interactions, Remainder(forces, share)])
