@@ -116,8 +116,6 @@ def _remeshing(p: Any) -> Iterator[Finding]:
         yield _not_remeshed("the thickness of plane stress is not carried over; use plane strain, or 'remesh: off'")
     if p.ties:
         yield _not_remeshed("tied sides are not carried over; make one body of the tied ones, or use 'remesh: off'")
-    if p.start is not None:
-        yield _not_remeshed("a case that starts from a run has the mesh of that run; make it one case of several steps")
     if any(step is not None and step.control for step in p.steps):
         yield _not_remeshed("the factor of 'control' is not carried over; move the tool, or use 'remesh: off'")
     bodies = {name: b for name, b in p.bodies.items() if b is not None and b.material is not None}

@@ -212,7 +212,7 @@ class Remeshing:
         remeshed = replace(there.remeshed, least=self._least(new, there))
         following = self.make(new)
         following.last = stepping.last
-        if state.clock.number == 0:
+        if state.clock.number == 0 and self.base.beginning is None:
             return following, replace(new.undeformed(), remeshed=remeshed), "undeformed"
         return following, *balanced(following, replace(there, remeshed=remeshed))
 
