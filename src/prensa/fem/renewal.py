@@ -1,7 +1,8 @@
 """A committed state on new meshes: outline, triangles, contacts, histories; what refers to the initial shape goes along.
 
 Nodes of new meshes lie on the curves of the old outlines. Closed ones are then put where their tools leave them, at g = −p/k_n
-(at g = 0 where multipliers bear the pressure), open ones outside of all tools, and free ones moved along their normals, all by one distance, so that the volume is the old one.
+(at g = 0 where multipliers bear the pressure), open ones outside of all tools, and free ones moved along their normals, all by
+one distance, so that the volume is the old one.
 """
 
 from __future__ import annotations
@@ -215,7 +216,7 @@ class _Places:
         return ContactRecord(traction, between(record.slip), coordinate, closed, between(record.speed)), closed, lam
 
     def _put_in_place(self, s: Surface, closed: Flags, lam: Array) -> None:
-        """Move the nodes of a contact along the normals of its tool: closed ones to where pressures leave them, others out of it."""
+        """Move the nodes of a contact along the normals of its tool: closed ones to where they lie, others out of it."""
         target = np.zeros(len(closed))
         if s.description.enforcement.sinks:
             target = np.where(closed, -np.maximum(lam[:, 0], 0.0) / s.scale(target).k_n, 0.0)
