@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from prensa.bench import fuzz as inputs
-from prensa.bench import fuzz_calls
+from prensa.bench import fuzz_calls, fuzz_commands
 from prensa.bench import robustness as problems
 from prensa.bench.robustness import Outcome, Tally
 from prensa.cli.voice import Voice, refuse_unknown
@@ -39,12 +40,15 @@ def robustness(
 
 def fuzz(voice: Voice, count: int, seed: str) -> bool:
     """Give the readers broken inputs; whether one was a defect."""
+    from prensa.cli import app
+
     number, _ = _seed_of(seed)
     defects, found = 0, []
     for name, source, share in (
         ("files", inputs.files, 2),
         ("changes", fuzz_calls.overrides, 4),
         ("calls", fuzz_calls.calls, 4),
+        ("files and words of commands", partial(fuzz_commands.commands, app), 4),
     ):
         tried = max(count // share, 1)
         report = inputs.run(tried, number, voice.remark, source)
