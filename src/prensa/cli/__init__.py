@@ -546,7 +546,7 @@ def bench(
             if family or tables or report_file or first or jobs > 1:
                 voice.complain("--family, --first, --jobs, --from and --report are for 'robustness'; leave them out")
                 raise typer.Exit(BAD_INPUT)
-            bad = fuzz(voice, count, seed)
+            bad = fuzz(voice, app, count, seed)
         else:
             bad = robustness(voice, count, seed, family or (), first, jobs, report_file, tables or (), enforcement)
     raise typer.Exit(FAILED if bad else 0)

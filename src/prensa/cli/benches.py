@@ -38,10 +38,8 @@ def robustness(
     return any(t.count("wrong") for t in done)
 
 
-def fuzz(voice: Voice, count: int, seed: str) -> bool:
-    """Give the readers broken inputs; whether one was a defect."""
-    from prensa.cli import app
-
+def fuzz(voice: Voice, app: Callable[..., Any], count: int, seed: str) -> bool:
+    """Give the readers, and *app* that takes command lines, broken inputs; whether one was a defect."""
     number, _ = _seed_of(seed)
     defects, found = 0, []
     for name, source, share in (
