@@ -22,7 +22,8 @@ log = logging.getLogger("prensa")
 Array = NDArray[np.float64]
 Bounds = tuple[float, float] | None
 
-SMALL_GAIN, SMALL_STEP = 1e-3, 1e-4  # share of χ², and of the way so far, below which a step ends a fit
+SMALL_GAIN, SMALL_STEP = 1e-4, 1e-5  # share of χ², and of the way so far, below which a step ends a fit
+NOTHING_LEFT = 1e-3  # χ² that the next step would gain below which it is not worth a run: 3 % of a standard error
 MOST_RUNS = 60  # of a fit
 NO_ANSWER = 10.0  # residual, over its standard error, of all readings where the case has no answer
 
@@ -196,13 +197,38 @@ class Objective:
 
         def slopes(way: Array) -> Array:
             got = self.at(start + way)
-            return np.zeros((count, n)) if got is None else got.J
+            if got is None:
+                return np.zeros((count, n))
+            if self._settled(got, start + way, low, high):
+                raise _Settled(start + way)
+            return got.J
 
-        found = least_squares(
-            residuals, np.zeros(n), jac=slopes, bounds=(low - start, high - start), ftol=SMALL_GAIN, xtol=SMALL_STEP, gtol=1e-8,
-            max_nfev=MOST_RUNS,
-        )  # fmt: skip
-        x = start + found.x
+        try:
+            found = least_squares(
+                residuals, np.zeros(n), jac=slopes, bounds=(low - start, high - start), ftol=SMALL_GAIN, xtol=SMALL_STEP,
+                gtol=1e-8, max_nfev=MOST_RUNS,
+            )  # fmt: skip
+            x = start + found.x
+        except _Settled as end:
+            x = end.x
         best = self.at(x)
         assert best is not None
         return np.asarray(x), best
+
+    @staticmethod
+    def _settled(at: Residuals, x: Array, low: Array, high: Array) -> bool:
+        """Whether the next step of Gauss and Newton would change the answer by a small part of its errors only."""
+        free = (x > low + SMALL_STEP) & (x < high - SMALL_STEP)
+        if not free.all():
+            return False
+        step, *_ = np.linalg.lstsq(at.J, -at.r, rcond=1e-12)
+        gain = float(np.linalg.norm(at.J @ step) ** 2)
+        return gain < NOTHING_LEFT * max(1.0, at.square / max(len(at.r) - len(x), 1))
+
+
+class _Settled(Exception):
+    """The fit has ended at ``x``."""
+
+    def __init__(self, x: Array) -> None:
+        super().__init__()
+        self.x = x
