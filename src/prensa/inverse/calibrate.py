@@ -14,11 +14,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.errors import ArgumentError, PrensaError, take
-from prensa.inverse.experiment import Experiment, Observe, Test, ready
+from prensa.errors import ArgumentError, PrensaError, shown, take
+from prensa.inverse.experiment import Experiment, Observe, Test, ready, refuse_strange
 from prensa.inverse.meshes import finer
 from prensa.inverse.objective import Objective, Parameter, Residuals
-from prensa.inverse.result import Fit, fit_of
+from prensa.inverse.profile import profile
+from prensa.inverse.result import Fit, fit_of, half_widths
+from prensa.inverse.rivals import compared
 from prensa.inverse.tables import DataError
 from prensa.model.problem import Case, Problem
 from prensa.sensitivity.parameters import value_of
@@ -54,7 +56,11 @@ def _checked(
     )
     if not tests or not parameters:
         raise ArgumentError("calibrate: there is nothing to fit; give a test and parameters")
+    for t in tests:
+        take("calibrate", "a test", t, Test, "give Test(case, data, observe, along)")
     experiments = [ready(t, k) for k, t in enumerate(tests, 1)]
+    if len({(e.problem.units.length, e.problem.units.force) for e in experiments}) > 1:
+        raise ArgumentError("calibrate: the cases have different units, in which a parameter cannot be one number; write them alike")
     known = [Parameter.of(p, value_of(experiments[0].problem, p), b) for p, b in parameters.items()]
     for e in experiments[1:]:
         for p in known:
@@ -75,6 +81,7 @@ def calibrate(
     starts: int = 1,
     seed: int = 0,
     refine: bool = True,
+    compare: bool = True,
     keep: str | Path | None = None,
     told: Callable[[str], None] = log.info,
 ) -> Fit:
@@ -95,6 +102,9 @@ def calibrate(
         Of the other starts.
     refine
         Fit again on a finer mesh and widen the intervals by what that changes.
+    compare
+        Where a coefficient of friction or a shear factor is fitted, fit the other law as well and say which of both follows the
+        readings.
     keep
         Folder in which runs are kept, so that a fit that was interrupted goes on.
     told
@@ -110,24 +120,36 @@ def calibrate(
         if case is None or data is None or observe is None:
             raise ArgumentError("calibrate: a test needs its case, data and observe; or give tests=[Test(…), …]")
         tests = [Test(case, data, observe, along), *tests]
+    if isinstance(starts, bool) or not isinstance(starts, int) or starts < 1:
+        raise ArgumentError(f"calibrate: starts is {shown(starts)}; give the number of starts, 1 or more")
     experiments, known = _checked(tests, parameters)
     objective = Objective(experiments, known, Path(keep) if keep is not None else None, told)
     found = _best(objective, starts, seed)
-    fine, finer_mesh = None, [finer(e.problem) for e in experiments] if refine else []
+    (x, at), fine = found[0], None
+    finer_mesh = [finer(e.problem) for e in experiments] if refine else []
     if finer_mesh and all(p is not None for p in finer_mesh):
         told("the same on a finer mesh")
         again = replace(
             objective, experiments=[e.on(p) for e, p in zip(experiments, finer_mesh) if p is not None], _last=None
         )
-        fine = again.minimise(found[0][0])
+        fine = again.minimise(x)
         objective.runs = again.runs
-    return fit_of(objective, found, fine)
+    told("how bent the problem is")
+    _, halves, _ = half_widths(at, len(x))
+    profiles = [profile(objective, x, at, i, halves, p.limits) for i, p in enumerate(known)]
+    rival = compared(objective, x, at) if compare else None
+    return fit_of(objective, found, fine, profiles, rival)
 
 
 def _best(objective: Objective, starts: int, seed: int) -> list[tuple[Array, Residuals]]:
     """Fits from all starts that have an answer, the best first."""
     found, failed = [], None
     more = [0.0] * len(objective.nuisances)
+    first = objective.at(np.array([*(p.inner(p.start) for p in objective.parameters), *more]))
+    if first is not None:
+        models = iter(first.models)
+        for e in objective.experiments:
+            refuse_strange(e, [next(models) for _ in e.channels])
     for start in _started(objective.parameters, starts, seed):
         try:
             found.append(objective.minimise(np.array([*start, *more])))

@@ -113,20 +113,22 @@ class Channel:
 
 @dataclass(frozen=True)
 class Prediction:
-    """A run at some values: by channel, values (m,) and their derivatives (m, k) by the parameters."""
+    """A run at some values: by channel, values (m,), derivatives (m, k) by the parameters, and ``rates`` (m,) over the stroke."""
 
     values: list[Array]
     slopes: list[Array]
+    rates: list[Array]
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """A test made ready: its problem, the ``times`` (rows,) of its rows, its channels."""
+    """A test made ready: its problem, the ``times`` (rows,) of its rows and their ``pace``, time over stroke, its channels."""
 
     name: str
     problem: Problem
     stroke: Array
     times: Array
+    pace: Array
     channels: list[Channel]
     offset: float
     along: str = "time"
@@ -152,23 +154,34 @@ class Experiment:
         """
         problem = with_values(self.problem, values)
         wanted = np.unique(np.concatenate([self.times[c.rows] for c in self.channels]))
-        found: dict[float, tuple[list[float], list[list[float]]]] = {}
+        times, ways, found = [], [], {}
         for increment in solve(problem, stops=wanted.tolist(), derivatives=paths):
+            times.append(increment.time)
+            ways.append([c.measure.value(increment) for c in self.channels])
             k = int(np.argmin(np.abs(wanted - increment.time)))
             if abs(wanted[k] - increment.time) <= STEADY:
                 slopes = [increment.derivative(c.measure.value) if paths else {} for c in self.channels]
-                found[float(wanted[k])] = (
-                    [c.measure.value(increment) for c in self.channels],
-                    [[by[p] for p in paths] for by in slopes],
-                )
+                found[float(wanted[k])] = len(ways) - 1, [[by[p] for p in paths] for by in slopes]
             if increment.time >= wanted[-1] - STEADY:
                 break
-        y, J = [], []
-        for k, c in enumerate(self.channels):
+        values = np.array(ways)
+        rates = over_stroke(values, np.array(times))
+        y, J, v = [], [], []
+        for j, c in enumerate(self.channels):
             rows = [found[float(t)] for t in self.times[c.rows]]
-            y.append(c.scale * np.array([r[0][k] for r in rows]) + c.shift)
-            J.append(c.scale * np.array([r[1][k] for r in rows]).reshape(len(rows), len(paths)))
-        return Prediction(y, J)
+            at = [r[0] for r in rows]
+            y.append(c.scale * values[at, j] + c.shift)
+            J.append(c.scale * np.array([r[1][j] for r in rows]).reshape(len(rows), len(paths)))
+            v.append(c.scale * rates[at, j] * self.pace[c.rows])
+        return Prediction(y, J, v)
+
+
+def over_stroke(values: Array, stroke: Array) -> Array:
+    """Change of values (m, k) over a stroke (m,) that may stand still."""
+    places, first, back = np.unique(stroke, return_index=True, return_inverse=True)
+    if len(places) < 2:
+        return np.zeros_like(values)
+    return np.asarray(np.gradient(values[first], places, axis=0)[back])
 
 
 def ready(test: Test, which: int) -> Experiment:
@@ -192,7 +205,7 @@ def ready(test: Test, which: int) -> Experiment:
     if along != "time":
         by = _factor(table, column, _motion(problem, along), problem)
         stroke = sign * stroke * by
-    times = _times(problem, table, column, along, stroke, notes)
+    times, pace = _times(problem, table, column, along, stroke, notes)
     if (times <= STEADY).any():
         notes.append(f"{table.path}: rows at the beginning, where nothing has happened yet, are left out")
     seen = {name: table.column(name) for name in test.observe}
@@ -200,7 +213,7 @@ def ready(test: Test, which: int) -> Experiment:
     channels = [_channel(problem, table, name, what, used) for name, what in test.observe.items()]
     offset = abs(test.offset * by / test.scale)
     name = test.name or Path(table.path).stem or f"test {which}"
-    return Experiment(name, problem, stroke, times, channels, offset, test.along, notes)
+    return Experiment(name, problem, stroke, times, pace, channels, offset, test.along, notes)
 
 
 def _rows_used(table: Table, times: Array, columns: list[Array], notes: list[str]) -> NDArray[np.int64]:
@@ -298,8 +311,8 @@ def refuse_strange(e: Experiment, models: Sequence[Array]) -> None:
 
 def _times(
     problem: Problem, table: Table, column: str, along: str, stroke: Array, notes: list[str]
-) -> Array:  # fmt: skip
-    """Times (rows,) of the rows: where a prescribed motion reaches their strokes, one after the other."""
+) -> tuple[Array, Array]:  # fmt: skip
+    """Times (rows,) of the rows, where a prescribed motion reaches their strokes, one after the other; time over stroke there."""
     end = float(len(problem.steps))
     if along == "time":
         outside = np.flatnonzero((stroke < 0.0) | (stroke > end))
@@ -308,7 +321,7 @@ def _times(
                 f"{table.place(outside[0])}: {column} is {stroke[outside[0]]:g}, but the steps of the case take the time from 0 "
                 f"to {end:g}"
             )
-        return _together(stroke)
+        return _together(stroke), np.ones(len(stroke))
     t, way = _course(discretise(problem), along)
     reach = float(np.ptp(way)) or 1.0
     out, now, back = np.zeros(len(stroke)), 0.0, 0.0
@@ -335,7 +348,8 @@ def _times(
         notes.append(
             f"{table.path}: {column} goes back by up to {back:.2g} in places; each row is compared where the case has its {column}"
         )
-    return _together(out)
+    rate = np.interp(out, 0.5 * (t[:-1] + t[1:]), np.diff(way) / np.where(np.diff(t) > 0.0, np.diff(t), np.inf))
+    return _together(out), np.divide(1.0, rate, out=np.zeros(len(out)), where=rate != 0.0)
 
 
 def _reached(t: Array, way: Array, s: float) -> Array:
