@@ -58,7 +58,7 @@ def _checked(
         raise ArgumentError("calibrate: there is nothing to fit; give a test and parameters")
     for t in tests:
         take("calibrate", "a test", t, Test, "give Test(case, data, observe, along)")
-    experiments = [ready(t, k) for k, t in enumerate(tests, 1)]
+    experiments = _named_apart([ready(t, k) for k, t in enumerate(tests, 1)])
     if len({(e.problem.units.length, e.problem.units.force) for e in experiments}) > 1:
         raise ArgumentError("calibrate: the cases have different units, in which a parameter cannot be one number; write them alike")
     known = [Parameter.of(p, value_of(experiments[0].problem, p), b) for p, b in parameters.items()]
@@ -69,6 +69,12 @@ def _checked(
     if readings <= len(known):
         raise DataError(f"calibrate: {readings} readings cannot tell {len(known)} parameters; take more, or fit fewer")
     return experiments, known
+
+
+def _named_apart(experiments: Sequence[Experiment]) -> list[Experiment]:
+    """Experiments of which no two have one name."""
+    names = [e.name for e in experiments]
+    return [replace(e, name=e.name if names.count(e.name) == 1 else f"{e.name} ({k})") for k, e in enumerate(experiments, 1)]
 
 
 def calibrate(

@@ -16,7 +16,7 @@ from prensa.fem.system import System
 from prensa.inverse.tables import DataError, Table, read_table
 from prensa.measures import Measure, parse
 from prensa.model.names import suggest
-from prensa.model.problem import Case, Problem
+from prensa.model.problem import Case, Numerics, Problem
 from prensa.model.units import factor, powers
 from prensa.sensitivity.parameters import with_values
 from prensa.sensitivity.solve import solve
@@ -133,6 +133,7 @@ class Experiment:
     offset: float
     along: str = "time"
     notes: list[str] = field(default_factory=list)
+    numerics: Numerics = field(default_factory=Numerics)
 
     @property
     def count(self) -> int:
@@ -155,7 +156,7 @@ class Experiment:
         problem = with_values(self.problem, values)
         wanted = np.unique(np.concatenate([self.times[c.rows] for c in self.channels]))
         times, ways, found = [], [], {}
-        for increment in solve(problem, stops=wanted.tolist(), derivatives=paths):
+        for increment in solve(problem, self.numerics, stops=wanted.tolist(), derivatives=paths):
             times.append(increment.time)
             ways.append([c.measure.value(increment) for c in self.channels])
             k = int(np.argmin(np.abs(wanted - increment.time)))
@@ -213,7 +214,8 @@ def ready(test: Test, which: int) -> Experiment:
     channels = [_channel(problem, table, name, what, used) for name, what in test.observe.items()]
     offset = abs(test.offset * by / test.scale)
     name = test.name or Path(table.path).stem or f"test {which}"
-    return Experiment(name, problem, stroke, times, pace, channels, offset, test.along, notes)
+    numerics = test.case.numerics if isinstance(test.case, Case) else Numerics()
+    return Experiment(name, problem, stroke, times, pace, channels, offset, test.along, notes, numerics)
 
 
 def _rows_used(table: Table, times: Array, columns: list[Array], notes: list[str]) -> NDArray[np.int64]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from prensa.errors import ArgumentError, PrensaError
 from prensa.inverse.experiment import Experiment, over_stroke
+from prensa.model.problem import Case
 from prensa.model.schema import dump
 
 log = logging.getLogger("prensa")
@@ -175,7 +176,7 @@ class Objective:
     def _predicted(self, k: int, values: Mapping[str, float], sloped: bool) -> Any:
         e, paths = self.experiments[k], [q.path for q in self.parameters]
         seen = [(str(c.measure), c.scale, c.shift, c.rows.tolist()) for c in e.channels]
-        text = dump(e.problem) + repr((sorted(values.items()), paths, e.times.tolist(), e.pace.tolist(), seen))
+        text = dump(Case(e.problem, e.numerics)) + repr((sorted(values.items()), paths, e.times.tolist(), e.pace.tolist(), seen))
         key = hashlib.sha256(text.encode()).hexdigest()
         if not sloped and key not in self._known:
             paths, key = [], f"{key}-values"

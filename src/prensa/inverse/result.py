@@ -94,13 +94,13 @@ class Channel:
 class Fit:
     """The outcome of a calibration, see `calibrate`.
 
-    ``correlation`` (k, k) of the parameters; ``reduced``: χ²/ν; ``instruments``: gains and offsets that were found, by name;
+    ``asked``: cases as they were given, by test; ``correlation`` (k, k) of the parameters; ``reduced``: χ²/ν; ``instruments``: gains and offsets that were found, by name;
     ``starts``: χ² from every start; ``rival``: the fit with the other law of friction; ``without``: by the name of a column, the
     parameters (k,) that the others lead to, nan where they do not tell (linearised); ``words``: what there is to say in sentences; ``bands``: by the path of a flow curve, plastic
     strains, stresses and half widths of their 95 % intervals.
     """
 
-    problem: Problem
+    asked: Mapping[str, Case]
     parameters: Mapping[str, Interval]
     correlation: Array
     channels: Sequence[Channel]
@@ -124,20 +124,37 @@ class Fit:
         return "\n".join([*lines, *self.words])
 
     @property
+    def problem(self) -> Problem:
+        """The case, of the first test, as it was given."""
+        return next(iter(self.asked.values())).problem
+
+    @property
     def values(self) -> dict[str, float]:
         """The parameters by path."""
         return {path: p.value for path, p in self.parameters.items()}
 
     @property
     def case(self) -> Problem:
-        """The case with the values that were found."""
-        return with_values(self.problem, self.values)
+        """The case, of the first test, with the values that were found."""
+        return self.cases[0].problem
+
+    @property
+    def cases(self) -> list[Case]:
+        """The cases of all tests with the values that were found."""
+        return [Case(with_values(c.problem, self.values), c.numerics) for c in self.asked.values()]
 
     def write_case(self, path: str | Path) -> Path:
-        """Write the case with the found values as a case file."""
+        """Write the case, of the first test, with the found values as a case file."""
         from prensa.output.files import write_text
 
-        return write_text(Path(path), dump(Case(self.case)))
+        return write_text(Path(path), dump(self.cases[0]))
+
+    def write_cases(self, folder: str | Path) -> list[Path]:
+        """Write the cases of all tests into a folder: ``case.yaml``, or ``case-<test>.yaml`` where there are several."""
+        from prensa.output.files import file_name, write_text
+
+        names = ["case"] if len(self.asked) == 1 else [f"case-{file_name(name)}" for name in self.asked]
+        return [write_text(Path(folder) / f"{name}.yaml", dump(case)) for name, case in zip(names, self.cases)]
 
     def report(self, path: str | Path) -> Path:
         """Write a page (HTML) that tells all of it with pictures and needs nothing but itself."""
@@ -189,7 +206,7 @@ def fit_of(
     instruments = dict(zip(_named(objective), (float(v) for v in _amounts(objective, x[k:]))))
     bands = dict(_bands(problem, objective, x, covariance[:k, :k], wide))
     return Fit(
-        problem=problem, parameters=parameters, correlation=correlation, channels=channels, reduced=reduced, freedom=freedom,
+        asked={e.name: Case(e.problem, e.numerics) for e in objective.experiments}, parameters=parameters, correlation=correlation, channels=channels, reduced=reduced, freedom=freedom,
         instruments=instruments, starts=[f[1].square for f in found], runs=objective.runs, words=words, bands=bands,
         rival=rival if isinstance(rival, Rival) else None, without=dict(_without(objective, x, at)),
     )  # fmt: skip
