@@ -221,7 +221,7 @@ def calibrate(
         folder = out or Path("results") / f"{file_name(what.name)}-fit"
         found = fit_case(
             parameters=what.parameters, tests=what.tests, starts=what.starts, seed=what.seed, refine=what.refine,
-            compare=what.compare, keep=folder / "runs", told=(lambda line: None) if quiet else typer.echo,
+            compare=what.compare, profiles=what.profiles, keep=folder / "runs", told=(lambda line: None) if quiet else typer.echo,
         )  # fmt: skip
         found.report(folder / "fit.html")
         cases = found.write_cases(folder)

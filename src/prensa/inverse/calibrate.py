@@ -88,6 +88,7 @@ def calibrate(
     seed: int = 0,
     refine: bool = True,
     compare: bool = True,
+    profiles: bool = True,
     keep: str | Path | None = None,
     told: Callable[[str], None] = log.info,
 ) -> Fit:
@@ -111,6 +112,8 @@ def calibrate(
     compare
         Where a coefficient of friction or a shear factor is fitted, fit the other law as well and say which of both follows the
         readings.
+    profiles
+        See how bent the problem is at the ends of its linear intervals, and follow the profile likelihood where it is.
     keep
         Folder in which runs are kept, so that a fit that was interrupted goes on.
     told
@@ -140,11 +143,13 @@ def calibrate(
         )
         fine = again.minimise(x)
         objective.runs = again.runs
-    told("how bent the problem is")
-    _, halves, _ = half_widths(at, len(x))
-    profiles = [profile(objective, x, at, i, halves, p.limits) for i, p in enumerate(known)]
+    bends = []
+    if profiles:
+        told("how bent the problem is")
+        _, halves, _ = half_widths(at, len(x))
+        bends = [profile(objective, x, at, i, halves, p.limits) for i, p in enumerate(known)]
     rival = compared(objective, x, at) if compare else None
-    return fit_of(objective, found, fine, profiles, rival)
+    return fit_of(objective, found, fine, bends, rival)
 
 
 def _best(objective: Objective, starts: int, seed: int) -> list[tuple[Array, Residuals]]:

@@ -16,7 +16,8 @@ from prensa.model.schema import load
 from prensa.sensitivity.parameters import value_of
 
 Node = yaml.Node
-KEYS = ("name", "tests", "parameters", "starts", "seed", "refine", "compare")
+FLAGS = ("refine", "compare", "profiles")
+CALIBRATION_KEYS = ("name", "tests", "parameters", "starts", "seed", *FLAGS)
 TEST_KEYS = ("case", "set", "data", "along", "column", "scale", "offset", "name", "observe")
 OBSERVE_KEYS = ("measure", "sigma", "scale", "shift", "gain")
 
@@ -32,6 +33,7 @@ class Calibration:
     seed: int = 0
     refine: bool = True
     compare: bool = True
+    profiles: bool = True
     experiments: tuple[Experiment, ...] = field(default=(), compare=False)
 
 
@@ -72,21 +74,22 @@ class _Reader:
     # ------------------------------------------------------------------------------------------------------- what is read
     def calibration(self, tree: Node) -> Calibration | None:
         """The file; None, with mistakes kept, where it cannot be made."""
-        top = self.mapping(tree, "a calibration", KEYS, needs=("tests", "parameters"))
+        top = self.mapping(tree, "a calibration", CALIBRATION_KEYS, needs=("tests", "parameters"))
         tests = self.tests(top["tests"]) if "tests" in top else []
+        broken = bool(self.mistakes)
         bounds = self.parameters(top["parameters"]) if "parameters" in top else {}
         starts = self.whole(top.get("starts"), "starts", 1)
         seed = self.whole(top.get("seed"), "seed", 0)
-        refine, compare = (self.flag(top.get(key), key) for key in ("refine", "compare"))
+        refine, compare, profiles = (self.flag(top.get(key), key) for key in FLAGS)
         name = self.word(top.get("name"), "name") or self.path.stem
         experiments = [self.experiment(test, node, k) for k, (test, node) in enumerate(tests, 1)]
         sound = [e for e in experiments if e is not None]
-        if len(sound) == len(tests) and "parameters" in top:
+        if len(sound) == len(tests) and "parameters" in top and not broken:
             self.against(sound, bounds, top["parameters"])
         if self.mistakes:
             return None
         return Calibration(
-            name, tuple(t for t, _ in tests), bounds, starts, seed, refine, compare, tuple(sound)
+            name, tuple(t for t, _ in tests), bounds, starts, seed, refine, compare, profiles, tuple(sound)
         )  # fmt: skip
 
     def tests(self, node: Node) -> list[tuple[Test, Node]]:

@@ -25,7 +25,7 @@ UNUSUAL = 0.05  # probability below which residuals are not those of chance
 IDLE = 1e-3  # change of a channel over its error when a parameter doubles, below which that does not move it
 SLIP = 5  # residual over the error, and over those of the others, from which a reading is suspected
 BETTER = 0.1  # χ² by which another place has to be better to be told
-UNTOLD, FAR = 3.0, 1.0  # standard error, and way, in what is varied (mostly logarithms) beyond which a column's absence is untold
+UNTOLD, FAR = 0.5, 1.0  # standard error, and way, in what is varied (mostly logarithms) beyond which a column's absence is untold
 WEAK = 10.0  # ratio of the errors of the worst and the best told directions from which one is worth words
 BAND = (0.01, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0)  # plastic strains of the band of a flow curve
 
@@ -58,6 +58,12 @@ class Interval:
         halves = 1.0 if self.profile is None else self.profile.low if sign < 0 else self.profile.high
         wide = halves * self.noise + (abs(self.mesh) if np.isfinite(self.mesh) else 0.0)
         return float(self.value * np.exp(sign * wide / self.value)) if self.log else self.value + sign * wide
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Ends of the interval by the readings alone."""
+        low, high = self.at(np.array([-1.0, 1.0] if self.profile is None else [-self.profile.low, self.profile.high]))
+        return float(low), float(high)
 
     @property
     def followed(self) -> bool:
@@ -217,7 +223,8 @@ def _channels(objective: Objective, at: Residuals) -> Any:
     for e in objective.experiments:
         for c in e.channels:
             model = next(models)
-            unit, stroke, chance = c.measure.unit, e.stroke[c.rows], runs_test(model - c.readings)
+            sign = -1.0 if e.along.startswith("-") else 1.0
+            unit, stroke, chance = c.measure.unit, sign * e.stroke[c.rows], runs_test(model - c.readings)
             yield Channel(e.name, c.name, unit, stroke, e.along, c.readings, model, c.sigma, chance)
 
 
@@ -300,7 +307,7 @@ def _slips(channels: Sequence[Channel]) -> Any:
         others = float(np.sqrt(np.mean(np.delete(apart, k) ** 2))) if len(apart) > SLIP else np.inf
         if apart[k] > SLIP * max(others, 1.0):
             yield (
-                f"{c.name}: the reading {c.readings[k]:.5g} at {c.along} = {abs(c.stroke[k]):.4g} is {apart[k]:.3g} errors off, the "
+                f"{c.name}: the reading {c.readings[k]:.5g} at {c.along} = {c.stroke[k]:.4g} is {apart[k]:.3g} errors off, the "
                 f"others {others:.2g}: look whether it was written down wrongly"
             )
 

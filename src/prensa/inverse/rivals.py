@@ -15,6 +15,7 @@ from prensa.sensitivity.parameters import numbers, with_values
 
 Array = NDArray[np.float64]
 
+NAMES = {"m": "a shear factor", "u": "Coulomb's law"}  # by the last letter of the path of the parameter
 M_OVER_MU = 2.1  # shear factor that does to a ring what a coefficient of friction of 1 would: where the other fit starts
 HIGHEST = 0.99  # a shear factor of 1 cannot be varied both ways
 LITTLE, MUCH = 2.0, 10.0  # differences of AIC that say nothing, and that settle it (Burnham and Anderson 2002, section 2.6)
@@ -23,13 +24,14 @@ MISFIT = 2.0  # χ²/ν from which a fit is none
 
 @dataclass(frozen=True)
 class Rival:
-    """The fit with the other law: its ``name``, path and value of its parameter, χ², and that of the law of the case.
+    """The fit with the other law: its ``name``, that of the law of the case, path and value of its parameter, χ² of both.
 
     ``aic``: AIC of the other law less that of the case's (Akaike 1974), widened errors taken into account; ``words``: what
     follows.
     """
 
     name: str
+    against: str
     path: str
     value: float
     square: float
@@ -73,7 +75,7 @@ def compared(objective: Objective, x: Array, at: Residuals) -> Rival | str | Non
         if changes[0] is None or None in changes:
             continue
         change, parameter = changes[0]
-        name = "the shear factor" if parameter.path.endswith(".m") else "Coulomb's law"
+        name, own = NAMES[parameter.path[-1]], NAMES[p.path[-1]]
         objective.told(f"the same with {name}")
         try:
             rivals = [loads(dump(problem), overrides=[change], bounded=False).problem for problem in problems]
@@ -87,26 +89,26 @@ def compared(objective: Objective, x: Array, at: Residuals) -> Rival | str | Non
         except PrensaError as error:
             return f"{name} could not be compared: {str(error).splitlines()[0]}"
         objective.runs = against.runs
-        return _judged(name, parameter, float(y[i]), at, their, len(x))
+        value = parameter.value(float(y[i]))
+        return _judged((name, own), parameter.path, value, (at, their), len(x))
     return None
 
 
-def _judged(name: str, parameter: Parameter, inner: float, at: Residuals, their: Residuals, unknowns: int) -> Rival:
+def _judged(laws: tuple[str, str], path: str, value: float, fits: tuple[Residuals, Residuals], unknowns: int) -> Rival:
+    """Which law the readings speak for: names of the other one and of that of the case, their fits the other way round."""
+    (name, own), (at, their) = laws, fits
     freedom = max(len(at.r) - unknowns, 1)
     best = min(at.square, their.square)
     # both have as many parameters; errors that are larger than was said divide the difference (QAIC)
     aic = (their.square - at.square) / max(best / freedom, 1.0)
-    value = parameter.value(inner)
-    with_other = f"{name} ({parameter.path.rpartition('.')[2]} = {value:.3g})"
-    weight = 1.0 / (1.0 + float(np.exp(min(-abs(aic) / 2.0, 0.0))))
-    numbers_told = f"χ² {their.square:.4g} with it, {at.square:.4g} without, difference of AIC {aic:+.2g}"
+    weight = 1.0 / (1.0 + float(np.exp(-abs(aic) / 2.0)))
+    told = f"χ² {their.square:.4g} with {name} ({path.rpartition('.')[2]} = {value:.3g}), {at.square:.4g} with {own}"
     if best / freedom > MISFIT:
-        words = f"neither the law of the case nor {with_other} follows the readings within their errors: {numbers_told}"
+        words = f"neither {own} nor {name} follows the readings within their errors: {told}"
     elif abs(aic) < LITTLE:
-        words = f"the readings cannot tell the law of the case from {with_other}: {numbers_told}"
+        words = f"the readings cannot tell {own} from {name}: {told}"
     else:
-        better, how = ("the law of the case", with_other) if aic > 0 else (with_other, "the law of the case")
-        strength = "settle it" if abs(aic) > MUCH else f"are a hint, {weight:.0%} to {1 - weight:.0%}"
-        words = f"the readings speak for {better} against {how} and {strength}: {numbers_told}"
-    return Rival(name, parameter.path, value, their.square, at.square, aic, words)
-
+        better, worse = (own, name) if aic > 0 else (name, own)
+        how = "clearly" if abs(aic) > MUCH else f"with a probability of {weight:.0%}"
+        words = f"the readings speak {how} for {better} and against {worse}: {told}"
+    return Rival(name, own, path, value, their.square, at.square, aic, words)
