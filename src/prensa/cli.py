@@ -55,7 +55,7 @@ def _main(
 
 @app.command()
 def check(case: CaseFile, changes: Changes = None) -> None:
-    """Validate a case, mesh it and place its tools, or a calibration file with its tables; say what would run. Nothing is solved."""
+    """Validate a case, mesh it and place its tools, or a calibration with its tables; say what would run. Nothing is solved."""
     with _errors_reported(case=case, changes=changes):
         if _calibration_checked(case, changes or ()):
             return
@@ -205,8 +205,8 @@ def calibrate(
         str | None, typer.Option(help="What the first column is: time, or a motion as in --along=-die.uy; time if not given.")
     ] = None,
     sigma: Errors = None,
-    starts: Annotated[int | None, typer.Option(min=1, help="Starts; one is the case, the others are spread; 1 if not given.")] = None,
-    refine: Annotated[bool | None, typer.Option("--refine/--no-refine", help="Fit again on a finer mesh; yes if not given.")] = None,
+    starts: Annotated[int | None, typer.Option(min=1, help="Starts: the case, and others that are spread.")] = None,
+    refine: Annotated[bool | None, typer.Option("--refine/--no-refine", help="Fit again on a finer mesh, or not.")] = None,
     out: Annotated[Path | None, typer.Option(help="Folder of the result; results/<name>-fit if not given.")] = None,
     changes: Changes = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but the result.")] = False,
@@ -232,7 +232,9 @@ def calibrate(
 def identify(
     case: CaseFile,
     observe: Observed = None,
-    fit: Annotated[list[str] | None, typer.Option("--fit", metavar="PATH", help="Parameter, as in friction.mu; repeatable.")] = None,
+    fit: Annotated[
+        list[str] | None, typer.Option("--fit", metavar="PATH", help="Parameter, as in friction.mu; repeatable.")
+    ] = None,
     sigma: Errors = None,
     rows: Annotated[int, typer.Option(min=2, help="Readings of each column, at equal times.")] = 20,
     changes: Changes = None,

@@ -22,7 +22,9 @@ CASE = """
 name: block
 space: axisymmetric
 bodies:
-  block: {mesh: {type: rectangle, size: [4, 3], n: [2, 2]}, material: {type: j2, E: 200 GPa, nu: 0.3, flow: {type: ludwik, s0: 250, K: 450, n: 0.25}}}
+  block:
+    mesh: {type: rectangle, size: [4, 3], n: [2, 2]}
+    material: {type: j2, E: 200 GPa, nu: 0.3, flow: {type: ludwik, s0: 250, K: 450, n: 0.25}}
 tools: {die: {type: plane, touching: block.top}}
 friction: {type: coulomb, mu: 0.1}
 fixed: {block.bottom: y}
@@ -154,7 +156,7 @@ def test_rows_that_go_back_come_twice_or_come_by_thousands(folder: Path) -> None
 
 def test_a_test_that_unloads_is_followed(folder: Path) -> None:
     """Rows there and back are compared with the case there and back."""
-    case = CASE.replace("move: {die: {y: -0.6}}, increments: 4}]", "move: {die: {y: -0.6}}, increments: 4}, {name: back, move: {die: {y: -0.5}}, increments: 4}]")  # fmt: skip
+    case = CASE.replace("}]", "}, {name: back, move: {die: {y: -0.5}}, increments: 4}]")
     (folder / "case.yaml").write_text(case, encoding="utf-8")
     (folder / "data.csv").write_text("travel [mm],force [kN]\n0.3,24\n0.6,30\n0.59,10\n", encoding="utf-8")
     e = read_calibration(folder / "fit.yaml").experiments[0]
@@ -163,10 +165,10 @@ def test_a_test_that_unloads_is_followed(folder: Path) -> None:
 
 
 def test_a_measured_tension_test_is_fitted_end_to_end(tmp_path: Path) -> None:
-    """304L until it necks, stored readings: the curve between guesses, a misfit of about the scatter, and what is missed is told."""
+    """304L until it necks, stored readings: the curve between guesses, a misfit of about the scatter, and what it misses."""
     found = read_calibration(EXAMPLES / "tension_304L_fit.yaml", [f"{FLOW}.Q=470", f"{FLOW}.H=650", f"{FLOW}.s0=260"])
     fit = pr.calibrate(tests=found.tests, parameters=found.parameters, refine=False, profiles=False)
-    strain, stress, half = fit.bands[FLOW]
+    strain, stress, _ = fit.bands[FLOW]
     # by hand: true stress F (L/A₀L₀) of readings before the largest force, of which necking knows nothing
     rows = np.loadtxt(EXAMPLES / "tension_304L.csv", delimiter=",", skiprows=5)
     before = rows[: int(rows[:, 1].argmax()) - 2]

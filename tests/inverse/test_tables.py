@@ -67,7 +67,7 @@ def test_any_bytes_are_a_table_or_told(tmp_path: Path) -> None:
         raw = bytearray(sources[k % len(sources)])
         for _ in range(rng.integers(1, 5)):
             at = int(rng.integers(0, len(raw) + 1))
-            what = [b"", b",", b";", b'"', b"\n", b"\r", b"e", b"-", b".", b"\xe4", b"\0", b"[", b"9" * 400, b"\t", bytes(rng.bytes(3))]
+            what = [b"", *(bytes([c]) for c in b',;"\n\re-.\xe4\0[\t'), b"9" * 400, bytes(rng.bytes(3))]
             raw[at : at + int(rng.integers(0, 4))] = what[int(rng.integers(0, len(what)))]
         file.write_bytes(raw)
         try:

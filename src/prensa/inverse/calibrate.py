@@ -60,7 +60,7 @@ def _checked(
         take("calibrate", "a test", t, Test, "give Test(case, data, observe, along)")
     experiments = _named_apart([ready(t, k) for k, t in enumerate(tests, 1)])
     if len({(e.problem.units.length, e.problem.units.force) for e in experiments}) > 1:
-        raise ArgumentError("calibrate: the cases have different units, in which a parameter cannot be one number; write them alike")
+        raise ArgumentError("calibrate: cases have different units, in which no parameter can be one number; write them alike")
     known = [Parameter.of(p, value_of(experiments[0].problem, p), b) for p, b in parameters.items()]
     for e in experiments[1:]:
         for p in known:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -165,13 +166,13 @@ class Experiment:
                 found[float(wanted[k])] = len(ways) - 1, [[by[p] for p in paths] for by in slopes]
             if increment.time >= wanted[-1] - STEADY:
                 break
-        values = np.array(ways)
-        rates = over_stroke(values, np.array(times))
+        course = np.array(ways)
+        rates = over_stroke(course, np.array(times))
         y, J, v = [], [], []
         for j, c in enumerate(self.channels):
             rows = [found[float(t)] for t in self.times[c.rows]]
             at = [r[0] for r in rows]
-            y.append(c.scale * values[at, j] + c.shift)
+            y.append(c.scale * course[at, j] + c.shift)
             J.append(c.scale * np.array([r[1][j] for r in rows]).reshape(len(rows), len(paths)))
             v.append(c.scale * rates[at, j] * self.pace[c.rows])
         return Prediction(y, J, v)
@@ -301,8 +302,8 @@ def refuse_strange(e: Experiment, models: Sequence[Array]) -> None:
             continue
         if not 1.0 / OFF <= read / says <= OFF:
             raise DataError(
-                f"{e.name}: {c.name!r} is up to {read:.3g} in units of the case, which says {says:.3g} at the start; give the unit "
-                f"in the first row of the table, as in '{c.name} [kN]', or start nearer"
+                f"{e.name}: {c.name!r} is up to {read:.3g} in units of the case, which says {says:.3g} at the start; give "
+                f"the unit in the first row of the table, as in '{c.name} [kN]', or start nearer"
             )
         alike = float(c.readings @ model) / float(np.linalg.norm(c.readings) * np.linalg.norm(model))
         if alike < -0.9:
@@ -340,7 +341,7 @@ def _times(
             behind = abs(float(np.interp(now, t, way)) - s)
             if behind > BACK * reach:
                 raise DataError(
-                    f"{table.place(k)}: {column} goes back by {behind:g} in units of the case, where {along} of the case does not; "
+                    f"{table.place(k)}: {column} goes back by {behind:g} in units of the case, and {along} does not; "
                     "leave out the unloading and sort the rows, or let the case unload as well"
                 )
             back = max(back, behind)
@@ -348,7 +349,7 @@ def _times(
         now = max(now, out[k])
     if back > TOGETHER * reach:
         notes.append(
-            f"{table.path}: {column} goes back by up to {back:.2g} in places; each row is compared where the case has its {column}"
+            f"{table.path}: {column} goes back by up to {back:.2g} in places; rows are compared where the case has their {column}"
         )
     rate = np.interp(out, 0.5 * (t[:-1] + t[1:]), np.diff(way) / np.where(np.diff(t) > 0.0, np.diff(t), np.inf))
     return _together(out), np.divide(1.0, rate, out=np.zeros(len(out)), where=rate != 0.0)
@@ -367,7 +368,7 @@ def _together(times: Array) -> Array:
     order = np.argsort(times, kind="stable")
     ends = np.round(times)
     out = np.where(np.abs(times - ends) <= TOGETHER, ends, times)
-    for a, b in zip(order, order[1:]):
+    for a, b in pairwise(order):
         if out[b] - out[a] <= TOGETHER:
             out[b] = out[a]
     return out
@@ -376,7 +377,7 @@ def _together(times: Array) -> Array:
 def _motion(problem: Problem, along: str) -> str:
     """Unit of a motion that tables may run along; refuses what is none."""
     name, _, key = along.rpartition(".")
-    boundaries = {b for owner in (problem, *problem.steps) for b in owner.fixed}
+    boundaries = set(problem.fixed).union(*(step.fixed for step in problem.steps))
     if key not in MOTIONS or not (name in problem.tools or (name in boundaries and key != "rz")):
         known = [f"{t}.{m}" for t in problem.tools for m in MOTIONS]
         known += [f"{b}.{m}" for b in sorted(boundaries) for m in MOTIONS[:2]]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -133,7 +134,8 @@ class _Reader:
         before = len(self.mistakes)
         keys = self.mapping(node, "an observation", OBSERVE_KEYS, needs=("measure",))
         measure = self.word(keys.get("measure"), "measure")
-        sigma, gain = (keys[k].value if k in keys else d for k, d in (("sigma", "1 %"), ("gain", None)))
+        sigma: Any = keys["sigma"].value if "sigma" in keys else "1 %"
+        gain: Any = keys["gain"].value if "gain" in keys else None
         for key, value in (("sigma", sigma), ("gain", gain)):
             if isinstance(value, dict | list | bool) or (value is None and key == "sigma"):
                 self.wrong(keys[key], f"{key} is {keys[key].shown()}; write a number or a share such as '1 %'")
@@ -171,7 +173,7 @@ class _Reader:
         for path, pair in bounds.items():
             mark = node.keys.get(path, node.mark)
             for e in experiments:
-                self.kept(mark, lambda e=e, path=path, pair=pair: Parameter.of(path, value_of(e.problem, path), pair))
+                self.kept(mark, partial(_parameter, e, path, pair))
         readings = sum(e.count for e in experiments)
         if bounds and readings <= len(bounds):
             self.wrong(node, f"{readings} readings cannot tell {len(bounds)} parameters; take more, or fit fewer")
@@ -242,6 +244,10 @@ class _Reader:
             self.wrong(node, f"{what} is {node.shown()}; write true or false")
             return True
         return node.value
+
+
+def _parameter(e: Experiment, path: str, pair: tuple[float, float] | None) -> Parameter:
+    return Parameter.of(path, value_of(e.problem, path), pair)
 
 
 def _is_number(value: object) -> bool:

@@ -100,10 +100,11 @@ class Channel:
 class Fit:
     """The outcome of a calibration, see `calibrate`.
 
-    ``asked``: cases as they were given, by test; ``correlation`` (k, k) of the parameters; ``reduced``: χ²/ν; ``instruments``: gains and offsets that were found, by name;
-    ``starts``: χ² from every start; ``rival``: the fit with the other law of friction; ``without``: by the name of a column, the
-    parameters (k,) that the others lead to, nan where they do not tell (linearised); ``words``: what there is to say in sentences; ``bands``: by the path of a flow curve, plastic
-    strains, stresses and half widths of their 95 % intervals.
+    ``asked``: cases as they were given, by test; ``correlation`` (k, k) of the parameters; ``reduced``: χ²/ν;
+    ``instruments``: gains and offsets that were found, by name; ``starts``: χ² from every start; ``words``: what there is to
+    say in sentences; ``bands``: by the path of a flow curve, plastic strains, stresses and half widths of their 95 % intervals;
+    ``rival``: the fit with the other law of friction; ``without``: by the name of a column, the parameters (k,) that the
+    others lead to, nan where they do not tell (linearised).
     """
 
     asked: Mapping[str, Case]
@@ -212,9 +213,10 @@ def fit_of(
     instruments = dict(zip(_named(objective), (float(v) for v in _amounts(objective, x[k:]))))
     bands = dict(_bands(problem, objective, x, covariance[:k, :k], wide))
     return Fit(
-        asked={e.name: Case(e.problem, e.numerics) for e in objective.experiments}, parameters=parameters, correlation=correlation, channels=channels, reduced=reduced, freedom=freedom,
-        instruments=instruments, starts=[f[1].square for f in found], runs=objective.runs, words=words, bands=bands,
-        rival=rival if isinstance(rival, Rival) else None, without=dict(_without(objective, x, at)),
+        asked={e.name: Case(e.problem, e.numerics) for e in objective.experiments}, parameters=parameters, channels=channels,
+        correlation=correlation, reduced=reduced, freedom=freedom, instruments=instruments, starts=[f[1].square for f in found],
+        runs=objective.runs, words=words, bands=bands, rival=rival if isinstance(rival, Rival) else None,
+        without=dict(_without(objective, x, at)),
     )  # fmt: skip
 
 
@@ -319,8 +321,8 @@ def _followed(parameters: Mapping[str, Interval], square: float) -> Any:
             assert p.profile is not None
             ends = [side for side, end in (("below", p.profile.low), ("above", p.profile.high)) if not np.isfinite(end)]
             yield (
-                f"{path}: the problem is bent ({p.profile.bent:.0%} at the ends of the linear interval), so its interval is that of "
-                "the profile likelihood" + (f"; it has no end {' and '.join(ends)}" if ends else "")
+                f"{path}: the problem is bent ({p.profile.bent:.0%} at the ends of the linear interval), so its interval is that "
+                "of the profile likelihood" + (f"; it has no end {' and '.join(ends)}" if ends else "")
             )
     least = min((p.profile.least for p in parameters.values() if p.profile is not None), default=square)
     if least < square - BETTER:
