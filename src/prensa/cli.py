@@ -664,15 +664,23 @@ def _description_lines(system: System) -> Iterator[str]:
         points = f"{len(surface.points)} candidate points{rule}"
         yield f"contact {surface.name}: {points}; friction {friction}; {contact.enforcement.type}"
     for number, step in enumerate(p.steps):
-        yield f"step {step.name}: time {number} … {number + 1}; {_actions(step)}"
+        yield f"step {step.name}: time {number} … {number + 1}{_lasting(step)}; {_actions(step)}"
     yield f"{system.ndof} unknowns; nothing was solved"
+
+
+def _lasting(step: Step) -> str:
+    """How long a step lasts, if it says so."""
+    from prensa.model.seconds import stated
+
+    seconds = stated(step)
+    return "" if seconds is None else f", {seconds:g} s"
 
 
 def _actions(step: Step) -> str:
     """What a step does, as it is written, and its increments."""
     from prensa.model.schema import brief
 
-    kinds = ("move", "by", "velocity", "push", "control", "fixed", "loads", "body_force", "friction", "until")
+    kinds = ("move", "by", "velocity", "crank", "push", "control", "fixed", "loads", "body_force", "friction", "until")
     acts = [f"{kind} {brief(getattr(step, kind))}" for kind in kinds if getattr(step, kind)]
     many = "" if step.increments == 1 else "s"
     acts.append(f"{step.increments} increment{many}" if step.increments else "increments chosen on the way")

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from prensa.model import until
+from prensa.model import crank, until
 from prensa.model.names import Finding, suggest
 from prensa.model.remeshing import remeshing_of
 from prensa.model.units import factor
@@ -328,7 +328,7 @@ def _removed(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding
     gone = f"step {by!r} removes all tools, which are gone from then on"
     if not p.tools:
         yield Finding((*path, "remove_tools"), "there are no tools", at_key=True)
-    for kind in ("move", "by", "velocity", "push", "control"):
+    for kind in ("move", "by", "velocity", "crank", "push", "control"):
         for key in getattr(step, kind):
             if key in p.tools:
                 yield Finding((*path, kind, key), f"{gone}: tool {key!r} does nothing then; leave it out", at_key=True)
@@ -368,6 +368,12 @@ def _step(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding]:
                 if (other := given.setdefault((key, freedom), kind)) != kind:
                     message = f"{freedom} of tool {key!r} is given by '{other}' and by '{kind}'; keep one"
                     yield Finding((*here, name), message, at_key=True)
+    for key, drive in step.crank.items():
+        axis = None if drive is None else "x" if drive.x is not None else "y"
+        if axis is not None and (rival := given.get((key, axis))) is not None:
+            message = f"{axis} of tool {key!r} is given by '{rival}' and by 'crank'; keep one"
+            yield Finding((*path, "crank", key), message, at_key=True)
+    yield from crank.findings(p, step, path)
     yield from _supports(p, step, path)
     yield from _control(p, step, (*path, "control"))
     contacts = [c.name for c in p.contacts if c is not None]

@@ -120,6 +120,7 @@ class Stored(Sequence[Increment]):
             {s: Reaction(float(row[f"fixed.{s}.fx"]), float(row[f"fixed.{s}.fy"])) for s in supports},
             cost, bool(self.ends[k]), _absent(_NOT_KEPT.format(self.directory, "committed state")),
             lambda: self._contacts(number, row), lambda: self._bodies(number), int(row.get("remeshings", 0)),
+            seconds=float(row.get("seconds", time)),
             _more=More(self.problem, _absent(_NOT_KEPT.format(self.directory, "shapes of boundaries")),
                        _absent(_NOT_KEPT.format(self.directory, "plastic power"))),
         )  # fmt: skip
