@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from prensa.inverse.objective import Residuals
-from prensa.inverse.profile import BENT, profile
+from prensa.inverse.profile import BENT_BY, profile
 
 Array = NDArray[np.float64]
 T = np.linspace(0.5, 4.0, 8)
@@ -66,7 +66,7 @@ def test_ends_are_where_least_squares_has_grown_enough(number: int) -> None:
     halves = _halves(at)
     found = profile(problem, x, at, number, halves, (-np.inf, np.inf))
     assert found.followed
-    assert found.bent > BENT
+    assert found.bent > BENT_BY
     other = np.linspace(-1.0, 6.0, 200001)
     for end in (-found.low, found.high):
         value = x[number] + end * halves[number]

@@ -18,8 +18,8 @@ from prensa.errors import ArgumentError, PrensaError, shown, take
 from prensa.inverse.experiment import Experiment, Observe, Test, ready, refuse_strange
 from prensa.inverse.meshes import finer
 from prensa.inverse.objective import Objective, Parameter, Residuals
-from prensa.inverse.profile import profile
-from prensa.inverse.result import Fit, fit_of, half_widths
+from prensa.inverse.profile import Profile, profile
+from prensa.inverse.result import IDLE, Fit, fit_of, half_widths
 from prensa.inverse.rivals import compared
 from prensa.inverse.tables import DataError
 from prensa.model.problem import Case, Problem
@@ -34,6 +34,8 @@ def _started(parameters: Sequence[Parameter], number: int, seed: int) -> Iterabl
     """Starts: that of the case, then others between the bounds, or within a factor of three where there are none."""
     from scipy.stats import qmc
 
+    if isinstance(number, bool) or not isinstance(number, int) or number < 1:
+        raise ArgumentError(f"calibrate: starts is {shown(number)}; give the number of starts, 1 or more")
     yield [p.inner(p.start) for p in parameters]
     if number < 2:
         return
@@ -129,27 +131,36 @@ def calibrate(
         if case is None or data is None or observe is None:
             raise ArgumentError("calibrate: a test needs its case, data and observe; or give tests=[Test(…), …]")
         tests = [Test(case, data, observe, along), *tests]
-    if isinstance(starts, bool) or not isinstance(starts, int) or starts < 1:
-        raise ArgumentError(f"calibrate: starts is {shown(starts)}; give the number of starts, 1 or more")
     experiments, known = _checked(tests, parameters)
     objective = Objective(experiments, known, Path(keep) if keep is not None else None, told)
     found = _best(objective, starts, seed)
-    (x, at), fine = found[0], None
-    finer_mesh = [finer(e.problem) for e in experiments] if refine else []
-    if finer_mesh and all(p is not None for p in finer_mesh):
-        told("the same on a finer mesh")
-        again = replace(
-            objective, experiments=[e.on(p) for e, p in zip(experiments, finer_mesh) if p is not None], _last=None
-        )
-        fine = again.minimise(x)
-        objective.runs = again.runs
-    bends = []
-    if profiles:
-        told("how bent the problem is")
-        _, halves, _ = half_widths(at, len(x))
-        bends = [profile(objective, x, at, i, halves, p.limits) for i, p in enumerate(known)]
-    rival = compared(objective, x, at) if compare else None
+    fine = _refined(objective, found[0][0]) if refine else None
+    bends = _bends(objective, *found[0]) if profiles else []
+    rival = compared(objective, *found[0]) if compare else None
     return fit_of(objective, found, fine, bends, rival)
+
+
+def _refined(objective: Objective, x: Array) -> tuple[Array, Residuals] | None:
+    """The fit on finer meshes, from an answer x (n,); None where a mesh cannot be refined."""
+    meshes = [finer(e.problem) for e in objective.experiments]
+    experiments = [e.on(p) for e, p in zip(objective.experiments, meshes) if p is not None]
+    if len(experiments) < len(meshes):
+        return None
+    objective.told("the same on a finer mesh")
+    again = replace(objective, experiments=experiments, _last=None)
+    found = again.minimise(x)
+    objective.runs = again.runs
+    return found
+
+
+def _bends(objective: Objective, x: Array, at: Residuals) -> list[Profile | None]:
+    """Profiles of all parameters around an answer; None of those that move nothing."""
+    objective.told("how bent the problem is")
+    _, halves, _ = half_widths(at, len(x))
+    moving = np.abs(at.J[:, : len(objective.parameters)]).max(axis=0) > IDLE
+    return [
+        profile(objective, x, at, i, halves, p.limits) if moving[i] else None for i, p in enumerate(objective.parameters)
+    ]
 
 
 def _best(objective: Objective, starts: int, seed: int) -> list[tuple[Array, Residuals]]:

@@ -27,8 +27,8 @@ Array = NDArray[np.float64]
 MOTIONS = ("ux", "uy", "rz")
 STEADY = 1e-9  # time, of steps of length 1, below which nothing has happened
 TOGETHER = 1e-6  # time within which two rows are read at once: an increment between them would be nothing but round-off
-BACK = 0.02  # share of the stroke by which rows may fall back: the noise of a travel, no unloading
-MOST_ROWS = 100  # rows of a fit, each an increment of every run; more of a machine's record are hardly independent readings
+FALL_BACK = 0.02  # share of the stroke by which rows may fall back: the noise of a travel, no unloading
+MOST_READINGS = 100  # rows of a fit, each an increment of every run; more of a machine's record are hardly independent readings
 OFF = 100.0  # ratio of readings and case from which one of the units is wrong
 
 
@@ -228,14 +228,14 @@ def _rows_used(table: Table, times: Array, columns: list[Array], notes: list[str
         more = f" and {len(same) - 1} more" if len(same) > 1 else ""
         notes.append(f"{table.place(int(same[0]))}{more}: the row above once more; it is counted once")
         rows = np.setdiff1d(rows, same)
-    if len(rows) <= MOST_ROWS:
+    if len(rows) <= MOST_READINGS:
         return rows
     # of dense columns rows spread evenly over the test; readings that were taken now and then are all kept
-    rare = [k for c in columns if 0 < np.isfinite(c[rows]).sum() <= MOST_ROWS for k in rows[np.isfinite(c[rows])]]
-    wanted = np.linspace(times[rows[0]], times[rows[-1]], MOST_ROWS)
+    rare = [k for c in columns if 0 < np.isfinite(c[rows]).sum() <= MOST_READINGS for k in rows[np.isfinite(c[rows])]]
+    wanted = np.linspace(times[rows[0]], times[rows[-1]], MOST_READINGS)
     near = rows[np.abs(times[rows][None, :] - wanted[:, None]).argmin(axis=1)]
     notes.append(
-        f"{table.path}: of {len(rows)} rows {MOST_ROWS} are fitted, spread evenly over the test: every one is an increment, and "
+        f"{table.path}: of {len(rows)} rows {MOST_READINGS} are fitted, spread evenly over the test: each is an increment, and "
         "neighbours in a machine's record hardly are readings of their own"
     )
     return np.union1d(near, np.array(rare, dtype=np.int64))
@@ -339,7 +339,7 @@ def _times(
         if not len(later):
             # a little back is noise: the last time before now at which the motion was there
             behind = abs(float(np.interp(now, t, way)) - s)
-            if behind > BACK * reach:
+            if behind > FALL_BACK * reach:
                 raise DataError(
                     f"{table.place(k)}: {column} goes back by {behind:g} in units of the case, and {along} does not; "
                     "leave out the unloading and sort the rows, or let the case unload as well"

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 Bounds = tuple[float, float] | None
 
 SMALL_GAIN, SMALL_STEP = 1e-4, 1e-5  # share of χ², and of the way so far, below which a step ends a fit
-NOTHING_LEFT = 1e-3  # χ² that the next step would gain below which it is not worth a run: 3 % of a standard error
+IDLE_STEP = 1e-3  # χ² that the next step would gain below which it is not worth a run: 3 % of a standard error
 MOST_RUNS = 60  # of a fit
 NO_ANSWER = 10.0  # residual, over its standard error, of all readings where the case has no answer
 
@@ -244,7 +244,7 @@ class Objective:
             return False
         step, *_ = np.linalg.lstsq(at.J, -at.r, rcond=1e-12)
         gain = float(np.linalg.norm(at.J @ step) ** 2)
-        return gain < NOTHING_LEFT * max(1.0, at.square / max(len(at.r) - len(x), 1))
+        return gain < IDLE_STEP * max(1.0, at.square / max(len(at.r) - len(x), 1))
 
 
 class _Settled(Exception):

@@ -16,10 +16,10 @@ from prensa.inverse.objective import Objective, Residuals
 
 Array = NDArray[np.float64]
 
-BENT = 0.1  # share by which the root of Δχ² may miss what the linearised problem foretells before the profile is followed
+BENT_BY = 0.1  # share by which the root of Δχ² may miss what the linearised problem foretells before the profile is followed
 CLOSE = 0.02  # share to which the end of a profile is found
 FARTHEST = 10.0  # half widths of the linear interval within which the end is sought
-MOST = 8  # places that are tried at each side
+MOST_PLACES = 8  # places that are tried at each side
 
 
 @dataclass(frozen=True)
@@ -45,11 +45,11 @@ def profile(objective: Objective, x: Array, at: Residuals, number: int, half: Ar
     bent = max(side.bent for side in sides)
     points = [(0.0, 0.0)]
     for side in sides:
-        if side.bent > BENT:
+        if side.bent > BENT_BY:
             side.follow()
         points += [(side.sign * d, side.sign * root) for d, root in side.points]
     return Profile(
-        low=sides[0].end, high=sides[1].end, bent=bent, followed=bent > BENT, points=np.array(sorted(points)),
+        low=sides[0].end, high=sides[1].end, bent=bent, followed=bent > BENT_BY, points=np.array(sorted(points)),
         least=min(side.least for side in sides),
     )  # fmt: skip
 
@@ -93,7 +93,7 @@ class _Side:
         """Find the end of the profile."""
         self.points = []
         d, inside, outside, start = 1.0, (0.0, 0.0), (np.inf, np.inf), self.valley * 0.0
-        for _ in range(MOST):
+        for _ in range(MOST_PLACES):
             if d > min(FARTHEST, self.room):
                 d = min(FARTHEST, self.room)
             shift = start + self.valley * (d - inside[0])

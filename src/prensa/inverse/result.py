@@ -25,7 +25,7 @@ UNUSUAL = 0.05  # probability below which residuals are not those of chance
 IDLE = 1e-3  # change of a channel over its error when a parameter doubles, below which that does not move it
 SLIP = 5  # residual over the error, and over those of the others, from which a reading is suspected
 BETTER = 0.1  # χ² by which another place has to be better to be told
-UNTOLD, FAR = 0.5, 1.0  # standard error, and way, in what is varied (mostly logarithms) beyond which a column's absence is untold
+UNTOLD, FAR_OFF = 0.5, 1.0  # standard error, and way, in what is varied beyond which nothing is told without a column
 WEAK = 10.0  # ratio of the errors of the worst and the best told directions from which one is worth words
 BAND = (0.01, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0)  # plastic strains of the band of a flow curve
 
@@ -182,7 +182,7 @@ def half_widths(at: Residuals, unknowns: int) -> tuple[Array, Array, float]:
 
 def fit_of(
     objective: Objective, found: Sequence[tuple[Array, Residuals]], fine: tuple[Array, Residuals] | None,
-    profiles: Sequence[Profile] = (), rival: Rival | str | None = None,
+    profiles: Sequence[Profile | None] = (), rival: Rival | str | None = None,
 ) -> Fit:  # fmt: skip
     """The outcome from the fits of all starts, the best first, the fit on a finer mesh, profiles and the other law."""
     (x, at), k = fine or found[0], len(objective.parameters)
@@ -343,7 +343,7 @@ def _without(objective: Objective, x: Array, at: Residuals) -> Any:
             moved = x - covariance @ (J.T @ r)
             untold = np.sqrt(np.maximum(np.diag(covariance), 0.0))[:k] > UNTOLD
             rank_short = np.linalg.matrix_rank(J, tol=1e-7 * float(np.linalg.norm(J))) < len(x)
-            values = np.array([p.value(v) if abs(v - w) < FAR else np.nan for p, v, w in zip(objective.parameters, moved, x)])
+            values = np.array([p.value(v) if abs(v - w) < FAR_OFF else np.nan for p, v, w in zip(objective.parameters, moved, x)])
             values[untold | rank_short] = np.nan
             yield (f"{e.name}: {c.name}" if several else c.name), values
 

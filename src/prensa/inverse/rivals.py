@@ -15,9 +15,9 @@ from prensa.sensitivity.parameters import numbers, with_values
 
 Array = NDArray[np.float64]
 
-NAMES = {"m": "a shear factor", "u": "Coulomb's law"}  # by the last letter of the path of the parameter
+LAW_NAMES = {"m": "a shear factor", "u": "Coulomb's law"}  # by the last letter of the path of the parameter
 M_OVER_MU = 2.1  # shear factor that does to a ring what a coefficient of friction of 1 would: where the other fit starts
-HIGHEST = 0.99  # a shear factor of 1 cannot be varied both ways
+HIGHEST_FACTOR = 0.99  # a shear factor of 1 cannot be varied both ways
 LITTLE, MUCH = 2.0, 10.0  # differences of AIC that say nothing, and that settle it (Burnham and Anderson 2002, section 2.6)
 MISFIT = 2.0  # χ²/ν from which a fit is none
 
@@ -47,7 +47,7 @@ def other_law(problem: Problem, path: str) -> tuple[str, Parameter] | None:
     value = numbers(problem).get(path, 0.0)
     if key == "mu" and getattr(law, "type", "") == "coulomb" and value > 0.0:
         m = min(M_OVER_MU * value, 0.9)
-        return f"{owner}={{type: shear, m: {m!r}}}", Parameter.of(f"{owner}.m", m, (1e-4, HIGHEST))
+        return f"{owner}={{type: shear, m: {m!r}}}", Parameter.of(f"{owner}.m", m, (1e-4, HIGHEST_FACTOR))
     if key == "m" and getattr(law, "type", "") == "shear" and value > 0.0:
         mu = value / M_OVER_MU
         return f"{owner}={{type: coulomb, mu: {mu!r}}}", Parameter.of(f"{owner}.mu", mu, (1e-4, 2.0))
@@ -75,7 +75,7 @@ def compared(objective: Objective, x: Array, at: Residuals) -> Rival | str | Non
         if changes[0] is None or None in changes:
             continue
         change, parameter = changes[0]
-        name, own = NAMES[parameter.path[-1]], NAMES[p.path[-1]]
+        name, own = LAW_NAMES[parameter.path[-1]], LAW_NAMES[p.path[-1]]
         objective.told(f"the same with {name}")
         try:
             rivals = [loads(dump(problem), overrides=[change], bounded=False).problem for problem in problems]
