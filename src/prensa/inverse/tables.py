@@ -26,6 +26,7 @@ _POINT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eEdD][-+]?\d+)?", re.ASCII)
 _COMMA = re.compile(r"[-+]?(\d+,?\d*|,\d+)([eEdD][-+]?\d+)?", re.ASCII)
 _SEPARATOR = re.compile(r"sep=(.)\s*", re.IGNORECASE)
 MOST_BYTES = 64 << 20
+LONGEST = 100_000  # characters of a row
 MOST_COLUMNS = 1000
 EXAMPLE = "'travel [mm],force [kN]'"
 
@@ -93,6 +94,9 @@ def read_table(path: str | Path) -> Table:
         separator, lines = match[1], lines[1:]
     if len(lines) < 2:
         raise DataError(f"{path}: there are no rows; the first names the columns, as in {EXAMPLE}")
+    longest = max(lines, key=lambda line: len(line[1]))
+    if len(longest[1]) > LONGEST:
+        raise DataError(f"{path}:{longest[0]}: a row of {len(longest[1])} characters is none of a table")
     separator = separator or next((s for s in "\t;" if s in lines[0][1]), ",")
     cells = [(k, _cells(path, k, line, separator)) for k, line in lines]
     names, units = _header(path, cells[0][1])
