@@ -145,7 +145,7 @@ def flat_rolling(run: Run) -> Iterator[Row]:
 # --------------------------------------------------------------------------------------------------------- sheet forming
 @example("Hemispherical stretching")
 def hemispherical_stretching(run: Run) -> Iterator[Row]:
-    """Depth at the forces that were read off the published curve, forces at its depths beside a smooth curve through the readings.
+    """Depth at the forces read off the published curve, forces at its depths beside a smooth curve through the readings.
 
     The readings lie up to 3.2 % off the best cubic through the origin: no curve of force against depth has their kinks.
     """
