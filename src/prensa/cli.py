@@ -513,13 +513,16 @@ def _seed_number(seed: str) -> int:
 
 def _fuzz(count: int, seed: int) -> bool:
     """Whether an input was a defect."""
-    from prensa.bench import fuzz, fuzz_calls
+    from functools import partial
+
+    from prensa.bench import fuzz, fuzz_calls, fuzz_commands
 
     defects = 0
     for name, source, share in (
         ("files", fuzz.files, 2),
         ("changes", fuzz_calls.overrides, 4),
         ("calls", fuzz_calls.calls, 4),
+        ("files and words of commands", partial(fuzz_commands.commands, app), 4),
     ):
         number = max(count // share, 1)
         report = fuzz.run(number, seed, typer.echo, source)
