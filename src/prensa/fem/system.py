@@ -95,7 +95,8 @@ class BodyForces(Protocol):
 class System:
     """The discretised problem. ``courses`` (system, step, start of the step) → plan of a step, if the description has none.
 
-    ``gone``: whether its tools are, and ``removed`` the contacts that they had; their rows in the state stay.
+    ``gone``: whether its tools are, and ``removed`` the contacts that they had; their rows in the state stay. ``first``: the
+    system on the meshes of the description, where this one is on others.
     """
 
     problem: model.Problem
@@ -114,6 +115,7 @@ class System:
     courses: Callable[[System, int, Array], StepPlan] | None = None
     gone: bool = False
     removed: Sequence[Surface] = ()
+    first: System | None = None
     _places: dict[str, NDArray[np.int32]] = field(default_factory=dict)
     _volumes: dict[str, Array] = field(default_factory=dict)
 

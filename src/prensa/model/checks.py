@@ -116,8 +116,6 @@ def _remeshing(p: Any) -> Iterator[Finding]:
         yield _not_remeshed("the thickness of plane stress is not carried over; use plane strain, or 'remesh: off'")
     if p.ties:
         yield _not_remeshed("tied sides are not carried over; make one body of the tied ones, or use 'remesh: off'")
-    if p.start is not None:
-        yield _not_remeshed("a case that starts from a run has the mesh of that run; make it one case of several steps")
     if any(step is not None and step.control for step in p.steps):
         yield _not_remeshed("the factor of 'control' is not carried over; move the tool, or use 'remesh: off'")
     bodies = {name: b for name, b in p.bodies.items() if b is not None and b.material is not None}
@@ -132,11 +130,6 @@ def _remeshing(p: Any) -> Iterator[Finding]:
     for k, contact in enumerate(p.contacts):
         if contact is None or contact.surface[0].partition(".")[0] not in flowing:
             continue
-        if contact.enforcement is not None and contact.enforcement.type != "penalty":
-            yield Finding(
-                ("contacts", k, "enforcement"),
-                f"the multipliers of {contact.enforcement.type!r} are not carried over to a new mesh; use penalty, the default",
-            )
         if contact.integration not in (None, "nodal"):
             yield Finding(("contacts", k, "integration"), "contacts of bodies that are remeshed have 'integration: nodal'")
 
