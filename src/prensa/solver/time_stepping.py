@@ -223,6 +223,7 @@ class TimeStepping:
         self.remeshes = False
         self.guard: Guard | None = None  # of lines of symmetry that free outlines may come to
         self.planes: list[str] = []  # tools that stand for them, once one has
+        self.met: list[int] = []  # contact points that were closed before the run began here
         self.stopping: Stopping
         self.times: Array | None = None
         self.stops: Array | None = None
@@ -258,6 +259,7 @@ class TimeStepping:
     def run(self, state: State) -> Iterator[Increment]:
         """Increments from a committed state to the end of the last step."""
         touched = state.contact.closed | (state.contact.slip > 0)
+        touched[self.met] = True
         steps = self.system.problem.steps
         for number in range(state.clock.step, len(steps)):
             if not self.system.gone and model.tools_removed(self.system.problem, number):
@@ -280,6 +282,7 @@ class TimeStepping:
                 except _Nearing as nearing:
                     self.messages.note(state, plan, str(nearing))
                     rest = self.with_planes()
+                    rest.met, rest.validity = np.flatnonzero(touched).tolist(), self.validity
                     begun = state if state.clock.time > plan.t0 else entered
                     yield from rest.run(extended(begun, self.system, rest.system))
                     return
