@@ -26,8 +26,8 @@ from prensa.registry import DOORS
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-NEAR = 0.25  # distance over the length of an edge of the outline at which a node of it is near a line …
-CLOSE = 0.5  # … if it is that close to it over the length that the edges at it had at first
+NEAR_LINE = 0.25  # distance over the length of an edge of the outline at which a node of it is near a line …
+WITHIN = 0.5  # … if it is that close to it over the length that the edges at it had at first
 ON_LINE = 1e-9  # of the size of the bodies, within which a node lies on a line
 
 
@@ -81,7 +81,7 @@ class Guard:
             a, b = self.system.positions(u)[w.ends.T]
             share = np.minimum(w.line.distance(a), w.line.distance(b)) / np.hypot(*(b - a).T)
             k = int(np.argmin(share))
-            if share[k] < NEAR:
+            if share[k] < NEAR_LINE:
                 out.append((w.line, a[k]))
         return out
 
@@ -103,7 +103,7 @@ def guard_of(system: System) -> Guard | None:
             length = np.full(len(nodes), np.inf)
             np.minimum.at(length, place.reshape(-1, 2), np.hypot(*(x[ends[:, 1]] - x[ends[:, 0]]).T)[:, None])
             dofs = system.dofs.displacement.dof(nodes, "xy"[line.axis])
-            watched.append(Watched(line, ends, line.distance(system.X[nodes]) - CLOSE * length, dofs))
+            watched.append(Watched(line, ends, line.distance(system.X[nodes]) - WITHIN * length, dofs))
     return Guard(system, tuple(watched)) if watched else None
 
 
