@@ -252,6 +252,7 @@ class _Run:
         self._check_energy()
         summary = self._summarise(status, reason)  # before the pictures: they may take long
         if self.case.output.pictures:
+            self.bar.say(f"{self.directory}: drawing pictures")
             with self.timer("pictures"):
                 stored = report.stored_run(self.directory)
                 for message in pictures.write_pictures(self.directory, self.case, stored, self._start_to_draw(status)):
