@@ -8,6 +8,7 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import os
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
@@ -29,6 +30,7 @@ from prensa.model.units import Length
 __all__ = ["CaseError", "brief", "dump", "load", "loads", "warnings_of"]
 
 CASE_LIMIT = 4 << 20
+_TESTS = re.compile(r"[\"']?\btests\b")
 
 
 def load(path: str | Path, overrides: Iterable[str] = ()) -> Case:
@@ -149,6 +151,18 @@ def text_of(read: Callable[[int], bytes], name: str) -> str:
         line = raw.count(b"\n", 0, error.start) + 1
         message = f"not UTF-8 text (line {line}); is this a case file? Save it as UTF-8"
         raise CaseError([Mistake(Mark(name), message)]) from None
+
+
+def has_tests(path: str | Path) -> bool:
+    """Whether a file describes a calibration rather than a case: it has tests and no bodies. What cannot be read has none."""
+    try:
+        text = _read(Path(path))
+        if _TESTS.search(text) is None:
+            return False
+        tree, _ = yaml.read(text, str(path))
+    except CaseError:
+        return False
+    return isinstance(tree.value, dict) and "tests" in tree.value and "bodies" not in tree.value
 
 
 def json_schema() -> dict[str, Any]:
