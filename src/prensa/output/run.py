@@ -314,6 +314,7 @@ class _Run:
             "ended_early": _early_ends(table, problem, status == "completed"),
             "passage_means": passages.last_means(self.directory),
             "measures": measured.measured(self.directory, problem),
+            "units": history.units_of(problem),
             "last_area": {c.name: last(f"{c.name}.area") for c in problem.contacts},
             "energy": {e: last(f"energy.{e}") for e in history.energies_of(problem)},
             "totals": {
