@@ -115,7 +115,7 @@ class Experiment:
         for increment in solve(problem, stops=wanted.tolist(), derivatives=paths):
             k = int(np.argmin(np.abs(wanted - increment.time)))
             if abs(wanted[k] - increment.time) <= STEADY:
-                slopes = [increment.derivative(c.measure.value) if paths else {} for c in self.channels]
+                slopes = [increment.derivative(c.measure) if paths else {} for c in self.channels]
                 found[float(wanted[k])] = (
                     [c.measure.value(increment) for c in self.channels],
                     [[by[p] for p in paths] for by in slopes],

@@ -139,7 +139,8 @@ def fit_of(objective: Objective, found: Sequence[tuple[Array, Residuals]], fine:
         mesh = value - p.value(coarse[i]) if fine is not None else np.nan
         parameters[p.path] = Interval(value, float(wide * spread[i] * abs(p.slope(value))), mesh, p.start, p.log)
     channels = list(_channels(objective, at))
-    correlation = covariance[:k, :k] / np.outer(spread[:k], spread[:k])
+    known = np.where(spread[:k] > 0.0, spread[:k], np.inf)  # a parameter that moves nothing goes with no other
+    correlation = covariance[:k, :k] / np.outer(known, known)
     problem = objective.experiments[0].problem
     words = [*_idle(objective, at), *_weak(objective, covariance[:k, :k]), *_chance(channels, reduced)]
     words += [note for e in objective.experiments for note in e.notes]
