@@ -30,7 +30,7 @@ class Elements:
     block: Block
     old: Array
     new: Array
-    dt: float
+    seconds: float
     geometry: Array
     point: Array
 
@@ -43,9 +43,9 @@ class Elements:
         flow = law.flow if law.plastic else None
         prepare(
             c.x_n, x, block.cells, old, new, *_moduli(block), mode.axisymmetric, mode.scale, law.plastic,
-            law.plastic and law.yield_on_cauchy, *(RIGID if flow is None else flow), c.dt, geometry, point,
+            law.plastic and law.yield_on_cauchy, *(RIGID if flow is None else flow), c.seconds, geometry, point,
         )  # fmt: skip
-        return cls(block, old, new, c.dt, geometry, point)
+        return cls(block, old, new, c.seconds, geometry, point)
 
     def at_fixed(self, changes: Sequence[Change], k: int, dxn: Array, dx: Array, dold: Array, r: Array) -> tuple[Array, Array]:
         """Histories (d, e, 4, h) and energies (d,) of directions, with their forces added to r (d, ndof); k: the block."""
@@ -70,7 +70,7 @@ class Elements:
         flow = law.flow
         slopes, tabled = np.empty((*shape, 5)), np.empty((len(changes), *shape))
         for f, out in zip(changes if flow.kind == TABLE else changes[:1], tabled):
-            flow_gradients(*flow, self.old, self.new, self.dt, f.knots, f.coefficients, slopes, out)
+            flow_gradients(*flow, self.old, self.new, self.seconds, f.knots, f.coefficients, slopes, out)
         if flow.kind == TABLE:
             return tabled
         return np.ascontiguousarray((slopes.reshape(-1, 5) @ np.stack([f.p for f in changes], axis=1)).T).reshape(-1, *shape)

@@ -175,7 +175,7 @@ def _carried_on(
         rows = p.surface.rows
         out["contact.traction"][:, rows, 0], out["contact.slip"][:, rows] = p.t, p.kappa
         out["contact.coordinate"][:, rows, 0] = p.s
-        out["contact.speed"][:, rows] = (p.kappa - p.before.kappa) / c.dt
+        out["contact.speed"][:, rows] = (p.kappa - p.before.kappa) / c.seconds
         out["lam"][:, rows, 0], out["lam"][:, rows, 1] = p.p, p.t
     energy = _energies(at, before, found, out | {"work": work}, elastic, state, changes)
     out |= {f"energy.{k}": v for k, v in energy.items()}

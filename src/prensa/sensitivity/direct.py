@@ -137,6 +137,11 @@ class Direction:
             self._plans = c.plan.number, (above, below)
         return self._plans[1]
 
+    def is_known(self, c: Context) -> bool:
+        """Whether closed derivatives know what it changes in the step of an increment."""
+        above, below = self.plans(c)
+        return self.change is not None and above.seconds == below.seconds
+
     # ------------------------------------------------------------------------------------------------------ equilibrium
     def at_fixed_dofs(self, at: Solution) -> tuple[Side, Side]:
         """Both sides with the committed state that belongs to them and the dofs of the solution.

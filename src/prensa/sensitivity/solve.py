@@ -208,7 +208,7 @@ class Differentiated(TimeStepping):
         lam = system.initial_multipliers(c.state)
         at = Solution(system, c, result.u, lam, system.evaluate(c, result.u, lam, like=branches), branches)
         columns = Columns(self.reduced, at.e, system.pattern)
-        known = [d for d in self.directions if d.change is not None] if covers(c) else []
+        known = [d for d in self.directions if d.is_known(c)] if covers(c) else []
         found = self._closed(at, columns, known, state)
         for d in self.directions:
             if d.parameter.path not in found:
