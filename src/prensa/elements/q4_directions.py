@@ -22,8 +22,8 @@ from prensa.kernels.compiled import njit
 from prensa.kernels.tensor import principal
 from prensa.materials.hardening import flow_gradient, flow_stress, slope_before
 
-GEOMETRY = 17  # numbers a point: ∂N/∂x, ∂N/∂y, N/r (4 each) in the present places, F = ∂x/∂x_n (5: 11, 12, 21, 22, 33)
-POINT = 44  # numbers a point of `prepare`, in the order in which it writes them
+PER_PLACE = 17  # numbers a point: ∂N/∂x, ∂N/∂y, N/r (4 each) in the present places, F = ∂x/∂x_n (5: 11, 12, 21, 22, 33)
+PER_POINT = 44  # numbers a point of `prepare`, in the order in which it writes them
 _MIDDLE = 4
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.elements import q4
-from prensa.elements.q4_directions import GEOMETRY, POINT, along, at_fixed, flow_gradients, prepare
+from prensa.elements.q4_directions import PER_PLACE, PER_POINT, along, at_fixed, flow_gradients, prepare
 from prensa.fem.assembly import Block, scatter_forces
 from prensa.fem.context import Context
 from prensa.fem.system import Evaluation, System
@@ -20,7 +20,7 @@ from prensa.sensitivity.change import Change, FlowChange
 Array = NDArray[np.float64]
 
 SHIFT = 1e-7  # over the size of the bodies, for differences of shapes
-RIGID = (0, np.zeros(5), np.zeros(2), np.zeros((1, 4)))  # of a curve that nobody asks for
+NO_FLOW = (0, np.zeros(5), np.zeros(2), np.zeros((1, 4)))  # of a curve that nobody asks for
 
 
 @dataclass(frozen=True)
@@ -39,11 +39,11 @@ class Elements:
         """At node positions x (n, 2) and with the history that an increment has led to."""
         law: Any = block.law
         m, mode = len(block), block.mode
-        geometry, point = np.empty((m, 5, GEOMETRY)), np.empty((m, 4, POINT))
+        geometry, point = np.empty((m, 5, PER_PLACE)), np.empty((m, 4, PER_POINT))
         flow = law.flow if law.plastic else None
         prepare(
             c.x_n, x, block.cells, old, new, *_moduli(block), mode.axisymmetric, mode.scale, law.plastic,
-            law.plastic and law.yield_on_cauchy, *(RIGID if flow is None else flow), c.seconds, geometry, point,
+            law.plastic and law.yield_on_cauchy, *(NO_FLOW if flow is None else flow), c.seconds, geometry, point,
         )  # fmt: skip
         return cls(block, old, new, c.seconds, geometry, point)
 

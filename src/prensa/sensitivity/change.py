@@ -15,7 +15,7 @@ from prensa.materials.laws import J2, Hencky
 
 Array = NDArray[np.float64]
 
-ENFORCEMENTS = ("penalty", "exact")
+KNOWN_ENFORCEMENTS = ("penalty", "exact")
 
 
 class FlowChange(NamedTuple):
@@ -56,7 +56,7 @@ def known(system: System) -> bool:
         and p.contact_geometry == "current"
         and system.ties is None and system.bodies is None and not system.more and not system.gone and system.courses is None
         and all(_known_block(b) for b in system.blocks)
-        and all(not s.sharp and s.description.enforcement.type in ENFORCEMENTS for s in system.surfaces)
+        and all(not s.sharp and s.description.enforcement.type in KNOWN_ENFORCEMENTS for s in system.surfaces)
     )  # fmt: skip
 
 

@@ -227,9 +227,9 @@ class Beside(NamedTuple):
     found: Closed
 
     def slope(self, of: Gradient) -> float | None:
-        """The derivative of a measure that is a linear map of motions and forces; None where bodies or tools begin elsewhere."""
+        """The derivative of a measure that is a linear map of motions and forces; None of places that begin elsewhere."""
         assert self.d.change is not None
-        if self.d.change.moves:
+        if self.d.change.moves and (of.nodes or of.places):
             return None
         dofs, slopes = of.displacements(self.system)
         out = float(self.found.x[self.number, dofs] @ slopes)

@@ -177,7 +177,7 @@ class Direction:
         return replace(c, interactions=[*c.interactions, *stabilisation.forces(c)])
 
     def rest(self, at: Solution, x: Array) -> Array:
-        """What the residual (ndof,) does along the parameter and the derivative x (ndof,) of the dofs: nothing if all is right."""
+        """What the residual (ndof,) does along the parameter and the derivative x (ndof,) of the dofs: nothing, if right."""
         beside = []
         for sign, system, stabilisation in self.sides:
             c = self._context(at, sign, system, stabilisation)

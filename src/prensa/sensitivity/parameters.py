@@ -95,7 +95,7 @@ def _replaced(part: Any, changes: list[tuple[list[str], float]]) -> Any:
     return type(part)(_replaced(v, below[str(k)]) if str(k) in below else v for k, v in enumerate(part))
 
 
-LAWS = re.compile(r"(bodies\.[^.]+\.material|friction|contacts\.\d+\.friction|steps)\.")
+LEAVES_MESHES = re.compile(r"(bodies\.[^.]+\.material|friction|contacts\.\d+\.friction|steps)\.")
 """Beginnings of paths that leave meshes, tools and contact candidates where they are."""
 
 
@@ -122,7 +122,7 @@ class Parameter:
             If the parameter cannot be varied both ways, or the mesh has other elements then.
 
         """
-        make = partial(with_laws, system) if LAWS.match(self.path) else discretise
+        make = partial(with_laws, system) if LEAVES_MESHES.match(self.path) else discretise
         try:
             above, below = (
                 make(with_values(system.problem, {self.path: self.value + sign * step})) for sign in (1.0, -1.0)
