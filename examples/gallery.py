@@ -203,6 +203,8 @@ def free_bending(run: Run) -> Iterator[Row]:
     bent, released = (180.0 - 2.0 * run.end("leg", step) for step in ("bend", "release"))
     yield row("angle between the legs (deg), strip in bending", math.degrees(exact.angle), bent, 0.02)
     yield beside("angle between the legs (deg), NAFEMS R0094", 21.84, bent)
+    as_bent = math.degrees(exact.released)
+    yield beside("angle after release (deg), strip with the curvature of the punch all along it", as_bent, released)
     yield beside("angle after release (deg), NAFEMS R0094", 54.45, released)
     yield beside("angle after release (deg), another program there", 43.2, released)
 

@@ -451,7 +451,7 @@ class TimeStepping:
         assert result.evaluation is not None
         e = result.evaluation._replace(data=None)  # increments that are kept must not keep their matrices
         ended = c.ends_step
-        dt = 0.0 if ended else control.next(c, e, result.iterations, cutbacks)
+        dt = 0.0 if ended else control.next(c, e, result.iterations - result.vain, cutbacks)
         state = committed(self.system, c, result, e, dt, self.stabilisation)
         self.validity.look_at_friction(c, e)
         # of condensed bodies the displacements are known at the end of a step
