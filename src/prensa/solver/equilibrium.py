@@ -28,7 +28,7 @@ class NewtonResult:
 
     ``recover``: gives all dofs where u has only those that the next increment needs. ``negative``: modes in which the
     equilibrium is unstable; ``beside``: it was found beside one that is; ``jumped``: the way to it is unstable.
-    ``softest`` (modes,): stiffnesses of the softest modes at its end, None where they are not known; ``rested``: they had no look.
+    ``softest`` (modes,): stiffnesses of the softest modes at its end, None where they are not known; ``rested``: no look.
     ``affordable``: so few points were near a tool that the iteration could take contact steps wherever it wanted.
     """
 

@@ -201,7 +201,7 @@ class Policy:
     """… by so many passes through the factors at most; two, unless one of them is negative."""
     smooth: int = 2
     """Iterations up to which an increment need not have a look at modes that were far from turning …"""
-    part: float = 0.5
+    part: float = 0.25
     """… as long as none of them is foretold to lose this part of its stiffness …"""
     most_rest: int = 8
     """… and so many increments at most."""
