@@ -33,7 +33,7 @@ SECTIONS: dict[str, tuple[type, ...]] = {
     "Tools": (*dict(public("tool")).values(), model.Springs),
     "Contacts": (model.Contact, model.NoContact, *dict(public("enforcement")).values()),
     "Friction": tuple(dict(public("friction")).values()),
-    "Supports, motions and loads": (model.Fixed, model.Motion, model.Push, model.Load),
+    "Supports, motions and loads": (model.Fixed, model.Motion, model.Crank, model.Push, model.Load),
     "How it is solved, and what is written": (model.Numerics, model.Output),
 }  # fmt: skip
 
@@ -48,7 +48,7 @@ VALUES = {
     **{(t, k): "boundary `body.name`" for t in dict(public("tool")) for k in ("touching", "above", "below")},
 }
 UNITS = {
-    ("Step", "velocity"): "per unit time",
+    ("Step", "velocity"): "per second",
     ("Push", "m"): "force × length",
     ("MuLinear", "slope"): "1/length",
     ("JohnsonCook", "rate0"): "1/time",

@@ -513,13 +513,16 @@ def _seed_number(seed: str) -> int:
 
 def _fuzz(count: int, seed: int) -> bool:
     """Whether an input was a defect."""
-    from prensa.bench import fuzz, fuzz_calls
+    from functools import partial
+
+    from prensa.bench import fuzz, fuzz_calls, fuzz_commands
 
     defects = 0
     for name, source, share in (
         ("files", fuzz.files, 2),
         ("changes", fuzz_calls.overrides, 4),
         ("calls", fuzz_calls.calls, 4),
+        ("files and words of commands", partial(fuzz_commands.commands, app), 4),
     ):
         number = max(count // share, 1)
         report = fuzz.run(number, seed, typer.echo, source)
@@ -643,15 +646,23 @@ def _description_lines(system: System) -> Iterator[str]:
         points = f"{len(surface.points)} candidate points{rule}"
         yield f"contact {surface.name}: {points}; friction {friction}; {contact.enforcement.type}"
     for number, step in enumerate(p.steps):
-        yield f"step {step.name}: time {number} … {number + 1}; {_actions(step)}"
+        yield f"step {step.name}: time {number} … {number + 1}{_lasting(step)}; {_actions(step)}"
     yield f"{system.ndof} unknowns; nothing was solved"
+
+
+def _lasting(step: Step) -> str:
+    """How long a step lasts, if it says so."""
+    from prensa.model.seconds import stated
+
+    seconds = stated(step)
+    return "" if seconds is None else f", {seconds:g} s"
 
 
 def _actions(step: Step) -> str:
     """What a step does, as it is written, and its increments."""
     from prensa.model.schema import brief
 
-    kinds = ("move", "by", "velocity", "push", "control", "fixed", "loads", "body_force", "friction", "until")
+    kinds = ("move", "by", "velocity", "crank", "push", "control", "fixed", "loads", "body_force", "friction", "until")
     acts = [f"{kind} {brief(getattr(step, kind))}" for kind in kinds if getattr(step, kind)]
     many = "" if step.increments == 1 else "s"
     acts.append(f"{step.increments} increment{many}" if step.increments else "increments chosen on the way")

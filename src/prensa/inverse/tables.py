@@ -15,6 +15,7 @@ from prensa.model.names import suggest
 
 Array = NDArray[np.float64]
 
+LONGEST = 100_000  # characters of a row
 _HEADER = re.compile(r"\s*(?P<name>[^\[\(]*?)\s*(?:[\[\(]\s*(?P<unit>[^\]\)]*?)\s*[\]\)])?\s*$")
 
 
@@ -60,6 +61,9 @@ def read_table(path: str | Path) -> Table:
     ]
     if len(lines) < 2:
         raise DataError(f"{path}: there are no rows; the first names the columns, as in 'travel [mm],force [kN]'")
+    longest = max(lines, key=lambda line: len(line[1]))
+    if len(longest[1]) > LONGEST:
+        raise DataError(f"{path}:{longest[0]}: a row of {len(longest[1])} characters is none of a table")
     separator = max(",;\t", key=lines[0][1].count)
     names, units = _header(path, next(csv.reader([lines[0][1]], delimiter=separator)))
     rows = []

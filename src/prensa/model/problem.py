@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
+from prensa.model.crank import Crank
 from prensa.model.doors import name_of, union
 from prensa.model.fields import (
     AngleValue,
@@ -38,6 +39,7 @@ from prensa.model.units import (
     Length,
     LengthUnit,
     Number,
+    Seconds,
     Whole,
 )
 from prensa.model.until import ToolForce, ToolTravel, Until
@@ -379,7 +381,7 @@ class Outline:
         if self.sides and len(self.sides) != len(self.points):
             raise ValueError(f"{len(self.sides)} names in 'sides' for {len(self.points)} sides; give one for each point")
         (x, y), (u, v) = zip(*self.points), zip(*(*self.points[1:], self.points[0]))
-        _bounded(abs(sum(a * d - b * c for a, b, c, d in zip(x, y, u, v))) / self.size**2)
+        _bounded(abs(sum(a * d - b * c for a, b, c, d in zip(x, y, u, v))) / self.size / self.size)
         return self
 
 
@@ -440,6 +442,7 @@ class Body:
     """Deformable body: a mesh of one material and ``element``.
 
     ``q4_fbar`` does not lock in volume and bears large plastic flow; ``q4_enhanced`` does not lock in bending either;
+    ``q4_sheet`` is ``q4_enhanced`` with nine points across each layer, for elastic-plastic bending and springback;
     ``q8`` (2 × 2 points) and ``t6`` are quadratic; ``q4``, ``t3`` and ``q8_full`` (3 × 3 points) are the textbook elements,
     which lock in plastic flow.
     Without ``element``: ``q4_fbar``, and ``q4`` in plane stress, where nothing locks in volume and F-bar has no meaning.
@@ -663,17 +666,19 @@ class Load:
 
 @described
 class Step:
-    """One stage of the history; step k spans time k − 1 … k.
+    """One stage of the history; step k spans time k − 1 … k, and lasts ``duration``.
 
     ``move``: tool displacement from the initial position reached at the end of the step (or a table);
     ``by``: the same from where the tool is at the start of the step, also of a boundary, whose support it prescribes from then
-    on; ``velocity``: tool velocity during the step (length per unit time); ``push``: tool force.
+    on; ``velocity``: tool velocity during the step; ``crank``: of a mechanical press; ``push``: tool force.
     Numbers ramp linearly from the value at the start of the step. What is not mentioned is held. What is released or
     changed goes linearly, over the step, from the force that it carries to what is asked; lowered friction fades so too.
     ``remove_tools``: all tools leave the bodies, their forces going linearly to zero over the step, and are gone from then on;
     rigid motions that no support holds then are held at as few points as that takes, without any force at the end.
     ``increments``: the number of equal increments asked for (each is cut further when it does not converge);
     without it the step size is chosen automatically.
+    ``duration``: seconds, or a text such as ``20 ms``; without, one second, or as long as a ``crank`` takes. Velocities, rates,
+    speeds of slip and powers are per second; the times of tables count steps.
     ``control``: displacement control of what the step pushes and loads. The tool goes the way that is given (as of ``by``, from
     where it is at the start of the step), and one factor on all forces that the step changes, 1 where they are what is
     asked, is what equilibrium makes of it: a load may pass a maximum on the way. Of one component that ``push`` drives.
@@ -685,12 +690,14 @@ class Step:
     move: Mapping[str, Motion] = field(default_factory=dict)
     by: Mapping[str, Motion] = field(default_factory=dict)
     velocity: Mapping[str, Velocity] = field(default_factory=dict)
+    crank: Mapping[str, Crank] = field(default_factory=dict)
     push: Mapping[str, Push] = field(default_factory=dict)
     fixed: Mapping[str, FixedValue] = field(default_factory=dict)
     loads: Mapping[str, Load] = field(default_factory=dict)
     body_force: Mapping[str, tuple[BodyForceValue, BodyForceValue]] = field(default_factory=dict)
     friction: Mapping[str, Friction | None] = field(default_factory=dict)
     remove_tools: bool = False
+    duration: Annotated[Seconds, Field(gt=0)] | None = None
     increments: Annotated[Whole, Field(ge=1)] | None = None
     control: Mapping[str, Motion] = field(default_factory=dict)
     stabilise: Stabilise | None = None
@@ -699,7 +706,7 @@ class Step:
 
 @described
 class Units:
-    """The consistent system of the case's numbers; time is in seconds, temperature in kelvin."""
+    """The consistent system of the case's numbers; durations are in seconds, temperature in kelvin."""
 
     length: LengthUnit = "mm"
     force: ForceUnit = "N"
@@ -849,7 +856,7 @@ class Case:
 
 
 __all__ = [
-    "Annulus", "ArcSide", "Body", "Case", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion", "NoContact",
+    "Annulus", "ArcSide", "Body", "Case", "Contact", "Crank", "Disc", "File", "Fixed", "Grade", "Load", "Motion", "NoContact",
     "Nose", "Numerics", "Outline", "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "Remesh", "Sizes",
     "SplineSide", "Springs", "Start", "Step", "Strip", "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When", "Wire",
 ]  # fmt: skip

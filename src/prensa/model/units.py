@@ -42,6 +42,7 @@ MOMENT = Dimension("a moment", 1, 1, "3 kN*mm")
 STRAIN = Dimension("a strain", 0, 0, "0.2 %")
 SPEED = Dimension("a speed", 0, 1, "100 mm/s")
 ANGLE = Dimension("an angle", 0, 0, "10 deg")
+TIME = Dimension("a time in seconds", 0, 0, "20 ms")
 
 _LBF, _INCH = Fraction("4.4482216152605"), Fraction("0.0254")
 _SI: dict[str, tuple[Fraction, int, int]] = {
@@ -63,6 +64,8 @@ _SI: dict[str, tuple[Fraction, int, int]] = {
     "°": (Fraction(math.pi) / 180, 0, 0),
     "%": (Fraction(1, 100), 0, 0),
 }
+_SECONDS = {"s": Fraction(1), "ms": Fraction(1, 1000), "us": Fraction(1, 10**6), "min": Fraction(60), "h": Fraction(3600)}
+_SECONDS |= {"µs": _SECONDS["us"], "μs": _SECONDS["us"]}
 _PREFIX = {"n": -9, "µ": -6, "μ": -6, "u": -6, "m": -3, "c": -2, "d": -1, "k": 3, "M": 6, "G": 9}
 _SI |= {
     p + u: (_SI[u][0] * Fraction(10) ** e, *_SI[u][1:]) for p, e in _PREFIX.items() for u in ("m", "N", "Pa", "rad")
@@ -207,6 +210,17 @@ def _per_second(value: Any) -> Any:
     return length
 
 
+def _in_seconds(value: Any) -> Any:
+    """The number of seconds of a text such as ``20 ms``."""
+    if not isinstance(value, str):
+        return value
+    match = _NUMBER.match(value)
+    if match is None or match[2] not in {**_SECONDS, "": 1}:
+        units = ", ".join(u for u in _SECONDS if u.isascii())
+        raise ValueError(f"{value!r} is not a time; write it in seconds, as a plain number or like {TIME.example!r} ({units})")
+    return float(Fraction(match[1]) * _SECONDS.get(match[2], 1))
+
+
 def _refuse_bool(value: Any) -> Any:
     """Python counts True as 1; a number that is ``true`` in a file is a slip."""
     if isinstance(value, bool):
@@ -229,3 +243,4 @@ SpringStiffness = Annotated[float, SPRING, _convert(SPRING)]
 Speed = Annotated[float, SPEED, _convert(SPEED), BeforeValidator(_per_second)]
 Strain = Annotated[float, STRAIN, _convert(STRAIN)]
 Angle = Annotated[float, ANGLE, _convert(ANGLE)]
+Seconds = Annotated[float, TIME, BeforeValidator(_in_seconds), BeforeValidator(_refuse_bool)]

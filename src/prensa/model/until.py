@@ -13,7 +13,7 @@ from prensa.model.names import Finding, suggest
 from prensa.model.units import Angle, Displacement, Force, Moment, Number
 
 Path: TypeAlias = tuple[str | int, ...]
-DRIVEN = ("move", "by", "velocity", "push", "control")
+DRIVEN = ("move", "by", "velocity", "crank", "push", "control")
 
 
 @described

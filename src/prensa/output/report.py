@@ -16,7 +16,7 @@ import numpy as np
 from prensa.errors import PrensaError, take_path
 from prensa.model.problem import Case, Problem
 from prensa.output import style
-from prensa.output.files import file_name, write_text
+from prensa.output.files import Contents, file_name, write_text
 from prensa.output.history import energies_of
 from prensa.output.maxima import largest_force, maxima
 from prensa.output.packing import as_text
@@ -59,7 +59,8 @@ def read_summary(directory: str | Path) -> dict[str, Any]:
     """Content of ``summary.json``; raises PrensaError when there is none or it is damaged."""
     path = take_path("read_summary", directory) / SUMMARY
     try:
-        return dict(json.loads(path.read_text(encoding="utf-8")))
+        read = json.loads(path.read_text(encoding="utf-8"), object_pairs_hook=lambda entries: Contents(path, entries))
+        return Contents(path, read)
     except FileNotFoundError:
         raise PrensaError(f"{path}: there is no summary; was the folder written by 'prensa run'?") from None
     except (ValueError, TypeError, OSError) as error:
