@@ -7,7 +7,7 @@ from typing import Any
 __version__ = "0.1.0"
 
 _MODEL = (
-    "Annulus", "ArcSide", "Body", "Case", "Contact", "Disc", "File", "Fixed", "Grade", "Load", "Motion", "NoContact",
+    "Annulus", "ArcSide", "Body", "Case", "Contact", "Crank", "Disc", "File", "Fixed", "Grade", "Load", "Motion", "NoContact",
     "Nose", "Numerics", "Outline", "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "Remesh", "Sizes",
     "SplineSide", "Springs", "Start", "Step", "Strip", "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When", "Wire",
 )  # fmt: skip

@@ -59,8 +59,9 @@ def test_bodies_that_do_not_flow_keep_their_meshes() -> None:
 
 def test_a_run_draws_its_flow_lines(tmp_path: Path) -> None:
     """Pictures of a run on meshes made anew, and the report that shows them."""
-    case = pr.Case(replace(stack(to=-0.3)), output=pr.Output(fields=0))
+    case = pr.Case(replace(stack(to=-0.4, travel=0.1)), output=pr.Output(fields=1))
     result = run(case, tmp_path / "run", quiet=True)
     assert (result.directory / "pictures" / "flow_lines.png").stat().st_size > 5000
+    assert (result.directory / "pictures" / "remeshing.png").stat().st_size > 5000
     assert not [w for w in result.summary["warnings"] if "could not be drawn" in w]
     assert "a square grid that was drawn" in (result.directory / "report.html").read_text(encoding="utf-8")

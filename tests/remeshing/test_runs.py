@@ -13,7 +13,6 @@ import pytest
 
 import prensa as pr
 from prensa.errors import PrensaError, SolveError
-from prensa.fem.discretise import discretise
 from prensa.mesh.mesh import boundary_edges, segments
 from prensa.output.checkpoint import read_checkpoint, write_checkpoint
 from prensa.output.history import read_history
@@ -122,15 +121,6 @@ def test_files_of_a_run(tmp_path: Path) -> None:
     assert "remeshing 1 (the first mesh is too coarse)" in (result.directory / "run.log").read_text(encoding="utf-8")
 
 
-def test_a_case_does_not_start_from_a_remeshed_run(tmp_path: Path) -> None:
-    """It is refused by name, with what to do."""
-    case = pr.Case(indented(depth=0.03), output=pr.Output(pictures=False, report=False))
-    run(case, tmp_path / "run", quiet=True)
-    following = replace(case.problem, remesh="off", start=pr.Start(run=str(tmp_path / "run")))
-    with pytest.raises(PrensaError, match="make both one case of several steps"):
-        discretise(following)
-
-
 def test_the_mesher_that_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     """Before anything is solved, with what to install."""
     plain = importlib.util.find_spec
@@ -154,9 +144,18 @@ REFUSED = {
         {"bodies": {"billet": pr.Body(pr.Rectangle(size=(6.0, 6.0), n=(2, 2)), ALUMINIUM)}},
         "use 'element: t6'",
     ),
-    "enforcement": (
-        {"contacts": (pr.Contact("billet.top", "punch", enforcement=pr.Augmented()),)},
-        "multipliers of 'augmented' are not carried over",
+    "ties": (
+        {"ties": (pr.Tie("billet.top", "other.bottom"),),
+         "bodies": {"billet": pr.Body(pr.Rectangle(size=(6.0, 6.0), n=(2, 2)), ALUMINIUM, "t6"),
+                    "other": pr.Body(pr.Rectangle(size=(6.0, 6.0), n=(2, 2), origin=(0.0, 6.0)), ALUMINIUM, "t6")}},
+        "tied sides are not carried over; make one body of the tied ones",
+    ),
+    "control": (
+        {"steps": (pr.Step("press", control={"punch": pr.Motion(y=-1.0)}, push={"punch": pr.Push(y=-1.0)}),)},
+        "the factor of 'control' is not carried over; move the tool",
+    ),
+    "integration": (
+        {"contacts": (pr.Contact("billet.top", "punch", integration="kikuchi"),)}, "have 'integration: nodal'",
     ),
 }
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from stopped import stopped_after
 
 import prensa as pr
 from prensa.errors import PrensaError
@@ -208,31 +209,13 @@ def test_a_run_goes_on_bit_for_bit(tmp_path):
     start = int(np.flatnonzero(gone)[0])
     for stop in (start, start + 2, len(gone) - 1):  # before, in and after the step
         part = tmp_path / f"part{stop}"
-        _stopped_after(case, part, stop)
+        stopped_after(case, part, stop)
         resume(part, quiet=True)
         for name in ("history.csv", "passages.csv"):
             assert (part / name).read_text() == (tmp_path / "whole" / name).read_text()
         _, state = read_checkpoint(part / "checkpoint.h5")
         for name, array in end.arrays().items():
             np.testing.assert_array_equal(array, state.arrays()[name])
-
-
-def _stopped_after(case: pr.Case, folder, number: int) -> None:
-    from prensa.output import run as module
-
-    class Stopped(module._Run):
-        def _write(self, increment):
-            super()._write(increment)
-            if increment.number == number:
-                raise KeyboardInterrupt
-
-    original = module._Run
-    module._Run = Stopped
-    try:
-        with pytest.raises(KeyboardInterrupt):
-            run(case, folder, quiet=True)
-    finally:
-        module._Run = original
 
 
 def test_a_case_that_starts_from_a_run_may_begin_with_the_removal(tmp_path):

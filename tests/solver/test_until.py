@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import logging
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from stopped import stopped_after
 
 import prensa as pr
 from prensa.errors import SolveError
@@ -215,31 +215,12 @@ def test_a_run_goes_on_bit_for_bit_from_any_increment(tmp_path):
     _, end = read_checkpoint(tmp_path / "whole" / "checkpoint.h5")
     for stop in range(1, len(table["time"])):
         part = tmp_path / f"part{stop}"
-        _stopped_after(case, part, stop)
+        stopped_after(case, part, stop)
         resume(part, quiet=True)
         assert (part / "history.csv").read_text() == (tmp_path / "whole" / "history.csv").read_text()
         _, state = read_checkpoint(part / "checkpoint.h5")
         for name, array in end.arrays().items():
             np.testing.assert_array_equal(array, state.arrays()[name])
-
-
-def _stopped_after(case: pr.Case, folder: Path, number: int) -> None:
-    """A run that is interrupted after some increments."""
-    from prensa.output import run as module
-
-    class Stopped(module._Run):
-        def _write(self, increment):
-            super()._write(increment)
-            if increment.number == number:
-                raise KeyboardInterrupt
-
-    original = module._Run
-    module._Run = Stopped
-    try:
-        with pytest.raises(KeyboardInterrupt):
-            run(case, folder, quiet=True)
-    finally:
-        module._Run = original
 
 
 # ------------------------------------------------------------------------------------------------------- not met, refused

@@ -27,6 +27,8 @@ class Enforcement(Member, abstract=True):
     """Whether the multipliers are degrees of freedom with equations of their own."""
     slack: ClassVar[float] = 0.0
     """Penetration over the element depth that a closed point may be away from the tool, on the open side."""
+    sinks: ClassVar[bool] = False
+    """Whether a closed point lies in its tool as deep as its pressure demands, g = −p/k_n; else it lies on it."""
     max_updates: int = 0
 
     def stiffness(self, unit: Array) -> tuple[Array, Array]:

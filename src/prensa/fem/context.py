@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 @dataclass
 class Context:
-    """Committed state, plan of the step, end of the increment, and arrays derived from them.
+    """Committed state, plan of the step, end of the increment, its ``dt`` in steps and in ``seconds``, and arrays made of them.
 
     ``weights`` and ``scales`` of the contacts on the committed configuration, friction ``laws`` and what their bounds depend
     on (``law_at``); ``x_n`` (n, d) node positions that increments refer to; ``depth`` (n,) thickness at the nodes at the last
@@ -39,6 +39,7 @@ class Context:
     plan: StepPlan
     time: float
     dt: float
+    seconds: float
     weights: list[Array]
     scales: list[Scale]
     laws: list[FrictionLaw | None]

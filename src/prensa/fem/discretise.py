@@ -18,6 +18,7 @@ from prensa.fem.interaction import Interaction
 from prensa.fem.outlines import contact_edges
 from prensa.fem.remeshed import Remeshed
 from prensa.fem.start import earlier_run
+from prensa.fem.state import State
 from prensa.fem.surface import Surface
 from prensa.fem.system import System
 from prensa.fem.ties import held_components, make_ties
@@ -25,6 +26,7 @@ from prensa.layout import DofMap
 from prensa.materials.laws import material_of
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import Mesh, MeshError, ordered_nodes
+from prensa.mesh.thin import thin_way_up
 from prensa.model import problem as model
 from prensa.registry import DOORS
 from prensa.tools.place import PlacedTool, ToolError, place
@@ -71,7 +73,7 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = ()) -> 
     candidates = [_candidates(problem, contact, meshes, offsets, X) for contact in problem.contacts]
     dofs = _dofs(problem, candidates, total, extensions)
     surfaces = _surfaces(problem, candidates, meshes, offsets, X, dofs)
-    earlier = earlier_run(problem, problem.start, meshes, discretise) if problem.start is not None else None
+    earlier = earlier_run(problem, problem.start, meshes, of_state) if problem.start is not None else None
     shapes = meshes if earlier is None else earlier.shapes(meshes)
     tools = [
         (earlier.tool(name, d) if earlier is not None else None)
@@ -92,8 +94,16 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = ()) -> 
     for name in [*problem.loads, *(k for s in problem.steps for k in s.loads)]:
         system.boundary_edges(name)
     if earlier is not None:
+        if earlier.system.first is not None:
+            system = on_meshes(system, earlier.remeshed(system))
         system.beginning = earlier.begin(system)
     return system
+
+
+def of_state(problem: model.Problem, state: State) -> System:
+    """The system that a state of a problem belongs to: on the meshes of the description, or on those made since."""
+    system = discretise(problem)
+    return system if state.remeshed is None else on_meshes(system, state.remeshed)
 
 
 def on_meshes(system: System, remeshed: Remeshed) -> System:
@@ -111,18 +121,23 @@ def on_meshes(system: System, remeshed: Remeshed) -> System:
     surfaces = _surfaces(problem, candidates, meshes, offsets, x, dofs)
     surfaces = [_sharpened(s, system.tools[s.tool], dofs) for s in surfaces]
     cells = {name: m.cells + offsets[name] for name, m in meshes.items()}
-    pattern = _pattern(cells, surfaces, dofs, (), [])
+    pattern = _pattern(cells, surfaces, dofs, (), couplings(dofs, _loaded(problem, meshes, offsets, dofs)))
     blocks = [_block(problem, name, cells[name], x, pattern) for name in problem.bodies]
     blocks = [replace(b, X=X[b.cells], volume=remeshed.volume.get(b.body, b.volume)) for b in blocks]
     surfaces = [replace(s, X=s.points.at(X)) for s in surfaces]
-    return System(problem, meshes, offsets, X, blocks, system.tools, surfaces, pattern, dofs, courses=system.courses)
+    return System(
+        problem, meshes, offsets, X, blocks, system.tools, surfaces, pattern, dofs, courses=system.courses,
+        first=system.first or system,
+    )  # fmt: skip
 
 
 def _meshes(problem: model.Problem) -> dict[str, Mesh]:
     meshes: dict[str, Mesh] = {}
     for name, body in problem.bodies.items():
         try:
-            meshes[name] = mesh_of(body.mesh, element_of(body.element_in(problem.space)).nodes, problem.units.length)
+            element = element_of(body.element_in(problem.space))
+            mesh = mesh_of(body.mesh, element.nodes, problem.units.length)
+            meshes[name] = thin_way_up(mesh) if element.for_sheets else mesh
         except PrensaError as error:
             raise MeshError(f"bodies.{name}.mesh: {error}") from None
         x = meshes[name].points[:, 0]

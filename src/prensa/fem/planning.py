@@ -17,6 +17,7 @@ from prensa.fem.schedule import (
     Prescribed,
     StepPlan,
     course,
+    cranked,
     integrated,
     way,
     zero_course,
@@ -24,6 +25,7 @@ from prensa.fem.schedule import (
 from prensa.fem.system import System
 from prensa.friction.fading import Fading, fading
 from prensa.model import problem as model
+from prensa.model.seconds import duration_of
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -89,7 +91,7 @@ def plan_step(system: System, number: int, step_start: Array, ends: Array | None
     return StepPlan(
         step.name, number, float(number), float(number + 1), groups, push, _loads(system, number, ended),
         _body_forces(p, number, ended), _fading(p, number, ended), step.increments, springs,
-        _released(system, number, step_start, groups, ended), control,
+        _released(system, number, step_start, groups, ended), control, duration_of(step),
     )  # fmt: skip
 
 
@@ -165,32 +167,32 @@ def _released(system: System, number: int, step_start: Array, groups: list[Presc
 def _tool_group(step: model.Step, name: str, key: str, dof: int, step_start: Array, number: int) -> Prescribed:
     """One motion of a tool that a step prescribes, or holds where it says nothing."""
     t0, t1 = float(number), float(number + 1)
-    move, by, speed = (getattr(kind.get(name), key, None) for kind in (step.move, step.by, step.velocity))
-    c = None
-    if by is not None:
-        c = way(by, t0, t1)
-    elif speed is not None:
-        c = integrated(speed, step_start[dof], t0, t1)
-    elif move is not None:
-        c = course(move, step_start[dof], t0, t1)
+    by = getattr(step.by.get(name), key, None)
+    c = way(by, t0, t1) if by is not None else _absolute(step, name, key, float(step_start[dof]), t0)
     return Prescribed(np.array([dof]), step_start[[dof]].copy(), c)
+
+
+def _absolute(step: model.Step, tool: str, key: str, start: float, t0: float) -> Course | None:
+    """Course of a component of a tool, or of its mount, that begins a step at *start*; None where nothing moves it."""
+    kinds = (step.move, step.velocity, step.crank)
+    move, speed, crank = (getattr(kind.get(tool), key, None) for kind in kinds)
+    if move is not None:
+        return course(move, start, t0, t0 + 1.0)
+    if speed is not None:
+        return integrated(speed, start, t0, t0 + 1.0, duration_of(step))
+    return None if crank is None else cranked(crank, start, t0, t0 + 1.0)
 
 
 def _mount(p: model.Problem, tool: str, key: str, number: int, ends: Ends) -> Course:
     """Course in step *number* of the mount of a tool: what its steps move, held where not mentioned."""
     now = zero_course()
     for k, step in enumerate(p.steps[: number + 1]):
-        move, by, speed = (getattr(kind.get(tool), key, None) for kind in (step.move, step.by, step.velocity))
         start, t0 = now(float(k)), float(k)
-        if by is not None:
+        if (by := getattr(step.by.get(tool), key, None)) is not None:
             onward = way(by, t0, t0 + 1.0)
             now = Course(onward.times, start + onward.values)
-        elif move is not None:
-            now = course(move, start, t0, t0 + 1.0)
-        elif speed is not None:
-            now = integrated(speed, start, t0, t0 + 1.0)
         else:
-            now = Course(np.array([t0]), np.array([start]))
+            now = _absolute(step, tool, key, start, t0) or Course(np.array([t0]), np.array([start]))
         if k < number:
             now = ends.cut(now, k)
     return now

@@ -1,7 +1,8 @@
 """A committed state on new meshes: outline, triangles, contacts, histories; what refers to the initial shape goes along.
 
-Nodes of new meshes lie on the curves of the old outlines. Closed ones are then put where their tools leave them, at g = −p/k_n,
-open ones outside of all tools, and free ones moved along their normals, all by one distance, so that the volume is the old one.
+Nodes of new meshes lie on the curves of the old outlines. Closed ones are then put where their tools leave them, at g = −p/k_n
+(at g = 0 where multipliers bear the pressure), open ones outside of all tools, and free ones moved along their normals, all by
+one distance, so that the volume is the old one.
 """
 
 from __future__ import annotations
@@ -98,9 +99,13 @@ def carried_over(system: System, state: State, meshes: dict[str, Mesh], bodies: 
     histories, volumes = _histories(system, state, new, bodies)
     remeshed = replace(draft, origin={b: origin[_own(new, b)] for b in meshes}, volume=volumes)
     record, lam = places.records(new)
+    for s in new.surfaces:
+        if s.multipliers is not None:
+            s.multipliers.of(u)[:] = lam[s.rows] * (s.points.depth / s.modulus)[:, None]
+    release = None if state.release is None else nodal.handed_over(state.release, new.positions(u))
     return on_meshes(system, remeshed), replace(
         state, u=u, du=nodal.carried(state.du), second_difference=np.zeros(new.ndof), history=histories, contact=record,
-        lam=lam, work=np.zeros(new.ndof), step_start=nodal.carried(state.step_start),
+        lam=lam, work=np.zeros(new.ndof), step_start=nodal.carried(state.step_start), release=release,
         clock=state.clock._replace(damping=0.0), remeshed=remeshed,
     )  # fmt: skip
 
@@ -130,8 +135,8 @@ class _Nodal:
 
     def __init__(self, old: System, state: State, new: System, bodies: list[str]) -> None:
         self.old, self.new, self.bodies = old, new, bodies
-        x = old.positions(state.u)
-        self.places = {b: located(x[_own(old, b)], old.meshes[b].cells, new.X[_own(new, b)]) for b in bodies}
+        self.x = old.positions(state.u)
+        self.places = {b: located(self.x[_own(old, b)], old.meshes[b].cells, new.X[_own(new, b)]) for b in bodies}
 
     def carried(self, values: Array) -> Array:
         """Values (ndof,) of the old degrees of freedom at the new ones."""
@@ -143,6 +148,21 @@ class _Nodal:
                 at_places(nodal, mesh.cells, self.places[body]) if body in self.bodies else nodal
             )
         self.new.dofs.tool.of(out)[:] = self.old.dofs.tool.of(values)
+        return out
+
+    def handed_over(self, forces: Array, x: Array) -> Array:
+        """Forces (ndof,) on the old nodes, given to the nodes at x (n, 2) around them: resultant and moment stay."""
+        out = np.zeros(self.new.ndof)
+        before, after = self.old.displacement(forces), self.new.displacement(out)
+        for body, mesh in self.new.meshes.items():
+            own, nodal = after[_own(self.new, body)], before[_own(self.old, body)]
+            if body not in self.bodies:
+                own[:] = nodal
+                continue
+            loaded = np.flatnonzero(nodal.any(axis=1))
+            there = located(x[_own(self.new, body)], mesh.cells, self.x[_own(self.old, body)][loaded])
+            np.add.at(own, mesh.cells[there.element], there.N[:, :, None] * nodal[loaded, None, :])
+        self.new.dofs.tool.of(out)[:] = self.old.dofs.tool.of(forces)
         return out
 
 
@@ -196,8 +216,10 @@ class _Places:
         return ContactRecord(traction, between(record.slip), coordinate, closed, between(record.speed)), closed, lam
 
     def _put_in_place(self, s: Surface, closed: Flags, lam: Array) -> None:
-        """Move the nodes of a contact along the normals of its tool: closed ones to g = −p/k_n, others out of it."""
-        target = np.where(closed, -np.maximum(lam[:, 0], 0.0) / s.scale(np.zeros(len(closed))).k_n, 0.0)
+        """Move the nodes of a contact along the normals of its tool: closed ones to where they lie, others out of it."""
+        target = np.zeros(len(closed))
+        if s.description.enforcement.sinks:
+            target = np.where(closed, -np.maximum(lam[:, 0], 0.0) / s.scale(target).k_n, 0.0)
         nodes, of = s.points.nodes, _points_of_nodes(s)
         closed, target = closed[of], target[of]
         pairs = current_pairs(self.new.tools[s.tool].shape, self.x[nodes], self.new.tools[s.tool].at, self._place(s))

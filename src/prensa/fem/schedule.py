@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from prensa.friction.fading import Fading
+from prensa.model.crank import Crank
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -43,6 +44,33 @@ class Course:
         return Course(np.append(self.times[before], t), np.append(self.values[before], self(t)))
 
 
+@dataclass(frozen=True)
+class Cranked(Course):
+    """The way of a crank from where it begins, between its times: exact at all times, with an increment's end at dead centre."""
+
+    crank: Crank | None = None
+    start: float = 0.0
+    begins: float = 0.0
+
+    def __call__(self, t: float) -> float:
+        """Value at time t."""
+        assert self.crank is not None
+        until = float(np.clip(t, self.times[0], self.times[-1]))
+        return self.start + self.crank.way(until - self.begins)
+
+    def held(self, t: float) -> Course:
+        """The same up to time t, and its value there ever after."""
+        return replace(self, times=np.array([self.times[0], t]))
+
+
+def cranked(crank: Crank, start: float, t0: float, t1: float) -> Course:
+    """Course of a tool that a crank drives over the step t0 … t1."""
+    centre = crank.dead_centre
+    corners = np.array([] if centre is None else [t0 + centre * (t1 - t0)])
+    times = np.array([t0, t1])
+    return Cranked(times, start + np.array([0.0, crank.way(1.0)]), corners=corners, crank=crank, start=start, begins=t0)
+
+
 def course(value: Any, start: float, t0: float, t1: float) -> Course:
     """Course of a number (ramp from start over the step t0 … t1) or a table (global time)."""
     if isinstance(value, tuple):
@@ -56,17 +84,20 @@ def way(value: Any, t0: float, t1: float) -> Course:
     return Course(c.times, c.values, relative=True)
 
 
-def integrated(value: Any, start: float, t0: float, t1: float) -> Course:
-    """Displacement course of a velocity: constant over the step, or a table of (time, velocity) integrated exactly."""
+def integrated(value: Any, start: float, t0: float, t1: float, seconds: float = 1.0) -> Course:
+    """Displacement course of a velocity per second, over a step of so many *seconds*.
+
+    Constant over the step, or a table of (time, velocity) integrated exactly.
+    """
     if not isinstance(value, tuple):
-        return Course(np.array([t0, t1]), np.array([start, start + float(value) * (t1 - t0)]))
+        return Course(np.array([t0, t1]), np.array([start, start + float(value) * (t1 - t0) * seconds]))
     tv, v = np.array(value, dtype=np.float64).T
     # the integral of a piecewise linear velocity is quadratic: sample it finely between its own points
     given = tv[(tv > t0) & (tv < t1)]
     t = np.unique(np.concatenate([np.linspace(t0, t1, 513), given]))
     rate = np.interp(t, tv, v)
     covered = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(t))])
-    return Course(t, start + covered, corners=given)
+    return Course(t, start + covered * seconds, corners=given)
 
 
 @dataclass
@@ -126,7 +157,7 @@ class StepPlan:
 
     ``fixed`` (k,) prescribed dofs in increasing order; ``push`` tool degrees of freedom with force courses; ``springs`` tool
     degrees of freedom that hang on a spring, with its stiffness and the course of its mount; ``released`` what supports held
-    in the step before and nothing prescribes now; ``control`` where one of the pushed ones leads.
+    in the step before and nothing prescribes now; ``control`` where one of the pushed ones leads; ``seconds`` that it lasts.
     """
 
     name: str
@@ -142,6 +173,7 @@ class StepPlan:
     springs: dict[int, tuple[float, Course]] = field(default_factory=dict)
     released: list[Prescribed] = field(default_factory=list)
     control: Control | None = None
+    seconds: float = 1.0
     fixed: Index = field(init=False)
 
     def __post_init__(self) -> None:

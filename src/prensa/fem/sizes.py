@@ -1,4 +1,4 @@
-"""How large the elements of a new mesh are to be, from what is around: tools, and the outline of the body.
+"""How large the elements of a new mesh are to be, from what is around: tools, the outline of the body, strains.
 
 Never from the present mesh alone, which would coarsen from one to the next.
 """
@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.contact.recovery import recover
 from prensa.fem.state import State
 from prensa.fem.system import System
 from prensa.mesh.mesh import areas, boundary_edges, corner_cells, segments
@@ -61,13 +62,13 @@ class SizeField:
     def __call__(self, x: Array) -> Array:
         """Sizes (n,) at places x (n, 2)."""
         h = self.by_tools(x)
-        nodes, sizes = self._outline
-        if len(nodes):
-            from scipy.spatial import cKDTree
+        for places, sizes in (self._outline, self._strained):
+            if len(places):
+                from scipy.spatial import cKDTree
 
-            distance, near = cKDTree(nodes).query(x, min(NEIGHBOURS, len(nodes)))
-            distance, near = distance.reshape(len(x), -1), near.reshape(len(x), -1)
-            h = np.minimum(h, (sizes[near] + SLOPE * distance).min(axis=1))
+                distance, near = cKDTree(places).query(x, min(NEIGHBOURS, len(places)))
+                distance, near = distance.reshape(len(x), -1), near.reshape(len(x), -1)
+                h = np.minimum(h, (sizes[near] + SLOPE * distance).min(axis=1))
         return np.clip(h, self.least, self.far)
 
     def by_tools(self, x: Array) -> Array:
@@ -97,6 +98,27 @@ class SizeField:
         h = np.minimum(_by_thickness(x, segments(edges), self.asked.across), self._by_curvature(x, edges))
         small = h < self.far
         return x[edges[small, 2]], np.maximum(h[small], self.least)
+
+    @cached_property
+    def _strained(self) -> tuple[Array, Array]:
+        """Middles (k, 2) of elements over which the plastic strain changes much, and the sizes (k,) that ask for less.
+
+        None below that at tools: a band of shear is as thin as the elements that it has, and would ask for ever smaller ones.
+        """
+        block = next(b for b in self.system.blocks if b.body == self.body)
+        strain = block.field(self.state.history[self.system.blocks.index(block)], "plastic_strain")
+        steep = self.share / (self.asked.per_strain * self.far) if self.asked.per_strain else np.inf
+        if np.ptp(strain) < 0.5 * steep * self.near:
+            return np.zeros((0, 2)), np.zeros(0)
+        cells = block.cells - self.system.offsets[self.body]
+        at = block.positions(self.system.positions(self.state.u))
+        nodal = recover(self.positions, cells, at, strain.reshape(*at.shape[:2], 1))[:, 0]
+        x, e = self.positions[cells[:, :3]], nodal[cells[:, :3]]
+        a, b, de = x[:, 1] - x[:, 0], x[:, 2] - x[:, 0], e[:, 1:] - e[:, :1]
+        det = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+        slope = np.hypot(de[:, 0] * b[:, 1] - de[:, 1] * a[:, 1], de[:, 1] * a[:, 0] - de[:, 0] * b[:, 0]) / det
+        much = slope > steep
+        return x[much].mean(axis=1), np.maximum(steep * self.far / slope[much], self.near)
 
     def _by_curvature(self, x: Array, edges: Index) -> Array:
         """Sizes (k,) at sides (k, 3) that the bend of the outline there asks for; infinite where it is straight."""

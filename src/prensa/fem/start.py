@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from prensa.errors import PrensaError
 from prensa.fem.context import Context
 from prensa.fem.planning import plan_step
+from prensa.fem.remeshed import Remeshed
 from prensa.fem.saved import CHECKPOINT, read_checkpoint
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import Energy, State
@@ -45,17 +46,23 @@ class Earlier:
     state: State
     bodies: tuple[str, ...]
 
-    def displacement(self, body: str) -> Array:
-        """Displacements (n, 2) of the nodes of a body at the end of the run."""
-        first = self.system.offsets[body]
-        return self.system.displacement(self.state.u)[first : first + len(self.system.meshes[body].points)]
-
     def shapes(self, meshes: dict[str, Mesh]) -> dict[str, Mesh]:
         """Meshes as the run left them, for placing tools."""
-        return {
-            name: displaced(m, m.points + self.displacement(name)) if name in self.bodies else m
-            for name, m in meshes.items()
-        }
+        x, old = self.system.positions(self.state.u), self.system.meshes
+        return {name: displaced(old[name], x[self._own(name)]) if name in self.bodies else m for name, m in meshes.items()}
+
+    def remeshed(self, system: System) -> Remeshed:
+        """The meshes of a system whose bodies go on with those that the run has made; the others keep theirs."""
+        old = self.system
+        volume = {b.body: b.volume for s in (system, old) for b in s.blocks if s is system or b.body in self.bodies}
+        meshes = {name: old.meshes[name] if name in self.bodies else m for name, m in system.meshes.items()}
+        origin = {name: old.X[self._own(name)] if name in self.bodies else m.points for name, m in meshes.items()}
+        return Remeshed(meshes, origin, volume, 0, 0, np.zeros((0, 3)), 1.0)
+
+    def _own(self, body: str) -> slice:
+        """The nodes of a body in the run."""
+        first = self.system.offsets[body]
+        return slice(first, first + len(self.system.meshes[body].points))
 
     def tool(self, name: str, description: Any) -> PlacedTool | None:
         """The tool of the run, if it has one of that name and description."""
@@ -165,9 +172,10 @@ def _at_rest(
 
 
 def earlier_run(
-    problem: model.Problem, start: model.Start, meshes: dict[str, Mesh], discretise: Callable[[model.Problem], System]
-) -> Earlier:
-    """The run that a problem starts from; ``discretise`` makes its system.
+    problem: model.Problem, start: model.Start, meshes: dict[str, Mesh],
+    discretise: Callable[[model.Problem, State], System],
+) -> Earlier:  # fmt: skip
+    """The run that a problem starts from; ``discretise`` makes the system that its state belongs to.
 
     Raises
     ------
@@ -177,12 +185,7 @@ def earlier_run(
     """
     case, state = read_checkpoint(Path(start.run) / CHECKPOINT)
     before = case.problem
-    if state.remeshed is not None:
-        raise StartError(
-            f"start: the bodies of the run in {start.run!r} have other meshes than they began with ('remesh'), which are not "
-            "carried over to another case; make both one case of several steps"
-        )
-    system = discretise(before)
+    system = discretise(before, state)
     for key in ("space", "kinematics", "contact_geometry", "thickness", "units"):
         if getattr(before, key) != getattr(problem, key):
             raise StartError(
@@ -199,7 +202,7 @@ def earlier_run(
             raise StartError(
                 f"start: body {name!r} has another material or element in the earlier run; make them equal"
             )
-        a, b = meshes[name], system.meshes[name]
+        a, b = meshes[name], (system.first or system).meshes[name]
         if not (np.array_equal(a.points, b.points) and np.array_equal(a.cells, b.cells)):
             raise StartError(
                 f"start: body {name!r} has another mesh in the earlier run; give the mesh that it began with"

@@ -32,6 +32,7 @@ from prensa.layout import DofMap
 from prensa.materials.laws import At
 from prensa.mesh.mesh import Mesh, MeshError
 from prensa.model import problem as model
+from prensa.model.seconds import elapsed
 from prensa.tools.place import PlacedTool
 
 log = logging.getLogger("prensa")
@@ -94,7 +95,8 @@ class BodyForces(Protocol):
 class System:
     """The discretised problem. ``courses`` (system, step, start of the step) → plan of a step, if the description has none.
 
-    ``gone``: whether its tools are, and ``removed`` the contacts that they had; their rows in the state stay.
+    ``gone``: whether its tools are, and ``removed`` the contacts that they had; their rows in the state stay. ``first``: the
+    system on the meshes of the description, where this one is on others.
     """
 
     problem: model.Problem
@@ -113,6 +115,7 @@ class System:
     courses: Callable[[System, int, Array], StepPlan] | None = None
     gone: bool = False
     removed: Sequence[Surface] = ()
+    first: System | None = None
     _places: dict[str, NDArray[np.int32]] = field(default_factory=dict)
     _volumes: dict[str, Array] = field(default_factory=dict)
 
@@ -307,11 +310,13 @@ class System:
         weights = [self.weights(s, x_n, depth) for s in surfaces]
         committed = [self._committed(s, state) for s in surfaces]
         dt = time - state.clock.time
+        seconds = dt * plan.seconds
+        now = elapsed(self.problem, time, state.ends)
         laws = [None if self.frictionless(d) else d for d in plan.friction]
         law_at, scales = [], []
         for s, law in zip(self.surfaces, laws):
             k = self.shear_strength(s, state) if law is not None and law.asks_for_k else None
-            law_at.append(FrictionAt(k, dt, time, state.contact.speed[s.rows]))
+            law_at.append(FrictionAt(k, seconds, now, state.contact.speed[s.rows]))
             least = np.zeros(len(s.points))
             if law is not None and law.hardens:
                 # a softening law needs k_T > |∂τ_y/∂κ| for a unique root: take twice that at the committed pressures
@@ -319,7 +324,7 @@ class System:
             scales.append(s.scale(least))
         interactions = [*self._contacts, *self.more, *loads_of(self, plan, state)]
         return Context(
-            state, plan, time, dt, weights, scales, laws, law_at, x_n, depth, surfaces, committed, interactions
+            state, plan, time, dt, seconds, weights, scales, laws, law_at, x_n, depth, surfaces, committed, interactions
         )
 
     def _cut(self, state: State, plan: StepPlan, time: float) -> list[Surface]:
@@ -462,7 +467,7 @@ class System:
         du = self.displacement(u if total else u - c.state.u)
         base = self.initial_history if total else c.state.history
         history, scale, floor = [], 0.0, ROUND_OFF * EPS * self.stiffness * self.nodes
-        at = At(c.dt, c.time, data is not None, secant)
+        at = At(c.seconds, elapsed(self.problem, c.time, c.state.ends), data is not None, secant)
         for block, old, held in zip(self.blocks, base, flows or [None] * len(self.blocks)):
             out = sweep(block, c.x_n, du, old, at._replace(flows=held), r, data, self.pattern, c.threads)
             if out.failed:

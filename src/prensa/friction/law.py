@@ -33,8 +33,8 @@ class At(NamedTuple):
     """What a bound may depend on besides pressure and slip, fixed during an increment.
 
     ``k`` (points,): shear yield stress of the body behind the surface at the start of the increment, None where the law does
-    not ask for it; ``dt``, ``time``: duration and end of the increment; ``speed`` (points,): of slip at its start, that of the
-    increment before, length per unit time; None: at rest.
+    not ask for it; ``dt``, ``time``: duration and end of the increment in seconds; ``speed`` (points,): of slip at its
+    start, that of the increment before, per second; None: at rest.
     """
 
     k: Array | None = None

@@ -43,7 +43,7 @@ class FlowCurve(Member, abstract=True):
     door: ClassVar[str] = "flow"
 
     def stress(self, strain: Array, rate: Array) -> Any:
-        """Flow stress σ_y > 0 (k,) at equivalent plastic strains (k,) ≥ 0 and their rates (k,) ≥ 0, per unit of time.
+        """Flow stress σ_y > 0 (k,) at equivalent plastic strains (k,) ≥ 0 and their rates (k,) ≥ 0, per second.
 
         Returns σ_y alone; (σ_y, ∂σ_y/∂ε̄) of a curve that does not depend on the rate; or (σ_y, ∂σ_y/∂ε̄, ∂σ_y/∂ε̄̇).
         """

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 
 class At(NamedTuple):
-    """Context of an update: duration ``dt`` of the increment, ``time`` at its end, whether the ``tangent`` is wanted.
+    """Context of an update: seconds ``dt`` of the increment and ``time`` at its end, whether the ``tangent`` is wanted.
 
     ``secant``: how far A is to go from the tangent (0) to the secant moduli of plastic flow (1); a law may give the tangent.
     ``flows`` (n,): which points flow plastically, whatever their trial stress; None: that decides.

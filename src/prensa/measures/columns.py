@@ -9,6 +9,7 @@ from prensa.measures.measure import MeasureError
 from prensa.measures.units import area_unit, energy_unit, force_unit, length_unit, moment_unit
 from prensa.model.problem import Problem, ever_stabilised, support_names
 from prensa.model.remeshing import remeshing_of
+from prensa.model.seconds import any_stated
 
 if TYPE_CHECKING:
     from prensa.solver.increment import Increment
@@ -36,6 +37,8 @@ def columns(problem: Problem) -> dict[str, Column]:
     places = (length_unit(problem), length_unit(problem), "rad")
     out = {"step": Column("", lambda i: i.step), "increment": Column("", lambda i: i.number)}
     out["time"] = Column("", lambda i: i.time)
+    if any_stated(problem):
+        out["seconds"] = Column("s", lambda i: i.seconds)
     for tool in problem.tools:
         out |= {f"{tool}.{c}": _place(tool, k, places[k]) for k, c in enumerate(PLACE_COLUMNS)}
         out |= {f"{tool}.{c}": _force(tool, k, forces[k]) for k, c in enumerate(FORCE_COLUMNS)}

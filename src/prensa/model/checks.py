@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from prensa.model import until
+from prensa.model import crank, until
 from prensa.model.names import Finding, suggest
 from prensa.model.remeshing import remeshing_of
 from prensa.model.units import factor
@@ -116,8 +116,6 @@ def _remeshing(p: Any) -> Iterator[Finding]:
         yield _not_remeshed("the thickness of plane stress is not carried over; use plane strain, or 'remesh: off'")
     if p.ties:
         yield _not_remeshed("tied sides are not carried over; make one body of the tied ones, or use 'remesh: off'")
-    if p.start is not None:
-        yield _not_remeshed("a case that starts from a run has the mesh of that run; make it one case of several steps")
     if any(step is not None and step.control for step in p.steps):
         yield _not_remeshed("the factor of 'control' is not carried over; move the tool, or use 'remesh: off'")
     bodies = {name: b for name, b in p.bodies.items() if b is not None and b.material is not None}
@@ -132,11 +130,6 @@ def _remeshing(p: Any) -> Iterator[Finding]:
     for k, contact in enumerate(p.contacts):
         if contact is None or contact.surface[0].partition(".")[0] not in flowing:
             continue
-        if contact.enforcement is not None and contact.enforcement.type != "penalty":
-            yield Finding(
-                ("contacts", k, "enforcement"),
-                f"the multipliers of {contact.enforcement.type!r} are not carried over to a new mesh; use penalty, the default",
-            )
         if contact.integration not in (None, "nodal"):
             yield Finding(("contacts", k, "integration"), "contacts of bodies that are remeshed have 'integration: nodal'")
 
@@ -328,7 +321,7 @@ def _removed(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding
     gone = f"step {by!r} removes all tools, which are gone from then on"
     if not p.tools:
         yield Finding((*path, "remove_tools"), "there are no tools", at_key=True)
-    for kind in ("move", "by", "velocity", "push", "control"):
+    for kind in ("move", "by", "velocity", "crank", "push", "control"):
         for key in getattr(step, kind):
             if key in p.tools:
                 yield Finding((*path, kind, key), f"{gone}: tool {key!r} does nothing then; leave it out", at_key=True)
@@ -368,6 +361,12 @@ def _step(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding]:
                 if (other := given.setdefault((key, freedom), kind)) != kind:
                     message = f"{freedom} of tool {key!r} is given by '{other}' and by '{kind}'; keep one"
                     yield Finding((*here, name), message, at_key=True)
+    for key, drive in step.crank.items():
+        axis = None if drive is None else "x" if drive.x is not None else "y"
+        if axis is not None and (rival := given.get((key, axis))) is not None:
+            message = f"{axis} of tool {key!r} is given by '{rival}' and by 'crank'; keep one"
+            yield Finding((*path, "crank", key), message, at_key=True)
+    yield from crank.findings(p, step, path)
     yield from _supports(p, step, path)
     yield from _control(p, step, (*path, "control"))
     contacts = [c.name for c in p.contacts if c is not None]

@@ -19,14 +19,15 @@ class Sizes:
 
     ``far``: away from everything, the largest (default: a twelfth of the square root of the section's area);
     ``near_tools``: at tools (default: 0.6 of that); ``per_radius``: elements along a quarter of a circle of the radius of a
-    tool; ``across``: elements at least across a thin wall or web; ``least``: the smallest (default: an eighth of
-    ``near_tools``).
+    tool; ``across``: elements at least across a thin wall or web; ``per_strain``: elements, no smaller than ``near_tools``, along
+    a way on which the equivalent plastic strain changes by one; ``least``: the smallest (default: an eighth of ``near_tools``).
     """
 
     far: Size | None = None
     near_tools: Size | None = None
     per_radius: Annotated[Number, Field(ge=1, le=100)] = 8.0
     across: Annotated[Number, Field(ge=1, le=100)] = 4.0
+    per_strain: Annotated[Number, Field(ge=0, le=100)] = 4.0
     least: Size | None = None
 
 

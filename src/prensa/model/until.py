@@ -13,7 +13,7 @@ from prensa.model.names import Finding, suggest
 from prensa.model.units import Angle, Displacement, Force, Moment, Number
 
 Path: TypeAlias = tuple[str | int, ...]
-DRIVEN = ("move", "by", "velocity", "push", "control")
+DRIVEN = ("move", "by", "velocity", "crank", "push", "control")
 
 
 @described
@@ -31,7 +31,7 @@ class ToolForce:
 
 @described
 class ToolTravel:
-    """Displacement of a tool from its initial place, and its rotation ``rz``, counter-clockwise, as in ``history.csv``."""
+    """Displacement ``x``, ``y`` of a tool from its first place, and rotation ``rz``, counter-clockwise, as in ``history.csv``."""
 
     x: Displacement | None = None
     y: Displacement | None = None

@@ -31,6 +31,7 @@ _CAPTIONS = {
     "deformed": "Deformed shape and von Mises stress (dashed: initial outline)",
     "plastic_strain": "Equivalent plastic strain",
     "flow_lines": "Where a square grid that was drawn on the undeformed bodies has gone",
+    "remeshing": "Meshes before and after they were made anew: the first time, in the middle and the last time",
     "force_stroke": "Force on the tools",
     "measures": "Measures of the case",
     "energy": "Energy ledger: where the external work went, and what is not accounted for",
@@ -107,6 +108,8 @@ def _drawings(
                 yield name + suffix, lambda i=increment, f=field: plot.deformed(i, problem, f, mirror=stored.mirror)  # type: ignore[misc]
     if problem.remesh != "off" and there:
         yield "flow_lines", lambda: flow_lines(there[-1][1], problem)
+        if pairs := remeshings(stored):
+            yield "remeshing", lambda: plot.new_meshes(pairs, problem)
     if not len(stored):
         return
     files = file_names(c.name for c in problem.contacts)
@@ -122,6 +125,14 @@ def _drawings(
         "convergence",
         lambda: plot.convergence(history, read_convergence(directory), problem, case.numerics.tolerance),
     )
+
+
+def remeshings(stored: Stored) -> list[tuple[Increment, Increment]]:
+    """The increments before and after new meshes of which fields were written: the first, middle and last time."""
+    known, count = set(stored.with_fields), stored.history.get("remeshings", np.zeros(0))
+    numbers = stored.history["increment"]
+    made = [k for k in np.flatnonzero(np.diff(count) > 0).tolist() if known.issuperset(numbers[k : k + 2].tolist())]
+    return [(stored[k], stored[k + 1]) for k in dict.fromkeys([*made[:1], *made[len(made) // 2 :][:1], *made[-1:]])]
 
 
 def _most_pressed(stored: Stored, contact: str, tool: str) -> int | None:

@@ -129,6 +129,24 @@ def section(increment: Increment, problem: Problem, draw: Callable[[Axes, BodySt
     return figure
 
 
+def new_meshes(pairs: Sequence[tuple[Increment, Increment]], problem: Problem) -> Figure:
+    """Meshes before and after they were made anew: the last increment on the one, the first on the other, a row each."""
+    boxes = [limits(before, problem) for before, _ in pairs]
+    tall = max((b[3] - b[2]) / (b[1] - b[0]) for b in boxes)
+    with style.styled():
+        figure, rows = _figure(7.2, min(3.3 * tall, 4.5) * len(pairs) + 0.6, rows=len(pairs), columns=2, squeeze=False)
+        for panels, pair, box in zip(rows, pairs, boxes):
+            for axes, increment in zip(panels, pair):
+                lines = mirror_lines(increment, problem, ())
+                for image in images(lines):
+                    for body in increment.bodies.values():
+                        _edges(axes, body, image, mesh=True, lines=lines)
+                    _draw_tools(axes, increment, problem, box, image)
+                _finish_section(axes, problem, box)
+                axes.set_title(_moment(increment))
+    return figure
+
+
 def field_values(body: BodyState, field: str) -> Array:
     """(n,) nodal values of *field*, one of `FIELDS`; raises PrensaError for another."""
     kind, _, component = field.partition(".")

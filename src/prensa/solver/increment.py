@@ -301,6 +301,8 @@ class Increment(Drawn):
     """The same contacts: elements that have passed in the whole run."""
     means: Mapping[str, Mean] = field(default_factory=dict)
     """By column of ``history.csv`` and ``<contact>.pressure``: over the last element that passed in this step, where one has."""
+    seconds: float = 0.0
+    """Since the beginning, by the durations of the steps."""
     derivatives: Derivatives | None = field(default=None, repr=False, compare=False)
     """By the parameters that `solve` was asked for; None without."""
     _more: More | None = field(default=None, repr=False, compare=False)

@@ -23,6 +23,7 @@ from prensa.fem.schedule import StepPlan
 from prensa.fem.sizes import SizeField, coarseness, least_at_tools, section_area
 from prensa.fem.state import State
 from prensa.fem.system import Evaluation, System
+from prensa.model.problem import tools_removed
 from prensa.model.remeshing import remeshing_of
 from prensa.solver.attempt import attempt, attempt_from
 from prensa.solver.equilibrium import Equilibrium, NewtonResult
@@ -116,8 +117,9 @@ class Remeshing:
     # ------------------------------------------------------------------------------------------------------------ when
     def due(self, system: System, state: State) -> str:
         """Why a new mesh is due in a state, in words; '' if none is."""
-        if state.release is not None or state.clock.step == len(system.problem.steps) or fresh(state):
-            return ""  # forces that are let go refer to nodes; the last shape needs no mesh
+        problem, step = system.problem, state.clock.step
+        if step == len(problem.steps) or tools_removed(problem, step) or fresh(state):
+            return ""  # the last shape needs no mesh, and nothing wears it out when the tools are gone
         why = self._why(system, state)
         if why and self._count(state) >= self.asked.at_most:
             if not self.told_full:
@@ -173,7 +175,8 @@ class Remeshing:
 
     def _refuse_hopeless(self, state: State, error: SolveError, failures: int) -> None:
         """Raise what ended a run if a new mesh does not help, or has not helped twice at the same place."""
-        hopeless = isinstance(error.reason, MetalInside | BeyondSmall | FreeToMove) or state.release is not None
+        hopeless = isinstance(error.reason, MetalInside | BeyondSmall | FreeToMove)
+        hopeless = hopeless or tools_removed(self.base.problem, state.clock.step)
         if hopeless or not self.asked.when.failure or self._count(state) >= self.asked.at_most:
             raise error
         if failures > len(self.policy.finer):
@@ -212,7 +215,7 @@ class Remeshing:
         remeshed = replace(there.remeshed, least=self._least(new, there))
         following = self.make(new)
         following.last = stepping.last
-        if state.clock.number == 0:
+        if state.clock.number == 0 and self.base.beginning is None:
             return following, replace(new.undeformed(), remeshed=remeshed), "undeformed"
         return following, *balanced(following, replace(there, remeshed=remeshed))
 
@@ -259,6 +262,9 @@ def _let_go(eq: Equilibrium, state: State, first: Evaluation) -> NewtonResult:
     """Equilibrium from that with the forces added that are missing at first, which go in parts."""
     forces = first.r.copy()
     forces[eq.reduced.fixed] = 0.0
+    for s in eq.system.surfaces:
+        if s.multipliers is not None:  # equations of multipliers are no forces
+            forces[s.unknowns] = 0.0
     u, result = state.u, None
     for share in eq.policy.let_go:
         c = replace(eq.context, interactions=[*eq.context.interactions, Remainder(forces, share)])

@@ -17,6 +17,7 @@ from prensa.fem.state import State
 from prensa.fem.surface import Surface
 from prensa.fem.system import Evaluation, System
 from prensa.model.problem import support_names
+from prensa.model.seconds import elapsed
 from prensa.solver.assembled import assembled
 from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import (
@@ -49,7 +50,8 @@ def increment_of(
     *context*: of its equations, which can then be assembled again.
     """
     before = before or state
-    start, old, dt = before.step_start, before.history, state.clock.time - before.clock.time
+    start, old = before.step_start, before.history
+    seconds = (state.clock.time - before.clock.time) * plan.seconds
     statistics = Statistics(
         spent, cutbacks, result.residual, result.augmentations, tuple(result.residuals), tuple(result.changes)
     )
@@ -64,7 +66,9 @@ def increment_of(
         state.energy._asdict(), support_forces(system, e, plan, state), statistics, ended,
         whole, lambda: contact_states(system, whole(), e, plan), lambda: body_states(system, whole(), e, plan),
         remeshings=0 if state.remeshed is None else state.remeshed.count,
-        _more=More(system.problem, lambda: shapes(system, whole(), start), lambda: plastic_power(system, old, state.history, dt),
+        seconds=elapsed(system.problem, state.clock.time, state.ends),
+        _more=More(system.problem, lambda: shapes(system, whole(), start),
+                   lambda: plastic_power(system, old, state.history, seconds),
                    None if context is None else lambda: assembled(system, context, whole().u, lam)),
     )  # fmt: skip
 
@@ -79,13 +83,13 @@ def shapes(system: System, state: State, start: Array) -> dict[str, Shape]:
     return out
 
 
-def plastic_power(system: System, old: Sequence[Array], new: Sequence[Array], dt: float) -> dict[str, PlasticPower]:
-    """Plastic work of the increment between two histories over its duration, at the integration points."""
+def plastic_power(system: System, old: Sequence[Array], new: Sequence[Array], seconds: float) -> dict[str, PlasticPower]:
+    """Plastic work of the increment between two histories per second, at the integration points."""
     out = {}
     for b, before, after in zip(system.blocks, old, new, strict=True):
         work = np.zeros_like(b.volume)
-        if b.law.plastic and dt > 0.0:
-            work = (b.field(after, "plastic_work") - b.field(before, "plastic_work"))[..., 0] / dt
+        if b.law.plastic and seconds > 0.0:
+            work = (b.field(after, "plastic_work") - b.field(before, "plastic_work"))[..., 0] / seconds
         out[b.body] = PlasticPower(work, b.volume)
     return out
 

@@ -69,7 +69,7 @@ class Validity:
             touching = f.p > 0
             if not ends or not touching.any():
                 continue
-            speed = (f.kappa - before.slip) / c.dt
+            speed = (f.kappa - before.slip) / c.seconds
             reached = {"pressure": f.p * f.weight / f.area, "slip": f.kappa, "speed": speed}
             for name, end in ends.items():
                 most = float(reached[name][touching].max())

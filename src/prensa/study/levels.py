@@ -10,6 +10,7 @@ from typing import Any, Literal
 from prensa.errors import PrensaError
 from prensa.model import text as yaml
 from prensa.model.problem import Case, Problem
+from prensa.model.remeshing import remeshing_of
 from prensa.study.plan import Plan, Point
 from prensa.study.values import Values
 
@@ -21,6 +22,8 @@ DEFAULTS: dict[Kind, tuple[float, ...]] = {
     "penalty": (0.1, 1, 10, 100),
 }
 _STIFFNESSES = ("beta", "beta_T", "k_n", "k_T")
+_SIZES = {"far": -1, "near_tools": -1, "least": -1, "per_radius": 1, "per_strain": 1}
+"""Of `prensa.Sizes`, with the power of the fineness that they go with."""
 
 
 @dataclass(frozen=True)
@@ -101,9 +104,7 @@ def _levels(kind: Kind, problem: Problem, factors: list[float], increments: dict
 
 def _mesh(problem: Problem, factor: float, increments: dict[str, int]) -> tuple[dict[str, str], float]:
     """Numbers of elements, and the size of an element relative to the case's: of the same area, on the average."""
-    if problem.remesh != "off":
-        raise PrensaError("--mesh: the bodies are remeshed to sizes of their own; vary those of 'remesh' in a sweep")
-    changes, before, after = {}, 0, 0
+    changes, before, after = _remeshed(problem, factor), 0, 0
     for name, body in problem.bodies.items():
         n: Any = getattr(body.mesh, "n", None)
         if n is None:
@@ -116,6 +117,19 @@ def _mesh(problem: Problem, factor: float, increments: dict[str, int]) -> tuple[
         changes[f"bodies.{name}.mesh.n"] = yaml.line(new)
         before, after = before + n[0] * n[1], after + new[0] * new[1]
     return changes, math.sqrt(before / after)
+
+
+def _remeshed(problem: Problem, factor: float) -> dict[str, str]:
+    """The sizes of which new meshes are made, finer by a factor; none where none are made."""
+    asked = remeshing_of(problem)
+    if asked is None:
+        return {}
+    if asked.size.far is None:
+        raise PrensaError(
+            "--mesh: the bodies are remeshed to automatic sizes; give 'far', as in 'remesh: {size: {far: 1 mm}}'"
+        )
+    given = {key: getattr(asked.size, key) for key in _SIZES if getattr(asked.size, key) is not None}
+    return {f"remesh.size.{key}": f"{factor**power * given[key]:.12g}" for key, power in _SIZES.items() if key in given}
 
 
 def _step(problem: Problem, factor: float, increments: dict[str, int]) -> tuple[dict[str, str], float]:
@@ -150,6 +164,10 @@ def _base(problem: Problem, path: str, increments: dict[str, int]) -> str:
     if path == "contacts":
         return _contacts(problem, 1.0)
     parts = path.split(".")
+    if parts[0] == "remesh":
+        asked = remeshing_of(problem)
+        assert asked is not None
+        return f"{getattr(asked.size, parts[-1]):.12g}"
     if parts[0] == "steps":
         step = problem.steps[int(parts[1])]
         return str(step.increments) if step.increments else "null"

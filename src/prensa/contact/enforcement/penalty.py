@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,8 @@ class Penalty(Enforcement):
     k_T: Annotated[Stiffness, Field(gt=0)] | None = None
     continuation: Annotated[Number, Field(ge=1, le=1000)] = 10.0
     type: Literal["penalty"] = "penalty"
+
+    sinks: ClassVar[bool] = True
 
     def stiffness(self, unit: Array) -> tuple[Array, Array]:
         """k_n, k_T (k,)."""

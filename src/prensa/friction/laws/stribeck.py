@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from prensa.friction.law import At, FrictionLaw
-from prensa.model.units import Number, Speed
+from prensa.model.units import Number, PerSpeed, Speed
 
 Array = NDArray[np.float64]
 
@@ -23,15 +23,15 @@ class Stribeck(FrictionLaw):
     """Friction by the speed v of slip, |t_T| ≤ μ(v) p, μ(v) = mu_kinetic + (mu_static − mu_kinetic) exp(−(v/speed)ⁿ) + viscous v.
 
     v: speed of slip of the increment before, 0 where a point has not slid. ``exponent`` n: 1 (Bo & Pavelescu) or 2
-    (Gaussian). ``viscous``, per speed, lets friction rise again. The time is that of the steps, which last one unit each: a
-    speed of 100 mm/s is 100 mm a step.
+    (Gaussian). ``viscous``, per speed, lets friction rise again. A step lasts a second unless it gives its
+    ``duration``.
     """
 
     mu_static: Annotated[Number, Field(ge=0)]
     mu_kinetic: Annotated[Number, Field(ge=0)]
     speed: Annotated[Speed, Field(gt=0)]
     exponent: Annotated[Number, Field(ge=1, le=10)] = 2.0
-    viscous: Annotated[Number, Field(ge=0)] = 0.0
+    viscous: Annotated[PerSpeed, Field(ge=0)] = 0.0
     type: Literal["stribeck"] = "stribeck"
 
     proportional: ClassVar[bool] = True

@@ -35,7 +35,7 @@ class FrictionTable(FrictionLaw):
     Each is a list of pairs, its argument rising; where several are given μ is the product of ``mu`` and of what each says: one
     of them may give μ and others factors, or all of them factors of ``mu``. Between the points a monotone cubic, before the
     first and beyond the last their values; a run that goes beyond the last says so. The pressure is per current area; the
-    speed of slip is that of the increment before, over the time of the steps, which last one unit each.
+    speed of slip is that of the increment before, over its duration: a step lasts a second unless it gives its ``duration``.
     """
 
     pressure: OverPressure | None = None

@@ -1,0 +1,28 @@
+"""A run that is interrupted, to be resumed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import prensa as pr
+from prensa.output import run as module
+
+
+def stopped_after(case: pr.Case, folder: Path, number: int) -> None:
+    """Run a case in a folder and interrupt it when it has written an increment of that number."""
+
+    class Stopped(module._Run):
+        def _write(self, increment):
+            super()._write(increment)
+            if increment.number == number:
+                raise KeyboardInterrupt
+
+    original = module._Run
+    module._Run = Stopped
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            module.run(case, folder, quiet=True)
+    finally:
+        module._Run = original
