@@ -26,7 +26,7 @@ TERMS = {3: 3, 4: 4, 6: 6, 8: 6}  # of 1, s, t, st, s², t²; the bilinear eleme
 OWN_TERMS = {3: 1, 4: 4, 6: 3, 8: 4}  # as many as the points of one element determine
 OUTER_TERMS = {3: 3, 4: 4, 6: 3, 8: 4}  # of patches about nodes of the outline alone: one layer does not determine t²
 FEWER = np.array([0, 0, 0, 1, 3, 0, 4])  # terms to try where the points do not determine so many
-SMOOTH = 0.9  # cosine between the normals of two sides between which the outline has no corner
+NO_CORNER = 0.9  # cosine between the normals of two sides between which the outline has no corner
 RANK = 1e-10  # share of a term's square, summed over the points, that the terms before must leave for it to be determined
 
 
@@ -215,7 +215,7 @@ def at_free_edges(
     normal = np.zeros((n, 2))
     np.add.at(normal, sides.ravel(), np.repeat(unit, 2, axis=0))
     length, count = np.hypot(*normal.T), np.bincount(sides.ravel(), minlength=n)
-    smooth = (count == 1) | ((count == 2) & (length**2 > 2.0 * (1.0 + SMOOTH)))
+    smooth = (count == 1) | ((count == 2) & (length**2 > 2.0 * (1.0 + NO_CORNER)))
     flows, some_rest = np.asarray(yielded.any(axis=1)), np.asarray(~yielded.all(axis=1))
     nodes = np.flatnonzero(smooth & ~loaded & _around(cells, n, flows) & _around(cells, n, some_rest))
     members, first = _members(cells, n)
