@@ -94,6 +94,23 @@ def elastic(quick: bool) -> str:
     )  # fmt: skip
 
 
+def remeshing(quick: bool) -> str:
+    """New meshes beside usual increments."""
+    rows: Rows = []
+    for far, near in ((0.8, 0.2),) if quick else ((0.8, 0.2), (0.25, 0.1)):
+        m = measured("measure.py", "remeshing", far, near)
+        if "skipped" in m:
+            rows.append([f"{near}", m["skipped"], "", "", "", "", ""])
+            continue
+        rows.append([
+            str(m["elements"]), f"{m['increments']}/{m['iterations']}", str(m["remeshings"]), f"{m['one']:.2f}", f"{m['usual']:.2f}",
+            f"**{m['ratio']:.1f}**", f"{100 * m['share']:.0f} %",
+        ])  # fmt: skip
+    note = "A new mesh: mesher, transfer, equilibrium. Goals: 4 usual increments at 5000 elements; the share depends on how often."
+    head = ["T6", "increments/iterations", "new meshes", "one, s", "an increment, s", "increments for one", "of the run"]
+    return table("Remeshing: upsetting with friction to 20 %, a new mesh every 0.3 mm", head, rows, note)
+
+
 def growth(quick: bool) -> str:
     """Cost against size, and the exponent of what is not the linear solver."""
     sizes = (1e3, 1e4, 3e4) if quick else (1e3, 1e4, 1e5, 1e6)
@@ -292,6 +309,7 @@ def main() -> None:
         "start": lambda: start(a.quick),
         "memory": lambda: memory(a.quick),
         "growth": lambda: growth(a.quick),
+        "remeshing": lambda: remeshing(a.quick),
     }
     words = ["--quick"] * a.quick + (["--only", *a.only] if a.only else [])
     command = f"python benchmarks/run.py {' '.join(words)}" if words else "make bench"
