@@ -47,8 +47,8 @@ def wedged(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     depth = tip * (np.sqrt(2) - 1) - np.array([i.tools["wedge"].place.y for i in history])
     force = np.array([i.force("wedge").y for i in history])
     late = depth > 1.8
-    yield row("force over depth, mean of the second half", pressure * width, float((force / depth)[late].mean()), 5e-2)
-    yield row("growth of the force with depth", pressure * width, float(np.polyfit(depth[late], force[late], 1)[0]), 4e-2)
+    yield row("force over depth, mean of the second half", pressure * width, float((force / depth)[late].mean()), 6e-2)
+    yield row("growth of the force with depth", pressure * width, float(np.polyfit(depth[late], force[late], 1)[0]), 5e-2)
     contact = history[-1].contacts["block.top-wedge"]
     reach = float(contact.x[contact.status > 0, 0].max())
     yield row("half width of the contact", width * depth[-1], reach, 5e-2)
