@@ -205,7 +205,7 @@ def v_bending(run: Run) -> Iterator[Row]:
     yield beside("springback of the leg (deg)", float("nan"), -run["springback"])
 
 
-@example("Bending and springback of a strip")
+@example("Bending and springback of a strip", quick=True)
 def strip_springback(run: Run) -> Iterator[Row]:
     """Curvature of the middle between the curvatures of both sides, that goes back by 12 M/(E' t³)."""
 

@@ -55,8 +55,10 @@ def _main(
 
 @app.command()
 def check(case: CaseFile, changes: Changes = None) -> None:
-    """Validate a case, mesh it and place its tools; say what would run. Nothing is solved."""
+    """Validate a case, mesh it and place its tools, or a calibration with its tables; say what would run. Nothing is solved."""
     with _errors_reported(case=case, changes=changes):
+        if _calibration_checked(case, changes or ()):
+            return
         from prensa.model.schema import load, warnings_of
 
         problem = load(case, changes or ()).problem
@@ -75,6 +77,20 @@ def check(case: CaseFile, changes: Changes = None) -> None:
 
         parse_all(problem)
         refuse_targets(problem)
+
+
+def _calibration_checked(path: Path, changes: Iterable[str]) -> bool:
+    """Whether a file is a calibration, which is checked then."""
+    from prensa.model.schema import has_tests
+
+    if not has_tests(path):
+        return False
+    from prensa.inverse.commands import lines_of
+    from prensa.inverse.files import read_calibration
+
+    for line in lines_of(read_calibration(path, changes)):
+        typer.echo(line)
+    return True
 
 
 @app.command()
@@ -164,7 +180,7 @@ def sweep(
 
 
 Observed = Annotated[
-    list[str],
+    list[str] | None,
     typer.Option("--observe", metavar="COLUMN=MEASURE", help="What a column is, as in force=die.force.y; repeatable."),
 ]
 Errors = Annotated[
@@ -173,47 +189,52 @@ Errors = Annotated[
         "--sigma", metavar="COLUMN=ERROR", help="Error of a column, as in force=2% or bore=0.02; 1 % if not given."
     ),
 ]
+Fitted = Annotated[
+    list[str] | None,
+    typer.Option("--fit", metavar="PATH[=LOW..HIGH]", help="Parameter, as in friction.mu=0.02..0.5; repeatable."),
+]
 
 
 @app.command()
 def calibrate(
-    case: CaseFile,
-    data: Annotated[Path, typer.Option(help="Table of readings (CSV), names and units in its first row.")],
-    observe: Observed,
-    fit: Annotated[
-        list[str], typer.Option("--fit", metavar="PATH[=LOW..HIGH]", help="Parameter, as in friction.mu=0.02..0.5; repeatable.")
-    ],
-    along: Annotated[str, typer.Option(help="What the first column is: time, or a motion as in --along=-die.uy.")] = "time",
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A calibration file, or a case with options.", show_default=False)],
+    data: Annotated[Path | None, typer.Option(help="Table of readings (CSV), names and units in its first row.")] = None,
+    observe: Observed = None,
+    fit: Fitted = None,
+    along: Annotated[
+        str | None, typer.Option(help="What the first column is: time, or a motion as in --along=-die.uy; time if not given.")
+    ] = None,
     sigma: Errors = None,
-    starts: Annotated[int, typer.Option(min=1, help="Starts; one is the case, the others are spread.")] = 1,
-    refine: Annotated[bool, typer.Option("--refine/--no-refine", help="Fit again on a finer mesh.")] = True,
-    out: Annotated[Path | None, typer.Option(help="Folder of the result; results/<case>-fit if not given.")] = None,
+    starts: Annotated[int | None, typer.Option(min=1, help="Starts: the case, and others that are spread.")] = None,
+    refine: Annotated[bool | None, typer.Option("--refine/--no-refine", help="Fit again on a finer mesh, or not.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the result; results/<name>-fit if not given.")] = None,
     changes: Changes = None,
     quiet: Annotated[bool, typer.Option("--quiet", help="Print nothing but the result.")] = False,
 ) -> None:  # fmt: skip
     """Find the parameters with which a case says what was measured, with intervals and a page to hand in."""
-    with _errors_reported(case=case, changes=changes, instead="what is computed is kept; the same command goes on"):
+    with _errors_reported(case=file, changes=changes, instead="what is computed is kept; the same command goes on"):
         from prensa.inverse.calibrate import calibrate as fit_case
-        from prensa.inverse.commands import bounds_of, observed
-        from prensa.model.schema import load
+        from prensa.inverse.commands import asked
         from prensa.output.files import file_name
 
-        read = load(case, changes or ())
-        folder = out or Path("results") / f"{file_name(read.problem.name)}-fit"
+        what = asked(file, changes or (), data, observe or (), sigma or (), fit or (), along, starts, refine)
+        folder = out or Path("results") / f"{file_name(what.name)}-fit"
         found = fit_case(
-            read, data, observed(observe, sigma or ()), bounds_of(fit), along, starts=starts, refine=refine, keep=folder / "runs",
-            told=(lambda line: None) if quiet else typer.echo,
+            parameters=what.parameters, tests=what.tests, starts=what.starts, seed=what.seed, refine=what.refine,
+            compare=what.compare, profiles=what.profiles, keep=folder / "runs", told=(lambda line: None) if quiet else typer.echo,
         )  # fmt: skip
         found.report(folder / "fit.html")
-        found.write_case(folder / "case.yaml")
-    typer.echo(f"{found}\n{folder / 'fit.html'}")
+        cases = found.write_cases(folder)
+    typer.echo("\n".join([str(found), *map(str, [folder / "fit.html", *cases])]))
 
 
 @app.command()
 def identify(
     case: CaseFile,
-    observe: Observed,
-    fit: Annotated[list[str], typer.Option("--fit", metavar="PATH", help="Parameter, as in friction.mu; repeatable.")],
+    observe: Observed = None,
+    fit: Annotated[
+        list[str] | None, typer.Option("--fit", metavar="PATH", help="Parameter, as in friction.mu; repeatable.")
+    ] = None,
     sigma: Errors = None,
     rows: Annotated[int, typer.Option(min=2, help="Readings of each column, at equal times.")] = 20,
     changes: Changes = None,
@@ -224,7 +245,7 @@ def identify(
         from prensa.inverse.identify import identify as look
         from prensa.model.schema import load
 
-        found = look(load(case, changes or ()), observed(observe, sigma or ()), fit, rows)
+        found = look(load(case, changes or ()), observed(observe or (), sigma or ()), fit or (), rows)
     typer.echo(str(found))
 
 
@@ -513,13 +534,16 @@ def _seed_number(seed: str) -> int:
 
 def _fuzz(count: int, seed: int) -> bool:
     """Whether an input was a defect."""
-    from prensa.bench import fuzz, fuzz_calls
+    from functools import partial
+
+    from prensa.bench import fuzz, fuzz_calls, fuzz_commands
 
     defects = 0
     for name, source, share in (
         ("files", fuzz.files, 2),
         ("changes", fuzz_calls.overrides, 4),
         ("calls", fuzz_calls.calls, 4),
+        ("files and words of commands", partial(fuzz_commands.commands, app), 4),
     ):
         number = max(count // share, 1)
         report = fuzz.run(number, seed, typer.echo, source)

@@ -175,7 +175,7 @@ def test_integration_rules(space, mode, rule):
     assert (closed & ~slip).any()
 
 
-ELEMENTS = ["q4", "q4_fbar", "q4_enhanced", "t3", "t6", "q8", "q8_full"]
+ELEMENTS = ["q4", "q4_fbar", "q4_enhanced", "q4_sheet", "t3", "t6", "q8", "q8_full"]
 
 
 @pytest.mark.parametrize("element", ELEMENTS)

@@ -17,6 +17,7 @@ import pytest
 
 import prensa as pr
 from prensa.errors import CaseError
+from prensa.inverse.files import read_calibration
 from prensa.model import problem as vocabulary
 from prensa.model.schema import loads
 from prensa.registry import public
@@ -82,7 +83,7 @@ def test_cases_are_valid_and_can_be_discretised(path: Path) -> None:
 
     base: dict[str, object] = {}
     for language, text, _ in blocks(path):
-        if not language.startswith("yaml"):
+        if not language.startswith("yaml") or language == "yaml calibration":
             continue
         keys = YAML(typ="safe", pure=True).load(text)
         base = base or keys
@@ -90,6 +91,17 @@ def test_cases_are_valid_and_can_be_discretised(path: Path) -> None:
         YAML(typ="safe", pure=True).dump({**base, **keys} if "fragment" in language else keys, whole)
         case = loads(text if language == "yaml" else whole.getvalue(), name_of(path))
         assert pr.discretise(case.problem).ndof > 0
+
+
+@pytest.mark.parametrize("path", having("yaml calibration"))
+def test_calibrations_are_valid(path: Path, tmp_path: Path) -> None:
+    """A ``yaml calibration`` block is one of the cases and tables in examples/calibration."""
+    for file in (ROOT / "examples" / "calibration").glob("*"):
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    for language, text, _ in blocks(path):
+        if language == "yaml calibration":
+            (tmp_path / "page.yaml").write_text(text, encoding="utf-8")
+            assert read_calibration(tmp_path / "page.yaml").experiments
 
 
 def test_the_tutorial_describes_one_problem_in_two_ways() -> None:

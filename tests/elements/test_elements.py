@@ -69,7 +69,7 @@ def test_recovery_returns_polynomials_of_the_elements_order(element):
 
 
 @pytest.mark.parametrize(
-    ("element", "cell"), [("t3", "triangle"), ("t6", "triangle6"), ("q8", "quad8"), ("q4_enhanced", "quad")]
+    ("element", "cell"), [("t3", "triangle"), ("t6", "triangle6"), ("q8", "quad8"), ("q4_enhanced", "quad"), ("q4_sheet", "quad")]
 )
 def test_fields_and_pictures_of_every_cell(element, cell, tmp_path):
     """The file of fields has the cell type of VTK and all nodes; the picture of the same increment is drawn."""

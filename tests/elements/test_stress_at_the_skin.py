@@ -28,7 +28,7 @@ def self_stress(curvature: float, y: float) -> float:
     return float(outer - E / (1 - NU**2) * y * (curvature - bent.released_curvature[2]))
 
 
-@pytest.mark.parametrize("element", ["q4_enhanced", "q8", "t6"])
+@pytest.mark.parametrize("element", ["q4_enhanced", "q4_sheet", "q8", "t6"])
 def test_self_stress_of_a_strip_of_four_layers(element):
     """The skin's stress after release is the closed form's to 3 %, where patches across the yield boundary were 50 % out."""
     length = 1.0
@@ -58,7 +58,7 @@ def test_self_stress_of_a_strip_of_four_layers(element):
         drive.state, kappa = held
 
 
-@pytest.mark.parametrize("element", ["q4_enhanced", "q8", "t6"])
+@pytest.mark.parametrize("element", ["q4_enhanced", "q4_sheet", "q8", "t6"])
 def test_a_linear_field_is_recovered_at_the_skin_of_yielded_distorted_elements(element):
     """Whatever elements have yielded: a linear field comes back at every node, to 1e-10 of its size."""
     drive = Drive(
@@ -71,7 +71,7 @@ def test_a_linear_field_is_recovered_at_the_skin_of_yielded_distorted_elements(e
         assert nodal[:, 0] == pytest.approx(1.0 + drive.X @ [2.0, -3.0], abs=1e-9)
 
 
-@pytest.mark.parametrize("element", ["q4_enhanced", "q8", "t6"])
+@pytest.mark.parametrize("element", ["q4_enhanced", "q4_sheet", "q8", "t6"])
 def test_a_kink_below_the_outer_layer_is_not_carried_to_the_skin(element):
     """A field that bends off one element below the surface has its own value at the surface."""
     drive = Drive(pr.Body(quadrilaterals((4, 4), (4.0, 4.0)), pr.Elastic(E, NU), element), "plane strain", "small")
@@ -88,7 +88,7 @@ def test_a_kink_below_the_outer_layer_is_not_carried_to_the_skin(element):
     assert np.abs(recover(drive.X, block.cells, X, values)[top, 0] + 1.0).max() > 0.3  # what the flag is for
 
 
-@pytest.mark.parametrize("element", ["q8", "q8_full", "t6", "q4_enhanced"])
+@pytest.mark.parametrize("element", ["q8", "q8_full", "t6", "q4_enhanced", "q4_sheet"])
 def test_one_layer_of_a_bent_strip_has_the_stress_of_bending(element):
     """A stress linear across a layer of curved elements, with 1 % noise, is recovered to the sagitta of two elements and 10 %."""
     rng = np.random.default_rng(5)

@@ -108,7 +108,7 @@ def test_a_gain_that_is_not_known_costs_the_strength_its_digits(table: Path) -> 
     """A load cell known to 5 % leaves friction as it was, and the flow curve ten times less sure."""
     found = [
         pr.calibrate(loads(RING).problem, table, {"force": pr.Observe("die.force.y", gain=gain), "bore": SEEN["bore"]},
-                     {MU: None, K: None}, "-die.uy", refine=False)
+                     {MU: None, K: None}, "-die.uy", refine=False, profiles=False)
         for gain in (None, "5 %")
     ]  # fmt: skip
     assert found[1].parameters[K].noise > 4 * found[0].parameters[K].noise
@@ -140,7 +140,7 @@ def test_several_tests_and_starts_lead_to_one_answer(table: Path) -> None:
     """Two tables of one material, two starts: the same least χ², and more sure than from one test."""
     test = pr.Test(loads(RING).problem, table, {"force": "die.force.y"}, "-die.uy")
     other = pr.Test(loads(RING).problem, table, {"bore": SEEN["bore"]}, "-die.uy", name="bores")
-    fit = pr.calibrate(parameters={MU: (0.05, 0.3)}, tests=[test, other], starts=2, refine=False)
+    fit = pr.calibrate(parameters={MU: (0.05, 0.3)}, tests=[test, other], starts=2, refine=False, profiles=False, compare=False)
     assert len(fit.starts) == 2
     assert fit.starts[-1] == pytest.approx(fit.starts[0], rel=1e-2)
     assert "2 of 2 starts led to this answer" in fit.words
@@ -186,7 +186,9 @@ def test_bad_data_are_told_in_a_line(
 def test_what_the_fit_cannot_use_is_told(table: Path, tmp_path: Path) -> None:
     """A parameter that moves nothing is said to; starts outside bounds, no parameters and no file are refused."""
     along = "bodies.ring.mesh.origin.1"  # where the ring lies does not matter
-    fit = pr.calibrate(loads(RING).problem, table, {"force": "die.force.y"}, {along: None, MU: None}, "-die.uy", refine=False)
+    parameters, force = {along: None, MU: None}, {"force": "die.force.y"}
+    fit = pr.calibrate(loads(RING).problem, table, force, parameters, "-die.uy", refine=False, compare=False)
+    assert fit.parameters[along].profile is None
     assert any(f"{along} moves nothing that was measured" in w for w in fit.words)
     with pytest.raises(ArgumentError, match="outside its bounds"):
         pr.calibrate(ring(), table, SEEN, {MU: (0.3, 0.5)}, along="-die.uy")

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import sys
+from functools import partial
 
 import numpy as np
 import pytest
 
-from prensa.bench import fuzz, fuzz_calls, fuzz_yaml
-from prensa.errors import CaseError
+from prensa.bench import fuzz, fuzz_calls, fuzz_commands, fuzz_yaml
+from prensa.cli import app
+from prensa.errors import CaseError, PrensaError
+from prensa.mesh.imported import case_text
 from prensa.model.schema import loads
 
 
@@ -63,6 +66,44 @@ def test_what_only_yaml_can_say_and_what_is_no_text_is_read_or_refused(tmp_path)
     assert outcomes.count("refused") > 60
 
 
+def test_good_inputs_of_commands_are_read(tmp_path):
+    """What the commands' inputs are made of is good: only what is done to them is wrong."""
+    for text in (fuzz.EXTRA, *fuzz.FORMING):
+        assert fuzz.read(text, tmp_path) == "read"
+    for name, content in (("deck.inp", fuzz_commands.DECK), ("p.dxf", fuzz_commands.DXF), ("p.csv", fuzz_commands.PROFILE)):
+        (tmp_path / name).write_text(content, encoding="utf-8")
+    text, remarks = case_text(tmp_path / "deck.inp", tmp_path)
+    assert not remarks and fuzz.read(text, tmp_path) == "read"
+    for name in ("p.dxf", "p.csv"):
+        assert fuzz.read(fuzz_commands.CASE.replace("POINTS", name), tmp_path) == "read"
+
+
+DAMAGE = {
+    "no *MATERIAL": ("*MATERIAL, NAME=ALU\n", "", "belongs to no material"),
+    "no row": ("*ELASTIC\n70000., 0.33\n", "*ELASTIC\n", "ELASTIC has no data line"),
+    "no plastic row": ("60., 0.\n120., 0.1\n180., 2.\n", "", "PLASTIC has no data line"),
+    "infinite": ("70000., 0.33", "1e400, 0.33", "'1e400' of .ELASTIC is no number"),
+    "fillet": ("RADIUS=0.5", "RADIUS=half", "'half' of .SURFACE is no number"),
+    "static": ("*STEP, NAME=press, NLGEOM=YES\n", "", "STATIC stands outside of any .STEP"),
+    "no time": ("0.05, 1.\n", "0.05, 0.\n", "lasts no time"),
+    "odd amplitude": ("0.5, 0.2, 1., 1.", "0.5, 0.2, 1.", "pairs of a time and a factor"),
+    "words in an amplitude": ("0.5, 0.2, 1., 1.", "0.5, 0.2, 1., one", "'one' of .AMPLITUDE is no number"),
+    "direction": ("9000, 2, 2, -3.", "9000, y, y, -3.", "'Y' is no number of a degree of freedom"),
+    "no segment": ("LINE, 30., 15.\nCIRCL, 20., 15., 25., 15.\nLINE, 0., 15.\n", "", "'PUNCH' has no segment"),
+    "nowhere": ("LINE, 0., 15.\n", "LINE, nan, 15.\n", "not START, LINE or CIRCL"),
+}
+
+
+@pytest.mark.parametrize("what", DAMAGE)
+def test_damaged_decks_are_refused_with_their_line(what, tmp_path):
+    """Each of these ended in a traceback."""
+    old, new, told = DAMAGE[what]
+    assert old in fuzz_commands.DECK
+    (tmp_path / "deck.inp").write_text(fuzz_commands.DECK.replace(old, new), encoding="utf-8")
+    with pytest.raises(PrensaError, match=rf"deck.inp: line \d+: .*{told}"):
+        case_text(tmp_path / "deck.inp", tmp_path)
+
+
 def test_contacts_left_out_are_told_like_written_ones(tmp_path):
     """What is wrong with the contacts that a case gets by leaving them out is said, not swallowed."""
     text = (
@@ -74,9 +115,11 @@ def test_contacts_left_out_are_told_like_written_ones(tmp_path):
         loads(text)
 
 
-@pytest.mark.parametrize(("source", "count"), [(fuzz_calls.overrides, 40), (fuzz_calls.calls, 300)])
+@pytest.mark.parametrize(
+    ("source", "count"), [(fuzz_calls.overrides, 40), (fuzz_calls.calls, 300), (partial(fuzz_commands.commands, app), 120)]
+)
 def test_changes_and_calls_are_read_or_refused(source, count):
-    """A sample of broken changes of the command line and of broken calls in Python: none is a defect."""
+    """A sample of broken changes of the command line, calls in Python, and inputs of commands: none is a defect."""
     report = fuzz.run(count, seed=6, source=source)
     assert report.defects == []
     assert report.counts["refused"] > count / 2 and sum(report.counts.values()) == count

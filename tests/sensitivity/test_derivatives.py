@@ -51,6 +51,7 @@ OPTIONS = {
     "gauss2": ["contacts=[{surface: ring, against: die, integration: gauss2}]"],
     "t6": ["bodies.ring.element=t6"],
     "enhanced": ["bodies.ring.element=q4_enhanced"],
+    "sheet": ["bodies.ring.element=q4_sheet"],
     "voce": [f"{FLOW}={{type: voce, s0: 250, Q: 300, b: 5}}"],
     "johnson_cook": [f"{FLOW}={{type: johnson_cook, A: 250, B: 400, n: 0.3, C: 0.02, rate0: 0.1}}"],
     "neo_hooke": ["bodies.ring.material={type: neo_hooke, E: 1000, nu: 0.3}"],

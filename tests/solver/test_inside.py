@@ -36,7 +36,7 @@ def last(problem):
 RIGHT = (pr.Contact(("b.top", "b.right"), "die"), pr.Contact("b.right", "wall"))
 
 
-@pytest.mark.parametrize("element", ["q4_fbar", "q8", "t6", "t3", "q4_enhanced"])
+@pytest.mark.parametrize("element", ["q4_fbar", "q8", "t6", "t3", "q4_enhanced", "q4_sheet"])
 def test_contacts_left_out_are_all_that_there_can_be(element):
     """A case without contacts gives the forces of the case that lists every side that touches, in every element."""
     kind = {"element": element, "n": (4, 2), "increments": 2, "material": SOFT}

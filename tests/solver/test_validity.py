@@ -25,7 +25,7 @@ def stretched(strain: float, element: str | None = None, **more: object) -> pr.P
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("element", ["q4", "t3", "q8", "t6", "q4_enhanced"])
+@pytest.mark.parametrize("element", ["q4", "t3", "q8", "t6", "q4_enhanced", "q4_sheet"])
 def test_strain_and_rotation_are_those_of_a_linear_displacement(element):
     """Of u = H X each element has the strain and the rotation of H, whatever its shape."""
     p = stretched(0.0, element)

@@ -70,6 +70,65 @@ steps:
 numerics: {tolerance: 1e-8, max_cutbacks: 3}
 output: {fields: 0, pictures: false}
 """
+FORMING = (
+    """\
+name: forging
+units: {length: mm, force: kN}
+space: axisymmetric
+bodies:
+  billet:
+    mesh: {type: outline, points: [[0, 0], [12, 0], [14 mm, 19], [0, 19]], size: 4, fillet: [0, 0, 1, 0], sides: [bottom, right, top, left]}
+    element: t6
+    material: {type: j2, E: 70 GPa, nu: 0.33, flow: {type: swift, K: 200 MPa, e0: 0.01, n: 0.2}}
+tools:
+  die: {type: profile, points: [[-20, 10], [6.5, 10], [8, 3.5], [15.5, 3.5], {through: [16.5, 5], to: [17, 8]}, [60, 8]], fillet: [0, 1, 1, 0, 0, 0], above: billet.top}
+friction: {type: capped, mu: 0.1, m: 0.9}
+fixed: {billet.left: x, billet.bottom: y}
+remesh: {size: {far: 3.8, near_tools: 3.4, per_radius: 4, across: 3, least: 0.5}, when: {quality: 0.3, travel: 2, failure: true}, at_most: 9}
+measures: {force: mean(die.fy), rim: billet.max.x, height: billet.height}
+steps:
+  - {name: forge, move: {die: {y: -8}}, until: {force: {die: {y: 100 kN}}, measure: {billet.height: 15}, required: false}}
+  - {name: open, by: {die: {y: 5}}, until: {contact: {die: leaves}}}
+""",
+    """\
+name: bending
+units: {length: mm, force: N}
+bodies:
+  sheet:
+    mesh: {type: strip, length: 30, thickness: 1, n: [10, 2], nose: {length: 6, thickness: 0.6}, front: [15, 0.5], toward: right}
+    element: q4_enhanced
+    material: {type: j2, E: 210 GPa, nu: 0.3, flow: {type: swift_voce, K: 500, e0: 0.01, n: 0.2, s0: 200, Q: 150, b: 10, w: 0.5}}
+tools:
+  punch: {type: circle, radius: 8, at: [0, 0], above: sheet.top}
+  table: {type: profile, points: [[40, 0], [8, 0], [8, -30]], fillet: 3, below: sheet.bottom, spring: {y: 5000, x: 1 kN/mm}}
+contacts:
+  - {surface: sheet.top, against: punch, enforcement: {type: exact}}
+  - {surface: sheet.bottom, against: table, friction: {type: stribeck, mu_static: 0.2, mu_kinetic: 0.05, speed: 2 mm/s, exponent: 1}, enforcement: {type: penalty, beta: 200}}
+fixed: {sheet.left: x}
+stabilise: auto
+steps:
+  - {name: bend, move: {punch: {y: [[0, 0], [0.5, -3], [1, -4]]}}, increments: 20, stabilise: "off"}
+  - {name: press, push: {punch: {y: -100}}, control: {punch: {y: -6}}}
+  - {name: release, fixed: {sheet.right: y}, stabilise: auto}
+  - {name: free, remove_tools: true}
+output: {fields: 5, pictures: true, report: false, mirror: left}
+""",
+    """\
+name: wire
+units: {length: mm, force: N}
+space: axisymmetric
+bodies:
+  wire: {mesh: {type: wire, length: 20, diameter: 6, n: [12, 3], nose: {length: 5, thickness: 4.5}, front: 6, toward: top}, material: {type: j2, E: 200 GPa, nu: 0.3, flow: {type: perfect, s0: 300 MPa}}}
+  ring: {mesh: {type: annulus, inner: 50, outer: 60, n: [4, 3], angles: [0 deg, 60 deg]}, material: {type: neo_hooke, E: 10, nu: 0.45}}
+  disc: {mesh: {type: disc, radius: 3, n: [4, 4], part: right, centre: [0, 60]}, material: {type: elastic, E: 1000, nu: 0.3}}
+tools:
+  die: {type: profile, points: [[6, 11.5], [2.7, 3], [2.7, 2], [7.3, -20]], fillet: 0.5, at: [0, 0]}
+contacts: [{surface: wire.right, against: die, friction: {type: shear, m: 0.1}}]
+fixed: {ring.start: xy, disc.rim: xy}
+steps:
+  - {name: draw, fixed: {wire.top: {y: 13}}, until: {travel: {die: {y: 1}}}}
+""",
+)
 FROM_FILE = """\
 name: mesh of a file
 bodies: {body: {mesh: {type: file, path: FILE}, material: {type: elastic, E: 1000, nu: 0.3}}}
@@ -139,7 +198,7 @@ def corpus() -> list[str]:
     from prensa.model.schema import dump
 
     texts = [dump(draw(suite, 7, k)) for suite in ("elastic", "plastic") for k in range(8)]
-    return [EXTRA, *(t for t in texts if len(t) < 2500)]
+    return [EXTRA, *FORMING, *(t for t in texts if len(t) < 2500)]
 
 
 # ----------------------------------------------------------------------------------------------------------- mutations
@@ -323,7 +382,7 @@ def inputs(count: int, seed: int, folder: Path) -> Iterator[str]:
             (folder / name).write_text(changed, encoding="utf-8", errors="replace")
             yield FROM_FILE.replace("FILE", name)
             continue
-        text = texts[rng.integers(len(texts))] if rng.random() < 0.7 else EXTRA
+        text = texts[rng.integers(len(texts))] if rng.random() < 0.5 else texts[rng.integers(1 + len(FORMING))]
         if number % 100 == 24:
             yield mutate_size(rng, text)
         else:

@@ -94,6 +94,9 @@ class Element(Member, abstract=True):
     follows_gradients: ClassVar[bool] = False
     """Whether its points have the stress of where they are when it is bent, so that it can be carried on to the skin."""
 
+    for_sheets: ClassVar[bool] = False
+    """Whether η has to be the direction in which the body is thin; the nodes of its cells are then counted so."""
+
     @property
     def nodes(self) -> int:
         """Nodes a."""

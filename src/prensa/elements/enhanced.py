@@ -3,7 +3,8 @@
 F = I + ∇u + F₀ B, B = Σ αᵢ Mᵢ (Simo & Armero 1992), with F₀ the gradient at the centroid and
 M = (j₀ r₀/(j r)) J₀⁻ᵀ E J₀⁻¹, E in {ξ e₁e₁, ξ e₁e₂, η e₂e₁, η e₂e₂}: the transposed modes of Glaser & Armero (1997), which in
 small strain are Wilson's (QM6) and which keep the element stable in elastic compression. In axisymmetry a fifth mode ξη of the
-hoop stretch (Simo & Rifai 1990). ∫ M dV = 0, so constant stress is in equilibrium on any mesh (patch test).
+hoop stretch (Simo & Rifai 1990); elements for sheets have further modes P₂(η), P₃(η) … e₂e₂ (Legendre). ∫ M dV = 0, so constant
+stress is in equilibrium on any mesh (patch test).
 
 The modes refer to the initial configuration, so that the answer does not depend on how many increments led to it: the
 material is given f = F F_n⁻¹, and its P and A = ∂P/∂f are pulled back to ∂/∂F. Small strain: h = ∇u + B − (∇u + B)_n.
@@ -13,16 +14,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from prensa.elements.shapes import q4, square
+from prensa.elements.shapes import q4
 from prensa.kernels.compiled import njit
 from prensa.kernels.tensor import det_minus_one
 
-AT, _ = square(2)
-_N = np.array([q4(*p)[0] for p in AT])
-_DN = np.array([q4(*p)[1] for p in AT])
 _N0, _DN0 = q4(0.0, 0.0)
 MODES = {False: 4, True: 5}
-"""Internal degrees of freedom of an element, by whether the problem is axisymmetric."""
+"""Internal degrees of freedom of every enhanced element, by whether the problem is axisymmetric."""
 
 
 @njit(cache=True, error_model="numpy")
@@ -59,12 +57,13 @@ def _gradient(u, e, N, G, r, axisymmetric, H):
 
 
 @njit(cache=True, error_model="numpy")
-def _modes(q, inverse0, det0, scale, axisymmetric, M):
-    """M (m, 5): the modes at point q, from ∂ξ/∂X and j₀ at the centroid and j₀ r₀/(j r).
+def _modes(at, inverse0, det0, scale, axisymmetric, M):
+    """M (m, 5): the modes at a point (ξ, η), from ∂ξ/∂X and j₀ at the centroid and j₀ r₀/(j r).
 
+    Behind the four or five (`MODES`) follow as many of the strain across, of the second degree in η and higher, as M has rows.
     They are without a dimension, j₀ times those of the source, so that the stiffnesses of all can be held against each other.
     """
-    xi, eta = AT[q, 0], AT[q, 1]
+    xi, eta = at[0], at[1]
     for k in range(4):
         I, J = k // 2, k % 2
         s = scale * det0 * (xi if I == 0 else eta)
@@ -72,33 +71,44 @@ def _modes(q, inverse0, det0, scale, axisymmetric, M):
             for j in range(2):
                 M[k, 2 * i + j] = s * inverse0[I, i] * inverse0[J, j]
         M[k, 4] = 0.0
+    last = 4
     if axisymmetric:
         M[4, :] = 0.0
         M[4, 4] = scale * xi * eta
+        last = 5
+    before, legendre = eta, 1.5 * eta * eta - 0.5
+    for k in range(last, M.shape[0]):
+        degree = 2 + k - last
+        for i in range(2):
+            for j in range(2):
+                M[k, 2 * i + j] = scale * det0 * legendre * inverse0[1, i] * inverse0[1, j]
+        M[k, 4] = 0.0
+        before, legendre = legendre, ((2 * degree + 1) * eta * legendre - degree * before) / (degree + 1)
 
 
 @njit(cache=True, error_model="numpy")
-def kinematics(X, u, alpha, Hn, axisymmetric, finite, scale, H, h, w, failed):
-    """X, u (e, 4, 2) initial positions and displacements, alpha (e, m), Hn (e, 4, 5) committed → H, h (e, 4, 5), w (e, 4).
+def kinematics(X, u, alpha, Hn, N, dN, weight, at, axisymmetric, finite, scale, H, h, w, failed):
+    """X, u (e, 4, 2) initial positions and displacements, alpha (e, m), Hn (e, q, 5) committed → H, h (e, q, 5), w (e, q).
 
+    N (q, 4), dN (q, 4, 2), weight (q,), at (q, 2) of `shapes.table`.
     H = F − I, h = f − I with f = F F_n⁻¹; w initial volumes. failed marks elements with det F ≤ 0 at a point.
     """
     G, G0 = np.empty((4, 2)), np.empty((4, 2))
     inverse, inverse0 = np.empty((2, 2)), np.empty((2, 2))
-    H0, M, B = np.empty(5), np.empty((5, 5)), np.empty(5)
+    H0, M, B = np.empty(5), np.empty((alpha.shape[1], 5)), np.empty(5)
     for e in range(X.shape[0]):
         det0, r0 = _map(X, e, _N0, _DN0, axisymmetric, G0, inverse0)
         _gradient(u, e, _N0, G0, r0, axisymmetric, H0)
         if not finite:
             H0[:] = 0.0
-        for q in range(4):
-            det, r = _map(X, e, _N[q], _DN[q], axisymmetric, G, inverse)
-            w[e, q] = scale * det * r
+        for q in range(w.shape[1]):
+            det, r = _map(X, e, N[q], dN[q], axisymmetric, G, inverse)
+            w[e, q] = scale * weight[q] * det * r
             if not (det > 0.0 and r > 0.0):
                 failed[e] = True
             F = H[e, q]
-            _gradient(u, e, _N[q], G, r, axisymmetric, F)
-            _modes(q, inverse0, det0, det0 * r0 / (det * r), axisymmetric, M)
+            _gradient(u, e, N[q], G, r, axisymmetric, F)
+            _modes(at[q], inverse0, det0, det0 * r0 / (det * r), axisymmetric, M)
             B[:] = 0.0
             for k in range(alpha.shape[1]):
                 for c in range(5):
@@ -126,10 +136,10 @@ def kinematics(X, u, alpha, Hn, axisymmetric, finite, scale, H, h, w, failed):
 
 @njit(cache=True, error_model="numpy")
 def pull_back(Hn, P, A):
-    """In place P (e, 4, 5) → J_n P F_n⁻ᵀ and A (e, 4, 5, 5) → ∂P/∂F: from per committed to per initial volume."""
+    """In place P (e, q, 5) → J_n P F_n⁻ᵀ and A (e, q, 5, 5) → ∂P/∂F: from per committed to per initial volume."""
     T = np.zeros((5, 5))
     for e in range(P.shape[0]):
-        for q in range(4):
+        for q in range(P.shape[1]):
             n0, n1, n2, n3 = 1.0 + Hn[e, q, 0], Hn[e, q, 1], Hn[e, q, 2], 1.0 + Hn[e, q, 3]
             n4 = 1.0 + Hn[e, q, 4]
             det = n0 * n3 - n1 * n2
@@ -143,17 +153,17 @@ def pull_back(Hn, P, A):
 
 
 @njit(cache=True, error_model="numpy")
-def integrate(X, u, alpha, H, axisymmetric, finite, w, P, A, lo, r, K, forces, noise):
+def integrate(X, u, alpha, H, N, dN, at, axisymmetric, finite, w, P, A, lo, r, K, forces, noise):
     """Forces r (e, 8 + m) on displacements and modes and K = ∂r/∂(u, α) from row and column lo on (8: the modes only).
 
-    P (e, 4, 5) and A (e, 4, 5, 5) per initial volume; forces (e,) = Σ |r| on displacements before points cancel; noise
-    (e, 8 + m): stresses, and the round-off of A H, that a zero of r is made of. H (e, 4, 5): the strains they come of, in size.
+    P (e, q, 5) and A (e, q, 5, 5) per initial volume; forces (e,) = Σ |r| on displacements before points cancel; noise
+    (e, 8 + m): stresses, and the round-off of A H, that a zero of r is made of. H (e, q, 5): the strains they come of, in size.
     """
     m = alpha.shape[1]
     n = 8 + m
     G, G0 = np.empty((4, 2)), np.empty((4, 2))
     inverse, inverse0 = np.empty((2, 2)), np.empty((2, 2))
-    H0, M, B = np.empty(5), np.empty((5, 5)), np.empty(5)
+    H0, M, B = np.empty(5), np.empty((alpha.shape[1], 5)), np.empty(5)
     D, AD = np.zeros((5, n)), np.empty((5, n))
     for e in range(X.shape[0]):
         r[e, lo:] = 0.0
@@ -164,9 +174,9 @@ def integrate(X, u, alpha, H, axisymmetric, finite, w, P, A, lo, r, K, forces, n
         _gradient(u, e, _N0, G0, r0, axisymmetric, H0)
         if not finite:
             H0[:] = 0.0
-        for q in range(4):
-            det, rad = _map(X, e, _N[q], _DN[q], axisymmetric, G, inverse)
-            _modes(q, inverse0, det0, det0 * r0 / (det * rad), axisymmetric, M)
+        for q in range(w.shape[1]):
+            det, rad = _map(X, e, N[q], dN[q], axisymmetric, G, inverse)
+            _modes(at[q], inverse0, det0, det0 * r0 / (det * rad), axisymmetric, M)
             B[:] = 0.0
             if finite:
                 for k in range(m):
@@ -177,7 +187,7 @@ def integrate(X, u, alpha, H, axisymmetric, finite, w, P, A, lo, r, K, forces, n
                 D[0, 2 * a] = D[2, 2 * a + 1] = G[a, 0] + g0 * B[0] + g1 * B[2]
                 D[1, 2 * a] = D[3, 2 * a + 1] = G[a, 1] + g0 * B[1] + g1 * B[3]
                 if axisymmetric:
-                    D[4, 2 * a] = _N[q, a] / rad + _N0[a] / r0 * B[4]
+                    D[4, 2 * a] = N[q, a] / rad + _N0[a] / r0 * B[4]
             for k in range(m):
                 D[0, 8 + k] = (1.0 + H0[0]) * M[k, 0] + H0[1] * M[k, 2]
                 D[1, 8 + k] = (1.0 + H0[0]) * M[k, 1] + H0[1] * M[k, 3]

@@ -81,12 +81,16 @@ _SHAPES: dict[tuple[int, int], Callable[..., tuple[Array, Array]]] = {
 """By nodes and dimension."""
 
 
+def rectangle(along: int, across: int) -> tuple[Array, Array]:
+    """Gauss points (along · across, 2) of the square, different in number in ξ and η, in rows along ξ; and their weights."""
+    x, y = np.polynomial.legendre.leggauss(along), np.polynomial.legendre.leggauss(across)
+    xi, eta = np.meshgrid(x[0], y[0])
+    return np.stack([xi.ravel(), eta.ravel()], axis=1), np.outer(y[1], x[1]).ravel()
+
+
 def square(n: int) -> tuple[Array, Array]:
     """N × n Gauss points (n², 2) of the square and their weights; 2 × 2 counter-clockwise from (−, −) like the corners."""
-    x, w = np.polynomial.legendre.leggauss(n)
-    xi, eta = np.meshgrid(x, x)
-    weight = np.outer(w, w).ravel()
-    at = np.stack([xi.ravel(), eta.ravel()], axis=1)
+    at, weight = rectangle(n, n)
     order = [0, 1, 3, 2] if n == 2 else list(range(n * n))
     return at[order], weight[order]
 

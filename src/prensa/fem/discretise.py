@@ -26,6 +26,7 @@ from prensa.layout import DofMap
 from prensa.materials.laws import material_of
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import Mesh, MeshError, ordered_nodes
+from prensa.mesh.thin import thin_way_up
 from prensa.model import problem as model
 from prensa.registry import DOORS
 from prensa.tools.place import PlacedTool, ToolError, place
@@ -134,7 +135,9 @@ def _meshes(problem: model.Problem) -> dict[str, Mesh]:
     meshes: dict[str, Mesh] = {}
     for name, body in problem.bodies.items():
         try:
-            meshes[name] = mesh_of(body.mesh, element_of(body.element_in(problem.space)).nodes, problem.units.length)
+            element = element_of(body.element_in(problem.space))
+            mesh = mesh_of(body.mesh, element.nodes, problem.units.length)
+            meshes[name] = thin_way_up(mesh) if element.for_sheets else mesh
         except PrensaError as error:
             raise MeshError(f"bodies.{name}.mesh: {error}") from None
         x = meshes[name].points[:, 0]

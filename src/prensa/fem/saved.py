@@ -61,7 +61,7 @@ def _read(path: Path) -> tuple[str, dict[str, NDArray[Any]]]:
         with h5py.File(path, "r") as file:
             _check_origin(path, dict(file.attrs))
             text = str(file["case"].asstr()[()])
-            arrays = {name: np.array(data) for name, data in file["state"].items()}
+            arrays = {str(name): np.array(data) for name, data in file["state"].items()}  # damaged names are bytes
             hashes = file.attrs["input_hash"], file.attrs["state_hash"]
     except (OSError, KeyError, RuntimeError, TypeError, ValueError) as error:
         raise PrensaError(f"{path}: the file is cut off or damaged ({error}); {again}") from error

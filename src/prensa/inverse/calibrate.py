@@ -14,11 +14,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.errors import ArgumentError, PrensaError, take
-from prensa.inverse.experiment import Experiment, Observe, Test, ready
+from prensa.errors import ArgumentError, PrensaError, shown, take
+from prensa.inverse.experiment import Experiment, Observe, Test, ready, refuse_strange
 from prensa.inverse.meshes import finer
 from prensa.inverse.objective import Objective, Parameter, Residuals
-from prensa.inverse.result import Fit, fit_of
+from prensa.inverse.profile import Profile, profile
+from prensa.inverse.result import IDLE, Fit, fit_of, half_widths
+from prensa.inverse.rivals import compared
 from prensa.inverse.tables import DataError
 from prensa.model.problem import Case, Problem
 from prensa.sensitivity.parameters import value_of
@@ -32,6 +34,8 @@ def _started(parameters: Sequence[Parameter], number: int, seed: int) -> Iterabl
     """Starts: that of the case, then others between the bounds, or within a factor of three where there are none."""
     from scipy.stats import qmc
 
+    if isinstance(number, bool) or not isinstance(number, int) or number < 1:
+        raise ArgumentError(f"calibrate: starts is {shown(number)}; give the number of starts, 1 or more")
     yield [p.inner(p.start) for p in parameters]
     if number < 2:
         return
@@ -54,7 +58,11 @@ def _checked(
     )
     if not tests or not parameters:
         raise ArgumentError("calibrate: there is nothing to fit; give a test and parameters")
-    experiments = [ready(t, k) for k, t in enumerate(tests, 1)]
+    for t in tests:
+        take("calibrate", "a test", t, Test, "give Test(case, data, observe, along)")
+    experiments = _named_apart([ready(t, k) for k, t in enumerate(tests, 1)])
+    if len({(e.problem.units.length, e.problem.units.force) for e in experiments}) > 1:
+        raise ArgumentError("calibrate: cases have different units, in which no parameter can be one number; write them alike")
     known = [Parameter.of(p, value_of(experiments[0].problem, p), b) for p, b in parameters.items()]
     for e in experiments[1:]:
         for p in known:
@@ -63,6 +71,12 @@ def _checked(
     if readings <= len(known):
         raise DataError(f"calibrate: {readings} readings cannot tell {len(known)} parameters; take more, or fit fewer")
     return experiments, known
+
+
+def _named_apart(experiments: Sequence[Experiment]) -> list[Experiment]:
+    """Experiments of which no two have one name."""
+    names = [e.name for e in experiments]
+    return [replace(e, name=e.name if names.count(e.name) == 1 else f"{e.name} ({k})") for k, e in enumerate(experiments, 1)]
 
 
 def calibrate(
@@ -75,6 +89,8 @@ def calibrate(
     starts: int = 1,
     seed: int = 0,
     refine: bool = True,
+    compare: bool = True,
+    profiles: bool = True,
     keep: str | Path | None = None,
     told: Callable[[str], None] = log.info,
 ) -> Fit:
@@ -95,6 +111,11 @@ def calibrate(
         Of the other starts.
     refine
         Fit again on a finer mesh and widen the intervals by what that changes.
+    compare
+        Where a coefficient of friction or a shear factor is fitted, fit the other law as well and say which of both follows the
+        readings.
+    profiles
+        See how bent the problem is at the ends of its linear intervals, and follow the profile likelihood where it is.
     keep
         Folder in which runs are kept, so that a fit that was interrupted goes on.
     told
@@ -113,21 +134,44 @@ def calibrate(
     experiments, known = _checked(tests, parameters)
     objective = Objective(experiments, known, Path(keep) if keep is not None else None, told)
     found = _best(objective, starts, seed)
-    fine, finer_mesh = None, [finer(e.problem) for e in experiments] if refine else []
-    if finer_mesh and all(p is not None for p in finer_mesh):
-        told("the same on a finer mesh")
-        again = replace(
-            objective, experiments=[e.on(p) for e, p in zip(experiments, finer_mesh) if p is not None], _last=None
-        )
-        fine = again.minimise(found[0][0])
-        objective.runs = again.runs
-    return fit_of(objective, found, fine)
+    fine = _refined(objective, found[0][0]) if refine else None
+    bends = _bends(objective, *found[0]) if profiles else []
+    rival = compared(objective, *found[0]) if compare else None
+    return fit_of(objective, found, fine, bends, rival)
+
+
+def _refined(objective: Objective, x: Array) -> tuple[Array, Residuals] | None:
+    """The fit on finer meshes, from an answer x (n,); None where a mesh cannot be refined."""
+    meshes = [finer(e.problem) for e in objective.experiments]
+    experiments = [e.on(p) for e, p in zip(objective.experiments, meshes) if p is not None]
+    if len(experiments) < len(meshes):
+        return None
+    objective.told("the same on a finer mesh")
+    again = replace(objective, experiments=experiments, _last=None)
+    found = again.minimise(x)
+    objective.runs = again.runs
+    return found
+
+
+def _bends(objective: Objective, x: Array, at: Residuals) -> list[Profile | None]:
+    """Profiles of all parameters around an answer; None of those that move nothing."""
+    objective.told("how bent the problem is")
+    _, halves, _ = half_widths(at, len(x))
+    moving = np.abs(at.J[:, : len(objective.parameters)]).max(axis=0) > IDLE
+    return [
+        profile(objective, x, at, i, halves, p.limits) if moving[i] else None for i, p in enumerate(objective.parameters)
+    ]
 
 
 def _best(objective: Objective, starts: int, seed: int) -> list[tuple[Array, Residuals]]:
     """Fits from all starts that have an answer, the best first."""
     found, failed = [], None
     more = [0.0] * len(objective.nuisances)
+    first = objective.at(np.array([*(p.inner(p.start) for p in objective.parameters), *more]))
+    if first is not None:
+        models = iter(first.models)
+        for e in objective.experiments:
+            refuse_strange(e, [next(models) for _ in e.channels])
     for start in _started(objective.parameters, starts, seed):
         try:
             found.append(objective.minimise(np.array([*start, *more])))

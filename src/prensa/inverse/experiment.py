@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.errors import ArgumentError, shown, take
 from prensa.fem.discretise import discretise
 from prensa.fem.planning import plan_step
 from prensa.fem.system import System
 from prensa.inverse.tables import DataError, Table, read_table
 from prensa.measures import Measure, parse
-from prensa.model.problem import Case, Problem
+from prensa.model.names import suggest
+from prensa.model.problem import Case, Numerics, Problem
 from prensa.model.units import factor, powers
 from prensa.sensitivity.parameters import with_values
 from prensa.sensitivity.solve import solve
@@ -23,6 +26,10 @@ Array = NDArray[np.float64]
 
 MOTIONS = ("ux", "uy", "rz")
 STEADY = 1e-9  # time, of steps of length 1, below which nothing has happened
+TOGETHER = 1e-6  # time within which two rows are read at once: an increment between them would be nothing but round-off
+FALL_BACK = 0.02  # share of the stroke by which rows may fall back: the noise of a travel, no unloading
+MOST_READINGS = 100  # rows of a fit, each an increment of every run; more of a machine's record are hardly independent readings
+OFF = 100.0  # ratio of readings and case from which one of the units is wrong
 
 
 @dataclass(frozen=True)
@@ -30,7 +37,8 @@ class Observe:
     """What a column of a table is: the ``measure`` of the case, and its error.
 
     ``sigma``: standard error of a reading, a number in the unit of the column or a share of the largest reading as in '1 %'.
-    ``scale``: readings over the measure, such as 2 for the force of a whole specimen of which half is modelled.
+    ``scale``, ``shift``: a reading is scale × measure + shift, such as 2 for the force of a whole specimen of which half is
+    modelled; the shift in the unit of the column.
     ``gain``: standard error of a factor common to all readings (a load cell), a share such as '1 %'; None: it is right.
     """
 
@@ -38,14 +46,24 @@ class Observe:
     sigma: float | str = "1 %"
     scale: float = 1.0
     gain: float | str | None = None
+    shift: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse what is no measure and no number."""
+        take("Observe", "measure", self.measure, str, "name what is measured, such as 'die.force.y'")
+        for name in ("scale", "shift"):
+            number(f"Observe: {name}", getattr(self, name))
+        if not self.scale:
+            raise ArgumentError("Observe: scale is 0; it is what readings are over the measure, such as 2")
 
 
 @dataclass(frozen=True)
 class Test:
     """A test: its ``case``, its table ``data`` (a file), what it ``observe``s by column.
 
-    ``along``: what the ``column`` (the first one if None) runs along: 'time', or a motion of a tool that the case prescribes, as
-    in 'die.uy' or '-die.uy'. ``offset``: standard error of its zero, in the unit of the column.
+    ``along``: what the ``column`` (the first one if None) runs along: 'time', or a motion that the case prescribes, of a tool or
+    of a support, as in 'die.uy', '-die.uy' or 'bar.top.uy'. ``scale``: the column over that motion, such as 2 where half the
+    specimen is modelled. ``offset``: standard error of its zero, in the unit of the column.
     """
 
     case: Case | Problem
@@ -55,11 +73,34 @@ class Test:
     column: str | None = None
     offset: float = 0.0
     name: str = ""
+    scale: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Refuse what is no case, no measures and no number."""
+        take("Test", "case", self.case, (Case, Problem), "give a Problem or a Case")
+        take("Test", "data", self.data, (str, Path, Table), "give the path of a table (CSV) or a Table")
+        take("Test", "observe", self.observe, Mapping, "give measures by column, as in {'force': 'die.force.y'}")
+        take("Test", "along", self.along, str, "give 'time' or a motion such as '-die.uy'")
+        if not self.observe:
+            raise ArgumentError("Test: nothing is observed; give measures by column, as in {'force': 'die.force.y'}")
+        for what in self.observe.values():
+            take("Test", "an observation", what, (str, Observe), "give a measure such as 'die.force.y', or an Observe")
+        for name in ("offset", "scale"):
+            number(f"Test: {name}", getattr(self, name))
+        if not self.scale:
+            raise ArgumentError("Test: scale is 0; it is what the column is over the motion, such as 2")
+
+
+def number(what: str, value: object) -> float:
+    """A finite number, else `ArgumentError`."""
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not np.isfinite(value):
+        raise ArgumentError(f"{what} is {shown(value)}; a number is expected")
+    return float(value)
 
 
 @dataclass(frozen=True)
 class Channel:
-    """A column as the fit sees it: ``rows`` (m,) with a reading, ``readings`` and ``sigma`` in units of the case."""
+    """A column as the fit sees it: ``rows`` (m,) with a reading, ``readings``, ``sigma`` and ``shift`` in units of the case."""
 
     name: str
     measure: Measure
@@ -68,28 +109,32 @@ class Channel:
     readings: Array
     sigma: float
     gain: float
+    shift: float = 0.0
 
 
 @dataclass(frozen=True)
 class Prediction:
-    """A run at some values: by channel, values (m,) and their derivatives (m, k) by the parameters."""
+    """A run at some values: by channel, values (m,), derivatives (m, k) by the parameters, and ``rates`` (m,) over the stroke."""
 
     values: list[Array]
     slopes: list[Array]
+    rates: list[Array]
 
 
 @dataclass(frozen=True)
 class Experiment:
-    """A test made ready: its problem, the ``times`` (rows,) of its rows, its channels."""
+    """A test made ready: its problem, the ``times`` (rows,) of its rows and their ``pace``, time over stroke, its channels."""
 
     name: str
     problem: Problem
     stroke: Array
     times: Array
+    pace: Array
     channels: list[Channel]
     offset: float
     along: str = "time"
     notes: list[str] = field(default_factory=list)
+    numerics: Numerics = field(default_factory=Numerics)
 
     @property
     def count(self) -> int:
@@ -111,26 +156,37 @@ class Experiment:
         """
         problem = with_values(self.problem, values)
         wanted = np.unique(np.concatenate([self.times[c.rows] for c in self.channels]))
-        found: dict[float, tuple[list[float], list[list[float]]]] = {}
-        for increment in solve(problem, stops=wanted.tolist(), derivatives=paths):
+        times, ways, found = [], [], {}
+        for increment in solve(problem, self.numerics, stops=wanted.tolist(), derivatives=paths):
+            times.append(increment.time)
+            ways.append([c.measure.value(increment) for c in self.channels])
             k = int(np.argmin(np.abs(wanted - increment.time)))
             if abs(wanted[k] - increment.time) <= STEADY:
                 slopes = [increment.derivative(c.measure.value) if paths else {} for c in self.channels]
-                found[float(wanted[k])] = (
-                    [c.measure.value(increment) for c in self.channels],
-                    [[by[p] for p in paths] for by in slopes],
-                )
+                found[float(wanted[k])] = len(ways) - 1, [[by[p] for p in paths] for by in slopes]
             if increment.time >= wanted[-1] - STEADY:
                 break
-        y, J = [], []
-        for k, c in enumerate(self.channels):
+        course = np.array(ways)
+        rates = over_stroke(course, np.array(times))
+        y, J, v = [], [], []
+        for j, c in enumerate(self.channels):
             rows = [found[float(t)] for t in self.times[c.rows]]
-            y.append(c.scale * np.array([r[0][k] for r in rows]))
-            J.append(c.scale * np.array([r[1][k] for r in rows]).reshape(len(rows), len(paths)))
-        return Prediction(y, J)
+            at = [r[0] for r in rows]
+            y.append(c.scale * course[at, j] + c.shift)
+            J.append(c.scale * np.array([r[1][j] for r in rows]).reshape(len(rows), len(paths)))
+            v.append(c.scale * rates[at, j] * self.pace[c.rows])
+        return Prediction(y, J, v)
 
 
-def ready(test: Test, number: int) -> Experiment:
+def over_stroke(values: Array, stroke: Array) -> Array:
+    """Change of values (m, k) over a stroke (m,) that may stand still."""
+    places, first, back = np.unique(stroke, return_index=True, return_inverse=True)
+    if len(places) < 2:
+        return np.zeros_like(values)
+    return np.asarray(np.gradient(values[first], places, axis=0)[back])
+
+
+def ready(test: Test, which: int) -> Experiment:
     """Read and check a test.
 
     Raises
@@ -142,31 +198,51 @@ def ready(test: Test, number: int) -> Experiment:
     problem = test.case.problem if isinstance(test.case, Case) else test.case
     table = test.data if isinstance(test.data, Table) else read_table(test.data)
     column = test.column or next(iter(table.columns))
-    given = table.column(column)
+    given, notes = table.column(column), list(table.notes)
     if not np.isfinite(given).all():
-        raise DataError(f"{table.path}: column {column!r} has empty cells; every row needs it")
+        row = int(np.flatnonzero(~np.isfinite(given))[0])
+        raise DataError(f"{table.place(row)}: column {column!r} has empty cells; every row needs it")
     sign, along = (-1.0, test.along[1:]) if test.along.startswith("-") else (1.0, test.along)
-    stroke, unit = given, ""
+    stroke, by = given / test.scale, 1.0
     if along != "time":
-        _refuse_no_motion(problem, along)
-        unit = parse(along, problem).unit
-        stroke = sign * given * _factor(table, column, unit, problem)
-    times = _times(problem, table, column, along, stroke)
-    notes = []
+        by = _factor(table, column, _motion(problem, along), problem)
+        stroke = sign * stroke * by
+    times, pace = _times(problem, table, column, along, stroke, notes)
     if (times <= STEADY).any():
         notes.append(f"{table.path}: rows at the beginning, where nothing has happened yet, are left out")
-    channels = [_channel(problem, table, name, what, times) for name, what in test.observe.items()]
-    offset = abs(test.offset) * (_factor(table, column, unit, problem) if along != "time" else 1.0)
-    return Experiment(
-        test.name or Path(table.path).stem or f"test {number}",
-        problem,
-        stroke,
-        times,
-        channels,
-        offset,
-        test.along,
-        notes,
+    seen = {name: table.column(name) for name in test.observe}
+    used = _rows_used(table, times, list(seen.values()), notes)
+    channels = [_channel(problem, table, name, what, used) for name, what in test.observe.items()]
+    offset = abs(test.offset * by / test.scale)
+    name = test.name or Path(table.path).stem or f"test {which}"
+    numerics = test.case.numerics if isinstance(test.case, Case) else Numerics()
+    return Experiment(name, problem, stroke, times, pace, channels, offset, test.along, notes, numerics)
+
+
+def _rows_used(table: Table, times: Array, columns: list[Array], notes: list[str]) -> NDArray[np.int64]:
+    """Rows that are fitted: after the beginning, none twice, and not more than a run can stop at."""
+    rows = np.flatnonzero(times > STEADY)
+    cells = np.column_stack([times, *columns])
+    same = np.array([k for k in rows[1:] if _equal(cells[k], cells[k - 1])], dtype=np.int64)
+    if len(same):
+        more = f" and {len(same) - 1} more" if len(same) > 1 else ""
+        notes.append(f"{table.place(int(same[0]))}{more}: the row above once more; it is counted once")
+        rows = np.setdiff1d(rows, same)
+    if len(rows) <= MOST_READINGS:
+        return rows
+    # of dense columns rows spread evenly over the test; readings that were taken now and then are all kept
+    rare = [k for c in columns if 0 < np.isfinite(c[rows]).sum() <= MOST_READINGS for k in rows[np.isfinite(c[rows])]]
+    wanted = np.linspace(times[rows[0]], times[rows[-1]], MOST_READINGS)
+    near = rows[np.abs(times[rows][None, :] - wanted[:, None]).argmin(axis=1)]
+    notes.append(
+        f"{table.path}: of {len(rows)} rows {MOST_READINGS} are fitted, spread evenly over the test: each is an increment, and "
+        "neighbours in a machine's record hardly are readings of their own"
     )
+    return np.union1d(near, np.array(rare, dtype=np.int64))
+
+
+def _equal(a: Array, b: Array) -> bool:
+    return bool(((a == b) | (np.isnan(a) & np.isnan(b))).all())
 
 
 def _factor(table: Table, column: str, unit: str, problem: Problem) -> float:
@@ -197,61 +273,133 @@ def share(value: float | str, of: float, what: str) -> float:
     return out
 
 
-def _channel(problem: Problem, table: Table, name: str, what: Observe | str, times: Array) -> Channel:
+def _channel(problem: Problem, table: Table, name: str, what: Observe | str, used: NDArray[np.int64]) -> Channel:
     of = what if isinstance(what, Observe) else Observe(what)
     given = table.column(name)
     measure = parse(of.measure, problem)
-    rows = np.flatnonzero(np.isfinite(given) & (times > STEADY))
+    rows = used[np.isfinite(given[used])]
     if not len(rows):
         raise DataError(f"{table.path}: column {name!r} has no readings after the beginning")
     by = _factor(table, name, measure.unit, problem)
     largest = float(np.abs(given[rows]).max())
     sigma = by * share(of.sigma, largest, f"the error of {name!r}")
     gain = 0.0 if of.gain is None else share(of.gain, 1.0, f"the gain of {name!r}")
-    return Channel(name, measure, of.scale, rows, by * given[rows], sigma, gain)
+    return Channel(name, measure, of.scale, rows, by * given[rows], sigma, gain, by * of.shift)
 
 
-def _times(problem: Problem, table: Table, column: str, along: str, stroke: Array) -> Array:
-    """Times (rows,) at which a prescribed motion reaches the strokes for the first time."""
+def refuse_strange(e: Experiment, models: Sequence[Array]) -> None:
+    """Refuse readings that a case with its first values misses by orders of magnitude or by their sign.
+
+    Raises
+    ------
+    DataError
+        Because a unit or a sign is wrong, and no parameter should be bent to it.
+
+    """
+    for c, model in zip(e.channels, models):
+        read, says = (float(np.abs(v).max()) for v in (c.readings, model))
+        if not (read > 3.0 * c.sigma and says > 0.0):
+            continue
+        if not 1.0 / OFF <= read / says <= OFF:
+            raise DataError(
+                f"{e.name}: {c.name!r} is up to {read:.3g} in units of the case, which says {says:.3g} at the start; give "
+                f"the unit in the first row of the table, as in '{c.name} [kN]', or start nearer"
+            )
+        alike = float(c.readings @ model) / float(np.linalg.norm(c.readings) * np.linalg.norm(model))
+        if alike < -0.9:
+            raise DataError(
+                f"{e.name}: {c.name!r} has the opposite sign of what the case says; observe it with 'scale: -1'"
+            )
+
+
+def _times(
+    problem: Problem, table: Table, column: str, along: str, stroke: Array, notes: list[str]
+) -> tuple[Array, Array]:  # fmt: skip
+    """Times (rows,) of the rows, where a prescribed motion reaches their strokes, one after the other; time over stroke there."""
     end = float(len(problem.steps))
     if along == "time":
         outside = np.flatnonzero((stroke < 0.0) | (stroke > end))
         if len(outside):
             raise DataError(
-                f"{table.path}: {column} is {stroke[outside[0]]:g}, but the steps of the case take the time from 0 to {end:g}"
+                f"{table.place(outside[0])}: {column} is {stroke[outside[0]]:g}, but the steps of the case take the time from 0 "
+                f"to {end:g}"
             )
-        return stroke
+        return _together(stroke), np.ones(len(stroke))
     t, way = _course(discretise(problem), along)
-    out = []
-    for s in stroke:
-        between = np.flatnonzero((way[:-1] - s) * (way[1:] - s) <= 0.0)
-        if not len(between):
+    reach = float(np.ptp(way)) or 1.0
+    out, now, back = np.zeros(len(stroke)), 0.0, 0.0
+    for k, s in enumerate(stroke):
+        found = _reached(t, way, s)
+        if not len(found):
             raise DataError(
-                f"{table.path}: {column} reaches {s:g} in units of the case, {along} goes from {way.min():g} to {way.max():g}; "
-                "let the case press further, mind the sign (along='-…'), or leave these rows out"
+                f"{table.place(k)}: {column} reaches {s:g} in units of the case, {along} goes from {way.min():g} to "
+                f"{way.max():g}; let the case press further, mind the sign (along: '-…') and the unit, or leave these rows out"
             )
-        k = between[0]
-        rise = way[k + 1] - way[k]
-        out.append(t[k] + (t[k + 1] - t[k]) * ((s - way[k]) / rise if rise else 0.0))
-    return np.array(out)
-
-
-def _refuse_no_motion(problem: Problem, along: str) -> None:
-    tool, _, key = along.rpartition(".")
-    if tool not in problem.tools or key not in MOTIONS:
-        raise DataError(
-            f"tables run along the time or a motion of a tool, as in 'die.uy' or '-die.uy'; {along!r} is none"
+        later = found[found >= now - TOGETHER]
+        if not len(later):
+            # a little back is noise: the last time before now at which the motion was there
+            behind = abs(float(np.interp(now, t, way)) - s)
+            if behind > FALL_BACK * reach:
+                raise DataError(
+                    f"{table.place(k)}: {column} goes back by {behind:g} in units of the case, and {along} does not; "
+                    "leave out the unloading and sort the rows, or let the case unload as well"
+                )
+            back = max(back, behind)
+        out[k] = later[0] if len(later) else found[-1]
+        now = max(now, out[k])
+    if back > TOGETHER * reach:
+        notes.append(
+            f"{table.path}: {column} goes back by up to {back:.2g} in places; rows are compared where the case has their {column}"
         )
+    rate = np.interp(out, 0.5 * (t[:-1] + t[1:]), np.diff(way) / np.where(np.diff(t) > 0.0, np.diff(t), np.inf))
+    return _together(out), np.divide(1.0, rate, out=np.zeros(len(out)), where=rate != 0.0)
+
+
+def _reached(t: Array, way: Array, s: float) -> Array:
+    """Times at which a motion passes a place, in order."""
+    between = np.flatnonzero((way[:-1] - s) * (way[1:] - s) <= 0.0)
+    rise = way[between + 1] - way[between]
+    share = np.divide(s - way[between], rise, out=np.zeros(len(between)), where=rise != 0.0)
+    return np.unique(t[between] + (t[between + 1] - t[between]) * share)
+
+
+def _together(times: Array) -> Array:
+    """Times of which those that are all but the same, or all but the end of a step, are the same."""
+    order = np.argsort(times, kind="stable")
+    ends = np.round(times)
+    out = np.where(np.abs(times - ends) <= TOGETHER, ends, times)
+    for a, b in pairwise(order):
+        if out[b] - out[a] <= TOGETHER:
+            out[b] = out[a]
+    return out
+
+
+def _motion(problem: Problem, along: str) -> str:
+    """Unit of a motion that tables may run along; refuses what is none."""
+    name, _, key = along.rpartition(".")
+    boundaries = set(problem.fixed).union(*(step.fixed for step in problem.steps))
+    if key not in MOTIONS or not (name in problem.tools or (name in boundaries and key != "rz")):
+        known = [f"{t}.{m}" for t in problem.tools for m in MOTIONS]
+        known += [f"{b}.{m}" for b in sorted(boundaries) for m in MOTIONS[:2]]
+        raise DataError(
+            f"tables run along the time or a motion of a tool or a support, as in 'die.uy' or '-die.uy'; {shown(along)} is none"
+            f"{suggest(along, known)}"
+        )
+    return parse(along, problem).unit if name in problem.tools else problem.units.length
 
 
 def _course(system: System, along: str) -> tuple[Array, Array]:
     """Times and values of a motion that all steps prescribe, such as ``die.uy``."""
-    tool, _, key = along.rpartition(".")
+    name, _, key = along.rpartition(".")
     names = [t.name for t in system.tools]
-    dof = system.tool_dof(names.index(tool)) + MOTIONS.index(key)
+    if name in names:
+        dof = system.tool_dof(names.index(name)) + MOTIONS.index(key)
+    else:
+        dofs = system.dofs.displacement.dof(system.boundary_nodes(name), key[1])
+        dof = int(system.master_dofs(dofs)[-1])
     u, times, way = np.zeros(system.ndof), [], []
-    for number in range(len(system.problem.steps)):
-        plan = plan_step(system, number, u)
+    for step in range(len(system.problem.steps)):
+        plan = plan_step(system, step, u)
         at = np.flatnonzero(plan.fixed == dof)
         if not len(at):
             raise DataError(f"step {plan.name!r} does not prescribe {along!r}; let the table run along the time")

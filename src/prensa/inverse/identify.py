@@ -84,7 +84,7 @@ def identify(
         Channel(name, parse(o.measure, problem), o.scale, index, np.zeros(rows), 1.0, 0.0)
         for name, o in zip(observe, known)
     ]
-    predicted = Experiment(problem.name, problem, times, times, channels, 0.0).predict(values, parameters)
+    predicted = Experiment(problem.name, problem, times, times, np.ones(rows), channels, 0.0).predict(values, parameters)
     blocks, gains = [], []
     for name, o, y, slopes in zip(observe, known, predicted.values, predicted.slopes):
         sigma = share(o.sigma, float(np.abs(y).max()), f"the error of {name!r}")

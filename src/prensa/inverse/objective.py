@@ -13,16 +13,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.errors import ArgumentError, PrensaError, SolveError
-from prensa.inverse.experiment import Experiment
-from prensa.measures import MeasureError
+from prensa.errors import ArgumentError, PrensaError
+from prensa.inverse.experiment import Experiment, over_stroke
+from prensa.model.problem import Case
 from prensa.model.schema import dump
 
 log = logging.getLogger("prensa")
 Array = NDArray[np.float64]
 Bounds = tuple[float, float] | None
 
-SMALL_GAIN, SMALL_STEP = 1e-3, 1e-4  # share of χ², and of the way so far, below which a step ends a fit
+SMALL_GAIN, SMALL_STEP = 1e-4, 1e-5  # share of χ², and of the way so far, below which a step ends a fit
+IDLE_STEP = 1e-3  # χ² that the next step would gain below which it is not worth a run: 3 % of a standard error
 MOST_RUNS = 60  # of a fit
 NO_ANSWER = 10.0  # residual, over its standard error, of all readings where the case has no answer
 
@@ -101,6 +102,7 @@ class Objective:
     cache: Path | None = None
     told: Callable[[str], None] = log.info
     runs: int = 0
+    failure: str = ""
     _known: dict[str, Any] = field(default_factory=dict)
     _last: tuple[bytes, Residuals | None] | None = None
 
@@ -118,56 +120,74 @@ class Objective:
         return {p.path: p.value(v) for p, v in zip(self.parameters, x)}
 
     def at(self, x: Array) -> Residuals | None:
-        """Residuals and derivatives at unknowns; None where a run fails."""
+        """Residuals and derivatives at unknowns; None where the case has no answer, for the reason `failure`."""
         if self._last is None or self._last[0] != x.tobytes():
-            self._last = x.tobytes(), self._evaluated(x)
+            self._last = x.tobytes(), self._evaluated(x, True)
         return self._last[1]
 
-    def _evaluated(self, x: Array) -> Residuals | None:
+    def residuals(self, x: Array) -> Array | None:
+        """Residuals (n,) alone, from a run without derivatives; None where the case has no answer."""
+        found = self._evaluated(x, False)
+        return None if found is None else found.r
+
+    def _evaluated(self, x: Array, sloped: bool) -> Residuals | None:
         values = self.values(x)
         slopes = np.array([p.slope(values[p.path]) for p in self.parameters])
         more = x[len(self.parameters) :]
         models, parts, J = [], [], []
         try:
             for k, e in enumerate(self.experiments):
-                predicted = self._predicted(k, values)
-                for j, c in enumerate(e.channels):
-                    y, dy = np.array(predicted[0][j]), np.array(predicted[1][j]).reshape(len(c.rows), -1) * slopes
-                    z = np.zeros((len(y), len(self.nuisances)))
-                    for m, (ke, jc) in enumerate(self.nuisances):
-                        if ke == k and jc == j:
-                            y, dy = (1.0 + c.gain * more[m]) * y, (1.0 + c.gain * more[m]) * dy
-                            z[:, m] = c.gain * np.array(predicted[0][j])
-                        elif ke == k and jc is None and len(c.rows) > 1:
-                            along = np.gradient(np.array(predicted[0][j]), e.stroke[c.rows]) * e.offset
-                            y, z[:, m] = y + along * more[m], along
-                            dy = dy + np.gradient(dy, e.stroke[c.rows], axis=0) * e.offset * more[m]
+                for j, (c, read) in enumerate(zip(e.channels, self._predicted(k, values, sloped))):
+                    dy = np.array(read[1]).reshape(len(c.rows), -1) * slopes if sloped else np.zeros((len(c.rows), len(slopes)))
+                    y, dy, z = self._instruments(k, j, np.array(read[0]), dy, np.array(read[2]), more)
                     models.append(y)
                     parts.append((y - c.readings) / c.sigma)
                     J.append(np.hstack([dy, z]) / c.sigma)
-        except (SolveError, MeasureError) as error:
-            self.told(f"no answer at {self._words(values)}: {str(error).splitlines()[0]}")
+        except PrensaError as error:  # no equilibrium, no such place any more, a value that is not allowed
+            self.failure = str(error).splitlines()[0]
+            self.told(f"no answer at {self._words(values)}: {self.failure}")
             return None
         prior = np.hstack([np.zeros((len(more), len(self.parameters))), np.eye(len(more))])
         out = Residuals(np.concatenate([*parts, more]), np.vstack([*J, prior]), models)
         self.told(f"χ² {out.square:.4g} at {self._words(values)}")
         return out
 
+    def _instruments(self, k: int, j: int, y: Array, dy: Array, rate: Array, more: Array) -> tuple[Array, Array, Array]:
+        """What instruments with gain and offset ``more`` show: values (m,), derivatives (m, p) by parameters, (m, q) by these.
+
+        ``rate`` (m,): change of the values over the stroke.
+        """
+        c, e = self.experiments[k].channels[j], self.experiments[k]
+        numbers = {own: m for m, own in enumerate(self.nuisances) if own in ((k, j), (k, None))}
+        gain, offset = numbers.get((k, j)), numbers.get((k, None))
+        z = np.zeros((len(y), len(more)))
+        if offset is not None:
+            y, dy = y + rate * e.offset * more[offset], dy + over_stroke(dy, e.stroke[c.rows]) * e.offset * more[offset]
+            z[:, offset] = rate * e.offset
+        if gain is not None:
+            by = 1.0 + c.gain * more[gain]
+            y, dy, z = by * y, by * dy, by * z
+            z[:, gain] = c.gain * y / by
+        return y, dy, z
+
     def _words(self, values: Mapping[str, float]) -> str:
         return ", ".join(f"{path} {value:.5g}" for path, value in values.items())
 
-    def _predicted(self, k: int, values: Mapping[str, float]) -> Any:
-        e = self.experiments[k]
-        text = dump(e.problem) + repr((sorted(values.items()), e.times.tolist(), [str(c.measure) for c in e.channels]))
+    def _predicted(self, k: int, values: Mapping[str, float], sloped: bool) -> Any:
+        e, paths = self.experiments[k], [q.path for q in self.parameters]
+        seen = [(str(c.measure), c.scale, c.shift, c.rows.tolist()) for c in e.channels]
+        text = dump(Case(e.problem, e.numerics)) + repr((sorted(values.items()), paths, e.times.tolist(), e.pace.tolist(), seen))
         key = hashlib.sha256(text.encode()).hexdigest()
+        if not sloped and key not in self._known:
+            paths, key = [], f"{key}-values"
         if key not in self._known:
-            kept = self.cache / f"{key[:24]}.json" if self.cache is not None else None
+            kept = self.cache / f"{key[:24]}{key[64:]}.json" if self.cache is not None else None
             if kept is not None and kept.is_file():
                 self._known[key] = json.loads(kept.read_text(encoding="utf-8"))
             else:
                 self.runs += 1
-                p = e.predict(values, [q.path for q in self.parameters])
-                self._known[key] = [v.tolist() for v in p.values], [s.tolist() for s in p.slopes]
+                p = e.predict(values, paths)
+                self._known[key] = [[v.tolist() for v in parts] for parts in zip(p.values, p.slopes, p.rates)]
                 if kept is not None:
                     kept.parent.mkdir(parents=True, exist_ok=True)
                     kept.write_text(json.dumps(self._known[key]), encoding="utf-8")
@@ -187,7 +207,9 @@ class Objective:
         low, high = (np.array(v) for v in zip(*limits))
         first = self.at(start)
         if first is None:
-            raise PrensaError(f"calibrate: the case has no answer at the start {self._words(self.values(start))}")
+            raise PrensaError(
+                f"calibrate: the case has no answer at the start {self._words(self.values(start))}: {self.failure}"
+            )
         count = len(first.r)
 
         def residuals(way: Array) -> Array:
@@ -196,13 +218,38 @@ class Objective:
 
         def slopes(way: Array) -> Array:
             got = self.at(start + way)
-            return np.zeros((count, n)) if got is None else got.J
+            if got is None:
+                return np.zeros((count, n))
+            if self._settled(got, start + way, low, high):
+                raise _Settled(start + way)
+            return got.J
 
-        found = least_squares(
-            residuals, np.zeros(n), jac=slopes, bounds=(low - start, high - start), ftol=SMALL_GAIN, xtol=SMALL_STEP, gtol=1e-8,
-            max_nfev=MOST_RUNS,
-        )  # fmt: skip
-        x = start + found.x
+        try:
+            found = least_squares(
+                residuals, np.zeros(n), jac=slopes, bounds=(low - start, high - start), ftol=SMALL_GAIN, xtol=SMALL_STEP,
+                gtol=1e-8, max_nfev=MOST_RUNS,
+            )  # fmt: skip
+            x = start + found.x
+        except _Settled as end:
+            x = end.x
         best = self.at(x)
         assert best is not None
         return np.asarray(x), best
+
+    @staticmethod
+    def _settled(at: Residuals, x: Array, low: Array, high: Array) -> bool:
+        """Whether the next step of Gauss and Newton would change the answer by a small part of its errors only."""
+        free = (x > low + SMALL_STEP) & (x < high - SMALL_STEP)
+        if not free.all():
+            return False
+        step, *_ = np.linalg.lstsq(at.J, -at.r, rcond=1e-12)
+        gain = float(np.linalg.norm(at.J @ step) ** 2)
+        return gain < IDLE_STEP * max(1.0, at.square / max(len(at.r) - len(x), 1))
+
+
+class _Settled(Exception):
+    """The fit has ended at ``x``."""
+
+    def __init__(self, x: Array) -> None:
+        super().__init__()
+        self.x = x

@@ -28,12 +28,22 @@ def write_page(fit: Any, path: Path) -> Path:
     with style.styled():
         curves = [_drawn(_readings(fit, k)) for k in range(len(fit.channels))]
         bands = [_drawn(_band(fit, p)) for p in fit.bands]
+        bends = {p: _drawn(_profile(p, i)) for p, i in fit.parameters.items() if i.followed}
     page = environment.get_template("fit.html").render(
-        name=fit.problem.name, version=__version__, fit=fit, curves=curves, bands=bands,
+        name=fit.problem.name, version=__version__, fit=fit, curves=curves, bands=bands, bends=bends,
         correlated=[(a, [float(v) for v in row]) for a, row in zip(fit.parameters, fit.correlation)],
         reduced=f"{fit.reduced:.3g}", finite=lambda v: bool(np.isfinite(v)),
+        short=_short,
     )  # fmt: skip
     return write_text(path, page)
+
+
+def _short(value: float, digits: int = 4) -> str:
+    """A number to so many digits, without an exponent where that is readable."""
+    if not np.isfinite(value):
+        return "∞"
+    size = int(np.floor(np.log10(abs(value)))) if value else 0
+    return f"{value:.{digits}g}" if not -4 <= size < 7 else f"{value:.{max(digits - 1 - size, 0)}f}"
 
 
 def _drawn(figure: Figure) -> str:
@@ -58,6 +68,24 @@ def _readings(fit: Any, number: int) -> Figure:
     below.plot(c.stroke, (c.model - c.readings) / c.sigma, "o", ms=4)
     below.set_ylabel("difference / error")
     below.set_xlabel(c.along)
+    return figure
+
+
+def _profile(path: str, interval: Any) -> Figure:
+    """Root of Δχ² over that at the ends of a 95 % interval, along a parameter; straight where the ellipse is right."""
+    from matplotlib.figure import Figure
+
+    points = interval.profile.points
+    figure = Figure(figsize=(5.4, 3.0))
+    axes = figure.subplots()
+    axes.plot(interval.at(points[:, 0]), points[:, 1], "o-", ms=4, label="profile")
+    ways = np.array([points[:, 0].min(), points[:, 0].max()])
+    axes.plot(interval.at(ways), ways, "--", color="0.5", label="linear")
+    axes.axhspan(-1, 1, color="0.92", zorder=0)
+    axes.set_ylim(-1.5, 1.5)
+    axes.set_xlabel(path)
+    axes.set_ylabel("root of Δχ² / its limit")
+    axes.legend()
     return figure
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.inverse.objective import Objective, Residuals
+from prensa.inverse.profile import Profile
+from prensa.inverse.rivals import Rival
 from prensa.materials.flow_curve import FlowCurve, stress_at
 from prensa.model.problem import Case, Problem
 from prensa.model.schema import dump
@@ -21,19 +23,26 @@ Array = NDArray[np.float64]
 CONFIDENCE = 0.95
 UNUSUAL = 0.05  # probability below which residuals are not those of chance
 IDLE = 1e-3  # change of a channel over its error when a parameter doubles, below which that does not move it
+SLIP = 5  # residual over the error, and over those of the others, from which a reading is suspected
+BETTER = 0.1  # χ² by which another place has to be better to be told
+UNTOLD, FAR_OFF = 0.5, 1.0  # standard error, and way, in what is varied beyond which nothing is told without a column
 WEAK = 10.0  # ratio of the errors of the worst and the best told directions from which one is worth words
 BAND = (0.01, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0)  # plastic strains of the band of a flow curve
 
 
 @dataclass(frozen=True)
 class Interval:
-    """A parameter: its value, half its 95 % interval by noise alone, and what a finer mesh changes (nan: unknown)."""
+    """A parameter: its value, half its 95 % interval by noise alone, and what a finer mesh changes (nan: unknown).
+
+    ``profile``: how good that half is, and better ends where it is not (None: not looked at).
+    """
 
     value: float
     noise: float
     mesh: float
     start: float
     log: bool
+    profile: Profile | None = None
 
     @property
     def low(self) -> float:
@@ -46,8 +55,25 @@ class Interval:
         return self._end(1.0)
 
     def _end(self, sign: float) -> float:
-        wide = self.noise + (abs(self.mesh) if np.isfinite(self.mesh) else 0.0)
+        halves = 1.0 if self.profile is None else self.profile.low if sign < 0 else self.profile.high
+        wide = halves * self.noise + (abs(self.mesh) if np.isfinite(self.mesh) else 0.0)
         return float(self.value * np.exp(sign * wide / self.value)) if self.log else self.value + sign * wide
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Ends of the interval by the readings alone."""
+        low, high = self.at(np.array([-1.0, 1.0] if self.profile is None else [-self.profile.low, self.profile.high]))
+        return float(low), float(high)
+
+    @property
+    def followed(self) -> bool:
+        """Whether the interval is that of a profile likelihood."""
+        return self.profile is not None and self.profile.followed
+
+    def at(self, halves: Array) -> Array:
+        """The parameter at ways (m,) from its value in half widths of the linear interval."""
+        way = np.asarray(halves) * self.noise
+        return np.asarray(self.value * np.exp(way / self.value) if self.log else self.value + way)
 
 
 @dataclass(frozen=True)
@@ -74,12 +100,14 @@ class Channel:
 class Fit:
     """The outcome of a calibration, see `calibrate`.
 
-    ``correlation`` (k, k) of the parameters; ``reduced``: χ²/ν; ``instruments``: gains and offsets that were found, by name;
-    ``starts``: χ² from every start; ``words``: what there is to say in sentences; ``bands``: by the path of a flow curve, plastic
-    strains, stresses and half widths of their 95 % intervals.
+    ``asked``: cases as they were given, by test; ``correlation`` (k, k) of the parameters; ``reduced``: χ²/ν;
+    ``instruments``: gains and offsets that were found, by name; ``starts``: χ² from every start; ``words``: what there is to
+    say in sentences; ``bands``: by the path of a flow curve, plastic strains, stresses and half widths of their 95 % intervals;
+    ``rival``: the fit with the other law of friction; ``without``: by the name of a column, the parameters (k,) that the
+    others lead to, nan where they do not tell (linearised).
     """
 
-    problem: Problem
+    asked: Mapping[str, Case]
     parameters: Mapping[str, Interval]
     correlation: Array
     channels: Sequence[Channel]
@@ -90,14 +118,22 @@ class Fit:
     runs: int
     words: Sequence[str]
     bands: Mapping[str, tuple[Array, Array, Array]]
+    rival: Rival | None = None
+    without: Mapping[str, Array] = field(default_factory=dict)
 
     def __str__(self) -> str:
         lines = [f"{'parameter':44s} {'value':>10s}   95 % interval"]
         for path, p in self.parameters.items():
             mesh = f"   (mesh {p.mesh:+.2g})" if np.isfinite(p.mesh) else ""
-            lines.append(f"{path:44s} {p.value:10.5g}   {p.low:.5g} … {p.high:.5g}{mesh}")
+            how = "   (profile)" if p.followed else ""
+            lines.append(f"{path:44s} {p.value:10.5g}   {p.low:.5g} … {p.high:.5g}{mesh}{how}")
         lines.append(f"χ²/ν {self.reduced:.3g} with ν = {self.freedom}; {self.runs} runs")
         return "\n".join([*lines, *self.words])
+
+    @property
+    def problem(self) -> Problem:
+        """The case, of the first test, as it was given."""
+        return next(iter(self.asked.values())).problem
 
     @property
     def values(self) -> dict[str, float]:
@@ -106,14 +142,26 @@ class Fit:
 
     @property
     def case(self) -> Problem:
-        """The case with the values that were found."""
-        return with_values(self.problem, self.values)
+        """The case, of the first test, with the values that were found."""
+        return self.cases[0].problem
+
+    @property
+    def cases(self) -> list[Case]:
+        """The cases of all tests with the values that were found."""
+        return [Case(with_values(c.problem, self.values), c.numerics) for c in self.asked.values()]
 
     def write_case(self, path: str | Path) -> Path:
-        """Write the case with the found values as a case file."""
+        """Write the case, of the first test, with the found values as a case file."""
         from prensa.output.files import write_text
 
-        return write_text(Path(path), dump(Case(self.case)))
+        return write_text(Path(path), dump(self.cases[0]))
+
+    def write_cases(self, folder: str | Path) -> list[Path]:
+        """Write the cases of all tests into a folder: ``case.yaml``, or ``case-<test>.yaml`` where there are several."""
+        from prensa.output.files import file_name, write_text
+
+        names = ["case"] if len(self.asked) == 1 else [f"case-{file_name(name)}" for name in self.asked]
+        return [write_text(Path(folder) / f"{name}.yaml", dump(case)) for name, case in zip(names, self.cases)]
 
     def report(self, path: str | Path) -> Path:
         """Write a page (HTML) that tells all of it with pictures and needs nothing but itself."""
@@ -122,26 +170,40 @@ class Fit:
         return write_page(self, Path(path))
 
 
-def fit_of(objective: Objective, found: Sequence[tuple[Array, Residuals]], fine: tuple[Array, Residuals] | None) -> Fit:
-    """The outcome from the fits of all starts, the best first, and the fit on a finer mesh."""
+def half_widths(at: Residuals, unknowns: int) -> tuple[Array, Array, float]:
+    """Covariance (n, n), ways (n,) to the ends of 95 % intervals by the linear problem, and how many standard errors they are."""
     from scipy.stats import t
 
+    freedom = max(len(at.r) - unknowns, 1)
+    covariance = np.asarray(np.linalg.pinv(at.J.T @ at.J, rcond=1e-14) * max(at.square / freedom, 1.0), dtype=np.float64)
+    wide = float(t.ppf(0.5 + 0.5 * CONFIDENCE, freedom))
+    return covariance, wide * np.sqrt(np.diag(covariance)), wide
+
+
+def fit_of(
+    objective: Objective, found: Sequence[tuple[Array, Residuals]], fine: tuple[Array, Residuals] | None,
+    profiles: Sequence[Profile | None] = (), rival: Rival | str | None = None,
+) -> Fit:  # fmt: skip
+    """The outcome from the fits of all starts, the best first, the fit on a finer mesh, profiles and the other law."""
     (x, at), k = fine or found[0], len(objective.parameters)
     coarse = found[0][0]
     freedom = max(len(at.r) - len(x), 1)
     reduced = at.square / freedom
-    covariance = np.asarray(np.linalg.pinv(at.J.T @ at.J, rcond=1e-14) * max(reduced, 1.0), dtype=np.float64)
-    wide = float(t.ppf(0.5 + 0.5 * CONFIDENCE, freedom))
-    spread = np.sqrt(np.diag(covariance))
+    covariance, halves, wide = half_widths(at, len(x))
+    spread = halves / wide
     parameters = {}
     for i, p in enumerate(objective.parameters):
         value = p.value(x[i])
         mesh = value - p.value(coarse[i]) if fine is not None else np.nan
-        parameters[p.path] = Interval(value, float(wide * spread[i] * abs(p.slope(value))), mesh, p.start, p.log)
+        parameters[p.path] = Interval(
+            value, float(halves[i] * abs(p.slope(value))), mesh, p.start, p.log, profiles[i] if profiles else None
+        )
     channels = list(_channels(objective, at))
     correlation = covariance[:k, :k] / np.outer(spread[:k], spread[:k])
     problem = objective.experiments[0].problem
-    words = [*_idle(objective, at), *_weak(objective, covariance[:k, :k]), *_chance(channels, reduced)]
+    words = [*_idle(objective, at), *_weak(objective, covariance[:k, :k]), *_chance(channels, reduced), *_slips(channels)]
+    words += [*_followed(parameters, found[0][1].square)]
+    words += [rival] if isinstance(rival, str) else [rival.words] if rival is not None else []
     words += [note for e in objective.experiments for note in e.notes]
     if fine is None:
         words.append("the error of the mesh is not known: the intervals have that of the readings alone")
@@ -151,8 +213,10 @@ def fit_of(objective: Objective, found: Sequence[tuple[Array, Residuals]], fine:
     instruments = dict(zip(_named(objective), (float(v) for v in _amounts(objective, x[k:]))))
     bands = dict(_bands(problem, objective, x, covariance[:k, :k], wide))
     return Fit(
-        problem=problem, parameters=parameters, correlation=correlation, channels=channels, reduced=reduced, freedom=freedom,
-        instruments=instruments, starts=[f[1].square for f in found], runs=objective.runs, words=words, bands=bands,
+        asked={e.name: Case(e.problem, e.numerics) for e in objective.experiments}, parameters=parameters, channels=channels,
+        correlation=correlation, reduced=reduced, freedom=freedom, instruments=instruments, starts=[f[1].square for f in found],
+        runs=objective.runs, words=words, bands=bands, rival=rival if isinstance(rival, Rival) else None,
+        without=dict(_without(objective, x, at)),
     )  # fmt: skip
 
 
@@ -161,7 +225,8 @@ def _channels(objective: Objective, at: Residuals) -> Any:
     for e in objective.experiments:
         for c in e.channels:
             model = next(models)
-            unit, stroke, chance = c.measure.unit, e.stroke[c.rows], runs_test(model - c.readings)
+            sign = -1.0 if e.along.startswith("-") else 1.0
+            unit, stroke, chance = c.measure.unit, sign * e.stroke[c.rows], runs_test(model - c.readings)
             yield Channel(e.name, c.name, unit, stroke, e.along, c.readings, model, c.sigma, chance)
 
 
@@ -236,6 +301,53 @@ def _chance(channels: Sequence[Channel], reduced: float) -> Any:
         )
 
 
+def _slips(channels: Sequence[Channel]) -> Any:
+    """Readings that are so far off that somebody may have written them down wrongly."""
+    for c in channels:
+        apart = np.abs(c.model - c.readings) / c.sigma
+        k = int(apart.argmax())
+        others = float(np.sqrt(np.mean(np.delete(apart, k) ** 2))) if len(apart) > SLIP else np.inf
+        if apart[k] > SLIP * max(others, 1.0):
+            yield (
+                f"{c.name}: the reading {c.readings[k]:.5g} at {c.along} = {c.stroke[k]:.4g} is {apart[k]:.3g} errors off, the "
+                f"others {others:.2g}: look whether it was written down wrongly"
+            )
+
+
+def _followed(parameters: Mapping[str, Interval], square: float) -> Any:
+    """Where the linear intervals are bad, and where a profile led to a better fit."""
+    for path, p in parameters.items():
+        if p.followed:
+            assert p.profile is not None
+            ends = [side for side, end in (("below", p.profile.low), ("above", p.profile.high)) if not np.isfinite(end)]
+            yield (
+                f"{path}: the problem is bent ({p.profile.bent:.0%} at the ends of the linear interval), so its interval is that "
+                "of the profile likelihood" + (f"; it has no end {' and '.join(ends)}" if ends else "")
+            )
+    least = min((p.profile.least for p in parameters.values() if p.profile is not None), default=square)
+    if least < square - BETTER:
+        yield f"beside this answer χ² {least:.4g} was met, less than its {square:.4g}: it is not the best; give more starts"
+
+
+def _without(objective: Objective, x: Array, at: Residuals) -> Any:
+    """Parameters without each column, by one step of Gauss and Newton from the answer of all."""
+    k, row = len(objective.parameters), 0
+    several = len(objective.experiments) > 1
+    if sum(len(e.channels) for e in objective.experiments) < 2:
+        return
+    for e in objective.experiments:
+        for c in e.channels:
+            J, r = (np.delete(v, np.s_[row : row + len(c.rows)], axis=0) for v in (at.J, at.r))
+            row += len(c.rows)
+            covariance = np.linalg.pinv(J.T @ J, rcond=1e-14)
+            moved = x - covariance @ (J.T @ r)
+            untold = np.sqrt(np.maximum(np.diag(covariance), 0.0))[:k] > UNTOLD
+            rank_short = np.linalg.matrix_rank(J, tol=1e-7 * float(np.linalg.norm(J))) < len(x)
+            values = np.array([p.value(v) if abs(v - w) < FAR_OFF else np.nan for p, v, w in zip(objective.parameters, moved, x)])
+            values[untold | rank_short] = np.nan
+            yield (f"{e.name}: {c.name}" if several else c.name), values
+
+
 def _named(objective: Objective) -> Any:
     for k, j in objective.nuisances:
         e = objective.experiments[k]
@@ -245,7 +357,8 @@ def _named(objective: Objective) -> Any:
 def _amounts(objective: Objective, more: Array) -> Any:
     for (k, j), v in zip(objective.nuisances, more):
         e = objective.experiments[k]
-        yield v * e.offset if j is None else 1.0 + v * e.channels[j].gain
+        sign = -1.0 if e.along.startswith("-") else 1.0
+        yield sign * v * e.offset if j is None else 1.0 + v * e.channels[j].gain
 
 
 def _bands(problem: Problem, objective: Objective, x: Array, covariance: Array, wide: float) -> Any:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from math import atan2, cos, hypot, pi, sin
+from math import atan2, cos, hypot, inf, isfinite, pi, sin
 from pathlib import Path
 from typing import Any
 
@@ -84,20 +84,24 @@ class _Reader:
         self.materials[self.material] = {"type": "elastic"}
 
     def elastic(self, k: Keyword) -> None:
-        if k.parameters.get("TYPE", "ISOTROPIC").upper().startswith("ISO"):
-            (_, row), *more = k.data
-            if more:
-                raise FileError.at(k.line, "an elasticity that depends on temperature is not read; leave one row")
-            self.materials[self.material] |= {"E": _number(k, row, 0), "nu": _number(k, row, 1)}
-            return
-        raise FileError.at(k.line, "only isotropic elasticity is read")
+        if not k.parameters.get("TYPE", "ISOTROPIC").upper().startswith("ISO"):
+            raise FileError.at(k.line, "only isotropic elasticity is read")
+        row, *more = _rows(k)
+        if more:
+            raise FileError.at(k.line, "an elasticity that depends on temperature is not read; leave one row")
+        self._of_material(k, {"E": _number(k, row, 0), "nu": _number(k, row, 1)})
+
+    def _of_material(self, k: Keyword, properties: dict[str, Any]) -> None:
+        if self.material not in self.materials:
+            raise FileError.at(k.line, f"*{k.name} belongs to no material: write *MATERIAL, NAME=… before it")
+        self.materials[self.material] |= properties
 
     def plastic(self, k: Keyword) -> None:
         if k.parameters.get("HARDENING", "ISOTROPIC").upper() != "ISOTROPIC" or "RATE" in k.parameters:
             raise FileError.at(k.line, "only isotropic hardening without rate or temperature is read")
-        rows = [(_number(k, row, 1, 0.0), _number(k, row, 0)) for _, row in k.data]
+        rows = [(_number(k, row, 1, 0.0), _number(k, row, 0)) for row in _rows(k)]
         flow = {"type": "perfect", "s0": rows[0][1]} if len(rows) == 1 else {"type": "table", "points": [list(r) for r in rows]}
-        self.materials[self.material] |= {"type": "j2", "flow": flow}
+        self._of_material(k, {"type": "j2", "flow": flow})
 
     def solid_section(self, k: Keyword) -> None:
         self.sections.append((k.parameters.get("ELSET", ""), k.parameters.get("MATERIAL", "").upper(), k.line))
@@ -109,8 +113,10 @@ class _Reader:
         kind = k.parameters.get("TYPE", "ELEMENT").upper()
         if kind == "SEGMENTS":
             name = k.parameters.get("NAME", "")
-            fillet = float(k.parameters.get("FILLET RADIUS", 0.0))
-            self.tools[name.upper()] = _Tool(name, k.line, list(_segments(k)), fillet)
+            fillet = _number(k, [k.parameters.get("FILLET RADIUS", "")], 0, 0.0)
+            if len(walk := list(_segments(k))) < 2:
+                raise FileError.at(k.line, f"the rigid surface {name!r} has no segment: write START, then LINE or CIRCL")
+            self.tools[name.upper()] = _Tool(name, k.line, walk, fillet)
         elif kind not in ("ELEMENT", "NODE"):
             raise FileError.at(k.line, f"a surface of type {kind} is not read; in the plane write SEGMENTS")
 
@@ -126,7 +132,7 @@ class _Reader:
 
     def friction(self, k: Keyword) -> None:
         row = next((row for _, row in k.data), ["0"])
-        mu, most = _number(k, row, 0, 0.0), float(k.parameters.get("TAUMAX", 0.0))
+        mu, most = _number(k, row, 0, 0.0), _number(k, [k.parameters.get("TAUMAX", "")], 0, 0.0)
         if most:
             raise FileError.at(k.line, "TAUMAX is not read; write 'capped' friction with a shear factor into the case instead")
         self.frictions[self.interaction] = {"type": "coulomb", "mu": mu} if mu else None
@@ -136,7 +142,9 @@ class _Reader:
             self.pairs.append((words[0], words[1] if len(words) > 1 else "", k.parameters.get("INTERACTION", "").upper(), line))
 
     def amplitude(self, k: Keyword) -> None:
-        numbers = [float(w) for _, row in k.data for w in row if w]
+        numbers = [_number(k, row, n) for row in _rows(k) for n, w in enumerate(row) if w]
+        if len(numbers) % 2:
+            raise FileError.at(k.line, "an amplitude has pairs of a time and a factor; one is left over here")
         self.amplitudes[k.parameters.get("NAME", "").upper()] = list(zip(numbers[::2], numbers[1::2]))
 
     # ------------------------------------------------------------------------------------------------------- steps
@@ -148,9 +156,12 @@ class _Reader:
             self.case["kinematics"] = "small"
 
     def static(self, k: Keyword) -> None:
-        assert self.step is not None
+        if self.step is None:
+            raise FileError.at(k.line, "*STATIC stands outside of any *STEP")
         row = next((row for _, row in k.data), [])
         first, whole = _number(k, row, 0, 1.0), _number(k, row, 1, 1.0)
+        if whole <= 0 or first < 0:
+            raise FileError.at(k.line, f"a step of {whole:g} with increments of {first:g} lasts no time")
         self.step["_duration"] = whole
         if "DIRECT" in k.parameters and first > 0:
             self.step["increments"] = max(1, round(whole / first))
@@ -170,10 +181,10 @@ class _Reader:
         if named in HELD_BY:
             dofs, value = HELD_BY[named], 0.0
         else:
-            first = int(named or 1)
-            last = int(words[2]) if len(words) > 2 and words[2] else first
+            first = _whole(line, named or "1")
+            last = _whole(line, words[2]) if len(words) > 2 and words[2] else first
             dofs = "".join(c for n, c in ((1, "x"), (2, "y"), (6, "r")) if first <= n <= last)
-            value = float(words[3]) if len(words) > 3 and words[3] else 0.0
+            value = _number(k, words, 3, 0.0)
         rate = k.parameters.get("TYPE", "DISPLACEMENT").upper()
         if rate == "VELOCITY" and self.step is not None:
             value *= self.step["_duration"]
@@ -204,23 +215,23 @@ class _Reader:
             tool = self._tool_at(k, words[0])
             if tool is None:
                 raise FileError.at(line, "forces are read on reference nodes of rigid bodies only; use *DSLOAD")
-            key = {1: "x", 2: "y", 6: "m"}.get(int(words[1]))
+            key = {1: "x", 2: "y", 6: "m"}.get(_whole(line, words[1] if len(words) > 1 else ""))
             if key is not None and self.step is not None:
-                value = float(words[2])
+                value = _number(k, words, 2)
                 self.step.setdefault("push", {}).setdefault(tool.name, {})[key] = self._table(k, value) or value
 
     def dsload(self, k: Keyword) -> None:
         for line, words in k.data:
-            if words[1].upper() != "P" or self.step is None:
+            if words[1:2] not in (["P"], ["p"]) or self.step is None:
                 raise FileError.at(line, "of loads on surfaces pressure (P) in a step is read")
-            where = self._boundary_named(line, words[0])
-            self.step.setdefault("loads", {})[where] = {"pressure": self._table(k, float(words[2])) or float(words[2])}
+            where, value = self._boundary_named(line, words[0]), _number(k, words, 2)
+            self.step.setdefault("loads", {})[where] = {"pressure": self._table(k, value) or value}
 
     # ------------------------------------------------------------------------------------------------------- names
     def _table(self, k: Keyword, value: float) -> list[list[float]] | None:
         name = k.parameters.get("AMPLITUDE", "").upper()
-        if not name or self.step is None:
-            return None
+        if not name or self.step is None or not value:
+            return None  # nothing stretched is nothing
         if name not in self.amplitudes:
             raise FileError.at(k.line, f"there is no amplitude {name!r} before this line")
         whole, start = self.step["_duration"], len(self.case["steps"]) - 1
@@ -230,7 +241,7 @@ class _Reader:
         members = next((v for n, v in self.deck.points.items() if n.upper() == who.upper()), None)
         if members and len(members) == 1:
             return members[0]
-        if who.isdigit() and int(who) in self.deck.nodes:
+        if who.isascii() and who.isdigit() and len(who) < 10 and int(who) in self.deck.nodes:
             return int(who)
         raise FileError.at(k.line, f"{who!r} is no single node")
 
@@ -337,7 +348,7 @@ def _described(deck: Deck, tool: _Tool) -> dict[str, Any]:
     x0, y0, _ = deck.nodes[tool.reference]
     met = {n for s in tool.surfaces for g in deck.lines.get(s, ()) for n in g}
     met |= {n for s in tool.surfaces for n in deck.points.get(s, ())}
-    places = [deck.nodes[n][:2] for cell in deck.cells.values() if met.intersection(cell) for n in cell]
+    places = [deck.nodes[n][:2] for cell in deck.cells.values() if met.intersection(cell) for n in cell if n in deck.nodes]
     walk = tool.vertices
     if places and _on_the_left(walk, places):
         walk = _reversed(walk)
@@ -375,6 +386,8 @@ def _segments(k: Keyword) -> Iterator[Any]:
     for line, words in k.data:
         try:
             kind, x = words[0].upper(), [float(w) for w in words[1:] if w]
+            if not all(isfinite(v) for v in x):
+                raise ValueError
         except ValueError:
             raise FileError.at(line, f"{', '.join(words)[:60]!r} is not START, LINE or CIRCL with coordinates") from None
         if kind == "CIRCL" and at is not None and len(x) == 4:
@@ -397,6 +410,22 @@ def _number(k: Keyword, row: list[str], place: int, default: float | None = None
             raise FileError.at(k.line, f"*{k.name} has no value number {place + 1}")
         return default
     try:
-        return float(row[place].upper().replace("D", "E"))
+        value = float(row[place].upper().replace("D", "E"))
     except ValueError:
-        raise FileError.at(k.line, f"{row[place]!r} of *{k.name} is no number") from None
+        value = inf
+    if not isfinite(value):
+        raise FileError.at(k.line, f"{row[place][:60]!r} of *{k.name} is no number")
+    return value
+
+
+def _whole(line: int, word: str) -> int:
+    if not (word.isascii() and word.isdigit()) or len(word) > 9:
+        raise FileError.at(line, f"{word[:60]!r} is no number of a degree of freedom")
+    return int(word)
+
+
+def _rows(k: Keyword) -> list[list[str]]:
+    rows = [row for _, row in k.data]
+    if not rows:
+        raise FileError.at(k.line, f"*{k.name} has no data line")
+    return rows

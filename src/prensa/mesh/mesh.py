@@ -73,6 +73,13 @@ def displaced(mesh: Mesh, points: Array) -> Mesh:
     return moved
 
 
+def renumbered(mesh: Mesh, cells: Index) -> Mesh:
+    """The mesh with the nodes of each cell counted from another of its corners."""
+    turned = copy(mesh)
+    object.__setattr__(turned, "cells", cells)
+    return turned
+
+
 def corner_cells(cells: Index) -> Index:
     """The corners (m, 3|4) of cells."""
     return cells[:, : CORNERS[cells.shape[1]]]

@@ -19,6 +19,7 @@ Index = NDArray[np.int64]
 
 NO_MESHER = "'remesh' needs the mesher MMG, which is not installed: pip install 'prensa[remesh]'"
 GROWTH = 1.25  # of the sizes of neighbouring elements, at most
+PAIRS_AT_ONCE = 1_000_000  # places and sides of an outline looked at together: some tens of megabytes
 
 
 class TriangulationError(PrensaError):
@@ -131,11 +132,15 @@ def _ordered(vertices: Array, triangles: Index, points: Array, edges: Index) -> 
 def _inside(x: Array, points: Array, edges: Index) -> NDArray[np.bool_]:
     """Whether places x (n, 2) are inside the outlines and outside of their holes: crossings of a ray along +x."""
     a, b = points[edges[:, 0]], points[edges[:, 1]]
-    y = x[:, 1:2]
-    spans = (a[:, 1] <= y) != (b[:, 1] <= y)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        at = a[:, 0] + (y - a[:, 1]) * (b[:, 0] - a[:, 0]) / (b[:, 1] - a[:, 1])
-    return np.asarray((spans & (at > x[:, 0:1])).sum(axis=1) % 2 == 1)
+    out = np.empty(len(x), dtype=bool)
+    step = max(PAIRS_AT_ONCE // max(len(edges), 1), 1)
+    for k in range(0, len(x), step):
+        y = x[k : k + step, 1:2]
+        spans = (a[:, 1] <= y) != (b[:, 1] <= y)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            at = a[:, 0] + (y - a[:, 1]) * (b[:, 0] - a[:, 0]) / (b[:, 1] - a[:, 1])
+        out[k : k + step] = (spans & (at > x[k : k + step, 0:1])).sum(axis=1) % 2 == 1
+    return out
 
 
 def _quadratic(x: Array, triangles: Index, edges: Index, middles: Array, names: list[frozenset[str]]) -> Mesh:

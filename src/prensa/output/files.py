@@ -5,12 +5,26 @@ from __future__ import annotations
 import hashlib
 import os
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
+
+from prensa.errors import PrensaError
 
 TEMPORARY = ".part"
 _AT_ONCE = 16  # files brought to the disk together
+
+
+class Contents(dict[str, Any]):
+    """What a file at *path* holds by name; a name that every such file has and this one has not raises PrensaError."""
+
+    def __init__(self, path: Path, entries: Mapping[str, Any] | Iterable[tuple[str, Any]]) -> None:
+        super().__init__(entries)
+        self.path = path
+
+    def __missing__(self, name: str) -> Any:
+        raise PrensaError(f"{self.path}: there is no {name!r}; the file is damaged, run the case again")
 
 
 @contextmanager

@@ -19,7 +19,7 @@ from prensa.measures.columns import ENERGIES as ENERGIES
 from prensa.measures.columns import columns as columns_of
 from prensa.measures.columns import energies_of as energies_of
 from prensa.model.problem import Problem
-from prensa.output.files import file_name, numbered, replacing
+from prensa.output.files import Contents, file_name, numbered, replacing
 from prensa.solver.increment import STATUS, ContactState, Increment
 
 HISTORY = "history.csv"
@@ -231,7 +231,7 @@ def _read(path: Path) -> dict[str, NDArray[Any]]:
     header, rows = _complete_rows(path)
     columns = list(zip(*rows)) if rows else [()] * len(header)
     try:
-        return {name: np.array(values, dtype=_kind(name)) for name, values in zip(header, columns)}
+        return Contents(path, {name: np.array(values, dtype=_kind(name)) for name, values in zip(header, columns)})
     except (ValueError, OverflowError) as error:
         raise PrensaError(f"{path}: the table is damaged ({error}); run the case again") from None
 

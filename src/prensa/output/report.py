@@ -16,7 +16,7 @@ import numpy as np
 from prensa.errors import PrensaError, take_path
 from prensa.model.problem import Case, Problem
 from prensa.output import style
-from prensa.output.files import file_name, write_text
+from prensa.output.files import Contents, file_name, write_text
 from prensa.output.history import energies_of
 from prensa.output.maxima import largest_force, maxima
 from prensa.output.packing import as_text
@@ -59,7 +59,8 @@ def read_summary(directory: str | Path) -> dict[str, Any]:
     """Content of ``summary.json``; raises PrensaError when there is none or it is damaged."""
     path = take_path("read_summary", directory) / SUMMARY
     try:
-        return dict(json.loads(path.read_text(encoding="utf-8")))
+        read = json.loads(path.read_text(encoding="utf-8"), object_pairs_hook=lambda entries: Contents(path, entries))
+        return Contents(path, read)
     except FileNotFoundError:
         raise PrensaError(f"{path}: there is no summary; was the folder written by 'prensa run'?") from None
     except (ValueError, TypeError, OSError) as error:
@@ -138,9 +139,15 @@ def _tables(stored: Stored, summary: dict[str, Any]) -> dict[str, Any]:
 
 
 def _means(found: dict[str, dict[str, float]], problem: Problem) -> Iterator[tuple[str, float, float, str]]:
-    """Quantity, mean, ripple and unit, without what vanishes or has no mechanical meaning about an axis."""
+    """Quantity, mean, ripple and unit, without what vanishes or has no mechanical meaning about an axis.
+
+    Nothing where the largest force ripples by more than its mean: no flow was steady there.
+    """
     units = {"fx": style.force_unit(problem), "fy": style.force_unit(problem), "mz": style.moment_unit(problem)}
-    largest = max((abs(v["mean"]) for q, v in found.items() if q[-2:] in ("fx", "fy")), default=0.0)
+    forces = [v for q, v in found.items() if q[-2:] in ("fx", "fy")]
+    largest = max((abs(v["mean"]) for v in forces), default=0.0)
+    if any(abs(v["mean"]) == largest and v["ripple"] > largest for v in forces):
+        return
     for name, v in found.items():
         key = name[-2:] if name[-2:] in units else ""
         if (key and abs(v["mean"]) <= 1e-6 * largest) or (key in ("fx", "mz") and problem.space == "axisymmetric"):

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from prensa.errors import PrensaError
 from prensa.model.problem import Case
 from prensa.output import history, vtk
-from prensa.output.files import file_names, numbered
+from prensa.output.files import Contents, file_names, numbered
 from prensa.solver.increment import (
     STATUS,
     BodyState,
@@ -108,7 +108,7 @@ class Stored(Sequence[Increment]):
 
     # --------------------------------------------------------------------------------------------------- details
     def _increment(self, k: int) -> Increment:
-        row = {name: values[k] for name, values in self.history.items()}
+        row = Contents(self.directory / history.HISTORY, ((name, values[k]) for name, values in self.history.items()))
         number, time = int(row["increment"]), float(row["time"])
         tools = {name: self._tool(name, row) for name in self.problem.tools}
         supports = [c.removeprefix("fixed.").removesuffix(".fx") for c in row if c.startswith("fixed.") and c.endswith(".fx")]
@@ -162,6 +162,8 @@ def _some(numbers: Sequence[int]) -> str:
 def _contact(path: Path, contact: Any, area: float) -> ContactState:
     """A contact from its table; tributary areas and nodal forces are not in it, and not numbers here."""
     t = history.read_contact(path)
+    if not len(t["x"]):
+        raise PrensaError(f"{path}: the table has no rows; it is cut off, run the case again")
     X, x = np.column_stack([t["X"], t["Y"]]), np.column_stack([t["x"], t["y"]])
     unknown, status = np.full(len(X), np.nan), _numbered(t["status"])
     points = PointValues(X, x, t["gap"], t["pressure"], t["shear"], t["slip"], status, unknown)

@@ -135,7 +135,7 @@ def read_fields(path: str | Path, names: list[str]) -> dict[str, BodyState]:
             cells = np.concatenate([block.data[body == k] for block, body in parts if (body == k).any()]).astype(np.int64)
             own = slice(int(cells.min()), int(cells.max()) + 1)
             out[name] = _body(mesh, cells - own.start, own)
-    except Exception as error:
+    except (Exception, SystemExit) as error:  # what meshio finds damaged ends the process
         raise PrensaError(f"{path}: the fields cannot be read ({error}); run the case again") from None
     return out
 

@@ -76,10 +76,10 @@ def _dxf(path: str, layer: str | None, what: str) -> tuple[list[Segment], str | 
         raise ValueError(f"{what} needs a reader of DXF files: pip install 'prensa[dxf]'") from None
     try:
         document = ezdxf.readfile(path)
-    except (OSError, ezdxf.DXFError) as error:
-        raise ValueError(f"{what} cannot be read as DXF: {error}") from None
-    found: list[Any] = [e for e in document.modelspace() if e.dxftype() not in NOTES]
-    layers = sorted({e.dxf.layer for e in found})
+        found: list[Any] = [e for e in document.modelspace() if e.dxftype() not in NOTES]
+        layers = sorted({e.dxf.layer for e in found})
+    except Exception as error:  # of damaged files the reader says so in errors of many kinds
+        raise ValueError(f"{what} cannot be read as DXF: {error or type(error).__name__}") from None
     # files without a header get one, in metres, while they are read
     stated = b"$INSUNITS" in Path(path).read_bytes()
     unit = LENGTHS.get(document.header.get("$INSUNITS", 0)) if stated else None

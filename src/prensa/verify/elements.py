@@ -65,7 +65,7 @@ def plane_stress_rate(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[R
 
 
 # --------------------------------------------------------------------------------------------------------- patch tests
-ELEMENTS = ("q4_fbar", "q4_enhanced", "q4", "t3", "t6", "q8", "q8_full")
+ELEMENTS = ("q4_fbar", "q4_enhanced", "q4_sheet", "q4", "t3", "t6", "q8", "q8_full")
 SPACES = ("plane strain", "plane stress", "axisymmetric")
 
 
@@ -133,6 +133,7 @@ def patch_linear(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
             ("q8", 0.0, 0.3),
             ("q8_full", 0.0, 0.3),
             ("q4_enhanced", 0.0, 0.0),
+            ("q4_sheet", 0.0, 0.0),
         ):
             mesh = quadrilaterals((4, 2), (10.0, 1.0), bent, skew)
             drive = Drive(pr.Body(mesh, pr.Elastic(1000.0 * E_scale, 0.3), element), space, "small")
@@ -316,6 +317,32 @@ def bent_strip(
     return -float(drive.reaction[right, 0] @ (drive.X[right, 1] - 0.5)), drive.imbalance()
 
 
+def bent_and_released(body: pr.Body, curvature: float) -> tuple[float, float, float]:
+    """Moment of a strip of thickness 1, the curvature that goes back when the moment goes, and the moment left over.
+
+    The release is elastic: a few steps by the moment that is left over, which Newton would take, end at round-off.
+    """
+    drive = Drive(body, "plane strain", "small")
+    length = float(drive.X[:, 0].max())
+    left, right = (np.flatnonzero(np.abs(drive.X[:, 0] - x) < 1e-9) for x in (0.0, length))
+    foot = left[np.argmin(np.abs(drive.X[left, 1] - 0.5))]
+    dofs = np.concatenate([2 * left, 2 * right, [2 * foot + 1]])
+    height = drive.X[right, 1] - 0.5
+
+    def turn(to: float) -> float:
+        values = np.concatenate([np.zeros(len(left)), -to * length * height, [0.0]])
+        drive.to(drive.state.clock.time + 1e-3, dofs, values)
+        return -float(drive.reaction[right, 0] @ height)
+
+    for part in np.linspace(0.0, curvature, 9)[1:]:
+        moment = turn(float(part))
+    now, left_over = curvature, moment
+    for _ in range(5):
+        now -= 12.0 * (1.0 - NU**2) / E * left_over
+        left_over = turn(now)
+    return moment, curvature - now, abs(left_over) / moment
+
+
 @case("moment and curvature of a strip", suite="elements")
 def strip(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """Two layers of elements five times as long as thick: exact moment, elastic and plastic; F-bar's and the plain one beside."""
@@ -326,7 +353,7 @@ def strip(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
         plastic = ref.bend_strip(steps[-1:], thickness=1.0, flow=curve(flow), E=E, nu=NU, space=space).moment[0]
         elastic = effective(space, E, NU)[0] / 12 * steps[0]
         for element in elements_in(space):
-            good = element in ("q4_enhanced", "q8", "t6", "q8_full")
+            good = element in ("q4_enhanced", "q4_sheet", "q8", "t6", "q8_full")
             ours, gap = bent_strip(element, space, pr.Elastic(E * E_scale, NU), 2, 5.0, steps[:1])
             worst = max(worst, gap)
             yield row(f"{element}, {space}, elastic", elastic, ours, 0.002, "relative" if good else "report")
@@ -334,6 +361,22 @@ def strip(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
             worst = max(worst, gap)
             yield row(f"{element}, {space}, outer strain 5 %", plastic, ours, 0.002, "relative" if good else "report")
     yield row("forces out of balance / sum of forces", 0.0, worst, 1e-8, "absolute")
+
+
+@case("springback of a strip in two layers", suite="elements")
+def strip_released(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
+    """Moment of a strip with an elastic core, and the curvature that it goes back by, from outer strains of 0.2 % on."""
+    worst = 0.0
+    for flow in (pr.Ludwik(250.0, 500.0, 0.3), pr.Linear(250.0, 100.0)):
+        for outer in (0.002, 0.0025, 0.005, 0.01, 0.05):
+            exact = ref.bend_strip(np.array([2.0 * outer]), thickness=1.0, flow=curve(flow), E=E, nu=NU)
+            body = pr.Body(quadrilaterals((1, 2), (2.5, 1.0)), pr.J2(E * E_scale, NU, flow), "q4_sheet")
+            moment, back, gap = bent_and_released(body, 2.0 * outer)
+            worst = max(worst, gap)
+            name = f"{flow.type}, outer strain {outer:.2%}"
+            yield row(f"{name}: moment", float(exact.moment[0]), moment, 0.005)
+            yield row(f"{name}: springback", 2.0 * outer - float(exact.released_curvature[0]), back, 0.005)
+    yield row("forces out of balance / moment", 0.0, worst, 1e-8, "absolute")
 
 
 # ------------------------------------------------------------------------------------------------------------- contact

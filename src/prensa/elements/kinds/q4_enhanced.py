@@ -19,21 +19,25 @@ MODE_ITERATIONS = 40  # of the enhanced modes
 TOLERANCE = 1e-12  # residual of the enhanced modes over the forces that cancel in it
 
 
-class Q4Enhanced(Isoparametric):
-    """4-node quadrilateral with enhanced strains; the internal modes are solved for at every evaluation.
+class Enhanced(Isoparametric, abstract=True):
+    """A 4-node quadrilateral with enhanced strains; the internal modes are solved for at every evaluation.
 
     Its own history: F − I of each point (5 columns) and the modes, shared out over the points.
     """
 
-    type: Literal["q4_enhanced"] = "q4_enhanced"
     follows_gradients: ClassVar[bool] = True
-    table: ClassVar[Table] = Q4.table
+    across: ClassVar[int] = 0
+    """Further modes of the strain across: Legendre polynomials in η from the second degree on."""
 
     def extra(self, mode: Mode) -> int:
         """F − I and the columns that the modes need."""
+        return self.layout.components + -(-self.modes(mode) // self.points)
+
+    def modes(self, mode: Mode) -> int:
+        """How many there are."""
         from prensa.elements import enhanced
 
-        return self.layout.components + -(-enhanced.MODES[mode.axisymmetric] // self.points)
+        return enhanced.MODES[mode.axisymmetric] + self.across
 
     def symmetric(self, mode: Mode) -> bool:
         """Always: the modes are eliminated from a symmetric system."""
@@ -44,6 +48,7 @@ class Q4Enhanced(Isoparametric):
         from prensa.elements import enhanced
 
         axi, finite, _ = mode
+        t = self.table
         at = at._replace(secant=0.0)  # the modes are iterated with the tangent
         u = c.x - c.X + c.d if finite else c.d
         first = law.size
@@ -57,7 +62,7 @@ class Q4Enhanced(Isoparametric):
             return failure
         k, n = len(u), 8 + alpha.shape[1]
         r, K, noise = np.empty((k, n)), np.empty((k, n, n)), np.empty((k, n))
-        enhanced.integrate(c.X, u, alpha, H, axi, finite, work.w, work.P, work.A, 0, r, K, work.size, noise)
+        enhanced.integrate(c.X, u, alpha, H, t.N, t.dN, t.at, axi, finite, work.w, work.P, work.A, 0, r, K, work.size, noise)
         inner = K[:, 8:, 8:]
         weak = np.linalg.eigvalsh(0.5 * (inner + inner.transpose(0, 2, 1)))[:, 0] <= 0.0
         if weak.any():
@@ -76,6 +81,7 @@ class Q4Enhanced(Isoparametric):
         from prensa.elements import enhanced
 
         axi, finite, scale = mode
+        t = self.table
         at = at._replace(tangent=True)  # Newton needs it in any case
         n, size = 8 + alpha.shape[1], law.size
         rows = np.arange(len(u))
@@ -85,10 +91,10 @@ class Q4Enhanced(Isoparametric):
             w = workspace(self, k)
             old = np.ascontiguousarray(c.old[rows, :, :size])
             part = Chunk(c.X[rows], c.x[rows], c.d[rows], old, np.empty_like(old))
-            F, bad, reason = np.empty((k, 4, self.layout.components)), np.zeros(k, dtype=np.bool_), Why.INVERTED
-            enhanced.kinematics(part.X, u[rows], alpha[rows], Hn[rows], axi, finite, scale, F, w.h, w.w, bad)
+            F, bad, reason = np.empty((k, self.points, self.layout.components)), np.zeros(k, dtype=np.bool_), Why.INVERTED
+            enhanced.kinematics(part.X, u[rows], alpha[rows], Hn[rows], *t, axi, finite, scale, F, w.h, w.w, bad)
             w.h[bad] = 0.0
-            points = (len(part.X[0]) * rows[:, None] + np.arange(len(part.X[0]))).ravel()
+            points = (self.points * rows[:, None] + np.arange(self.points)).ravel()
             if failure := material(part, law, at.of(points), w):
                 bad, reason = bad | w.points.any(axis=1), reason if bad.any() else failure.why
             if finite:
@@ -96,7 +102,9 @@ class Q4Enhanced(Isoparametric):
             r, K, noise = np.empty((k, n)), np.empty((k, n, n)), np.empty((k, n))
             # a body let go has no strain left, but the round-off of that which it had when the increment began
             strain = np.abs(F) + np.abs(Hn[rows])
-            enhanced.integrate(part.X, u[rows], alpha[rows], strain, axi, finite, w.w, w.P, w.A, 8, r, K, w.size, noise)
+            enhanced.integrate(
+                part.X, u[rows], alpha[rows], strain, t.N, t.dN, t.at, axi, finite, w.w, w.P, w.A, 8, r, K, w.size, noise
+            )
             over = (np.abs(r[:, 8:]) / np.maximum(TOLERANCE * noise[:, 8:], 1e-300)).max(axis=1)
             done = (over <= 1.0) & ~bad
             some = rows[done]
@@ -124,12 +132,9 @@ class Q4Enhanced(Isoparametric):
             rows = rows[~done]
         return Failure(int(rows[0]), Why.SOFT)
 
-    @staticmethod
-    def _modes(history: Array, first: int, mode: Mode) -> Array:
+    def _modes(self, history: Array, first: int, mode: Mode) -> Array:
         """Modes (k, m) of a history."""
-        from prensa.elements import enhanced
-
-        m = enhanced.MODES[mode.axisymmetric]
+        m = self.modes(mode)
         return history[..., first + 5 :].reshape(len(history), -1)[:, :m].copy()
 
     @staticmethod
@@ -138,3 +143,10 @@ class Q4Enhanced(Isoparametric):
         flat = np.zeros((len(history), room.shape[1] * room.shape[2]))
         flat[:, : alpha.shape[1]] = alpha
         room[:] = flat.reshape(room.shape)
+
+
+class Q4Enhanced(Enhanced):
+    """4-node quadrilateral with enhanced strains, 2 × 2 points."""
+
+    type: Literal["q4_enhanced"] = "q4_enhanced"
+    table: ClassVar[Table] = Q4.table

@@ -21,13 +21,12 @@ Array = NDArray[np.float64]
 
 
 class WangOsakada(StrengthLaw):
-    """Wang and Osakada's dry friction, |t_T| ≤ min(μ p, m k) with m = √3 μ (a μ + b) from μ and the inclination ``theta``.
+    """Wang and Osakada's dry friction, |t_T| ≤ min(μ p, m k) with m = √3 μ (a μ + b), the inclination ``theta``.
 
-    a = −0.48 θ² + 2.48 θ − 3.82, b = −1.19 θ + 3.0. The source's critical pressure, (2/√3) σ_y [(1 + sin 2φ)/2 + π/4 + φ − θ]
-    with φ = arccos(m)/2, is left out: the branches meet at p = m k/μ, which keeps the bound continuous and at θ = 0 is that
-    pressure within 1 % (μ ≤ 0.2) or 4 % (μ ≤ 0.3).
-    ``k``: shear yield stress of the body; without it, σ_y/√3 of the plastic material behind the surface, taken at the start
-    of each increment.
+    ``mu`` is μ; a = −0.48 θ² + 2.48 θ − 3.82, b = −1.19 θ + 3.0. The source's critical pressure, (2/√3) σ_y [(1 + sin 2φ)/2 +
+    π/4 + φ − θ] with φ = arccos(m)/2, is left out: the branches meet at p = m k/μ, which keeps the bound continuous and at θ
+    = 0 is that pressure within 1 % (μ ≤ 0.2) or 4 % (μ ≤ 0.3). ``k``: shear yield stress of the body; without it, σ_y/√3 of
+    the plastic material behind the surface, taken at the start of each increment.
     """
 
     mu: Annotated[Number, Field(ge=0)]

@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from prensa.bench.robustness.files import Record
 
 TIMES = 10
-SAME_ELASTIC, SAME_PLASTIC = 1e-4, 0.1  # allowed change of the peak from the second cycle on
+SAME_ELASTIC, SAME_PLASTIC = 1e-4, 0.05  # allowed change of the peak from the second cycle on, without friction
+SETTLED = 5e-3  # allowed change of the peak in the last cycle, whatever the friction
+SETTLING = 0.25  # and its share of the largest change
 
 
 def problem(rng: np.random.Generator) -> Drawn:
@@ -30,16 +32,24 @@ def problem(rng: np.random.Generator) -> Drawn:
         height = up if k < TIMES - 1 else 0.5 * depth
         steps.append(pr.Step(f"lift {k + 1}", move={"tool": pr.Motion(y=height)}, increments=down))
 
-    allowed = SAME_PLASTIC if b.metal.strength else SAME_ELASTIC if b.mu == 0 else np.inf
+    allowed = SAME_PLASTIC if b.metal.strength else SAME_ELASTIC
 
     def repeats(record: Record) -> str:
-        """The second and all later peaks are alike: isotropic hardening has shaken down, an elastic body always has."""
+        """Without friction the second and all later peaks are alike: the body has shaken down. With friction they settle.
+
+        Friction lets the surface creep outwards from cycle to cycle: it keeps what it gives at every press. Melan's theorem
+        does not exclude it, since normal and tangential forces are coupled (Klarbring, Ciavarella and Barber 2007).
+        """
         end = {name: k for k, name in enumerate(record.steps)}
-        peaks = [record.history["tool.fy"][end[f"press {k + 1}"]] for k in range(TIMES)]
-        off = max(abs(f / peaks[1] - 1) for f in peaks[1:])
-        return (
-            "" if off <= allowed else f"peaks of the cycles differ by {off:.2%}: {', '.join(f'{f:.5g}' for f in peaks)}"
-        )
+        peaks = np.array([record.history["tool.fy"][end[f"press {k + 1}"]] for k in range(TIMES)])
+        changes = np.abs(np.diff(peaks) / peaks[-1])
+        told = ", ".join(f"{f:.5g}" for f in peaks)
+        off = float(np.abs(peaks[1:] / peaks[1] - 1).max())
+        if b.mu == 0 and off > allowed:
+            return f"peaks of the cycles differ by {off:.2%}: {told}"
+        if changes[-1] > min(SETTLED, max(SETTLING * changes.max(), 1e-6)):
+            return f"peaks of the cycles do not settle, the last changed by {changes[-1]:.2%}: {told}"
+        return ""
 
     back = () if b.metal.strength else (sprung_back,)
     kind = f"{b.shape}, mu {b.mu:.2g}, {b.metal.type}, {b.element}"

@@ -1,0 +1,94 @@
+"""Profile likelihood: ends that a search over the other parameter confirms, and ellipses that are left alone."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from prensa.inverse.objective import Residuals
+from prensa.inverse.profile import BENT_BY, profile
+
+Array = NDArray[np.float64]
+T = np.linspace(0.5, 4.0, 8)
+
+
+class Decay:
+    """Readings of a e^(−b t): b bends the problem; ``straight``: of a + b t, which does not."""
+
+    def __init__(self, readings: Array, sigma: float, straight: bool = False) -> None:
+        self.readings, self.sigma, self.straight = readings, sigma, straight
+
+    def at(self, x: Array) -> Residuals:
+        """Residuals and derivatives."""
+        a, b = x
+        if self.straight:
+            y, J = a + b * T, np.column_stack([np.ones(len(T)), T])
+        else:
+            y, J = a * np.exp(-b * T), np.column_stack([np.exp(-b * T), -a * T * np.exp(-b * T)])
+        return Residuals((y - self.readings) / self.sigma, J / self.sigma, [])
+
+    def residuals(self, x: Array) -> Array:
+        """Residuals alone."""
+        return self.at(x).r
+
+
+def _fitted(problem: Decay) -> tuple[Array, Residuals]:
+    x = np.array([1.0, 0.7])
+    for _ in range(100):
+        at = problem.at(x)
+        x = x + np.linalg.lstsq(at.J, -at.r, rcond=None)[0]
+    return x, problem.at(x)
+
+
+def _halves(at: Residuals) -> Array:
+    return 1.96 * np.sqrt(np.diag(np.linalg.inv(at.J.T @ at.J)))
+
+
+def test_a_straight_problem_keeps_its_ellipse() -> None:
+    """Residuals that are linear in the parameters: nothing is bent, ends are those of the ellipse."""
+    problem: Any = Decay(1.0 + 0.3 * T + 0.1 * np.cos(7 * T), 0.1, straight=True)
+    x, at = _fitted(problem)
+    for i in range(2):
+        found = profile(problem, x, at, i, _halves(at), (-np.inf, np.inf))
+        assert found.bent < 1e-6
+        assert (found.low, found.high, found.followed) == (1.0, 1.0, False)
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_ends_are_where_least_squares_has_grown_enough(number: int) -> None:
+    """A bent problem: at the ends χ², made least over a fine grid of the other parameter, has grown by 1.96²."""
+    noise = np.random.default_rng(1).standard_normal(len(T))
+    problem: Any = Decay(np.exp(-0.7 * T) + 0.12 * noise, 0.12)
+    x, at = _fitted(problem)
+    halves = _halves(at)
+    found = profile(problem, x, at, number, halves, (-np.inf, np.inf))
+    assert found.followed
+    assert found.bent > BENT_BY
+    other = np.linspace(-1.0, 6.0, 200001)
+    for end in (-found.low, found.high):
+        value = x[number] + end * halves[number]
+        # by hand: the amplitude is linear, so its best value is known for every rate; the rate is searched
+        if number == 1:
+            shape = np.exp(-value * T)
+            left = problem.readings - shape * (shape @ problem.readings) / (shape @ shape)
+            square = float(left @ left)
+        else:
+            square = float(((value * np.exp(-np.outer(other, T)) - problem.readings) ** 2).sum(axis=1).min())
+        grown = square / 0.12**2 - at.square
+        assert np.sqrt(grown) == pytest.approx(1.96, rel=0.03)
+    assert found.low != pytest.approx(found.high, rel=0.02)
+
+
+def test_a_bound_ends_a_profile_and_a_plain_has_no_end() -> None:
+    """Beside a bound the interval ends there; where nothing is told it has no end."""
+    problem: Any = Decay(np.exp(-0.7 * T), 0.12)
+    x, at = _fitted(problem)
+    halves = _halves(at)
+    found = profile(problem, x, at, 1, halves, (x[1] - 0.5 * halves[1], np.inf))
+    assert found.low == pytest.approx(0.5)
+    vague: Any = Decay(np.exp(-0.7 * T), 0.9)
+    x, at = _fitted(vague)
+    assert np.isinf(profile(vague, x, at, 1, _halves(at), (-np.inf, np.inf)).high)
