@@ -19,8 +19,8 @@ from ._check import Array, not_negative, positive
 Index = NDArray[np.int64]
 
 TANGENTS = 12  # strain rates at which the power of a triangle is taken at first
-PASSES = 6  # programs at most, with further tangents where the last one ended
-SETTLED = 1e-3  # difference of program and power over the power that ends them
+PROGRAMS = 6  # programs at most, with further tangents where the last one ended
+AGREEMENT = 1e-3  # difference of program and power over the power that ends them
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ def plane_strain_bound(points: Any, triangles: Any, k: float, walls: Any) -> flo
     bounds[: 6 * t, 0] = -np.inf
     tangents = [np.full(t, a) for a in 2 * np.pi * np.arange(TANGENTS) / TANGENTS]
     least = np.inf
-    for _ in range(PASSES):
+    for _ in range(PROGRAMS):
         rates = vstack([np.cos(a)[:, None] * xx + np.sin(a)[:, None] * xy for a in tangents])
         sizes = vstack([-eye_array(t)] * len(tangents))
         below = block_array([[rates, sizes, None], [along, None, -eye_array(e)], [-along, None, -eye_array(e)]])
@@ -138,7 +138,7 @@ def plane_strain_bound(points: Any, triangles: Any, k: float, walls: Any) -> flo
             raise ValueError(f"walls: no velocities of the body go with them ({out.message})")
         v = out.x[: 6 * t]
         least = min(least, float(k * twice @ np.hypot(xx @ v, xy @ v)) + j.dissipated(along @ v - j.wall_along))
-        if least - out.fun <= SETTLED * least:
+        if least - out.fun <= AGREEMENT * least:
             break
         tangents.append(np.arctan2(xy @ v, xx @ v))
     return least
