@@ -15,7 +15,7 @@ from prensa.verify.remeshing import bound, can
 from prensa.verify.table import Row, case, row
 
 Array = NDArray[np.float64]
-K = 200.0 / np.sqrt(3.0)  # shear yield stress of what flows at 200 MPa
+SHEAR_STRENGTH = 200.0 / np.sqrt(3.0)  # shear yield stress of what flows at 200 MPa
 
 
 def section(inc: Increment) -> float:
@@ -42,7 +42,7 @@ def blunt_wedge(tip: float, E_scale: float) -> pr.Problem:
 def wedged(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """Force, its growth with depth, width of the contact: slip lines of Hill, Lee and Tupper, from a sharp tip on."""
     balance, tip = Balance(), 0.3
-    pressure, width, _ = ref.wedge_indentation(np.radians(45.0), K)
+    pressure, width, _ = ref.wedge_indentation(np.radians(45.0), SHEAR_STRENGTH)
     history = list(balance.watch(blunt_wedge(tip, E_scale)))
     depth = tip * (np.sqrt(2) - 1) - np.array([i.tools["wedge"].place.y for i in history])
     force = np.array([i.force("wedge").y for i in history])
@@ -82,7 +82,7 @@ def limit_load(inc: Increment, contact: str) -> float:
     c = inc.contacts[contact]
     pressed = np.isin(used[edges], c.node[c.status > 0]).all(axis=1) & ~on_axis[0] & ~on_axis[1]
     walls = [*(ref.Wall(edges[on]) for on in on_axis), ref.Wall(edges[pressed], (0.0, -1.0))]
-    return ref.plane_strain_bound(x, triangles, K, walls)
+    return ref.plane_strain_bound(x, triangles, SHEAR_STRENGTH, walls)
 
 
 @case("a closed die filled to its flash", suite="forming", slow=True)
@@ -90,7 +90,7 @@ def forged(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """Force while the flash is squeezed out: the least power of all velocities on the shapes that the run goes through."""
     balance, gaps, pairs, first, inc = Balance(), [1.4, 1.2, 1.05, 0.9], [], 0.0, None
     problem = flash_die(E_scale)
-    closed = float(problem.bodies["billet"].mesh.size[1]) - 4.0  # type: ignore[union-attr]
+    closed = float(problem.bodies["billet"].mesh.size[1]) - 4.0
     for inc in balance.watch(problem):
         first = first or section(inc)
         if gaps and closed + inc.tools["die"].place.y <= gaps[0] + 1e-9:
