@@ -133,7 +133,7 @@ def flat_rolling(run: Run) -> Iterator[Row]:
     """Force and moment over a passage, and the neutral point, beside the slab methods with elastic recovery."""
     data = {"R": 65.0, "H": 1.0, "h": 0.75, "mu": 0.1, "k": 100.0, "E": 50e3}
     slab, orowan = ref.strip_rolling(**data), orowan_rolling(**data)
-    neutral = float(run.table["neutral"][run.ends["let go"] + 1 :].mean())
+    neutral = float(run.table["neutral"][run.ends["fill"] + 1 :].mean())
     yield row("force (N/mm), Kármán", slab.force, run["force"], 0.05)
     yield row("force (N/mm), Orowan", orowan.force, run["force"], 0.05)
     yield row("moment (N mm/mm), Kármán", slab.torque, -run["moment"], 0.05)
