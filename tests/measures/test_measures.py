@@ -252,6 +252,7 @@ def test_neutral_point_divides_friction():
         ("angle(block.top-left)", "takes 2 arguments"),
         ("distance(blok.top-left, block.top-right)", "begin with a body"),
         ("", "unknown measure"),
+        ("change(" * 999 + "time" + ")" * 999, "a measure with 999 brackets"),
     ],
 )
 def test_what_does_not_exist_is_refused_with_a_remedy(text: str, words: str):

@@ -8,7 +8,6 @@ import pytest
 
 import prensa as pr
 from prensa.errors import PrensaError
-from prensa.output.measure import measure
 from prensa.output.run import resume, run
 from prensa.solver.time_stepping import at_rest
 
@@ -74,8 +73,7 @@ def test_arguments_of_functions_are_told_too(tmp_path):
         (lambda: resume(None), "resume: directory is None; give the folder"),
         (lambda: pr.load(3), "load: path is 3; give the path"),
         (lambda: pr.dump({}), "dump: case is a mapping; give a Problem or a Case"),
-        (lambda: measure(increment, 3), "measure: name is 3; give the name"),
-        (lambda: measure(problem, "time"), "measure: increment is a Problem"),
+        (lambda: increment.measure(3), "measure: text is 3; give the name"),
         (lambda: increment.force("punch"), "unknown tool 'punch'"),
     ):
         with pytest.raises(PrensaError) as caught:

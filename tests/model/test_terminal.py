@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 import typer
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
@@ -118,6 +118,7 @@ def test_results_as_json(tmp_path, monkeypatch):
 
 
 # ---------------------------------------------------------------------------------------------------------------- lines
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow], derandomize=True)
 @given(st.lists(st.text("abc/.-:;,", min_size=1, max_size=30), min_size=1, max_size=30), st.integers(1, 120))
 def test_wrapped_lines_hold_the_same_words(words, width):
     """Lines are broken at blanks only: words and paths stay whole, none is lost, no line is wider without need."""

@@ -10,7 +10,6 @@ from prensa.errors import PrensaError, SolveError
 from prensa.output import pictures
 from prensa.output.history import read_history
 from prensa.output.interrupt import Interruptible
-from prensa.output.measure import measure
 from prensa.output.progress import ProgressBar
 from prensa.output.report import read_summary, write_report
 from prensa.output.run import resume, run
@@ -72,7 +71,7 @@ def test_summary_and_history_tell_what_the_increment_holds(done):
     """The last force is the same number in the increment, the history, the summary and as a measure."""
     force = done.increment.force("punch").y
     assert force == done.history["punch.fy"][-1] == read_summary(done.directory)["last_force"]["punch"]["y"]
-    assert force == measure(done.increment, "force.punch.y")
+    assert force == done.increment.measure("punch.force.y")
     summary = done.summary
     assert (summary["status"], summary["reason"], summary["version"]) == ("completed", "", pr.__version__)
     assert re.fullmatch("[0-9a-f]{64}", summary["input_hash"])

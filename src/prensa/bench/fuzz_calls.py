@@ -176,7 +176,6 @@ def _functions(folder: Path) -> list[tuple[str, Callable[..., Any]]]:
     from prensa.fem.discretise import discretise
     from prensa.model.schema import dump, load, loads
     from prensa.output import history, vtk
-    from prensa.output.measure import measure, measures
     from prensa.output.report import read_summary
     from prensa.output.run import resume, run
     from prensa.solver.time_stepping import at_rest, solve
@@ -199,8 +198,8 @@ def _functions(folder: Path) -> list[tuple[str, Callable[..., Any]]]:
         ("solve monitor", lambda v, *_: solve(problem, monitor=v)), ("solve timer", lambda v, *_: solve(problem, timer=v)),
         ("discretise", of(discretise)), ("discretise extensions", lambda v, *_: discretise(problem, v)),
         ("load", of(load)), ("loads", of(loads)), ("dump", of(dump)),
-        ("loads overrides", lambda v, *_: loads("name: x", overrides=v)), ("measure name", lambda v, *_: measure(increment, v)),
-        ("measure", lambda v, *_: measure(v, "time")), ("measures", of(measures)), ("force", lambda v, *_: increment.force(v)),
+        ("loads overrides", lambda v, *_: loads("name: x", overrides=v)), ("measure", lambda v, *_: increment.measure(v)),
+        ("force", lambda v, *_: increment.force(v)),
         ("run", lambda v, *_: run(v, folder / "none", quiet=True)), ("resume", of(resume)), ("read_history", of(history.read_history)),
         ("run out", lambda v, *_: run(prensa.Case(problem), v, quiet=True) if v is not None and not isinstance(v, str | Path) else None),
         ("read_summary", of(read_summary)), ("read_contact", of(history.read_contact)), ("read_collection", of(vtk.read_collection)),

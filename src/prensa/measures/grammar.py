@@ -31,6 +31,7 @@ NODAL_FIELDS = ("mises", "plastic_strain", "displacement", "stress.xx", "stress.
 CONTACT_EXTREMES = ("max.pressure", "max.shear", "max.slip", "max.friction_power", "mean.pressure", "mean.shear", "min.gap")
 COUNTS = ("open", "stick", "slip")
 TOOL_QUANTITIES = ("force", "force.x", "force.y", "moment", "travel", "travel.x", "travel.y", "rotation")
+DEEPEST = 20  # brackets of a measure: functions in one another are read one inside the other
 FUNCTIONS = ("angle", "change", "curvature", "distance", "mean", "radius", "ripple", "thickness", "thinning")
 NOT_NUMBERS = ("step", "increment")
 
@@ -134,6 +135,8 @@ class _Reader:
     def read_plain(self, text: str) -> Measure:
         """The measure of a text that is no name under ``measures``."""
         written = " ".join(text.split())
+        if text.count("(") > DEEPEST:
+            raise MeasureError(f"a measure with {text.count('(')} brackets; name one of an increment, such as 'punch.force.y'")
         part = self.part(written)
         return Measure(written, part.unit, part.value, part.slope)
 

@@ -388,6 +388,7 @@ class Increment(Drawn):
         """
         from prensa.measures import parse
 
+        take("measure", "text", text, str, "give the name of a measure, such as 'punch.force.y'")
         return parse(text, self._known.problem).value(self)
 
     @cached_property
