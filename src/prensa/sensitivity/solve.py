@@ -122,7 +122,7 @@ def _refuse(system: System, start: State | None, derivatives: Sequence[str]) -> 
     viscous = next((s.name for k, s in steps if stabilised(system.problem, k) != "off"), None)
     if viscous is not None:
         raise ArgumentError(
-            f"derivatives: step {viscous!r} is stabilised: how viscous it is follows from the run so far, which has no derivative; "
+            f"derivatives: step {viscous!r} is stabilised; how viscous it is follows from the run, which has no derivative: "
             "give 'stabilise: off'"
         )
     removes = next((s.name for s in system.problem.steps if s.remove_tools), None)
