@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 
 import prensa as pr
 from prensa.errors import ArgumentError, PrensaError
+from prensa.fem.discretise import discretise
 from prensa.measures import parse
 from prensa.model.problem import Problem
 from prensa.model.schema import loads
@@ -44,6 +46,9 @@ OPTIONS = {
     "levanov": ["friction={type: levanov, m: 0.3}"],
     "wang_osakada": ["friction={type: wang_osakada, mu: 0.2}"],
     "stribeck": ["friction={type: stribeck, mu_static: 0.2, mu_kinetic: 0.1, speed: 0.5, viscous: 0.01}"],
+    "wanheim_bay": ["friction={type: wanheim_bay, f: 0.6}"],
+    "wanheim_bay, above its limit": ["friction={type: wanheim_bay, f: 0.6, k: 40}"],
+    "table of friction": ["friction={type: coulomb, mu: {kappa: [0, 0.1, 1], mu: [0.05, 0.15, 0.2]}}"],
     "friction of the slip": ["friction={type: coulomb, mu: {mu0: 0.05, mu_inf: 0.2, u0: 0.1}}"],
     "plane strain": ["space=plane strain"],
     "plane stress": ["space=plane stress", "bodies.ring.element=q4"],
@@ -54,6 +59,8 @@ OPTIONS = {
     "sheet": ["bodies.ring.element=q4_sheet"],
     "voce": [f"{FLOW}={{type: voce, s0: 250, Q: 300, b: 5}}"],
     "johnson_cook": [f"{FLOW}={{type: johnson_cook, A: 250, B: 400, n: 0.3, C: 0.02, rate0: 0.1}}"],
+    "table of flow": [f"{FLOW}={{type: table, points: [[0, 250], [0.1, 450], [0.3, 600], [1, 700]]}}"],
+    "spring": ["tools.die={type: plane, touching: ring.top, spring: {y: 200000}}"],
     "neo_hooke": ["bodies.ring.material={type: neo_hooke, E: 1000, nu: 0.3}"],
     "small strain": ["kinematics=small", "steps.0.move.die.y=-0.05"],
     "reference geometry": [
@@ -95,7 +102,7 @@ def varied(problem: Problem, tool: str) -> list[str]:
     """What there is to vary: material, friction, heights, widths, radii, travels and forces."""
     words = ("material", "friction", "steps", "mesh.size", "radius", "at.0", f"tools.{tool}")
     found = [k for k, v in numbers(problem).items() if any(w in k for w in words) and v != 0.0]
-    return [k for k in found if not k.endswith((".theta", ".at.1"))]
+    return [k for k in found if not k.endswith((".theta", ".at.1", "points.0.0"))]
 
 
 def agreement(problem: Problem, paths: list[str], observables: list[Callable[[Increment], float]]) -> list[float]:
@@ -157,6 +164,49 @@ def test_derivatives_go_through_steps_and_what_they_let_go() -> None:
         lambda i: float(i.bodies["block"].x[24, 0]),
     ]
     assert max(agreement(problem, paths, observables)) < 1e-5
+
+
+def test_derivatives_across_ties() -> None:
+    """Two bodies with other nodes where they are tied, upset together."""
+    text = """
+name: tied
+bodies:
+  low:
+    mesh: {type: rectangle, size: [4, 2], n: [4, 2]}
+    material: {type: j2, E: 1000, nu: 0.3, flow: {type: ludwik, s0: 10, K: 20, n: 0.3}}
+  high:
+    mesh: {type: rectangle, size: [4, 1], n: [3, 1], origin: [0, 2]}
+    material: {type: j2, E: 2000, nu: 0.3, flow: {type: ludwik, s0: 15, K: 20, n: 0.3}}
+ties: [{slave: high.bottom, master: low.top}]
+tools: {die: {type: plane, touching: high.top}}
+contacts: [{surface: high.top, against: die}]
+friction: {type: coulomb, mu: 0.1}
+fixed: {low.bottom: y, low.left: x, high.left: x}
+steps: [{name: press, move: {die: {y: -0.2}}, increments: 4}]
+"""
+    problem = loads(text).problem
+    paths = [p for p in varied(problem, "die") if "mesh" not in p]
+    assert max(agreement(problem, paths, [force, lambda i: float(i.state.u[17]), lambda i: float(i.state.u[22])])) < 1e-5
+    with pytest.raises(ArgumentError, match="nothing lies opposite"):
+        pr.solve(problem, derivatives=["bodies.low.mesh.size.0"])
+
+
+def test_derivatives_with_cut_edges() -> None:
+    """A punch with sharp corners, which cut the edges under them: width and all else."""
+    text = """
+name: punch
+bodies:
+  block:
+    mesh: {type: rectangle, size: [4, 2], n: [8, 4]}
+    material: {type: j2, E: 1000, nu: 0.3, flow: {s0: 10, K: 20, n: 0.3, type: ludwik}}
+tools: {die: {type: stamp, width: 2.3, touching: block.top, at: [2, 0], fillet: 0}}
+friction: {type: coulomb, mu: 0.2}
+fixed: {block.bottom: xy}
+steps: [{name: press, move: {die: {y: -0.1}}, increments: 4}]
+"""
+    problem = loads(text).problem
+    paths = [*varied(problem, "die"), "tools.die.width"]
+    assert max(agreement(problem, list(dict.fromkeys(paths)), [force, lambda i: float(i.state.u[40])])) < 1e-5
 
 
 def test_a_fillet_moves_what_it_should() -> None:
@@ -312,6 +362,10 @@ def test_what_has_no_derivative_is_refused() -> None:
             pr.solve(ring(), derivatives=paths, **more)  # type: ignore[arg-type]
     with pytest.raises(ArgumentError, match="remesh: off"):
         pr.solve(ring("remesh=auto", "bodies.ring.element=t6"), derivatives=["friction.mu"])
+    with pytest.raises(ArgumentError, match="solve a Problem"):
+        pr.solve(replace(discretise(ring()), courses=lambda system, number, start: None), derivatives=["friction.mu"])
+    with pytest.raises(ArgumentError, match="is stabilised"):
+        pr.solve(ring("stabilise=auto"), derivatives=["friction.mu"])
     ends = "steps.0.until={force: {die: {y: 1000}}}"
     with pytest.raises(ArgumentError, match="'until'"):
         pr.solve(ring(ends), derivatives=["friction.mu"])

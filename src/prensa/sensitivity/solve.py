@@ -26,6 +26,7 @@ from prensa.solver.increment import Derivatives, Increment, Monitor
 from prensa.solver.passages import Passages
 from prensa.solver.policy import Policy
 from prensa.solver.reporting import Messages
+from prensa.solver.stabilisation import stabilised
 from prensa.solver.step_control import StepControl
 from prensa.solver.time_stepping import Timer, TimeStepping, told_before
 
@@ -89,6 +90,11 @@ def solve(
 
 def _refuse(system: System, start: State | None, derivatives: Sequence[str]) -> None:
     """Tell what has no derivative."""
+    if system.courses is not None or system.more:
+        raise ArgumentError(
+            "derivatives: a system that is more than its description (of bricks, or with extensions) has no numbers to vary; "
+            "solve a Problem"
+        )
     augmented = [s.name for s in system.surfaces if s.description.enforcement.max_updates]
     if augmented:
         raise ArgumentError(
@@ -111,6 +117,13 @@ def _refuse(system: System, start: State | None, derivatives: Sequence[str]) -> 
     if led is not None:
         raise ArgumentError(
             f"derivatives: the loads of step {led!r} follow by its 'control', which has no derivatives yet; move the tool ('by')"
+        )
+    steps = enumerate(system.problem.steps)
+    viscous = next((s.name for k, s in steps if stabilised(system.problem, k) != "off"), None)
+    if viscous is not None:
+        raise ArgumentError(
+            f"derivatives: step {viscous!r} is stabilised; how viscous it is follows from the run, which has no derivative: "
+            "give 'stabilise: off'"
         )
     removes = next((s.name for s in system.problem.steps if s.remove_tools), None)
     if removes is not None:

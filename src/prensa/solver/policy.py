@@ -45,7 +45,7 @@ class Policy:
     # -------------------------------------------------------------------------------------------------- derivatives
     parameter_step: float = 1e-5
     """Step over the size of a parameter for differences of the residual with held branches: smooth, so round-off decides."""
-    flat: float = 1e-4
+    flat: float = 1e-5
     """Share of the forces, beyond round-off, that may be left of the residual along a derivative."""
 
     # ------------------------------------------------------------------------------------------------------- finish
