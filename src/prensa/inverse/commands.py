@@ -48,7 +48,7 @@ def lines_of(found: Calibration) -> Iterator[str]:
     readings = sum(e.count for e in found.experiments)
     yield f"{found.name}: {len(found.experiments)} tests, {readings} readings, {len(found.parameters)} parameters"
     for e in found.experiments:
-        columns = ", ".join(f"{c.name} ({len(c.rows)} readings, error {c.sigma:.3g} {c.measure.unit})" for c in e.channels)
+        columns = ", ".join(f"{c.name} ({len(c.rows)} readings, error {c.sigma.max():.3g} {c.measure.unit})" for c in e.channels)
         yield f"{e.name}: {e.problem.name}, along {e.along}: {columns}"
     for path, pair in found.parameters.items():
         yield f"{path}: " + (f"from {pair[0]:g} to {pair[1]:g}" if pair else "any value of its sign")

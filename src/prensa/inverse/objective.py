@@ -142,7 +142,7 @@ class Objective:
                     y, dy, z = self._instruments(k, j, np.array(read[0]), dy, np.array(read[2]), more)
                     models.append(y)
                     parts.append((y - c.readings) / c.sigma)
-                    J.append(np.hstack([dy, z]) / c.sigma)
+                    J.append(np.hstack([dy, z]) / c.sigma[:, None])
         except PrensaError as error:  # no equilibrium, no such place any more, a value that is not allowed
             self.failure = str(error).splitlines()[0]
             self.told(f"no answer at {self._words(values)}: {self.failure}")

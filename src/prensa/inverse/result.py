@@ -78,7 +78,7 @@ class Interval:
 
 @dataclass(frozen=True)
 class Channel:
-    """A column beside what the fitted case says: ``runs`` is the probability of so few changes of sign by chance."""
+    """A column beside what the fitted case says: ``runs`` is the probability of so few changes of sign by chance; ``sigma`` (m,)."""
 
     test: str
     name: str
@@ -87,7 +87,7 @@ class Channel:
     along: str
     readings: Array
     model: Array
-    sigma: float
+    sigma: Array
     runs: float
 
     @property
