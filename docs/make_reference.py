@@ -7,15 +7,18 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import re
 import typing
 from collections.abc import Iterator, Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal
 
 from prensa.model import problem as model
+from prensa.model import text
 from prensa.model.doors import NameOf
 from prensa.model.places import bare, hints, is_names, members, type_name
-from prensa.model.units import Dimension
+from prensa.model.units import RATIO, Dimension
 from prensa.registry import public
 
 PAGE = Path(__file__).parent / "guide" / "reference.md"
@@ -50,9 +53,8 @@ VALUES = {
 UNITS = {
     ("Step", "velocity"): "per second",
     ("Push", "m"): "force × length",
-    ("MuLinear", "slope"): "1/length",
-    ("JohnsonCook", "rate0"): "1/time",
 }
+EXAMPLES = Path(__file__).parent / "reference_examples.yaml"
 DEFAULTS = {
     ("Step", "increments"): "automatic", ("Profile", "fillet"): "automatic", ("Polygon", "fillet"): "automatic",
     ("Load", "follower"): "`true`, or as before",
@@ -67,15 +69,19 @@ describe a case; [Writing a case](cases.md) explains how they go together.
 A file holds the keys of [Problem](#problem) at its top level and, if wanted, the sections `numerics` and `output`. A class
 is the `type` of a mapping, a field is its key. *Unit* is the dimension of a number: a plain number is in the case's own
 units, a string such as `8 cm` is converted. *Default* is what holds when the key is left out; "required" keys cannot be. A
-*value over time* is a number, reached by a ramp over the step, or a table `[[time, value], …]` in global time.
+*value over time* is a number, reached by a ramp over the step, or a table `[[time, value], …]` in global time. *Example*: what
+may stand behind the key.
 
-The keys `at`, `touching`, `above` and `below` place a tool and mean the same for all of them:
+A plain dimensionless number may be written as a share too, `12 %`.
+
+The keys `at`, `touching`, `above` and `below` place a tool, and all of these mean the same for all tools:
 
 | key | meaning |
 |---|---|
 | `at` | initial place of the reference point; without another key of this table it is the place itself |
 | `touching` | a boundary: the tool is moved along the boundary's mean normal until it just touches the boundary |
 | `above`, `below` | a boundary: the same, coming down along −y or up along +y |
+| `spring` | [Springs](#springs) on which it is mounted |
 
 With `touching`, `above` or `below`, `at` says only where the tool is across that direction (default: the origin).
 """
@@ -104,14 +110,59 @@ def _described(cls: type) -> Iterator[str]:
     doc = inspect.getdoc(cls) or ""
     yield doc.replace("``", "`")
     yield ""
-    yield "| key | value | unit | default |"
-    yield "|---|---|---|---|"
+    yield "| key | value | unit | default | example |"
+    yield "|---|---|---|---|---|"
     for f in dataclasses.fields(cls):
         if f.name != "type":
             annotation, at = hints(cls)[f.name], (cls.__name__, f.name)
             what = VALUES.get(at, "{}").format(value(annotation))
-            cells = (f"`{f.name}`", what, UNITS.get(at, unit(annotation)), DEFAULTS.get(at, default(f)))
+            cells = (
+                f"`{f.name}`", what, UNITS.get(at, unit(annotation)), DEFAULTS.get(at, default(f)), f"`{example(cls, f.name)}`",
+            )  # fmt: skip
             yield "| " + " | ".join(c.replace("|", "\\|") for c in cells) + " |"
+
+
+# ------------------------------------------------------------------------------------------------------------ examples
+@lru_cache
+def examples() -> dict[str, list[dict[str, Any]]]:
+    """By class, mappings that can be read as they stand; every key is in one of them, or the page is not made."""
+    from ruamel.yaml import YAML
+
+    found: dict[str, list[dict[str, Any]]] = YAML(typ="safe", pure=True).load(EXAMPLES)
+    return found
+
+
+def example(cls: type, key: str) -> str:
+    """What may stand behind a key, as it is written in a file."""
+    for given in examples().get(cls.__name__, ()):
+        if key in given:
+            shown = re.sub(r'"([-\w.][-\w .^/*%]*)"', r"\1", text.line(_plain(given[key])))  # quantities need no quotes
+            return shown.replace("RUN", "results/press").replace("MESH", "block.msh")
+    raise KeyError(f"{EXAMPLES.name} has no example of '{cls.__name__}.{key}'")
+
+
+def undocumented() -> list[str]:
+    """Keys that neither the docstring of their class nor the table of shared keys names."""
+    shared = set(re.findall(r"`(\w+)`", "".join(row for row in OPENING.splitlines(True) if row.startswith("| `"))))
+    return [
+        f"{cls.__name__}.{f.name}"
+        for classes in SECTIONS.values()
+        for cls in classes
+        for f in dataclasses.fields(cls)
+        if f.name not in {"type", *shared} and not re.search(rf"(?<!\w){f.name}(?!\w)", inspect.getdoc(cls) or "")
+    ]
+
+
+def _plain(value: Any) -> Any:
+    """Numbers of YAML 1.1 as the reader of cases has them: ``1e-5`` is one."""
+    if isinstance(value, dict):
+        return {k: _plain(v) for k, v in value.items()}
+    if isinstance(value, list):
+        return [_plain(v) for v in value]
+    try:
+        return text.resolve(value) if isinstance(value, str) else value
+    except ValueError:
+        return value
 
 
 # -------------------------------------------------------------------------------------------------------------- values
@@ -181,7 +232,7 @@ def unit(annotation: Any) -> str:
 
 def _dimensions(annotation: Any) -> Iterator[Dimension]:
     kind, meta = bare(annotation)
-    yield from (m for m in meta if isinstance(m, Dimension))
+    yield from (m for m in meta if isinstance(m, Dimension) and m != RATIO)
     if dataclasses.is_dataclass(kind):
         return
     inner = members(annotation) if len(members(annotation)) > 1 else [a for a in typing.get_args(kind) if a is not ...]
@@ -210,5 +261,7 @@ def default(f: dataclasses.Field[Any]) -> str:
 
 
 if __name__ == "__main__":
+    if missing := undocumented():
+        raise SystemExit(f"not documented: {', '.join(missing)}")
     PAGE.write_text(page(), encoding="utf-8")
     print(f"{PAGE.name} written")

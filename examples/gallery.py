@@ -145,17 +145,23 @@ def flat_rolling(run: Run) -> Iterator[Row]:
 # --------------------------------------------------------------------------------------------------------- sheet forming
 @example("Hemispherical stretching")
 def hemispherical_stretching(run: Run) -> Iterator[Row]:
-    """Depth at the forces of the published curve, and the forces at its depths."""
-    depths = (10.6, 15.4, 20.0, 24.7, 28.2, 33.0, 37.4)
-    for force, depth in zip(range(10, 70, 10), depths):
+    """Depth at the forces read off the published curve, forces at its depths beside a smooth curve through the readings.
+
+    The readings lie up to 3.2 % off the best cubic through the origin: no curve of force against depth has their kinks.
+    """
+    depths, forces = np.array([10.6, 15.4, 20.0, 24.7, 28.2, 33.0, 37.4]), np.arange(10.0, 80.0, 10.0)
+    for force, depth in zip(forces[:-1], depths):
         ours = float(np.interp(force, -run.table["force"] / 1e3, run.table["depth"]))
-        yield row(f"depth (mm) at {force} kN, curve of the benchmark", depth, ours, 0.05)
-    for force, depth in zip(range(10, 80, 10), depths):
-        ours = -run.when("force", "depth", depth) / 1e3
-        if force == 70:
-            yield row(f"force (kN) at {depth} mm, curve of the benchmark", force, ours, 0.05)
+        yield row(f"depth (mm) at {force:g} kN, read off the curve of the benchmark", float(depth), ours, 0.05)
+    powers = depths[:, None] ** [1, 2, 3]
+    smooth = powers @ np.linalg.lstsq(powers / forces[:, None], np.ones(7), rcond=None)[0]
+    for force, curve, depth in zip(forces, smooth, depths):
+        ours = -run.when("force", "depth", float(depth)) / 1e3
+        yield row(f"force (kN) at {depth:g} mm, smooth curve through the readings", float(curve), ours, 0.05)
+        if force == 70.0:
+            yield row(f"force (kN) at {depth:g} mm, read off", 70.0, ours, 0.05)
         else:
-            yield beside(f"force (kN) at {depth} mm, curve of the benchmark", force, ours)
+            yield beside(f"force (kN) at {depth:g} mm, read off", float(force), ours)
 
 
 @example("Cup drawing")
@@ -181,7 +187,10 @@ def channel_forming(run: Run) -> Iterator[Row]:
     yield row("punch force (N/mm), mean of the second half, Abaqus: Getting Started", 160.0, plateau, 0.1)
     yield row("punch force (N/mm), largest, Abaqus: Getting Started", 160.0, float(force.max()), 0.1)
     yield row("holder force (N/mm)", 440.0, run["holder_force"], 1e-8)
-    yield beside("largest plastic strain, Abaqus: Getting Started", 0.21, run["strain"])
+    yield beside("largest plastic strain (at the skin), Abaqus: Getting Started", 0.21, run["strain"])
+    # strain of bending grows with the distance from the middle; the point of a reduced element lies off the skin
+    outer = "largest plastic strain at the point of the outer of four reduced elements, Abaqus: Getting Started"
+    yield beside(outer, 0.21, 0.75 * run["strain"])
 
 
 @example("Free bending with springback")
@@ -239,28 +248,27 @@ def indentation(run: Run) -> Iterator[Row]:
     yield row("slope of unloading (kN/mm), Sneddon", 2.0 * 200e3 / 0.91 * radius / 1e3, slope / 1e3, 0.07)
 
 
-def _ring(m: float, decrease: float, judged: bool) -> None:
+def _ring(m: float, decrease: float) -> None:
     @example("Ring compression with a shear factor", "ring_shear_factor", (f"friction.m={m}",), quick=m == 0.1)
     def compare(run: Run) -> Iterator[Row]:
         ours = 100.0 * (1.0 - run["bore"] / 15.0)
-        what = f"decrease of the bore at half the height (%), m = {m}"
-        if judged:
-            yield row(what, decrease, ours, 2.5, "absolute")
-        else:  # moves by several points with the hardening, which the source does not give
-            yield beside(what, decrease, ours)
+        yield row(f"decrease of the bore at half the height (%), m = {m}", decrease, ours, 2.5, "absolute")
 
 
 @example("Ring compression with a shear factor", "ring_shear_factor", ("friction.m=0",))
 def ring_without_friction(run: Run) -> Iterator[Row]:
-    """Without friction all radii grow alike."""
+    """Without friction all radii grow alike; the source's ring grew as much."""
     ours = 100.0 * (1.0 - run["bore"] / 15.0)
-    stress = 950.0 * (0.01 + math.log(2.0)) ** 0.15
-    exact = 100.0 * (1.0 - math.sqrt(2.0) * math.exp(-(0.5 - 0.3) * stress / 210e3))  # elastic part of the strain
+    strain = -math.log(1.0 - 0.4902)
+    stress = 560.0 * (0.007 + strain) ** 0.26
+    # the elastic part of the strain changes the volume
+    exact = 100.0 * (1.0 - math.exp(0.5 * strain - (0.5 - 0.3) * stress / 210e3))
     yield row("decrease of the bore at half the height (%), m = 0, exact", exact, ours, 0.05, "absolute")
+    yield row("decrease of the bore at half the height (%), m = 0, source", -40.05, ours, 0.15, "absolute")
 
 
 for _m, _decrease in ((0.1, -15.5), (0.3, 13.3), (0.5, 29.3)):
-    _ring(_m, _decrease, _m == 0.1)
+    _ring(_m, _decrease)
 
 
 # --------------------------------------------------------------------------------------------------------------- running

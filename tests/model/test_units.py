@@ -32,6 +32,12 @@ QUANTITIES = [
     ("180 deg", "mm", "N", NUMBER, 3.141592653589793),
     ("0.2 %", "mm", "N", NUMBER, 0.002),
     ("7", "mm", "N", LENGTH, 7.0),
+    ("0.2 1/mm", "m", "N", (0, -1), 200.0),
+    ("0.2 /mm", "mm", "N", (0, -1), 0.2),
+    ("3 m/min", "mm", "N", (0, 1, -1), 50.0),
+    ("20 ms", "mm", "N", (0, 0, 1), 0.02),
+    ("60 1/min", "mm", "N", (0, 0, -1), 1.0),
+    ("1 kg*m/s^2", "mm", "kN", FORCE, 0.001),
 ]
 
 
@@ -45,8 +51,8 @@ def test_the_units_are_those_of_pint():
     """The table of units, kept for its speed and exactness, agrees with the larger library."""
     pint = pytest.importorskip("pint")
     ureg = pint.UnitRegistry(cache_folder=None)
-    for name, (value, force, length) in _SI.items():
-        unit = ureg.newton**force * ureg.meter**length
+    for name, (value, force, length, time) in _SI.items():
+        unit = ureg.newton**force * ureg.meter**length * ureg.second**time
         assert ureg.Quantity(1.0, "percent" if name == "%" else name).to(unit).magnitude == pytest.approx(float(value))
     assert factor("1 dyn", "mm", "N", FORCE) == pytest.approx(1e-5)
     assert factor("1 yard", "mm", "N", LENGTH) == pytest.approx(914.4)
@@ -87,3 +93,28 @@ def test_numbers_are_finite_and_no_truths(bad):
         pr.Circle(radius=bad)
     with pytest.raises(CaseError):
         pr.Numerics(tolerance=bad)
+
+
+def test_tables_state_their_units(tmp_path):
+    """A friction table says the unit of its slip in its first line; one that is no length is told."""
+    law = CASE.replace("friction: {type: coulomb, mu: 0.3}", "friction: {type: coulomb, mu: friction.csv}")
+    assert law != CASE
+    for head, last in (("slip, mu", 400), ("slip (um), mu", 0.4), ("slip (cm), mu", 4000)):
+        (tmp_path / "friction.csv").write_text(f"{head}\n0, 0.1\n400, 0.2\n", encoding="utf-8")
+        kappa = loads(law, folder=tmp_path).problem.contacts[0].friction.mu.kappa
+        assert kappa == pytest.approx((0, last), rel=1e-15)
+    (tmp_path / "friction.csv").write_text("slip (MPa), mu\n0, 0.1\n400, 0.2\n")
+    with pytest.raises(CaseError, match="states no unit of length"):
+        loads(law, folder=tmp_path)
+
+
+@pytest.mark.parametrize(
+    "change", ["mu: 12 deg", "mu: 12 mm", "{y: -100 mm/s}", "stabilise: 1 mm", "{y: -3 s}"]
+)  # fmt: skip
+def test_numbers_of_another_kind_are_refused(change):
+    """A share is no angle, a displacement no velocity, and neither are told as files that are missing."""
+    text = CASE.replace("{y: -7.5}", change) if change.startswith("{") else CASE.replace("mu: 0.3", change)
+    if change.startswith("stabilise"):
+        text = f"{CASE}\n{change}\n"
+    with pytest.raises(CaseError):
+        loads(text)

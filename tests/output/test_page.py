@@ -127,8 +127,8 @@ def test_only_contacts_that_touch_are_shown(done):
     assert sorted(p.name for p in (done.directory / "pictures").glob("pressure*")) == ["pressure_block.top-punch.png"]
 
 
-def remeshed(directory):
-    """The folder of a run whose mesh changes between its second and third increment, made without the solver."""
+def made_without_solver(directory, sizes):
+    """The page of a run whose increments have meshes of so many elements along and across."""
     import json
     from contextlib import closing
 
@@ -137,24 +137,29 @@ def remeshed(directory):
     from prensa.output import history, report, vtk
     from prensa.output.checkpoint import case_text, text_hash
 
-    case, sizes = synthetic.case(n=(8, 4)), [(8, 4), (8, 4), (12, 6)]
+    case, number = synthetic.case(n=sizes[0]), len(sizes)
     with closing(history.History(directory, case.problem)) as table:
         fields = vtk.Fields(directory)
         for k, n in enumerate(sizes, 1):
-            made = synthetic.increment(k, 3, n)
+            made = synthetic.increment(k, number, n)
             table.append(made)
             fields.append(made)
             history.write_contact(directory, synthetic.CONTACT, k, made.contacts[synthetic.CONTACT])
     summary = {
-        "name": "remeshed", "status": "completed", "reason": "", "version": "0", "source": "", "finished": "",
+        "name": "made", "status": "completed", "reason": "", "version": "0", "source": "", "finished": "",
         "input_hash": text_hash(case_text(case)), "tools": {"cylinder": {"at": [0, 80], "direction": [0, -1]}},
         "bodies": {}, "warnings": [], "timings": {},
-        "totals": {"increments": 3, "iterations": 18, "cutbacks": 0, "time": 1.0, "end": 1.0, "wall_seconds": 1.0},
+        "totals": {"increments": number, "iterations": 18, "cutbacks": 0, "time": 1.0, "end": 1.0, "wall_seconds": 1.0},
         "convergence": {"mean_iterations": 6.0, "max_iterations": 6, "max_residual": 1e-10, "tolerance": 1e-9},
         "case": case_text(case),
     }  # fmt: skip
     (directory / "summary.json").write_text(json.dumps(summary))
     return report.write_report(directory)
+
+
+def remeshed(directory):
+    """The page of a run whose mesh changes between its second and third increment."""
+    return made_without_solver(directory, [(8, 4), (8, 4), (12, 6)])
 
 
 def test_a_mesh_that_changes_starts_a_group_of_frames(tmp_path):
@@ -264,6 +269,32 @@ def test_clicks_on_plots_choose_a_moment_and_a_point(page):
 
 
 @needs_browser
+def test_a_large_run_opens_and_moves_at_once(browser, tmp_path):
+    """10 000 elements and 50 increments: at most 12 MB, 3 s to open and 0.1 s a step of the slider, of the processor."""
+
+    def seconds() -> float:
+        """Processor time of the page's main thread: that of the wall depends on who else is at work."""
+        told = browser.execute_cdp_cmd("Performance.getMetrics", {})["metrics"]
+        return next(m["value"] for m in told if m["name"] == "TaskDuration")
+
+    path = made_without_solver(tmp_path, [(100, 100)] * 50)
+    assert path.stat().st_size < 12e6
+    browser.get("about:blank")
+    browser.execute_cdp_cmd("Performance.enable", {"timeDomain": "threadTicks"})
+    page = opened(browser, path)
+    assert seconds() < 3.0 and page.execute_script("return prensa.scene.frames.length") == 50
+    steps = []
+    for frame in (3, 20, 21, 40, 10, 30, 49):
+        before = seconds()
+        choose(page, "slider", str(frame))
+        steps.append(seconds() - before)
+        assert page.execute_script("return prensa.state.frame") == frame
+    assert sorted(steps)[len(steps) // 2] < 0.1, steps
+    browser.execute_cdp_cmd("Performance.disable", {})
+    assert colourful(pixels(page, "picture")) > 0.1 and complaints(page) == []
+
+
+@needs_browser
 def test_a_phone_can_read_it(browser, done):
     """At 360 pixels nothing is wider than the screen, and no letter is smaller than 10 pixels."""
     page = opened(browser, done.directory / "report.html", 360, 740, mobile=True)
@@ -279,4 +310,5 @@ def test_a_phone_can_read_it(browser, done):
         return Bokeh.documents.flatMap(d => [...d._all_models.values()]).filter(m => m.major_label_text_font_size)
           .map(m => parseFloat(m.major_label_text_font_size) * (m.major_label_text_font_size.endsWith("px") ? 1 : 0));""")
     assert letters and min(letters) >= 10
+    assert page.find_element("id", "slider").size["width"] > 250  # a thumb can move it
     assert complaints(page) == []

@@ -41,6 +41,7 @@ from prensa.model.units import (
     Number,
     Seconds,
     Whole,
+    in_one_second,
 )
 from prensa.model.until import ToolForce, ToolTravel, Until
 from prensa.registry import DOORS
@@ -56,7 +57,8 @@ def _switched_off(value: Any) -> Any:
 
 
 def _stabilise_kind(value: Any) -> str:
-    return "number" if isinstance(value, int | float) else "word"
+    share = isinstance(value, str) and value.rstrip().endswith("%")
+    return "number" if share or isinstance(value, int | float) else "word"
 
 
 Stabilise = Annotated[
@@ -262,11 +264,12 @@ class Disc:
 
 @described
 class Annulus:
-    """Ring of quadrilaterals between two radii, or the sector of it from one angle to another (default: all round).
+    """Ring of quadrilaterals between two radii, or the sector of it from one angle to another.
 
-    ``n``: elements round the sector and through the thickness, which shrink towards ``grade`` in the ratio ``ratio``.
-    Boundaries: ``inner``, ``outer``, and of a sector ``start`` and ``end``; points: ``inner-start``, ``outer-start`` and, of
-    a sector, ``inner-end``, ``outer-end``.
+    About ``centre``, between ``inner`` and ``outer`` and the two ``angles`` (default: all round). ``n``: elements round the
+    sector and through the thickness, which shrink towards ``grade`` in the ratio ``ratio``. Boundaries: ``inner``, ``outer``,
+    and of a sector ``start`` and ``end``; points: ``inner-start``, ``outer-start`` and, of a sector, ``inner-end``,
+    ``outer-end``.
     """
 
     inner: Annotated[Length, Field(gt=0)]
@@ -381,7 +384,7 @@ class Outline:
         if self.sides and len(self.sides) != len(self.points):
             raise ValueError(f"{len(self.sides)} names in 'sides' for {len(self.points)} sides; give one for each point")
         (x, y), (u, v) = zip(*self.points), zip(*(*self.points[1:], self.points[0]))
-        _bounded(abs(sum(a * d - b * c for a, b, c, d in zip(x, y, u, v))) / self.size / self.size)
+        _bounded(abs(sum(a * d - b * c for a, b, c, d in zip(x, y, u, v))) / self.size / self.size)  # its square may be 0
         return self
 
 
@@ -491,8 +494,9 @@ class Contact:
     The outline of a body is without the sides that other contacts with the same tool name, which may have a friction of
     their own, without those of ``no_contact``, and without what no tool touches: the axis, lines of symmetry (held along
     their normal in all steps) and tied sides. ``friction`` overrides the problem's. ``integration``: where the contact terms
-    are integrated; ``nodal`` (trapezoid) is the one to use, the others show what they do: ``gauss1``, ``gauss2``,
-    ``gauss3``, ``simpson`` on each edge, and ``kikuchi``, two Gauss points with pressures projected to the nodes.
+    are integrated; ``enforcement``: how contact is enforced. Of the rules ``nodal`` (trapezoid) is the one to use, the others
+    show what they do: ``gauss1``, ``gauss2``, ``gauss3``, ``simpson`` on each edge, and ``kikuchi``, two Gauss points with
+    pressures projected to the nodes.
     """
 
     surface: Annotated[tuple[str, ...], BeforeValidator(_as_names), Field(min_length=1)]
@@ -509,7 +513,7 @@ class Contact:
 
 @described
 class NoContact:
-    """Sides that a tool may go through: ``surface`` (a body, a boundary ``body.name`` or a list of them) and a tool.
+    """Sides that a tool may go through: ``surface`` (a body, a boundary ``body.name`` or a list of them) ``against`` a tool.
 
     Nothing acts between them, and metal that lies inside the tool there is meant.
     """
@@ -577,7 +581,7 @@ SupportValue = Annotated[
 
 @described
 class Fixed:
-    """Support of a boundary, per component: ``held`` where it is, a number or a table of total displacement, or none.
+    """Support of a boundary along ``x`` and ``y``: ``held`` where it is, a number or a table of total displacement, or none.
 
     ``free`` releases what earlier entries prescribed there: its force goes linearly to zero over the step.
     """
@@ -603,7 +607,7 @@ FixedValue = Annotated[Fixed, BeforeValidator(_as_fixed)]
 
 @described
 class Motion:
-    """Displacement (or velocity) of a tool's reference point and its rotation ``rz``, counter-clockwise."""
+    """Displacement (or velocity) ``x``, ``y`` of a tool's reference point and its rotation ``rz``, counter-clockwise."""
 
     x: DisplacementValue | None = None
     y: DisplacementValue | None = None
@@ -618,10 +622,7 @@ def _per_second(value: Any) -> Any:
         pairs = (isinstance(p, list | tuple) and len(p) == 2 and isinstance(p[1], str) for p in value)
         return [[p[0], _per_second(p[1])] if pair else p for p, pair in zip(value, pairs)]
     if isinstance(value, str):
-        quantity, per, second = value.rpartition("/")
-        if not per or second.strip() != "s":
-            raise ValueError(f"{value!r} is not a velocity; write it per second, as a plain number or like '100 mm/s'")
-        return quantity
+        return in_one_second(value)
     return value
 
 
@@ -630,7 +631,7 @@ Velocity = Annotated[Motion, BeforeValidator(_per_second)]
 
 @described
 class Push:
-    """Force on a tool at its reference point and moment ``m``; 0 leaves the tool free to move along or to turn.
+    """Force ``x``, ``y`` on a tool at its reference point and moment ``m``; 0 leaves the tool free to move along or to turn.
 
     A number is reached linearly from the force that the tool carries at the start of the step, pushed or moved before.
     In plane problems of the whole ``thickness`` (so per unit thickness where that is 1); strings may be per length of
@@ -682,8 +683,9 @@ class Step:
     ``control``: displacement control of what the step pushes and loads. The tool goes the way that is given (as of ``by``, from
     where it is at the start of the step), and one factor on all forces that the step changes, 1 where they are what is
     asked, is what equilibrium makes of it: a load may pass a maximum on the way. Of one component that ``push`` drives.
-    ``stabilise`` overrides the problem's. ``until``: what ends the step before that; the rest of its time is passed over, and
-    what the next step says goes from where things are then.
+    ``name`` stands in tables and overrides. ``fixed``, ``loads``, ``body_force`` and ``friction`` are as of the problem, and hold
+    from this step on. ``stabilise`` overrides the problem's. ``until``: what ends the step before that; the rest of its time
+    is passed over, and what the next step says goes from where things are then.
     """
 
     name: str
@@ -706,7 +708,7 @@ class Step:
 
 @described
 class Units:
-    """The consistent system of the case's numbers; durations are in seconds, temperature in kelvin."""
+    """The consistent system of the case's numbers: ``length`` and ``force``; durations are in seconds, temperature in kelvin."""
 
     length: LengthUnit = "mm"
     force: ForceUnit = "N"
@@ -716,18 +718,20 @@ class Units:
 class Problem:
     """All the physics of a case.
 
-    ``space``: ``plane strain``, ``plane stress`` or ``axisymmetric`` (x is the radius, y the axis); plane problems have
-    ``thickness``, in plane stress the initial one; axisymmetric ones have none.
-    ``kinematics``: ``finite`` (updated Lagrangian) or ``small``. ``contact_geometry``: ``current`` (moved surface, true
-    tool normal) or ``reference`` (gap on the undeformed surface along its own normal: linear Signorini).
-    ``allow_large_strain``: what ``small`` gives where strains or rotations are beyond 0.1, which is refused otherwise.
-    ``body_force``: force per volume ρb on each body. ``contacts`` left out (or empty): every tool against the outline of every
-    body; ``no_contact``: what tools may go through.
+    ``name`` stands in pictures and tables. ``bodies`` deform, ``tools`` are rigid, ``steps`` say one after the other what
+    happens; all three, and ``contacts``, ``ties``, ``fixed`` (supports) and ``loads``, are described below. ``friction`` is
+    that of all contacts which have none of their own. ``units``: the system of all numbers. ``start``: an earlier run that
+    this one continues. ``space``: ``plane strain``, ``plane stress`` or ``axisymmetric`` (x is the radius, y the axis); plane
+    problems have ``thickness``, in plane stress the initial one; axisymmetric ones have none. ``kinematics``: ``finite``
+    (updated Lagrangian) or ``small``. ``contact_geometry``: ``current`` (moved surface, true tool normal) or ``reference``
+    (gap on the undeformed surface along its own normal: linear Signorini). ``allow_large_strain``: what ``small`` gives where
+    strains or rotations are beyond 0.1, which is refused otherwise. ``body_force``: force per volume ρb on each body.
+    ``contacts`` left out (or empty): every tool against the outline of every body; ``no_contact``: what tools may go through.
     ``stabilise``: viscous forces on the velocities of the nodes carry bodies over limit points, where they snap or buckle:
-    ``auto``, or the share of the work that they may dissipate (``auto``: 2e-4); ``off`` without. What they do dissipate is
-    in the ledger, and told when it is more than 1 % of the work.
-    ``measures``: numbers that are wanted of every increment, by names of their own, such as ``bore: ring.left.x at y=0``.
-    ``remesh``: bodies that flow plastically get new meshes where theirs wear out: ``auto``, or a `Remesh`; ``off`` without.
+    ``auto``, or the share of the work that they may dissipate (``auto``: 2e-4); ``off`` without. What they do dissipate is in
+    the ledger, and told when it is more than 1 % of the work. ``measures``: numbers that are wanted of every increment, by
+    names of their own, such as ``bore: ring.left.x at y=0``. ``remesh``: bodies that flow plastically get new meshes where
+    theirs wear out: ``auto``, or a `Remesh`; ``off`` without.
     """
 
     name: str
@@ -797,14 +801,15 @@ def ever_stabilised(problem: Any) -> bool:
 class Numerics:
     """How the problem is solved. The defaults are meant to stay; every threshold is dimensionless.
 
-    ``tolerance``: residual over the sum of absolute element forces; ``max_cutbacks``: how often an increment may be
-    cut to a quarter; ``reuse_factors``: finish nearly converged iterates with the factors at hand; ``solver``: ``auto`` takes
-    PARDISO when installed, else rslab, else SuperLU. ``iteration``: ``newton`` with the exact tangent, or ``paper``: the
-    founding paper's, whose contact matrix is symmetric because friction takes the pressure of the last iterate; for comparison.
-    ``condense``: linear elastic bodies in small strain are factored once and condensed onto their contact unknowns: ``auto``
-    where it pays, ``true`` wherever it can be done (refused elsewhere), ``false`` never.
-    ``threads`` for elements and factorisations: ``auto`` takes the cores that are free, no more than OMP_NUM_THREADS where that
-    is set, and one for small problems. Results are the same bit for bit with any number (PARDISO's may not be).
+    ``tolerance``: residual over the sum of absolute element forces; ``max_iterations`` of an attempt; ``line_search`` and
+    ``predictor`` (an increment starts where the last two lead) may be switched off; ``max_cutbacks``: how often an increment
+    may be cut to a quarter; ``reuse_factors``: finish nearly converged iterates with the factors at hand; ``solver``:
+    ``auto`` takes PARDISO when installed, else rslab, else SuperLU. ``iteration``: ``newton`` with the exact tangent, or
+    ``paper``: the founding paper's, whose contact matrix is symmetric because friction takes the pressure of the last
+    iterate; for comparison. ``condense``: linear elastic bodies in small strain are factored once and condensed onto their
+    contact unknowns: ``auto`` where it pays, ``true`` wherever it can be done (refused elsewhere), ``false`` never.
+    ``threads`` for elements and factorisations: ``auto`` takes the cores that are free, no more than OMP_NUM_THREADS where
+    that is set, and one for small problems. Results are the same bit for bit with any number (PARDISO's may not be).
     """
 
     tolerance: Annotated[Number, Field(gt=0, le=1e-4)] = 1e-9

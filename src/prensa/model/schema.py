@@ -9,7 +9,7 @@ import dataclasses
 import difflib
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
 from types import SimpleNamespace
@@ -123,20 +123,34 @@ def _read(path: Path) -> str:
         if path.is_dir():
             raise wrong("this is a folder; name the case file in it")
         with path.open("rb") as file:
-            raw = file.read(CASE_LIMIT + 1)
+            return text_of(file.read, str(path))
     except FileNotFoundError:
         raise wrong(f"there is no such file{_neighbour(path)}") from None
     except (OSError, ValueError) as error:
+        if isinstance(error, CaseError):
+            raise
         raise wrong(f"cannot be read: {error}") from None
+
+
+def text_of(read: Callable[[int], bytes], name: str) -> str:
+    """Text of a case file from what reads so many of its bytes; *name* stands in messages.
+
+    Raises
+    ------
+    CaseError
+        If it is too large for a case, or not UTF-8.
+
+    """
+    raw = read(CASE_LIMIT + 1)
     if len(raw) > CASE_LIMIT:
-        raise wrong(
-            "larger than 4 MiB; a case file is short, is this the right file? If so, put its mesh into a .msh or .inp file"
-        )
+        message = "larger than 4 MiB; a case file is short, is this the right file? If so, put its mesh into a .msh or .inp file"
+        raise CaseError([Mistake(Mark(name), message)])
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = raw.count(b"\n", 0, error.start) + 1
-        raise wrong(f"not UTF-8 text (line {line}); is this a case file? Save it as UTF-8") from None
+        message = f"not UTF-8 text (line {line}); is this a case file? Save it as UTF-8"
+        raise CaseError([Mistake(Mark(name), message)]) from None
 
 
 def has_tests(path: str | Path) -> bool:
@@ -198,17 +212,25 @@ def located(messages: str, path: str | Path, overrides: Iterable[str] = ()) -> s
     Lines that name no place in it stay as they are, all of them where the file or an override cannot be read.
     """
     try:
-        tree, _ = yaml.read(_read(Path(path)), str(path))
+        return located_in(messages, _read(Path(path)), str(path), overrides)
+    except CaseError:  # what cannot be read is what the messages tell
+        return messages
+
+
+def located_in(messages: str, text: str, name: str, overrides: Iterable[str] = ()) -> str:
+    """As `located`, in the *text* of a case that is called *name*."""
+    try:
+        tree, _ = yaml.read(text, name)
         start = root(tree)
         for item in overrides:
             override(start, item)
-    except CaseError:  # what cannot be read is what the messages tell
+    except CaseError:
         return messages
     lines = []
-    for text in messages.splitlines():
-        dotted, colon, _ = text.partition(": ")
+    for line in messages.splitlines():
+        dotted, colon, _ = line.partition(": ")
         mark = _dotted(tree, dotted) if colon and " " not in dotted else None
-        lines.append(f"{mark}: {text}" if mark is not None else text)
+        lines.append(f"{mark}: {line}" if mark is not None else line)
     return "\n".join(lines)
 
 

@@ -6,6 +6,8 @@ import hashlib
 from pathlib import Path
 from typing import Any
 
+from prensa.model.units import factor
+
 TABLE_LIMIT = 1 << 20
 MESH_LIMIT = 256 << 20
 
@@ -13,7 +15,8 @@ MESH_LIMIT = 256 << 20
 def read_mu_table(path: str, context: Any) -> Any:
     """Read a friction curve from a CSV of two columns, slip κ (length) and μ, as the fields of a `MuTable`.
 
-    Relative paths are the case file's; a first line of names and lines that start with ``#`` are skipped.
+    Relative paths are the case file's; lines that start with ``#`` are skipped. A first line of names may say the unit of the
+    slip, ``slip (um), mu``; without one it is in that of the case.
 
     Raises
     ------
@@ -32,15 +35,31 @@ def read_mu_table(path: str, context: Any) -> Any:
     except (OSError, UnicodeDecodeError) as error:
         raise ValueError(f"friction table {path!r} cannot be read: {error}") from None
     rows = [line.replace(";", ",").split(",") for line in lines if line.strip() and not line.lstrip().startswith("#")]
+    unit = 1.0
     if rows and not _is_number(rows[0][0]):
-        rows = rows[1:]
+        unit, rows = _length_of(rows[0][0], context), rows[1:]
     try:
-        points = [(float(kappa), float(mu)) for kappa, mu in rows]
+        points = [(float(kappa) * unit, float(mu)) for kappa, mu in rows]
     except ValueError:
         raise ValueError(f"friction table {path!r}: expected two columns of numbers, slip and mu") from None
     if len(points) < 2:
         raise ValueError(f"friction table {path!r}: expected two columns of numbers, slip and mu, in at least two rows")
     return {"kappa": [p[0] for p in points], "mu": [p[1] for p in points]}
+
+
+def _length_of(head: str, context: Any) -> float:
+    """The unit of length that stands in brackets in the head of a column, in the case's; 1 where there is none."""
+    _, bracket, rest = head.partition("(")
+    if not bracket:
+        return 1.0
+    unit = rest.partition(")")[0].strip()
+    units = context.get("units") if context else None
+    if units is None:
+        raise ValueError(f"the table states the unit {unit!r}; that belongs in case files, in Python give numbers of the case")
+    try:
+        return factor(f"1 {unit}", units["length"], units["force"], (0, 1))
+    except ValueError as error:
+        raise ValueError(f"friction table: {head.strip()!r} states no unit of length ({error})") from None
 
 
 def found_file(path: str, context: Any, what: str) -> str:

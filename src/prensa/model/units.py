@@ -12,6 +12,7 @@ from __future__ import annotations
 import difflib
 import math
 import re
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
@@ -24,12 +25,18 @@ from pydantic_core import PydanticKnownError
 
 @dataclass(frozen=True)
 class Dimension:
-    """What a number is: its ``name`` with article, exponents of ``force`` and ``length``, an ``example`` to show."""
+    """What a number is: its ``name`` with article, exponents of ``force``, ``length`` and ``time``, an ``example`` to show."""
 
     name: str
     force: int
     length: int
     example: str
+    time: int = 0
+
+    @property
+    def exponents(self) -> tuple[int, int, int]:
+        """Exponents of force, length and time."""
+        return self.force, self.length, self.time
 
 
 LENGTH = Dimension("a length", 0, 1, "8 cm")
@@ -40,35 +47,44 @@ FORCE = Dimension("a force", 1, 0, "2 kN")
 SPRING = Dimension("a force per length", 1, -1, "2 kN/mm")
 MOMENT = Dimension("a moment", 1, 1, "3 kN*mm")
 STRAIN = Dimension("a strain", 0, 0, "0.2 %")
-SPEED = Dimension("a speed", 0, 1, "100 mm/s")
+SPEED = Dimension("a speed", 0, 1, "100 mm/s", -1)
+PER_SPEED = Dimension("one per speed", 0, -1, "2 s/m", 1)
+PER_LENGTH = Dimension("one per length", 0, -1, "0.2 /mm")
+RATE = Dimension("a rate", 0, 0, "1 /s", -1)
 ANGLE = Dimension("an angle", 0, 0, "10 deg")
-TIME = Dimension("a time in seconds", 0, 0, "20 ms")
+RATIO = Dimension("a number", 0, 0, "12 %")
+TIME = Dimension("a time in seconds", 0, 0, "20 ms", 1)
 
 _LBF, _INCH = Fraction("4.4482216152605"), Fraction("0.0254")
-_SI: dict[str, tuple[Fraction, int, int]] = {
-    "m": (Fraction(1), 0, 1),
-    "in": (_INCH, 0, 1),
-    "inch": (_INCH, 0, 1),
-    "inches": (_INCH, 0, 1),
-    "ft": (12 * _INCH, 0, 1),
-    "N": (Fraction(1), 1, 0),
-    "lbf": (_LBF, 1, 0),
-    "kip": (1000 * _LBF, 1, 0),
-    "kgf": (Fraction("9.80665"), 1, 0),
-    "Pa": (Fraction(1), 1, -2),
-    "bar": (Fraction(10**5), 1, -2),
-    "psi": (_LBF / _INCH**2, 1, -2),
-    "ksi": (1000 * _LBF / _INCH**2, 1, -2),
-    "rad": (Fraction(1), 0, 0),
-    "deg": (Fraction(math.pi) / 180, 0, 0),
-    "°": (Fraction(math.pi) / 180, 0, 0),
-    "%": (Fraction(1, 100), 0, 0),
+_SI: dict[str, tuple[Fraction, int, int, int]] = {
+    "m": (Fraction(1), 0, 1, 0),
+    "in": (_INCH, 0, 1, 0),
+    "inch": (_INCH, 0, 1, 0),
+    "inches": (_INCH, 0, 1, 0),
+    "ft": (12 * _INCH, 0, 1, 0),
+    "N": (Fraction(1), 1, 0, 0),
+    "lbf": (_LBF, 1, 0, 0),
+    "kip": (1000 * _LBF, 1, 0, 0),
+    "kgf": (Fraction("9.80665"), 1, 0, 0),
+    "Pa": (Fraction(1), 1, -2, 0),
+    "bar": (Fraction(10**5), 1, -2, 0),
+    "psi": (_LBF / _INCH**2, 1, -2, 0),
+    "ksi": (1000 * _LBF / _INCH**2, 1, -2, 0),
+    "s": (Fraction(1), 0, 0, 1),
+    "min": (Fraction(60), 0, 0, 1),
+    "h": (Fraction(3600), 0, 0, 1),
+    "rad": (Fraction(1), 0, 0, 0),
+    "deg": (Fraction(math.pi) / 180, 0, 0, 0),
+    "°": (Fraction(math.pi) / 180, 0, 0, 0),
+    "%": (Fraction(1, 100), 0, 0, 0),
 }
-_SECONDS = {"s": Fraction(1), "ms": Fraction(1, 1000), "us": Fraction(1, 10**6), "min": Fraction(60), "h": Fraction(3600)}
-_SECONDS |= {"µs": _SECONDS["us"], "μs": _SECONDS["us"]}
+_TURNS = ("rad", "deg", "°")
 _PREFIX = {"n": -9, "µ": -6, "μ": -6, "u": -6, "m": -3, "c": -2, "d": -1, "k": 3, "M": 6, "G": 9}
 _SI |= {
-    p + u: (_SI[u][0] * Fraction(10) ** e, *_SI[u][1:]) for p, e in _PREFIX.items() for u in ("m", "N", "Pa", "rad")
+    p + u: (_SI[u][0] * Fraction(10) ** e, *_SI[u][1:])
+    for p, e in _PREFIX.items()
+    for u in ("m", "N", "Pa", "rad", "s")
+    if (p, u) not in (("c", "s"), ("d", "s"), ("k", "s"), ("M", "s"), ("G", "s"))
 }
 
 # Few digits on purpose: an exact power of 10 with a nine-digit exponent would fill the memory.
@@ -84,8 +100,8 @@ def _registry() -> Any:
 
 
 @lru_cache(maxsize=256)
-def _unit(name: str) -> tuple[Fraction, int, int]:
-    """SI value and the exponents of force and length of one unit name."""
+def _unit(name: str) -> tuple[Fraction, int, int, int]:
+    """SI value and the exponents of force, length and time of one unit name."""
     if name in _SI:
         return _SI[name]
     ureg = _registry()
@@ -96,31 +112,33 @@ def _unit(name: str) -> tuple[Fraction, int, int]:
         meant = next((f"; did you mean {u!r}?" for u in _SI if near and u.lower() == near[0]), "")
         raise ValueError(f"unknown unit {name!r}{meant}") from None
     powers = dict(base.dimensionality)
-    mass = powers.pop("[mass]", 0)
-    length, time = powers.pop("[length]", 0), powers.pop("[time]", 0)
-    if powers or time != -2 * mass or mass != int(mass) or length != int(length):
-        raise ValueError(f"{name!r} is no unit of length, force, stress or angle")
-    return Fraction(base.magnitude), int(mass), int(length - mass)
+    mass, length, time = (powers.pop(f"[{of}]", 0) for of in ("mass", "length", "time"))
+    if powers or any(exponent != int(exponent) for exponent in (mass, length, time)):
+        raise ValueError(f"{name!r} is no unit of length, force, stress, time or angle")
+    return Fraction(base.magnitude), int(mass), int(length - mass), int(time + 2 * mass)
 
 
-def _product(text: str) -> tuple[Fraction, int, int]:
-    """SI value and exponents of a product of units such as ``N/mm^2``."""
-    value, force, length, at = Fraction(1), 0, 0, 0
+def _product(text: str) -> tuple[Fraction, int, int, int]:
+    """SI value and exponents of a product of units such as ``N/mm^2`` or ``1/s``."""
+    value, force, length, time, at = Fraction(1), 0, 0, 0, 0
     if len(text) > 100:
         raise ValueError("no unit is as long as this")
+    if re.match(r"1\s*/", text):
+        text = text[1:].lstrip()
     while at < len(text):
         match = _FACTOR.match(text, at)
-        if match is None or (at == 0 and match[1]):
+        if match is None or (at == 0 and match[1] not in ("", "/")):
             raise ValueError(f"cannot read the unit {text!r}")
-        v, f, ell = _unit(match[2])
+        v, f, ell, t = _unit(match[2])
         power = int(match[3] or {"²": 2, "³": 3}.get(match[4], 1)) * (-1 if match[1] == "/" else 1)
-        value, force, length, at = value * v**power, force + f * power, length + ell * power, match.end()
-    return value, force, length
+        value, force, length, time = value * v**power, force + f * power, length + ell * power, time + t * power
+        at = match.end()
+    return value, force, length, time
 
 
 def _named(dimension: Dimension) -> Any:
     def check(text: str) -> str:
-        if not text.strip() or _product(text)[1:] != (dimension.force, dimension.length):
+        if not text.strip() or _product(text)[1:] != dimension.exponents:
             raise ValueError(f"{text!r} is not the unit of {dimension.name}; {_COMMON[dimension]}")
         return text
 
@@ -131,8 +149,8 @@ _COMMON = {LENGTH: "write mm, m or inch", FORCE: "write N, kN or lbf"}
 
 
 @lru_cache(maxsize=256)
-def factor(text: str, length: str, force: str, dimension: tuple[int, int]) -> float:
-    """Value of the quantity *text* in the system (*length*, *force*); *dimension* = exponents of force and length.
+def factor(text: str, length: str, force: str, dimension: tuple[int, ...]) -> float:
+    """Value of the quantity *text* in the system (*length*, *force*, s); *dimension*: exponents of force, length (and time).
 
     Raises
     ------
@@ -147,7 +165,7 @@ def factor(text: str, length: str, force: str, dimension: tuple[int, int]) -> fl
     if not unit:
         return float(number)
     value, *powers = _product(unit)
-    if tuple(powers) != dimension:
+    if tuple(powers) != (*dimension, 0, 0, 0)[:3]:
         raise ValueError(f"{text!r} has the wrong unit")
     system = _product(force)[0] ** dimension[0] * _product(length)[0] ** dimension[1]
     try:
@@ -156,8 +174,19 @@ def factor(text: str, length: str, force: str, dimension: tuple[int, int]) -> fl
         raise ValueError(f"{text!r} is too large a number") from None
 
 
+def _refuse_turns(value: str) -> None:
+    """A ratio of lengths is no angle, though both are numbers."""
+    match = _NUMBER.match(value)
+    if match is not None and any(name[2] in _TURNS for name in _FACTOR.finditer(match[2])):
+        raise ValueError(f"{value!r} has the wrong unit")
+
+
 def _convert(dimension: Dimension, per_depth: bool = False) -> Any:
-    """Validator of a number of that dimension; ``per_depth``: in plane problems also one per length of thickness.
+    return BeforeValidator(_converter(dimension, per_depth))
+
+
+def _converter(dimension: Dimension, per_depth: bool = False) -> Callable[[Any, ValidationInfo], Any]:
+    """What reads a number of that dimension; ``per_depth``: in plane problems also one per length of thickness.
 
     Plain numbers and quantities of the dimension itself are those of the whole thickness.
     """
@@ -172,7 +201,9 @@ def _convert(dimension: Dimension, per_depth: bool = False) -> Any:
         units = info.context["units"]
         remedy = f"write {dimension.name} as a plain number or like '{dimension.example}'"
         try:
-            return factor(value, units["length"], units["force"], (dimension.force, dimension.length))
+            if dimension in (STRAIN, RATIO):
+                _refuse_turns(value)
+            return factor(value, units["length"], units["force"], dimension.exponents)
         except ValueError as error:
             reason = str(error)
             depth = units.get("thickness")
@@ -184,11 +215,11 @@ def _convert(dimension: Dimension, per_depth: bool = False) -> Any:
                 raise ValueError(f"{value!r}: {reason}") from None
             raise ValueError(f"{value!r} is not {dimension.name} ({reason}); {remedy}") from None
 
-    return BeforeValidator(convert)
+    return convert
 
 
 def powers(unit: str) -> tuple[int, int]:
-    """Exponents of force and length of a unit such as ``N/mm²``; of no unit zeros.
+    """Exponents of force and length (not of time) of a unit such as ``N/mm²``; of no unit zeros.
 
     Raises
     ------
@@ -196,29 +227,40 @@ def powers(unit: str) -> tuple[int, int]:
         If it is no unit.
 
     """
-    _, force, length = _product(unit.removeprefix("1"))
+    _, force, length, _ = _product(unit)
     return force, length
 
 
-def _per_second(value: Any) -> Any:
-    """The length of one second of a text such as ``100 mm/s``."""
-    if not isinstance(value, str):
-        return value
-    length, per, second = value.rpartition("/")
-    if not per or second.strip() != "s":
-        raise ValueError(f"{value!r} is not a speed; write it per second, as a plain number or like {SPEED.example!r}")
-    return length
+def in_one_second(text: str) -> str:
+    """What a velocity such as ``100 mm/s`` or ``3 m/min`` makes of one second, as a text.
+
+    Raises
+    ------
+    ValueError
+        If it is not per time.
+
+    """
+    match = _NUMBER.match(text)
+    if match is not None and not match[2]:
+        return text
+    try:
+        if match is None or _product(match[2])[3] != -1:
+            raise ValueError("the wrong unit")
+    except ValueError as error:
+        remedy = f"write it per second, as a plain number or like {SPEED.example!r}"
+        raise ValueError(f"{text!r} is not a velocity ({error}); {remedy}") from None
+    return f"{text}*s"
 
 
 def _in_seconds(value: Any) -> Any:
-    """The number of seconds of a text such as ``20 ms``."""
+    """The number of seconds of a text such as ``20 ms``, in Python too: they are the same in every system."""
     if not isinstance(value, str):
         return value
-    match = _NUMBER.match(value)
-    if match is None or match[2] not in {**_SECONDS, "": 1}:
-        units = ", ".join(u for u in _SECONDS if u.isascii())
-        raise ValueError(f"{value!r} is not a time; write it in seconds, as a plain number or like {TIME.example!r} ({units})")
-    return float(Fraction(match[1]) * _SECONDS.get(match[2], 1))
+    try:
+        return factor(value, "mm", "N", TIME.exponents)
+    except ValueError:
+        message = f"{value!r} is not a time; write it in seconds, as a plain number or like {TIME.example!r} (s, ms, us, min, h)"
+        raise ValueError(message) from None
 
 
 def _refuse_bool(value: Any) -> Any:
@@ -228,9 +270,18 @@ def _refuse_bool(value: Any) -> Any:
     return value
 
 
+def _share(value: Any, info: ValidationInfo) -> Any:
+    """A text that ends with ``%`` as a number; others are read as ever."""
+    if isinstance(value, str) and value.rstrip().endswith("%"):
+        return _ratio(value, info)
+    return value
+
+
+_ratio = _converter(RATIO)
+
 LengthUnit = Annotated[str, _named(LENGTH)]
 ForceUnit = Annotated[str, _named(FORCE)]
-Number = Annotated[float, BeforeValidator(_refuse_bool)]
+Number = Annotated[float, BeforeValidator(_share), BeforeValidator(_refuse_bool)]
 Whole = Annotated[int, BeforeValidator(_refuse_bool)]
 Length = Annotated[float, LENGTH, _convert(LENGTH)]
 Displacement = Annotated[float, LENGTH, _convert(LENGTH)]
@@ -240,7 +291,10 @@ BodyForce = Annotated[float, BODY_FORCE, _convert(BODY_FORCE)]
 Force = Annotated[float, FORCE, _convert(FORCE, per_depth=True)]
 Moment = Annotated[float, MOMENT, _convert(MOMENT, per_depth=True)]
 SpringStiffness = Annotated[float, SPRING, _convert(SPRING)]
-Speed = Annotated[float, SPEED, _convert(SPEED), BeforeValidator(_per_second)]
+Speed = Annotated[float, SPEED, _convert(SPEED)]
+PerSpeed = Annotated[float, PER_SPEED, _convert(PER_SPEED)]
+PerLength = Annotated[float, PER_LENGTH, _convert(PER_LENGTH)]
+Rate = Annotated[float, RATE, _convert(RATE)]
 Strain = Annotated[float, STRAIN, _convert(STRAIN)]
 Angle = Annotated[float, ANGLE, _convert(ANGLE)]
 Seconds = Annotated[float, TIME, BeforeValidator(_in_seconds), BeforeValidator(_refuse_bool)]

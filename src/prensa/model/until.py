@@ -31,7 +31,7 @@ class ToolForce:
 
 @described
 class ToolTravel:
-    """Displacement of a tool from its initial place, and its rotation ``rz``, counter-clockwise, as in ``history.csv``."""
+    """Displacement ``x``, ``y`` of a tool from its first place, and rotation ``rz``, counter-clockwise, as in ``history.csv``."""
 
     x: Displacement | None = None
     y: Displacement | None = None

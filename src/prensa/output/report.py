@@ -139,9 +139,15 @@ def _tables(stored: Stored, summary: dict[str, Any]) -> dict[str, Any]:
 
 
 def _means(found: dict[str, dict[str, float]], problem: Problem) -> Iterator[tuple[str, float, float, str]]:
-    """Quantity, mean, ripple and unit, without what vanishes or has no mechanical meaning about an axis."""
+    """Quantity, mean, ripple and unit, without what vanishes or has no mechanical meaning about an axis.
+
+    Nothing where the largest force ripples by more than its mean: no flow was steady there.
+    """
     units = {"fx": style.force_unit(problem), "fy": style.force_unit(problem), "mz": style.moment_unit(problem)}
-    largest = max((abs(v["mean"]) for q, v in found.items() if q[-2:] in ("fx", "fy")), default=0.0)
+    forces = [v for q, v in found.items() if q[-2:] in ("fx", "fy")]
+    largest = max((abs(v["mean"]) for v in forces), default=0.0)
+    if any(abs(v["mean"]) == largest and v["ripple"] > largest for v in forces):
+        return
     for name, v in found.items():
         key = name[-2:] if name[-2:] in units else ""
         if (key and abs(v["mean"]) <= 1e-6 * largest) or (key in ("fx", "mz") and problem.space == "axisymmetric"):

@@ -85,6 +85,9 @@ def friction_laws_of_forming(E_scale: float = 1.0, mu_scale: float = 1.0) -> Ite
     m, p_cr = wang_osakada(0.1)
     law = pr.WangOsakada(0.1 * mu_scale)
     yield row("Wang-Osakada, μ = 0.1: m", m, law.m, 1e-12)
+    yield row("Wang-Osakada, μ = 0.1: m, to the digits of the source", 0.4534, law.m, 1e-4, "absolute")
+    digits = "Wang-Osakada, μ = 0.1: critical pressure / σ_y, to the digits of the source"
+    yield row(digits, 2.634, law.critical_pressure, 5e-4, "absolute")
     corner = law.m / 0.1 / math.sqrt(3.0)
     yield row("Wang-Osakada, μ = 0.1: pressure of the corner / σ_y", p_cr, corner, 0.01)
     yield from balance.rows()

@@ -17,7 +17,10 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal, TypeVar
+from typing import TYPE_CHECKING, Literal, TypeVar
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 Kind = Literal["relative", "absolute", "at most", "at least", "report"]
 Function = TypeVar("Function", bound=Callable[..., Iterable["Row"]])
@@ -227,12 +230,16 @@ def manual(rows: list[Row]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def main(only: str | None = None, out: str | None = None, jobs: int = 1) -> int:
-    """Run (in ``jobs`` processes), print and (``out``: a .md or .csv file) write the table; 0 if every row passes, else 1."""
-    from rich.console import Console
-    from rich.table import Table
+def main(
+    only: str | None = None, out: str | None = None, jobs: int = 1, quiet: bool = False, json: bool = False
+) -> int:
+    """Run (in ``jobs`` processes), print and (``out``: a .md or .csv file) write the table; 0 if every row passes, else 1.
 
-    console = Console()
+    The table, or its rows as ``json``, is on standard output; cases as they end, unless ``quiet``, on standard error.
+    """
+    from rich.console import Console
+
+    console, progress = Console(), Console(stderr=True, quiet=quiet)
     if not console.is_terminal:
         console = Console(width=180)  # a log has room for the table
     try:
@@ -248,8 +255,43 @@ def main(only: str | None = None, out: str | None = None, jobs: int = 1) -> int:
         found[c.name] = new
         bad = sum(not r.passed for r in new)
         verdict = f"[red]{bad} of {len(new)} rows fail[/red]" if bad else f"[green]{len(new)} rows pass[/green]"
-        console.print(f"{k:3d}/{len(chosen)} {c.name:<42} {verdict}  {seconds:.1f} s", highlight=False)
+        progress.print(f"{k:3d}/{len(chosen)} {c.name:<42} {verdict}  {seconds:.1f} s", highlight=False, soft_wrap=True)
     rows = [r for c in chosen for r in found[c.name]]
+    failed = sum(not r.passed for r in rows)
+    told = f"{len(chosen)} cases, {len(rows)} rows, {failed} failed, {time.perf_counter() - begin:.0f} s"
+    if json:
+        print(as_json(rows))
+    else:
+        _print_table(rows, console)
+        console.print(told, highlight=False)
+    if out:
+        write(rows, out)
+        progress.print(f"written to {out}", highlight=False)
+    return 1 if failed else 0
+
+
+def as_json(rows: list[Row]) -> str:
+    """The rows as a JSON document; numbers that a row has not are null."""
+    from json import dumps
+
+    def known(number: float) -> float | None:
+        return number if math.isfinite(number) else None
+
+    return dumps({
+        "passed": all(r.passed for r in rows),
+        "rows": [
+            {
+                "case": r.case, "quantity": r.quantity, "reference": known(r.reference), "prensa": known(r.ours),
+                "error": known(r.error), "tolerance": r.tolerance, "kind": r.kind, "passed": r.passed,
+            }
+            for r in rows
+        ],
+    }, indent=2, ensure_ascii=False)  # fmt: skip
+
+
+def _print_table(rows: list[Row], console: Console) -> None:
+    from rich.table import Table
+
     table = Table(*HEADER)
     last = ""
     for r in rows:
@@ -260,11 +302,3 @@ def main(only: str | None = None, out: str | None = None, jobs: int = 1) -> int:
         table.add_row("" if r.case == last else text[0], *text[1:-1], f"[{style}]{text[-1]}[/{style}]")
         last = r.case
     console.print(table)
-    failed = sum(not r.passed for r in rows)
-    console.print(
-        f"{len(chosen)} cases, {len(rows)} rows, {failed} failed, {time.perf_counter() - begin:.0f} s", highlight=False
-    )
-    if out:
-        write(rows, out)
-        console.print(f"written to {out}", highlight=False)
-    return 1 if failed else 0

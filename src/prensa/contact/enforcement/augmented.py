@@ -22,7 +22,7 @@ class Augmented(Enforcement):
     """Augmented Lagrangian (Uzawa): the penalty form repeated with updated multipliers.
 
     Until penetration ≤ ``tolerance`` h and elastic slip ≤ the larger of ``tolerance`` h and 1e-3 of the slip of the
-    increment. ``beta``, ``beta_T``, ``k_n``, ``k_T`` as in `Penalty`.
+    increment, ``max_updates`` times at most. ``beta``, ``beta_T``, ``k_n``, ``k_T`` as in `Penalty`.
     """
 
     beta: Annotated[Number, Field(gt=0)] = 100.0

@@ -23,10 +23,10 @@ Array = NDArray[np.float64]
 class Capped(StrengthLaw):
     """Coulomb friction that does not exceed the shear factor's, |t_T| ≤ min(μ p, m k).
 
-    ``k``: shear yield stress of the body; without it, σ_y/√3 of the plastic material behind the surface, taken at the
-    start of each increment. μ p is a share of the normal force whatever the area, m k a traction per current area.
-    ``sharpness`` n rounds the corner off, |t_T| ≤ m k [1 − exp(−(μ p/(m k))ⁿ)]^(1/n) (Shirakashi & Usui with n = 1; Childs
-    et al.); without it the corner is sharp.
+    ``mu``: Coulomb's coefficient, ``m``: shear factor, ``k``: shear yield stress of the body; without it, σ_y/√3 of the
+    plastic material behind the surface, taken at the start of each increment. μ p is a share of the normal force whatever the
+    area, m k a traction per current area. ``sharpness`` n rounds the corner off, |t_T| ≤ m k [1 − exp(−(μ p/(m k))ⁿ)]^(1/n)
+    (Shirakashi & Usui with n = 1; Childs et al.); without it the corner is sharp.
     """
 
     mu: Annotated[Number, Field(ge=0)]

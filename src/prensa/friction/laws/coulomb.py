@@ -12,7 +12,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 from prensa.friction.law import At, FrictionLaw
 from prensa.model.fields import described
 from prensa.model.tables import read_mu_table
-from prensa.model.units import Length, Number
+from prensa.model.units import Length, Number, PerLength
 
 Array = NDArray[np.float64]
 
@@ -24,7 +24,7 @@ class MuLinear:
     """Linear slip hardening, μ(κ) = mu0 + slope κ, held at ``limit`` when given."""
 
     mu0: Annotated[Number, Field(ge=0)]
-    slope: Number
+    slope: PerLength
     limit: Annotated[Number, Field(ge=0)] | None = None
 
     @model_validator(mode="after")
@@ -47,7 +47,7 @@ class MuExponential:
 
 @described
 class MuTable:
-    """Measured μ(κ) at increasing slip ``kappa``; linear between, constant beyond the last (paper, ref. 11)."""
+    """Measured ``mu`` at increasing slip ``kappa``; linear between, constant beyond the last (paper, ref. 11)."""
 
     kappa: tuple[Length, ...]
     mu: tuple[Annotated[Number, Field(ge=0)], ...]
@@ -74,7 +74,8 @@ def _mu_kind(value: Any) -> str:
 
 
 def _read_mu(value: Any, info: Any) -> Any:
-    return read_mu_table(value, info.context) if isinstance(value, str) else value
+    """The table of a file, where one is named; ``12 %`` is a number."""
+    return read_mu_table(value, info.context) if isinstance(value, str) and not value.rstrip().endswith("%") else value
 
 
 MuLaw = Annotated[
@@ -88,7 +89,10 @@ MuLaw = Annotated[
 
 
 class Coulomb(FrictionLaw):
-    """Coulomb friction, |t_T| ≤ μ(κ) p with κ the accumulated slip: a number, a hardening law, or a CSV file κ, μ."""
+    """Coulomb friction, |t_T| ≤ μ(κ) p with κ the accumulated slip.
+
+    ``mu``: a number, a hardening law, or a CSV file of κ and μ, whose first line may say a unit as in ``slip (um), mu``.
+    """
 
     mu: MuLaw
     type: Literal["coulomb"] = "coulomb"

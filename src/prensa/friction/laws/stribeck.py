@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from prensa.friction.law import At, FrictionLaw
-from prensa.model.units import Number, Speed
+from prensa.model.units import Number, PerSpeed, Speed
 
 Array = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ class Stribeck(FrictionLaw):
     mu_kinetic: Annotated[Number, Field(ge=0)]
     speed: Annotated[Speed, Field(gt=0)]
     exponent: Annotated[Number, Field(ge=1, le=10)] = 2.0
-    viscous: Annotated[Number, Field(ge=0)] = 0.0
+    viscous: Annotated[PerSpeed, Field(ge=0)] = 0.0
     type: Literal["stribeck"] = "stribeck"
 
     proportional: ClassVar[bool] = True

@@ -21,11 +21,10 @@ Array = NDArray[np.float64]
 
 
 class WangOsakada(StrengthLaw):
-    """Wang and Osakada's dry friction, |t_T| ≤ min(μ p, m k) with m = √3 μ (a μ + b) from μ and the inclination ``theta``.
+    """Wang and Osakada's dry friction, |t_T| ≤ min(μ p, m k) with m = √3 μ (a μ + b), the inclination ``theta``.
 
-    a = −0.48 θ² + 2.48 θ − 3.82, b = −1.19 θ + 3.0. The source's critical pressure, (2/√3) σ_y [(1 + sin 2φ)/2 + π/4 + φ − θ]
-    with φ = arccos(m)/2, is left out: the branches meet at p = m k/μ, which keeps the bound continuous and at θ = 0 is that
-    pressure within 1 % (μ ≤ 0.2) or 4 % (μ ≤ 0.3).
+    ``mu`` is μ; a = −0.48 θ² + 2.48 θ − 3.82, b = −1.19 θ + 3.0. The branches meet at p = m k/μ, which keeps the bound
+    continuous; at θ = 0 it is the source's ``critical_pressure`` within 1 % (μ ≤ 0.2) or 4 % (μ ≤ 0.3), where the fitted law has a jump.
     ``k``: shear yield stress of the body; without it, σ_y/√3 of the plastic material behind the surface, taken at the start
     of each increment.
     """
@@ -55,6 +54,15 @@ class WangOsakada(StrengthLaw):
         """Shear factor at high pressure."""
         a, b = self._fit()
         return math.sqrt(3.0) * self.mu * (a * self.mu + b)
+
+    @property
+    def critical_pressure(self) -> float:
+        """Pressure over σ_y from which on the source's shear factor holds.
+
+        (2/√3) [(1 + sin 2φ)/2 + π/4 + φ − θ] with φ = arccos(m)/2: the pressure of the slip-line field below an asperity.
+        """
+        phi = 0.5 * math.acos(self.m)
+        return 2.0 / math.sqrt(3.0) * (0.5 * (1.0 + math.sin(2.0 * phi)) + 0.25 * math.pi + phi - self.theta)
 
     @property
     def frictionless(self) -> bool:

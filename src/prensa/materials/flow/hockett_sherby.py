@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 
 class HockettSherby(FlowCurve):
-    """Hockett & Sherby (1975), σ_y = s_inf − (s_inf − s0) exp(−b ε̄ⁿ)."""
+    """Hockett & Sherby (1975), σ_y = s_inf − (s_inf − s0) exp(−b ε̄ⁿ), with the exponent ``n``."""
 
     s0: Annotated[Pressure, Field(gt=0)]
     s_inf: Annotated[Pressure, Field(gt=0)]

@@ -12,19 +12,22 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from prensa.materials.flow_curve import TINY, FlowCurve, FlowParameters
-from prensa.model.units import Number, Pressure
+from prensa.model.units import Number, Pressure, Rate
 
 Array = NDArray[np.float64]
 
 
 class JohnsonCook(FlowCurve):
-    """Johnson & Cook (1983) at constant temperature, σ_y = (A + B ε̄ⁿ)(1 + C ln⟨ε̄̇/rate0⟩₊₁) (no effect below rate0)."""
+    """Johnson & Cook (1983) at constant temperature, σ_y = (A + B ε̄ⁿ)(1 + C ln⟨ε̄̇/rate0⟩₊₁) with the exponent ``n``.
+
+    Below ``rate0`` the rate has no effect.
+    """
 
     A: Annotated[Pressure, Field(gt=0)]
     B: Annotated[Pressure, Field(ge=0)]
     n: Annotated[Number, Field(gt=0)]
     C: Annotated[Number, Field(ge=0)] = 0.0
-    rate0: Annotated[Number, Field(gt=0)] = 1.0
+    rate0: Annotated[Rate, Field(gt=0)] = 1.0
     type: Literal["johnson_cook"] = "johnson_cook"
 
     def stress(self, strain: Array, rate: Array) -> tuple[Array, ...]:

@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 
 class Ludwik(FlowCurve):
-    """Ludwik (1909), σ_y = s0 + K ε̄ⁿ."""
+    """Ludwik (1909), σ_y = s0 + K ε̄ⁿ with the exponent ``n``."""
 
     s0: Annotated[Pressure, Field(gt=0)]
     K: Annotated[Pressure, Field(ge=0)]

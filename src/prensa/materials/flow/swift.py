@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 
 class Swift(FlowCurve):
-    """Swift (1952), σ_y = K (e0 + ε̄)ⁿ."""
+    """Swift (1952), σ_y = K (e0 + ε̄)ⁿ with the exponent ``n``."""
 
     K: Annotated[Pressure, Field(gt=0)]
     e0: Annotated[Strain, Field(gt=0)]

@@ -20,7 +20,10 @@ Array = NDArray[np.float64]
 
 
 class SwiftVoce(FlowCurve):
-    """Swift and Voce weighted, σ_y = w K (e0 + ε̄)ⁿ + (1 − w)(s0 + Q (1 − e^(−b ε̄))); the standard for sheet metal."""
+    """Swift and Voce weighted, σ_y = w K (e0 + ε̄)ⁿ + (1 − w)(s0 + Q (1 − e^(−b ε̄))), the standard for sheet metal.
+
+    ``n`` is the exponent, ``w`` the weight of Swift.
+    """
 
     K: Annotated[Pressure, Field(gt=0)]
     e0: Annotated[Strain, Field(gt=0)]

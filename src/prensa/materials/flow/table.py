@@ -22,7 +22,7 @@ MOST_SECOND, MOST_LAST = (
 
 
 class FlowTable(FlowCurve):
-    """Flow stress from pairs (ε̄, σ_y), interpolated by a monotone C¹ cubic, constant slope zero beyond the last."""
+    """Flow stress from ``points`` (ε̄, σ_y), interpolated by a monotone C¹ cubic, constant slope zero beyond the last."""
 
     points: tuple[tuple[Strain, Pressure], ...]
     type: Literal["table"] = "table"

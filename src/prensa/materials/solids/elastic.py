@@ -14,7 +14,10 @@ if TYPE_CHECKING:
 
 
 class Elastic(Material):
-    """Isotropic elasticity: Hooke in small strain, Hencky (quadratic in logarithmic strain) in finite strain."""
+    """Isotropic elasticity: Hooke in small strain, Hencky (quadratic in logarithmic strain) in finite strain.
+
+    ``E``: Young's modulus, ``nu``: Poisson's ratio.
+    """
 
     E: Annotated[Pressure, Field(gt=0)]
     nu: PoissonRatio

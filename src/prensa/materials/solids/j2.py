@@ -22,6 +22,7 @@ else:
 class J2(Material):
     """Elastic-plastic, von Mises yield, isotropic hardening; logarithmic strain in finite kinematics.
 
+    ``E``: Young's modulus, ``nu``: Poisson's ratio, ``flow``: the flow curve.
     ``yield_on``: the stress that the flow curve limits, ``cauchy`` (true stress of a tensile test) or ``kirchhoff``.
     """
 

@@ -14,7 +14,10 @@ if TYPE_CHECKING:
 
 
 class NeoHooke(Material):
-    """Compressible neo-Hooke, ψ = μ/2 (I₁ − 3) − μ ln J + λ/2 (ln J)² (finite strain only)."""
+    """Compressible neo-Hooke, ψ = μ/2 (I₁ − 3) − μ ln J + λ/2 (ln J)² (finite strain only).
+
+    ``E``: Young's modulus, ``nu``: Poisson's ratio.
+    """
 
     E: Annotated[Pressure, Field(gt=0)]
     nu: PoissonRatio

@@ -14,7 +14,10 @@ if TYPE_CHECKING:
 
 
 class StVenantKirchhoff(Material):
-    """St. Venant-Kirchhoff, ψ = λ/2 (tr E)² + μ E:E in Green's strain (finite strain only; it softens in compression)."""
+    """St. Venant-Kirchhoff, ψ = λ/2 (tr E)² + μ E:E in Green's strain (finite strain only; it softens in compression).
+
+    ``E``: Young's modulus, ``nu``: Poisson's ratio.
+    """
 
     E: Annotated[Pressure, Field(gt=0)]
     nu: PoissonRatio

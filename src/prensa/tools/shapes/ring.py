@@ -21,7 +21,10 @@ __all__ = ["Ring"]
 
 
 class Ring(ToolShape):
-    """Flat ring stamp between radii ``inner`` and ``outer`` (axisymmetric), edges rounded with ``fillet``."""
+    """Flat ring stamp between radii ``inner`` and ``outer`` (axisymmetric), edges rounded with ``fillet``.
+
+    ``facing``: as of a `Stamp`.
+    """
 
     inner: Annotated[Length, Field(gt=0)]
     outer: Annotated[Length, Field(gt=0)]

@@ -1,0 +1,566 @@
+"""The command line, one verb per thought. Everything heavy is imported inside the verb that needs it.
+
+Results go to standard output (``--json``: as one document), everything else to standard error.
+"""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from prensa.cli import completion
+from prensa.cli.voice import BAD_INPUT, FAILED, INTERRUPTED, Source, Voice, near, refuse_unknown
+
+if TYPE_CHECKING:
+    from prensa.output.result import RunResult
+    from prensa.study.results import Study
+
+__all__ = ["BAD_INPUT", "FAILED", "INTERRUPTED", "app", "main"]
+
+app = typer.Typer(
+    help="Frictional contact and metal forming: rigid tools press, slide and roll on deformable workpieces.",
+    no_args_is_help=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+
+CaseFile = Annotated[
+    Path, typer.Argument(metavar="CASE", help="The case, a YAML file; - reads standard input.", show_default=False)
+]
+Folder = Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run.", show_default=False)]
+Changes = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set", metavar="PATH=VALUE", autocompletion=completion.changes,
+        help="Change one value, as in tools.punch.radius=20 or steps.press.increments=40; repeatable.",
+    ),
+]  # fmt: skip
+Quiet = Annotated[
+    bool, typer.Option("--quiet", "-q", help="Print no progress and no remarks: only the result, warnings and errors.")
+]
+Verbose = Annotated[
+    bool, typer.Option("--verbose", "-v", help="Print on standard error what the log says, and where errors come from.")
+]
+Json = Annotated[bool, typer.Option("--json", help="Print the result as one JSON document, and nothing else.")]
+Jobs = Annotated[int | None, typer.Option(min=1, help="Processes; one a core if not given.")]
+Memory = Annotated[str | None, typer.Option(help="Memory of each process, as in 2GB.")]
+Cluster = Annotated[
+    str | None, typer.Option(help="Address of the scheduler of a Dask cluster, or its scheduler file.")
+]
+Retry = Annotated[bool, typer.Option("--retry", help="Compute cases that failed again.")]
+Observed = Annotated[
+    list[str],
+    typer.Option("--observe", metavar="COLUMN=MEASURE", help="What a column is, as in force=die.force.y; repeatable."),
+]
+Errors = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--sigma", metavar="COLUMN=ERROR", help="Error of a column, as in force=2% or bore=0.02; 1 % if not given."
+    ),
+]
+KEPT = "what is computed is kept; the same command goes on"
+
+
+def main() -> None:
+    """The command ``prensa``."""
+    try:
+        app()
+    finally:
+        gc.freeze()  # the process ends: a last collection would be wasted
+
+
+@app.callback(invoke_without_command=True)
+def _main(
+    version: Annotated[bool, typer.Option("--version", "-V", help="Print the version and leave.")] = False,
+) -> None:
+    if version:
+        from prensa import __version__
+
+        typer.echo(f"prensa {__version__}")
+        raise typer.Exit
+
+
+# ------------------------------------------------------------------------------------------------------------ one case
+@app.command()
+def check(
+    case: CaseFile, changes: Changes = None, quiet: Quiet = False, verbose: Verbose = False, json: Json = False
+) -> None:
+    """Validate a case, mesh it and place its tools; say what would run. Nothing is solved."""
+    source = Source(case, changes)
+    with Voice(quiet, verbose, json, source=source) as voice:
+        from prensa.model.schema import warnings_of
+
+        problem = source.read().problem
+        from prensa.cli.describe import lines_of, summary_of
+        from prensa.errors import refuse
+        from prensa.fem.discretise import discretise
+        from prensa.fem.preflight import preflight, staircase
+
+        system = discretise(problem)
+        for line in lines_of(system):
+            voice.confirm(line)
+        notices = [*preflight(system), *staircase(system)]
+        warnings = [*warnings_of(problem), *(str(n) for n in notices if not n.fatal)]
+        for warning in warnings:
+            voice.warn(warning)
+        refuse(notices)
+        from prensa.measures import parse_all, refuse_targets
+
+        parse_all(problem)
+        refuse_targets(problem)
+        voice.give({**summary_of(system), "warnings": warnings})
+
+
+@app.command()
+def run(
+    case: CaseFile,
+    changes: Changes = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder of the results; results/<name of the case file> if not given.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace the results of another case in that folder.")] = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    json: Json = False,
+) -> None:
+    """Run a case and leave its results in a folder."""
+    source = Source(case, changes)
+    with Voice(quiet, verbose, json, source=source, folder=out) as voice:
+        with _without_garbage_collection():
+            from prensa.model.schema import warnings_of
+
+            loaded = source.read()
+            voice.folder = folder = out or source.folder()
+            for warning in warnings_of(loaded.problem):
+                voice.warn(warning)
+            from prensa.output.run import run as run_case
+
+        with voice.announcing_compilation():
+            run_case(loaded, out=folder, quiet=voice.no_bar, source=_told_as(source), force=force)
+        _give_summary(voice, folder)
+
+
+@app.command()
+def resume(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of an unfinished run.", show_default=False)],
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    json: Json = False,
+) -> None:
+    """Continue a run from its last checkpoint, bit for bit."""
+    with Voice(quiet, verbose, json, folder=folder) as voice:
+        with _without_garbage_collection():
+            from prensa.output.run import resume as resume_run
+
+        with voice.announcing_compilation():
+            resume_run(folder, quiet=voice.no_bar)
+        _give_summary(voice, folder)
+
+
+def _told_as(source: Source) -> Path | str:
+    """How the report names where a case came from."""
+    return source.path if source.is_file else "standard input"
+
+
+def _give_summary(voice: Voice, folder: Path) -> None:
+    if voice.json:
+        from prensa.output.report import read_summary
+
+        voice.give({"folder": folder, **read_summary(folder)})
+
+
+# ---------------------------------------------------------------------------------------------------------- many cases
+@app.command()
+def sweep(
+    case: CaseFile,
+    values: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set", metavar="PATH=VALUES", autocompletion=completion.changes,
+            help="Values of one quantity, as in friction.mu=0,0.1 or lin(0,0.3,7), log(…), normal(0.1,0.01); repeatable.",
+        ),
+    ] = None,
+    measures: Annotated[
+        list[str] | None,
+        typer.Option("--measure", help="What to take from every case, as in punch.fy or max(punch.fy); repeatable."),
+    ] = None,
+    samples: Annotated[int | None, typer.Option(min=1, help="Samples of what scatters; 64 if not given.")] = None,
+    sampling: Annotated[str, typer.Option(help="How they are drawn: sobol, lhs or random.")] = "sobol",
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the samples.")] = 0,
+    out: Annotated[Path | None, typer.Option(help="Folder of the sweep; results/<case>-sweep if not given.")] = None,
+    jobs: Jobs = None,
+    memory: Memory = None,
+    cluster: Cluster = None,
+    reports: Annotated[bool, typer.Option("--reports", help="Write fields, pictures and report of every case.")] = False,
+    retry: Retry = False,
+    force: Annotated[bool, typer.Option("--force", help="Take a folder that holds a sweep of another case.")] = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    json: Json = False,
+) -> None:  # fmt: skip
+    """Compute a case for many values and collect what is measured: a table and a page that compares the cases."""
+    source = Source(case)
+    with Voice(quiet, verbose, json, interrupted=KEPT) as voice:
+        from prensa.study.sweep import sweep as compute
+        from prensa.study.values import split_changes
+
+        study = compute(
+            case if source.is_file else source.read(), split_changes(values or ()), measures or (), samples=samples,
+            sampling=sampling, seed=seed, out=out, jobs=jobs, memory=memory, cluster=cluster, reports=reports,  # type: ignore[arg-type]
+            retry=retry, quiet=voice.no_bar, force=force,
+        )  # fmt: skip
+        voice.confirm(f"{study.summary()}; {near(study.page)}")
+        voice.give(_table(study))
+    if not study.status["completed"]:
+        raise typer.Exit(FAILED)
+
+
+@app.command()
+def converge(
+    case: CaseFile,
+    measures: Annotated[
+        list[str] | None,
+        typer.Option("--measure", help="What to take from every case, as in punch.force.y; repeatable."),
+    ] = None,
+    mesh: Annotated[
+        str | None,
+        typer.Option(metavar="LEVELS", help="Factors of the numbers of elements, as in 0.25,0.5,1,2, or auto."),
+    ] = None,
+    step: Annotated[
+        str | None, typer.Option(metavar="LEVELS", help="Factors of the numbers of increments, or auto.")
+    ] = None,
+    penalty: Annotated[
+        str | None, typer.Option(metavar="LEVELS", help="Factors of the stiffness of contact, or auto.")
+    ] = None,
+    changes: Changes = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the study; results/<case>-converge if not given.")] = None,
+    jobs: Jobs = None,
+    memory: Memory = None,
+    cluster: Cluster = None,
+    retry: Retry = False,
+    force: Annotated[bool, typer.Option("--force", help="Take a folder that holds a study of another case.")] = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    json: Json = False,
+) -> None:
+    """Refine mesh, increments or penalty: observed order, extrapolated value and error band of what is measured."""
+    source = Source(case)
+    with Voice(quiet, verbose, json, interrupted=KEPT) as voice:
+        from prensa.study.converge import converge as compute
+        from prensa.study.values import levels_of, split_changes
+
+        study = compute(
+            case if source.is_file else source.read(), measures or (), mesh=levels_of("mesh", mesh),
+            step=levels_of("step", step), penalty=levels_of("penalty", penalty), changes=split_changes(changes or ()),
+            out=out, jobs=jobs, memory=memory, cluster=cluster, retry=retry, quiet=voice.no_bar, force=force,
+        )  # fmt: skip
+        voice.say(str(study))
+        voice.confirm(near(study.study.page))
+        if voice.json:
+            from dataclasses import asdict
+
+            found = [{"kind": f.kind, "measure": f.quantity.text, **asdict(f.convergence)} for f in study.findings]
+            voice.give({**_table(study.study), "findings": found})
+    if not study.study.status["completed"]:
+        raise typer.Exit(FAILED)
+
+
+def _table(study: Study) -> dict[str, Any]:
+    """A study as data: where it is, how its cases ended, and a row for each."""
+    rows = [dict(zip(study.columns, cells)) for cells in study.cells()]
+    return {"folder": study.directory, "page": study.page, "status": dict(study.status), "cases": rows}
+
+
+@app.command()
+def calibrate(
+    case: CaseFile,
+    data: Annotated[Path, typer.Option(help="Table of readings (CSV), names and units in its first row.")],
+    observe: Observed,
+    fit: Annotated[
+        list[str], typer.Option("--fit", metavar="PATH[=LOW..HIGH]", help="Parameter, as in friction.mu=0.02..0.5; repeatable.")
+    ],
+    along: Annotated[str, typer.Option(help="What the first column is: time, or a motion as in --along=-die.uy.")] = "time",
+    sigma: Errors = None,
+    starts: Annotated[int, typer.Option(min=1, help="Starts; one is the case, the others are spread.")] = 1,
+    refine: Annotated[bool, typer.Option("--refine/--no-refine", help="Fit again on a finer mesh.")] = True,
+    out: Annotated[Path | None, typer.Option(help="Folder of the result; results/<case>-fit if not given.")] = None,
+    changes: Changes = None,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    json: Json = False,
+) -> None:  # fmt: skip
+    """Find the parameters with which a case says what was measured, with intervals and a page to hand in."""
+    source = Source(case, changes)
+    with Voice(quiet, verbose, json, source=source, interrupted=KEPT) as voice:
+        from prensa.inverse.calibrate import calibrate as fit_case
+        from prensa.inverse.commands import bounds_of, observed
+        from prensa.output.files import file_name
+
+        read = source.read()
+        folder = out or Path("results") / f"{file_name(read.problem.name)}-fit"
+        found = fit_case(
+            read, data, observed(observe, sigma or ()), bounds_of(fit), along, starts=starts, refine=refine, keep=folder / "runs",
+            told=voice.remark,
+        )  # fmt: skip
+        page, written = found.report(folder / "fit.html"), found.write_case(folder / "case.yaml")
+        voice.say(str(found))
+        voice.confirm(str(page))
+        parameters = {
+            path: {"value": p.value, "low": p.low, "high": p.high, "mesh": p.mesh} for path, p in found.parameters.items()
+        }
+        voice.give({
+            "page": page, "case": written, "parameters": parameters, "correlation": found.correlation,
+            "reduced_chi_square": found.reduced, "freedom": found.freedom, "runs": found.runs, "words": list(found.words),
+        })  # fmt: skip
+
+
+@app.command()
+def identify(
+    case: CaseFile,
+    observe: Observed,
+    fit: Annotated[list[str], typer.Option("--fit", metavar="PATH", help="Parameter, as in friction.mu; repeatable.")],
+    sigma: Errors = None,
+    rows: Annotated[int, typer.Option(min=2, help="Readings of each column, at equal times.")] = 20,
+    changes: Changes = None,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    json: Json = False,
+) -> None:
+    """Tell before any experiment what its readings would say about parameters: one run of the case."""
+    source = Source(case, changes)
+    with Voice(quiet, verbose, json, source=source) as voice:
+        from prensa.inverse.commands import observed
+        from prensa.inverse.identify import identify as look
+
+        found = look(source.read(), observed(observe, sigma or ()), fit, rows)
+        voice.say(str(found))
+        voice.give({
+            "parameters": list(found.parameters), "correlation": found.correlation,
+            "half_widths": {plan: dict(zip(found.parameters, halves)) for plan, halves in found.plans.items()},
+        })  # fmt: skip
+
+
+# -------------------------------------------------------------------------------------------------- what a run has left
+@app.command()
+def report(folder: Folder, quiet: Quiet = False, verbose: Verbose = False, json: Json = False) -> None:
+    """Write report.html of a run again from what its folder holds."""
+    with Voice(quiet, verbose, json, folder=folder) as voice:
+        from prensa.output.report import write_report
+
+        page = write_report(folder)
+        voice.confirm(str(page))
+        voice.give({"report": page})
+
+
+@app.command()
+def plot(
+    folder: Folder,
+    field: Annotated[
+        str,
+        typer.Option(
+            help="mises, plastic_strain, stress.xx, …, pressure, mesh; force_stroke, energy or convergence.",
+            autocompletion=completion.fields,
+        ),
+    ] = "mises",
+    step: Annotated[
+        str,
+        typer.Option(
+            help="'last', 'largest force', the name of a step, or the number of an increment.",
+            autocompletion=completion.moments,
+        ),
+    ] = "last",
+    out: Annotated[
+        Path | None,
+        typer.Option(help="File of the picture (.png, .svg, .pdf) or film (.gif, .mp4); in DIR if not given."),
+    ] = None,
+    film: Annotated[
+        bool, typer.Option("--film", help="A film over the run instead, .gif if OUT says nothing else.")
+    ] = False,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    json: Json = False,
+) -> None:
+    """Draw a field, a contact or a curve of a run, or make a film of a field."""
+    with Voice(quiet, verbose, json, folder=folder) as voice:
+        run = _results_of(folder)
+        if film or (out is not None and out.suffix in (".gif", ".mp4")):
+            target = out or folder / f"{field.replace('.', '_')}.gif"
+            run.animate(field, target)
+        else:
+            target = out or folder / f"{field.replace('.', '_')}.png"
+            run.plot(field, at=int(step) if step.isdecimal() else step).savefig(target, bbox_inches="tight")
+        voice.confirm(str(target))
+        voice.give({"picture": target})
+
+
+@app.command()
+def view(folder: Folder, quiet: Quiet = False, verbose: Verbose = False, json: Json = False) -> None:
+    """Open the report of a run in the browser."""
+    with Voice(quiet, verbose, json, folder=folder) as voice:
+        import webbrowser
+
+        page = _results_of(folder).report().resolve()
+        voice.confirm(str(page))
+        opened = webbrowser.open(page.as_uri())
+        if not opened:
+            voice.complain("no browser could be started; open that file")
+        voice.give({"report": page, "opened": opened})
+
+
+def _results_of(folder: Path) -> RunResult:
+    """The results in a folder, which know how to draw themselves."""
+    import prensa.output.views  # noqa: F401  (fills in how results are drawn)
+    from prensa.output.result import results
+
+    return results(folder)
+
+
+# ----------------------------------------------------------------------------------------------------- writing of cases
+@app.command()
+def new(
+    kind: Annotated[
+        str,
+        typer.Argument(
+            help="What is to be computed; left out, the list of what there is.", autocompletion=completion.kinds
+        ),
+    ] = "",
+    out: Annotated[Path | None, typer.Option(help="The file to write; KIND.yaml if not given, - prints it.")] = None,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    json: Json = False,
+) -> None:
+    """Write a commented case to start from: a ring test, an upsetting, rolling, drawing, a dome, a bend, a can, Hertz."""
+    with Voice(quiet, verbose, json) as voice:
+        from prensa.errors import PrensaError
+        from prensa.output.starters import STARTERS, starter
+
+        if not kind:
+            for name, (_, what) in STARTERS.items():
+                voice.say(f"{name:<10} {what}")
+            voice.give({name: what for name, (_, what) in STARTERS.items()})
+            return
+        refuse_unknown(voice, "kind of case", [kind], STARTERS)
+        text = starter(kind)
+        if str(out) == "-":
+            typer.echo(text, nl=False)
+            return
+        target = out or Path(f"{kind}.yaml")
+        if target.exists():
+            raise PrensaError(f"{target} exists; name another file with --out")
+        target.write_text(text, encoding="utf-8")
+        voice.confirm(f"{target} written; change it, then: prensa check {target}, prensa run {target}")
+        voice.give({"case": target})
+
+
+@app.command()
+def schema(quiet: Quiet = False, verbose: Verbose = False, json: Json = False) -> None:
+    """Print the JSON schema of case files, with which editors complete and check them."""
+    with Voice(quiet, verbose, json=True) as voice:
+        from prensa.model.schema import json_schema
+
+        voice.give(json_schema())
+
+
+@app.command("import")
+def import_deck(
+    deck: Annotated[
+        Path, typer.Argument(metavar="DECK", help="An Abaqus or CalculiX deck (.inp).", show_default=False)
+    ],
+    out: Annotated[Path | None, typer.Option(help="Write the case to this file; printed if not given.")] = None,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    json: Json = False,
+) -> None:
+    """Write the case that a deck of another program describes: materials, rigid surfaces, contacts, steps."""
+    with Voice(quiet, verbose, json) as voice:
+        from prensa.errors import PrensaError
+        from prensa.mesh.imported import case_text
+
+        text, remarks = case_text(deck, out.parent if out else Path())
+        if out is not None and out.exists():
+            raise PrensaError(f"{out} exists; name another file")
+        for remark in remarks:
+            voice.complain(f"{deck}: {remark}")  # what was passed over changes the answer
+        if out is None and not voice.json:
+            typer.echo(text, nl=False)
+        elif out is not None:
+            out.write_text(text, encoding="utf-8")
+            voice.confirm(f"{out} written; read it, add units if they are not mm and N, then: prensa check {out}")
+        voice.give({"case": out, "text": text, "remarks": remarks})
+
+
+# ------------------------------------------------------------------------------------------------- is it right, and fast
+@app.command()
+def verify(
+    only: Annotated[str | None, typer.Option(help="Only the cases whose name contains or matches this.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Also write the table to this file, .md or .csv.")] = None,
+    jobs: Annotated[int, typer.Option(min=1, help="Cases computed at the same time, each in a process.")] = 1,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    json: Json = False,
+) -> None:
+    """Compute the verification table: every case against its reference."""
+    with Voice(quiet, verbose, json) as voice:
+        from prensa.verify import table
+
+        code = table.main(only=only, out=str(out) if out else None, jobs=jobs, quiet=voice.quiet, json=voice.json)
+    raise typer.Exit(code)
+
+
+@app.command()
+def bench(
+    what: Annotated[
+        str, typer.Argument(help="What to measure: robustness or fuzz.", autocompletion=completion.benches)
+    ] = "robustness",
+    count: Annotated[int, typer.Option(min=1, help="Number of random problems of each family, or of inputs.")] = 60,
+    seed: Annotated[str, typer.Option(help="Seed, a number; 'commit' takes it from the hash of the commit.")] = "0",
+    family: Annotated[
+        list[str] | None, typer.Option(help="Of robustness, only this family; repeatable. All of them if not given.")
+    ] = None,
+    first: Annotated[int, typer.Option(min=0, help="Number of the first problem of each family.")] = 0,
+    jobs: Annotated[int, typer.Option(min=1, help="Problems solved at the same time, each in a process.")] = 1,
+    report_file: Annotated[
+        Path | None, typer.Option("--report", help="Write the outcomes to this file, .csv or .md.")
+    ] = None,
+    tables: Annotated[
+        list[Path] | None,
+        typer.Option("--from", help="Solve nothing, take the outcomes from this .csv of an earlier run; repeatable."),
+    ] = None,
+    enforcement: Annotated[str, typer.Option(help="Of all contacts: penalty, augmented or exact.")] = "penalty",
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    json: Json = False,
+) -> None:
+    """Solve random problems on default settings and check every answer, or try to break the reader with broken inputs."""
+    with Voice(quiet, verbose, json) as voice:
+        refuse_unknown(voice, "benchmark", [what], ("robustness", "fuzz"))
+        from prensa.cli.benches import fuzz, robustness
+
+        if what == "fuzz":
+            if family or tables or report_file or first or jobs > 1:
+                voice.complain("--family, --first, --jobs, --from and --report are for 'robustness'; leave them out")
+                raise typer.Exit(BAD_INPUT)
+            bad = fuzz(voice, app, count, seed)
+        else:
+            bad = robustness(voice, count, seed, family or (), first, jobs, report_file, tables or (), enforcement)
+    raise typer.Exit(FAILED if bad else 0)
+
+
+@contextmanager
+def _without_garbage_collection() -> Iterator[None]:
+    """Keep what is imported or built inside out of garbage collection: it lives to the end of the command.
+
+    Collections while modules load would take a tenth of the time to the first iteration.
+    """
+    gc.disable()
+    try:
+        yield
+    finally:
+        gc.freeze()
+        gc.enable()

@@ -1,0 +1,84 @@
+"""What ``prensa check`` says: bodies, tools in their places, contacts, steps and the size of a case that would run."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from prensa.fem.system import System
+    from prensa.model.problem import Step
+
+
+def lines_of(system: System) -> Iterator[str]:
+    """Lines about a discretised problem: bodies, tools in their places, contacts, steps, size."""
+    from prensa.mesh.quality import quality
+    from prensa.model.schema import brief
+
+    p = system.problem
+    geometry = "moved" if p.contact_geometry == "current" else "undeformed"
+    yield f"{p.name}: {p.space}, {p.kinematics} deformation, contact on the {geometry} surface"
+    yield f"units: {p.units.length}, {p.units.force}"
+    for name, body in p.bodies.items():
+        mesh = system.meshes[name]
+        (x0, y0), (x1, y1) = mesh.points.min(axis=0), mesh.points.max(axis=0)
+        yield f"body {name}: {len(mesh.cells)} elements {body.element_in(p.space)}, {len(mesh.points)} nodes"
+        yield f"  x {x0:g} … {x1:g}, y {y0:g} … {y1:g}; {brief(body.material)}"
+        yield f"  {quality(mesh).line()}"
+    if p.start is not None:
+        yield f"starts from the run in {p.start.run}"
+    for tie in p.ties:
+        yield f"tie: {tie.slave} follows {tie.master}"
+    for tool in system.tools:
+        place = f"reference point at ({tool.at[0]:.6g}, {tool.at[1]:.6g})"
+        told = tool.description.told(tool.shape, tool.direction)
+        if system.axisymmetric and math.isfinite(tool.shape.period) and abs(tool.at[0]) > 1e-9 * system.length:
+            told += ", off the axis: a ring about it (a circle is a torus)"
+        yield f"tool {tool.name}: {tool.description.type}, {place}{told}"
+    for surface in system.surfaces:
+        contact = surface.description
+        law = contact.friction or p.friction
+        friction = brief(law) if law is not None else "none"
+        rule = "" if contact.integration == "nodal" else f" ({contact.integration})"
+        points = f"{len(surface.points)} candidate points{rule}"
+        yield f"contact {surface.name}: {points}; friction {friction}; {contact.enforcement.type}"
+    for number, step in enumerate(p.steps):
+        yield f"step {step.name}: time {number} … {number + 1}{_lasting(step)}; {_actions(step)}"
+    yield f"{system.ndof} unknowns; nothing was solved"
+
+
+def _lasting(step: Step) -> str:
+    """How long a step lasts, if it says so."""
+    from prensa.model.seconds import stated
+
+    seconds = stated(step)
+    return "" if seconds is None else f", {seconds:g} s"
+
+
+def _actions(step: Step) -> str:
+    """What a step does, as it is written, and its increments."""
+    from prensa.model.schema import brief
+
+    kinds = ("move", "by", "velocity", "crank", "push", "control", "fixed", "loads", "body_force", "friction", "until")
+    acts = [f"{kind} {brief(getattr(step, kind))}" for kind in kinds if getattr(step, kind)]
+    many = "" if step.increments == 1 else "s"
+    acts.append(f"{step.increments} increment{many}" if step.increments else "increments chosen on the way")
+    return ", ".join(acts)
+
+
+def summary_of(system: System) -> dict[str, Any]:
+    """The same as data."""
+    p = system.problem
+    bodies = {
+        name: {"elements": len(mesh.cells), "nodes": len(mesh.points), "element": p.bodies[name].element_in(p.space)}
+        for name, mesh in system.meshes.items()
+    }
+    return {
+        "name": p.name, "space": p.space, "kinematics": p.kinematics, "units": {"length": p.units.length, "force": p.units.force},
+        "bodies": bodies,
+        "tools": {t.name: {"type": t.description.type, "at": t.at} for t in system.tools},
+        "contacts": {s.name: {"points": len(s.points), "against": s.description.against} for s in system.surfaces},
+        "steps": [{"name": s.name, "increments": s.increments} for s in p.steps],
+        "unknowns": system.ndof,
+    }  # fmt: skip
