@@ -80,7 +80,7 @@ class Interval:
 
 @dataclass(frozen=True)
 class Channel:
-    """A column beside what the fitted case says: ``runs`` is the probability of so few changes of sign by chance; ``sigma`` (m,)."""
+    """A column beside what the fitted case says, ``sigma`` (m,); ``runs``: probability of so few changes of sign by chance."""
 
     test: str
     name: str
