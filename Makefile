@@ -17,9 +17,10 @@ JOBS ?= 2
 .PHONY: demo lint test coverage verify bench docs package clean examples
 
 $(VENV)/installed: pyproject.toml
+	@echo "installing into $(VENV): once, about a minute"
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --upgrade pip
-	$(BIN)/python -m pip install --quiet -e ".[dev]"
+	$(BIN)/python -m pip install --upgrade pip
+	$(BIN)/python -m pip install -e ".[dev]"
 	$(BIN)/python -c "open('$@', 'w').close()"
 
 demo: $(VENV)/installed  ## install, run the paper's Example 1 and the frictional upsetting, compare with the references

@@ -9,12 +9,14 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 from common import HERE, Array, beside, figure, half_width, options, saved, told
 
 import prensa as pr
+from prensa.kernels.compiling import announced
 from prensa.output import style
 from prensa.output.history import read_contact
 from prensa.output.run import RunResult, run
@@ -81,13 +83,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run, compare, and say where everything is; returns the exit code."""
     chosen = options(__doc__, "demo", argv)
     results = chosen.out if chosen.out != Path("results/demo") else Path("results")
+    say = partial(print, flush=True)  # seen at once, whatever stands between
     begin, allowed = time.perf_counter(), 0.01 if chosen.quick else 0.005
     coarse = {"cylinder_on_block": ["bodies.block.mesh.n=[60, 60]"], "upsetting": ["bodies.billet.mesh.n=[12, 9]"]}
     done = {}
     for name, changes in coarse.items():
         source = HERE / f"{name}.yaml"
+        say(f"{name}: {source}")
         case = pr.load(source, changes if chosen.quick else [])
-        done[name] = run(case, out=results / name, quiet=chosen.quick, source=source)
+        with announced(say):
+            done[name] = run(case, out=results / name, quiet=chosen.quick, source=source)
     cylinder, billet = done["cylinder_on_block"], done["upsetting"]
     failed = told("Cylinder on a block, whole block (paper, Example 1)", list(cylinder_rows(cylinder, allowed)))
     failed += told("Upsetting with friction, μ = 0.1", list(upsetting_rows(billet, allowed)))

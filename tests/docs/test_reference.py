@@ -177,3 +177,16 @@ def test_every_number_may_be_written_with_a_unit(cls, tmp_path):
         assert same(again if isinstance(again, dict) else written, described) or again == plain(read(cls, one, tmp_path)), written
     for key, hint in hints(cls).items():
         assert dimensions_in(hint) <= met.get(key, set()), (cls.__name__, key)
+
+
+# ------------------------------------------------------------------------------------------------------------- promises
+def test_a_ring_test_with_its_chart_is_short():
+    """At most 12 lines of Python with the plot, or 20 of YAML and a command; the blocks are executed with their page."""
+    page = (DOCS / "guide" / "ring-test.md").read_text(encoding="utf-8")
+
+    def lines(language: str) -> list[str]:
+        block = page.split(f"```{language}\n")[1].split("```")[0]
+        return [line for line in block.splitlines() if line.strip()]
+
+    assert len(lines("python")) <= 12 and "plot" in "".join(lines("python"))
+    assert len(lines("yaml")) <= 20 and "--measure bore" in "".join(lines("console"))

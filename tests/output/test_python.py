@@ -124,6 +124,17 @@ def test_tables_are_those_of_the_files(result, increment):
     assert len(result.iterations["residual"]) >= sum(result.history["iterations"])
 
 
+def test_columns_say_their_units(result):
+    """Every column of a table that is no plain number or word has a unit, beside the table and in the summary."""
+    pytest.importorskip("pandas")
+    frame, units = result.to_frame(), result.summary["units"]
+    assert frame.attrs["units"] == units["history"] and set(units["history"]) <= set(frame.columns)
+    plain = {"step", "time", "seconds", "iterations", "cutbacks", "remeshings"}
+    assert set(frame.columns) - set(units["history"]) <= plain
+    assert units["history"]["punch.fy"] == "N/mm" and units["history"]["punch.rz"] == "rad"
+    assert units["contact"]["pressure"] == units["contact"]["error"] == "MPa" and units["contact"]["slip"] == "mm"
+
+
 def test_a_grid_opens_in_pyvista(increment):
     """The grid has the deformed places, the cells and the fields of the bodies; its area is that of the deformed block."""
     pyvista = pytest.importorskip("pyvista")

@@ -100,6 +100,20 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = ()) -> 
     return system
 
 
+def with_laws(system: System, problem: model.Problem) -> System:
+    """The same meshes, tools and contact candidates with the materials, contacts and steps of another description.
+
+    It must differ from the system's own in numbers of these alone.
+    """
+    laws = {name: material_of(b.material, problem.kinematics, problem.space) for name, b in problem.bodies.items()}
+    blocks = [replace(b, law=laws[b.body]) for b in system.blocks]
+    surfaces = [
+        replace(s, description=contact, modulus=laws[s.body].modulus())
+        for s, contact in zip(system.surfaces, problem.contacts, strict=True)
+    ]
+    return replace(system, problem=problem, blocks=blocks, surfaces=surfaces)
+
+
 def of_state(problem: model.Problem, state: State) -> System:
     """The system that a state of a problem belongs to: on the meshes of the description, or on those made since."""
     system = discretise(problem)

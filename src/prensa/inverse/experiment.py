@@ -164,7 +164,7 @@ class Experiment:
             ways.append([c.measure.value(increment) for c in self.channels])
             k = int(np.argmin(np.abs(wanted - increment.time)))
             if abs(wanted[k] - increment.time) <= STEADY:
-                slopes = [increment.derivative(c.measure.value) if paths else {} for c in self.channels]
+                slopes = [increment.derivative(c.measure) if paths else {} for c in self.channels]
                 found[float(wanted[k])] = len(ways) - 1, [[by[p] for p in paths] for by in slopes]
             if increment.time >= wanted[-1] - STEADY:
                 break

@@ -201,7 +201,8 @@ def fit_of(
             value, float(halves[i] * abs(p.slope(value))), mesh, p.start, p.log, profiles[i] if profiles else None
         )
     channels = list(_channels(objective, at))
-    correlation = covariance[:k, :k] / np.outer(spread[:k], spread[:k])
+    known = np.where(spread[:k] > 0.0, spread[:k], np.inf)  # a parameter that moves nothing goes with no other
+    correlation = covariance[:k, :k] / np.outer(known, known)
     problem = objective.experiments[0].problem
     words = [*_idle(objective, at), *_weak(objective, covariance[:k, :k]), *_chance(channels, reduced), *_slips(channels)]
     words += [*_followed(parameters, found[0][1].square)]

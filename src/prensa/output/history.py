@@ -18,6 +18,7 @@ from prensa.errors import PrensaError, take_path
 from prensa.measures.columns import ENERGIES as ENERGIES
 from prensa.measures.columns import columns as columns_of
 from prensa.measures.columns import energies_of as energies_of
+from prensa.measures.units import length_unit, pressure_unit
 from prensa.model.problem import Problem
 from prensa.output.files import Contents, file_name, numbered, replacing
 from prensa.solver.increment import STATUS, ContactState, Increment
@@ -204,6 +205,17 @@ def forget_contacts_after(directory: Path, number: int) -> None:
                     path.unlink()
         if not any(folder.iterdir()):
             folder.rmdir()
+
+
+def units_of(problem: Problem) -> dict[str, dict[str, str]]:
+    """Units of the columns of ``history.csv`` and of the tables of contacts; of plain numbers and words nothing."""
+    length, pressure = length_unit(problem), pressure_unit(problem)
+    lengths = dict.fromkeys(("x", "y", "gap", "slip", "X", "Y"), length)
+    pressures = dict.fromkeys(("pressure", "shear", "pressure_from_stress", "pressure_smoothed", "error"), pressure)
+    return {
+        "history": {name: column.unit for name, column in columns_of(problem).items() if column.unit},
+        "contact": {name: {**lengths, **pressures}[name] for name in CONTACT_COLUMNS if name in {*lengths, *pressures}},
+    }
 
 
 # ------------------------------------------------------------------------------------------------------------- details

@@ -156,10 +156,15 @@ class RunResult(Shown):
         return _film(target, shown, what, fps, {"mirror": self.increments.mirror} | options)
 
     def to_frame(self) -> DataFrame:
-        """The history as a table of pandas, one row an increment; needs ``pip install prensa[notebook]``."""
+        """The history as a table of pandas, one row an increment; needs ``pip install prensa[notebook]``.
+
+        ``attrs["units"]`` has the units of its columns.
+        """
         from prensa.output.views import table
 
-        return table(self.history, "increment")
+        made = table(self.history, "increment")
+        made.attrs["units"] = self.summary.get("units", {}).get("history", {})
+        return made
 
     def report(self) -> Path:
         """Path of the report, written anew if it is not there."""

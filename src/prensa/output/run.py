@@ -252,6 +252,7 @@ class _Run:
         self._check_energy()
         summary = self._summarise(status, reason)  # before the pictures: they may take long
         if self.case.output.pictures:
+            self.bar.say(f"{self.directory}: drawing pictures")
             with self.timer("pictures"):
                 stored = report.stored_run(self.directory)
                 for message in pictures.write_pictures(self.directory, self.case, stored, self._start_to_draw(status)):
@@ -313,6 +314,7 @@ class _Run:
             "ended_early": _early_ends(table, problem, status == "completed"),
             "passage_means": passages.last_means(self.directory),
             "measures": measured.measured(self.directory, problem),
+            "units": history.units_of(problem),
             "last_area": {c.name: last(f"{c.name}.area") for c in problem.contacts},
             "energy": {e: last(f"energy.{e}") for e in history.energies_of(problem)},
             "totals": {

@@ -12,13 +12,14 @@ would be round-off. Their changes are those of the matrix.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces
-from prensa.fem.assembly import scatter_vector
+from prensa.fem.assembly import Pattern, scatter_vector
 from prensa.fem.context import Context
 from prensa.fem.interaction import Branches
 from prensa.fem.letting_go import let_go
@@ -27,6 +28,8 @@ from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
 from prensa.fem.surface import Surface
 from prensa.fem.system import Evaluation, System
+from prensa.measures.measure import Gradient
+from prensa.sensitivity.change import Change, change_of, known
 from prensa.sensitivity.parameters import Parameter, refuse_other_mesh
 from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import Increment
@@ -35,6 +38,9 @@ from prensa.solver.reduced import Reduced
 from prensa.solver.results import increment_of
 from prensa.solver.stabilisation import Stabilisation
 from prensa.solver.time_stepping import committed
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_matrix
 
 Array = NDArray[np.float64]
 
@@ -72,6 +78,10 @@ class Neighbour(NamedTuple):
     plan: StepPlan
     e: Evaluation
 
+    def slope(self, of: Gradient) -> float | None:
+        """None: the derivative of a measure is not at hand without the measure in both increments beside."""
+        return None
+
     def increment(self, before: State, state: State, ended: bool) -> Increment:
         """What users see of it, with the committed states that it led from and to."""
         result = NewtonResult(True, None, state.u, None, state.lam, 0)
@@ -88,20 +98,24 @@ class Direction:
     systems: tuple[System, System]
     stabilisations: tuple[Stabilisation, Stabilisation]
     carried: dict[str, Array]
+    change: Change | None = None
+    """What it changes of the system, where the closed derivatives know of it; None: differences are taken."""
+    _plans: tuple[int, tuple[StepPlan, StepPlan]] | None = None
 
     @classmethod
     def of(cls, system: System, path: str, share: float, policy: Policy, start: State) -> Direction:
         """The parameter at a path, with steps of a ``share`` of its size, from the state a run begins with."""
         parameter = Parameter.of(system.problem, path, system.length)
         step = share * parameter.size
-        systems = parameter.neighbours(system.problem, step)
+        systems = parameter.neighbours(system, step)
         for other in systems:
             refuse_other_mesh(system, other, path)
         viscous = Stabilisation(systems[0], policy), Stabilisation(systems[1], policy)
+        change = change_of(*systems, step) if known(system) else None
         if path in start.derivatives:
-            return cls(parameter, step, systems, viscous, dict(start.derivatives[path]))
+            return cls(parameter, step, systems, viscous, dict(start.derivatives[path]), change)
         above, below = (s.initial().moving() for s in systems)
-        return cls(parameter, step, systems, viscous, {k: (a - below[k]) / (2 * step) for k, a in above.items()})
+        return cls(parameter, step, systems, viscous, {k: (a - below[k]) / (2 * step) for k, a in above.items()}, change)
 
     @property
     def sides(self) -> tuple[tuple[float, System, Stabilisation], ...]:
@@ -111,6 +125,22 @@ class Direction:
     def difference(self, above: Array, below: Array) -> Array:
         """Derivative of what differs between both sides."""
         return (above - below) / (2.0 * self.step)
+
+    def plans(self, c: Context) -> tuple[StepPlan, StepPlan]:
+        """Plans of both sides for the step of an increment; they begin where the step did."""
+        if self._plans is None or self._plans[0] != c.plan.number:
+            old, way = c.state, self.carried["step_start"]
+            above, below = (
+                plan_step(system, c.plan.number, old.step_start + sign * self.step * way, old.ends)
+                for sign, system, _ in self.sides
+            )
+            self._plans = c.plan.number, (above, below)
+        return self._plans[1]
+
+    def is_known(self, c: Context) -> bool:
+        """Whether closed derivatives know what it changes in the step of an increment."""
+        above, below = self.plans(c)
+        return self.change is not None and above.seconds == below.seconds
 
     # ------------------------------------------------------------------------------------------------------ equilibrium
     def at_fixed_dofs(self, at: Solution) -> tuple[Side, Side]:
@@ -136,14 +166,30 @@ class Direction:
         given[at.c.plan.fixed] = self.difference(*(side.c.plan.values(side.c.time) for side in sides))
         return dr, system.with_slaves(given)
 
-    def _side(self, at: Solution, sign: float, system: System, stabilisation: Stabilisation) -> Side:
+    def _context(self, at: Solution, sign: float, system: System, stabilisation: Stabilisation) -> Context:
+        """The increment beside, from the committed state that belongs to it."""
         old = at.c.state.moved(self.carried, sign * self.step)
-        plan = plan_step(system, at.c.plan.number, old.step_start, old.ends)
+        plan = self.plans(at.c)[0 if sign > 0 else 1]
         if at.c.state.release is not None and at.c.state.clock.time == plan.t0:
             carried = let_go(system, replace(old, release=None), plan)
             old = replace(old, release=np.zeros(system.ndof) if carried is None else carried)
         c = system.context(old, plan, at.c.time)
-        c = replace(c, interactions=[*c.interactions, *stabilisation.forces(c)])
+        return replace(c, interactions=[*c.interactions, *stabilisation.forces(c)])
+
+    def rest(self, at: Solution, x: Array) -> Array:
+        """What the residual (ndof,) does along the parameter and the derivative x (ndof,) of the dofs: nothing, if right."""
+        beside = []
+        for sign, system, stabilisation in self.sides:
+            c = self._context(at, sign, system, stabilisation)
+            u, lam = at.u + sign * self.step * x, system.initial_multipliers(c.state)
+            beside.append(system.evaluate(c, u, lam, stiffness=False, like=at.branches))
+        if any(e.failed for e in beside):
+            return np.full_like(x, np.inf)
+        return self.difference(beside[0].r, beside[1].r)
+
+    def _side(self, at: Solution, sign: float, system: System, stabilisation: Stabilisation) -> Side:
+        c = self._context(at, sign, system, stabilisation)
+        old = c.state
         u, lam = system.with_slaves(at.u.copy()), system.initial_multipliers(old)
         pushed = np.zeros_like(lam)
         for k, s in enumerate(c.surfaces):
@@ -234,20 +280,36 @@ def _tangential(f: ContactForces, lam: Array) -> Array:
 class Columns:
     """Solutions for many right-hand sides with the matrix at a solution."""
 
-    def __init__(self, reduced: Reduced, e: Evaluation) -> None:
-        self.reduced, self.e = reduced, e
+    def __init__(self, reduced: Reduced, e: Evaluation, pattern: Pattern) -> None:
+        self.reduced, self.e, self.pattern = reduced, e, pattern
         self.matrix = reduced.matrix(e, np.zeros(len(e.r)))
         self.factored = False
 
+    @cached_property
+    def whole(self) -> csc_matrix:
+        """K."""
+        from scipy.sparse import csc_matrix
+
+        n = len(self.e.r)
+        return csc_matrix((self.e.data, self.pattern.indices, self.pattern.indptr), (n, n))
+
     def times(self, x: Array) -> Array:
-        """K x (ndof,)."""
-        assert self.e.data is not None
-        return self.reduced.assembly.apply(self.e.data, x)
+        """K x for x (ndof,) or (ndof, d)."""
+        return np.asarray(self.whole @ x)
 
     def solve(self, b: Array) -> Array:
-        """Dofs (ndof,) of K x = b, zero where prescribed; once refined, which takes back what `determined` adds to the matrix."""
+        """Dofs of K x = b for b (ndof,) or (ndof, d), zero where prescribed.
+
+        Of exact contacts once refined, which takes back what `determined` adds to the matrix.
+        """
+        x = self._solved(b)
+        return x + self._solved(b - self.times(x)) if self.reduced.equations else x
+
+    def _solved(self, b: Array) -> Array:
         if self.factored:
-            x = self.reduced.again(b)
-        else:
-            x, self.factored = self.reduced.solve(self.matrix, b), True
-        return x + self.reduced.again(b - self.times(x))
+            return self.reduced.again(b)
+        self.factored = True
+        if b.ndim == 1:
+            return self.reduced.solve(self.matrix, b)
+        first = self.reduced.solve(self.matrix, b[:, 0])[:, None]
+        return np.hstack([first, self.reduced.again(b[:, 1:])]) if b.shape[1] > 1 else first

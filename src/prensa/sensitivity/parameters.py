@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import partial
 from typing import Any
 
 from prensa.errors import ArgumentError, PrensaError, take
-from prensa.fem.discretise import discretise
+from prensa.fem.discretise import discretise, with_laws
 from prensa.fem.system import System
 from prensa.model.checks import suggest
 from prensa.model.problem import Problem
-from prensa.model.schema import dump, loads
 
 
 def numbers(problem: Problem) -> dict[str, float]:
@@ -65,7 +66,7 @@ def value_of(problem: Problem, path: str) -> float:
 
 
 def with_values(problem: Problem, values: Mapping[str, float]) -> Problem:
-    """The problem with other numbers at some paths, checked as a case file with ``--set`` is.
+    """The problem with other numbers at some paths, checked as any description is.
 
     Raises
     ------
@@ -73,9 +74,29 @@ def with_values(problem: Problem, values: Mapping[str, float]) -> Problem:
         If a value is not allowed there.
 
     """
-    changes = [f"{path}={float(value)!r}" for path, value in values.items()]
-    # what a case does not say itself, such as a default, is written first: a path has to exist to be followed
-    return loads(dump(problem), overrides=changes, bounded=False).problem
+    for path in values:
+        value_of(problem, path)
+    out = _replaced(problem, [(path.split("."), float(value)) for path, value in values.items()])
+    assert isinstance(out, Problem)
+    return out
+
+
+def _replaced(part: Any, changes: list[tuple[list[str], float]]) -> Any:
+    """A part of a description with other numbers at paths that begin there; all are put in at once, then it is checked."""
+    if not changes[0][0]:
+        return changes[0][1]
+    below: dict[str, list[tuple[list[str], float]]] = {}
+    for (first, *rest), value in changes:
+        below.setdefault(first, []).append((rest, value))
+    if is_dataclass(part):
+        return replace(part, **{k: _replaced(getattr(part, k), v) for k, v in below.items()})  # type: ignore[type-var]
+    if isinstance(part, Mapping):
+        return {k: _replaced(v, below[k]) if k in below else v for k, v in part.items()}
+    return type(part)(_replaced(v, below[str(k)]) if str(k) in below else v for k, v in enumerate(part))
+
+
+LEAVES_MESHES = re.compile(r"(bodies\.[^.]+\.material|friction|contacts\.\d+\.friction|steps)\.")
+"""Beginnings of paths that leave meshes, tools and contact candidates where they are."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +113,7 @@ class Parameter:
         value = value_of(problem, path)
         return cls(path, value, abs(value) or length)
 
-    def neighbours(self, problem: Problem, step: float) -> tuple[System, System]:
+    def neighbours(self, system: System, step: float) -> tuple[System, System]:
         """The systems of the parameter's value plus and minus a ``step``.
 
         Raises
@@ -101,9 +122,10 @@ class Parameter:
             If the parameter cannot be varied both ways, or the mesh has other elements then.
 
         """
+        make = partial(with_laws, system) if LEAVES_MESHES.match(self.path) else discretise
         try:
             above, below = (
-                discretise(with_values(problem, {self.path: self.value + sign * step})) for sign in (1.0, -1.0)
+                make(with_values(system.problem, {self.path: self.value + sign * step})) for sign in (1.0, -1.0)
             )
         except PrensaError as error:
             raise ArgumentError(

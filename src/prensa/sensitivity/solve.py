@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,10 @@ from prensa.fem.context import Context
 from prensa.fem.discretise import discretise
 from prensa.fem.state import State
 from prensa.fem.system import System
+from prensa.measures.measure import Measure
 from prensa.model import problem as model
 from prensa.model.remeshing import remeshing_of
+from prensa.sensitivity.closed import Beside, Bundle, covers, differentiate
 from prensa.sensitivity.direct import Columns, Direction, Neighbour, Solution
 from prensa.solver import time_stepping
 from prensa.solver.equilibrium import NewtonResult
@@ -130,29 +132,35 @@ class _Derivatives(Derivatives):
     """See `Derivatives`: central differences of any observable between neighbours that are linear in the parameter."""
 
     steps: Mapping[str, float]
-    neighbours: Mapping[str, tuple[Neighbour, Neighbour]]
+    neighbours: Mapping[str, tuple[Beside | Neighbour, Beside | Neighbour]]
     before: State
     state: State
     ended: bool
 
-    @cached_property
-    def increments(self) -> dict[str, tuple[Increment, Increment]]:
-        """Neighbouring increments by the path of the parameter, made when first asked for."""
-        out = {}
-        for path, (a, b) in self.neighbours.items():
+    _made: dict[str, tuple[Increment, Increment]] = field(default_factory=dict)
+
+    def _increments(self, path: str) -> tuple[Increment, Increment]:
+        """Neighbouring increments by a parameter, made when first asked for."""
+        if path not in self._made:
             both = []
-            for side, step in ((a, self.steps[path]), (b, -self.steps[path])):
+            for side, step in zip(self.neighbours[path], (self.steps[path], -self.steps[path])):
                 before, state = (s.moved(s.derivatives[path], step) for s in (self.before, self.state))
                 both.append(side.increment(before, state, self.ended))
-            out[path] = both[0], both[1]
-        return out
+            self._made[path] = both[0], both[1]
+        return self._made[path]
 
-    def of(self, observable: Callable[[Increment], float]) -> dict[str, float]:
+    def of(self, observable: Measure | Callable[[Increment], float], increment: Increment) -> dict[str, float]:
         """See `Derivatives`."""
-        return {
-            path: (float(observable(a)) - float(observable(b))) / (2.0 * self.steps[path])
-            for path, (a, b) in self.increments.items()
-        }
+        slope = observable.gradient(increment) if isinstance(observable, Measure) else None
+        value = observable.value if isinstance(observable, Measure) else observable
+        out = {}
+        for path, beside in self.neighbours.items():
+            known = None if slope is None else beside[0].slope(slope)
+            if known is None:
+                a, b = self._increments(path)
+                known = (float(value(a)) - float(value(b))) / (2.0 * self.steps[path])
+            out[path] = known
+        return out
 
 
 class Differentiated(TimeStepping):
@@ -163,6 +171,7 @@ class Differentiated(TimeStepping):
     ) -> None:
         super().__init__(system, numerics, policy, messages, timer, condense=False)
         self.directions: Sequence[Direction] = ()
+        self.bundle: Bundle | None = None
         self.told: set[str] = set()
 
     def commit(
@@ -183,7 +192,7 @@ class Differentiated(TimeStepping):
 
     def differentiate(
         self, c: Context, result: NewtonResult, state: State
-    ) -> tuple[dict[str, tuple[Neighbour, Neighbour]], dict[str, float]]:
+    ) -> tuple[dict[str, tuple[Beside | Neighbour, Beside | Neighbour]], dict[str, float]]:
         """Both neighbours of an increment by each parameter, and what is left of its residual along them.
 
         Raises
@@ -198,26 +207,52 @@ class Differentiated(TimeStepping):
         branches = system.branches(c, result.evaluation)
         lam = system.initial_multipliers(c.state)
         at = Solution(system, c, result.u, lam, system.evaluate(c, result.u, lam, like=branches), branches)
-        columns = Columns(self.reduced, at.e)
-        neighbours, flat = {}, {}
+        columns = Columns(self.reduced, at.e, system.pattern)
+        known = [d for d in self.directions if d.is_known(c)] if covers(c) else []
+        found = self._closed(at, columns, known, state)
         for d in self.directions:
-            path, sides = d.parameter.path, d.at_fixed_dofs(at)
-            for side in sides:
-                if side.e.failed:
-                    raise PrensaError(f"derivatives: the increment beside, with another {path}, cannot be evaluated")
-            dr, given = d.equation(at, sides)
-            dr += columns.times(given)
-            x = columns.solve(-dr)
-            reaction = dr + columns.times(x)
-            neighbours[path], rest = d.neighbours(at, sides, given + x, reaction, result, state.clock.dt)
-            flat[path] = self._proved(at, d, rest)
-        return neighbours, flat
+            if d.parameter.path not in found:
+                found[d.parameter.path] = self._by_differences(at, columns, d, result, state)
+        paths = [d.parameter.path for d in self.directions]
+        return {p: found[p][0] for p in paths}, {p: found[p][1] for p in paths}
 
-    def _proved(self, at: Solution, d: Direction, rest: Array) -> float:
-        """What is left of the residual along a derivative, over the forces, for a change of the parameter by its size."""
+    def _closed(self, at: Solution, columns: Columns, known: Sequence[Direction], state: State) -> dict[str, Any]:
+        """Neighbours and what is left along the parameters whose derivatives are known in closed form."""
+        if not known:
+            return {}
+        bundle = self.bundle
+        if bundle is None or bundle.directions != tuple(known):
+            bundle = Bundle.of(known)
+        self.bundle, found = differentiate(at, columns, bundle, [d.change for d in known if d.change is not None], state)
         assert self.reduced is not None
+        look, beside = at.c.ends_step or at.c.state.clock.number == 0, {}
+        for k, d in enumerate(known):
+            rest = self.reduced.norm(found.reaction[k])
+            if look:  # the residual itself, by which nothing is known of the closed forms
+                rest = max(rest, self.reduced.norm(d.rest(at, found.x[k])))
+            both = tuple(Beside(system, d, sign, k, at, found) for sign, system, _ in d.sides)
+            beside[d.parameter.path] = both, self._proved(at, d, rest)
+        self.bundle.hand_on()
+        return beside
+
+    def _by_differences(self, at: Solution, columns: Columns, d: Direction, result: NewtonResult, state: State) -> Any:
+        """The same along a parameter for which differences are taken."""
+        assert self.reduced is not None
+        sides = d.at_fixed_dofs(at)
+        for side in sides:
+            if side.e.failed:
+                raise PrensaError(f"derivatives: the increment beside, with another {d.parameter.path}, cannot be evaluated")
+        dr, given = d.equation(at, sides)
+        dr += columns.times(given)
+        x = columns.solve(-dr)
+        reaction = dr + columns.times(x)
+        neighbours, rest = d.neighbours(at, sides, given + x, reaction, result, state.clock.dt)
+        return neighbours, self._proved(at, d, self.reduced.norm(rest))
+
+    def _proved(self, at: Solution, d: Direction, rest: float) -> float:
+        """What is left of the residual along a derivative, over the forces, for a change of the parameter by its size."""
         size, e = d.parameter.size, at.e
-        left = self.reduced.norm(rest) * size / e.scale
+        left = rest * size / e.scale
         if not left <= self.policy.flat + e.floor * size / (d.step * e.scale) and d.parameter.path not in self.told:
             self.told.add(d.parameter.path)
             self.messages.warn(

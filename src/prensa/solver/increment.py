@@ -17,6 +17,7 @@ from prensa.solver.views import Drawn, Shown, Tabular
 if TYPE_CHECKING:
     from prensa.fem.passing import Passing
     from prensa.fem.state import State
+    from prensa.measures.measure import Measure
     from prensa.model.problem import Problem
     from prensa.solver.assembled import Assembled
 
@@ -268,8 +269,8 @@ class Derivatives:
     flat: Mapping[str, float]
     switched: Mapping[str, int]
 
-    def of(self, observable: Callable[[Increment], float]) -> dict[str, float]:
-        """Derivatives of a number that is read off an increment, by the path of the parameter."""
+    def of(self, observable: Measure | Callable[[Increment], float], increment: Increment) -> dict[str, float]:
+        """Derivatives of a number that is read off the increment that they belong to, by the path of the parameter."""
         raise NotImplementedError
 
 
@@ -329,7 +330,7 @@ class Increment(Drawn):
             raise PrensaError(f"unknown tool {tool!r}{suggest(str(tool), self.tools)}")
         return self.tools[tool].force
 
-    def derivative(self, observable: str | Callable[[Increment], float]) -> dict[str, float]:
+    def derivative(self, observable: str | Measure | Callable[[Increment], float]) -> dict[str, float]:
         """Derivatives of a measure, or of a function of an increment, by the parameters that `solve` was asked for, by path.
 
         ``increment.derivative("die.force.y")["friction.mu"]``: per unit of the parameter, in the units of the case, at the
@@ -341,14 +342,14 @@ class Increment(Drawn):
             If the run has no derivatives, or there is no such measure.
 
         """
-        from prensa.measures import parse
+        from prensa.measures import Measure, parse
 
         if self.derivatives is None:
             raise PrensaError("this run has no derivatives; ask for them: solve(problem, derivatives=['friction.mu'])")
-        if not callable(observable):
+        if not callable(observable) and not isinstance(observable, Measure):
             take("derivative", "observable", observable, str, "give the name of a measure, such as 'punch.force.y'")
-            observable = parse(observable, self._known.problem).value
-        return self.derivatives.of(observable)
+            observable = parse(observable, self._known.problem)
+        return self.derivatives.of(observable, self)
 
     @cached_property
     def state(self) -> State:

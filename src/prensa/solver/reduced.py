@@ -77,7 +77,7 @@ class Restriction(Protocol):
         """Residuals of the free dofs (f,), those of tied nodes with their masters'."""
 
     def whole(self, x: Array, n: int) -> Array:
-        """All dofs (n,) from the free ones, zero where prescribed."""
+        """All dofs (n,) or (n, k) from the free ones, zero where prescribed."""
 
     def values(self, data: Array) -> Array:
         """Values of K_ff for the matrix values of an evaluation; a copy."""
@@ -144,7 +144,7 @@ class Selected:
 
     def whole(self, x: Array, n: int) -> Array:
         """See `Restriction`."""
-        out = np.zeros(n)
+        out = np.zeros((n, *x.shape[1:]))
         out[self.free] = x
         return out
 

@@ -24,9 +24,9 @@ class WangOsakada(StrengthLaw):
     """Wang and Osakada's dry friction, |t_T| ≤ min(μ p, m k) with m = √3 μ (a μ + b), the inclination ``theta``.
 
     ``mu`` is μ; a = −0.48 θ² + 2.48 θ − 3.82, b = −1.19 θ + 3.0. The branches meet at p = m k/μ, which keeps the bound
-    continuous; at θ = 0 it is the source's ``critical_pressure`` within 1 % (μ ≤ 0.2) or 4 % (μ ≤ 0.3), where the fitted law has a jump.
-    ``k``: shear yield stress of the body; without it, σ_y/√3 of the plastic material behind the surface, taken at the start
-    of each increment.
+    continuous; at θ = 0 it is the source's ``critical_pressure`` within 1 % (μ ≤ 0.2) or 4 % (μ ≤ 0.3), where the fitted law
+    has a jump. ``k``: shear yield stress of the body; without it, σ_y/√3 of the plastic material behind the surface, taken at
+    the start of each increment.
     """
 
     mu: Annotated[Number, Field(ge=0)]

@@ -1,0 +1,128 @@
+"""What a parameter changes of a discretised problem itself, where the closed derivatives know of it."""
+
+from __future__ import annotations
+
+import pickle
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.elements.kinds.q4_fbar import Q4Bar
+from prensa.fem.assembly import Block
+from prensa.fem.system import System
+from prensa.materials.laws import J2, Hencky
+
+Array = NDArray[np.float64]
+
+KNOWN_ENFORCEMENTS = ("penalty", "exact")
+
+
+class FlowChange(NamedTuple):
+    """Of a compiled flow curve: its scalars p (5,), and of a table ``knots`` (k,) and ``coefficients`` (k − 1, 4)."""
+
+    p: Array
+    knots: Array
+    coefficients: Array
+
+
+class Change(NamedTuple):
+    """Derivatives of a system by a parameter.
+
+    ``X`` (n, 2) of the initial places, or None; ``at`` (tools, 2) of the tools' reference points; ``bulk``, ``G`` (blocks,) of
+    moduli; ``flow`` and ``volume`` (e, 4) by block, None where they stay; ``scale`` by contact: (3, k) of k_n, k_T and E*/h.
+    """
+
+    X: Array | None
+    at: Array
+    bulk: Array
+    G: Array
+    flow: tuple[FlowChange | None, ...]
+    volume: tuple[Array, ...]
+    scale: tuple[Array, ...]
+
+    @property
+    def moves(self) -> bool:
+        """Whether bodies or tools begin elsewhere."""
+        return self.X is not None or bool(self.at.any())
+
+
+def known(system: System) -> bool:
+    """Whether the closed derivatives know the elements, materials, contacts and geometry of a system."""
+    p = system.problem
+    return (
+        p.space in ("axisymmetric", "plane strain")
+        and p.kinematics == "finite"
+        and p.contact_geometry == "current"
+        and system.ties is None and system.bodies is None and not system.more and not system.gone and system.courses is None
+        and all(_known_block(b) for b in system.blocks)
+        and all(not s.sharp and s.description.enforcement.type in KNOWN_ENFORCEMENTS for s in system.surfaces)
+    )  # fmt: skip
+
+
+def _known_block(b: Block) -> bool:
+    compiled = isinstance(b.law, Hencky) or (isinstance(b.law, J2) and b.law.flow is not None)
+    return isinstance(b.element, Q4Bar) and compiled
+
+
+def change_of(a: System, b: System, step: float) -> Change | None:
+    """From the systems a ``step`` of the parameter above and below; None where it changes what is not known of.
+
+    That is the shape of a tool, the thickness, the kind of a law.
+    """
+    if not (known(a) and known(b) and all(_alike(p, q) for p, q in zip(a.blocks, b.blocks))):
+        return None
+    if any(pickle.dumps((s.shape, s.direction)) != pickle.dumps((t.shape, t.direction)) for s, t in zip(a.tools, b.tools)):
+        return None
+
+    def slope(x: Array | float, y: Array | float) -> Array:
+        return np.asarray((np.asarray(x) - y) / (2.0 * step))
+
+    X = slope(a.X, b.X)
+    flow: list[FlowChange | None] = []
+    for p, q in zip(a.blocks, b.blocks):
+        old, new = getattr(q.law, "flow", None), getattr(p.law, "flow", None)
+        if old is None or new is None:
+            flow.append(None)
+            continue
+        parts = slope(new.p, old.p), slope(new.knots, old.knots), slope(new.coefficients, old.coefficients)
+        flow.append(FlowChange(*parts) if any(v.any() for v in parts) else None)
+    laws = [(p.law, q.law) for p, q in zip(a.blocks, b.blocks)]
+    scales = []
+    for s, t in zip(a.surfaces, b.surfaces):
+        above, below = (v.scale(np.zeros(len(v.points))) for v in (s, t))
+        scales.append(np.stack([slope(getattr(above, k), getattr(below, k)) for k in ("k_n", "k_t", "unit")]))
+    return Change(
+        X if X.any() else None,
+        np.array([slope(s.at, t.at) for s, t in zip(a.tools, b.tools)]).reshape(-1, 2),
+        np.array([slope(_bulk(p), _bulk(q)) for p, q in laws]),
+        np.array([slope(_shear(p), _shear(q)) for p, q in laws]),
+        tuple(flow),
+        tuple(slope(p.volume, q.volume) for p, q in zip(a.blocks, b.blocks)),
+        tuple(scales),
+    )
+
+
+def _alike(a: Block, b: Block) -> bool:
+    """Whether two blocks have the same kind of law and the same thickness."""
+    if type(a.law) is not type(b.law) or a.mode != b.mode:
+        return False
+    if not isinstance(a.law, J2) or not isinstance(b.law, J2):
+        return True
+    assert a.law.flow is not None
+    assert b.law.flow is not None
+    return (
+        a.law.yield_on_cauchy == b.law.yield_on_cauchy
+        and a.law.flow.kind == b.law.flow.kind
+        and a.law.flow.knots.shape == b.law.flow.knots.shape
+    )
+
+
+def _bulk(law: object) -> float:
+    assert isinstance(law, J2 | Hencky)
+    return law.E / (3.0 * (1.0 - 2.0 * law.nu))
+
+
+def _shear(law: object) -> float:
+    assert isinstance(law, J2 | Hencky)
+    return law.mu

@@ -1,0 +1,262 @@
+"""Closed derivatives of an increment along many directions at once: kernels where elements, materials and contacts are known.
+
+They are the derivatives that differences with held branches approach (`prensa.sensitivity.direct`), without the differences: one
+pass over the elements gives what all directions do to the residual at fixed degrees of freedom, one factorisation solves for
+all of them, and a second pass gives what is committed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.contact.forces import ContactForces
+from prensa.contact.record import ContactRecord
+from prensa.fem.context import Context
+from prensa.fem.loads import ToolForce
+from prensa.fem.state import Stability, State
+from prensa.fem.surface import ContactInteraction
+from prensa.fem.system import System
+from prensa.friction.laws.coulomb import Coulomb
+from prensa.measures.measure import Gradient
+from prensa.sensitivity.bodies import elements_of, unfolding
+from prensa.sensitivity.change import Change
+from prensa.sensitivity.contacts import Committed, Points
+from prensa.sensitivity.direct import Columns, Direction, Solution
+from prensa.solver.equilibrium import NewtonResult
+from prensa.solver.increment import Increment
+from prensa.solver.results import increment_of
+
+Array = NDArray[np.float64]
+Arrays = dict[str, Array]
+
+
+CONTACT = tuple(f"contact.{f.name}" for f in fields(ContactRecord) if f.name != "closed")
+
+
+def covers(c: Context) -> bool:
+    """Whether the closed derivatives know all that acts in an increment: motions, forces on tools, constant coefficients."""
+    loads = all(isinstance(i, ContactInteraction | ToolForce) for i in c.interactions)
+    return loads and c.plan.control is None and all(law is None or _constant(law) for law in c.laws)
+
+
+def _constant(law: Any) -> bool:
+    return isinstance(law, Coulomb) and not law.hardens
+
+
+class Prescribed(NamedTuple):
+    """What directions (d) change of the plan of a step at a time: motions (d, ndof), forces (d, ndof), μ (d, contacts)."""
+
+    motion: Array
+    force: Array
+    mu: Array
+
+
+def prescribed(c: Context, directions: Sequence[Direction], n: int) -> Prescribed:
+    """Of the plans of both sides of each direction."""
+    out = Prescribed(np.zeros((len(directions), n)), np.zeros((len(directions), n)), np.zeros((len(directions), len(c.laws))))
+    for k, d in enumerate(directions):
+        a, b = d.plans(c)
+        out.motion[k, c.plan.fixed] = d.difference(a.values(c.time), b.values(c.time))
+        for dof, course in a.push.items():
+            out.force[k, dof] = (course(c.time) - b.push[dof](c.time)) / (2.0 * d.step)
+        for i, (law, p, q) in enumerate(zip(c.laws, a.friction, b.friction)):
+            out.mu[k, i] = 0.0 if law is None else (p.mu - q.mu) / (2.0 * d.step)
+    return out
+
+
+@dataclass
+class Bundle:
+    """Derivatives of committed states along directions, of which each array has the first axis."""
+
+    directions: tuple[Direction, ...]
+    arrays: Arrays
+
+    @classmethod
+    def of(cls, directions: Sequence[Direction]) -> Bundle:
+        """What the directions carry."""
+        first = directions[0].carried
+        return cls(tuple(directions), {k: np.stack([d.carried[k] for d in directions]) for k in first})
+
+    def hand_on(self) -> None:
+        """Let each direction carry its own."""
+        for k, d in enumerate(self.directions):
+            d.carried = {name: a[k] for name, a in self.arrays.items()}
+
+
+class Closed(NamedTuple):
+    """Derivatives of an increment: of the dofs ``x``, the residual ``reaction``, the loads ``force`` (d, ndof), contacts."""
+
+    x: Array
+    reaction: Array
+    force: Array
+    points: list[Points]
+
+
+def differentiate(
+    at: Solution, columns: Columns, before: Bundle, changes: Sequence[Change], state: State
+) -> tuple[Bundle, Closed]:
+    """What is committed of an increment that led to ``state``, and its derivatives."""
+    system, c, carried = at.system, at.c, before.arrays
+    elements = elements_of(system, c, at.u, at.e)
+    given = prescribed(c, before.directions, system.ndof)
+    m, first = len(changes), system.dofs.displacement.slice
+    du = carried["u"][:, first].reshape(m, -1, 2)
+    X = None if all(ch.X is None for ch in changes) else _places(changes, du.shape)
+    dxn, dx = (np.ascontiguousarray(du), np.empty((0, *du.shape[1:]))) if X is None else (du + X, X)
+    r = -given.force
+    bodies = [b.at_fixed(changes, k, dxn, dx, carried[f"history_{k}"], r) for k, b in enumerate(elements)]
+    unfolding(system, c, at.u, changes, r)
+    points = [Points.of(c, k, f, _committed(at, k, f, carried, changes, dxn, X, given)) for k, f in enumerate(at.e.contacts)]
+    for p in points:
+        p.add_to(r)
+    r = r.T + columns.times(given.motion.T) if given.motion.any() else r.T
+    x = columns.solve(-r)
+    r, x = np.ascontiguousarray((r + columns.times(x)).T), np.ascontiguousarray(x.T) + given.motion
+    nodal = np.ascontiguousarray(x[:, first]).reshape(m, -1, 2)
+    for b, (dnew, energy) in zip(elements, bodies):
+        b.along(nodal, dnew, energy)
+    for p in points:
+        p.follow(system, x)
+    found = Closed(x, r, given.force, points)
+    after = _carried_on(at, before, found, [b[0] for b in bodies], sum(b[1] for b in bodies), state, changes)
+    return Bundle(before.directions, after), found
+
+
+def _places(changes: Sequence[Change], shape: tuple[int, ...]) -> Array:
+    out = np.zeros(shape)
+    for k, ch in enumerate(changes):
+        if ch.X is not None:
+            out[k] = ch.X
+    return out
+
+
+def _committed(
+    at: Solution, k: int, f: ContactForces, carried: Arrays, changes: Sequence[Change], dxn: Array, X: Array | None,
+    given: Prescribed,
+) -> Committed:  # fmt: skip
+    """What directions change of contact number k before the increment; dxn, X (d, n, 2): of committed, initial places."""
+    c, s, m = at.c, at.c.surfaces[k], len(changes)
+    scale = np.stack([ch.scale[k] for ch in changes])
+    lam = carried["lam"][:, s.rows].copy()
+    lam[:, :, 0] = 0.0
+    if s.multipliers is not None:
+        lam = scale[:, 2, :, None] * s.multipliers.of(at.u)
+    shares = s.points.shares
+    growth = (s.points.slopes(c.x_n) * dxn[:, s.points.edges[shares.edge]]).sum(axis=(2, 3))
+    area = np.empty((m, len(s.points)))
+    for out, parts in zip(area, growth):
+        out[:] = np.bincount(shares.point, parts, len(out))
+    q = None
+    if X is not None or any(ch.at.any() for ch in changes):
+        q = np.zeros((m, len(s.points), 5))
+        if X is not None:
+            q[:, :, :2] = (s.points.N[:, :, None] * X[:, s.points.support]).sum(axis=2)
+        q[:, :, 2:4] = np.stack([ch.at[s.tool] for ch in changes])[:, None]
+    slip, coordinate = carried["contact.slip"][:, s.rows], carried["contact.coordinate"][:, s.rows, 0]
+    return Committed(lam, slip, coordinate, area, scale[:, 0], scale[:, 1], given.mu[:, k], q)
+
+
+def _carried_on(
+    at: Solution, before: Bundle, found: Closed, histories: list[Array], elastic: Any, state: State, changes: Sequence[Change]
+) -> Arrays:  # fmt: skip
+    """The derivatives of the committed state."""
+    c, was = at.c, before.arrays
+    x, m = found.x, len(changes)
+    work = found.force.copy()
+    work[:, c.plan.fixed] += found.reaction[:, c.plan.fixed]
+    out: Arrays = {"u": x} | {f"history_{k}": h for k, h in enumerate(histories)}
+    out |= {k: was[k].copy() for k in (*CONTACT, "lam")}
+    for p in found.points:
+        rows = p.surface.rows
+        out["contact.traction"][:, rows, 0], out["contact.slip"][:, rows] = p.t, p.kappa
+        out["contact.coordinate"][:, rows, 0] = p.s
+        out["contact.speed"][:, rows] = (p.kappa - p.before.kappa) / c.seconds
+        out["lam"][:, rows, 0], out["lam"][:, rows, 1] = p.p, p.t
+    energy = _energies(at, before, found, out | {"work": work}, elastic, state, changes)
+    out |= {f"energy.{k}": v for k, v in energy.items()}
+    out |= {"work": work, "step_start": x if c.ends_step else was["step_start"]}
+    return out | {f"stability.{k}": np.zeros(m) for k in Stability._fields if k != "negative"}
+
+
+def _energies(
+    at: Solution, before: Bundle, found: Closed, now: Arrays, elastic: Array, state: State, changes: Sequence[Change]
+) -> Arrays:
+    """Derivatives (d,) of the ledger of energies, term by term as in `prensa.solver.ledger`."""
+    system, was, old = at.system, before.arrays, at.c.state
+    external = was["energy.external"] + 0.5 * ((was["work"] + now["work"]) @ (state.u - old.u))
+    external += 0.5 * (now["u"] - was["u"]) @ (old.work + state.work)
+    plastic, friction, contact = np.zeros(len(changes)), was["energy.friction"].copy(), np.zeros(len(changes))
+    for k, b in enumerate(system.blocks):
+        density = b.law.energy(b.at_law(state.history[k])) if any(ch.X is not None for ch in changes) else None
+        if b.law.plastic:
+            plastic += (now[f"history_{k}"][..., 5] * b.volume).sum(axis=(1, 2))
+        for d, ch in enumerate(changes):
+            if density is not None:
+                elastic[d] += np.vdot(ch.volume[k], density)
+                if b.law.plastic:
+                    plastic[d] += np.vdot(ch.volume[k], state.history[k][..., 5])
+    for p in found.points:
+        rows, f, by = p.surface.rows, p.f, p.before
+        t0, t1 = old.contact.traction[rows, 0], f.t[:, 0]
+        total = np.abs(t0) + np.abs(t1)
+        change = np.sign(t0) * was["contact.traction"][:, rows, 0] + np.sign(t1) * p.t
+        friction += 0.5 * ((by.area * total + f.weight * change) * p.slid + f.weight * total * (p.kappa - by.kappa)).sum(axis=1)
+        if not p.surface.exact:
+            for value, rate, k_, dk in ((f.p, p.p, p.scale.k_n, by.k_n), (t1, p.t, p.scale.k_t, by.k_t)):
+                stored = 0.5 * (by.area - f.weight * dk / k_) * value**2 + f.weight * value * rate
+                contact += (stored / k_).sum(axis=1)
+    viscous = was["energy.viscous"]
+    imbalance = external - (elastic + plastic + friction + contact + viscous)
+    names = ("external", "elastic", "plastic", "friction", "contact", "imbalance", "viscous")
+    return dict(zip(names, (external, elastic, plastic, friction, contact, imbalance, viscous)))
+
+
+class Beside(NamedTuple):
+    """The increment beside the one at hand, a step along one of its closed derivatives: made when somebody looks at it."""
+
+    system: System
+    d: Direction
+    sign: float
+    number: int
+    at: Solution
+    found: Closed
+
+    def slope(self, of: Gradient) -> float | None:
+        """The derivative of a measure that is a linear map of motions and forces; None of places that begin elsewhere."""
+        assert self.d.change is not None
+        if self.d.change.moves and (of.nodes or of.places):
+            return None
+        dofs, slopes = of.displacements(self.system)
+        out = float(self.found.x[self.number, dofs] @ slopes)
+        tools = self.system.dofs.tool
+        for dof, slope in zip(*of.reactions(self.system)):
+            tool, axis = divmod(int(dof) - tools.first, tools.width)
+            out += slope * sum(float(p.F[self.number, :, 2 + axis].sum()) for p in self.found.points if p.surface.tool == tool)
+        return out
+
+    def increment(self, before: State, state: State, ended: bool) -> Increment:
+        """What users see of it, with the committed states that it led from and to."""
+        c, step, found, k = self.at.c, self.sign * self.d.step, self.found, self.number
+        plan = self.d.plans(c)[0 if self.sign > 0 else 1]
+        contacts = []
+        for p in found.points:
+            f, s = p.f, self.system.surfaces[self.at.c.surfaces.index(p.surface)]
+            pairs = self.system.pairs(s, state.u, before)._replace(s=f.s + step * p.s[k][:, None])
+            area = f.weight + step * p.before.area[k]
+            contacts.append(
+                f._replace(
+                    pairs=pairs, p=f.p + step * p.p[k], t=f.t + step * p.t[k][:, None], kappa=f.kappa + step * p.kappa[k],
+                    F=f.F + step * p.F[k], weight=area, area=area, points=s.points,
+                )
+            )  # fmt: skip
+        e = self.at.e._replace(
+            r=self.at.e.r + step * found.reaction[k], f_ext=self.at.e.f_ext + step * found.force[k],
+            contacts=tuple(contacts), history=state.history,
+        )  # fmt: skip
+        result = NewtonResult(True, None, state.u, None, state.lam, 0)
+        return increment_of(self.system, state, plan, e, result, 0, 0, ended, before)

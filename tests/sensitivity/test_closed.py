@@ -1,0 +1,96 @@
+"""Closed derivatives of the default elements, materials and contacts: against differences with held branches."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from test_derivatives import EXACT, FLOW, OPTIONS, RING, TWO_STEPS, ring, varied
+
+import prensa as pr
+from prensa.materials.flow_curve import FlowCurve
+from prensa.materials.hardening import TABLE, flow_gradient, flow_stress, slope_before
+from prensa.model.problem import Problem
+from prensa.model.schema import loads
+from prensa.sensitivity import solve as with_derivatives
+from prensa.sensitivity.parameters import value_of
+
+TABLED = f"{FLOW}={{type: table, points: [[0, 250], [0.1, 450], [0.3, 600], [1, 700]]}}"
+KNOWN = {
+    **{k: OPTIONS[k] for k in ("penalty", "exact", "plane strain", "voce", "johnson_cook", "gauss2", "force")},
+    "table": [TABLED],
+    "swift": [f"{FLOW}={{type: swift, K: 700, e0: 0.02, n: 0.2}}"],
+    "hockett_sherby": [f"{FLOW}={{type: hockett_sherby, s0: 250, s_inf: 800, b: 3, n: 0.6}}"],
+    "kirchhoff": ["bodies.ring.material.yield_on=kirchhoff", EXACT],
+    "elastic": ["bodies.ring.material={type: elastic, E: 1000, nu: 0.3}"],
+    "frictionless": ["contacts.0.surface=ring.top", "friction.mu=0"],
+}
+
+# differences have the round-off of places, over the step: as slip, as its speed in a sixth of the time, and times the penalty
+ROUND_OFF = 2.2e-16 * 9.0 / 1e-5
+NOISE = {"contact.slip": 1.0, "contact.coordinate": 1.0, "contact.speed": 6.0, "lam": 100 * 220e3 / 1.0, "contact.traction": 6.0}
+COMPILED = [
+    pr.Perfect(250.0), pr.Linear(250.0, 900.0), pr.Ludwik(250.0, 500.0, 0.3), pr.Swift(700.0, 0.02, 0.2),
+    pr.Voce(250.0, 300.0, 5.0, 40.0), pr.HockettSherby(250.0, 800.0, 3.0, 0.6), pr.JohnsonCook(250.0, 400.0, 0.3, 0.02, 0.1),
+    loads(RING, overrides=[TABLED]).problem.bodies["ring"].material.flow,  # type: ignore[attr-defined]
+]  # fmt: skip
+
+
+def both(problem: Problem, paths: list[str], monkeypatch: pytest.MonkeyPatch) -> tuple[list[pr.Increment], list[pr.Increment]]:
+    """Runs with closed derivatives and with those by differences."""
+    closed = list(pr.solve(problem, derivatives=paths))
+    with monkeypatch.context() as patched:
+        patched.setattr(with_derivatives, "covers", lambda c: False)
+        return closed, list(pr.solve(problem, derivatives=paths))
+
+
+@pytest.mark.parametrize("option", KNOWN)
+def test_closed_derivatives_are_those_by_differences(option: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Displacements, histories, contact points, energies and reactions, along all parameters, to 1e-7 of their size."""
+    problem = ring(*KNOWN[option])
+    paths = [p for p in varied(problem, "die") if "points" not in p or p.endswith(("1.0", "2.1"))]
+    assert len(paths) >= 5
+    closed, by_differences = both(problem, paths, monkeypatch)
+    size = {p: abs(value_of(problem, p)) for p in paths}
+    for name in by_differences[-1].state.derivatives[paths[0]]:
+        if name == "energy.imbalance":
+            continue  # the small difference of the others
+        largest, error = 0.0, 0.0
+        for a, b in zip(closed, by_differences, strict=True):
+            for p in paths:
+                x, y = (size[p] * i.state.derivatives[p][name] for i in (a, b))
+                largest, error = max(largest, np.abs(y).max(initial=0.0)), max(error, np.abs(x - y).max(initial=0.0))
+        assert error <= 1e-7 * largest + ROUND_OFF * NOISE.get(name, 0.0), name
+
+
+def test_closed_derivatives_go_through_steps_and_folded_elements(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a roll that is pushed, dragged and lifted, and of elements so distorted that forces of their own unfold them."""
+    rolled = loads(TWO_STEPS).problem
+    folded = ring("steps.0.move.die.y=-1.6", "friction.mu=0.4", "steps.0.increments=12", "bodies.ring.mesh.n=[5, 2]")
+    for problem, tool in ((rolled, "roll"), (folded, "die")):
+        paths = [p for p in varied(problem, tool) if "radius" not in p]
+        size = {p: abs(value_of(problem, p)) for p in paths}
+        for a, b in zip(*both(problem, paths, monkeypatch), strict=True):
+            x, y = (np.array([size[p] * i.state.derivatives[p]["work"] for p in paths]) for i in (a, b))
+            assert np.abs(x - y).max() <= 2e-7 * np.abs(y).max()
+
+
+@pytest.mark.parametrize("curve", COMPILED, ids=lambda c: str(c.type))
+def test_slopes_of_flow_curves(curve: FlowCurve) -> None:
+    """What scalars, knots and the strain before do to a compiled flow stress is what differences say."""
+    f = curve.kernel()
+    assert f is not None
+    p, by = tuple(f.p), np.empty(5)
+    table, dt = (f.knots, f.coefficients), 0.01
+
+    def stress(scalars: tuple[float, ...], a: float, da: float) -> float:
+        return float(flow_stress(f.kind, scalars, *table, a, da, dt)[0])
+
+    for a, da in ((0.3, 0.02), (1e-13, 0.0)):
+        flow_gradient(f.kind, p, *table, a, da, dt, *map(np.zeros_like, table), by)
+        for k in range(5 if f.kind != TABLE else 0):
+            step = 1e-6 * (abs(p[k]) or 1.0)
+            up, down = (stress(tuple(v + s * step * (i == k) for i, v in enumerate(p)), a, da) for s in (1, -1))
+            assert by[k] == pytest.approx((up - down) / (2 * step), rel=1e-6, abs=1e-9 * up / (abs(p[k]) or 1.0))
+    slope = flow_stress(f.kind, p, *table, 0.4, 0.02, dt)[1]
+    up, down = (stress(p, 0.4 + s * 1e-6, 0.02) for s in (1, -1))
+    assert slope_before(f.kind, p, 0.4, 0.02, dt, slope) == pytest.approx((up - down) / 2e-6, rel=1e-6, abs=1e-6)
