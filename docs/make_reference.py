@@ -36,7 +36,7 @@ SECTIONS: dict[str, tuple[type, ...]] = {
     "Tools": (*dict(public("tool")).values(), model.Springs),
     "Contacts": (model.Contact, model.NoContact, *dict(public("enforcement")).values()),
     "Friction": tuple(dict(public("friction")).values()),
-    "Supports, motions and loads": (model.Fixed, model.Motion, model.Crank, model.Push, model.Load),
+    "Supports, motions and loads": (model.Fixed, model.Motion, model.Crank, model.Feed, model.Push, model.Load),
     "How it is solved, and what is written": (model.Numerics, model.Output),
 }  # fmt: skip
 

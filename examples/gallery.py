@@ -133,7 +133,7 @@ def flat_rolling(run: Run) -> Iterator[Row]:
     """Force and moment over a passage, and the neutral point, beside the slab methods with elastic recovery."""
     data = {"R": 65.0, "H": 1.0, "h": 0.75, "mu": 0.1, "k": 100.0, "E": 50e3}
     slab, orowan = ref.strip_rolling(**data), orowan_rolling(**data)
-    neutral = float(run.table["neutral"][run.ends["let go"] + 1 :].mean())
+    neutral = float(run.table["neutral"][run.ends["fill"] + 1 :].mean())
     yield row("force (N/mm), Kármán", slab.force, run["force"], 0.05)
     yield row("force (N/mm), Orowan", orowan.force, run["force"], 0.05)
     yield row("moment (N mm/mm), Kármán", slab.torque, -run["moment"], 0.05)
@@ -203,6 +203,8 @@ def free_bending(run: Run) -> Iterator[Row]:
     bent, released = (180.0 - 2.0 * run.end("leg", step) for step in ("bend", "release"))
     yield row("angle between the legs (deg), strip in bending", math.degrees(exact.angle), bent, 0.02)
     yield beside("angle between the legs (deg), NAFEMS R0094", 21.84, bent)
+    as_bent = math.degrees(exact.released)
+    yield beside("angle after release (deg), strip with the curvature of the punch all along it", as_bent, released)
     yield beside("angle after release (deg), NAFEMS R0094", 54.45, released)
     yield beside("angle after release (deg), another program there", 43.2, released)
 

@@ -53,6 +53,15 @@ def test_an_elastic_leg_is_that_of_a_beam():
     assert beyond @ normal == pytest.approx(found.force * span**3 / (3.0 * stiff), rel=2e-2)
 
 
+def test_an_elastic_strip_is_straight_when_the_tools_have_gone():
+    """What bends without yielding opens to 180 degrees, wherever the moment came from; one that yields stays bent."""
+    tools = {"punch": 500.0, "shoulder": 1.0, "apart": 502.05, "thickness": 1.0}
+    found = free_bending(**tools, flow=lambda e: 1e9 + 0.0 * np.asarray(e), E=1e5, nu=0.3)
+    assert found.released == pytest.approx(math.pi, rel=1e-5)
+    kept = free_bending(**TOOLS, flow=swift, E=70500.0, nu=0.342)
+    assert kept.angle + 0.5 < kept.released < kept.angle + 0.9
+
+
 def test_tools_that_leave_no_room_are_refused():
     """Punch, strip and shoulder must fit beside one another."""
     with pytest.raises(ValueError, match="leaves no room"):

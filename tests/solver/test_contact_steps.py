@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -151,3 +152,23 @@ def test_a_body_that_nothing_holds_is_not_held_by_the_foundation():
     )
     with pytest.raises(PrensaError, match="free"):
         list(pr.solve(problem))
+
+
+def test_increments_are_judged_by_the_way_that_led_to_them(monkeypatch):
+    """Iterations of an attempt that was given up are told, but do not keep the next increment short."""
+    from prensa.solver import attempt as module
+    from prensa.solver.failure import NotConverged
+
+    def gives_up(eq, path, start):
+        found = NewtonResult(False, NotConverged(12, 1.0), start, None, eq.system.initial_multipliers(eq.context.state), 12)
+        found.changes = [1]
+        return found
+
+    problem = sheet(16, None)
+    problem = replace(problem, steps=(replace(problem.steps[0]),))
+    plain = list(pr.solve(problem))
+    monkeypatch.setattr(module, "attempt_by", gives_up)
+    rescued = list(pr.solve(problem))
+    assert all(inc.statistics.iterations > 12 for inc in rescued)
+    assert len(rescued) <= 1.2 * len(plain)
+    assert rescued[-1].force("die").y == pytest.approx(plain[-1].force("die").y, rel=1e-6)

@@ -14,6 +14,7 @@ from prensa.errors import Notice
 from prensa.fem.planning import plan_step
 from prensa.fem.schedule import StepPlan
 from prensa.fem.system import System
+from prensa.model.feed import ends_early
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -38,7 +39,7 @@ def motions(system: System) -> Iterator[Notice]:
             yield from _standstill(system, plan, at_start, before)
         yield from _never_there(system, plan, at_start, known)
         known &= np.isin(np.arange(system.ndof), plan.fixed)
-        if system.problem.steps[number].until is not None:  # which may end it anywhere on the way
+        if ends_early(system.problem.steps[number]):  # which may end it anywhere on the way
             known[plan.fixed] &= plan.values(plan.t1) == at_start[plan.fixed]
         at_start, before = at_start.copy(), plan
         at_start[plan.fixed] = plan.values(plan.t1)

@@ -81,8 +81,21 @@ def _rest_of_outline(problem: model.Problem, contact: model.Contact, body: str, 
     return np.unique(left if len(left) else outline, axis=0)
 
 
-def _symmetric(problem: model.Problem, body: str, mesh: Mesh, edges: Index) -> NDArray[np.bool_]:
-    """Edges (k,) on the axis of revolution, and those that supports hold along their normal in all steps."""
+def symmetry_lines(problem: model.Problem, body: str, mesh: Mesh) -> set[tuple[int, float]]:
+    """Lines (axis of the normal, place) all outline on which is held along the normal in all steps, and not along itself."""
+    edges, held = boundary_edges(mesh.cells)[:, :2], _held(problem, body, mesh)
+    ends, out, near = mesh.points[edges], set(), 1e-9 * float(np.ptp(mesh.points, axis=0).max())
+    for axis in (0, 1):
+        flat = np.ptp(ends[..., axis], axis=1) <= near
+        for at in np.unique(ends[flat, 0, axis]).tolist():
+            there = edges[flat & (np.abs(ends[:, 0, axis] - at) <= near)]
+            if held[there, axis].all() and not held[there, 1 - axis].all(axis=1).any():
+                out.add((axis, at))
+    return out
+
+
+def _held(problem: model.Problem, body: str, mesh: Mesh) -> NDArray[np.bool_]:
+    """Components (n, 2) of the nodes that supports hold where they are in all steps."""
     held = np.zeros((len(mesh.points), 2), dtype=bool)
     for number, source in enumerate((problem.fixed, *(s.fixed for s in problem.steps))):
         for name, support in source.items():
@@ -94,7 +107,12 @@ def _symmetric(problem: model.Problem, body: str, mesh: Mesh, edges: Index) -> N
                         held[nodes, axis] = False
                     elif number == 0 and value == "held":
                         held[nodes, axis] = True
-    ends = mesh.points[edges[:, :2]]
+    return held
+
+
+def _symmetric(problem: model.Problem, body: str, mesh: Mesh, edges: Index) -> NDArray[np.bool_]:
+    """Edges (k,) on the axis of revolution, and those that supports hold along their normal in all steps."""
+    held, ends = _held(problem, body, mesh), mesh.points[edges[:, :2]]
     if problem.space == "axisymmetric":
         held[:, 0] |= mesh.points[:, 0] <= 1e-12 * float(np.ptp(mesh.points, axis=0).max())
     t = ends[:, 1] - ends[:, 0]

@@ -126,6 +126,8 @@ def _supports(p: model.Problem, number: int) -> dict[tuple[str, str], tuple[Any,
             for c in ("x", "y"):
                 if getattr(motion, c) is not None:
                     supports[(name, c)] = (getattr(motion, c), k, True)
+        for name, feed in p.steps[k].feed.items() if 0 <= k < number else ():
+            supports.pop((name, feed.axis), None)  # nothing holds what was fed
     return supports
 
 

@@ -29,6 +29,7 @@ from prensa.mesh.mesh import boundary_edges
 from prensa.mesh.quality import quality
 from prensa.mesh.triangulate import NO_MESHER, has_mesher
 from prensa.model import problem as model
+from prensa.model.feed import ends_early
 from prensa.model.problem import tools_removed
 from prensa.model.remeshing import remeshing_of
 
@@ -175,7 +176,7 @@ def _lengths(system: System) -> Iterator[Notice]:
                     f"{value:.4g} {unit} against bodies of {size:.4g} {unit}; are both in the same unit?",
                 )
     for i, step in enumerate(system.problem.steps):
-        for kind in ("move", "by", "velocity", "control") if step.until is None else ():
+        for kind in ("move", "by", "velocity", "control") if not ends_early(step) else ():
             for name, motion in getattr(step, kind).items():
                 for key in ("x", "y", "rz"):
                     value = getattr(motion, key)
@@ -351,7 +352,7 @@ def _moments(system: System) -> Iterator[_Moment]:
             own = np.isin(plan.fixed, system.dofs.tool.dofs(t))
             # what ends a step may do so anywhere on its way, and tools that are removed are nowhere
             still = not tools_removed(system.problem, number)
-            still &= system.problem.steps[number].until is None or np.array_equal(
+            still &= not ends_early(system.problem.steps[number]) or np.array_equal(
                 plan.values(plan.t1)[own], at_start[plan.fixed[own]]
             )
             known[t] &= still and bool(np.isin(system.dofs.tool.dofs(t)[: system.dofs.dimension], plan.fixed).all())

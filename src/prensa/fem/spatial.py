@@ -43,6 +43,9 @@ class PlaneStep:
     fixed: Mapping[str, Any] = field(default_factory=dict)
     stabilise: float | str | None = None
     until: None = None
+    duration: None = None
+    crank: Mapping[str, Any] = field(default_factory=dict)
+    feed: Mapping[str, Any] = field(default_factory=dict)
     control: Mapping[str, Any] = field(default_factory=dict)
     remove_tools: bool = False
 

@@ -186,6 +186,11 @@ def earlier_run(
     case, state = read_checkpoint(Path(start.run) / CHECKPOINT)
     before = case.problem
     system = discretise(before, state)
+    if state.u.shape != (system.ndof,):
+        raise StartError(
+            f"start: in the run in {start.run!r} free sides came to lines of symmetry, and what these carry is not carried over "
+            "to another case; make both one case of several steps"
+        )
     for key in ("space", "kinematics", "contact_geometry", "thickness", "units"):
         if getattr(before, key) != getattr(problem, key):
             raise StartError(

@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from prensa.model import crank, until
-from prensa.model.names import Finding, suggest
+from prensa.model import crank, feed, until
+from prensa.model.names import SYMMETRY, Finding, suggest
 from prensa.model.remeshing import remeshing_of
 from prensa.model.units import factor
 from prensa.registry import DOORS
@@ -221,7 +221,12 @@ def _surfaces(p: Any) -> Iterator[Finding]:
                         f"{s!r} is against {entry.against!r} in {other} already: which of the two holds is not said; name it in "
                         "one of them",
                     )
-            if entry.against not in p.tools:
+            if kind == "no_contact" and entry.against == SYMMETRY and SYMMETRY not in p.tools:
+                parts = [s for s in entry.surface if s not in p.bodies]
+                if parts:
+                    message = f"lines of symmetry and the axis are for whole bodies: write {parts[0].partition('.')[0]!r}"
+                    yield Finding((*path, "surface"), message)
+            elif entry.against not in p.tools:
                 yield Finding((*path, "against"), f"unknown tool {entry.against!r}{suggest(entry.against, p.tools)}")
     if p.contact_geometry == "reference":
         yield from _corners(p)
@@ -367,6 +372,9 @@ def _step(p: Any, path: tuple[str | int, ...], step: Any) -> Iterator[Finding]:
             message = f"{axis} of tool {key!r} is given by '{rival}' and by 'crank'; keep one"
             yield Finding((*path, "crank", key), message, at_key=True)
     yield from crank.findings(p, step, path)
+    for key in step.feed:
+        yield from _boundary(p, key, (*path, "feed", key), at_key=True)
+    yield from feed.findings(p, step, path)
     yield from _supports(p, step, path)
     yield from _control(p, step, (*path, "control"))
     contacts = [c.name for c in p.contacts if c is not None]

@@ -6,6 +6,8 @@ import difflib
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+SYMMETRY = "symmetry"  # in ``no_contact``: the lines of symmetry and the axis
+
 
 def suggest(name: str, known: Iterable[str]) -> str:
     """'; did you mean …?' for the nearest known name, or the list of the known ones."""

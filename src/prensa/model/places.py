@@ -177,7 +177,7 @@ def _owner(place: Place, key: str | int, kind: Any, node: Node | None) -> str:
         label = node.value.get("name") if node is not None and isinstance(node.value, dict) else None
         name = repr(label.value) if label is not None and isinstance(label.value, str) else key
     if is_names(place.kind) or isinstance(key, int):
-        if section in ("move", "by", "velocity", "crank", "push", "control", "body_force"):
+        if section in ("move", "by", "velocity", "crank", "feed", "push", "control", "body_force"):
             noun = f"{section} of {name}"
         else:
             noun = f"{_ONE.get(section, section)} {name}"

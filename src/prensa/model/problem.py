@@ -18,6 +18,7 @@ from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag,
 
 from prensa.model.crank import Crank
 from prensa.model.doors import name_of, union
+from prensa.model.feed import Feed
 from prensa.model.fields import (
     AngleValue,
     BodyForceValue,
@@ -515,7 +516,8 @@ class Contact:
 class NoContact:
     """Sides that a tool may go through: ``surface`` (a body, a boundary ``body.name`` or a list of them) ``against`` a tool.
 
-    Nothing acts between them, and metal that lies inside the tool there is meant.
+    Nothing acts between them, and metal that lies inside the tool there is meant. ``symmetry`` in place of a tool: bodies that
+    may go beyond lines of symmetry and the axis, which are rigid smooth planes to free sides otherwise.
     """
 
     surface: Annotated[tuple[str, ...], BeforeValidator(_as_names), Field(min_length=1)]
@@ -672,6 +674,8 @@ class Step:
     ``move``: tool displacement from the initial position reached at the end of the step (or a table);
     ``by``: the same from where the tool is at the start of the step, also of a boundary, whose support it prescribes from then
     on; ``velocity``: tool velocity during the step; ``crank``: of a mechanical press; ``push``: tool force.
+    ``feed``: boundaries that push a strip or a wire to the tools, until these have gripped it or ``until`` ends the step; then it
+    is free.
     Numbers ramp linearly from the value at the start of the step. What is not mentioned is held. What is released or
     changed goes linearly, over the step, from the force that it carries to what is asked; lowered friction fades so too.
     ``remove_tools``: all tools leave the bodies, their forces going linearly to zero over the step, and are gone from then on;
@@ -693,6 +697,7 @@ class Step:
     by: Mapping[str, Motion] = field(default_factory=dict)
     velocity: Mapping[str, Velocity] = field(default_factory=dict)
     crank: Mapping[str, Crank] = field(default_factory=dict)
+    feed: Mapping[str, Feed] = field(default_factory=dict)
     push: Mapping[str, Push] = field(default_factory=dict)
     fixed: Mapping[str, FixedValue] = field(default_factory=dict)
     loads: Mapping[str, Load] = field(default_factory=dict)
@@ -756,9 +761,9 @@ class Problem:
     start: Start | None = None
     measures: Mapping[str, str] = field(default_factory=dict)
 
-    def driven(self, step: Step) -> dict[str, Motion]:
-        """Boundaries that a step moves ``by`` a way: what it says of no tool."""
-        return {name: motion for name, motion in step.by.items() if name not in self.tools}
+    def driven(self, step: Step) -> dict[str, Motion | Feed]:
+        """Boundaries that a step moves ``by`` a way, what it says of no tool, and those that it feeds."""
+        return {name: motion for name, motion in step.by.items() if name not in self.tools} | dict(step.feed)
 
     @model_validator(mode="after")
     def _check(self) -> Problem:
@@ -861,7 +866,7 @@ class Case:
 
 
 __all__ = [
-    "Annulus", "ArcSide", "Body", "Case", "Contact", "Crank", "Disc", "File", "Fixed", "Grade", "Load", "Motion", "NoContact",
-    "Nose", "Numerics", "Outline", "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "Remesh", "Sizes",
+    "Annulus", "ArcSide", "Body", "Case", "Contact", "Crank", "Disc", "Feed", "File", "Fixed", "Grade", "Load", "Motion",
+    "NoContact", "Nose", "Numerics", "Outline", "Output", "Patch", "Points", "Problem", "Push", "Rectangle", "Remesh", "Sizes",
     "SplineSide", "Springs", "Start", "Step", "Strip", "Tie", "ToolForce", "ToolTravel", "Units", "Until", "When", "Wire",
 ]  # fmt: skip

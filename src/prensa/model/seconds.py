@@ -13,11 +13,9 @@ def duration_of(step: Any) -> float:
 
 def stated(step: Any) -> float | None:
     """Seconds that a step says that it lasts."""
-    duration = getattr(step, "duration", None)  # steps of bricks in space have none
-    if duration is not None:
-        return float(duration)
-    cranks = getattr(step, "crank", {}).values()
-    return next((c.seconds for c in cranks if c is not None and c.seconds is not None), None)
+    if step.duration is not None:
+        return float(step.duration)
+    return next((c.seconds for c in step.crank.values() if c is not None and c.seconds is not None), None)
 
 
 def any_stated(problem: Any) -> bool:

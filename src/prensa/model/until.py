@@ -8,12 +8,13 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import BeforeValidator, Discriminator, Tag, model_validator
 
+from prensa.model.feed import ends_early
 from prensa.model.fields import described
 from prensa.model.names import Finding, suggest
 from prensa.model.units import Angle, Displacement, Force, Moment, Number
 
 Path: TypeAlias = tuple[str | int, ...]
-DRIVEN = ("move", "by", "velocity", "crank", "push", "control")
+DRIVEN = ("move", "by", "velocity", "crank", "feed", "push", "control")
 
 
 @described
@@ -116,7 +117,7 @@ def tables_beyond(p: Any) -> Iterator[Finding]:
 
     And tables of ``move``, measured from the initial place, of tools that an early end leaves wherever they are.
     """
-    open_ended = [i for i, step in enumerate(p.steps) if step is not None and step.until is not None]
+    open_ended = [i for i, step in enumerate(p.steps) if step is not None and ends_early(step)]
     if not open_ended:
         return
     for prefix, owner, first in [((), p, 0), *((("steps", i), s, i) for i, s in enumerate(p.steps) if s is not None)]:
@@ -164,7 +165,7 @@ def _moved_tables(p: Any) -> Iterator[Finding]:
             for key in ("x", "y", "rz", "m")
             if motion is not None and getattr(motion, key, None) not in (None, "held")
         }
-        if step.until is not None:
+        if ends_early(step):
             anywhere |= dict.fromkeys(moved, step.name)
         else:  # a number or a table says where the tool ends
             said = {(n, k) for n, k in moved if getattr(step.move.get(n, step.fixed.get(n)), k, None) is not None}

@@ -25,6 +25,7 @@ from prensa.fem.preflight import preflight
 from prensa.fem.state import State
 from prensa.fem.system import System
 from prensa.measures import parse_all, refuse_targets
+from prensa.model.feed import ends_early
 from prensa.model.problem import Case, Problem
 from prensa.output import checkpoint, history, measured, passages, pictures, report, runlog, vtk
 from prensa.output.files import file_name, file_names, flush, write_text
@@ -214,7 +215,7 @@ class _Run:
         with self.timer("recovery"):
             contacts = increment.contacts
         with self.timer("tables"):
-            for name, contact in contacts.items():
+            for name, contact in ((n, c) for n, c in contacts.items() if n in self.names):
                 path = history.write_contact(self.directory, self.names[name], increment.number, contact)
                 self.written += [path, history.of_points(path)]
             self.tables.append(increment)
@@ -347,6 +348,6 @@ def _early_ends(table: dict[str, NDArray[Any]], problem: Problem, completed: boo
     for number, step in enumerate(problem.steps):
         rows = np.flatnonzero(table["step"] == step.name)
         over = completed or (len(rows) and rows[-1] < len(table["step"]) - 1)
-        if step.until is not None and len(rows) and over and (end := float(table["time"][rows[-1]])) < number + 1:
+        if ends_early(step) and len(rows) and over and (end := float(table["time"][rows[-1]])) < number + 1:
             out[step.name] = end
     return out

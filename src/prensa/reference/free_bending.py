@@ -18,12 +18,13 @@ class FreeBending:
     """The bent strip.
 
     ``angle`` between the legs and ``tangents``, that were they straight up to the punch (rad); ``force`` of a shoulder across
-    its leg, per unit width.
+    its leg, per unit width; ``released``: angle between the legs when the tools have gone (rad).
     """
 
     angle: float
     tangents: float
     force: float
+    released: float
 
 
 def free_bending(
@@ -35,7 +36,8 @@ def free_bending(
     The strip lies on the punch up to a point P, crosses to the shoulder at Q, and is straight beyond. Between P and Q it
     carries the moment of the shoulder's force, curvature by curvature that of `bend_strip`, which at P is that of the punch;
     the angle at Q and the force are those with which the line from Q arrives at P on the punch and along it. Were the strip
-    straight from P on, cos(angle/2) = (punch + thickness + shoulder)/apart. Inextensible, without shear.
+    straight from P on, cos(angle/2) = (punch + thickness + shoulder)/apart. Inextensible, without shear. Release takes the
+    moments off elastically, also where the strip lies on the punch: the legs open by twice the integral of 12 M/(E' t^3).
 
     Raises ValueError for a length, E or flow out of bounds (see `bend_strip`), mu < 0, or a gap between punch and shoulder
     that is less than the thickness.
@@ -51,6 +53,7 @@ def free_bending(
             f"apart = {apart!r}: leaves no room for the strip; give more than {punch + thickness + shoulder!r}"
         )
     tangents = math.acos((punch + thickness + shoulder) / apart)
+    stiffness = E / (1.0 - nu * nu) * thickness**3 / 12.0
     on_punch, on_shoulder = punch + 0.5 * thickness, shoulder + 0.5 * thickness
     curvature = np.concatenate([np.geomspace(0.01, 1.0, 24), [1.2]]) / on_punch
     moment = bend_strip(curvature, thickness=thickness, flow=flow, E=E, nu=nu).moment
@@ -71,18 +74,26 @@ def free_bending(
         raise ValueError(
             f"apart = {apart!r}: no strip of this material goes from the punch to the shoulder; widen the die"
         )
-    return FreeBending(2.0 * float(found.x[0]) * tangents, 2.0 * tangents, laid / (float(found.x[1]) * thickness))
+    half, lever = float(found.x[0]) * tangents, float(found.x[1]) * thickness
+    along, across = np.array([math.sin(half), math.cos(half)]), np.array([-math.cos(half), math.sin(half)])
+    end = _end(half, laid / lever * (across + mu * along), laid, bent, math.pi * on_punch)
+    opened = (float(end[3]) + laid * on_punch * (0.5 * math.pi - float(end[2]))) / stiffness
+    return FreeBending(2.0 * half, 2.0 * tangents, laid / lever, 2.0 * (half + opened))
 
 
 def _end(half: float, force: Array, laid: float, bent: Callable[[float], Array], way: float) -> Array:
-    """Where (x, y from Q) and in what direction (rad from the vertical) the strip has the moment ``laid``, or after a ``way``."""
+    """Where (x, y from Q) and in what direction (rad from the vertical) the strip has the moment ``laid``, or after a ``way``.
+
+    The fourth number is the integral of the moment along the strip up to there.
+    """
     from scipy.integrate import solve_ivp
 
     def excess(_: float, y: Array) -> float:
         return float(abs(y[0] * force[1] - y[1] * force[0])) - laid
 
     def rate(s: float, y: Array) -> list[float]:
-        return [-math.sin(y[2]), -math.cos(y[2]), float(bent(excess(s, y) + laid))]
+        moment = excess(s, y) + laid
+        return [-math.sin(y[2]), -math.cos(y[2]), float(bent(moment)), moment]
 
     excess.terminal = True  # type: ignore[attr-defined]
-    return np.asarray(solve_ivp(rate, (0.0, way), [0.0, 0.0, half], events=excess, rtol=1e-7, atol=1e-8).y[:, -1])
+    return np.asarray(solve_ivp(rate, (0.0, way), [0.0, 0.0, half, 0.0], events=excess, rtol=1e-7, atol=1e-8).y[:, -1])

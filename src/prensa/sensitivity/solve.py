@@ -16,6 +16,7 @@ from prensa.fem.state import State
 from prensa.fem.system import System
 from prensa.measures.measure import Measure
 from prensa.model import problem as model
+from prensa.model.feed import ends_early
 from prensa.model.remeshing import remeshing_of
 from prensa.sensitivity.closed import Beside, Bundle, covers, differentiate
 from prensa.sensitivity.direct import Columns, Direction, Neighbour, Solution
@@ -100,10 +101,10 @@ def _refuse(system: System, start: State | None, derivatives: Sequence[str]) -> 
         )
     if remeshing_of(system.problem) is not None:
         raise ArgumentError("derivatives: a new mesh has other nodes, so nothing is known of its derivatives; give 'remesh: off'")
-    until = next((s.name for s in system.problem.steps if s.until is not None), None)
+    until = next((s.name for s in system.problem.steps if ends_early(s)), None)
     if until is not None:
         raise ArgumentError(
-            f"derivatives: step {until!r} ends by its 'until', at another time for other parameters; give the travel "
+            f"derivatives: step {until!r} ends by its 'until' or 'feed', at another time for other parameters; give the travel "
             "or the force at which it ended"
         )
     led = next((s.name for s in system.problem.steps if s.control), None)

@@ -41,7 +41,7 @@ def attempt(eq: Equilibrium, start: Array, soften: bool = True) -> NewtonResult:
         again = _outcome(eq, start, solve)
         spent += again.iterations
         if again.converged:
-            again.iterations = spent
+            again.iterations, again.vain = spent, spent - again.iterations
             return again
     result.iterations = spent
     path = stages(eq.system, eq.context, eq.policy) if soften else []

@@ -28,6 +28,7 @@ class NewtonResult:
 
     ``recover``: gives all dofs where u has only those that the next increment needs. ``negative``: modes in which the
     equilibrium is unstable; ``beside``: it was found beside one that is; ``jumped``: the way to it is unstable.
+    ``vain``: how many of the iterations went another way, that was given up.
     ``affordable``: so few points were near a tool that the iteration could take contact steps wherever it wanted.
     """
 
@@ -45,6 +46,7 @@ class NewtonResult:
     negative: int = 0
     beside: bool = False
     jumped: bool = False
+    vain: int = 0
     affordable: bool = False
 
     def contact_changed(self, policy: Policy) -> bool:

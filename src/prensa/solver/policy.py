@@ -296,6 +296,8 @@ class Policy:
     """… if it does not jump there; then, share of the step within which its time is known."""
     until_strain: float = 1e-3
     """Elastic strain whose forces are the size of a force that is to vanish."""
+    gripped: float = 1e-6
+    """Elastic strain with whose forces tools pull at a body that they have gripped."""
 
 
 DEFAULT = Policy()

@@ -50,9 +50,13 @@ class Criterion:
     size: float
     side: float = 0.0
     """+1 or −1: met from below or from above alone; 0: from where it is when the step begins."""
+    fed: bool = False
+    """Whether it is the force at which what is fed is held back."""
 
     def at(self, value: float) -> str:
         """A value in words."""
+        if self.fed:
+            return f"it was pushed with {-value:.6g}"
         if self.side:
             return "it touches" if value <= self.target else "nothing touches"
         return f"{value:.6g} of {self.target:.6g}"
@@ -74,6 +78,7 @@ class Stopping:
         until = system.problem.steps[plan.number].until if plan.number < len(system.problem.steps) else None
         self.required = until is not None and until.required
         self.criteria = [] if until is None else list(_criteria(system, plan.number, policy))
+        self.criteria += _gripped(system, plan.number, policy)
 
     def begin(self, state: State) -> State:
         """The state in which the step begins, with what is watched.
@@ -130,7 +135,7 @@ class Stopping:
             each = [f"{k.path} ({k.at(v)})" for k, v in zip(self.criteria, c.watched.tolist())]
             was = "was" if len(each) == 1 else "were"
             unmet = f"{' and '.join(each)} {was} not met"
-            other = any(k.target * v < 0 for k, v in zip(self.criteria, c.watched.tolist()))
+            other = any(k.target * v < 0 and not k.fed for k, v in zip(self.criteria, c.watched.tolist()))
             remedy = "check the sign, which is that of history.csv" if other else "let it go further, or ask for less"
             yield f"step {self.plan.name!r} goes to its end: {unmet}; {remedy}"
 
@@ -221,6 +226,19 @@ def _criteria(system: System, number: int, policy: Policy) -> Iterator[Criterion
         unit = (policy.until_strain * system.stiffness) ** force * system.length**length
         words = f"measure {name!r} has reached {target:.6g}"
         yield Criterion(f"until.measure.{name}", words, measured, target, abs(target) or unit)
+
+
+def _gripped(system: System, number: int, policy: Policy) -> Iterator[Criterion]:
+    """The moment from which what a step feeds would have to be held back."""
+    steps = system.problem.steps
+    for name, feed in steps[number].feed.items() if number < len(steps) else ():
+        sign = 1.0 if feed.way > 0 else -1.0
+
+        def pull(look: Look, name: str = name, axis: str = feed.axis, sign: float = sign) -> float:
+            return -sign * float(getattr(look.increment().supports[name], axis))
+
+        least, unit = policy.gripped * system.stiffness, policy.until_strain * system.stiffness
+        yield Criterion(f"feed.{name}", f"{name!r} is gripped", pull, least, unit, 1.0, True)
 
 
 def _contact(system: System, path: str, name: str, word: str, tolerance: float) -> Criterion:

@@ -18,6 +18,7 @@ from prensa.fem.discretise import discretise
 from prensa.fem.folds import fold, outlines
 from prensa.fem.inside import inside, watches
 from prensa.fem.letting_go import held_at, let_go, removed_tools, still_held, table_jumps
+from prensa.fem.mirrors import Guard, extended, guard_of, names_of, system_of, with_planes
 from prensa.fem.modes import free_to_move
 from prensa.fem.planning import plan_step
 from prensa.fem.preflight import preflight
@@ -26,6 +27,7 @@ from prensa.fem.state import Clock, State
 from prensa.fem.symmetry import is_symmetric
 from prensa.fem.system import Evaluation, System
 from prensa.model import problem as model
+from prensa.model.feed import ends_early
 from prensa.model.remeshing import remeshing_of
 from prensa.solver.acceptance import Acceptance, unilaterally_supported
 from prensa.solver.approach import approach, first_touch
@@ -111,8 +113,11 @@ def solve(
     """
     check_arguments(problem, numerics, start, monitor, timer, policy)
     system = problem if isinstance(problem, System) else discretise(problem)
+    base = system
     if start is None:
         told_before(system)
+    elif not belongs(start, system):
+        system = system_of(start, system)
     numerics, policy = numerics or model.Numerics(), policy or Policy()
     numerics = replace(numerics, threads=threads_of(numerics, system.ndof, policy))
     condense = to_be_condensed(system, numerics, policy)
@@ -123,6 +128,8 @@ def solve(
         made = TimeStepping(system, numerics, policy, Messages(system, monitor), timer, condense)
         made.passages, made.remeshes = followed, remeshing_of(system.problem) is not None
         made.prescribe(state, times, stops)
+        made.guard = None if made.remeshes or system is not base else guard_of(system)
+        made.planes = list(system.problem.tools)[len(base.problem.tools) :]
         return made
 
     if remeshing_of(system.problem) is not None:
@@ -157,7 +164,7 @@ def check_arguments(
         ("policy", policy, Policy),
     ):
         take("solve", name, value, (kind, type(None)), f"give a {kind.__name__} or None")
-    if isinstance(start, State) and isinstance(problem, System) and not belongs(start, problem):
+    if isinstance(start, State) and isinstance(problem, System) and not belongs(start, system_of(start, problem)):
         raise ArgumentError(
             f"solve: start has {len(start.u)} unknowns and the problem {problem.ndof}; they do not belong together"
         )
@@ -192,6 +199,10 @@ def _as_times(name: str, given: Sequence[float]) -> Array:
     return out
 
 
+class _Nearing(Exception):
+    """An increment in which a free outline comes to a line of symmetry, to be done again with a plane there."""
+
+
 class TimeStepping:
     """A run: the steps of a problem one after the other, each in increments."""
 
@@ -210,6 +221,9 @@ class TimeStepping:
         self.passages = Passages(system)
         self.held = (-1, False)  # number of a step, and whether supports alone hold all bodies in it, which may flow
         self.remeshes = False
+        self.guard: Guard | None = None  # of lines of symmetry that free outlines may come to
+        self.planes: list[str] = []  # tools that stand for them, once one has
+        self.met: list[int] = []  # contact points that were closed before the run began here
         self.stopping: Stopping
         self.times: Array | None = None
         self.stops: Array | None = None
@@ -228,10 +242,10 @@ class TimeStepping:
         if times is None:
             return
         given = _as_times("times", times)
-        until = next((s.name for s in self.system.problem.steps if s.until is not None), None)
+        until = next((s.name for s in self.system.problem.steps if ends_early(s)), None)
         if until is not None:
             raise ArgumentError(
-                f"solve: step {until!r} ends by its 'until', so times cannot be given; leave one of them out"
+                f"solve: step {until!r} ends by its 'until' or 'feed', so times cannot be given; leave one of them out"
             )
         self.times = given[given > now]
         ends = np.arange(np.floor(now) + 1.0, last + 1.0)
@@ -245,27 +259,38 @@ class TimeStepping:
     def run(self, state: State) -> Iterator[Increment]:
         """Increments from a committed state to the end of the last step."""
         touched = state.contact.closed | (state.contact.slip > 0)
+        touched[self.met] = True
         steps = self.system.problem.steps
         for number in range(state.clock.step, len(steps)):
             if not self.system.gone and model.tools_removed(self.system.problem, number):
                 if state.clock.time <= number:
-                    self.messages.warn(untouched_tools(self.system, touched))
+                    self.messages.warn(untouched_tools(self.system, touched, self.planes))
+                self.refuse_to_part(state, number)
                 yield from self.without_tools().run(state)
                 return
             plan = plan_step(self.system, number, state.step_start, state.ends)
             self.stopping = Stopping(self.system, plan, self.policy, self.view)
+            entered = state
             if state.clock.time <= plan.t0:
                 state = self.begin(state, plan)
             self.prepare(plan)
             control = StepControl(self.system, plan, self.policy, self.times, self.stops)
             self.distortion = Distortion(self.system, self.policy)
             while state.clock.step == number:
-                state, increment = self.advance(state, plan, control)
+                try:
+                    state, increment = self.advance(state, plan, control)
+                except _Nearing as nearing:
+                    self.messages.note(state, plan, str(nearing))
+                    rest = self.with_planes()
+                    rest.met, rest.validity = np.flatnonzero(touched).tolist(), self.validity
+                    begun = state if state.clock.time > plan.t0 else entered
+                    yield from rest.run(extended(begun, self.system, rest.system))
+                    return
                 self.last = increment
                 touched |= state.contact.closed
                 yield increment
         if len(steps):
-            self.messages.warn([*untouched_tools(self.system, touched), *self.validity.told()])
+            self.messages.warn([*untouched_tools(self.system, touched, self.planes), *self.validity.told()])
 
     def without_tools(self) -> TimeStepping:
         """The rest of the run, when the tools are gone."""
@@ -275,6 +300,27 @@ class TimeStepping:
         rest.passages, rest.remeshes, rest.last = self.passages, self.remeshes, self.last
         rest.times, rest.stops = self.times, self.stops
         return rest
+
+    def with_planes(self) -> TimeStepping:
+        """The rest of the run, with planes at the lines of symmetry."""
+        assert self.guard is not None
+        system = with_planes(self.guard)
+        rest = TimeStepping(
+            system, self.numerics, self.policy, Messages(system, self.messages.monitor), self.timer, condense=False
+        )
+        rest.passages, rest.last, rest.times, rest.stops = self.passages, self.last, self.times, self.stops
+        rest.planes = names_of(self.system.problem, self.guard.lines)
+        return rest
+
+    def refuse_to_part(self, state: State, number: int) -> None:
+        """Raise `SolveError` if tools are to be removed while a free side is pressed on a line of symmetry: all contacts end."""
+        pressed = [s for s in self.system.surfaces if self.system.tools[s.tool].name in self.planes]
+        if any(state.contact.closed[s.rows].any() for s in pressed):
+            raise SolveError(
+                f"step {self.system.problem.steps[number].name!r}: 'remove_tools' ends all contacts, and a free side of "
+                f"{pressed[0].body!r} is pressed on a line of symmetry, which stays. What to try: move the tools away ('by').",
+                self.last,
+            )
 
     def begin(self, state: State, plan: StepPlan) -> State:
         """The state in which a step begins; what an early end left of the time before is passed over."""
@@ -405,7 +451,7 @@ class TimeStepping:
         assert result.evaluation is not None
         e = result.evaluation._replace(data=None)  # increments that are kept must not keep their matrices
         ended = c.ends_step
-        dt = 0.0 if ended else control.next(c, e, result.iterations, cutbacks)
+        dt = 0.0 if ended else control.next(c, e, result.iterations - result.vain, cutbacks)
         state = committed(self.system, c, result, e, dt, self.stabilisation)
         self.validity.look_at_friction(c, e)
         # of condensed bodies the displacements are known at the end of a step
@@ -440,6 +486,12 @@ class TimeStepping:
         if result.recover is not None and (node is not None or c.ends_step):  # displacements not yet computed
             node = inside(self.system, self.watched, result.recover(), sunk)
         reason: Failure | None = None if node is None else MetalInside(node)
+        if reason is None and self.guard is not None and result.recover is None:
+            for line, (x, y) in self.guard.near(result.u):
+                raise _Nearing(
+                    f"a free side comes to the line of symmetry {line} near ({x:.4g}, {y:.4g}), where it meets its mirror image: "
+                    "from here on the line is a rigid smooth plane to it"
+                )
         if reason is None and (result.recover is None or c.ends_step):
             u = result.u if result.recover is None else result.recover()
             folded = fold(self.system, self.outlines, u)

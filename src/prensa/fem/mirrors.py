@@ -1,0 +1,205 @@
+"""Lines of symmetry and the axis of revolution as rigid smooth planes, for free outlines that come to them.
+
+What is modelled ends there, and so does its image: a bore that closes or a skin that folds meets itself on the line. The planes
+are tools and contacts that are added to the problem when a free node comes near one; before, they cost nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.contact.record import ContactRecord
+from prensa.fem.discretise import discretise
+from prensa.fem.outlines import symmetry_lines
+from prensa.fem.state import State
+from prensa.fem.system import System
+from prensa.mesh.mesh import boundary_edges, segments
+from prensa.model import problem as model
+from prensa.model.names import SYMMETRY
+from prensa.registry import DOORS
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+NEAR_LINE = 0.25  # distance over the length of an edge of the outline at which a node of it is near a line …
+WITHIN = 0.5  # … if it is that close to it over the length that the edges at it had at first
+ON_LINE = 1e-9  # of the size of the bodies, within which a node lies on a line
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of symmetry: ``axis`` of its normal, place ``at`` on it, ``side`` (±1) on which the ``bodies`` lie."""
+
+    axis: int
+    at: float
+    side: float
+    bodies: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return f"{'xy'[self.axis]} = {self.at:g}"
+
+    def distance(self, x: Array) -> Array:
+        """Distance (...) of places (..., 2) from it, positive where the bodies lie."""
+        return np.asarray(self.side * (x[..., self.axis] - self.at))
+
+
+class Watched(NamedTuple):
+    """Free outlines off a ``line``: ``ends`` (k, 2) of their segments.
+
+    ``room`` (n,): distances of their nodes at first from where they are close to it, ``dofs`` (n,) what changes these.
+    """
+
+    line: Line
+    ends: Index
+    room: Array
+    dofs: Index
+
+
+@dataclass(frozen=True)
+class Guard:
+    """What to look at in a system: the free outlines off each of its lines."""
+
+    system: System
+    watched: tuple[Watched, ...]
+
+    @property
+    def lines(self) -> list[Line]:
+        """The lines."""
+        return [w.line for w in self.watched]
+
+    def near(self, u: Array) -> list[tuple[Line, Array]]:
+        """Lines to which a free node has come near in degrees of freedom u (ndof,), and where the nearest one is."""
+        out = []
+        for w in self.watched:
+            if (w.room + w.line.side * u[w.dofs]).min() >= 0.0:
+                continue  # few come close, so that the rest is seldom looked at
+            a, b = self.system.positions(u)[w.ends.T]
+            share = np.minimum(w.line.distance(a), w.line.distance(b)) / np.hypot(*(b - a).T)
+            k = int(np.argmin(share))
+            if share[k] < NEAR_LINE:
+                out.append((w.line, a[k]))
+        return out
+
+
+def guard_of(system: System) -> Guard | None:
+    """What to look at in a system; None if it has no line that a free outline could come to.
+
+    In small strain nothing comes near what it was not near at; systems with further fields are left as they are.
+    """
+    p = system.problem
+    if system.dofs.dimension != 2 or system.more or p.kinematics == "small" or p.contact_geometry == "reference":
+        return None
+    x = system.positions(system.initial().u)
+    watched = []
+    for line in _lines(system, x):
+        ends = np.concatenate([_free(system, line, body, x) for body in line.bodies])
+        if len(ends):
+            nodes, place = np.unique(ends, return_inverse=True)
+            length = np.full(len(nodes), np.inf)
+            np.minimum.at(length, place.reshape(-1, 2), np.hypot(*(x[ends[:, 1]] - x[ends[:, 0]]).T)[:, None])
+            dofs = system.dofs.displacement.dof(nodes, "xy"[line.axis])
+            watched.append(Watched(line, ends, line.distance(system.X[nodes]) - WITHIN * length, dofs))
+    return Guard(system, tuple(watched)) if watched else None
+
+
+def _lines(system: System, x: Array) -> list[Line]:
+    """Lines that hold part of an outline along their normal and nothing along themselves, with their bodies on one side.
+
+    None where a plane of the description stands already, and for bodies that ``no_contact`` excepts.
+    """
+    p, size = system.problem, system.length
+    bodies: dict[tuple[int, float, float], list[str]] = {}
+    excepted = {s for entry in p.no_contact if entry.against == SYMMETRY and SYMMETRY not in p.tools for s in entry.surface}
+    for body, mesh in system.meshes.items():
+        if body in excepted:
+            continue
+        own = x[system.offsets[body] + np.arange(len(mesh.points))]
+        places = symmetry_lines(p, body, mesh)
+        if p.space == "axisymmetric":
+            places.add((0, 0.0))
+        for axis, at in places:
+            for side in (1.0, -1.0):
+                if (side * (own[:, axis] - at)).min() >= -ON_LINE * size and not _stands(system, body, axis, at, side):
+                    bodies.setdefault((axis, at, side), []).append(body)
+    return [Line(*key, tuple(names)) for key, names in sorted(bodies.items())]
+
+
+def _stands(system: System, body: str, axis: int, at: float, side: float) -> bool:
+    """Whether a plane that a body has contact with is a line, on the other side of which it is."""
+    for s in system.surfaces:
+        tool = system.tools[s.tool]
+        if s.body == body and tool.description.type == "plane" and side * tool.direction[axis] > 1 - ON_LINE:
+            place = tool.at + system.place_of(s.tool, system.initial().u)[:2]
+            if abs(place[axis] - at) <= ON_LINE * system.length:
+                return True
+    return False
+
+
+def _free(system: System, line: Line, body: str, x: Array) -> Index:
+    """Segments (k, 2) of a body's outline both ends of which are off a line."""
+    ends = segments(boundary_edges(system.meshes[body].cells)) + system.offsets[body]
+    off = line.distance(x[ends]) > ON_LINE * system.length
+    return np.asarray(ends[off.all(axis=1)])
+
+
+# ------------------------------------------------------------------------------------------------------- with planes there
+def names_of(problem: model.Problem, lines: Sequence[Line]) -> list[str]:
+    """Names of the tools that stand for the lines, none of which another tool has."""
+    out: list[str] = []
+    for line in lines:
+        name, k = f"symmetry_{'xy'[line.axis]}", 1
+        while name in problem.tools or name in out:
+            k += 1
+            name = f"symmetry_{'xy'[line.axis]}{k}"
+        out.append(name)
+    return out
+
+
+def with_planes(guard: Guard) -> System:
+    """The system of the same problem with a smooth plane at every line, last among its tools and contacts."""
+    p, lines = guard.system.problem, guard.lines
+    plane, smooth = DOORS["tool"].find("plane"), DOORS["friction"].find("coulomb")(mu=0.0)
+    tools, contacts, beyond = dict(p.tools), list(p.contacts), list[model.NoContact]()
+    for name, line in zip(names_of(p, lines), lines):
+        normal, at = [0.0, 0.0], [0.0, 0.0]
+        normal[line.axis], at[line.axis] = line.side, line.at
+        tools[name] = plane(normal=tuple(normal), at=tuple(at))
+        contacts += [model.Contact((body,), name, friction=smooth) for body in line.bodies]
+        others = tuple(body for body in p.bodies if body not in line.bodies)
+        beyond += [model.NoContact((body,), name) for body in others]
+    return discretise(replace(p, tools=tools, contacts=tuple(contacts), no_contact=(*p.no_contact, *beyond)))
+
+
+def extended(state: State, old: System, new: System) -> State:
+    """A state of a system as one of that with planes, which carry nothing yet."""
+
+    def wider(values: Array) -> Array:
+        out = np.zeros(new.ndof)
+        for name, field in old.dofs.fields.items():
+            new.dofs.fields[name].of(out)[: field.count] = field.of(values)
+        return out
+
+    first = new.undeformed().contact
+    record = ContactRecord(**{
+        key: np.concatenate([values, getattr(first, key)[len(values) :]]) for key, values in vars(state.contact).items()
+    })  # fmt: skip
+    lam = np.concatenate([state.lam, np.zeros((len(record.closed) - len(state.lam), state.lam.shape[1]))])
+    return replace(
+        state, u=wider(state.u), du=wider(state.du), second_difference=wider(state.second_difference), contact=record,
+        lam=lam, work=wider(state.work), step_start=wider(state.step_start),
+        release=None if state.release is None else wider(state.release),
+    )  # fmt: skip
+
+
+def system_of(state: State, system: System) -> System:
+    """The system that a committed state belongs to: that of the description, or the one with planes at its lines."""
+    if state.remeshed is not None or state.u.shape == (system.ndof,):
+        return system
+    guard = guard_of(system)
+    wider = None if guard is None else with_planes(guard)
+    return wider if wider is not None and state.u.shape == (wider.ndof,) else system
