@@ -7,6 +7,7 @@ Processor time of one thread (set OMP_NUM_THREADS=1). ``run.py`` calls this for 
 * ``memory UNKNOWNS``: peak of a run above what the packages take, beside that of the factorisation alone;
 * ``elastic UNKNOWNS INCREMENTS [whole]``: a linear elastic history with friction beside one factorisation (LDLᵀ of the
   bodies), fields five times; ``whole``: the same with the whole system solved in every iteration;
+* ``remeshing FAR NEAR PER_RADIUS``: new meshes at the beginning of a can, sizes in mm, beside the increments of the same run;
 * ``start``: seconds of ``import prensa``, and from the command to the first iteration with kernels compiled before or not.
 """
 
@@ -139,6 +140,28 @@ def of_elastic(unknowns: str, increments: str, whole: str = "") -> dict[str, Any
     return out
 
 
+def of_remeshing(far: str, near: str, per_radius: str) -> dict[str, Any]:
+    from prensa.solver.time_stepping import Timer
+    from prensa.verify.remeshing import can
+
+    def solved(size: pr.Sizes, depth: float) -> tuple[float, float, list[pr.Increment], int]:
+        timer, begun, most = Timer(time.process_time), time.process_time(), 0
+        increments = []
+        for increment in pr.solve(can(1.0, 1.0, pr.Remesh(size), depth), timer=timer):
+            increments.append(increment)
+            most = max(most, len(increment.state.history[0]))
+        return time.process_time() - begun, timer.seconds["remeshing"], increments, most
+
+    solved(pr.Sizes(far=3.0, near_tools=1.0, per_radius=4.0), 0.3)
+    total, remeshing, increments, elements = solved(pr.Sizes(float(far), float(near), float(per_radius)), 0.6)
+    one, usual = remeshing / increments[-1].remeshings, (total - remeshing) / len(increments)
+    iterations = sum(i.statistics.iterations for i in increments)
+    return {
+        "elements": elements, "increments": len(increments), "iterations": iterations, "remeshings": increments[-1].remeshings,
+        "total": total, "one": one, "usual": usual, "ratio": one / usual, "share": remeshing / total,
+    }  # fmt: skip
+
+
 def of_start() -> dict[str, Any]:
     def seconds(command: list[str], **more: str) -> float:
         start = time.perf_counter()
@@ -162,6 +185,7 @@ MEASURES = {
     "iteration": of_iteration,
     "memory": of_memory,
     "elastic": of_elastic,
+    "remeshing": of_remeshing,
     "start": of_start,
 }
 

@@ -14,13 +14,14 @@ from prensa.errors import PrensaError, SolveError
 from prensa.fem.discretise import discretise
 from prensa.fem.interaction import Request
 from prensa.fem.planning import plan_step
-from prensa.fem.state import State
+from prensa.fem.state import Stability, State
 from prensa.reference.buckling import elastica_clamped
 from prensa.solver import failure
+from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.policy import Policy
 from prensa.solver.reduced import Reduced
 from prensa.solver.stabilisation import Viscous, nodal_volumes
-from prensa.solver.stability import softest_modes
+from prensa.solver.stability import looked, softest_modes
 from prensa.verify.buckling import COLUMN_LENGTH, SHORTENING, arch, column
 
 POLICY = Policy()
@@ -56,6 +57,30 @@ def test_modes_count_negative_eigenvalues():
         assert found.negative == (exact < 0).sum() == (press > 0.04) + (press > 0.08), press
         # only symmetric factors tell it by themselves
         assert reduced.factorisation.positive == (symmetric and press < 0.04)
+
+
+@pytest.mark.parametrize("stiffness", [lambda left: left, lambda left: np.sqrt(left)], ids=["buckling", "limit point"])
+@pytest.mark.parametrize("third", [0.0, 0.9], ids=["the softest", "a stiffer one"])
+def test_modes_that_rest_are_looked_at_before_one_turns(stiffness, third):
+    """However a stiffness falls to zero at time 1, the last look before is near it, and few of the increments have one."""
+    state = discretise(column(1.0, "q4", 0.0, 20)).initial()
+    looks, dt = [], 0.004
+    for number in range(1, round(1 / dt)):
+        state = replace(state, dt_last=dt)
+        result = NewtonResult(True, None, state.u, None, state.lam, 1)
+        if number > 1 and state.stability.since < state.stability.rest:
+            result.rested = True
+        else:
+            looks.append(number * dt)
+            falling = stiffness(1.0 - number * dt) * (1.0 + third / (1.0 - third) if third else 1.0)
+            result.softest = np.sort([falling, 1.0, 1.1])
+        known, softest = looked(Stability(), state, result, POLICY)
+        state = replace(state, stability=known, softest=softest)
+    assert len(looks) < 0.45 / dt
+    assert looks[-1] > 1.0 - 3.0 * dt
+    gaps = np.diff(looks)
+    assert gaps.max() > 7.0 * dt  # far away they rest
+    assert (gaps <= 0.7 * (1.0 - np.array(looks[:-1])) + 1.5 * dt).all()  # and never for most of what is left
 
 
 def test_a_bent_column_takes_its_own_branch_however_long_the_increments():

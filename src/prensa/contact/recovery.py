@@ -7,7 +7,8 @@ determine all. `smoothed` is the older route, the one that the paper took.
 
 No polynomial follows the kink that stresses have where a plastic zone ends: fitted across it and carried on to the skin it
 is tens of per cent out. A node of the boundary near ``kinked`` elements is fitted by the elements that it belongs to, by no
-more terms than follow from their own points.
+more terms than follow from their own points. Where these do not have the pressure of where they are, it is taken from the
+traction (`at_free_edges`).
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ TERMS = {3: 3, 4: 4, 6: 6, 8: 6}  # of 1, s, t, st, s², t²; the bilinear eleme
 OWN_TERMS = {3: 1, 4: 4, 6: 3, 8: 4}  # as many as the points of one element determine
 OUTER_TERMS = {3: 3, 4: 4, 6: 3, 8: 4}  # of patches about nodes of the outline alone: one layer does not determine t²
 FEWER = np.array([0, 0, 0, 1, 3, 0, 4])  # terms to try where the points do not determine so many
+NO_CORNER = 0.9  # cosine between the normals of two sides between which the outline has no corner
 RANK = 1e-10  # share of a term's square, summed over the points, that the terms before must leave for it to be determined
 
 
@@ -153,6 +155,13 @@ def _own(nodes, first, members, x, X, values, terms, out):
             out[v, c] = coefs[0, c]
 
 
+def _members(cells: NDArray[np.int64], n: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Elements that nodes belong to, one node's after another's, and where those of each begin (n + 1,)."""
+    order = np.argsort(cells.ravel(), kind="stable")
+    first = np.concatenate([[0], np.cumsum(np.bincount(cells.ravel(), minlength=n))])
+    return (order // cells.shape[1]).astype(np.int64), first.astype(np.int64)
+
+
 def _around(cells: NDArray[np.int64], n: int, some: Flags) -> Flags:
     """Nodes (n,) of the elements that share a node with some of the elements (e,)."""
     near = np.zeros(n, dtype=np.bool_)
@@ -167,9 +176,7 @@ def recover(x: Array, cells: NDArray[np.int64], X: Array, values: Array, kinked:
     kinked (e,): elements in or between which the values may have a kink, such as those that have yielded.
     """
     n, a = len(x), cells.shape[1]
-    order = np.argsort(cells.ravel(), kind="stable")
-    members = (order // a).astype(np.int64)
-    first = np.concatenate([[0], np.cumsum(np.bincount(cells.ravel(), minlength=n))]).astype(np.int64)
+    members, first = _members(cells, n)
     interior = np.zeros(n, dtype=np.bool_)
     interior[corner_cells(cells)] = True
     boundary = boundary_edges(cells)
@@ -181,6 +188,45 @@ def recover(x: Array, cells: NDArray[np.int64], X: Array, values: Array, kinked:
     if kinked is not None and kinked.any():
         skin = np.unique(boundary)
         _own(skin[_around(cells, n, kinked)[skin]], first, members, x, X, values, OWN_TERMS[a], out)
+    return out
+
+
+def at_free_edges(
+    x: Array, cells: NDArray[np.int64], X: Array, values: Array, nodal: Array, loaded: Flags, held: Flags, yielded: Flags
+) -> Array:  # fmt: skip
+    """Nodal stresses (n, 4) xx, yy, zz, xy in which those of yielded bodies at free edges come from deviators and traction.
+
+    Points of bilinear elements that are bent have the deviators of where they are, but a pressure that is wrong for want
+    of a normal strain that varies along the normal, or is the same in the whole element (F-bar). At an edge without
+    traction σ_nn = σ_nt = 0 say what the pressure is: σ_tt = s_tt - s_nn, σ_zz = s_zz - s_nn. The deviators are those of the
+    elements that the node belongs to. Corners between two free sides are left as they are.
+
+    Where all points around have yielded, or none, stresses have no kink, and patches are better than deviators that lack
+    the same strain: in a tube that yields throughout, 0.2 % out instead of 2 %.
+
+    loaded (n,): nodes on which a force acts; held (n,): nodes of supports, between which no side is free;
+    yielded (e, q): points that have yielded; the rest as in `recover`.
+    """
+    n, a = len(x), cells.shape[1]
+    sides = boundary_edges(cells)[:, :2]
+    sides = sides[~(held[sides].all(axis=1) | loaded[sides].all(axis=1))]
+    along = x[sides[:, 1]] - x[sides[:, 0]]
+    unit = np.column_stack([along[:, 1], -along[:, 0]]) / np.hypot(*along.T)[:, None]
+    normal = np.zeros((n, 2))
+    np.add.at(normal, sides.ravel(), np.repeat(unit, 2, axis=0))
+    length, count = np.hypot(*normal.T), np.bincount(sides.ravel(), minlength=n)
+    smooth = (count == 1) | ((count == 2) & (length**2 > 2.0 * (1.0 + NO_CORNER)))
+    flows, some_rest = np.asarray(yielded.any(axis=1)), np.asarray(~yielded.all(axis=1))
+    nodes = np.flatnonzero(smooth & ~loaded & _around(cells, n, flows) & _around(cells, n, some_rest))
+    members, first = _members(cells, n)
+    own = np.zeros_like(nodal)
+    _own(nodes, first, members, x, np.ascontiguousarray(X), np.ascontiguousarray(values), OWN_TERMS[a], own)
+    xx, yy, zz, xy = own[nodes].T
+    nx, ny = (normal[nodes] / length[nodes, None]).T
+    across = xx * nx**2 + 2.0 * xy * nx * ny + yy * ny**2
+    skin = xx + yy - 2.0 * across  # σ_tt less σ_nn
+    out = nodal.copy()
+    out[nodes] = np.column_stack([skin * ny**2, skin * nx**2, zz - across, -skin * nx * ny])
     return out
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from typing import NamedTuple
 
@@ -20,7 +20,7 @@ from prensa.mesh.mesh import corner_cells
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-CHUNK = 1024
+CHUNK = 512
 
 
 class Pattern(NamedTuple):
@@ -204,7 +204,8 @@ def make_pattern(
 class Block:
     """Elements of one body, a nodes and q points each: global ``cells`` (m, a), ``X`` (m, a, d), law, formulation.
 
-    slots (m, a, a) of `block_slots`; ``volume`` (m, q): initial volumes of the points, thickness or 2πr inside.
+    slots (m, a, a) of `block_slots`; ``volume`` (m, q): initial volumes of the points, thickness or 2πr inside. ``rooms``: where
+    chunks have been answered for and others can be.
 
     Raises
     ------
@@ -221,6 +222,7 @@ class Block:
     mode: Mode
     slots: NDArray[np.int32]
     volume: Array
+    rooms: list[_Room] = field(default_factory=list, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if self.law.layout != self.element.layout:
@@ -284,15 +286,15 @@ def sweep(
         gather(x_n, cells, room.x)
         gather(du, cells, room.d)
         chunk = Chunk(block.X[rows], room.x[:k], room.d[:k], old[rows], new[rows])
-        here = at.of(np.arange(first * points, (first + k) * points))
-        return block.element.respond(chunk, block.law, here, block.mode, room.work.first(k), data is not None)
+        here = at if at.flows is None else at.of(np.arange(first * points, (first + k) * points))
+        return block.element.respond(chunk, block.law, here, block.mode, room.first(k), data is not None)
 
     for first, room, failure in _in_order(answer, block, threads):
         if failure:
             return Sweep(np.nan, new, Failure(first + failure.element, failure.why))
         rows = slice(first, first + CHUNK)
         cells = block.cells[rows]
-        w = room.work.first(len(cells))
+        w = room.first(len(cells))
         total += float(w.size.sum())
         scatter_forces(w.r, cells, r)
         if data is not None:
@@ -309,10 +311,18 @@ class _Room(NamedTuple):
 
     @classmethod
     def of(cls, block: Block) -> _Room:
-        """Room for any chunk of a block."""
+        """Room for any chunk of a block: one that is free, since fresh memory costs as much as a kernel, or a new one."""
         k = min(CHUNK, len(block))
+        while block.rooms:
+            room = block.rooms.pop()
+            if len(room.x) == k:
+                return room
         x, d = np.empty((2, k, block.cells.shape[1], block.element.layout.dimension))
         return cls(x, d, workspace(block.element, k))
+
+    def first(self, k: int) -> Work:
+        """The work of the first k elements."""
+        return self.work if k == len(self.x) else self.work.first(k)
 
 
 @cache
@@ -333,6 +343,7 @@ def _in_order(
         room = _Room.of(block)
         for first in chunks:
             yield first, room, answer(first, room)
+        block.rooms.append(room)
         return
     ahead: deque[tuple[int, _Room, Future[Failure | None]]] = deque()
     to_do, pool = iter(chunks), _pool(threads)
@@ -348,3 +359,4 @@ def _in_order(
     finally:
         # what is left after a failure still writes into arrays of this sweep
         wait([answered for *_, answered in ahead])
+        block.rooms.extend(rooms)

@@ -36,6 +36,7 @@ Flags = NDArray[np.bool_]
 IN_TURN = 4  # of the contacts, in which nodes are put in place: a node may touch two tools
 FEWEST = 3  # free nodes that can keep a volume
 BULGE = 1e-3  # of an element, by which a node that is no contact point may lie in a tool
+STRAY = 0.05  # of an element, by which it may stand off one between closed neighbours: nothing on the axis pushes it back
 AT_END = 0.02  # of an old side: so near to its end a node is what the end is
 LEAST_SHARE = 0.01  # of the squared normal in directions in which a node may move
 EQUILATERAL = np.array([[1.0, -1.0 / np.sqrt(3.0)], [0.0, 2.0 / np.sqrt(3.0)]])
@@ -225,7 +226,8 @@ class _Places:
         pairs = current_pairs(self.new.tools[s.tool].shape, self.x[nodes], self.new.tools[s.tool].at, self._place(s))
         go = closed | (pairs.g < 0)
         without_point = ~np.isin(nodes, s.points.support[:, 0])
-        go &= ~without_point | (pairs.g < target - BULGE * s.points.depth[of])
+        off, depth = pairs.g - target, s.points.depth[of]
+        go &= ~without_point | (off < -BULGE * depth) | (off > STRAY * depth)
         free = np.where(self.held[nodes], 0.0, pairs.n)
         size = (free**2).sum(axis=1)
         go &= size > LEAST_SHARE

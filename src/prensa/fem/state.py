@@ -70,12 +70,15 @@ class Stability(NamedTuple):
     """What stability goes by: ``negative`` modes of the last equilibrium, and the viscous forces of a stabilised step.
 
     ``viscosity``: force over velocity and volume; it follows from ``motion``, ∫∫ |v|² dV dt, and ``work`` of the step so far.
+    ``since``: increments since modes were looked at, and how many may pass without (``rest``).
     """
 
     negative: int = 0
     viscosity: float = 0.0
     motion: float = 0.0
     work: float = 0.0
+    since: int = 0
+    rest: int = 0
 
 
 UNKNOWN = Stability()
@@ -94,7 +97,8 @@ class State:
     step asks for, which it lets go linearly; None if there are none; ``strings`` the same of tools that are gone, as matrices
     of the elements (see `fem/strings.py`);
     ``stability`` of the last equilibrium; ``ends`` (steps,) times at which the steps so far ended, and ``watched`` (criteria,)
-    values of what may end the present one; ``remeshed``: the meshes, where they are not those of the description;
+    values of what may end the present one; ``softest`` (modes,): stiffnesses of the softest modes when they were last looked at;
+    ``remeshed``: the meshes, where they are not those of the description;
     ``derivatives``: by the path of a parameter, those of the `moving` arrays by it.
     """
 
@@ -115,6 +119,7 @@ class State:
     derivatives: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
     ends: Array = field(default_factory=lambda: np.zeros(0))
     watched: Array = field(default_factory=lambda: np.zeros(0))
+    softest: Array = field(default_factory=lambda: np.zeros(0))
     remeshed: Remeshed | None = None
 
     def extrapolated(self, dt: float) -> Array:
@@ -161,7 +166,8 @@ class State:
     def moving(self) -> dict[str, Array]:
         """Those of `arrays` that change with the parameters of a problem: not the clock, flags, and what a guess is made of."""
         guess = ("clock.", "dt_last", "du", "second_difference")
-        fixed = (*guess, "contact.closed", "stability.negative", "ends", "watched", "remeshed", "derivative")
+        looks = ("stability.negative", "stability.since", "stability.rest", "softest")
+        fixed = (*guess, *looks, "contact.closed", "ends", "watched", "remeshed", "derivative")
         return {k: a for k, a in self.arrays().items() if not k.startswith(fixed)}
 
     def moved(self, directions: Mapping[str, Array], step: float) -> State:

@@ -9,6 +9,7 @@
 | `upsetting` | frictionless upsetting with elasticity: cylinder, ring, plane strain; Considere |
 | `forming` | limit loads, tubes, rough plates, slab method, drawing, rolling |
 | `extrusion` | backward extrusion of cans: an upper bound |
+| `limit_load` | limit loads in plane strain from above, by linear programming |
 | `bending` | moment, curvature and springback of a strip |
 | `free_bending` | angle of a strip bent round a punch into a die |
 | `buckling` | columns: Euler's load, the elastica |
@@ -33,6 +34,7 @@ from .forming import (
     tube_expansion,
     tube_pressure,
     wedge_drawing,
+    wedge_indentation,
 )
 from .free_bending import FreeBending, free_bending
 from .friction import (
@@ -63,6 +65,7 @@ from .hertz import (
     hertz_sphere_from_delta,
 )
 from .layer import LayerLine, layer_kernel, layer_kernel_defect, layer_line
+from .limit_load import Wall, crossed, halved, outline, plane_strain_bound
 from .ring_stamp import RingStamp, flat_punch_stiffness, ring_stamp
 from .tables import (
     RingCalibration,
@@ -101,6 +104,7 @@ __all__ = [
     "Slab",
     "SlipLaw",
     "Upsetting",
+    "Wall",
     "bend_strip",
     "bend_strip_perfect",
     "bend_strip_power",
@@ -110,6 +114,7 @@ __all__ = [
     "cattaneo_mindlin",
     "circular_path_lag",
     "considere",
+    "crossed",
     "cylinder_on_layer_pressure",
     "cylinder_on_layer_table",
     "elastica_clamped",
@@ -117,6 +122,7 @@ __all__ = [
     "flat_punch_stick",
     "flat_punch_stiffness",
     "free_bending",
+    "halved",
     "hertz_line",
     "hertz_line_from_a",
     "hertz_sphere",
@@ -126,6 +132,8 @@ __all__ = [
     "layer_kernel_defect",
     "layer_line",
     "levanov",
+    "outline",
+    "plane_strain_bound",
     "plate_on_rigid_plane",
     "prandtl_punch",
     "ring_bore_change",
@@ -150,4 +158,5 @@ __all__ = [
     "wang_osakada",
     "wanheim_bay",
     "wedge_drawing",
+    "wedge_indentation",
 ]

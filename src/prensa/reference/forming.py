@@ -28,6 +28,25 @@ def prandtl_punch(k: float) -> float:
     return (2.0 + math.pi) * k
 
 
+def wedge_indentation(semi_angle: float, k: float) -> tuple[float, float, float]:
+    """Semi-angle (rad), shear yield stress k -> (pressure on the flanks, half width of the contact, height of the lip)/depth.
+
+    A smooth rigid wedge in a half space that is rigid, perfectly plastic, in plane strain; pressure (stress), lengths over the
+    depth of the tip below the first surface. All stays similar to itself; the lip has the volume that the wedge displaces.
+    Source: Hill, Lee and Tupper (1947), The theory of wedge indentation of ductile materials, Proc. R. Soc. A 188.
+    Raises ValueError for an angle outside 0 ... pi/2, k <= 0.
+    """
+    from scipy.optimize import brentq
+
+    positive(k=k)
+    if not 0.0 < semi_angle < 0.5 * math.pi:
+        raise ValueError(f"semi_angle = {semi_angle!r}: between 0 and pi/2; a flat punch is `prandtl_punch`")
+    fan = brentq(lambda a: math.cos(2 * semi_angle - a) - math.cos(a) / (1 + math.sin(a)), 0.0, 0.5 * math.pi)
+    flank = 1.0 / (math.cos(semi_angle) - math.sin(semi_angle - fan))
+    return 2 * k * (1 + fan), flank * math.sin(semi_angle), flank * math.cos(semi_angle) - 1.0
+
+
+
 def tube_pressure(k: float, a: float, b: float, c: float | None = None) -> float:
     """`k` (stress), a, b, c (length) -> internal pressure (stress) with the tube yielded from a out to c (None: b).
 

@@ -29,6 +29,7 @@ class NewtonResult:
     ``recover``: gives all dofs where u has only those that the next increment needs. ``negative``: modes in which the
     equilibrium is unstable; ``beside``: it was found beside one that is; ``jumped``: the way to it is unstable.
     ``vain``: how many of the iterations went another way, that was given up.
+    ``softest`` (modes,): stiffnesses of the softest modes at its end, None where they are not known; ``rested``: no look.
     ``affordable``: so few points were near a tool that the iteration could take contact steps wherever it wanted.
     """
 
@@ -48,6 +49,8 @@ class NewtonResult:
     jumped: bool = False
     vain: int = 0
     affordable: bool = False
+    softest: Array | None = None
+    rested: bool = False
 
     def contact_changed(self, policy: Policy) -> bool:
         """Whether contact points still opened, closed or slipped another way when the iterations ended."""

@@ -199,6 +199,12 @@ class Policy:
     """Softest modes that are looked at after every increment …"""
     mode_sweeps: int = 8
     """… by so many passes through the factors at most; two, unless one of them is negative."""
+    smooth: int = 2
+    """Iterations up to which an increment need not have a look at modes that were far from turning …"""
+    part: float = 0.25
+    """… as long as none of them is foretold to lose this part of its stiffness …"""
+    most_rest: int = 8
+    """… and so many increments at most."""
     mode_error: float = 0.1
     """Residual of a negative mode, over its length, above which it is none."""
     unstable_cuts: int = 3

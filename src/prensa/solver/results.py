@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.recovery import recover, smoothed
+from prensa.contact.recovery import at_free_edges, recover, smoothed
 from prensa.fem.context import Context
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
@@ -226,13 +226,53 @@ def _pressure_of(stress: Array | None, nodes: NDArray[np.int64], n: Array) -> Ar
 
 
 def nodal_stress(system: System, state: State, e: Evaluation, recovery: Recovery | None = None) -> Array:
-    """Recovered Cauchy stress (n, 4) xx, yy, zz, xy at the nodes, by superconvergent patches unless said."""
+    """Recovered Cauchy stress (n, 4) xx, yy, zz, xy at the nodes, by superconvergent patches unless said.
+
+    Tractions are left out of it: what comes out where a tool presses is an independent reading of the pressure.
+    """
     x = system.positions(state.u) if system.problem.kinematics == "finite" else system.X
     out = np.zeros((system.nodes, 4))
     for b, h in zip(system.blocks, e.history):
         values = b.law.cauchy(b.at_law(h).reshape(-1, b.law.size)).reshape(len(b), -1, 4)
         out[_own(b)] = _recovered(x, b, values, h, recovery)
     return out
+
+
+def skin_stress(system: System, state: State, e: Evaluation, plan: StepPlan) -> Array:
+    """As `nodal_stress`, but free of traction at free edges of yielded bodies whose elements do not follow gradients."""
+    out = nodal_stress(system, state, e)
+    if system.problem.space == "plane stress":  # there the law knows the pressure
+        return out
+    x = system.positions(state.u) if system.problem.kinematics == "finite" else system.X
+    prescribed = np.zeros(system.ndof, dtype=bool)
+    prescribed[np.concatenate([plan.fixed, *(group.dofs for group in plan.released)])] = True
+    held, loaded = np.asarray(system.displacement(prescribed).any(axis=-1)), _loaded(system, e)
+    for b, h in zip(system.blocks, e.history):
+        if b.law.plastic and b.cells.shape[1] == 4 and not b.element.follows_gradients:
+            own = _own(b)
+            values = b.law.cauchy(b.at_law(h).reshape(-1, b.law.size)).reshape(len(b), -1, 4)
+            where = x[own], b.cells - own.start, b.positions(x), values
+            out[own] = at_free_edges(*where, out[own], loaded[own], held[own], _yielded(b, h))
+    return out
+
+
+def _loaded(system: System, e: Evaluation) -> NDArray[np.bool_]:
+    """Nodes (n,) on which tools, loads or ties act, or the bodies themselves across the axis of symmetry."""
+    tied = np.zeros(system.ndof, dtype=bool)
+    if system.ties is not None:
+        rows, columns = system.ties.matrix.nonzero()
+        tied[rows[rows != columns]] = tied[columns[rows != columns]] = True
+    out = np.asarray((system.displacement(tied) | (system.displacement(e.f_ext) != 0.0)).any(axis=-1))
+    for s, f in zip(system.surfaces, e.contacts):
+        points = s.points if f.points is None else f.points
+        out[points.nodes] |= points.any_at_nodes(f.p > 0)
+    if system.problem.space == "axisymmetric":
+        out |= system.X[:, 0] <= 1e-9 * system.X[:, 0].max()
+    return out
+
+
+def _yielded(b: Any, history: Array) -> NDArray[np.bool_]:
+    return np.asarray((b.field(history, "plastic_strain") > 0.0).any(axis=2))
 
 
 def _own(b: Any) -> Any:
@@ -246,7 +286,7 @@ def _recovered(x: Array, b: Any, values: Array, history: Array, recovery: Recove
         return recovery(*where)
     yielded = None
     if b.law.plastic and b.element.follows_gradients:
-        yielded = (b.field(history, "plastic_strain") > 0.0).any(axis=(1, 2))
+        yielded = np.asarray(_yielded(b, history).any(axis=1))
     return recover(*where, kinked=yielded)
 
 
@@ -255,7 +295,7 @@ def body_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> 
     x = system.positions(state.u)
     where = x if system.problem.kinematics == "finite" else system.X
     flat = system.dofs.dimension == 2
-    stress = nodal_stress(system, state, e) if flat else np.full((system.nodes, 4), np.nan)
+    stress = skin_stress(system, state, e, plan) if flat else np.full((system.nodes, 4), np.nan)
     reaction = system.displacement(reactions(system, e, plan, state))
     thickness = system.depth_in(e.history) if system.problem.space == "plane stress" else None
     out = {}

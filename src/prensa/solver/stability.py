@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.fem.context import Context
+from prensa.fem.state import Stability, State
 from prensa.fem.system import System
 from prensa.solver.acceptance import Acceptance
 from prensa.solver.attempt import attempt_from
@@ -34,15 +35,17 @@ Array = NDArray[np.float64]
 class Modes(NamedTuple):
     """The softest modes of a matrix: how many of them are ``negative``, the ``least`` eigenvalue, its ``mode`` (ndof,).
 
-    Eigenvalues are stiffnesses of modes of unit length. The mode has a largest displacement of 1.
+    Eigenvalues are stiffnesses of modes of unit length, ``stiffness`` (modes,) all of them in order. The mode has a largest
+    displacement of 1.
     """
 
     negative: int
     least: float
     mode: Array
+    stiffness: Array
 
 
-STABLE = Modes(0, np.inf, np.zeros(0))
+STABLE = Modes(0, np.inf, np.zeros(0), np.zeros(0))
 
 
 def softest_modes(system: System, reduced: Reduced, policy: Policy) -> Modes | None:
@@ -72,7 +75,7 @@ def softest_modes(system: System, reduced: Reduced, policy: Policy) -> Modes | N
     at = int(np.argmin(np.where(negative, compliance.real, np.inf)) if negative.any() else np.argmax(compliance.real))
     mode = reduced.restriction.whole((basis @ vectors[:, at]).real, system.ndof)
     mode /= max(float(np.abs(mode[system.dofs.displacement.slice]).max()), 1e-300)
-    return Modes(int(negative.sum()), float(stiffness[at]), mode)
+    return Modes(int(negative.sum()), float(stiffness[at]), mode, np.sort(stiffness))
 
 
 # ------------------------------------------------------------------------------------------------------ what follows from it
@@ -86,10 +89,14 @@ def judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutbac
     if not result.converged:
         return _failed(eq, result, cutbacks >= eq.policy.soften_after, not may_cut)
     positive = eq.reduced.factorisation.positive
+    if not positive and rests(eq, result):
+        result.rested = True
+        return result
     modes = STABLE if positive else softest_modes(eq.system, eq.reduced, eq.policy)
     if modes is None:
         result.negative = eq.context.state.stability.negative
         return result
+    result.softest = modes.stiffness
     if modes.negative and not eq.context.state.stability.negative:
         modes = _at(eq, result.u, result.lam) or modes
     result.negative = modes.negative
@@ -112,6 +119,40 @@ def judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutbac
     elif cut:
         result.converged, result.reason = False, Unstable(modes.negative)
     return result
+
+
+def rests(eq: Equilibrium, result: NewtonResult) -> bool:
+    """Whether the modes need no look after an increment: they were far from turning, it was easy, and contact is as it was."""
+    state, e = eq.context.state, result.evaluation
+    known = state.stability
+    if e is None or known.negative or known.viscosity > 0 or not known.since < known.rest:
+        return False
+    same = all(np.array_equal(f.p > 0, old.closed) for f, old in zip(e.contacts, eq.context.committed))
+    return same and result.iterations <= eq.policy.smooth
+
+
+def rest(state: State, softest: Array, policy: Policy) -> int:
+    """Increments that may pass until modes (modes,) are looked at again, if they go on changing as since the last look.
+
+    None of them may lose more than a part of its stiffness then: that of a mode which turns falls linearly with what drives it,
+    and next to a limit point as the root of the distance, so that looks become frequent in time. The rest grows by doubling.
+    """
+    known, before = state.stability, state.softest
+    if not state.dt_last > 0 or len(before) != len(softest) or not (softest > 0).all():
+        return 0
+    passed = known.since + 1
+    fall = (before - softest) / (passed * softest)
+    least = policy.part / max(float(fall.max(initial=0.0)), policy.part / policy.most_rest) if len(fall) else 0.0
+    return min(int(least), 2 * passed)
+
+
+def looked(stability: Stability, state: State, result: NewtonResult, policy: Policy) -> tuple[Stability, Array]:
+    """What the next increment knows of the modes after one with that ``result``: their stability and stiffnesses (modes,)."""
+    if result.rested:
+        return stability._replace(since=state.stability.since + 1, rest=state.stability.rest), state.softest
+    if result.softest is None:
+        return stability._replace(since=0, rest=0), np.zeros(0)
+    return stability._replace(since=0, rest=rest(state, result.softest, policy)), result.softest
 
 
 def told(c: Context, result: NewtonResult) -> list[str]:

@@ -58,7 +58,7 @@ from prensa.solver.remeshing import Remeshing, fresh
 from prensa.solver.reporting import Messages
 from prensa.solver.results import increment_of
 from prensa.solver.stabilisation import Stabilisation
-from prensa.solver.stability import at_limit, judged, told
+from prensa.solver.stability import at_limit, judged, looked, told
 from prensa.solver.step_control import StepControl
 from prensa.solver.stopping import Outcome, Stopping
 from prensa.solver.threads import threads_of
@@ -556,6 +556,7 @@ def committed(
     ended, du = c.ends_step, result.u - old.u
     energy = ledger(system, c, result.u, e, work, stabilisation.dissipated(c, du))
     stability = stabilisation.after(c, du, energy.external - old.energy.external, result.negative)
+    stability, softest = looked(stability, old, result, stabilisation.policy)
     if ended and result.recover is not None:
         result.u, result.recover = result.recover(), None
     step, step_start = (c.plan.number + 1, result.u) if ended else (c.plan.number, old.step_start)
@@ -565,6 +566,6 @@ def committed(
         lam=lam, energy=energy, work=work, clock=Clock(step, old.clock.number + 1, c.time, dt, damping),
         step_start=step_start, release=None if c.time >= c.plan.t1 else old.release,
         strings=None if c.time >= c.plan.t1 else old.strings, stability=stability,
-        ends=np.append(old.ends, c.time) if ended else old.ends, watched=c.watched,
+        ends=np.append(old.ends, c.time) if ended else old.ends, watched=c.watched, softest=softest,
         remeshed=old.remeshed,
     )  # fmt: skip

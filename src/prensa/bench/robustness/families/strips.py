@@ -40,7 +40,7 @@ def problem(rng: np.random.Generator) -> Drawn:
     mu = 0.0 if rng.random() < 0.2 else number(rng, 0.01, 0.3)
     force = number(rng, 1e-5, 3e-4) * m.E * 0.3 * (half - edge)
     push = {"binder": pr.Push(y=-force)}
-    away = {"punch": pr.Motion(y=2 * t), "die": pr.Motion(y=-depth - 4 * t), "binder": pr.Motion(y=4 * t)}
+    away = {"punch": pr.Motion(y=2 * t), "die": pr.Motion(y=-depth - 4 * t)}
     contacts = (
         pr.Contact(("strip.top",), "punch"), pr.Contact(("strip.top",), "binder"), pr.Contact(("strip.bottom",), "die"),
     )  # fmt: skip
@@ -51,7 +51,8 @@ def problem(rng: np.random.Generator) -> Drawn:
         steps=(
             pr.Step("hold", push=push),
             pr.Step("draw", push=push, move={"punch": pr.Motion(y=-depth)}),
-            pr.Step("release", move=away, fixed={"strip.bottom-left": "y"}),
+            # the binder goes up from where the end of the strip may have lifted it to
+            pr.Step("release", move=away, by={"binder": pr.Motion(y=4 * t)}, fixed={"strip.bottom-left": "y"}),
         ),
     )  # fmt: skip
     kind = f"t/w {t / (2 * half):.2%}, mu {mu:.2g}, {m.type}, {element}"
