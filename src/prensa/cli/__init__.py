@@ -55,7 +55,7 @@ Cluster = Annotated[
 ]
 Retry = Annotated[bool, typer.Option("--retry", help="Compute cases that failed again.")]
 Observed = Annotated[
-    list[str],
+    list[str] | None,
     typer.Option("--observe", metavar="COLUMN=MEASURE", help="What a column is, as in force=die.force.y; repeatable."),
 ]
 Errors = Annotated[
@@ -63,6 +63,10 @@ Errors = Annotated[
     typer.Option(
         "--sigma", metavar="COLUMN=ERROR", help="Error of a column, as in force=2% or bore=0.02; 1 % if not given."
     ),
+]
+Fitted = Annotated[
+    list[str] | None,
+    typer.Option("--fit", metavar="PATH[=LOW..HIGH]", help="Parameter, as in friction.mu=0.02..0.5; repeatable."),
 ]
 KEPT = "what is computed is kept; the same command goes on"
 
@@ -91,10 +95,21 @@ def _main(
 def check(
     case: CaseFile, changes: Changes = None, quiet: Quiet = False, verbose: Verbose = False, json: Json = False
 ) -> None:
-    """Validate a case, mesh it and place its tools; say what would run. Nothing is solved."""
+    """Validate a case, mesh it and place its tools, or a calibration with its tables; say what would run. Nothing is solved."""
     source = Source(case, changes)
     with Voice(quiet, verbose, json, source=source) as voice:
-        from prensa.model.schema import warnings_of
+        from prensa.model.schema import has_tests, warnings_of
+
+        if source.is_file and has_tests(case):
+            from prensa.inverse.commands import lines_of as lines_of_calibration
+            from prensa.inverse.commands import summary_of as summary_of_calibration
+            from prensa.inverse.files import read_calibration
+
+            calibration = read_calibration(case, changes or ())
+            for line in lines_of_calibration(calibration):
+                voice.confirm(line)
+            voice.give(summary_of_calibration(calibration))
+            return
 
         problem = source.read().problem
         from prensa.cli.describe import lines_of, summary_of
@@ -279,43 +294,47 @@ def _table(study: Study) -> dict[str, Any]:
 
 @app.command()
 def calibrate(
-    case: CaseFile,
-    data: Annotated[Path, typer.Option(help="Table of readings (CSV), names and units in its first row.")],
-    observe: Observed,
-    fit: Annotated[
-        list[str], typer.Option("--fit", metavar="PATH[=LOW..HIGH]", help="Parameter, as in friction.mu=0.02..0.5; repeatable.")
-    ],
-    along: Annotated[str, typer.Option(help="What the first column is: time, or a motion as in --along=-die.uy.")] = "time",
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A calibration file, or a case with options.", show_default=False)],
+    data: Annotated[Path | None, typer.Option(help="Table of readings (CSV), names and units in its first row.")] = None,
+    observe: Observed = None,
+    fit: Fitted = None,
+    along: Annotated[
+        str | None, typer.Option(help="What the first column is: time, or a motion as in --along=-die.uy; time if not given.")
+    ] = None,
     sigma: Errors = None,
-    starts: Annotated[int, typer.Option(min=1, help="Starts; one is the case, the others are spread.")] = 1,
-    refine: Annotated[bool, typer.Option("--refine/--no-refine", help="Fit again on a finer mesh.")] = True,
-    out: Annotated[Path | None, typer.Option(help="Folder of the result; results/<case>-fit if not given.")] = None,
+    starts: Annotated[int | None, typer.Option(min=1, help="Starts: the case, and others that are spread.")] = None,
+    refine: Annotated[bool | None, typer.Option("--refine/--no-refine", help="Fit again on a finer mesh, or not.")] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder of the result; results/<name>-fit if not given.")] = None,
     changes: Changes = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:  # fmt: skip
     """Find the parameters with which a case says what was measured, with intervals and a page to hand in."""
-    source = Source(case, changes)
+    source = Source(file, changes)
     with Voice(quiet, verbose, json, source=source, interrupted=KEPT) as voice:
         from prensa.inverse.calibrate import calibrate as fit_case
-        from prensa.inverse.commands import bounds_of, observed
+        from prensa.inverse.commands import asked
         from prensa.output.files import file_name
 
-        read = source.read()
-        folder = out or Path("results") / f"{file_name(read.problem.name)}-fit"
-        found = fit_case(
-            read, data, observed(observe, sigma or ()), bounds_of(fit), along, starts=starts, refine=refine, keep=folder / "runs",
-            told=voice.remark,
+        what = asked(
+            file if source.is_file else source.read(), changes or (), data, observe or (), sigma or (), fit or (), along,
+            starts, refine,
         )  # fmt: skip
-        page, written = found.report(folder / "fit.html"), found.write_case(folder / "case.yaml")
+        folder = out or Path("results") / f"{file_name(what.name)}-fit"
+        found = fit_case(
+            parameters=what.parameters, tests=what.tests, starts=what.starts, seed=what.seed, refine=what.refine,
+            compare=what.compare, profiles=what.profiles, keep=folder / "runs", told=voice.remark,
+        )  # fmt: skip
+        page, written = found.report(folder / "fit.html"), found.write_cases(folder)
         voice.say(str(found))
-        voice.confirm(str(page))
+        for path in (page, *written):
+            voice.confirm(str(path))
         parameters = {
             path: {"value": p.value, "low": p.low, "high": p.high, "mesh": p.mesh} for path, p in found.parameters.items()
         }
         voice.give({
-            "page": page, "case": written, "parameters": parameters, "correlation": found.correlation,
+            "page": page, "case": written[0], "cases": written, "parameters": parameters, "correlation": found.correlation,
             "reduced_chi_square": found.reduced, "freedom": found.freedom, "runs": found.runs, "words": list(found.words),
         })  # fmt: skip
 
@@ -323,8 +342,10 @@ def calibrate(
 @app.command()
 def identify(
     case: CaseFile,
-    observe: Observed,
-    fit: Annotated[list[str], typer.Option("--fit", metavar="PATH", help="Parameter, as in friction.mu; repeatable.")],
+    observe: Observed = None,
+    fit: Annotated[
+        list[str] | None, typer.Option("--fit", metavar="PATH", help="Parameter, as in friction.mu; repeatable.")
+    ] = None,
     sigma: Errors = None,
     rows: Annotated[int, typer.Option(min=2, help="Readings of each column, at equal times.")] = 20,
     changes: Changes = None,
@@ -338,7 +359,7 @@ def identify(
         from prensa.inverse.commands import observed
         from prensa.inverse.identify import identify as look
 
-        found = look(source.read(), observed(observe, sigma or ()), fit, rows)
+        found = look(source.read(), observed(observe or (), sigma or ()), fit or (), rows)
         voice.say(str(found))
         voice.give({
             "parameters": list(found.parameters), "correlation": found.correlation,

@@ -60,7 +60,7 @@ def _actions(step: Step) -> str:
     """What a step does, as it is written, and its increments."""
     from prensa.model.schema import brief
 
-    kinds = ("move", "by", "velocity", "crank", "push", "control", "fixed", "loads", "body_force", "friction", "until")
+    kinds = ("move", "by", "velocity", "crank", "feed", "push", "control", "fixed", "loads", "body_force", "friction", "until")
     acts = [f"{kind} {brief(getattr(step, kind))}" for kind in kinds if getattr(step, kind)]
     many = "" if step.increments == 1 else "s"
     acts.append(f"{step.increments} increment{many}" if step.increments else "increments chosen on the way")

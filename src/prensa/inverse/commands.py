@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from prensa.errors import ArgumentError
 from prensa.inverse.experiment import Observe, Test
 from prensa.inverse.files import Calibration, read_calibration
 from prensa.model.names import suggest
+from prensa.model.problem import Case
 from prensa.model.schema import has_tests, load
 
 
 def asked(
-    file: Path, changes: Iterable[str], data: Path | None, observe: Iterable[str], sigma: Iterable[str],
+    file: Path | Case, changes: Iterable[str], data: Path | None, observe: Iterable[str], sigma: Iterable[str],
     fit: Iterable[str], along: str | None, starts: int | None, refine: bool | None,
 ) -> Calibration:  # fmt: skip
     """The calibration that a file describes, or a case with options; options go before what the file says.
@@ -25,18 +27,19 @@ def asked(
         If the file or an option is wrong, or options are missing that a case needs, or given that a calibration file has.
 
     """
-    if has_tests(file):
+    if isinstance(file, Path) and has_tests(file):
         own = {"--data": data, "--observe": list(observe), "--sigma": list(sigma), "--fit": list(fit), "--along": along}
         extra = next((name for name, value in own.items() if value), None)
         if extra is not None:
             raise ArgumentError(f"{file} is a calibration file, which says what {extra} says; leave {extra} out")
         found = read_calibration(file, changes)
     else:
-        case, columns, bounds = load(file, changes), observed(observe, sigma), bounds_of(fit)
+        case = file if isinstance(file, Case) else load(file, changes)
+        columns, bounds = observed(observe, sigma), bounds_of(fit)
         if data is None or not columns or not bounds:
             raise ArgumentError(
-                f"{file} is a case: give --data, --observe COLUMN=MEASURE and --fit PATH as well, or name a calibration file, "
-                "which has 'tests' and 'parameters'"
+                f"{case.problem.name!r} is a case: give --data, --observe COLUMN=MEASURE and --fit PATH as well, or name a "
+                "calibration file, which has 'tests' and 'parameters'"
             )
         found = Calibration(case.problem.name, (Test(case, data, columns, along or "time"),), bounds)
     found = replace(found, starts=starts or found.starts)
@@ -48,12 +51,21 @@ def lines_of(found: Calibration) -> Iterator[str]:
     readings = sum(e.count for e in found.experiments)
     yield f"{found.name}: {len(found.experiments)} tests, {readings} readings, {len(found.parameters)} parameters"
     for e in found.experiments:
-        columns = ", ".join(f"{c.name} ({len(c.rows)} readings, error {c.sigma:.3g} {c.measure.unit})" for c in e.channels)
+        columns = ", ".join(f"{c.name} ({len(c.rows)} readings, error {c.sigma.max():.3g} {c.measure.unit})" for c in e.channels)
         yield f"{e.name}: {e.problem.name}, along {e.along}: {columns}"
     for path, pair in found.parameters.items():
         yield f"{path}: " + (f"from {pair[0]:g} to {pair[1]:g}" if pair else "any value of its sign")
     for e in found.experiments:
         yield from e.notes
+
+
+def summary_of(found: Calibration) -> dict[str, Any]:
+    """The same as data."""
+    tests = [
+        {"name": e.name, "case": e.problem.name, "along": e.along, "readings": {c.name: len(c.rows) for c in e.channels}}
+        for e in found.experiments
+    ]
+    return {"name": found.name, "tests": tests, "parameters": dict(found.parameters), "starts": found.starts}
 
 
 def observed(columns: Iterable[str], errors: Iterable[str]) -> dict[str, Observe]:

@@ -29,6 +29,7 @@ STEADY = 1e-9  # time, of steps of length 1, below which nothing has happened
 TOGETHER = 1e-6  # time within which two rows are read at once: an increment between them would be nothing but round-off
 FALL_BACK = 0.02  # share of the stroke by which rows may fall back: the noise of a travel, no unloading
 MOST_READINGS = 100  # rows of a fit, each an increment of every run; more of a machine's record are hardly independent readings
+EACH = "of reading"
 OFF = 100.0  # ratio of readings and case from which one of the units is wrong
 
 
@@ -36,7 +37,8 @@ OFF = 100.0  # ratio of readings and case from which one of the units is wrong
 class Observe:
     """What a column of a table is: the ``measure`` of the case, and its error.
 
-    ``sigma``: standard error of a reading, a number in the unit of the column or a share of the largest reading as in '1 %'.
+    ``sigma``: standard error of a reading: a number in the unit of the column, a share of the largest reading as in '1 %', or a
+    share of each reading as in '1 % of reading', which is how load cells are classed.
     ``scale``, ``shift``: a reading is scale × measure + shift, such as 2 for the force of a whole specimen of which half is
     modelled; the shift in the unit of the column.
     ``gain``: standard error of a factor common to all readings (a load cell), a share such as '1 %'; None: it is right.
@@ -100,14 +102,14 @@ def number(what: str, value: object) -> float:
 
 @dataclass(frozen=True)
 class Channel:
-    """A column as the fit sees it: ``rows`` (m,) with a reading, ``readings``, ``sigma`` and ``shift`` in units of the case."""
+    """A column as the fit sees it: ``rows`` (m,) with ``readings`` (m,), ``sigma`` (m,) and ``shift`` in units of the case."""
 
     name: str
     measure: Measure
     scale: float
     rows: NDArray[np.int64]
     readings: Array
-    sigma: float
+    sigma: Array
     gain: float
     shift: float = 0.0
 
@@ -273,6 +275,17 @@ def share(value: float | str, of: float, what: str) -> float:
     return out
 
 
+def errors(sigma: float | str, readings: Array, what: str) -> Array:
+    """Standard errors (m,) of readings (m,); raises `DataError`."""
+    each = sigma.strip().removesuffix(EACH).rstrip() if isinstance(sigma, str) and sigma.strip().endswith(EACH) else None
+    if each is None:
+        return np.full(len(readings), share(sigma, float(np.abs(readings).max()), what))
+    out = np.abs(readings) * share(each, 1.0, what)
+    if not (out > 0.0).all():
+        raise DataError(f"{what} is {sigma!r}, but a reading is 0, which would be exact; give a number or a share of the largest")
+    return out
+
+
 def _channel(problem: Problem, table: Table, name: str, what: Observe | str, used: NDArray[np.int64]) -> Channel:
     of = what if isinstance(what, Observe) else Observe(what)
     given = table.column(name)
@@ -281,8 +294,7 @@ def _channel(problem: Problem, table: Table, name: str, what: Observe | str, use
     if not len(rows):
         raise DataError(f"{table.path}: column {name!r} has no readings after the beginning")
     by = _factor(table, name, measure.unit, problem)
-    largest = float(np.abs(given[rows]).max())
-    sigma = by * share(of.sigma, largest, f"the error of {name!r}")
+    sigma = by * errors(of.sigma, given[rows], f"the error of {name!r}")
     gain = 0.0 if of.gain is None else share(of.gain, 1.0, f"the gain of {name!r}")
     return Channel(name, measure, of.scale, rows, by * given[rows], sigma, gain, by * of.shift)
 
@@ -298,7 +310,7 @@ def refuse_strange(e: Experiment, models: Sequence[Array]) -> None:
     """
     for c, model in zip(e.channels, models):
         read, says = (float(np.abs(v).max()) for v in (c.readings, model))
-        if not (read > 3.0 * c.sigma and says > 0.0):
+        if not (read > 3.0 * float(c.sigma.max()) and says > 0.0):
             continue
         if not 1.0 / OFF <= read / says <= OFF:
             raise DataError(

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import ArgumentError, take
-from prensa.inverse.experiment import Channel, Experiment, Observe, share
+from prensa.inverse.experiment import Channel, Experiment, Observe, errors, share
 from prensa.measures import parse
 from prensa.model.problem import Case, Problem
 from prensa.sensitivity.parameters import value_of
@@ -81,15 +81,15 @@ def identify(
     known = [w if isinstance(w, Observe) else Observe(w) for w in observe.values()]
     index = np.arange(rows)
     channels = [
-        Channel(name, parse(o.measure, problem), o.scale, index, np.zeros(rows), 1.0, 0.0)
+        Channel(name, parse(o.measure, problem), o.scale, index, np.zeros(rows), np.ones(rows), 0.0, o.shift)
         for name, o in zip(observe, known)
     ]
     predicted = Experiment(problem.name, problem, times, times, np.ones(rows), channels, 0.0).predict(values, parameters)
     blocks, gains = [], []
     for name, o, y, slopes in zip(observe, known, predicted.values, predicted.slopes):
-        sigma = share(o.sigma, float(np.abs(y).max()), f"the error of {name!r}")
+        sigma = errors(o.sigma, y, f"the error of {name!r}")
         gain = 0.0 if o.gain is None else share(o.gain, 1.0, f"the gain of {name!r}")
-        blocks.append(slopes * np.array(list(values.values())) / sigma)
+        blocks.append(slopes * np.array(list(values.values())) / sigma[:, None])
         gains.append(gain * y / sigma)
     return _plans(list(observe), list(parameters), blocks, gains)
 

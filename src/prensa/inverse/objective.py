@@ -24,6 +24,7 @@ Bounds = tuple[float, float] | None
 
 SMALL_GAIN, SMALL_STEP = 1e-4, 1e-5  # share of χ², and of the way so far, below which a step ends a fit
 IDLE_STEP = 1e-3  # χ² that the next step would gain below which it is not worth a run: 3 % of a standard error
+LARGEST_WAY = 300.0  # logarithm beyond which a parameter is as good as infinite, or nothing
 MOST_RUNS = 60  # of a fit
 NO_ANSWER = 10.0  # residual, over its standard error, of all readings where the case has no answer
 
@@ -39,6 +40,11 @@ class Residuals(NamedTuple):
     def square(self) -> float:
         """χ²."""
         return float(self.r @ self.r)
+
+
+def grown(value: float, way: float) -> float:
+    """A value times e^way, which may be more than a float holds."""
+    return value * float(np.exp(np.clip(way, -LARGEST_WAY, LARGEST_WAY)))
 
 
 @dataclass(frozen=True)
@@ -68,7 +74,7 @@ class Parameter:
 
     def value(self, inner: float) -> float:
         """The parameter."""
-        return float(np.exp(inner)) if self.log else inner * self.size
+        return grown(1.0, inner) if self.log else inner * self.size
 
     def slope(self, value: float) -> float:
         """Derivative of the parameter by what is varied."""
@@ -142,7 +148,7 @@ class Objective:
                     y, dy, z = self._instruments(k, j, np.array(read[0]), dy, np.array(read[2]), more)
                     models.append(y)
                     parts.append((y - c.readings) / c.sigma)
-                    J.append(np.hstack([dy, z]) / c.sigma)
+                    J.append(np.hstack([dy, z]) / c.sigma[:, None])
         except PrensaError as error:  # no equilibrium, no such place any more, a value that is not allowed
             self.failure = str(error).splitlines()[0]
             self.told(f"no answer at {self._words(values)}: {self.failure}")

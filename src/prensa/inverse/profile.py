@@ -17,9 +17,10 @@ from prensa.inverse.objective import Objective, Residuals
 Array = NDArray[np.float64]
 
 BENT_BY = 0.1  # share by which the root of Δχ² may miss what the linearised problem foretells before the profile is followed
-CLOSE = 0.02  # share to which the end of a profile is found
-FARTHEST = 10.0  # half widths of the linear interval within which the end is sought
-MOST_PLACES = 8  # places that are tried at each side
+CLOSE = 0.03  # share to which the end of a profile is found
+NEAR = 0.3  # share of the Δχ² at the end that the last step over the other parameters may be foretold to gain, not run
+FARTHEST = 4.0  # half widths of the linear interval within which the end is sought
+MOST_PLACES = 6  # places that are tried at each side
 
 
 @dataclass(frozen=True)
@@ -130,18 +131,19 @@ class _Side:
         y = self.x + self.sign * shift
         y[self.number] = self.x[self.number] + held
         square = np.inf
-        for _ in range(4):
+        for _ in range(3):
             got = self.objective.at(y)
-            if got is None or got.square > square:
+            if got is None:
                 break
-            square, best = got.square, y
             step, *_ = np.linalg.lstsq(got.J[:, self.others], -got.r, rcond=1e-12)
             gain = float(np.linalg.norm(got.J[:, self.others] @ step) ** 2)
-            if gain < CLOSE * self.target**2:
-                square -= gain
+            if got.square - gain > square:
                 break
-            y = y.copy()
-            y[self.others] += step
+            square, best = got.square - gain, y.copy()
+            best[self.others] += step
+            if gain < NEAR * self.target**2:
+                break
+            y = best
         if not np.isfinite(square):
             return np.inf, shift
         return square, self.sign * (best - self.x)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.inverse.objective import Objective, Residuals
+from prensa.inverse.objective import Objective, Residuals, grown
 from prensa.inverse.profile import Profile
 from prensa.inverse.rivals import Rival
 from prensa.materials.flow_curve import FlowCurve, stress_at
@@ -57,7 +57,9 @@ class Interval:
     def _end(self, sign: float) -> float:
         halves = 1.0 if self.profile is None else self.profile.low if sign < 0 else self.profile.high
         wide = halves * self.noise + (abs(self.mesh) if np.isfinite(self.mesh) else 0.0)
-        return float(self.value * np.exp(sign * wide / self.value)) if self.log else self.value + sign * wide
+        if not np.isfinite(wide):
+            return float(sign * np.inf) if sign > 0 or not self.log else 0.0
+        return grown(self.value, sign * wide / self.value) if self.log else self.value + sign * wide
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -73,12 +75,12 @@ class Interval:
     def at(self, halves: Array) -> Array:
         """The parameter at ways (m,) from its value in half widths of the linear interval."""
         way = np.asarray(halves) * self.noise
-        return np.asarray(self.value * np.exp(way / self.value) if self.log else self.value + way)
+        return np.array([grown(self.value, w / self.value) for w in way]) if self.log else np.asarray(self.value + way)
 
 
 @dataclass(frozen=True)
 class Channel:
-    """A column beside what the fitted case says: ``runs`` is the probability of so few changes of sign by chance."""
+    """A column beside what the fitted case says, ``sigma`` (m,); ``runs``: probability of so few changes of sign by chance."""
 
     test: str
     name: str
@@ -87,7 +89,7 @@ class Channel:
     along: str
     readings: Array
     model: Array
-    sigma: float
+    sigma: Array
     runs: float
 
     @property
