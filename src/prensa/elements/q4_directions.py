@@ -8,7 +8,7 @@ Tortorelli and Vidal 1994; de Souza Neto, Perić and Owen 2008, ch. 14). Forces 
 and V = V_n/(α^m J_n), J_n = √det b_n.
 
 `prepare` computes what all directions share; `at_fixed` is a direction with x′ as given, `along` adds what further x′ make of
-the history; `back` is the transpose of both together.
+the history.
 """
 
 from __future__ import annotations
