@@ -243,6 +243,7 @@ def test_neutral_point_divides_friction():
         ("block.rihgt.x at y=1", "did you mean 'block.right.x at y=1'"),
         ("block.right.x", "write 'block.right.x at y=…' or 'block.right.max.x'"),
         ("block.right.x at y=5 N", "is not a length"),
+        ("block.right.x at y=1e400", "it is not finite"),
         ("angel(block.top-left, block.top-right)", "did you mean 'angle'"),
         ("angle(block.top, block.top-right)", "of two places of a body"),
         ("curvature(block.top at X=1, block.right at Y=1)", "of a boundary between two places"),

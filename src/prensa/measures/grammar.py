@@ -285,7 +285,10 @@ class _Reader:
     def _length(self, text: str) -> float:
         units = self.problem.units
         try:
-            return factor(text.strip(), units.length, units.force, (0, 1))
+            length = factor(text.strip(), units.length, units.force, (0, 1))
+            if not math.isfinite(length):
+                raise ValueError("it is not finite")
+            return length
         except ValueError as error:
             raise MeasureError(f"{text.strip()!r} is not a length ({error}); write a plain number or like '5 mm'") from None
 
