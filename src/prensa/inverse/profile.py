@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 BENT_BY = 0.1  # share by which the root of Δχ² may miss what the linearised problem foretells before the profile is followed
 CLOSE = 0.03  # share to which the end of a profile is found
 NEAR = 0.3  # share of the Δχ² at the end that the last step over the other parameters may be foretold to gain, not run
+LONGEST_STEP = 0.7  # of what is varied, mostly logarithms: beyond, the linearised problem foretells nothing
 FARTHEST = 4.0  # half widths of the linear interval within which the end is sought
 MOST_PLACES = 6  # places that are tried at each side
 
@@ -29,7 +30,7 @@ class Profile:
 
     ``bent``: by how much the root of Δχ² at the ends of the linear interval differs from what the linearised problem foretells,
     a share; ``followed``: whether the ends are those of the profile; ``points`` (m, 2): way from the least χ² in half widths,
-    and the root of Δχ² with the sign of the way, over its value at the end of a 95 % interval. ``least``: least χ² found.
+    and the root of Δχ² with the sign of the way, over its value at the end of a 95 % interval. ``least``: least χ² of a run.
     """
 
     low: float
@@ -83,11 +84,11 @@ class _Side:
         found = self.objective.residuals(self.x + self.sign * self.valley)
         if found is None:
             return np.inf
+        self.least = min(self.least, float(found @ found))
         basis, _ = np.linalg.qr(self.at.J[:, self.others])
         return self._root(float(found @ found) - float(np.linalg.norm(basis.T @ found) ** 2))
 
     def _root(self, square: float) -> float:
-        self.least = min(self.least, square)
         return float(np.sqrt(max(square - self.at.square, 0.0)) / self.target)
 
     def follow(self) -> None:
@@ -135,8 +136,10 @@ class _Side:
             got = self.objective.at(y)
             if got is None:
                 break
+            self.least = min(self.least, got.square)
             step, *_ = np.linalg.lstsq(got.J[:, self.others], -got.r, rcond=1e-12)
-            gain = float(np.linalg.norm(got.J[:, self.others] @ step) ** 2)
+            step *= min(1.0, LONGEST_STEP / max(float(np.abs(step).max()), 1e-300))
+            gain = got.square - float(np.linalg.norm(got.r + got.J[:, self.others] @ step) ** 2)
             if got.square - gain > square:
                 break
             square, best = got.square - gain, y.copy()
