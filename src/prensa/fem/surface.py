@@ -134,10 +134,8 @@ class ContactInteraction:
             None if ask.like is None else ask.like.contacts[k],
         )
         # points that just touch are closed or open by the round-off of their gaps; those that stick have that of their slips
-        most = weight * scale.k_n * (f.rests | (f.dp[:, 0] > 0)) * round_off
-        if f.resists.any():
-            most += f.area * scale.k_t * f.resists * self._rounded(pairs, ask.u, np.sqrt(np.maximum(1.0 - pairs.n**2, 0.0)))
-        out = Response(floor=_usual_sum(most), trial=f._replace(points=s.points))
+        stiff = weight * scale.k_n * (f.rests | (f.dp[:, 0] > 0)) + f.area * scale.k_t * f.resists
+        out = Response(floor=_usual_sum(stiff * round_off), trial=f._replace(points=s.points))
         if not np.isfinite(f.K).all():
             out.failed = FrictionTooSoft(s.name)
             return out
@@ -155,15 +153,11 @@ class ContactInteraction:
         return out
 
     def _round_off(self, pairs: Pairs, u: Array) -> Array:
-        """Round-off of the gaps (k,): ε × the coordinates along the normal whose differences they are."""
-        return self._rounded(pairs, u, np.abs(pairs.n))
-
-    def _rounded(self, pairs: Pairs, u: Array, along: Array) -> Array:
-        """Round-off (k,) of differences of places along directions, whose components have the sizes (k, d)."""
+        """Round-off of the gaps (k,): ε × the coordinates whose differences they are."""
         system, tool = self.system, self.surface.tool
         place = system.place_of(tool, u)[: system.dofs.dimension]
-        sizes = np.abs(pairs.arm) + np.abs(system.tools[tool].at) + np.abs(place)
-        return ROUND * EPS * np.einsum("kd,kd->k", along, sizes)
+        centre = float(np.abs(system.tools[tool].at).max() + np.abs(place).max())
+        return ROUND * EPS * (np.abs(pairs.arm).max(axis=1, initial=0.0) + centre)
 
     def _violation(self, f: ContactForces, rows: Array, scale: Scale, reach: float) -> float:
         """Largest residual of the multipliers' equations as a length over the element depth, beyond round-off."""
