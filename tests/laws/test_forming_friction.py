@@ -199,7 +199,7 @@ steps: [{{name: press, move: {{die: {{y: -0.001}}}}}}]
         ("{type: wanheim_bay, f: 0.5}", "has no shear yield stress"),
         ("{type: levanov, m: 1.5, k: 50}", "must be at most 1"),
         ("{type: wang_osakada, mu: 0.5, k: 50}", "beyond the fit of m"),
-        ("{type: stribeck, mu_static: 0.3, mu_kinetic: 0.1, speed: 100 mm}", "not a speed; write it per second"),
+        ("{type: stribeck, mu_static: 0.3, mu_kinetic: 0.1, speed: 100 mm}", "is not a speed .*or like '100 mm/s'"),
         ("{type: table}", "give a table over 'pressure', 'slip' or 'speed'"),
         ("{type: table, pressure: [[0, 0.1], [0, 0.2]]}", "the pressure must increase strictly"),
         ("{type: table, slip: [[0, 0.1]]}", "at least two pairs"),

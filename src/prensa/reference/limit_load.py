@@ -36,6 +36,8 @@ def crossed(x: Any, y: Any, inside: Any = None) -> tuple[Array, Index]:
     """Coordinates (n,), (m,) of the lines of a grid -> points (p, 2), triangles (t, 3): four in each rectangle.
 
     inside: middles (r, 2) -> (r,) which rectangles there are (None: all).
+
+    Source: the crossed triangles that do not lock, Nagtegaal, Parks and Rice (1974).
     """
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     corners = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
@@ -52,7 +54,10 @@ def crossed(x: Any, y: Any, inside: Any = None) -> tuple[Array, Index]:
 
 
 def halved(points: Any, triangles: Any) -> tuple[Array, Index]:
-    """Points (p, 2), triangles (t, 3) -> the same with sides of half the length, four triangles in each."""
+    """Points (p, 2), triangles (t, 3) -> the same with sides of half the length, four triangles in each.
+
+    Source: plain geometry.
+    """
     x, cells = np.asarray(points, dtype=float), np.asarray(triangles, dtype=np.int64)
     pairs = np.sort(cells[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     sides, number = np.unique(pairs, axis=0, return_inverse=True)
@@ -64,7 +69,10 @@ def halved(points: Any, triangles: Any) -> tuple[Array, Index]:
 
 
 def outline(triangles: Any) -> Index:
-    """Triangles (t, 3), counter-clockwise -> edges (n, 2) that belong to one of them alone, the body on the left."""
+    """Triangles (t, 3), counter-clockwise -> edges (n, 2) that belong to one of them alone, the body on the left.
+
+    Source: plain geometry.
+    """
     cells = np.asarray(triangles, dtype=np.int64)
     n, c = _sides(cells)[2].T
     return np.stack([cells[n, c], cells[n, (c + 1) % 3]], axis=1)
