@@ -8,6 +8,7 @@ import dataclasses
 import importlib.util
 import io
 import re
+import sys
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -67,6 +68,8 @@ def test_python_blocks_run_and_print_what_the_page_says(
             exec(compile(code, f"{name_of(path)} block {k}", "exec", dont_inherit=True), scope)
         if text[end:].lstrip("\n").startswith("```text\n"):
             same(printed.getvalue(), found[k + 1][1])
+    if pyplot := sys.modules.get("matplotlib.pyplot"):
+        pyplot.close("all")  # a page may leave its figures open, other tests may not find them
 
 
 def same(ours: str, said: str) -> None:

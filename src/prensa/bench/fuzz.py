@@ -10,6 +10,7 @@ seconds of processor time and, on Linux, more than `MEMORY` bytes.
 
 from __future__ import annotations
 
+import gc
 import signal
 import sys
 import tempfile
@@ -413,6 +414,8 @@ def run(
         folder = Path(name)
         read(EXTRA, folder)  # compiles the kernels: what they take is no input's fault
         read(_file_case(folder), folder)
+        gc.collect()
+        gc.freeze()  # to look through what the process held before is no input's fault either
         for number, (text, attempt) in enumerate((source or files)(count, seed, folder)):
             begun = time.process_time()
             try:
@@ -431,6 +434,7 @@ def run(
                 report_defect(f"input {number}: {report.defects[-1][1]}")
             report.slowest = max(report.slowest, spent)
             report.counts[outcome] += 1
+        gc.unfreeze()
     return report
 
 
