@@ -123,3 +123,9 @@ def test_changes_and_calls_are_read_or_refused(source, count):
     report = fuzz.run(count, seed=6, source=source)
     assert report.defects == []
     assert report.counts["refused"] > count / 2 and sum(report.counts.values()) == count
+
+
+def test_sizes_as_small_as_numbers_are_divide_nothing(tmp_path):
+    """A size of new elements that is no more than the least number: read or refused, no division by zero."""
+    text = fuzz.FORMING[0].replace("far: 3.8", "far: 5e-324")
+    assert text != fuzz.FORMING[0] and fuzz.read(text, tmp_path) in ("read", "refused")

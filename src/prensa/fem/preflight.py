@@ -246,7 +246,7 @@ def _tip(system: System, s: Surface, h: float) -> Iterator[Notice]:
     """The end of a tool that is nearest to the surface: how wide it is a tenth of an element from its end."""
     tool, start = system.tools[s.tool], system.initial()
     shape = tool.shape
-    if shape.cavity:
+    if shape.cavity or not TIP * h > 0:  # sizes of new meshes may be as small as numbers are
         return
     pairs = current_pairs(shape, system.positions(start.u)[s.points.nodes], tool.at, system.place_of(s.tool, start.u))
     width, whole = shape.across(pairs.n[int(np.argmin(pairs.g))], TIP * h)
