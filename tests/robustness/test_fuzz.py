@@ -129,3 +129,15 @@ def test_sizes_as_small_as_numbers_are_divide_nothing(tmp_path):
     """A size of new elements that is no more than the least number: read or refused, no division by zero."""
     text = fuzz.FORMING[0].replace("far: 3.8", "far: 5e-324")
     assert text != fuzz.FORMING[0] and fuzz.read(text, tmp_path) in ("read", "refused")
+
+
+def test_what_the_commands_stumbled_over_is_told(tmp_path):
+    """Halves of characters, a row without an end, slopes that are no numbers: each of these ended in a traceback."""
+    with pytest.raises(CaseError, match="halves of characters"):
+        loads("name: \udc8f\n")
+    (tmp_path / "p.csv").write_text("x,y\n" + "1" * 200_000 + ",2\n", encoding="utf-8")
+    with pytest.raises(CaseError, match=r"p\.csv"):
+        loads(fuzz_commands.CASE.replace("POINTS", "p.csv"), "case.yaml", tmp_path)
+    (tmp_path / "deck.inp").write_text(fuzz_commands.DECK.replace("120., 0.1", "120., 5e-324"), encoding="utf-8")
+    with pytest.raises(CaseError, match="so close together"):
+        loads(case_text(tmp_path / "deck.inp", tmp_path)[0], "case.yaml", tmp_path)

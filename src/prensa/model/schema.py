@@ -30,6 +30,7 @@ from prensa.model.units import Length
 __all__ = ["CaseError", "brief", "dump", "load", "loads", "warnings_of"]
 
 CASE_LIMIT = 4 << 20
+_HALVES = re.compile("[\ud800-\udfff]")
 _TESTS = re.compile(r"[\"']?\btests\b")
 
 
@@ -75,6 +76,8 @@ def loads(
     """
     take("loads", "text", text, str, "give the text of a case file")
     overrides = _changes(overrides)
+    if not text.isascii() and _HALVES.search(text):
+        raise CaseError([Mistake(Mark(name), "the text has halves of characters (surrogates), which no file can hold")])
     tree, known = yaml.read(text, name, bounded=bounded)
     if tree.value is None:
         raise CaseError([*known, Mistake(Mark(name), "the file is empty; a case needs 'name', 'bodies' and 'steps'")])

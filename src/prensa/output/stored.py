@@ -115,7 +115,7 @@ class Stored(Sequence[Increment]):
         # the iterations of all attempts are known here, the residuals are in convergence.csv
         cost = Statistics(int(row["iterations"]), int(row["cutbacks"]), np.nan)
         return Increment(
-            str(row["step"]), self._steps[str(row["step"])], number, time, tools,
+            str(row["step"]), Contents(self.directory / history.HISTORY, self._steps)[str(row["step"])], number, time, tools,
             {"viscous": 0.0} | {c.removeprefix("energy."): float(v) for c, v in row.items() if c.startswith("energy.")},
             {s: Reaction(float(row[f"fixed.{s}.fx"]), float(row[f"fixed.{s}.fy"])) for s in supports},
             cost, bool(self.ends[k]), _absent(_NOT_KEPT.format(self.directory, "committed state")),

@@ -172,7 +172,11 @@ def _table(path: str, what: str) -> list[Segment]:
         raise ValueError(f"{what} cannot be read: {error}") from None
     lines = [line for line in text.replace(";", ",").splitlines() if line.strip() and not line.lstrip().startswith("#")]
     rows: list[list[float]] = []
-    for number, row in enumerate(csv.reader(lines)):
+    try:
+        cells = list(csv.reader(lines))
+    except csv.Error as error:
+        raise ValueError(f"{what} cannot be read: {error}") from None
+    for number, row in enumerate(cells):
         try:
             rows.append([float(cell) for cell in row if cell.strip()])
         except ValueError:

@@ -34,6 +34,8 @@ class FlowTable(FlowCurve):
             raise ValueError("points must start at plastic strain 0 and increase strictly (at least two pairs)")
         if any(p[1] <= 0 for p in self.points):
             raise ValueError("flow stresses must be positive")
+        if any(abs(t / 1e150 - s / 1e150) > b - a for (a, s), (b, t) in pairwise(self.points)):
+            raise ValueError("points lie so close together that the slope between them is no number that can be used")
         return self
 
     def _cubic(self) -> Any:
