@@ -191,40 +191,33 @@ steps: [{name: press, move: {die: {y: -0.2}}, increments: 4}]
         pr.solve(problem, derivatives=["bodies.low.mesh.size.0"])
 
 
-def test_derivatives_with_cut_edges() -> None:
-    """A punch with sharp corners, which cut the edges under them: width and all else."""
-    text = """
+def punch(width: float, fillet: float, travel: float) -> Problem:
+    """A block under a stamp."""
+    return loads(f"""
 name: punch
 bodies:
   block:
-    mesh: {type: rectangle, size: [4, 2], n: [8, 4]}
-    material: {type: j2, E: 1000, nu: 0.3, flow: {s0: 10, K: 20, n: 0.3, type: ludwik}}
-tools: {die: {type: stamp, width: 2.3, touching: block.top, at: [2, 0], fillet: 0}}
-friction: {type: coulomb, mu: 0.2}
-fixed: {block.bottom: xy}
-steps: [{name: press, move: {die: {y: -0.1}}, increments: 4}]
-"""
-    problem = loads(text).problem
+    mesh: {{type: rectangle, size: [4, 2], n: [8, 4]}}
+    material: {{type: j2, E: 1000, nu: 0.3, flow: {{s0: 10, K: 20, n: 0.3, type: ludwik}}}}
+tools: {{die: {{type: stamp, width: {width}, fillet: {fillet}, touching: block.top, at: [2, 0]}}}}
+friction: {{type: coulomb, mu: 0.2}}
+fixed: {{block.bottom: xy}}
+steps: [{{name: press, move: {{die: {{y: {travel}}}}}, increments: 4}}]
+""").problem
+
+
+def test_derivatives_with_cut_edges() -> None:
+    """A punch with sharp corners, which cut the edges under them: width and all else."""
+    problem = punch(width=2.3, fillet=0, travel=-0.1)
     paths = [*varied(problem, "die"), "tools.die.width"]
     assert max(agreement(problem, list(dict.fromkeys(paths)), [force, lambda i: float(i.state.u[40])])) < 1e-5
 
 
 def test_a_fillet_moves_what_it_should() -> None:
     """Width and fillet of a punch: the derivative of the force by the shape of a tool."""
-    text = """
-name: punch
-bodies:
-  block:
-    mesh: {type: rectangle, size: [4, 2], n: [8, 4]}
-    material: {type: j2, E: 1000, nu: 0.3, flow: {s0: 10, K: 20, n: 0.3, type: ludwik}}
-tools: {punch: {type: stamp, width: 2.2, fillet: 0.3, touching: block.top, at: [2, 0]}}
-friction: {type: coulomb, mu: 0.2}
-fixed: {block.bottom: xy}
-steps: [{name: press, move: {punch: {y: -0.2}}, increments: 4}]
-"""
-    problem = loads(text).problem
-    paths = ["tools.punch.width", "tools.punch.fillet", "bodies.block.mesh.size.1"]
-    assert max(agreement(problem, paths, [lambda i: i.force("punch").y, lambda i: float(i.state.u[40])])) < 1e-5
+    problem = punch(width=2.2, fillet=0.3, travel=-0.2)
+    paths = ["tools.die.width", "tools.die.fillet", "bodies.block.mesh.size.1"]
+    assert max(agreement(problem, paths, [force, lambda i: float(i.state.u[40])])) < 1e-5
 
 
 # ------------------------------------------------------------------------------------------------ closed forms, identities

@@ -11,7 +11,7 @@ import datetime
 import decimal
 import functools
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -106,7 +106,7 @@ def calls(count: int, seed: int, folder: Path) -> Iterator[Attempt]:
         if rng.random() < 0.15:
             name, function = functions[rng.integers(len(functions))]
             some = [int(rng.integers(len(bad))) for _ in range(int(rng.choice([1, 1, 2])))]
-            yield f"{name}, hostile values {some}", functools.partial(_answer, function, [bad[k] for k in some], {})
+            yield f"{name}, hostile values {some}", functools.partial(answer, function, [bad[k] for k in some], {})
             continue
         cls, named = good[rng.integers(len(good))]
         named = dict(named)
@@ -136,10 +136,12 @@ def calls(count: int, seed: int, folder: Path) -> Iterator[Attempt]:
                 case _:
                     named[key] = bad[k]
                     told.append(f"{key} hostile {k}")
-        yield f"{cls.__name__}: {', '.join(told)}", functools.partial(_answer, cls, positional, named)
+        yield f"{cls.__name__}: {', '.join(told)}", functools.partial(answer, cls, positional, named)
 
 
-def _answer(function: Callable[..., Any], positional: list[Any], named: dict[str, Any]) -> str:
+def answer(function: Callable[..., Any], positional: Sequence[Any] = (), named: Mapping[str, Any] | None = None) -> str:
+    """'read' for a call that ends well and 'refused' for one that says why not in words; raises what is a defect."""
+    named = named or {}
     try:
         function(*positional, **named)
     except PrensaError as error:

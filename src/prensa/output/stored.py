@@ -72,7 +72,7 @@ class Stored(Sequence[Increment]):
         step = self.history["step"]
         self.ends = np.append(step[1:] != step[:-1], completed)[: len(step)]
         """(n,) whether a step ends with the increment."""
-        self._steps = {s.name: k for k, s in enumerate(problem.steps, 1)}
+        self._steps = Contents(directory / history.HISTORY, ((s.name, k) for k, s in enumerate(problem.steps, 1)))
         self._areas = {c.name: f"{c.name}.area" for c in problem.contacts}
 
     @cached_property
@@ -115,7 +115,7 @@ class Stored(Sequence[Increment]):
         # the iterations of all attempts are known here, the residuals are in convergence.csv
         cost = Statistics(int(row["iterations"]), int(row["cutbacks"]), np.nan)
         return Increment(
-            str(row["step"]), Contents(self.directory / history.HISTORY, self._steps)[str(row["step"])], number, time, tools,
+            str(row["step"]), self._steps[str(row["step"])], number, time, tools,
             {"viscous": 0.0} | {c.removeprefix("energy."): float(v) for c, v in row.items() if c.startswith("energy.")},
             {s: Reaction(float(row[f"fixed.{s}.fx"]), float(row[f"fixed.{s}.fy"])) for s in supports},
             cost, bool(self.ends[k]), _absent(_NOT_KEPT.format(self.directory, "committed state")),
