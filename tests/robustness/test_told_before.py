@@ -141,3 +141,21 @@ def test_a_sensitivity_to_the_rate_in_per_cent_is_told():
         said = warnings_of(block(pr.J2(E=70e3, nu=0.3, flow=pr.JohnsonCook(A=60, B=100, n=n, C=C))))
         assert len(said) == bool(heard)
         assert all(heard in words and "did you mean" in words for words in said)
+
+
+@pytest.mark.parametrize(
+    ("material", "case", "again"),
+    [
+        (pr.NeoHooke(E=10, nu=0.49), {"size": (6, 6), "n": (4, 4), "space": "axisymmetric", "element": "q8"}, False),
+        (METAL, {"size": (4, 8), "n": (6, 12), "fixed": {"b.bottom": "xy", "b.left": "x"}}, True),
+    ],
+)
+def test_a_tool_that_comes_through_the_surface_beside_a_line_of_symmetry_is_told_as_that(material, case, again):
+    """No contact of that line, or of the axis, is asked for: the elements beside it are too coarse for the tool."""
+    tools = {"die": pr.Circle(radius=2, touching="b.top")}
+    p = block(material, tools, steps=(pr.Step("press", move={"die": pr.Motion(y=-5)}),), **case)
+    with pytest.raises(SolveError, match="has come through the surface beside it") as caught:
+        list(pr.solve(p))
+    assert isinstance(caught.value.reason, MetalInside)
+    assert "against: die" not in str(caught.value)
+    assert ("'remesh: auto'" in str(caught.value)) == again

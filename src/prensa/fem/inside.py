@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.integration import depth_of
-from prensa.fem.outlines import named_edges
+from prensa.fem.outlines import named_edges, symmetric
 from prensa.fem.overlap import within
 from prensa.fem.system import System
 from prensa.mesh.mesh import boundary_edges, segments
@@ -40,7 +40,8 @@ class Watch(NamedTuple):
 class Inside(NamedTuple):
     """A node (its number in the body, and its place) that lies by ``depth`` inside a tool; ``side``: 'body.boundary'.
 
-    ``other``: the second node of an edge that lies inside between its nodes; -1 of a node.
+    ``other``: the second node of an edge that lies inside between its nodes; -1 of a node. ``through``: what to do where
+    the side is a line of symmetry or the axis and the tool has contacts with the body, so that it came through another side.
     """
 
     tool: str
@@ -51,17 +52,21 @@ class Inside(NamedTuple):
     y: float
     depth: float
     other: int = -1
+    through: str = ""
 
     def __str__(self) -> str:
         what = f"node {self.node}" if self.other < 0 else f"the edge between nodes {self.node} and {self.other}"
         return (
             f"{what} of {self.side!r} at ({self.x:.4g}, {self.y:.4g}) lies {self.depth:.3g} inside tool "
-            f"{self.tool!r}, which no contact of that side is against"
+            f"{self.tool!r}, which "
+            + ("has come through the surface beside it" if self.through else "no contact of that side is against")
         )
 
     @property
     def remedy(self) -> str:
         """What to write."""
+        if self.through:
+            return self.through
         return (
             f"add '{{surface: {self.side}, against: {self.tool}}}' to 'contacts' (or 'surface: {self.body}', the whole "
             "outline), or to 'no_contact' if it is meant"
@@ -199,4 +204,9 @@ def _described(system: System, w: Watch, k: int, deep: Index, u: Array, depth: f
     side = max(sides, key=lambda name: int(np.isin(deep - first, edges[name]).sum()), default="")
     x, y = system.X[node] + system.displacement(u)[node]
     name = f"{body}.{side}" if side else body
-    return Inside(system.tools[w.tool].name, node - first, body, name, float(x), float(y), depth)
+    met = any(s.tool == w.tool and s.body == body for s in system.surfaces)
+    through = ""
+    if met and side and symmetric(system.problem, body, system.meshes[body], edges[side]).all():
+        again = ", or 'remesh: auto'" if system.problem.bodies[body].material.plastic else ""
+        through = f"a finer mesh where the tool presses, a larger radius or 'fillet' of it{again}"
+    return Inside(system.tools[w.tool].name, node - first, body, name, float(x), float(y), depth, through=through)

@@ -377,7 +377,8 @@ def _inside(system: System, watched: list[Watch]) -> list[Notice]:
     """Metal that lies inside a tool from the beginning, and tools that lie inside a body."""
     node = inside(system, watched, system.initial().u)
     if node is not None:
-        return [Notice(f"tools.{node.tool}", f"{node} when the run begins: move the tool, or {node.remedy}", True)]
+        remedy = "move the tool" if node.through else f"move the tool, or {node.remedy}"
+        return [Notice(f"tools.{node.tool}", f"{node} when the run begins: {remedy}", True)]
     return [
         Notice(f"tools.{tool}", f"it lies inside body {body!r}, whose outline it does not meet: move the tool out", True)
         for tool, body in engulfed(system)
