@@ -5,7 +5,7 @@ from __future__ import annotations
 import pickle
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -105,35 +105,37 @@ def gradient(
     """
     take("gradient", "problem", problem, model.Problem, "give a Problem (case.problem of a case)")
     take("gradient", "by", by, Sequence, "give a list of paths, for example ['tools.die.points.3.1']")
-    if isinstance(by, str):
-        by = [by]
+    by = [by] if isinstance(by, str) else by
     if not by:
         raise ArgumentError("gradient: by is empty; give a list of paths, for example ['tools.die.points.3.1']")
     names = (of,) if isinstance(of, str) else tuple(of)
     measures = [_measure(name, problem) for name in names]
-    system = discretise(problem)
+    last, system, policy, timer = _number_of(problem, step), discretise(problem), policy or Policy(), timer or Timer()
+    _refuse(system, by)
+    run = Recorded(system, numerics or model.Numerics(), policy, Messages(system, monitor), timer)
+    run.prescribe(system.initial(), times)
+    with timer("parameters"):
+        parameters = [_Parameter.of(system, path, policy) for path in by]
+    increment = run.until(last)
+    with timer("backwards"):
+        slopes = [_slope(m, increment) for m in measures]
+        start, owed = _backwards(system, run, slopes, any(p.bends for p in parameters))
+    with timer("parameters"):
+        seen = _Seen(measures, slopes, run, increment)
+        columns = np.stack([p.derivative(start, owed, seen) for p in parameters], axis=1)
+    values, units = np.array([m.value(increment) for m in measures]), tuple(m.unit for m in measures)
+    return Slopes(names, units, tuple(by), values, columns, increment, isinstance(of, str))
+
+
+def _refuse(system: System, by: Sequence[str]) -> None:
+    """Tell what has no derivative or none backwards, and what any run tells before it begins."""
     refuse(system, None, by)
     if not known(system):
         raise ArgumentError(
-            "gradient: only F-bar quadrilaterals in finite strain with elastic or J2 material and contacts on current geometry, by "
+            "gradient: only F-bar quadrilaterals in finite strain, elastic or J2, and contacts on current geometry, by "
             "penalty or exact and with rounded tools, can be followed backwards; use solve(derivatives=...)"
         )
-    last = _number_of(problem, step)
     told_before(system)
-    policy, timer = policy or Policy(), timer or Timer()
-    stepping = Recorded(system, numerics or model.Numerics(), policy, Messages(system, monitor), timer)
-    begin = system.initial()
-    stepping.prescribe(begin, times)
-    with timer("run"):
-        increment = next(i for i in stepping.run(begin) if i.end_of_step and stepping.kept[-1].c.plan.number == last)
-    values = np.array([m.value(increment) for m in measures])
-    with timer("backwards"):
-        slopes = [_slope(m, increment) for m in measures]
-        start, owed = _backwards(system, stepping, slopes)
-    with timer("parameters"):
-        columns = [_Parameter.of(system, path, policy).derivative(start, owed, measures, stepping, increment) for path in by]
-    units = tuple(m.unit for m in measures)
-    return Slopes(names, units, tuple(by), values, np.stack(columns, axis=1), increment, isinstance(of, str))
 
 
 def _measure(name: object, problem: model.Problem) -> Measure:
@@ -171,14 +173,22 @@ class Recorded(TimeStepping):
         self.kept: list[Converged] = []
         self.state: State | None = None
 
+    def until(self, step: int) -> Increment:
+        """The last increment of a step (from 0), at which the run stops."""
+        for increment in self.run(self.system.initial()):
+            if increment.end_of_step and self.kept[-1].c.plan.number == step:
+                return increment
+        raise AssertionError("a run goes to the end of all steps, or raises")
+
     def commit(
         self, c: Context, control: StepControl, result: NewtonResult, spent: int, cutbacks: int
     ) -> tuple[State, Increment]:
         """As `TimeStepping.commit`."""
         if not covers(c):
             raise ArgumentError(
-                f"gradient: step {c.plan.name!r} has loads, springs, friction or forces let go that cannot be followed backwards; "
-                "only motions of and forces on tools and constant coefficients of friction can: use solve(derivatives=...)"
+                f"gradient: step {c.plan.name!r} has loads, springs, friction or forces let go that cannot be followed "
+                "backwards, as motions of tools, forces on them and constant coefficients of friction can; use "
+                "solve(derivatives=...)"
             )
         self.state, increment = super().commit(c, control, result, spent, cutbacks)
         assert self.reduced is not None
@@ -187,16 +197,34 @@ class Recorded(TimeStepping):
         return self.state, increment
 
 
-def _backwards(system: System, run: Recorded, slopes: Sequence[Gradient]) -> tuple[Weights, Owed]:
-    """What measures with these slopes owe to the state in which the run began and to the system."""
+def _backwards(system: System, run: Recorded, slopes: Sequence[Gradient], curves: bool) -> tuple[Weights, Owed]:
+    """What measures with these slopes owe to the state in which the run began and to the system, its flow curves if asked."""
     m = len(slopes)
-    weights, owed = Weights.none(system, m), Owed(system, m)
+    weights, owed = Weights.none(system, m), Owed(system, m, curves)
     for k, slope in enumerate(slopes):
         np.add.at(weights.u[k], *slope.displacements(system))
         np.add.at(weights.force[k], *slope.reactions(system))
     for at in reversed(run.kept):
         weights = back(system, at, weights, owed)
     return weights, owed
+
+
+class _Seen(NamedTuple):
+    """Measures of an increment at whose end a run stood, as they see the initial places too."""
+
+    measures: Sequence[Measure]
+    slopes: Sequence[Gradient]
+    run: Recorded
+    increment: Increment
+
+    def values(self, system: System) -> Array:
+        """The measures of places (m,) where the bodies began as those of a system beside and moved alike; 0 for others."""
+        state, c = self.run.state, self.run.kept[-1].c
+        assert state is not None
+        e = system.evaluate(c, state.u, state.lam, stiffness=False)._replace(history=state.history)
+        result = NewtonResult(True, None, state.u, None, state.lam, 0)
+        beside = increment_of(system, state, c.plan, e, result, 0, 0, self.increment.end_of_step, c.state)
+        return np.array([m.value(beside) if slope.nodes else 0.0 for m, slope in zip(self.measures, self.slopes)])
 
 
 @dataclass(frozen=True)
@@ -215,14 +243,20 @@ class _Parameter:
         """The parameter at a path."""
         parameter = Parameter.of(system.problem, path, system.length)
         step = policy.parameter_step * parameter.size
-        systems = parameter.neighbours(system, step)
+        shape = path.startswith("tools.")
+        systems = parameter.tools_beside(system, step) if shape else parameter.neighbours(system, step)
         for other in systems:
             refuse_other_mesh(system, other, path)
-        shape = path.startswith("tools.")
-        change = None if shape else change_of(*(_with_shapes(s, system) for s in systems), step)
+        above, below = (_with_shapes(s, system) for s in systems)
+        change = None if shape else change_of(above, below, step)
         if not shape and change is None:
             raise ArgumentError(f"gradient: what {path} changes cannot be followed backwards; use solve(derivatives=...)")
         return cls(path, step, systems, change, shape)
+
+    @property
+    def bends(self) -> bool:
+        """Whether it changes a flow curve."""
+        return self.change is not None and any(f is not None for f in self.change.flow)
 
     def difference(self, above: Any, below: Any) -> Array:
         """Derivative of what differs between both sides."""
@@ -232,9 +266,7 @@ class _Parameter:
         """Derivative of a number of the system."""
         return self.difference(*map(value, self.systems))
 
-    def derivative(
-        self, start: Weights, owed: Owed, measures: Sequence[Measure], run: Recorded, increment: Increment
-    ) -> Array:
+    def derivative(self, start: Weights, owed: Owed, seen: _Seen) -> Array:
         """Derivatives (m,) of the measures."""
         out = np.einsum("mta,ta->m", owed.at, self.between(lambda s: np.array([t.at for t in s.tools]).reshape(-1, 2)))
         for t, touching in enumerate(owed.touching):
@@ -248,7 +280,7 @@ class _Parameter:
         for number, stage in owed.stages.items():
             out = out + self._of_step(number, stage)
         if self.change.X is not None:
-            out = out + self._seen(measures, run, increment)
+            out = out + self.difference(*map(seen.values, self.systems))
         return out
 
     def _of_arrays(self, change: Change, owed: Owed) -> Array:
@@ -287,15 +319,18 @@ class _Parameter:
         for w, a, b in zip(start.history, above.history, below.history):
             out = out + np.einsum("meqh,eqh->m", w, self.difference(a, b))
         coordinate = self.difference(above.contact.coordinate, below.contact.coordinate)[:, 0]
-        for s, w in zip(self.systems[0].surfaces, start.contact):
-            out = out + w.s @ coordinate[s.rows]
+        for surface, points in zip(self.systems[0].surfaces, start.contact):
+            out = out + points.s @ coordinate[surface.rows]
         return np.asarray(out)
 
     def _of_step(self, number: int, stage: Stage) -> Array:
         """Through what a step prescribes: motions, forces, friction."""
         a, b = (plan_step(s, number, stage.step_start, stage.ends) for s in self.systems)
         if a.seconds != b.seconds:
-            raise ArgumentError(f"gradient: the time that {self.path} takes cannot be followed backwards; use solve(derivatives=...)")
+            raise ArgumentError(
+                f"gradient: {self.path} changes the duration of a step, which cannot be followed backwards; "
+                "use solve(derivatives=...)"
+            )
         mu = [0.0 if p is None else getattr(p, "mu", 0.0) for p in a.friction]
         out = stage.mu @ self.difference(mu, [0.0 if p is None else getattr(p, "mu", 0.0) for p in b.friction])
         for at in stage.prescribed:
@@ -303,18 +338,6 @@ class _Parameter:
             for dof, course in a.push.items():
                 out = out + at.force[:, dof] * self.difference(course(at.time), b.push[dof](at.time))
         return np.asarray(out)
-
-    def _seen(self, measures: Sequence[Measure], run: Recorded, increment: Increment) -> Array:
-        """Through the initial places themselves, which measures of places look at."""
-        state, c = run.state, run.kept[-1].c
-        assert state is not None
-        values = []
-        for system in self.systems:
-            e = system.evaluate(c, state.u, state.lam, stiffness=False)._replace(history=state.history)
-            result = NewtonResult(True, None, state.u, None, state.lam, 0)
-            beside = increment_of(system, state, c.plan, e, result, 0, 0, increment.end_of_step, c.state)
-            values.append([m.value(beside) if m.gradient(increment).nodes else 0.0 for m in measures])  # type: ignore[union-attr]
-        return self.difference(*values)
 
 
 def _with_shapes(system: System, like: System) -> System:

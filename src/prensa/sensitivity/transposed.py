@@ -9,8 +9,7 @@ All arrays have the measures m as first axis.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,22 +17,18 @@ from numpy.typing import NDArray
 from prensa.contact.forces import ContactForces
 from prensa.elements import q4, q4_transposed
 from prensa.elements.q4_directions import flow_gradients
-from prensa.fem.assembly import Block
+from prensa.fem.assembly import Block, Pattern
 from prensa.fem.context import Context
 from prensa.fem.interaction import Branches
 from prensa.fem.planning import plan_step
 from prensa.fem.schedule import StepPlan
-from prensa.fem.surface import Surface
 from prensa.fem.system import Evaluation, System
 from prensa.materials.hardening import TABLE
 from prensa.sensitivity.bodies import NO_FLOW, SHIFT, Elements, _moduli, elements_of
-from prensa.sensitivity.direct import Columns
 from prensa.solver.reduced import Reduced, Selected
 
-if TYPE_CHECKING:
-    from scipy.sparse import csc_matrix
-
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 
 class Converged(NamedTuple):
@@ -123,10 +118,13 @@ class Stage(NamedTuple):
 
 
 class Owed:
-    """Weights of the arrays of a system, as a run backwards finds them; see `prensa.sensitivity.change.Change`."""
+    """Weights of the arrays of a system, as a run backwards finds them; see `prensa.sensitivity.change.Change`.
 
-    def __init__(self, system: System, m: int) -> None:
-        self.system = system
+    ``curves``: whether anybody asks for those of flow curves.
+    """
+
+    def __init__(self, system: System, m: int, curves: bool) -> None:
+        self.system, self.curves = system, curves
         self.X = np.zeros((m, len(system.X), 2))
         self.at = np.zeros((m, len(system.tools), 2))
         self.bulk, self.G = np.zeros((2, m, len(system.blocks)))
@@ -134,6 +132,13 @@ class Owed:
         self.scale = [np.zeros((m, 3, len(s.points))) for s in system.surfaces]
         self.touching: list[list[Touching]] = [[] for _ in system.tools]
         self.stages: dict[int, Stage] = {}
+        self._places: tuple[Reduced, Index | slice] | None = None
+
+    def places(self, reduced: Reduced) -> Index | slice:
+        """See `places_of`; looked for once a step."""
+        if self._places is None or self._places[0] is not reduced:
+            self._places = reduced, places_of(reduced)
+        return self._places[1]
 
     def stage(self, c: Context) -> Stage:
         """Where what an increment's step owes is kept."""
@@ -151,40 +156,46 @@ def _no_flow(b: Block, m: int) -> FlowWeights:
     return FlowWeights(*(np.zeros((m, *np.shape(v))) for v in (p, knots, coefficients)))
 
 
-class Backwards(Columns):
-    """Solutions with the transpose of the matrix at a solution."""
+class Backwards:
+    """Solutions with the transpose of the matrix at a solution; ``places``: see `places_of`."""
 
-    @cached_property
-    def transposed(self) -> csc_matrix:
-        """Kᵀ."""
-        return self.whole.T
+    def __init__(self, reduced: Reduced, e: Evaluation, pattern: Pattern, places: Index | slice) -> None:
+        from scipy.sparse import csr_matrix
 
-    @cached_property
-    def _places(self) -> NDArray[np.int64]:
-        """Where the values of Kᵀ stand among those of K: the pattern is symmetric."""
-        from scipy.sparse import csc_matrix
-
-        r = self.reduced.restriction
-        assert isinstance(r, Selected)
-        n = len(r.free)
-        numbered = csc_matrix((np.arange(len(r.indices)), r.indices, r.indptr), (n, n)).T.tocsc()
-        numbered.sort_indices()
-        return np.asarray(numbered.data, dtype=np.int64)
+        self.reduced = reduced
+        self.matrix = reduced.matrix(e, np.zeros(len(e.r)))[places]
+        self.whole = csr_matrix((e.data, pattern.indices, pattern.indptr), (pattern.n, pattern.n))  # columns of K as rows
 
     def solve(self, b: Array) -> Array:
-        """Dofs (ndof, m) of Kᵀ x = b for b (ndof, m), zero where prescribed; refined as those of K are."""
-        reduced, place = self.reduced, slice(None) if self.reduced.symmetric else self._places
-        x = reduced.solve(self.matrix[place], b[:, 0])[:, None]
+        """Dofs (ndof, m) of Kᵀ x = b for b (ndof, m), zero where prescribed.
+
+        Of exact contacts once refined, which takes back what `determined` adds to the matrix.
+        """
+        reduced = self.reduced
+        x = reduced.solve(self.matrix, b[:, 0])[:, None]
         if b.shape[1] > 1:
             x = np.hstack([x, reduced.again(b[:, 1:])])
-        return x + reduced.again(b - self.transposed @ x) if reduced.equations else x
+        return x + reduced.again(b - self.whole @ x) if reduced.equations else x
+
+
+def places_of(reduced: Reduced) -> Index | slice:
+    """Where the values of the transpose of the matrix in the free dofs stand among its own: the pattern is symmetric."""
+    from scipy.sparse import csc_matrix
+
+    r = reduced.restriction
+    if reduced.symmetric:
+        return slice(None)
+    assert isinstance(r, Selected)
+    numbered = csc_matrix((np.arange(len(r.indices)), r.indices, r.indptr), (len(r.free), len(r.free))).T.tocsc()
+    numbered.sort_indices()
+    return np.asarray(numbered.data, dtype=np.int64)
 
 
 def back(system: System, at: Converged, after: Weights, owed: Owed) -> Weights:
     """Weights of the state before an increment from those of the state after it; adds to what is ``owed`` to the system."""
     c, m = at.c, len(after.u)
     e = system.evaluate(c, at.u, system.initial_multipliers(c.state), like=at.branches)
-    columns = Backwards(at.reduced, e, system.pattern)
+    columns = Backwards(at.reduced, e, system.pattern, owed.places(at.reduced))
     elements = elements_of(system, c, at.u, e)
     x, step_start = after.u.copy(), after.step_start
     if c.ends_step:
@@ -197,7 +208,7 @@ def back(system: System, at: Converged, after: Weights, owed: Owed) -> Weights:
     for p in points:
         p.owe_motions(x)
     r = -columns.solve(x.T)
-    motion = (x + (columns.transposed @ r).T)[:, c.plan.fixed]
+    motion = (x + (columns.whole @ r).T)[:, c.plan.fixed]
     before = Weights.none(system, m)
     before.step_start = step_start
     _prescribed(system, c, motion, r.T, before, owed)
@@ -238,7 +249,7 @@ def _element(
         owed.bulk[:, k], owed.G[:, k], flow,
     )  # fmt: skip
     curve: Any = getattr(law, "flow", None)
-    if curve is None:
+    if curve is None or not owed.curves:
         return
     if curve.kind != TABLE:
         slopes, tabled = np.empty((*b.old.shape[:2], 2, 5)), np.empty((*b.old.shape[:2], 2))
