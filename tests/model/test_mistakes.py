@@ -40,7 +40,7 @@ MISTAKES = [
     ("type: circle", "type: cirle", "10:11", ["unknown tool 'cirle'", "did you mean 'circle'?"]),
     ("type: circle", "type: cylinder", "10:11", ["unknown tool 'cylinder'", "'plane'", "'stamp'"]),
     ("type: circle", "type: cylinder", "10:11", ["did you mean 'circle'?", "'plane'"]),
-    ("nu: 0.33", "poisson: 0.33", "7:38", ["unknown key 'poisson'", "did you mean 'nu'?"]),
+    ("nu: 0.33", "poisson: 0.33", "7:37", ["unknown key 'poisson'", "did you mean 'nu'?"]),
     ("y: -7.5", "angle: 3 deg", "18:20", ["unknown key 'angle'", "did you mean 'rz'?"]),
     ("    radius:", "    thickness: 2\n    radius:", "11:5", ["unknown key 'thickness' in tool 'punch'", "a key of the case"]),
     ("    type: circle\n", "", "9:3", ["tool 'punch' needs a 'type'", "'circle'"]),
