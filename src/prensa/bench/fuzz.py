@@ -405,12 +405,15 @@ def _checked(described: Callable[[], Any]) -> str:
     return "read"
 
 
-def elements(mesh: Any) -> int:
+def elements(mesh: Any) -> float:
     """About how many elements a described mesh has; 0 where only the mesh can tell."""
-    n = getattr(mesh, "n", None)
+    n, size = getattr(mesh, "n", None), getattr(mesh, "size", None)
+    if isinstance(size, float):  # of triangles in an outline
+        x, y = np.array(mesh.points, dtype=np.float64).T
+        return 4.0 * float(np.ptp(x) * np.ptp(y) / size / size)  # over twice as many, and each dearer than one in rows
     if isinstance(n, tuple):
-        return int(np.prod([float(k) for k in n]))
-    return int(n) ** 2 if isinstance(n, int) else 0
+        return float(np.prod([float(k) for k in n]))
+    return float(n) ** 2 if isinstance(n, int) else 0.0
 
 
 def inputs(count: int, seed: int, folder: Path) -> Iterator[str]:

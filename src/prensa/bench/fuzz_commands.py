@@ -380,7 +380,7 @@ def _folder(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Check
 
 def _damaged(rng: np.random.Generator, folder: Path, names: Sequence[str]) -> str:
     """Break one of the files *names* of a folder of results, and say how; nothing where it is not there."""
-    path = folder / names[rng.integers(len(names))]
+    path = folder / names[int(rng.integers(len(names)))]
     if not path.is_file():
         return f"no {path.name}"
     data = bytearray(path.read_bytes())

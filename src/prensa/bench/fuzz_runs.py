@@ -31,8 +31,8 @@ WORDS: dict[str, tuple[Any, ...]] = {
         {"type": "penalty", "beta": 1e7}, {"type": "penalty", "k_n": 1.0, "k_T": 1e9},
     ),
     "friction": (
-        None, {"mu": 0.0}, {"mu": 0.3}, {"mu": 50}, {"type": "shear", "m": 1.0}, {"type": "shear", "m": 0.0}, {"type": "capped", "mu": 0.2, "m": 0.5},
-        {"mu": {"mu0": 0.5, "mu_inf": 0.01, "u0": 1e-9}},
+        None, {"mu": 0.0}, {"mu": 0.3}, {"mu": 50}, {"type": "shear", "m": 1.0}, {"type": "shear", "m": 0.0},
+        {"type": "capped", "mu": 0.2, "m": 0.5}, {"mu": {"mu0": 0.5, "mu_inf": 0.01, "u0": 1e-9}},
     ),
     "space": ("plane strain", "plane stress", "axisymmetric"),
     "kinematics": ("finite", "small"),
@@ -84,7 +84,8 @@ def changed(rng: np.random.Generator, tree: Any) -> Any:
 
 def _added(rng: np.random.Generator, tree: Any) -> tuple[dict[str, Any], str]:
     """A part of a case and a key that it may have."""
-    parts = [(tree, ("friction", "space", "kinematics", "stabilise", "remesh", "thickness"))]
+    whole = ("friction", "space", "kinematics", "stabilise", "remesh", "thickness")
+    parts: list[tuple[Any, tuple[str, ...]]] = [(tree, whole)]
     parts += [(body, ("element",)) for body in tree.get("bodies", {}).values()]
     parts += [(c, ("enforcement", "integration", "friction")) for c in tree.get("contacts", []) if isinstance(c, dict)]
     parts += [(s, ("increments", "stabilise", "duration", "remove_tools")) for s in tree.get("steps", [])]

@@ -22,7 +22,7 @@ Index = NDArray[np.int64]
 
 ALLOWED = 0.05  # depth over element size, beyond what the contacts of the tool sink in, that counts as a touch
 NARROW = 0.02  # the same between nodes, where what is reached by is no deeper than half the width of a narrow tool
-BETWEEN = np.arange(1, 8) / 8  # places on an edge at which a tool between its nodes is looked for
+ON_EDGE = np.arange(1, 8) / 8  # places on an edge at which a tool between its nodes is looked for
 
 
 class Watch(NamedTuple):
@@ -159,8 +159,8 @@ def _between(system: System, w: Watch, x: Array, g: Array) -> tuple[Array, Index
     near = (g[a] > 0) & (g[b] > 0) & (g[a] + g[b] < np.hypot(*(x[b] - x[a]).T))
     if not near.any():
         return g, nodes, none
-    edge = np.repeat(np.flatnonzero(near), len(BETWEEN))
-    share = np.tile(BETWEEN, int(near.sum()))[:, None]
+    edge = np.repeat(np.flatnonzero(near), len(ON_EDGE))
+    share = np.tile(ON_EDGE, int(near.sum()))[:, None]
     places = (1.0 - share) * x[a[edge]] + share * x[b[edge]]
     more = np.asarray(system.tools[w.tool].shape.closest(places).g)
     least = np.where(w.size[a] < w.size[b], a, b)[edge]

@@ -41,7 +41,7 @@ SUNK = 0.45  # depth over element depth from which no increment, however short, 
 BEHIND = 0.1  # depth over element depth in a tool of a node that is nearer to its far side
 REACH = 0.01  # depth over element depth by which a tool may press a held node
 ALONG = 0.9  # cosine from which a support acts along a tool's normal
-BENT = 0.766  # cosine of the angle, 40°, by which an undeformed surface may bend at a node and still have a normal there
+KINKED = 0.766  # cosine of the angle, 40°, by which an undeformed surface may bend at a node and still have a normal there
 TIP = 0.1  # distance from the end of a tool, over an element, at which its width is taken
 POINT_INSIDE = "the point lies inside the body, where new meshes ('remesh') keep no node; hold a side or a corner"
 STRAINS = np.concatenate([[0.0], np.geomspace(1e-4, 3.0, 200)])  # at which flow curves are looked at
@@ -265,7 +265,7 @@ def _bends(system: System) -> Iterator[Notice]:
         along /= np.hypot(*along.T)[:, None]
         into = {int(node): k for k, node in enumerate(ends[:, 1])}
         for k, node in enumerate(ends[:, 0].tolist()):
-            if node in into and float(along[into[node]] @ along[k]) < BENT:
+            if node in into and float(along[into[node]] @ along[k]) < KINKED:
                 x, y = system.X[node]
                 names = s.description.surface
                 one = "make two boundaries of it, each with a contact"

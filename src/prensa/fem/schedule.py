@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-STRAIGHT = 1e-12  # distance of a row of a table from the line through its neighbours, over the largest value, that is round-off
+ROUNDED = 1e-12  # distance of a row of a table from the line through its neighbours, over the largest value, that is round-off
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ def bends(times: Array, values: Array) -> Array:
         return times
     dt = np.diff(times)
     between = (values[:-2] * dt[1:] + values[2:] * dt[:-1]) / (dt[1:] + dt[:-1])
-    bent = np.abs(values[1:-1] - between) > STRAIGHT * np.abs(values).max()
+    bent = np.abs(values[1:-1] - between) > ROUNDED * np.abs(values).max()
     return times[np.concatenate([[True], bent, [True]])]
 
 

@@ -17,7 +17,7 @@ import numpy as np
 import prensa as pr
 
 SYSTEMS = {"mm-N": (1.0, 1.0), "m-N": (1e-3, 1.0), "inch-lbf": (1 / 25.4, 1 / 4.4482216152605)}
-DEEPEST = 0.15  # to which a circle is pressed in, over the height of the body
+PRESSED_IN = 0.15  # to which a circle is pressed in, over the height of the body
 ANY = ("q4", "q4_enhanced", "t3", "t6", "q8", "q8_full")
 # by suite, out of and in plane stress; F-bar, the default, more often
 SUITE_ELEMENTS = {
@@ -201,9 +201,9 @@ def _tool(
         return pr.Plane(touching="body.top"), True, 0.3
     if kind == "circle":
         # over a bore, which a mandrel holds: it meets the edge from above, within 45° of the axis, however deep it goes
-        over_bore = float(np.hypot(x0, x0 + DEEPEST * height)) if x0 else 0.0
+        over_bore = float(np.hypot(x0, x0 + PRESSED_IN * height)) if x0 else 0.0
         radius = max(float(rng.uniform(2.5 * h, 2 * width)), over_bore)
-        return pr.Circle(radius=radius * L, touching="body.top"), False, DEEPEST
+        return pr.Circle(radius=radius * L, touching="body.top"), False, PRESSED_IN
     if kind == "hollow":  # wide enough for the far corner of the body below
         radius = float(np.hypot(width + x0, rng.uniform(0.8, 3.0) * height))
         return pr.Circle(radius=radius * L, concave=True, touching="body.top"), False, 0.15
