@@ -75,6 +75,7 @@ class FacePoints:
 
     rule = Nodal()
     are_nodes = True
+    one_a_node = True
     with_neighbours = False
 
     def __len__(self) -> int:
