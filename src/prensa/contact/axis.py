@@ -1,13 +1,13 @@
 """Quadratic edges that end on the axis of revolution: a rule whose points keep their corner out of a tool.
 
-With 2πr inside, ∫ N_A dΓ of the corner on the axis is zero: a uniform pressure does not push it, so a point at the corner with that
-weight would hold nothing, and the corner would sink into the tool. The Gauss-Lobatto points of ∫₀¹ f(s) s ds, which lie at both
+With 2πr inside, ∫ N_A dΓ of the corner on the axis is zero: a uniform pressure does not push it, so a point at the corner with
+that weight would hold nothing, and the corner would sink into the tool. The Gauss-Lobatto points of ∫₀¹ f(s) s ds, which lie at both
 ends and at s = 3/5, have positive weights,
 
     ∫₀¹ f(s) s ds = f(0)/36 + 25/72 f(3/5) + f(1)/8        for cubics f,
 
-and so integrate every N_A of the edge exactly: the force that the point on the axis puts on the corner under a uniform pressure is
-taken off by the point at 3/5, where N is negative there. There are as many points as nodes.
+and so integrate every N_A of the edge exactly: the force that the point on the axis puts on the corner under a uniform pressure
+is taken off by the point at 3/5, where N is negative there. There are as many points as nodes.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ def edges_at_axis(surface: Candidates) -> Index:
 def with_points_at_axis(surface: Candidates, edges: Index) -> Points:
     """A point a node, of ``edges`` (e, 3) at the axis those of Lobatto's rule: the one of the middle lies at 3/5.
 
-    Areas are parts of the nodes', so that they follow edges whose middle is not half-way: with w the middle's, 25/24 w for its point
-    and w/12 for that on the axis, w/8 less than the node's for the other corner.
+    Areas are parts of the nodes', so that they follow edges whose middle is not half-way: with w the middle's, 25/24 w for its
+    point and w/12 for that on the axis, w/8 less than the node's for the other corner.
     """
     nodes, nodal = surface.nodes, surface.nodal
     support, N = np.repeat(nodes[:, None], 3, axis=1), np.tile([1.0, 0.0, 0.0], (len(nodes), 1))

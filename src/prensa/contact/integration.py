@@ -36,7 +36,7 @@ class Shares(NamedTuple):
 
     def rows(self, of: Index) -> Shares:
         """Some of the shares."""
-        return Shares(*(values[of] for values in self))
+        return Shares(self.point[of], self.edge[of], self.factor[of], self.at[of], self.place[of])
 
     @staticmethod
     def joined(parts: Sequence[Shares]) -> Shares:
@@ -117,6 +117,12 @@ class Points:
     def one_a_node(self) -> bool:
         """Whether every node of the surface has one point, at it or, beside an axis of revolution, near it."""
         return not self.with_neighbours and np.array_equal(self.support[:, 0], self.nodes)
+
+    @cached_property
+    def pairs_at_axis(self) -> Index:
+        """Numbers (e, 2) of the points of quadratic edges that end on the axis, that on it last (`prensa.contact.axis`)."""
+        beside = np.flatnonzero(self.N[:, 0] < 1.0) if self.one_a_node else np.zeros(0, dtype=np.int64)
+        return np.column_stack([beside, self.slots[beside, min(1, self.N.shape[1] - 1)]])
 
     @cached_property
     def slots(self) -> Index:

@@ -81,6 +81,11 @@ class FacePoints:
     def __len__(self) -> int:
         return len(self.nodes)
 
+    @property
+    def pairs_at_axis(self) -> Index:
+        """None (0, 2): bodies in space have no axis."""
+        return np.zeros((0, 2), dtype=np.int64)
+
     @cached_property
     def support(self) -> Index:
         """Nodes (k, 1) that carry a point."""

@@ -219,14 +219,15 @@ class _Places:
         target = np.zeros(len(closed))
         if s.description.enforcement.sinks:
             target = np.where(closed, -np.maximum(lam[:, 0], 0.0) / s.scale(target).k_n, 0.0)
-        nodes = s.points.support[:, 0]
-        pairs = current_pairs(self.new.tools[s.tool].shape, self.x[nodes], self.new.tools[s.tool].at, self._place(s))
-        go = closed | (pairs.g < 0)
-        free = np.where(self.held[nodes], 0.0, pairs.n)
-        size = (free**2).sum(axis=1)
-        go &= size > LEAST_SHARE
-        way = np.where(go, (target - pairs.g) / np.where(go, size, 1.0), 0.0)
-        self.x[nodes] += way[:, None] * free
+        for share in np.unique(s.points.N[:, 0])[::-1]:  # points at nodes first, then those that neighbours carry with theirs
+            of = np.flatnonzero(s.points.N[:, 0] == share)
+            nodes, tool = s.points.support[of, 0], self.new.tools[s.tool]
+            pairs = current_pairs(tool.shape, s.points.at(self.x)[of], tool.at, self._place(s))
+            free = np.where(self.held[nodes], 0.0, pairs.n)
+            size = share * (free**2).sum(axis=1)
+            go = (closed[of] | (pairs.g < 0)) & (size > LEAST_SHARE)
+            way = np.where(go, (target[of] - pairs.g) / np.where(go, size, 1.0), 0.0)
+            self.x[nodes] += way[:, None] * free
 
     def _place(self, s: Surface) -> Array:
         return self.new.place_of(s.tool, self.tools_at)

@@ -166,7 +166,7 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
         slides = f.slip | system.frictionless(law)
         status = np.where(f.p > 0, np.where(slides, 2, 1), 0).astype(np.int8)
         p, t = f.p * f.weight / weight, _tangential(f.area[:, None] * f.t / weight[:, None])
-        told = _Nodal(weight, p, t, f.kappa, status) if s.points.one_a_node else _at_nodes(s, f, area, status)
+        told = _together(s, _Nodal(weight, p, t, f.kappa, status)) if s.points.one_a_node else _at_nodes(s, f, area, status)
         if s.points.rule.projected:
             p, t = ((s.points.N * v[s.points.slots]).sum(axis=1) for v in (told.pressure, told.shear))
         out[s.name] = ContactState(
@@ -189,6 +189,24 @@ class _Nodal(NamedTuple):
     shear: Array
     slip: Array
     status: NDArray[np.int8]
+
+
+def _together(s: Surface, told: _Nodal) -> _Nodal:
+    """The values of points as those of their nodes; the two points of a quadratic edge at the axis are told as one.
+
+    That on the axis has a twelfth of the other's area: what nodal forces of quadratic elements are off by would be ten times the
+    share of its pressure that it is of others.
+    """
+    if not len(pairs := s.points.pairs_at_axis):
+        return told
+    share = told.weight[pairs] / told.weight[pairs].sum(axis=1, keepdims=True)
+    pressure, shear, slip = (v.copy() for v in (told.pressure, told.shear, told.slip))
+    for v in (pressure, shear, slip):
+        v[pairs] = (share * v[pairs]).sum(axis=1, keepdims=True)
+    own = told.status[pairs]
+    status = told.status.copy()
+    status[pairs] = np.where((own == 1).any(axis=1), 1, own.max(axis=1))[:, None]
+    return _Nodal(told.weight, pressure, shear, slip, status)
 
 
 def _at_nodes(s: Surface, f: ContactForces, area: Array, status: NDArray[np.int8]) -> _Nodal:

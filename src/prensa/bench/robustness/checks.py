@@ -42,8 +42,11 @@ def wrong_with(d: Drawn, records: list[Record]) -> str:
 
 # ---------------------------------------------------------------------------------------------------------------- geometry
 class Touching(NamedTuple):
-    """A contact at one increment: nodes (k,), their own gaps ``at_node``; places x (k, 2) where pressures act, own gaps and
-    normals there, tributary areas, forces on the body, sizes of sides."""
+    """A contact at one increment: nodes (k,), their own gaps ``at_node``; places x (k, 2) where pressures act, own gaps there.
+
+    Normals there, tributary areas, forces on the body, sizes of sides; ``told_with`` (k,): number of the node that is told the
+    same pressure, usually the own one.
+    """
 
     nodes: Index
     at_node: Array
@@ -53,6 +56,7 @@ class Touching(NamedTuple):
     area: Array
     force: Array
     size: Array
+    told_with: Index
 
 
 def seen_by(tool: Placed, name: str, record: Record, row: int, x: Array) -> tuple[Array, Array]:
@@ -149,7 +153,11 @@ def touchings(d: Drawn, record: Record) -> Iterator[tuple[int, str, pr.Contact, 
             along = np.stack([-n[:, 1], n[:, 0]], axis=1)
             force = area[:, None] * (t["pressure"][:, None] * n + t["shear"][:, None] * along)
             size = _beside(own, np.nan_to_num(x))[nodes]
-            yield row, c.name, c, Touching(nodes, at_node, place, gap, n, area, force, size)
+            together = np.arange(len(x))
+            for pair in beginning_on_axis(own, np.nan_to_num(x))[:, :2] if thickness is None else ():
+                together[pair] = pair[::-1]
+            same = np.argsort(nodes)[np.searchsorted(np.sort(nodes), together[nodes])]
+            yield row, c.name, c, Touching(nodes, at_node, place, gap, n, area, force, size, same)
 
 
 def remeshed(record: Record) -> bool:
@@ -189,9 +197,9 @@ def outlines(d: Drawn, record: Record) -> str:
             return f"{at}: node {t.nodes[k]} lies {-t.gap[k]:.3g} inside the tool"
         if (p < 0).any():
             return f"{at}: negative pressure"
-        pressed = p > 0
-        if (t.gap[pressed] > SAME_GAP * size).any():
-            return f"{at}: pressure across an open gap of {t.gap[pressed].max():.3g}"
+        least = np.minimum(t.gap, t.gap[t.told_with])
+        if (least[p > 0] > SAME_GAP * size).any():
+            return f"{at}: pressure across an open gap of {least[p > 0].max():.3g}"
     return _bodies_outside(d, record)
 
 
