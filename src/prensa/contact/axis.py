@@ -1,8 +1,8 @@
 """Quadratic edges that end on the axis of revolution: a rule whose points keep their corner out of a tool.
 
 With 2πr inside, ∫ N_A dΓ of the corner on the axis is zero: a uniform pressure does not push it, so a point at the corner with
-that weight would hold nothing, and the corner would sink into the tool. The Gauss-Lobatto points of ∫₀¹ f(s) s ds, which lie at both
-ends and at s = 3/5, have positive weights,
+that weight would hold nothing, and the corner would sink into the tool. The Gauss-Lobatto points of ∫₀¹ f(s) s ds, which lie at
+both ends and at s = 3/5, have positive weights,
 
     ∫₀¹ f(s) s ds = f(0)/36 + 25/72 f(3/5) + f(1)/8        for cubics f,
 
