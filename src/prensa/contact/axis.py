@@ -16,8 +16,8 @@ import numpy as np
 
 from prensa.contact.integration import Candidates, Index, Points
 
-BETWEEN = 3 / 5  # of the point between the ends, on an edge that begins on the axis
-CARRIED = np.array([4 * BETWEEN * (1 - BETWEEN), (1 - BETWEEN) * (1 - 2 * BETWEEN), BETWEEN * (2 * BETWEEN - 1)])
+INNER = 3 / 5  # of the point between the ends, on an edge that begins on the axis
+CARRIED = np.array([4 * INNER * (1 - INNER), (1 - INNER) * (1 - 2 * INNER), INNER * (2 * INNER - 1)])
 """N of the point between the ends at the middle, at the corner on the axis and at the other one."""
 
 
