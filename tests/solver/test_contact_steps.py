@@ -78,9 +78,10 @@ def test_where_no_point_changes_it_is_newtons_step(enforcement, rule, friction, 
     free = eq.reduced.free[eq.reduced.free < eq.system.dofs.tool.slice.start]
     u[free] += size * rng.standard_normal(len(free))
     e = eq.evaluate(u, lam)
-    step = contact_step(eq, u, lam, e, None)
+    found = contact_step(eq, u, lam, e, None)
     plain = eq.reduced.solve(eq.reduced.matrix(e, -e.r), -e.r)
-    assert step is not None
+    assert found is not None
+    step = found.step
     body = eq.system.dofs.displacement.slice
     np.testing.assert_allclose(step[body], plain[body], atol=2e-5 * np.abs(plain[body]).max())
 
@@ -92,14 +93,15 @@ def test_the_linearised_conditions_hold_after_one_step(enforcement, tie):
     eq, u, state = equations(block(enforcement=enforcement, tie=tie), 1)
     lam = eq.system.initial_multipliers(state)
     e = eq.evaluate(u, lam)
-    step = contact_step(eq, u, lam, e, None)
-    assert step is not None
+    found = contact_step(eq, u, lam, e, None)
+    assert found is not None
+    step = found.step
     after = eq.evaluate(u + eq.system.with_slaves(step), lam)
     # what is left is the curvature of the tool and of the bodies' answer: one more step of the kind ends it
     again = u + eq.system.with_slaves(step)
     for _ in range(4):
         e = eq.evaluate(again, lam)
-        again = again + eq.system.with_slaves(contact_step(eq, again, lam, e, None))
+        again = again + eq.system.with_slaves(contact_step(eq, again, lam, e, None).step)
     end = eq.evaluate(again, lam)
     assert eq.norm(end) < 1e-8 * end.scale < eq.norm(after)
 
