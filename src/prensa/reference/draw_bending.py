@@ -6,13 +6,17 @@ Everything is per unit width, in plane strain (held across the strip), small str
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ._check import Array, not_negative, poisson, positive
-from .upsetting import Flow, _check_material
+from .upsetting import _check_material
+
+Flow = Callable[[Any], Any]
+"""Stress of an array of plastic strains."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +40,7 @@ def draw_bending(
     mu: float = 0.0, layers: int = 100, steps: int = 40,
 ) -> DrawBending:  # fmt: skip
     """Radii (length) of the tools in order, positive on one side and negative on the other, angles (rad) that the strip lies
-    on each; thickness, tension (force per width) before the first, flow (-) -> (stress), E (stress), mu (-) -> DrawBending.
+    on each; thickness, tension (force per width) before the first, flow (n,) -> (n,) (stress), E (stress), mu (-) -> DrawBending.
 
     At each radius the strip is bent to the curvature of its middle, drawn along and straightened. What bending and
     straightening take is the work of the moment, ∫ M dκ, by which the pull grows at either end of the arc; along the arc it
@@ -91,7 +95,8 @@ class _Strip:
         first, now = self.curvature, float(self.along.sum()) * self.weight
         work = 0.0
         for k in range(1, steps + 1):
-            share = (k / steps) ** 2  # where the strip turns back its moment turns too, over a small change of curvature
+            # where the strip turns back its moment turns too, over a small change of curvature
+            share = (k / steps) ** 2
             before, bent = self.moment, first + (curvature - first) * share
             change = bent - self.curvature
             self._balance(bent, now + (pull - now) * share)
