@@ -76,7 +76,7 @@ def loads(
     """
     take("loads", "text", text, str, "give the text of a case file")
     overrides = _changes(overrides)
-    for given, place in ((text, name), *((item, f"--set {ascii(item)}") for item in overrides)):
+    for given, place in ((text, name), *((item, f"--set {item!a}") for item in overrides)):
         if not given.isascii() and _HALVES.search(given):
             raise CaseError([Mistake(Mark(place), "the text has halves of characters (surrogates), which no file can hold")])
     tree, known = yaml.read(text, name, bounded=bounded)
