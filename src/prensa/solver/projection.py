@@ -77,16 +77,16 @@ def contact_corrected(system: System, c: Context, e: Evaluation, u: Array, step:
     after_lam = system.multipliers(moved, lam)
     for s, f, scale in zip(system.surfaces, e.contacts, c.scales):
         nodes = s.points.nodes
-        target = _linear_gap(system, s, f.pairs, step, (f.points or s.points).at(delta))
+        target = linear_gap(system, s, f.pairs, step, (f.points or s.points).at(delta))
         stays = s.points.any_at_nodes(after_lam[s.rows, 0] - scale.k_n * target > 0)
         stays &= ~system.supported(nodes, c.plan)
         if not s.points.are_nodes:
-            target = _linear_gap(system, s, system.node_pairs(s, u), step, delta[nodes])
+            target = linear_gap(system, s, system.node_pairs(s, u), step, delta[nodes])
         project(system, s, moved, partial(to_gap, target, stays))
     return system.with_slaves(moved)
 
 
-def _linear_gap(system: System, s: Surface, before: Pairs, step: Array, moved: Array) -> Array:
+def linear_gap(system: System, s: Surface, before: Pairs, step: Array, moved: Array) -> Array:
     """Gaps (k,) after a step by the linear model: before (k pairs), moved (k, d) the step of their body points."""
     d, tool = moved.shape[1], system.place_of(s.tool, step)
     return np.asarray(before.g + (before.dg[:, :d] * moved).sum(axis=1) + before.dg[:, d:] @ tool)
