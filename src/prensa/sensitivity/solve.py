@@ -257,10 +257,11 @@ class Differentiated(TimeStepping):
             if side.e.failed:
                 raise PrensaError(f"derivatives: the increment beside, with another {d.parameter.path}, cannot be evaluated")
         dr, given = d.equation(at, sides)
-        dr += columns.times(given)
-        x = columns.solve(-dr)
+        start, size = given + d.guess(at), d.parameter.size
+        dr += columns.times(start)
+        x = columns.solve(-size * dr) / size
         reaction = dr + columns.times(x)
-        neighbours, rest = d.neighbours(at, sides, given + x, reaction, result, state.clock.dt)
+        neighbours, rest = d.neighbours(at, sides, start + x, reaction, result, state.clock.dt)
         return neighbours, self._proved(at, d, self.reduced.norm(rest))
 
     def _proved(self, at: Solution, d: Direction, rest: float) -> float:
