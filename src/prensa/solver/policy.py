@@ -61,6 +61,8 @@ class Policy:
     """Penetration and elastic slip over the element depth that exact contacts reach."""
     corrections: int = 4
     """Substitutions, with an evaluation each, that cost as much as a factorisation with its own."""
+    usual_rate: float = 1e-3
+    """Ratio of successive residuals that a substitution with new factors is expected to have."""
     contraction: float = 0.3
     """Ratio of successive residuals above which substitutions with old factors are given up."""
     stalled: float = 10.0
