@@ -11,8 +11,8 @@ from typing import Any
 from prensa.mesh.abaqus import Keyword
 from prensa.mesh.deck import FileError
 
-PIECES = 12  # straight pieces of an arc, to find on which side of it a body lies
-STRAIGHT = 1e-9  # sine of the turn between two rigid elements that are one line
+PIECES_OF_ARC = 12  # straight pieces of an arc, to find on which side of it a body lies
+ONE_LINE = 1e-9  # sine of the turn between two rigid elements that are one line
 
 
 @dataclass
@@ -109,7 +109,7 @@ def chain(k: Keyword, elements: list[tuple[int, ...]], nodes: dict[int, tuple[fl
     kept = [places[0]]
     for p, after in pairwise(places[1:]):
         ax, ay, bx, by = p[0] - kept[-1][0], p[1] - kept[-1][1], after[0] - p[0], after[1] - p[1]
-        if abs(ax * by - ay * bx) > STRAIGHT * hypot(ax, ay) * hypot(bx, by) or ax * bx + ay * by < 0:
+        if abs(ax * by - ay * bx) > ONE_LINE * hypot(ax, ay) * hypot(bx, by) or ax * bx + ay * by < 0:
             kept.append(p)
     return [*kept, places[-1]]
 
@@ -148,7 +148,7 @@ def _on_arc(a: tuple[float, float], m: tuple[float, float], b: tuple[float, floa
     first = atan2(a[1] - cy, a[0] - cx)
     half = (atan2(m[1] - cy, m[0] - cx) - first + pi) % (2 * pi) - pi
     r = hypot(a[0] - cx, a[1] - cy)
-    angles = (first + 2 * half * i / PIECES for i in range(1, PIECES))
+    angles = (first + 2 * half * i / PIECES_OF_ARC for i in range(1, PIECES_OF_ARC))
     return [*((cx + r * cos(t), cy + r * sin(t)) for t in angles), b]
 
 
