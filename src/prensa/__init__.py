@@ -16,6 +16,7 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "dump": "prensa.model.schema",
     "CaseError": "prensa.model.schema",
     "solve": "prensa.sensitivity.solve",
+    "gradient": "prensa.sensitivity.adjoint",
     "discretise": "prensa.fem.discretise",
     "run": "prensa.output.run",
     "particles": "prensa.output.flow",
@@ -50,7 +51,7 @@ def __getattr__(name: str) -> Any:
         import importlib
 
         value = getattr(importlib.import_module(_WHERE[name]), name)
-        if name in ("solve", "run", "results"):
+        if name in ("solve", "gradient", "run", "results"):
             import prensa.output.views
     elif name == "__all__":
         value = __dir__()

@@ -30,6 +30,7 @@ from prensa.mesh.thin import thin_way_up
 from prensa.model import problem as model
 from prensa.registry import DOORS
 from prensa.tools.place import PlacedTool, ToolError, place
+from prensa.tools.tool import ToolShape
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -112,6 +113,20 @@ def with_laws(system: System, problem: model.Problem) -> System:
         for s, contact in zip(system.surfaces, problem.contacts, strict=True)
     ]
     return replace(system, problem=problem, blocks=blocks, surfaces=surfaces)
+
+
+def with_tool(system: System, name: str, tool: ToolShape) -> System:
+    """The same system with a tool of another shape or place; its description stays.
+
+    Raises
+    ------
+    ToolError
+        If the tool cannot be placed.
+
+    """
+    t = list(system.problem.tools).index(name)
+    placed = place(name, tool, system.meshes, _rounding(system.problem, t, system.surfaces))
+    return replace(system, tools=[*system.tools[:t], placed, *system.tools[t + 1 :]])
 
 
 def of_state(problem: model.Problem, state: State) -> System:
