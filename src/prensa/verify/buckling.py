@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import prensa as pr
 from prensa.errors import SolveError
 from prensa.reference.buckling import elastica_clamped
-from prensa.solver.failure import Failure, LimitPoint
+from prensa.solver.failure import LimitPoint
 from prensa.verify.balance import Balance
 from prensa.verify.table import Row, case, row
 
@@ -98,7 +98,7 @@ def ironing(stabilise: str, E_scale: float, mu_scale: float) -> pr.Problem:
 @case("ironing over its limit points", suite="contact", slow=True)
 def ironed(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """The static path ends where friction lets go at once, which is told; viscous forces carry the block on to the end."""
-    told: Failure | None = None
+    told: object = None
     try:
         *_, last = pr.solve(ironing("off", E_scale, mu_scale))
     except SolveError as error:
