@@ -69,7 +69,7 @@ def times(ax: Axes) -> None:
     ax.text(2.45, -1.35, "by: {y: 0.8}", color=WALK, fontsize=10, ha="right")
     ax.plot([0, 1, 2, 3], [-3.2, -3.2, -4, -3.2], color=FORCE, lw=2)
     ax.text(1.1, -4.0, "push: {y: -2}", color=FORCE, fontsize=10)
-    ax.text(2.4, -4.0, "push: {y: 0}, fades linearly", color=FORCE, fontsize=10)
+    ax.text(2.3, -4.05, "push: {y: 0}, fades linearly", color=FORCE, fontsize=10)
     for k in range(4):
         ax.axvline(k, color="#999999", lw=0.8, ls=":")
     for k, name in enumerate(("press", "hold", "release")):
@@ -88,7 +88,7 @@ def main() -> None:
         if name != "times":
             axes[name].set_axis_off()
     PAGE.parent.mkdir(exist_ok=True)
-    figure.savefig(PAGE, dpi=120)
+    figure.savefig(PAGE, dpi=120, bbox_inches="tight", pad_inches=0.1)
     print(f"{PAGE.name} written")
 
 
