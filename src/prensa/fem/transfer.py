@@ -26,6 +26,7 @@ Index = NDArray[np.int64]
 CANDIDATES = 24  # elements with the nearest centres among which that of a place is looked for
 OUTSIDE = 0.2  # local coordinate beyond an element up to which its field is carried on
 MARGIN = 0.5  # of the range of the points nearby, beyond which no value is believed
+MOST_ADDED = 0.05  # of what only grows, to points of a new mesh, for its mean to stay
 SAME = 1e-4  # distance over that to the next old point below which a new point is an old one
 
 
@@ -139,19 +140,30 @@ def utilisation(law: Material, history: Array) -> Array:
 
 
 # ----------------------------------------------------------------------------------------------------------------- transfer
-def carried(block: Block, x: Array, history: Array, new: Array) -> Array:
-    """History (k, q, h) at new points (k, q, 2) from that (m, q, h) of a block of T6 with nodes at x (n, 2)."""
+def carried(block: Block, x: Array, history: Array, new: Array, volume: Array | None = None) -> Array:
+    """History (k, q, h) at new points (k, q, 2) from that (m, q, h) of a block of T6 with nodes at x (n, 2).
+
+    ``volume`` (k, q) that the new points have now: the means of what only grows stay what they are then.
+    """
     first, last = int(block.cells.min()), int(block.cells.max()) + 1
     own, cells, at = x[first:last], block.cells - first, block.positions(x)
     p = new.reshape(-1, 2)
     places = located(own, cells, p)
     smooth = _smooth_fields(block, history)
     nodal = recover(own, cells, at, smooth)
+    growing = _growing(block, smooth.shape[-1])
+    nodal[:, growing] += _kept(block, cells, nodal[:, growing], smooth[..., growing])
     values = at_places(nodal, cells, places)
     bounded = _bounded(values, smooth, cells, places.element)
     out = _history(block, values, bounded, history, at, p)
     same = _same(at, p)
     out[same[0]] = history.reshape(-1, history.shape[-1])[same[1]]
+    if volume is not None:
+        weight = volume.ravel() / elastic_volume(out)
+        for field in block.law.fields.values():
+            if field.travel == "growing":
+                mean = np.average(history[..., field.columns], axis=(0, 1), weights=block.volume)
+                out[:, field.columns] *= _factor(out[:, field.columns], weight, mean, same[0])
     return out.reshape(*new.shape[:2], history.shape[-1])
 
 
@@ -163,6 +175,38 @@ def _smooth_fields(block: Block, history: Array) -> Array:
         parts.append(utilisation(block.law, history))
     parts += [history[..., f.columns] for name, f in block.law.fields.items() if name != "elastic"]
     return np.concatenate(parts, axis=-1)
+
+
+def _growing(block: Block, width: int) -> Index:
+    """Columns of the smooth fields, ``width`` of them, that hold what only grows, such as plastic strain and work."""
+    fields = [f for name, f in block.law.fields.items() if name != "elastic"]
+    columns = [f.travel == "growing" for f in fields for _ in range(f.columns.stop - f.columns.start)]
+    return np.flatnonzero([False] * (width - len(columns)) + columns)
+
+
+def _kept(block: Block, cells: Index, nodal: Array, values: Array) -> Array:
+    """What to add (n, v) to nodal values (n, v) of cells (m, 6), linear in each, so that integrals of values (m, q, v) stay.
+
+    Patches lower peaks that are as narrow as an element. What an element has lost there goes back to its corners.
+    """
+    N = block.element.N
+    L = N[:, :3] + 0.5 * (N[:, 3:] + N[:, [5, 3, 4]])
+    lost = values - np.einsum("qa,mav->mqv", N, nodal[cells])
+    share = L * block.volume[..., None]
+    total, weight = np.zeros_like(nodal), np.zeros(len(nodal))
+    np.add.at(total, cells[:, :3], np.einsum("mqa,mqv->mav", share, lost))
+    np.add.at(weight, cells[:, :3], share.sum(axis=1))
+    out = total / np.where(weight > 0, weight, 1.0)[:, None]
+    out[cells[:, 3:]] = 0.5 * (out[cells[:, :3]] + out[cells[:, [1, 2, 0]]])
+    return out
+
+
+def _factor(values: Array, weight: Array, mean: Array, kept: Index) -> Array:
+    """Factors (k, v) of values (k, v) ≥ 0 that give them a mean (v,) under weights (k,); 1 at the points that are ``kept``."""
+    free = np.ones(len(values))
+    free[kept] = 0.0
+    missing, own = mean * weight.sum() - weight @ values, (weight * free) @ values
+    return 1.0 + free[:, None] * np.clip(missing / np.where(own > 0, own, np.inf), -MOST_ADDED, MOST_ADDED)
 
 
 def _bounded(values: Array, smooth: Array, cells: Index, element: Index) -> Array:
