@@ -23,6 +23,7 @@ from prensa.mesh.mesh import corner_cells
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+NEAREST = 4  # elements with the nearest centres that are looked at first for that of a place
 CANDIDATES = 24  # elements with the nearest centres among which that of a place is looked for
 OUTSIDE = 0.2  # local coordinate beyond an element up to which its field is carried on
 MARGIN = 0.5  # of the range of the points nearby, beyond which no value is believed
@@ -41,20 +42,25 @@ def located(points: Array, cells: Index, x: Array) -> Places:
     """Where places x (n, 2) lie among T6 cells (m, 6) with nodes at points; those just outside, in the nearest cell."""
     from scipy.spatial import cKDTree
 
-    centres = points[corner_cells(cells)].mean(axis=1)
-    count = min(CANDIDATES, len(cells))
-    near = cKDTree(centres).query(x, count)[1].reshape(len(x), count)
+    tree = cKDTree(points[corner_cells(cells)].mean(axis=1))
     n = len(x)
     best, element, local = np.full(n, np.inf), np.zeros(n, dtype=np.int64), np.full((n, 2), 1 / 3)
     todo = np.arange(n)
-    for j in range(count):
-        e = near[todo, j]
-        xi = _inverted(points[cells[e]], x[todo])
-        outside = np.maximum(np.maximum(-xi[:, 0], -xi[:, 1]), xi.sum(axis=1) - 1)
-        better = outside < best[todo]
-        i = todo[better]
-        best[i], element[i], local[i] = outside[better], e[better], xi[better]
-        todo = todo[best[todo] > 1e-10]
+    for first, last in ((0, NEAREST), (NEAREST, CANDIDATES)):  # most are in one of the nearest few
+        last = min(last, len(cells))
+        near = tree.query(x[todo], np.arange(first + 1, last + 1))[1] if last > first else np.zeros((n, 0), dtype=np.int64)
+        asked = np.empty(n, dtype=np.int64)
+        asked[todo] = np.arange(len(todo))
+        for j in range(last - first):
+            e = near[asked[todo], j]
+            xi = _inverted(points[cells[e]], x[todo])
+            outside = np.maximum(np.maximum(-xi[:, 0], -xi[:, 1]), xi.sum(axis=1) - 1)
+            better = outside < best[todo]
+            i = todo[better]
+            best[i], element[i], local[i] = outside[better], e[better], xi[better]
+            todo = todo[best[todo] > 1e-10]
+            if not len(todo):
+                break
         if not len(todo):
             break
     N, _ = shape_values(np.clip(local, -OUTSIDE, 1 + OUTSIDE))
@@ -63,21 +69,32 @@ def located(points: Array, cells: Index, x: Array) -> Places:
 
 def _inverted(X: Array, x: Array) -> Array:
     """Local coordinates (n, 2) of places x (n, 2) in T6 with nodes X (n, 6, 2), by Newton's method."""
-    xi = np.full((len(x), 2), 1 / 3)
+    xi = _affine(X, x)
+    todo = np.arange(len(x))
     for _ in range(10):
-        N, dN = shape_values(xi)
-        r = x - np.einsum("na,nad->nd", N, X)
-        J = np.einsum("nad,nak->ndk", X, dN)
+        N, dN = shape_values(xi[todo])
+        r = x[todo] - (N[:, None] @ X[todo])[:, 0]
+        J = X[todo].transpose(0, 2, 1) @ dN
         det = J[:, 0, 0] * J[:, 1, 1] - J[:, 0, 1] * J[:, 1, 0]
         det = np.where(np.abs(det) < 1e-300, 1e-300, det)
         step = np.stack(
             [J[:, 1, 1] * r[:, 0] - J[:, 0, 1] * r[:, 1], J[:, 0, 0] * r[:, 1] - J[:, 1, 0] * r[:, 0]], axis=1
         )
         step /= det[:, None]
-        xi = np.clip(xi + step, -3.0, 3.0)
-        if np.abs(step).max(initial=0.0) < 1e-14:
+        xi[todo] = np.clip(xi[todo] + step, -3.0, 3.0)
+        todo = todo[np.abs(step).max(axis=1) >= 1e-14]
+        if not len(todo):
             break
     return xi
+
+
+def _affine(X: Array, x: Array) -> Array:
+    """Local coordinates (n, 2) of places in the triangles of the corners of X (n, 6, 2): those of T6 with straight sides."""
+    a, b, r = X[:, 1] - X[:, 0], X[:, 2] - X[:, 0], x - X[:, 0]
+    det = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    det = np.where(np.abs(det) < 1e-300, 1e-300, det)
+    xi = np.stack([r[:, 0] * b[:, 1] - r[:, 1] * b[:, 0], a[:, 0] * r[:, 1] - a[:, 1] * r[:, 0]], axis=1)
+    return np.asarray(np.clip(xi / det[:, None], -3.0, 3.0))
 
 
 def shape_values(xi: Array) -> tuple[Array, Array]:
