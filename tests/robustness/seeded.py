@@ -297,6 +297,10 @@ SEEDED = {
             "8:3", ("walks along them has the tool on the left",),
         ),
         Seeded(
+            "profile placed the wrong way round", ((CYLINDER[0], "type: profile, points: [[9, 0], [-9, 0]], at: [0, 0]"), ("[strip.top, strip.right]", "strip.top")),
+            "8:3", ("reverse the order of its 'points'",),
+        ),
+        Seeded(
             "body that does not fit into its cavity", ((CYLINDER[0], "type: circle, radius: 3, concave: true, touching: strip.top"),),
             "8:3", ("does not fit into it",),
         ),

@@ -316,6 +316,8 @@ def _beginning(system: System) -> Iterator[Notice]:
         if (facing > 0.5).all():
             key = tool.description.direction_key
             how = f"reverse '{key}'" if key else "put it on the other side"
+            if getattr(tool.description, "type", "") == "profile":
+                how = "reverse the order of its 'points': who walks along them has the tool on the left"
             yield Notice(
                 f"tools.{name}" + (f".{key}" if key and getattr(tool.description, key) is not None else ""),
                 f"its normal points the same way as that of {surface!r}: it stands behind the surface and would pull it through "
