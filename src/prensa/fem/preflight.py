@@ -38,7 +38,7 @@ Index = NDArray[np.int64]
 
 SAMPLES = 17  # moments a step at which the tools are looked at
 SUNK = 0.45  # depth over element depth from which no increment, however short, pushes a tool out of a plastic body
-DEEP = 0.1  # depth over element depth by which a tool sinks into a soft contact that is worth a word
+SOFTLY = 0.1  # depth over element depth by which a tool sinks into a soft contact that is worth a word
 BEHIND = 0.1  # depth over element depth in a tool of a node that is nearer to its far side
 REACH = 0.01  # depth over element depth by which a tool may press a held node
 ALONG = 0.9  # cosine from which a support acts along a tool's normal
@@ -245,7 +245,7 @@ def _gives_way(system: System, s: Surface, beta: float) -> bool:
     if flow is None:
         return True
     stress = float(stress_at(flow, np.zeros(1), np.zeros(1))[0])
-    return 3.0 * stress / (beta * s.modulus) > DEEP
+    return 3.0 * stress / (beta * s.modulus) > SOFTLY
 
 
 def _corners(system: System, s: Surface) -> Iterator[Notice]:
