@@ -210,9 +210,53 @@ def free_bending(run: Run) -> Iterator[Row]:
 
 @example("V-bending with springback")
 def v_bending(run: Run) -> Iterator[Row]:
-    """A leg pressed into a die of 45 degrees lies on it; what it springs back by is told."""
+    """Half way, with punch and shoulders level, a strip in bending; the pressed leg lies on the die of 45 degrees."""
+    level = -run.table["stroke"][: run.ends["bend"] + 1]
+    leg, force = (float(np.interp(9.0, level, run.table[m][: len(level)])) for m in ("leg", "force"))
+    free = ref.free_bending(
+        punch=4.0, shoulder=3.0, apart=16.0 + 3.0 * math.tan(math.radians(22.5)), thickness=2.0, E=210e3, nu=0.3, mu=0.1,
+        flow=lambda strain: 560.0 * (0.007 + strain) ** 0.26,
+    )  # fmt: skip
+    exact = 0.5 * math.pi - 0.5 * free.angle
+    yield row("angle of the leg (deg) at a stroke of 9 mm, strip in bending", math.degrees(exact), abs(leg), 0.05)
+    push = free.force * (math.cos(exact) + 0.1 * math.sin(exact))
+    yield row("force (N/mm) at a stroke of 9 mm, strip in bending", push, force, 0.1)
     yield row("angle of the leg in the die (deg)", 45.0, run.end("leg", "bend"), 0.02)
     yield beside("springback of the leg (deg)", float("nan"), -run["springback"])
+
+
+@example("Draw bending")
+def draw_bending(run: Run) -> Iterator[Row]:
+    """Pull in the wall over the second half of the stroke and its curl, beside a strip drawn over the radius of the die."""
+    drawn = ref.draw_bending(
+        [5.0], [0.5 * math.pi], thickness=0.78, tension=2.0 * 0.144 * 35.0, E=206e3, nu=0.3, mu=0.144,
+        flow=lambda strain: 565.32 * (0.007117 + strain) ** 0.2589,
+    )  # fmt: skip
+    stroke = -run.table["stroke"][: run.ends["draw"] + 1]
+    force = run.table["force"][: len(stroke)]
+    way = np.linspace(0.5 * stroke[-1], stroke[-1], 400)
+    pull = float(np.interp(way, stroke, force).mean())
+    yield row("pull in a wall (N/mm), mean of the second half, strip drawn over the radius", drawn.tension, pull, 0.1)
+    yield row("force of the binder (N/mm)", 35.0, run.end("holder_force", "draw"), 1e-8)
+    curl, exact = abs(run["curl"]), 1e3 * abs(drawn.curvature)
+    yield row("curl of the wall (1/m) after release, strip drawn over the radius and straightened", exact, 1e3 * curl, 0.3)
+    leaves = {name: run.end(name, "release") - run.end("bottom", "release") for name in ("foot", "head", "flange")}
+    yield beside("wall from the bottom (deg) at its foot", float("nan"), leaves["foot"])
+    yield beside("wall from the bottom (deg) at its head", float("nan"), leaves["head"])
+    yield beside("flange from the bottom (deg)", float("nan"), leaves["flange"])
+
+
+@example("Drawbead")
+def drawbead(run: Run) -> Iterator[Row]:
+    """The steady pull beside that of a strip which is bent to every bar and straightened behind it."""
+    apart, deep = 9.0, 2.0
+    wrap = math.asin(2.0 * 4.4 / math.hypot(apart, deep)) - math.atan2(deep, apart)
+    data = {"thickness": 0.8, "tension": 0.0, "E": 210e3, "nu": 0.3, "flow": lambda strain: 560.0 * (0.007 + strain) ** 0.22}
+    bent = ref.draw_bending([4.0, -4.0, 4.0], [wrap, 2.0 * wrap, wrap], mu=0.1, **data)
+    way = run.table["way"] - 14.0
+    late = np.linspace(0.75 * way[-1], way[-1], 400)
+    pull = float(np.interp(late, way, run.table["pull"]).mean())
+    yield row("steady pull (N/mm), strip bent to the bars and straightened", bent.tension, pull, 0.1)
 
 
 @example("Bending and springback of a strip", quick=True)

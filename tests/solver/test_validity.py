@@ -108,3 +108,21 @@ def test_a_flow_curve_used_beyond_its_end_is_told_with_the_largest_strain(end, t
     if told:
         largest = last.bodies["bar"].plastic_strain.max()
         assert f"ends at a plastic strain of 0.02 and was used up to {largest:.3g}" in said[0]
+
+
+@pytest.mark.parametrize(("material", "k_n", "told"), [
+    (pr.Elastic(E=1000.0, nu=0.3), 100.0, True), (pr.J2(E=1000.0, nu=0.3, flow=pr.Perfect(s0=1.0)), 100.0, False),
+    (pr.J2(E=1000.0, nu=0.3, flow=pr.Perfect(s0=10.0)), 100.0, True),
+])  # fmt: skip
+def test_a_soft_contact_is_told_where_a_tool_would_sink_in(material, k_n, told):
+    """Elements 0.5 deep: pressures of an elastic body have no bound, three times a yield stress of 1 presses a tool in by 6 %."""
+    from prensa.fem.preflight import preflight
+
+    contact = pr.Contact("block.top", "die", enforcement=pr.Penalty(k_n=k_n))
+    problem = pr.Problem(
+        "soft", bodies={"block": pr.Body(pr.Rectangle(size=(2.0, 1.0), n=(4, 2)), material)},
+        tools={"die": pr.Plane(normal=(0.0, -1.0), touching="block.top")}, contacts=(contact,),
+        fixed={"block.bottom": "xy"}, steps=(pr.Step("press", move={"die": pr.Motion(y=-0.01)}),),
+    )  # fmt: skip
+    notices = [str(n) for n in preflight(pr.discretise(problem)) if "sinks in" in str(n)]
+    assert bool(notices) == told

@@ -38,6 +38,7 @@ Index = NDArray[np.int64]
 
 SAMPLES = 17  # moments a step at which the tools are looked at
 SUNK = 0.45  # depth over element depth from which no increment, however short, pushes a tool out of a plastic body
+SOFTLY = 0.1  # depth over element depth by which a tool sinks into a soft contact that is worth a word
 BEHIND = 0.1  # depth over element depth in a tool of a node that is nearer to its far side
 REACH = 0.01  # depth over element depth by which a tool may press a held node
 ALONG = 0.9  # cosine from which a support acts along a tool's normal
@@ -229,10 +230,22 @@ def _sizes(system: System) -> Iterator[Notice]:
         yield from _corners(system, s)
         k_n = getattr(s.description.enforcement, "k_n", None)
         beta = s.description.enforcement.beta_of(s.modulus / s.points.depth)
-        if beta > 1e4 or beta < 1:
+        if beta > 1e4 or (beta < 1 and _gives_way(system, s, beta)):
             which = f"k_n = {k_n:.3g}, beta = {beta:.2g}" if k_n is not None else f"beta = {beta:.2g}"
             result = "iterations suffer and pressures oscillate" if beta > 1 else "the tool sinks in by whole elements"
             yield Notice(f"contacts.{i}.enforcement", f"{which}: {result}; leave it out (beta = 100)")
+
+
+def _gives_way(system: System, s: Surface, beta: float) -> bool:
+    """Whether a soft contact lets a tool sink in by a share of an element that is worth a word.
+
+    Nothing bounds the pressure on an elastic body; a metal flows under three times its yield stress (Tabor).
+    """
+    flow = getattr(system.problem.bodies[s.body].material, "flow", None)
+    if flow is None:
+        return True
+    stress = float(stress_at(flow, np.zeros(1), np.zeros(1))[0])
+    return 3.0 * stress / (beta * s.modulus) > SOFTLY
 
 
 def _corners(system: System, s: Surface) -> Iterator[Notice]:
