@@ -247,9 +247,9 @@ class Differentiated(TimeStepping):
         assert self.reduced is not None
         look, beside = at.c.ends_step or at.c.state.clock.number == 0, {}
         for k, d in enumerate(known):
-            rest = self.reduced.norm(found.reaction[k])
+            rest = self.reduced.norm(found.reaction[:, k])
             if look:  # the residual itself, by which nothing is known of the closed forms
-                rest = max(rest, self.reduced.norm(d.rest(at, found.x[k])))
+                rest = max(rest, self.reduced.norm(d.rest(at, found.x[:, k])))
             both = tuple(Beside(system, d, sign, k, at, found) for sign, system, _ in d.sides)
             beside[d.parameter.path] = both, self._proved(at, d, rest)
         self.bundle.hand_on()
