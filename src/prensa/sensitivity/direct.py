@@ -11,6 +11,7 @@ would be round-off. Their changes are those of the matrix.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -30,7 +31,7 @@ from prensa.fem.surface import Surface
 from prensa.fem.system import Evaluation, System
 from prensa.measures.measure import Gradient
 from prensa.sensitivity.change import Change, change_of, known
-from prensa.sensitivity.parameters import Parameter, refuse_other_mesh
+from prensa.sensitivity.parameters import Parameter, neighbours
 from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import Increment
 from prensa.solver.policy import Policy
@@ -108,14 +109,27 @@ class Direction:
         parameter = Parameter.of(system.problem, path, system.length)
         step = share * parameter.size
         systems = parameter.neighbours(system, step)
-        for other in systems:
-            refuse_other_mesh(system, other, path)
         viscous = Stabilisation(systems[0], policy), Stabilisation(systems[1], policy)
         change = change_of(*systems, step) if known(system) else None
         if path in start.derivatives:
             return cls(parameter, step, systems, viscous, dict(start.derivatives[path]), change)
         above, below = (s.initial().moving() for s in systems)
         return cls(parameter, step, systems, viscous, {k: (a - below[k]) / (2 * step) for k, a in above.items()}, change)
+
+    @classmethod
+    def together(cls, system: System, parameters: Sequence[Parameter], shares: Array, policy: Policy) -> Direction:
+        """The direction in which parameters change by ``shares`` (d,) of their sizes; what it carries is left to be said.
+
+        Raises
+        ------
+        PrensaError
+            If they cannot be varied together.
+
+        """
+        step = policy.parameter_step
+        systems = neighbours(system, parameters, [step * share * p.size for p, share in zip(parameters, shares)])
+        viscous = Stabilisation(systems[0], policy), Stabilisation(systems[1], policy)
+        return cls(Parameter("all of them", 1.0, 1.0), step, systems, viscous, {})
 
     @property
     def sides(self) -> tuple[tuple[float, System, Stabilisation], ...]:

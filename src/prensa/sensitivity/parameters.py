@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import partial
 from typing import Any
@@ -35,6 +35,20 @@ def _leaves(path: str, value: Any) -> Iterator[tuple[str, float]]:
         yield from _leaves(f"{path}.{key}" if path else str(key), part)
 
 
+def _part(value: Any, path: Sequence[str]) -> Any:
+    """What a description has at a path, None if nothing."""
+    for key in path:
+        if is_dataclass(value):
+            value = getattr(value, key, None) if any(f.name == key for f in fields(value)) else None
+        elif isinstance(value, Mapping):
+            value = value.get(key)
+        elif isinstance(value, list | tuple):
+            value = value[int(key)] if key.isdecimal() and int(key) < len(value) else None
+        else:
+            return None
+    return value
+
+
 def value_of(problem: Problem, path: str) -> float:
     """The number at a path such as ``bodies.ring.material.flow.K`` or ``steps.0.move.die.y``.
 
@@ -45,10 +59,11 @@ def value_of(problem: Problem, path: str) -> float:
 
     """
     take("derivatives", "a parameter", path, str, "give its path in the case, for example 'friction.mu'")
-    known = numbers(problem)
-    if path in known:
-        return known[path]
     parts = path.split(".")
+    found = _part(problem, parts)
+    if isinstance(found, float):
+        return found
+    known = numbers(problem)
     if parts[:1] == ["contacts"] and "friction" in parts[2:3]:
         common = ".".join(parts[2:])
         if common in known:
@@ -122,16 +137,32 @@ class Parameter:
             If the parameter cannot be varied both ways, or the mesh has other elements then.
 
         """
-        make = partial(with_laws, system) if LEAVES_MESHES.match(self.path) else discretise
         try:
-            above, below = (
-                make(with_values(system.problem, {self.path: self.value + sign * step})) for sign in (1.0, -1.0)
-            )
+            above, below = neighbours(system, [self], [step])
         except PrensaError as error:
             raise ArgumentError(
                 f"derivatives: {self.path} = {self.value:g} cannot be varied both ways ({str(error).splitlines()[0]})"
             ) from None
+        refuse_other_mesh(system, above, self.path)
+        refuse_other_mesh(system, below, self.path)
         return above, below
+
+
+def neighbours(system: System, parameters: Sequence[Parameter], steps: Sequence[float]) -> tuple[System, System]:
+    """The systems of the values of some parameters plus and minus a step each.
+
+    Raises
+    ------
+    PrensaError
+        If they cannot be varied both ways.
+
+    """
+    make = partial(with_laws, system) if all(LEAVES_MESHES.match(p.path) for p in parameters) else discretise
+    above, below = (
+        make(with_values(system.problem, {p.path: p.value + sign * step for p, step in zip(parameters, steps)}))
+        for sign in (1.0, -1.0)
+    )
+    return above, below
 
 
 def refuse_other_mesh(system: System, other: System, path: str) -> None:
