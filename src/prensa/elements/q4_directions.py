@@ -24,10 +24,12 @@ from prensa.kernels.tensor import principal
 from prensa.materials.hardening import TABLE, flow_gradient, flow_stress, slope_before
 
 LANES = 8  # directions at a time
-# rows of the array in which they are worked on: motions x_n′ and x′ (8 each), forces (8), history before and after (6 each), what
-# else a parameter changes, traces of l, gradients of x′ and l (5 each)
-_OLD, _PRESENT, _FORCE, _BEFORE, _AFTER = 0, 8, 16, 24, 30
-_NOW, _WAS, _LAME, _SHEAR, _ENERGY, _TRACE, _MIDDLE_TRACE, _GRADIENT, _RATE, _ROWS = 36, 37, 38, 39, 40, 41, 42, 43, 48, 53
+# where rows of so many begin in the array that they are worked on in: motions x_n′ and x′ (8 rows each), forces (8), history before
+# and after (6 each), what else a parameter changes, traces of l, gradients of x′ and l (5 each)
+_1, _2, _3, _4, _5, _6, _7 = (k * LANES for k in range(1, 8))
+_OLD, _PRESENT, _FORCE, _BEFORE, _AFTER, _NOW, _WAS, _LAME, _SHEAR, _ENERGY, _TRACE, _MIDDLE_TRACE, _GRADIENT, _RATE, _END = (
+    k * LANES for k in (0, 8, 16, 24, 30, 36, 37, 38, 39, 40, 41, 42, 43, 48, 53)
+)
 PER_PLACE = 17  # numbers a point: ∂N/∂x, ∂N/∂y, N/r (4 each) in the present places, F = ∂x/∂x_n (5: 11, 12, 21, 22, 33)
 PER_POINT = 44  # numbers a point of `prepare`, in the order in which it writes them
 _MIDDLE = 4
@@ -152,8 +154,8 @@ def _motions(u, cells, e, first, lanes, w, row):
     for k in range(4):
         node = cells[e, k]
         for d in range(lanes):
-            w[(row + 2 * k) * LANES + d] = u[node, 0, first + d]
-            w[(row + 2 * k + 1) * LANES + d] = u[node, 1, first + d]
+            w[row + 2 * k * LANES + d] = u[node, 0, first + d]
+            w[row + (2 * k + 1) * LANES + d] = u[node, 1, first + d]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -162,34 +164,34 @@ def _gradients(w, row, B, out):
     x0, x1, x2, x3, y0, y1, y2, y3 = B[0], B[1], B[2], B[3], B[4], B[5], B[6], B[7]
     h0, h1, h2, h3 = B[8], B[9], B[10], B[11]
     for d in range(LANES):
-        u0, u1, u2, u3 = w[row * LANES + d], w[(row + 2) * LANES + d], w[(row + 4) * LANES + d], w[(row + 6) * LANES + d]
-        v0, v1, v2, v3 = w[(row + 1) * LANES + d], w[(row + 3) * LANES + d], w[(row + 5) * LANES + d], w[(row + 7) * LANES + d]
-        w[out * LANES + d] = u0 * x0 + u1 * x1 + u2 * x2 + u3 * x3
-        w[(out + 1) * LANES + d] = u0 * y0 + u1 * y1 + u2 * y2 + u3 * y3
-        w[(out + 2) * LANES + d] = v0 * x0 + v1 * x1 + v2 * x2 + v3 * x3
-        w[(out + 3) * LANES + d] = v0 * y0 + v1 * y1 + v2 * y2 + v3 * y3
-        w[(out + 4) * LANES + d] = u0 * h0 + u1 * h1 + u2 * h2 + u3 * h3
+        u0, u1, u2, u3 = w[row + d], w[row + _2 + d], w[row + _4 + d], w[row + _6 + d]
+        v0, v1, v2, v3 = w[row + _1 + d], w[row + _3 + d], w[row + _5 + d], w[row + _7 + d]
+        w[out + d] = u0 * x0 + u1 * x1 + u2 * x2 + u3 * x3
+        w[out + _1 + d] = u0 * y0 + u1 * y1 + u2 * y2 + u3 * y3
+        w[out + _2 + d] = v0 * x0 + v1 * x1 + v2 * x2 + v3 * x3
+        w[out + _3 + d] = v0 * y0 + v1 * y1 + v2 * y2 + v3 * y3
+        w[out + _4 + d] = u0 * h0 + u1 * h1 + u2 * h2 + u3 * h3
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _rates(w, B):
-    """l = ∇x′ − f (∂x_n′/∂x) at a point, and its trace: ∇x_n′ in the present places takes an f from the left."""
+    """Rates l = ∇x′ − f (∂x_n′/∂x) at a point, and its trace: ∇x_n′ in the present places takes an f from the left."""
     f0, f1, f2, f3, f4 = B[12], B[13], B[14], B[15], B[16]
     for d in range(LANES):
-        h0, h1, h2, h3, h4 = w[_RATE * LANES + d], w[(_RATE + 1) * LANES + d], w[(_RATE + 2) * LANES + d], w[(_RATE + 3) * LANES + d], w[(_RATE + 4) * LANES + d]
-        l0, l3 = w[_GRADIENT * LANES + d] - f0 * h0 - f1 * h2, w[(_GRADIENT + 3) * LANES + d] - f2 * h1 - f3 * h3
-        l4 = w[(_GRADIENT + 4) * LANES + d] - f4 * h4
-        w[_RATE * LANES + d], w[(_RATE + 1) * LANES + d] = l0, w[(_GRADIENT + 1) * LANES + d] - f0 * h1 - f1 * h3
-        w[(_RATE + 2) * LANES + d], w[(_RATE + 3) * LANES + d], w[(_RATE + 4) * LANES + d] = w[(_GRADIENT + 2) * LANES + d] - f2 * h0 - f3 * h2, l3, l4
-        w[_TRACE * LANES + d] = l0 + l3 + l4
+        h0, h1, h2, h3, h4 = w[_RATE + d], w[_RATE + _1 + d], w[_RATE + _2 + d], w[_RATE + _3 + d], w[_RATE + _4 + d]
+        l0, l3 = w[_GRADIENT + d] - f0 * h0 - f1 * h2, w[_GRADIENT + _3 + d] - f2 * h1 - f3 * h3
+        l4 = w[_GRADIENT + _4 + d] - f4 * h4
+        w[_RATE + d], w[_RATE + _1 + d] = l0, w[_GRADIENT + _1 + d] - f0 * h1 - f1 * h3
+        w[_RATE + _2 + d], w[_RATE + _3 + d], w[_RATE + _4 + d] = w[_GRADIENT + _2 + d] - f2 * h0 - f3 * h2, l3, l4
+        w[_TRACE + d] = l0 + l3 + l4
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _copied(a, i, n, b, j):
-    """Rows i … i + n of a, copied to rows j … of b."""
+    """The n rows that begin at i in a, copied to j in b."""
     for k in range(n):
         for d in range(LANES):
-            b[(j + k) * LANES + d] = a[(i + k) * LANES + d]
+            b[j + k * LANES + d] = a[i + k * LANES + d]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -244,10 +246,10 @@ def _answer(w, P, B, bulk, G, part, hoop, volume):
     x0, x1, x2, x3, y0, y1, y2, y3 = B[0], B[1], B[2], B[3], B[4], B[5], B[6], B[7]
     h0, h1, h2, h3 = B[8], B[9], B[10], B[11]
     for d in range(LANES):
-        lna = w[_MIDDLE_TRACE * LANES + d] - w[_TRACE * LANES + d]
-        l0, l1, l2 = w[_RATE * LANES + d] + part * lna, w[(_RATE + 1) * LANES + d], w[(_RATE + 2) * LANES + d]
-        l3, l4 = w[(_RATE + 3) * LANES + d] + part * lna, w[(_RATE + 4) * LANES + d] + hoop * lna
-        o1, o2, o3, o12 = w[_BEFORE * LANES + d], w[(_BEFORE + 1) * LANES + d], w[(_BEFORE + 2) * LANES + d], w[(_BEFORE + 3) * LANES + d]
+        lna = w[_MIDDLE_TRACE + d] - w[_TRACE + d]
+        l0, l1, l2 = w[_RATE + d] + part * lna, w[_RATE + _1 + d], w[_RATE + _2 + d]
+        l3, l4 = w[_RATE + _3 + d] + part * lna, w[_RATE + _4 + d] + hoop * lna
+        o1, o2, o3, o12 = w[_BEFORE + d], w[_BEFORE + _1 + d], w[_BEFORE + _2 + d], w[_BEFORE + _3 + d]
         w11, w12, w21, w22 = f0 * o1 + f1 * o12, f0 * o12 + f1 * o2, f2 * o1 + f3 * o12, f2 * o12 + f3 * o2
         d1, d2, d3, d12 = _principal(
             P, w11 * f0 + w12 * f1 + 2.0 * (l0 * b11 + l1 * b12),
@@ -255,20 +257,20 @@ def _answer(w, P, B, bulk, G, part, hoop, volume):
             w21 * f2 + w22 * f3 + 2.0 * (l2 * b12 + l3 * b22), f4 * f4 * o3 + 2.0 * l4 * b33,
         )  # fmt: skip
         lnJn = P[39] * o1 + P[40] * o2 + P[41] * o12 + P[42] * o3
-        dlame, dG, now, strain = w[_LAME * LANES + d], w[_SHEAR * LANES + d], w[_NOW * LANES + d], w[(_BEFORE + 4) * LANES + d]
+        dlame, dG, now, strain = w[_LAME + d], w[_SHEAR + d], w[_NOW + d], w[_BEFORE + _4 + d]
         dp, e1, e2, e3 = _returned(P, G, d1, d2, d3, P[21] * dG - P[19] * strain - P[20] * now)
-        w[(_AFTER + 4) * LANES + d] = strain + dp
-        w[(_AFTER + 5) * LANES + d] = (
-            w[(_BEFORE + 5) * LANES + d] + P[33] * dp + P[34] * strain + P[35] * (d1 + d2 + d3) + P[36] * lnJn + P[37] * now
-            + P[38] * w[_WAS * LANES + d]
+        w[_AFTER + _4 + d] = strain + dp
+        w[_AFTER + _5 + d] = (
+            w[_BEFORE + _5 + d] + P[33] * dp + P[34] * strain + P[35] * (d1 + d2 + d3) + P[36] * lnJn + P[37] * now
+            + P[38] * w[_WAS + d]
         )  # fmt: skip
-        w[_ENERGY * LANES + d] += volume * (P[27] * e1 + P[28] * e2 + P[29] * e3 + 0.5 * dlame * trace * trace + dG * squares)
-        w[_AFTER * LANES + d], w[(_AFTER + 3) * LANES + d], w[(_AFTER + 1) * LANES + d] = _rotated(P, P[30] * e1, P[31] * e2, P[26] * d12)
-        w[(_AFTER + 2) * LANES + d] = P[32] * e3
+        w[_ENERGY + d] += volume * (P[27] * e1 + P[28] * e2 + P[29] * e3 + 0.5 * dlame * trace * trace + dG * squares)
+        w[_AFTER + d], w[_AFTER + _3 + d], w[_AFTER + _1 + d] = _rotated(P, P[30] * e1, P[31] * e2, P[26] * d12)
+        w[_AFTER + _2 + d] = P[32] * e3
         # V = V_n/(α^m J_n): its rate is div x_n′ − m (ln α)′ − (ln J_n)′
-        g0, g1, g2 = w[_GRADIENT * LANES + d], w[(_GRADIENT + 1) * LANES + d], w[(_GRADIENT + 2) * LANES + d]
-        g3, g4 = w[(_GRADIENT + 3) * LANES + d], w[(_GRADIENT + 4) * LANES + d]
-        dV = g0 + g3 + g4 - w[_MIDDLE_TRACE * LANES + d] - lnJn
+        g0, g1, g2 = w[_GRADIENT + d], w[_GRADIENT + _1 + d], w[_GRADIENT + _2 + d]
+        g3, g4 = w[_GRADIENT + _3 + d], w[_GRADIENT + _4 + d]
+        dV = g0 + g3 + g4 - w[_MIDDLE_TRACE + d] - lnJn
         common = dlame * trace + lame * (d1 + d2 + d3)
         r11, r12, r22 = _rotated(
             P, common + 2.0 * (dG * P[22] + G * e1), common + 2.0 * (dG * P[23] + G * e2), P[25] * d12
@@ -279,14 +281,14 @@ def _answer(w, P, B, bulk, G, part, hoop, volume):
         m11, m12 = V * (dV * s11 + r11 - s11 * g0 - s12 * g1), V * (k12 - s11 * g2 - s12 * g3)
         m21, m22 = V * (k12 - s12 * g0 - s22 * g1), V * (dV * s22 + r22 - s12 * g2 - s22 * g3)
         m33 = V * (dV * s33 + r33 - s33 * g4)
-        w[_FORCE * LANES + d] += m11 * x0 + m12 * y0 + m33 * h0
-        w[(_FORCE + 1) * LANES + d] += m21 * x0 + m22 * y0
-        w[(_FORCE + 2) * LANES + d] += m11 * x1 + m12 * y1 + m33 * h1
-        w[(_FORCE + 3) * LANES + d] += m21 * x1 + m22 * y1
-        w[(_FORCE + 4) * LANES + d] += m11 * x2 + m12 * y2 + m33 * h2
-        w[(_FORCE + 5) * LANES + d] += m21 * x2 + m22 * y2
-        w[(_FORCE + 6) * LANES + d] += m11 * x3 + m12 * y3 + m33 * h3
-        w[(_FORCE + 7) * LANES + d] += m21 * x3 + m22 * y3
+        w[_FORCE + d] += m11 * x0 + m12 * y0 + m33 * h0
+        w[_FORCE + _1 + d] += m21 * x0 + m22 * y0
+        w[_FORCE + _2 + d] += m11 * x1 + m12 * y1 + m33 * h1
+        w[_FORCE + _3 + d] += m21 * x1 + m22 * y1
+        w[_FORCE + _4 + d] += m11 * x2 + m12 * y2 + m33 * h2
+        w[_FORCE + _5 + d] += m21 * x2 + m22 * y2
+        w[_FORCE + _6 + d] += m11 * x3 + m12 * y3 + m33 * h3
+        w[_FORCE + _7 + d] += m21 * x3 + m22 * y3
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
@@ -301,48 +303,48 @@ def at_fixed(
     moves, fields, count, kinds = len(dx) > 0, dold.shape[2], dold.shape[3], dflow.shape[0]
     part = 1.0 / 3.0 if axisymmetric else 0.5
     hoop = part if axisymmetric else 0.0
-    w, at = np.zeros(_ROWS * LANES), np.zeros(55 * LANES)
+    w, at = np.zeros(_END), np.zeros(55 * LANES)
     for first in range(0, count, LANES):
         lanes = min(LANES, count - first)
         for d in range(lanes):
-            w[_LAME * LANES + d] = moduli[0, first + d] - 2.0 * moduli[1, first + d] / 3.0
-            w[_SHEAR * LANES + d], w[_ENERGY * LANES + d] = moduli[1, first + d], 0.0
+            w[_LAME + d] = moduli[0, first + d] - 2.0 * moduli[1, first + d] / 3.0
+            w[_SHEAR + d], w[_ENERGY + d] = moduli[1, first + d], 0.0
         for e in range(cells.shape[0]):
             _motions(dxn, cells, e, first, lanes, w, _OLD)
             if moves:
                 _motions(dx, cells, e, first, lanes, w, _PRESENT)
-            w[_FORCE * LANES : _BEFORE * LANES] = 0.0
+            w[_FORCE:_BEFORE] = 0.0
             for q in range(5):
                 if moves:
                     _gradients(w, _PRESENT, geometry[e, q], _GRADIENT)
                 _gradients(w, _OLD, geometry[e, q], _RATE)
                 _rates(w, geometry[e, q])
-                _copied(w, _GRADIENT, 10, at, 11 * q)
-                _copied(w, _TRACE, 1, at, 11 * q + 10)
+                _copied(w, _GRADIENT, 10, at, 11 * q * LANES)
+                _copied(w, _TRACE, 1, at, (11 * q + 10) * LANES)
             _copied(w, _TRACE, 1, w, _MIDDLE_TRACE)
             for q in range(4):
-                _copied(at, 11 * q, 10, w, _GRADIENT)
-                _copied(at, 11 * q + 10, 1, w, _TRACE)
+                _copied(at, 11 * q * LANES, 10, w, _GRADIENT)
+                _copied(at, (11 * q + 10) * LANES, 1, w, _TRACE)
                 for k in range(fields):
                     for d in range(lanes):
-                        w[(_BEFORE + k) * LANES + d] = dold[e, q, k, first + d]
-                w[_NOW * LANES : (_WAS + 1) * LANES] = 0.0
+                        w[_BEFORE + k * LANES + d] = dold[e, q, k, first + d]
+                w[_NOW:_LAME] = 0.0
                 for k in range(kinds):
                     now, was = slopes[e, q, 0, k], slopes[e, q, 1, k]
                     for d in range(lanes):
-                        w[_NOW * LANES + d] += now * dflow[k, first + d]
-                        w[_WAS * LANES + d] += was * dflow[k, first + d]
+                        w[_NOW + d] += now * dflow[k, first + d]
+                        w[_WAS + d] += was * dflow[k, first + d]
                 _answer(w, _values(point[e, q]), geometry[e, q], bulk, G, part, hoop, volume[e, q])
                 for k in range(fields):
                     for d in range(lanes):
-                        dnew[e, q, k, first + d] = w[(_AFTER + k) * LANES + d]
+                        dnew[e, q, k, first + d] = w[_AFTER + k * LANES + d]
             for k in range(4):
                 node = cells[e, k]
                 for d in range(lanes):
-                    r[2 * node, first + d] += w[(_FORCE + 2 * k) * LANES + d]
-                    r[2 * node + 1, first + d] += w[(_FORCE + 2 * k + 1) * LANES + d]
+                    r[2 * node, first + d] += w[_FORCE + (2 * k) * LANES + d]
+                    r[2 * node + 1, first + d] += w[_FORCE + (2 * k + 1) * LANES + d]
         for d in range(lanes):
-            energy[first + d] += w[_ENERGY * LANES + d]
+            energy[first + d] += w[_ENERGY + d]
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
@@ -350,19 +352,19 @@ def _answer_along(w, P, G, part, hoop, volume):
     """Of a point: histories and energies of directions in which the present places alone move, from the other rows of w."""
     b11, b12, b22, b33 = P[5], P[6], P[7], P[8]
     for d in range(LANES):
-        g0, l1, l2 = w[_GRADIENT * LANES + d], w[(_GRADIENT + 1) * LANES + d], w[(_GRADIENT + 2) * LANES + d]
-        g3, g4 = w[(_GRADIENT + 3) * LANES + d], w[(_GRADIENT + 4) * LANES + d]
-        lna = w[_MIDDLE_TRACE * LANES + d] - (g0 + g3 + g4)
+        g0, l1, l2 = w[_GRADIENT + d], w[_GRADIENT + _1 + d], w[_GRADIENT + _2 + d]
+        g3, g4 = w[_GRADIENT + _3 + d], w[_GRADIENT + _4 + d]
+        lna = w[_MIDDLE_TRACE + d] - (g0 + g3 + g4)
         l0, l3, l4 = g0 + part * lna, g3 + part * lna, g4 + hoop * lna
         d1, d2, d3, d12 = _principal(
             P, 2.0 * (l0 * b11 + l1 * b12), l0 * b12 + l1 * b22 + l2 * b11 + l3 * b12,
             2.0 * (l2 * b12 + l3 * b22), 2.0 * l4 * b33,
         )  # fmt: skip
         dp, e1, e2, e3 = _returned(P, G, d1, d2, d3, 0.0)
-        w[_ENERGY * LANES + d] += volume * (P[27] * e1 + P[28] * e2 + P[29] * e3)
-        w[_AFTER * LANES + d], w[(_AFTER + 3) * LANES + d], w[(_AFTER + 1) * LANES + d] = _rotated(P, P[30] * e1, P[31] * e2, P[26] * d12)
-        w[(_AFTER + 2) * LANES + d] = P[32] * e3
-        w[(_AFTER + 4) * LANES + d], w[(_AFTER + 5) * LANES + d] = dp, P[33] * dp + P[35] * (d1 + d2 + d3)
+        w[_ENERGY + d] += volume * (P[27] * e1 + P[28] * e2 + P[29] * e3)
+        w[_AFTER + d], w[_AFTER + _3 + d], w[_AFTER + _1 + d] = _rotated(P, P[30] * e1, P[31] * e2, P[26] * d12)
+        w[_AFTER + _2 + d] = P[32] * e3
+        w[_AFTER + _4 + d], w[_AFTER + _5 + d] = dp, P[33] * dp + P[35] * (d1 + d2 + d3)
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
@@ -371,20 +373,20 @@ def along(cells, geometry, point, G, axisymmetric, volume, dx, dnew, energy):
     part = 1.0 / 3.0 if axisymmetric else 0.5
     hoop = part if axisymmetric else 0.0
     count, fields = dnew.shape[3], dnew.shape[2]
-    w = np.zeros(_ROWS * LANES)
+    w = np.zeros(_END)
     for first in range(0, count, LANES):
         lanes = min(LANES, count - first)
-        w[_ENERGY * LANES : (_ENERGY + 1) * LANES] = 0.0
+        w[_ENERGY:_TRACE] = 0.0
         for e in range(cells.shape[0]):
             _motions(dx, cells, e, first, lanes, w, _PRESENT)
             _gradients(w, _PRESENT, geometry[e, _MIDDLE], _GRADIENT)
             for d in range(LANES):
-                w[_MIDDLE_TRACE * LANES + d] = w[_GRADIENT * LANES + d] + w[(_GRADIENT + 3) * LANES + d] + w[(_GRADIENT + 4) * LANES + d]
+                w[_MIDDLE_TRACE + d] = w[_GRADIENT + d] + w[_GRADIENT + _3 + d] + w[_GRADIENT + _4 + d]
             for q in range(4):
                 _gradients(w, _PRESENT, geometry[e, q], _GRADIENT)
                 _answer_along(w, _values(point[e, q]), G, part, hoop, volume[e, q])
                 for k in range(fields):
                     for d in range(lanes):
-                        dnew[e, q, k, first + d] += w[(_AFTER + k) * LANES + d]
+                        dnew[e, q, k, first + d] += w[_AFTER + k * LANES + d]
         for d in range(lanes):
-            energy[first + d] += w[_ENERGY * LANES + d]
+            energy[first + d] += w[_ENERGY + d]

@@ -60,6 +60,8 @@ def prescribed(c: Context, directions: Sequence[Direction], n: int) -> Prescribe
     """Of the plans of both sides of each direction."""
     out = Prescribed(np.zeros((n, len(directions))), np.zeros((n, len(directions))), np.zeros((len(directions), len(c.laws))))
     for k, d in enumerate(directions):
+        if d.leaves_plan(c):
+            continue
         a, b = d.plans(c)
         out.motion[c.plan.fixed, k] = d.difference(a.values(c.time), b.values(c.time))
         for dof, course in a.push.items():
@@ -88,13 +90,26 @@ class Bundle:
             d.carried = {name: a[..., k] for name, a in self.arrays.items()}
 
 
-class Closed(NamedTuple):
+@dataclass
+class Closed:
     """Derivatives of an increment: of the dofs ``x``, the residual ``reaction``, the loads ``force`` (ndof, d), contacts."""
 
     x: Array
     reaction: Array
     force: Array
     points: list[Points]
+    _slopes: tuple[Gradient, Array] | None = None
+
+    def slopes(self, of: Gradient, system: System) -> Array:
+        """Derivatives (d,) of a measure that is a linear map of motions and forces; those of the last one asked for are kept."""
+        if self._slopes is None or self._slopes[0] is not of:
+            dofs, slopes = of.displacements(system)
+            out, tools = slopes @ self.x[dofs], system.dofs.tool
+            for dof, slope in zip(*of.reactions(system)):
+                tool, axis = divmod(int(dof) - tools.first, tools.width)
+                out += slope * sum(p.F[:, :, 2 + axis].sum(axis=1) for p in self.points if p.surface.tool == tool)
+            self._slopes = of, out
+        return self._slopes[1]
 
 
 def differentiate(
@@ -239,13 +254,7 @@ class Beside(NamedTuple):
         assert self.d.change is not None
         if self.d.change.moves and (of.nodes or of.places):
             return None
-        dofs, slopes = of.displacements(self.system)
-        out = float(self.found.x[dofs, self.number] @ slopes)
-        tools = self.system.dofs.tool
-        for dof, slope in zip(*of.reactions(self.system)):
-            tool, axis = divmod(int(dof) - tools.first, tools.width)
-            out += slope * sum(float(p.F[self.number, :, 2 + axis].sum()) for p in self.found.points if p.surface.tool == tool)
-        return out
+        return float(self.found.slopes(of, self.at.system)[self.number])
 
     def increment(self, before: State, state: State, ended: bool) -> Increment:
         """What users see of it, with the committed states that it led from and to."""

@@ -11,6 +11,7 @@ would be round-off. Their changes are those of the matrix.
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -102,6 +103,7 @@ class Direction:
     change: Change | None = None
     """What it changes of the system, where the closed derivatives know of it; None: differences are taken."""
     _plans: tuple[int, tuple[StepPlan, StepPlan]] | None = None
+    _leaves: tuple[int, bool] | None = None
 
     @classmethod
     def of(cls, system: System, path: str, share: float, policy: Policy, start: State) -> Direction:
@@ -150,6 +152,13 @@ class Direction:
             )
             self._plans = c.plan.number, (above, below)
         return self._plans[1]
+
+    def leaves_plan(self, c: Context) -> bool:
+        """Whether the step of an increment has the same plan on both sides, so that nothing that it prescribes changes."""
+        if self._leaves is None or self._leaves[0] != c.plan.number:
+            above, below = (pickle.dumps(plan) for plan in self.plans(c))
+            self._leaves = c.plan.number, above == below
+        return self._leaves[1]
 
     def is_known(self, c: Context) -> bool:
         """Whether closed derivatives know what it changes in the step of an increment."""

@@ -256,13 +256,13 @@ class Differentiated(TimeStepping):
         return beside
 
     def _looked(self, at: Solution, known: Sequence[Direction], x: Array) -> Array:
-        """Norms (d,) of what the residual itself does along derivatives x (ndof, d), by which nothing is known of the closed forms.
+        """Norms (d,) of what the residual itself does along derivatives x (ndof, d): of the closed forms it knows nothing.
 
         Along a mixture of all of them: two residuals show that none is wrong. Where one is, each is looked at.
         """
         assert self.reduced is not None
         sizes = np.array([d.parameter.size for d in known])
-        shares = 0.5 + 0.5 * (0.618034 * np.arange(len(known)) % 1.0)  # no two alike, so that errors do not cancel
+        shares: Array = 0.5 + 0.5 * np.fmod(0.618034 * np.arange(len(known)), 1.0)  # no two alike, so that errors do not cancel
         mixed = self._mixed(known, shares) if len(known) > 1 else None
         if mixed is not None:
             mixed.carried = {name: sum(s * d.carried[name] for s, d in zip(shares * sizes, known)) for name in known[0].carried}
