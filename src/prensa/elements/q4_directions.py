@@ -24,7 +24,7 @@ from prensa.kernels.tensor import principal
 from prensa.materials.hardening import TABLE, flow_gradient, flow_stress, slope_before
 
 LANES = 8  # directions at a time
-# where rows of so many begin in the array that they are worked on in: motions x_n′ and x′ (8 rows each), forces (8), history before
+# where rows of so many begin in the array for the work on them: motions x_n′ and x′ (8 rows each), forces (8), history before
 # and after (6 each), what else a parameter changes, traces of l, gradients of x′ and l (5 each)
 _1, _2, _3, _4, _5, _6, _7 = (k * LANES for k in range(1, 8))
 _OLD, _PRESENT, _FORCE, _BEFORE, _AFTER, _NOW, _WAS, _LAME, _SHEAR, _ENERGY, _TRACE, _MIDDLE_TRACE, _GRADIENT, _RATE, _END = (
