@@ -124,8 +124,8 @@ def derivatives(quick: bool) -> str:
             f"{m['by 6']:.2f}", f"{m['by 10']:.2f}",
         ])  # fmt: skip
     note = (
-        "Over the run alone, the force with its derivatives asked for in every increment; of the ten parameters three change the mesh. "
-        "Goal: 1.6 with five, 0.04 for each further one."
+        "Over the run alone, the force with its derivatives asked for in every increment; of the ten parameters three change the "
+        "mesh. Goal: 1.6 with five, 0.04 for each further one."
     )
     head = ["upsetting to 30 %, μ = 0.1", "increments", "run, s", "by 1", "by 5", "by 6", "by 10"]
     return table("Derivatives by parameters of a case", head, rows, note)

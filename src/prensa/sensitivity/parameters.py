@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import partial
 from typing import Any
 
 from prensa.errors import ArgumentError, PrensaError, take
-from prensa.fem.discretise import discretise, with_laws
+from prensa.fem.discretise import discretise, with_laws, with_tool
 from prensa.fem.system import System
 from prensa.model.checks import suggest
 from prensa.model.problem import Problem
@@ -137,14 +137,27 @@ class Parameter:
             If the parameter cannot be varied both ways, or the mesh has other elements then.
 
         """
+        both = self._both(lambda value: _with_values(system, {self.path: value}), step)
+        for other in both:
+            refuse_other_mesh(system, other, self.path)
+        return both
+
+    def tools_beside(self, system: System, step: float) -> tuple[System, System]:
+        """As `neighbours` for a number of the shape or place of a tool, which changes nothing else of the system.
+
+        The description of the system stays the one that it is.
+        """
+        _, name, *rest = self.path.split(".")
+        tool = system.problem.tools[name]
+        return self._both(lambda value: with_tool(system, name, _replaced(tool, [(rest, value)])), step)
+
+    def _both(self, make: Callable[[float], System], step: float) -> tuple[System, System]:
         try:
-            above, below = neighbours(system, [self], [step])
+            above, below = make(self.value + step), make(self.value - step)
         except PrensaError as error:
             raise ArgumentError(
                 f"derivatives: {self.path} = {self.value:g} cannot be varied both ways ({str(error).splitlines()[0]})"
             ) from None
-        refuse_other_mesh(system, above, self.path)
-        refuse_other_mesh(system, below, self.path)
         return above, below
 
 
@@ -157,12 +170,16 @@ def neighbours(system: System, parameters: Sequence[Parameter], steps: Sequence[
         If they cannot be varied both ways.
 
     """
-    make = partial(with_laws, system) if all(LEAVES_MESHES.match(p.path) for p in parameters) else discretise
     above, below = (
-        make(with_values(system.problem, {p.path: p.value + sign * step for p, step in zip(parameters, steps)}))
-        for sign in (1.0, -1.0)
+        _with_values(system, {p.path: p.value + sign * step for p, step in zip(parameters, steps)}) for sign in (1.0, -1.0)
     )
     return above, below
+
+
+def _with_values(system: System, values: Mapping[str, float]) -> System:
+    """The system of other numbers at some paths."""
+    make = partial(with_laws, system) if all(map(LEAVES_MESHES.match, values)) else discretise
+    return make(with_values(system.problem, values))
 
 
 def refuse_other_mesh(system: System, other: System, path: str) -> None:

@@ -75,7 +75,7 @@ def solve(
         return time_stepping.solve(problem, numerics, start, monitor, timer, policy, passages, times, stops)
     time_stepping.check_arguments(problem, numerics, start, monitor, timer, policy)
     system = problem if isinstance(problem, System) else discretise(problem)
-    _refuse(system, start, derivatives)
+    refuse(system, start, derivatives)
     if start is None:
         told_before(system)
     policy = policy or Policy()
@@ -88,7 +88,7 @@ def solve(
     return stepping.run(begin)
 
 
-def _refuse(system: System, start: State | None, derivatives: Sequence[str]) -> None:
+def refuse(system: System, start: State | None, derivatives: Sequence[str]) -> None:
     """Tell what has no derivative."""
     if system.courses is not None or system.more:
         raise ArgumentError(
