@@ -7,6 +7,8 @@ Processor time of one thread (set OMP_NUM_THREADS=1). ``run.py`` calls this for 
 * ``memory UNKNOWNS``: peak of a run above what the packages take, beside that of the factorisation alone;
 * ``elastic UNKNOWNS INCREMENTS [whole]``: a linear elastic history with friction beside one factorisation (LDLᵀ of the
   bodies), fields five times; ``whole``: the same with the whole system solved in every iteration;
+* ``derivatives X Y [MU]``: upsetting on X × Y elements with derivatives by 1, 5, 6 and 10 parameters and a force in every
+  increment, beside the run without; the least of three pairs;
 * ``remeshing FAR NEAR PER_RADIUS``: new meshes at the beginning of a can, sizes in mm, beside the increments of the same run;
 * ``start``: seconds of ``import prensa``, and from the command to the first iteration with kernels compiled before or not.
 """
@@ -162,6 +164,36 @@ def of_remeshing(far: str, near: str, per_radius: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
+PARAMETERS = (
+    "contacts.0.friction.mu", "bodies.billet.material.flow.K", "bodies.billet.material.flow.n", "bodies.billet.material.flow.s0",
+    "bodies.billet.material.E", "bodies.billet.material.nu", "bodies.billet.mesh.size.0", "bodies.billet.mesh.size.1",
+    "bodies.billet.mesh.origin.1", "steps.0.move.punch.y.3.1",
+)  # fmt: skip
+
+
+def of_derivatives(nx: str, ny: str, mu: str = "0.1") -> dict[str, Any]:
+    from prensa.verify.forming import upsetting
+
+    counts = (0, 1, 5, 6, 10)
+
+    def seconds(problem: pr.Problem, count: int) -> tuple[float, int]:
+        begun, increments = time.process_time(), 0
+        for inc in pr.solve(problem, derivatives=PARAMETERS[:count]):
+            increments += 1
+            inc.derivative("punch.force.y") if count else inc.force("punch")
+        return time.process_time() - begun, increments
+
+    reductions = (0.1, 0.2, 0.3)
+    for count in (0, 10):
+        seconds(upsetting((4, 3), float(mu), reductions=reductions), count)
+    problem = upsetting((int(nx), int(ny)), float(mu), reductions=reductions)
+    rounds = [[seconds(problem, count) for count in counts] for _ in range(3)]
+    least = [min(r[k][0] for r in rounds) for k in range(len(counts))]
+    return {"increments": rounds[0][0][1], "run": least[0]} | {
+        f"by {count}": spent / least[0] for count, spent in zip(counts[1:], least[1:])
+    }
+
+
 def of_start() -> dict[str, Any]:
     def seconds(command: list[str], **more: str) -> float:
         start = time.perf_counter()
@@ -185,6 +217,7 @@ MEASURES = {
     "iteration": of_iteration,
     "memory": of_memory,
     "elastic": of_elastic,
+    "derivatives": of_derivatives,
     "remeshing": of_remeshing,
     "start": of_start,
 }

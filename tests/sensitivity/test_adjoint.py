@@ -128,12 +128,12 @@ def test_transposes_are_transposes() -> None:
         )  # fmt: skip
         dxn, dx, motion = rng.normal(size=(3, 1, 4, 2))
         dold, dflow, dbulk, dG = rng.normal(size=old.shape)[None], rng.normal(size=(1, 1, 4, 2)), *rng.normal(size=(2, 1))
-        r, dnew, energy = np.zeros((1, 8)), np.zeros((1, *old.shape)), np.zeros(1)
+        r, dnew, energy = np.zeros((8, 1)), np.zeros((*old.shape, 1)), np.zeros(1)
         q4_directions.at_fixed(
-            cells, geometry, point, *moduli, axisymmetric, True, np.ones((1, 4)), dxn, dx, dold, dbulk, dG, np.zeros(1, int),
-            dflow, r, dnew, energy,
+            cells, geometry, point, *moduli, axisymmetric, np.ones((1, 4)), dxn[0, ..., None], dx[0, ..., None],
+            dold[0, ..., None], np.array([dbulk, dG]), dflow[0, ..., None], np.ones((1, 1)), r, dnew, energy,
         )  # fmt: skip
-        w, h = rng.normal(size=r.shape), rng.normal(size=dnew.shape)
+        w, h = rng.normal(size=(1, 8)), rng.normal(size=dold.shape)
         h[..., 5] = 0.0
         x_n, now, flow, before = np.zeros_like(dxn), np.zeros_like(dx), np.zeros((1, 1, 4)), np.zeros_like(dold)
         by_bulk, by_G = np.zeros((2, 1))
@@ -141,12 +141,14 @@ def test_transposes_are_transposes() -> None:
             cells, geometry, point, *moduli, axisymmetric, True, w, h, x_n, now, before, by_bulk, by_G, flow
         )
         pairs = ((x_n, dxn), (now, dx), (before, dold), (by_bulk, dbulk), (by_G, dG), (flow, dflow[..., 0]))
-        assert np.vdot(w, r) + np.vdot(h, dnew) == pytest.approx(sum(np.vdot(a, b) for a, b in pairs), rel=1e-12)
+        assert np.vdot(w, r) + np.vdot(h[0], dnew[..., 0]) == pytest.approx(sum(np.vdot(a, b) for a, b in pairs), rel=1e-12)
         dnew[:] = 0.0
-        q4_directions.along(cells, geometry, point, moduli[1], axisymmetric, True, np.ones((1, 4)), motion, dnew, energy)
+        q4_directions.along(
+            cells, geometry, point, moduli[1], axisymmetric, np.ones((1, 4)), motion[0, ..., None], dnew, energy
+        )
         back = np.zeros_like(motion)
         q4_transposed.along(cells, geometry, point, moduli[1], axisymmetric, h, back)
-        assert np.vdot(h, dnew) == pytest.approx(np.vdot(back, motion), rel=1e-12)
+        assert np.vdot(h[0], dnew[..., 0]) == pytest.approx(np.vdot(back, motion), rel=1e-12)
 
 
 def test_one_measure_gives_numbers() -> None:

@@ -8,7 +8,8 @@ Tortorelli and Vidal 1994; de Souza Neto, Perić and Owen 2008, ch. 14). Forces 
 and V = V_n/(α^m J_n), J_n = √det b_n.
 
 `prepare` computes what all directions share; `at_fixed` is a direction with x′ as given, `along` adds what further x′ make of
-the history.
+the history. Directions are the last axis of all arrays and go through the kernels `LANES` at a time, in arrays of a size that the
+compiler knows: one instruction then serves several of them.
 """
 
 from __future__ import annotations
@@ -20,8 +21,15 @@ import numpy as np
 from prensa.elements.q4 import _DX, _DY, _N
 from prensa.kernels.compiled import njit
 from prensa.kernels.tensor import principal
-from prensa.materials.hardening import flow_gradient, flow_stress, slope_before
+from prensa.materials.hardening import TABLE, flow_gradient, flow_stress, slope_before
 
+LANES = 8  # directions at a time
+# where rows of so many begin in the array for the work on them: motions x_n′ and x′ (8 rows each), forces (8), history before
+# and after (6 each), what else a parameter changes, traces of l, gradients of x′ and l (5 each)
+_1, _2, _3, _4, _5, _6, _7 = (k * LANES for k in range(1, 8))
+_OLD, _PRESENT, _FORCE, _BEFORE, _AFTER, _NOW, _WAS, _LAME, _SHEAR, _ENERGY, _TRACE, _MIDDLE_TRACE, _GRADIENT, _RATE, _END = (
+    k * LANES for k in (0, 8, 16, 24, 30, 36, 37, 38, 39, 40, 41, 42, 43, 48, 53)
+)
 PER_PLACE = 17  # numbers a point: ∂N/∂x, ∂N/∂y, N/r (4 each) in the present places, F = ∂x/∂x_n (5: 11, 12, 21, 22, 33)
 PER_POINT = 44  # numbers a point of `prepare`, in the order in which it writes them
 _MIDDLE = 4
@@ -119,21 +127,82 @@ def prepare(x_n, x, cells, old, new, bulk, G, axisymmetric, scale, plastic, cauc
 
 
 @njit(cache=True, error_model="numpy")
-def flow_gradients(kind, p, knots, coefs, old, new, dt, dknots, dcoefs, out, tabled):
-    """Derivatives of a flow stress by its scalars p (5,) at the points now and before → out (e, 4, 2, 5), 0 where nothing flows.
+def flow_gradients(kind, p, knots, coefs, old, new, dt, dknots, dcoefs, out):
+    """Derivatives of a flow stress at the points now and before → out (e, 4, 2, m), 0 where nothing flows.
 
-    tabled (e, 4, 2): what changes dknots (k,), dcoefs (k − 1, 4) of a table make of it.
+    By its scalars p (5,), or of a table by what changes dknots (m, k), dcoefs (m, k − 1, 4) make of it.
     """
-    curve = (p[0], p[1], p[2], p[3], p[4])
+    curve, table = (p[0], p[1], p[2], p[3], p[4]), kind == TABLE
+    unused = np.empty(5)
     for e in range(old.shape[0]):
         for q in range(old.shape[1]):
             was, now = old[e, q, 4], new[e, q, 4]
-            tabled[e, q, 0] = tabled[e, q, 1] = 0.0
             if was == now:
                 out[e, q] = 0.0
-                continue
-            tabled[e, q, 0] = flow_gradient(kind, curve, knots, coefs, now, now - was, dt, dknots, dcoefs, out[e, q, 0])
-            tabled[e, q, 1] = flow_gradient(kind, curve, knots, coefs, was, 0.0, dt, dknots, dcoefs, out[e, q, 1])
+            elif table:
+                for k in range(out.shape[3]):
+                    out[e, q, 0, k] = flow_gradient(kind, curve, knots, coefs, now, now - was, dt, dknots[k], dcoefs[k], unused)
+                    out[e, q, 1, k] = flow_gradient(kind, curve, knots, coefs, was, 0.0, dt, dknots[k], dcoefs[k], unused)
+            else:
+                flow_gradient(kind, curve, knots, coefs, now, now - was, dt, dknots[0], dcoefs[0], out[e, q, 0])
+                flow_gradient(kind, curve, knots, coefs, was, 0.0, dt, dknots[0], dcoefs[0], out[e, q, 1])
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _motions(u, cells, e, first, lanes, w, row):
+    """Motions u (n, 2, d) of the nodes of element e along some directions → eight rows of w."""
+    for k in range(4):
+        node = cells[e, k]
+        for d in range(lanes):
+            w[row + 2 * k * LANES + d] = u[node, 0, first + d]
+            w[row + (2 * k + 1) * LANES + d] = u[node, 1, first + d]
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _gradients(w, row, B, out):
+    """Gradients 11, 12, 21, 22, 33 of motions, eight rows of w, with the ∂N of a point → five rows."""
+    x0, x1, x2, x3, y0, y1, y2, y3 = B[0], B[1], B[2], B[3], B[4], B[5], B[6], B[7]
+    h0, h1, h2, h3 = B[8], B[9], B[10], B[11]
+    for d in range(LANES):
+        u0, u1, u2, u3 = w[row + d], w[row + _2 + d], w[row + _4 + d], w[row + _6 + d]
+        v0, v1, v2, v3 = w[row + _1 + d], w[row + _3 + d], w[row + _5 + d], w[row + _7 + d]
+        w[out + d] = u0 * x0 + u1 * x1 + u2 * x2 + u3 * x3
+        w[out + _1 + d] = u0 * y0 + u1 * y1 + u2 * y2 + u3 * y3
+        w[out + _2 + d] = v0 * x0 + v1 * x1 + v2 * x2 + v3 * x3
+        w[out + _3 + d] = v0 * y0 + v1 * y1 + v2 * y2 + v3 * y3
+        w[out + _4 + d] = u0 * h0 + u1 * h1 + u2 * h2 + u3 * h3
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _rates(w, B):
+    """Rates l = ∇x′ − f (∂x_n′/∂x) at a point, and its trace: ∇x_n′ in the present places takes an f from the left."""
+    f0, f1, f2, f3, f4 = B[12], B[13], B[14], B[15], B[16]
+    for d in range(LANES):
+        h0, h1, h2, h3, h4 = w[_RATE + d], w[_RATE + _1 + d], w[_RATE + _2 + d], w[_RATE + _3 + d], w[_RATE + _4 + d]
+        l0, l3 = w[_GRADIENT + d] - f0 * h0 - f1 * h2, w[_GRADIENT + _3 + d] - f2 * h1 - f3 * h3
+        l4 = w[_GRADIENT + _4 + d] - f4 * h4
+        w[_RATE + d], w[_RATE + _1 + d] = l0, w[_GRADIENT + _1 + d] - f0 * h1 - f1 * h3
+        w[_RATE + _2 + d], w[_RATE + _3 + d], w[_RATE + _4 + d] = w[_GRADIENT + _2 + d] - f2 * h0 - f3 * h2, l3, l4
+        w[_TRACE + d] = l0 + l3 + l4
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _copied(a, i, n, b, j):
+    """The n rows that begin at i in a, copied to j in b."""
+    for k in range(n):
+        for d in range(LANES):
+            b[j + k * LANES + d] = a[i + k * LANES + d]
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _values(p):
+    """The numbers p (44,) of a point as values: loads in a loop over lanes would have to be proved to stay the same."""
+    return (
+        p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8], p[9], p[10],
+        p[11], p[12], p[13], p[14], p[15], p[16], p[17], p[18], p[19], p[20], p[21],
+        p[22], p[23], p[24], p[25], p[26], p[27], p[28], p[29], p[30], p[31], p[32],
+        p[33], p[34], p[35], p[36], p[37], p[38], p[39], p[40], p[41], p[42], p[43],
+    )  # fmt: skip
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -159,16 +228,6 @@ def _returned(P, G, d1, d2, d3, own):
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _history(P, x1, x2, x3, d12, out):
-    """Rates of the principal elastic strains and the shear of b → of b_e − I (11, 22, 33, 12), added to out."""
-    b11, b12, b22 = _rotated(P, P[30] * x1, P[31] * x2, P[26] * d12)
-    out[0] += b11
-    out[1] += b22
-    out[2] += P[32] * x3
-    out[3] += b12
-
-
-@njit(cache=True, error_model="numpy", forceinline=True)
 def _rotated(P, t1, t2, t12):
     """Components 11, 12, 22 of a tensor given in the principal frame."""
     c, s = P[11], P[12]
@@ -176,139 +235,158 @@ def _rotated(P, t1, t2, t12):
     return cc * t1 + ss * t2 - 2.0 * cs * t12, cs * (t1 - t2) + (cc - ss) * t12, ss * t1 + cc * t2 + 2.0 * cs * t12
 
 
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _answer(w, P, B, bulk, G, part, hoop, volume):
+    """Of a point: histories, energies and forces of directions at fixed degrees of freedom, from the other rows of w."""
+    lame = bulk - 2.0 * G / 3.0
+    f0, f1, f2, f3, f4, b11, b12, b22, b33 = P[0], P[1], P[2], P[3], P[4], P[5], P[6], P[7], P[8]
+    s11, s12, s22 = _rotated(P, P[27], P[28], 0.0)
+    V, s33, trace = P[43], P[29], P[22] + P[23] + P[24]
+    squares = P[22] * P[22] + P[23] * P[23] + P[24] * P[24]
+    x0, x1, x2, x3, y0, y1, y2, y3 = B[0], B[1], B[2], B[3], B[4], B[5], B[6], B[7]
+    h0, h1, h2, h3 = B[8], B[9], B[10], B[11]
+    for d in range(LANES):
+        lna = w[_MIDDLE_TRACE + d] - w[_TRACE + d]
+        l0, l1, l2 = w[_RATE + d] + part * lna, w[_RATE + _1 + d], w[_RATE + _2 + d]
+        l3, l4 = w[_RATE + _3 + d] + part * lna, w[_RATE + _4 + d] + hoop * lna
+        o1, o2, o3, o12 = w[_BEFORE + d], w[_BEFORE + _1 + d], w[_BEFORE + _2 + d], w[_BEFORE + _3 + d]
+        w11, w12, w21, w22 = f0 * o1 + f1 * o12, f0 * o12 + f1 * o2, f2 * o1 + f3 * o12, f2 * o12 + f3 * o2
+        d1, d2, d3, d12 = _principal(
+            P, w11 * f0 + w12 * f1 + 2.0 * (l0 * b11 + l1 * b12),
+            w11 * f2 + w12 * f3 + l0 * b12 + l1 * b22 + l2 * b11 + l3 * b12,
+            w21 * f2 + w22 * f3 + 2.0 * (l2 * b12 + l3 * b22), f4 * f4 * o3 + 2.0 * l4 * b33,
+        )  # fmt: skip
+        lnJn = P[39] * o1 + P[40] * o2 + P[41] * o12 + P[42] * o3
+        dlame, dG, now, strain = w[_LAME + d], w[_SHEAR + d], w[_NOW + d], w[_BEFORE + _4 + d]
+        dp, e1, e2, e3 = _returned(P, G, d1, d2, d3, P[21] * dG - P[19] * strain - P[20] * now)
+        w[_AFTER + _4 + d] = strain + dp
+        w[_AFTER + _5 + d] = (
+            w[_BEFORE + _5 + d] + P[33] * dp + P[34] * strain + P[35] * (d1 + d2 + d3) + P[36] * lnJn + P[37] * now
+            + P[38] * w[_WAS + d]
+        )  # fmt: skip
+        w[_ENERGY + d] += volume * (P[27] * e1 + P[28] * e2 + P[29] * e3 + 0.5 * dlame * trace * trace + dG * squares)
+        w[_AFTER + d], w[_AFTER + _3 + d], w[_AFTER + _1 + d] = _rotated(P, P[30] * e1, P[31] * e2, P[26] * d12)
+        w[_AFTER + _2 + d] = P[32] * e3
+        # V = V_n/(α^m J_n): its rate is div x_n′ − m (ln α)′ − (ln J_n)′
+        g0, g1, g2 = w[_GRADIENT + d], w[_GRADIENT + _1 + d], w[_GRADIENT + _2 + d]
+        g3, g4 = w[_GRADIENT + _3 + d], w[_GRADIENT + _4 + d]
+        dV = g0 + g3 + g4 - w[_MIDDLE_TRACE + d] - lnJn
+        common = dlame * trace + lame * (d1 + d2 + d3)
+        r11, r12, r22 = _rotated(
+            P, common + 2.0 * (dG * P[22] + G * e1), common + 2.0 * (dG * P[23] + G * e2), P[25] * d12
+        )
+        r33 = common + 2.0 * (dG * P[24] + G * e3)
+        # the gradients of N turn and stretch with the places: (∇N)′ = −(∇x′)ᵀ ∇N
+        k12 = dV * s12 + r12
+        m11, m12 = V * (dV * s11 + r11 - s11 * g0 - s12 * g1), V * (k12 - s11 * g2 - s12 * g3)
+        m21, m22 = V * (k12 - s12 * g0 - s22 * g1), V * (dV * s22 + r22 - s12 * g2 - s22 * g3)
+        m33 = V * (dV * s33 + r33 - s33 * g4)
+        w[_FORCE + d] += m11 * x0 + m12 * y0 + m33 * h0
+        w[_FORCE + _1 + d] += m21 * x0 + m22 * y0
+        w[_FORCE + _2 + d] += m11 * x1 + m12 * y1 + m33 * h1
+        w[_FORCE + _3 + d] += m21 * x1 + m22 * y1
+        w[_FORCE + _4 + d] += m11 * x2 + m12 * y2 + m33 * h2
+        w[_FORCE + _5 + d] += m21 * x2 + m22 * y2
+        w[_FORCE + _6 + d] += m11 * x3 + m12 * y3 + m33 * h3
+        w[_FORCE + _7 + d] += m21 * x3 + m22 * y3
+
+
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
 def at_fixed(
-    cells, geometry, point, bulk, G, axisymmetric, plastic, volume, dxn, dx, dold, dbulk, dG, flow, dflow, r, dnew, energy
+    cells, geometry, point, bulk, G, axisymmetric, volume, dxn, dx, dold, moduli, slopes, dflow, r, dnew, energy
 ):  # fmt: skip
-    """Of directions d: dxn, dx (d, n, 2), dold (d, e, 4, h), moduli dbulk, dG (d,) → forces r (d, ndof), histories dnew.
+    """Of directions d: dxn, dx (n, 2, d), dold (e, 4, h, d), moduli (2, d): bulk, shear → forces r (ndof, d), histories dnew.
 
-    flow (d,): row of dflow (·, e, 4, 2), the flow stress's own change, or −1. r and energy (d,), ∫ψ dV, are added to;
-    volume (e, 4). Without rows dx (0, n, 2) no present place moves.
+    dflow (m, d): changes of a flow curve, of which the stress has the slopes (e, 4, 2, m). r and energy (d,), ∫ψ dV, are added
+    to; volume (e, 4). Of no nodes dx (0, 2, d) no present place moves.
     """
-    moves = len(dx) > 0
+    moves, fields, count, kinds = len(dx) > 0, dold.shape[2], dold.shape[3], dflow.shape[0]
     part = 1.0 / 3.0 if axisymmetric else 0.5
-    g, L, traces = np.empty((4, 5)), np.empty((4, 5)), np.empty((5, 2))
-    for e in range(cells.shape[0]):
-        for d in range(dxn.shape[0]):
+    hoop = part if axisymmetric else 0.0
+    w, at = np.zeros(_END), np.zeros(55 * LANES)
+    for first in range(0, count, LANES):
+        lanes = min(LANES, count - first)
+        for d in range(lanes):
+            w[_LAME + d] = moduli[0, first + d] - 2.0 * moduli[1, first + d] / 3.0
+            w[_SHEAR + d], w[_ENERGY + d] = moduli[1, first + d], 0.0
+        for e in range(cells.shape[0]):
+            _motions(dxn, cells, e, first, lanes, w, _OLD)
+            if moves:
+                _motions(dx, cells, e, first, lanes, w, _PRESENT)
+            w[_FORCE:_BEFORE] = 0.0
             for q in range(5):
-                B = geometry[e, q]
-                g0 = g1 = g2 = g3 = g4 = h0 = h1 = h2 = h3 = h4 = 0.0
                 if moves:
-                    for k in range(4):
-                        node = cells[e, k]
-                        u1, u2, b0, b1 = dx[d, node, 0], dx[d, node, 1], B[k], B[4 + k]
-                        g0 += u1 * b0
-                        g1 += u1 * b1
-                        g2 += u2 * b0
-                        g3 += u2 * b1
-                        g4 += u1 * B[8 + k]
-                for k in range(4):
-                    node = cells[e, k]
-                    v1, v2 = dxn[d, node, 0], dxn[d, node, 1]
-                    b0, b1, b2 = B[k], B[4 + k], B[8 + k]
-                    h0 += v1 * b0
-                    h1 += v1 * b1
-                    h2 += v2 * b0
-                    h3 += v2 * b1
-                    h4 += v1 * b2
-                # ∇x_n′ in the present places takes an f from the left: l = ∇x′ − f (∂x_n′/∂x)
-                f0, f1, f2, f3, f4 = B[12], B[13], B[14], B[15], B[16]
-                l0, l1, l2, l3 = g0 - f0 * h0 - f1 * h2, g1 - f0 * h1 - f1 * h3, g2 - f2 * h0 - f3 * h2, g3 - f2 * h1 - f3 * h3
-                l4 = g4 - f4 * h4
-                traces[q, 0], traces[q, 1] = g0 + g3 + g4, l0 + l3 + l4
-                if q < 4:
-                    g[q, 0], g[q, 1], g[q, 2], g[q, 3], g[q, 4] = g0, g1, g2, g3, g4
-                    L[q, 0], L[q, 1], L[q, 2], L[q, 3], L[q, 4] = l0, l1, l2, l3, l4
+                    _gradients(w, _PRESENT, geometry[e, q], _GRADIENT)
+                _gradients(w, _OLD, geometry[e, q], _RATE)
+                _rates(w, geometry[e, q])
+                _copied(w, _GRADIENT, 10, at, 11 * q * LANES)
+                _copied(w, _TRACE, 1, at, (11 * q + 10) * LANES)
+            _copied(w, _TRACE, 1, w, _MIDDLE_TRACE)
             for q in range(4):
-                P, B, o = point[e, q], geometry[e, q], dold[d, e, q]
-                lna = part * (traces[_MIDDLE, 1] - traces[q, 1])
-                l0, l1, l2, l3, l4 = L[q, 0] + lna, L[q, 1], L[q, 2], L[q, 3] + lna, L[q, 4]
-                if axisymmetric:
-                    l4 += lna
-                f0, f1, f2, f3, f4, b11, b12, b22, b33 = P[0], P[1], P[2], P[3], P[4], P[5], P[6], P[7], P[8]
-                o1, o2, o3, o12 = o[0], o[1], o[2], o[3]
-                w11, w12, w21, w22 = f0 * o1 + f1 * o12, f0 * o12 + f1 * o2, f2 * o1 + f3 * o12, f2 * o12 + f3 * o2
-                d1, d2, d3, d12 = _principal(
-                    P, w11 * f0 + w12 * f1 + 2.0 * (l0 * b11 + l1 * b12),
-                    w11 * f2 + w12 * f3 + l0 * b12 + l1 * b22 + l2 * b11 + l3 * b12,
-                    w21 * f2 + w22 * f3 + 2.0 * (l2 * b12 + l3 * b22), f4 * f4 * o3 + 2.0 * l4 * b33,
-                )  # fmt: skip
-                lnJn = P[39] * o1 + P[40] * o2 + P[41] * o12 + P[42] * o3
-                own = now = was = 0.0
-                if plastic:
-                    if flow[d] >= 0:
-                        now, was = dflow[flow[d], e, q, 0], dflow[flow[d], e, q, 1]
-                    own = P[21] * dG[d] - P[19] * o[4] - P[20] * now
-                dp, x1, x2, x3 = _returned(P, G, d1, d2, d3, own)
-                if plastic:
-                    dnew[d, e, q, 4] = o[4] + dp
-                    dnew[d, e, q, 5] = (
-                        o[5] + P[33] * dp + P[34] * o[4] + P[35] * (d1 + d2 + d3) + P[36] * lnJn + P[37] * now + P[38] * was
-                    )
-                trace, dlame = P[22] + P[23] + P[24], dbulk[d] - 2.0 * dG[d] / 3.0
-                energy[d] += volume[e, q] * (
-                    P[27] * x1 + P[28] * x2 + P[29] * x3
-                    + 0.5 * dlame * trace * trace + dG[d] * (P[22] * P[22] + P[23] * P[23] + P[24] * P[24])
-                )  # fmt: skip
-                dnew[d, e, q, :4] = 0.0
-                _history(P, x1, x2, x3, d12, dnew[d, e, q])
-                # V = V_n/(α^m J_n): its rate is div x_n′ − m (ln α)′ − (ln J_n)′
-                V = P[43]
-                dV = V * (traces[q, 0] - traces[_MIDDLE, 1] - lnJn)
-                common = dlame * trace + (bulk - 2.0 * G / 3.0) * (d1 + d2 + d3)
-                t1 = common + 2.0 * (dG[d] * P[22] + G * x1)
-                t2 = common + 2.0 * (dG[d] * P[23] + G * x2)
-                t3 = common + 2.0 * (dG[d] * P[24] + G * x3)
-                s11, s12, s22 = _rotated(P, P[27], P[28], 0.0)
-                r11, r12, r22 = _rotated(P, t1, t2, P[25] * d12)
-                k11, k12, k22, k33 = dV * s11 + V * r11, dV * s12 + V * r12, dV * s22 + V * r22, dV * P[29] + V * t3
-                s11, s12, s22, s33 = V * s11, V * s12, V * s22, V * P[29]
-                # the gradients of N turn and stretch with the places: (∇N)′ = −(∇x′)ᵀ ∇N
-                g0, g1, g2, g3, g4 = g[q, 0], g[q, 1], g[q, 2], g[q, 3], g[q, 4]
-                m11, m12 = k11 - s11 * g0 - s12 * g1, k12 - s11 * g2 - s12 * g3
-                m21, m22 = k12 - s12 * g0 - s22 * g1, k22 - s12 * g2 - s22 * g3
-                m33 = k33 - s33 * g4
-                for k in range(4):
-                    node = cells[e, k]
-                    r[d, 2 * node] += m11 * B[k] + m12 * B[4 + k] + m33 * B[8 + k]
-                    r[d, 2 * node + 1] += m21 * B[k] + m22 * B[4 + k]
+                _copied(at, 11 * q * LANES, 10, w, _GRADIENT)
+                _copied(at, (11 * q + 10) * LANES, 1, w, _TRACE)
+                for k in range(fields):
+                    for d in range(lanes):
+                        w[_BEFORE + k * LANES + d] = dold[e, q, k, first + d]
+                w[_NOW:_LAME] = 0.0
+                for k in range(kinds):
+                    now, was = slopes[e, q, 0, k], slopes[e, q, 1, k]
+                    for d in range(lanes):
+                        w[_NOW + d] += now * dflow[k, first + d]
+                        w[_WAS + d] += was * dflow[k, first + d]
+                _answer(w, _values(point[e, q]), geometry[e, q], bulk, G, part, hoop, volume[e, q])
+                for k in range(fields):
+                    for d in range(lanes):
+                        dnew[e, q, k, first + d] = w[_AFTER + k * LANES + d]
+            for k in range(4):
+                node = cells[e, k]
+                for d in range(lanes):
+                    r[2 * node, first + d] += w[_FORCE + (2 * k) * LANES + d]
+                    r[2 * node + 1, first + d] += w[_FORCE + (2 * k + 1) * LANES + d]
+        for d in range(lanes):
+            energy[first + d] += w[_ENERGY + d]
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _answer_along(w, P, G, part, hoop, volume):
+    """Of a point: histories and energies of directions in which the present places alone move, from the other rows of w."""
+    b11, b12, b22, b33 = P[5], P[6], P[7], P[8]
+    for d in range(LANES):
+        g0, l1, l2 = w[_GRADIENT + d], w[_GRADIENT + _1 + d], w[_GRADIENT + _2 + d]
+        g3, g4 = w[_GRADIENT + _3 + d], w[_GRADIENT + _4 + d]
+        lna = w[_MIDDLE_TRACE + d] - (g0 + g3 + g4)
+        l0, l3, l4 = g0 + part * lna, g3 + part * lna, g4 + hoop * lna
+        d1, d2, d3, d12 = _principal(
+            P, 2.0 * (l0 * b11 + l1 * b12), l0 * b12 + l1 * b22 + l2 * b11 + l3 * b12,
+            2.0 * (l2 * b12 + l3 * b22), 2.0 * l4 * b33,
+        )  # fmt: skip
+        dp, e1, e2, e3 = _returned(P, G, d1, d2, d3, 0.0)
+        w[_ENERGY + d] += volume * (P[27] * e1 + P[28] * e2 + P[29] * e3)
+        w[_AFTER + d], w[_AFTER + _3 + d], w[_AFTER + _1 + d] = _rotated(P, P[30] * e1, P[31] * e2, P[26] * d12)
+        w[_AFTER + _2 + d] = P[32] * e3
+        w[_AFTER + _4 + d], w[_AFTER + _5 + d] = dp, P[33] * dp + P[35] * (d1 + d2 + d3)
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
-def along(cells, geometry, point, G, axisymmetric, plastic, volume, dx, dnew, energy):
-    """What motions dx (d, n, 2) of the present nodes add to histories dnew (d, e, 4, h) and to ∫ψ dV, energy (d,)."""
+def along(cells, geometry, point, G, axisymmetric, volume, dx, dnew, energy):
+    """What motions dx (n, 2, d) of the present nodes add to histories dnew (e, 4, h, d) and to ∫ψ dV, energy (d,)."""
     part = 1.0 / 3.0 if axisymmetric else 0.5
-    L = np.empty((5, 5))
-    for e in range(cells.shape[0]):
-        for d in range(dx.shape[0]):
-            for q in range(5):
-                B = geometry[e, q]
-                g0 = g1 = g2 = g3 = g4 = 0.0
-                for k in range(4):
-                    node = cells[e, k]
-                    u1, u2 = dx[d, node, 0], dx[d, node, 1]
-                    b0, b1 = B[k], B[4 + k]
-                    g0 += u1 * b0
-                    g1 += u1 * b1
-                    g2 += u2 * b0
-                    g3 += u2 * b1
-                    g4 += u1 * B[8 + k]
-                L[q, 0], L[q, 1], L[q, 2], L[q, 3], L[q, 4] = g0, g1, g2, g3, g4
-            middle = L[_MIDDLE, 0] + L[_MIDDLE, 3] + L[_MIDDLE, 4]
+    hoop = part if axisymmetric else 0.0
+    count, fields = dnew.shape[3], dnew.shape[2]
+    w = np.zeros(_END)
+    for first in range(0, count, LANES):
+        lanes = min(LANES, count - first)
+        w[_ENERGY:_TRACE] = 0.0
+        for e in range(cells.shape[0]):
+            _motions(dx, cells, e, first, lanes, w, _PRESENT)
+            _gradients(w, _PRESENT, geometry[e, _MIDDLE], _GRADIENT)
+            for d in range(LANES):
+                w[_MIDDLE_TRACE + d] = w[_GRADIENT + d] + w[_GRADIENT + _3 + d] + w[_GRADIENT + _4 + d]
             for q in range(4):
-                P, out = point[e, q], dnew[d, e, q]
-                lna = part * (middle - (L[q, 0] + L[q, 3] + L[q, 4]))
-                l0, l1, l2, l3, l4 = L[q, 0] + lna, L[q, 1], L[q, 2], L[q, 3] + lna, L[q, 4]
-                if axisymmetric:
-                    l4 += lna
-                b11, b12, b22, b33 = P[5], P[6], P[7], P[8]
-                d1, d2, d3, d12 = _principal(
-                    P, 2.0 * (l0 * b11 + l1 * b12), l0 * b12 + l1 * b22 + l2 * b11 + l3 * b12,
-                    2.0 * (l2 * b12 + l3 * b22), 2.0 * l4 * b33,
-                )  # fmt: skip
-                dp, x1, x2, x3 = _returned(P, G, d1, d2, d3, 0.0)
-                if plastic:
-                    out[4] += dp
-                    out[5] += P[33] * dp + P[35] * (d1 + d2 + d3)
-                energy[d] += volume[e, q] * (P[27] * x1 + P[28] * x2 + P[29] * x3)
-                _history(P, x1, x2, x3, d12, out)
+                _gradients(w, _PRESENT, geometry[e, q], _GRADIENT)
+                _answer_along(w, _values(point[e, q]), G, part, hoop, volume[e, q])
+                for k in range(fields):
+                    for d in range(lanes):
+                        dnew[e, q, k, first + d] += w[_AFTER + k * LANES + d]
+        for d in range(lanes):
+            energy[first + d] += w[_ENERGY + d]

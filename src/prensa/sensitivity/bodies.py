@@ -48,39 +48,35 @@ class Elements:
         return cls(block, old, new, c.seconds, geometry, point)
 
     def at_fixed(self, changes: Sequence[Change], k: int, dxn: Array, dx: Array, dold: Array, r: Array) -> tuple[Array, Array]:
-        """Histories (d, e, 4, h) and energies (d,) of directions, with their forces added to r (d, ndof); k: the block."""
+        """Histories (e, 4, h, d) and energies (d,) of directions, with their forces added to r (ndof, d); k: the block."""
         dnew, energy = np.empty_like(dold), np.zeros(len(changes))
-        own = [ch.flow[k] for ch in changes]
-        rows = np.cumsum([f is not None for f in own]) - 1
-        number = np.where([f is not None for f in own], rows, -1)
-        dflow = self._flow([f for f in own if f is not None])
+        moduli = np.array([[ch.bulk[k] for ch in changes], [ch.G[k] for ch in changes]])
         at_fixed(
             self.block.cells, self.geometry, self.point, *_moduli(self.block), self.block.mode.axisymmetric,
-            self.block.law.plastic, self.block.volume, dxn, dx, dold, np.array([ch.bulk[k] for ch in changes]),
-            np.array([ch.G[k] for ch in changes]), number, dflow, r, dnew, energy,
+            self.block.volume, dxn, dx, dold, moduli, *self._flow([ch.flow[k] for ch in changes]), r, dnew, energy,
         )  # fmt: skip
         return dnew, energy
 
-    def _flow(self, changes: Sequence[FlowChange]) -> Array:
-        """What changes of the flow curve make of the stress at the points (rows, e, 4, 2), after the increment and before."""
+    def _flow(self, changes: Sequence[FlowChange | None]) -> tuple[Array, Array]:
+        """Slopes (e, 4, 2, m) of the flow stress after the increment and before, and how far directions go along them (m, d)."""
         shape = (*self.old.shape[:2], 2)
-        if not changes:
-            return np.empty((0, *shape))
+        own = [(d, f) for d, f in enumerate(changes) if f is not None]
+        if not own:
+            return np.empty((*shape, 0)), np.empty((0, len(changes)))
         law: Any = self.block.law
         flow = law.flow
-        slopes, tabled = np.empty((*shape, 5)), np.empty((len(changes), *shape))
-        for f, out in zip(changes if flow.kind == TABLE else changes[:1], tabled):
-            flow_gradients(*flow, self.old, self.new, self.seconds, f.knots, f.coefficients, slopes, out)
-        if flow.kind == TABLE:
-            return tabled
-        return np.ascontiguousarray((slopes.reshape(-1, 5) @ np.stack([f.p for f in changes], axis=1)).T).reshape(-1, *shape)
+        ways = np.zeros((len(own) if flow.kind == TABLE else len(flow.p), len(changes)))
+        for row, (d, f) in enumerate(own):
+            ways[row if flow.kind == TABLE else slice(None), d] = 1.0 if flow.kind == TABLE else f.p
+        slopes = np.empty((*shape, len(ways)))
+        knots, coefficients = np.stack([f.knots for _, f in own]), np.stack([f.coefficients for _, f in own])
+        flow_gradients(*flow, self.old, self.new, self.seconds, knots, coefficients, slopes)
+        return slopes, ways
 
     def along(self, dx: Array, dnew: Array, energy: Array) -> None:
-        """Add what motions dx (d, n, 2) of the present nodes make of histories and energies."""
+        """Add what motions dx (n, 2, d) of the present nodes make of histories and energies."""
         b = self.block
-        along(
-            b.cells, self.geometry, self.point, _moduli(b)[1], b.mode.axisymmetric, b.law.plastic, b.volume, dx, dnew, energy
-        )
+        along(b.cells, self.geometry, self.point, _moduli(b)[1], b.mode.axisymmetric, b.volume, dx, dnew, energy)
 
 
 def _moduli(block: Block) -> tuple[float, float]:
@@ -95,7 +91,7 @@ def elements_of(system: System, c: Context, u: Array, e: Evaluation) -> list[Ele
 
 
 def unfolding(system: System, c: Context, u: Array, changes: Sequence[Change], r: Array) -> None:
-    """Add to r (d, ndof) what directions make of the forces that unfold elements, at fixed degrees of freedom u (ndof,).
+    """Add to r (ndof, d) what directions make of the forces that unfold elements, at fixed degrees of freedom u (ndof,).
 
     They go with the modulus, and where bodies begin elsewhere with the initial shapes, along which they are differenced.
     """
@@ -104,7 +100,7 @@ def unfolding(system: System, c: Context, u: Array, changes: Sequence[Change], r
         if not q4.folding(c.x_n[b.cells], du[b.cells]):
             continue
         forces = _unfolding(system, b, c.x_n, du, system.X)
-        for out, ch in zip(r, changes):
+        for out, ch in zip(r.T, changes):
             # E/(1 − ν²) in bulk and shear moduli
             out += _modulus_change(b, ch, k) * forces
             if ch.X is not None:

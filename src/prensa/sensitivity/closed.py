@@ -49,7 +49,7 @@ def _constant(law: Any) -> bool:
 
 
 class Prescribed(NamedTuple):
-    """What directions (d) change of the plan of a step at a time: motions (d, ndof), forces (d, ndof), μ (d, contacts)."""
+    """What directions (d) change of the plan of a step at a time: motions (ndof, d), forces (ndof, d), μ (d, contacts)."""
 
     motion: Array
     force: Array
@@ -58,12 +58,14 @@ class Prescribed(NamedTuple):
 
 def prescribed(c: Context, directions: Sequence[Direction], n: int) -> Prescribed:
     """Of the plans of both sides of each direction."""
-    out = Prescribed(np.zeros((len(directions), n)), np.zeros((len(directions), n)), np.zeros((len(directions), len(c.laws))))
+    out = Prescribed(np.zeros((n, len(directions))), np.zeros((n, len(directions))), np.zeros((len(directions), len(c.laws))))
     for k, d in enumerate(directions):
+        if d.leaves_plan(c):
+            continue
         a, b = d.plans(c)
-        out.motion[k, c.plan.fixed] = d.difference(a.values(c.time), b.values(c.time))
+        out.motion[c.plan.fixed, k] = d.difference(a.values(c.time), b.values(c.time))
         for dof, course in a.push.items():
-            out.force[k, dof] = (course(c.time) - b.push[dof](c.time)) / (2.0 * d.step)
+            out.force[dof, k] = (course(c.time) - b.push[dof](c.time)) / (2.0 * d.step)
         for i, (law, p, q) in enumerate(zip(c.laws, a.friction, b.friction)):
             out.mu[k, i] = 0.0 if law is None else (p.mu - q.mu) / (2.0 * d.step)
     return out
@@ -71,7 +73,7 @@ def prescribed(c: Context, directions: Sequence[Direction], n: int) -> Prescribe
 
 @dataclass
 class Bundle:
-    """Derivatives of committed states along directions, of which each array has the first axis."""
+    """Derivatives of committed states along directions, which are the last axis of each array."""
 
     directions: tuple[Direction, ...]
     arrays: Arrays
@@ -80,21 +82,34 @@ class Bundle:
     def of(cls, directions: Sequence[Direction]) -> Bundle:
         """What the directions carry."""
         first = directions[0].carried
-        return cls(tuple(directions), {k: np.stack([d.carried[k] for d in directions]) for k in first})
+        return cls(tuple(directions), {k: np.stack([d.carried[k] for d in directions], axis=-1) for k in first})
 
     def hand_on(self) -> None:
         """Let each direction carry its own."""
         for k, d in enumerate(self.directions):
-            d.carried = {name: a[k] for name, a in self.arrays.items()}
+            d.carried = {name: a[..., k] for name, a in self.arrays.items()}
 
 
-class Closed(NamedTuple):
-    """Derivatives of an increment: of the dofs ``x``, the residual ``reaction``, the loads ``force`` (d, ndof), contacts."""
+@dataclass
+class Closed:
+    """Derivatives of an increment: of the dofs ``x``, the residual ``reaction``, the loads ``force`` (ndof, d), contacts."""
 
     x: Array
     reaction: Array
     force: Array
     points: list[Points]
+    _slopes: tuple[Gradient, Array] | None = None
+
+    def slopes(self, of: Gradient, system: System) -> Array:
+        """Derivatives (d,) of a measure that is a linear map of motions and forces; those of the last one asked for are kept."""
+        if self._slopes is None or self._slopes[0] is not of:
+            dofs, slopes = of.displacements(system)
+            out, tools = slopes @ self.x[dofs], system.dofs.tool
+            for dof, slope in zip(*of.reactions(system)):
+                tool, axis = divmod(int(dof) - tools.first, tools.width)
+                out += slope * sum(p.F[:, :, 2 + axis].sum(axis=1) for p in self.points if p.surface.tool == tool)
+            self._slopes = of, out
+        return self._slopes[1]
 
 
 def differentiate(
@@ -105,9 +120,9 @@ def differentiate(
     elements = elements_of(system, c, at.u, at.e)
     given = prescribed(c, before.directions, system.ndof)
     m, first = len(changes), system.dofs.displacement.slice
-    du = carried["u"][:, first].reshape(m, -1, 2)
+    du = carried["u"][first].reshape(-1, 2, m)
     X = None if all(ch.X is None for ch in changes) else _places(changes, du.shape)
-    dxn, dx = (np.ascontiguousarray(du), np.empty((0, *du.shape[1:]))) if X is None else (du + X, X)
+    dxn, dx = (du, np.empty((0, *du.shape[1:]))) if X is None else (du + X, X)
     r = -given.force
     bodies = [b.at_fixed(changes, k, dxn, dx, carried[f"history_{k}"], r) for k, b in enumerate(elements)]
     unfolding(system, c, at.u, changes, r)
@@ -115,10 +130,10 @@ def differentiate(
     for p in points:
         p.add_to(r)
     start, sizes = _started(carried["u"], c, given.motion), np.array([d.parameter.size for d in before.directions])
-    r = r.T + columns.times(start)
+    r += columns.times(start)
     x = columns.solve(-sizes * r) / sizes
-    r, x = np.ascontiguousarray((r + columns.times(x)).T), np.ascontiguousarray((start + x).T)
-    nodal = np.ascontiguousarray(x[:, first]).reshape(m, -1, 2)
+    r, x = r + columns.times(x), start + x
+    nodal = x[first].reshape(-1, 2, m)
     for b, (dnew, energy) in zip(elements, bodies):
         b.along(nodal, dnew, energy)
     for p in points:
@@ -129,9 +144,9 @@ def differentiate(
 
 
 def _started(u: Array, c: Context, motion: Array) -> Array:
-    """First guess (ndof, d) of the derivatives: those of the committed u (d, ndof), with the prescribed ones as they will be."""
-    out = np.array(u.T, order="C")
-    out[c.plan.fixed] = motion.T[c.plan.fixed]
+    """First guess (ndof, d) of the derivatives: those of the committed u (ndof, d), with the prescribed ones as they will be."""
+    out = np.array(u)
+    out[c.plan.fixed] = motion[c.plan.fixed]
     return out
 
 
@@ -139,7 +154,7 @@ def _places(changes: Sequence[Change], shape: tuple[int, ...]) -> Array:
     out = np.zeros(shape)
     for k, ch in enumerate(changes):
         if ch.X is not None:
-            out[k] = ch.X
+            out[:, :, k] = ch.X
     return out
 
 
@@ -147,15 +162,15 @@ def _committed(
     at: Solution, k: int, f: ContactForces, carried: Arrays, changes: Sequence[Change], dxn: Array, X: Array | None,
     given: Prescribed,
 ) -> Committed:  # fmt: skip
-    """What directions change of contact number k before the increment; dxn, X (d, n, 2): of committed, initial places."""
+    """What directions change of contact number k before the increment; dxn, X (n, 2, d): of committed, initial places."""
     c, s, m = at.c, at.c.surfaces[k], len(changes)
     scale = np.stack([ch.scale[k] for ch in changes])
-    lam = carried["lam"][:, s.rows].copy()
+    lam = np.moveaxis(carried["lam"][s.rows], -1, 0).copy()
     lam[:, :, 0] = 0.0
     if s.multipliers is not None:
         lam = scale[:, 2, :, None] * s.multipliers.of(at.u)
     shares = s.points.shares
-    growth = (s.points.slopes(c.x_n) * dxn[:, s.points.edges[shares.edge]]).sum(axis=(2, 3))
+    growth = np.einsum("saxd,sax->ds", dxn[s.points.edges[shares.edge]], s.points.slopes(c.x_n))
     area = np.empty((m, len(s.points)))
     for out, parts in zip(area, growth):
         out[:] = np.bincount(shares.point, parts, len(out))
@@ -163,9 +178,9 @@ def _committed(
     if X is not None or any(ch.at.any() for ch in changes):
         q = np.zeros((m, len(s.points), 5))
         if X is not None:
-            q[:, :, :2] = (s.points.N[:, :, None] * X[:, s.points.support]).sum(axis=2)
+            q[:, :, :2] = np.einsum("kaxd,ka->dkx", X[s.points.support], s.points.N)
         q[:, :, 2:4] = np.stack([ch.at[s.tool] for ch in changes])[:, None]
-    slip, coordinate = carried["contact.slip"][:, s.rows], carried["contact.coordinate"][:, s.rows, 0]
+    slip, coordinate = carried["contact.slip"][s.rows].T, carried["contact.coordinate"][s.rows, 0].T
     return Committed(lam, slip, coordinate, area, scale[:, 0], scale[:, 1], given.mu[:, k], q)
 
 
@@ -176,15 +191,15 @@ def _carried_on(
     c, was = at.c, before.arrays
     x, m = found.x, len(changes)
     work = found.force.copy()
-    work[:, c.plan.fixed] += found.reaction[:, c.plan.fixed]
+    work[c.plan.fixed] += found.reaction[c.plan.fixed]
     out: Arrays = {"u": x} | {f"history_{k}": h for k, h in enumerate(histories)}
     out |= {k: was[k].copy() for k in (*CONTACT, "lam")}
     for p in found.points:
         rows = p.surface.rows
-        out["contact.traction"][:, rows, 0], out["contact.slip"][:, rows] = p.t, p.kappa
-        out["contact.coordinate"][:, rows, 0] = p.s
-        out["contact.speed"][:, rows] = (p.kappa - p.before.kappa) / c.seconds
-        out["lam"][:, rows, 0], out["lam"][:, rows, 1] = p.p, p.t
+        out["contact.traction"][rows, 0], out["contact.slip"][rows] = p.t.T, p.kappa.T
+        out["contact.coordinate"][rows, 0] = p.s.T
+        out["contact.speed"][rows] = (p.kappa - p.before.kappa).T / c.seconds
+        out["lam"][rows, 0], out["lam"][rows, 1] = p.p.T, p.t.T
     energy = _energies(at, before, found, out | {"work": work}, elastic, state, changes)
     out |= {f"energy.{k}": v for k, v in energy.items()}
     out |= {"work": work, "step_start": x if c.ends_step else was["step_start"]}
@@ -196,13 +211,13 @@ def _energies(
 ) -> Arrays:
     """Derivatives (d,) of the ledger of energies, term by term as in `prensa.solver.ledger`."""
     system, was, old = at.system, before.arrays, at.c.state
-    external = was["energy.external"] + 0.5 * ((was["work"] + now["work"]) @ (state.u - old.u))
-    external += 0.5 * (now["u"] - was["u"]) @ (old.work + state.work)
+    external = was["energy.external"] + 0.5 * ((state.u - old.u) @ (was["work"] + now["work"]))
+    external += 0.5 * (old.work + state.work) @ (now["u"] - was["u"])
     plastic, friction, contact = np.zeros(len(changes)), was["energy.friction"].copy(), np.zeros(len(changes))
     for k, b in enumerate(system.blocks):
         density = b.law.energy(b.at_law(state.history[k])) if any(ch.X is not None for ch in changes) else None
         if b.law.plastic:
-            plastic += (now[f"history_{k}"][..., 5] * b.volume).sum(axis=(1, 2))
+            plastic += np.einsum("eqd,eq->d", now[f"history_{k}"][:, :, 5], b.volume)
         for d, ch in enumerate(changes):
             if density is not None:
                 elastic[d] += np.vdot(ch.volume[k], density)
@@ -212,7 +227,7 @@ def _energies(
         rows, f, by = p.surface.rows, p.f, p.before
         t0, t1 = old.contact.traction[rows, 0], f.t[:, 0]
         total = np.abs(t0) + np.abs(t1)
-        change = np.sign(t0) * was["contact.traction"][:, rows, 0] + np.sign(t1) * p.t
+        change = np.sign(t0) * was["contact.traction"][rows, 0].T + np.sign(t1) * p.t
         friction += 0.5 * ((by.area * total + f.weight * change) * p.slid + f.weight * total * (p.kappa - by.kappa)).sum(axis=1)
         if not p.surface.exact:
             for value, rate, k_, dk in ((f.p, p.p, p.scale.k_n, by.k_n), (t1, p.t, p.scale.k_t, by.k_t)):
@@ -239,13 +254,7 @@ class Beside(NamedTuple):
         assert self.d.change is not None
         if self.d.change.moves and (of.nodes or of.places):
             return None
-        dofs, slopes = of.displacements(self.system)
-        out = float(self.found.x[self.number, dofs] @ slopes)
-        tools = self.system.dofs.tool
-        for dof, slope in zip(*of.reactions(self.system)):
-            tool, axis = divmod(int(dof) - tools.first, tools.width)
-            out += slope * sum(float(p.F[self.number, :, 2 + axis].sum()) for p in self.found.points if p.surface.tool == tool)
-        return out
+        return float(self.found.slopes(of, self.at.system)[self.number])
 
     def increment(self, before: State, state: State, ended: bool) -> Increment:
         """What users see of it, with the committed states that it led from and to."""
@@ -263,7 +272,7 @@ class Beside(NamedTuple):
                 )
             )  # fmt: skip
         e = self.at.e._replace(
-            r=self.at.e.r + step * found.reaction[k], f_ext=self.at.e.f_ext + step * found.force[k],
+            r=self.at.e.r + step * found.reaction[:, k], f_ext=self.at.e.f_ext + step * found.force[:, k],
             contacts=tuple(contacts), history=state.history,
         )  # fmt: skip
         result = NewtonResult(True, None, state.u, None, state.lam, 0)

@@ -89,16 +89,16 @@ class Points:
         self.F = self.F - (f.K @ q[..., None])[..., 0]
 
     def add_to(self, r: Array) -> None:
-        """Take the forces off residuals r (d, ndof), and add the equations of the multipliers."""
+        """Take the forces off residuals r (ndof, d), and add the equations of the multipliers."""
         s = self.surface
         forces = self.F if s.points.N.shape[1] == 1 else np.stack([s.points.on_dofs(F) for F in self.F])
-        for out, F in zip(r, forces):
-            np.subtract.at(out, s.dofs, F)
+        np.subtract.at(r, s.dofs, np.moveaxis(forces, 0, -1))
         if self.rows is not None:
-            r[:, s.unknowns] += self.rows.reshape(len(r), -1)
+            r[s.unknowns] += self.rows.reshape(r.shape[1], -1).T
 
     def follow(self, system: System, x: Array) -> None:
-        """Add what motions x (d, ndof) of the degrees of freedom make."""
+        """Add what motions x (ndof, d) of the degrees of freedom make."""
+        x = x.T
         f, s = self.f, self.surface
         q = np.empty((len(x), len(f.p), 5))
         nodal = x[:, system.dofs.displacement.slice].reshape(len(x), -1, 2)

@@ -11,6 +11,8 @@ would be round-off. Their changes are those of the matrix.
 
 from __future__ import annotations
 
+import pickle
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -30,7 +32,7 @@ from prensa.fem.surface import Surface
 from prensa.fem.system import Evaluation, System
 from prensa.measures.measure import Gradient
 from prensa.sensitivity.change import Change, change_of, known
-from prensa.sensitivity.parameters import Parameter, refuse_other_mesh
+from prensa.sensitivity.parameters import Parameter, neighbours
 from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import Increment
 from prensa.solver.policy import Policy
@@ -101,6 +103,7 @@ class Direction:
     change: Change | None = None
     """What it changes of the system, where the closed derivatives know of it; None: differences are taken."""
     _plans: tuple[int, tuple[StepPlan, StepPlan]] | None = None
+    _leaves: tuple[int, bool] | None = None
 
     @classmethod
     def of(cls, system: System, path: str, share: float, policy: Policy, start: State) -> Direction:
@@ -108,14 +111,27 @@ class Direction:
         parameter = Parameter.of(system.problem, path, system.length)
         step = share * parameter.size
         systems = parameter.neighbours(system, step)
-        for other in systems:
-            refuse_other_mesh(system, other, path)
         viscous = Stabilisation(systems[0], policy), Stabilisation(systems[1], policy)
         change = change_of(*systems, step) if known(system) else None
         if path in start.derivatives:
             return cls(parameter, step, systems, viscous, dict(start.derivatives[path]), change)
         above, below = (s.initial().moving() for s in systems)
         return cls(parameter, step, systems, viscous, {k: (a - below[k]) / (2 * step) for k, a in above.items()}, change)
+
+    @classmethod
+    def together(cls, system: System, parameters: Sequence[Parameter], shares: Array, policy: Policy) -> Direction:
+        """The direction in which parameters change by ``shares`` (d,) of their sizes; what it carries is left to be said.
+
+        Raises
+        ------
+        PrensaError
+            If they cannot be varied together.
+
+        """
+        step = policy.parameter_step
+        systems = neighbours(system, parameters, [step * share * p.size for p, share in zip(parameters, shares)])
+        viscous = Stabilisation(systems[0], policy), Stabilisation(systems[1], policy)
+        return cls(Parameter("all of them", 1.0, 1.0), step, systems, viscous, {})
 
     @property
     def sides(self) -> tuple[tuple[float, System, Stabilisation], ...]:
@@ -136,6 +152,13 @@ class Direction:
             )
             self._plans = c.plan.number, (above, below)
         return self._plans[1]
+
+    def leaves_plan(self, c: Context) -> bool:
+        """Whether the step of an increment has the same plan on both sides, so that nothing that it prescribes changes."""
+        if self._leaves is None or self._leaves[0] != c.plan.number:
+            above, below = (pickle.dumps(plan) for plan in self.plans(c))
+            self._leaves = c.plan.number, above == below
+        return self._leaves[1]
 
     def is_known(self, c: Context) -> bool:
         """Whether closed derivatives know what it changes in the step of an increment."""

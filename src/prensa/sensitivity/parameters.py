@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import partial
 from typing import Any
@@ -35,6 +35,20 @@ def _leaves(path: str, value: Any) -> Iterator[tuple[str, float]]:
         yield from _leaves(f"{path}.{key}" if path else str(key), part)
 
 
+def _part(value: Any, path: Sequence[str]) -> Any:
+    """What a description has at a path, None if nothing."""
+    for key in path:
+        if is_dataclass(value):
+            value = getattr(value, key, None) if any(f.name == key for f in fields(value)) else None
+        elif isinstance(value, Mapping):
+            value = value.get(key)
+        elif isinstance(value, list | tuple):
+            value = value[int(key)] if key.isdecimal() and int(key) < len(value) else None
+        else:
+            return None
+    return value
+
+
 def value_of(problem: Problem, path: str) -> float:
     """The number at a path such as ``bodies.ring.material.flow.K`` or ``steps.0.move.die.y``.
 
@@ -45,10 +59,11 @@ def value_of(problem: Problem, path: str) -> float:
 
     """
     take("derivatives", "a parameter", path, str, "give its path in the case, for example 'friction.mu'")
-    known = numbers(problem)
-    if path in known:
-        return known[path]
     parts = path.split(".")
+    found = _part(problem, parts)
+    if isinstance(found, float):
+        return found
+    known = numbers(problem)
     if parts[:1] == ["contacts"] and "friction" in parts[2:3]:
         common = ".".join(parts[2:])
         if common in known:
@@ -122,8 +137,10 @@ class Parameter:
             If the parameter cannot be varied both ways, or the mesh has other elements then.
 
         """
-        make = partial(with_laws, system) if LEAVES_MESHES.match(self.path) else discretise
-        return self._both(lambda value: make(with_values(system.problem, {self.path: value})), step)
+        both = self._both(lambda value: _with_values(system, {self.path: value}), step)
+        for other in both:
+            refuse_other_mesh(system, other, self.path)
+        return both
 
     def tools_beside(self, system: System, step: float) -> tuple[System, System]:
         """As `neighbours` for a number of the shape or place of a tool, which changes nothing else of the system.
@@ -142,6 +159,27 @@ class Parameter:
                 f"derivatives: {self.path} = {self.value:g} cannot be varied both ways ({str(error).splitlines()[0]})"
             ) from None
         return above, below
+
+
+def neighbours(system: System, parameters: Sequence[Parameter], steps: Sequence[float]) -> tuple[System, System]:
+    """The systems of the values of some parameters plus and minus a step each.
+
+    Raises
+    ------
+    PrensaError
+        If they cannot be varied both ways.
+
+    """
+    above, below = (
+        _with_values(system, {p.path: p.value + sign * step for p, step in zip(parameters, steps)}) for sign in (1.0, -1.0)
+    )
+    return above, below
+
+
+def _with_values(system: System, values: Mapping[str, float]) -> System:
+    """The system of other numbers at some paths."""
+    make = partial(with_laws, system) if all(map(LEAVES_MESHES.match, values)) else discretise
+    return make(with_values(system.problem, values))
 
 
 def refuse_other_mesh(system: System, other: System, path: str) -> None:

@@ -186,6 +186,7 @@ class Differentiated(TimeStepping):
         super().__init__(system, numerics, policy, messages, timer, condense=False)
         self.directions: Sequence[Direction] = ()
         self.bundle: Bundle | None = None
+        self.mixtures: dict[tuple[str, ...], Direction | None] = {}
         self.told: set[str] = set()
 
     def equilibrium(self, c: Context) -> Equilibrium:
@@ -246,14 +247,40 @@ class Differentiated(TimeStepping):
         self.bundle, found = differentiate(at, columns, bundle, [d.change for d in known if d.change is not None], state)
         assert self.reduced is not None
         look, beside = at.c.ends_step or at.c.state.clock.number == 0, {}
+        looked = self._looked(at, known, found.x) if look else np.zeros(len(known))
         for k, d in enumerate(known):
-            rest = self.reduced.norm(found.reaction[k])
-            if look:  # the residual itself, by which nothing is known of the closed forms
-                rest = max(rest, self.reduced.norm(d.rest(at, found.x[k])))
+            rest = max(self.reduced.norm(found.reaction[:, k]), looked[k])
             both = tuple(Beside(system, d, sign, k, at, found) for sign, system, _ in d.sides)
             beside[d.parameter.path] = both, self._proved(at, d, rest)
         self.bundle.hand_on()
         return beside
+
+    def _looked(self, at: Solution, known: Sequence[Direction], x: Array) -> Array:
+        """Norms (d,) of what the residual itself does along derivatives x (ndof, d): of the closed forms it knows nothing.
+
+        Along a mixture of all of them: two residuals show that none is wrong. Where one is, each is looked at.
+        """
+        assert self.reduced is not None
+        sizes = np.array([d.parameter.size for d in known])
+        shares: Array = 0.5 + 0.5 * np.fmod(0.618034 * np.arange(len(known)), 1.0)  # no two alike, so that errors do not cancel
+        mixed = self._mixed(known, shares) if len(known) > 1 else None
+        if mixed is not None:
+            mixed.carried = {name: sum(s * d.carried[name] for s, d in zip(shares * sizes, known)) for name in known[0].carried}
+            rest = self.reduced.norm(mixed.rest(at, x @ (shares * sizes)))
+            if rest <= 0.5 * self._may_be_left(at, mixed):
+                return rest / sizes
+        return np.array([self.reduced.norm(d.rest(at, x[:, k])) for k, d in enumerate(known)])
+
+    def _mixed(self, known: Sequence[Direction], shares: Array) -> Direction | None:
+        """The direction in which all parameters change by shares (d,) of their sizes; None if they cannot together."""
+        paths = tuple(d.parameter.path for d in known)
+        if paths not in self.mixtures:
+            try:
+                made = Direction.together(self.system, [d.parameter for d in known], shares, self.policy)
+            except PrensaError:
+                made = None
+            self.mixtures[paths] = made
+        return self.mixtures[paths]
 
     def _by_differences(self, at: Solution, columns: Columns, d: Direction, result: NewtonResult, state: State) -> Any:
         """The same along a parameter for which differences are taken."""
@@ -272,9 +299,8 @@ class Differentiated(TimeStepping):
 
     def _proved(self, at: Solution, d: Direction, rest: float) -> float:
         """What is left of the residual along a derivative, over the forces, for a change of the parameter by its size."""
-        size, e = d.parameter.size, at.e
-        left = rest * size / e.scale
-        if not left <= self.policy.flat + e.floor * size / (d.step * e.scale) and d.parameter.path not in self.told:
+        left = rest * d.parameter.size / at.e.scale
+        if not rest <= self._may_be_left(at, d) and d.parameter.path not in self.told:
             self.told.add(d.parameter.path)
             self.messages.warn(
                 [
@@ -284,6 +310,10 @@ class Differentiated(TimeStepping):
                 ]
             )
         return left
+
+    def _may_be_left(self, at: Solution, d: Direction) -> float:
+        """Norm of the residual along a derivative that is as it should be."""
+        return self.policy.flat * at.e.scale / d.parameter.size + at.e.floor / d.step
 
     def _switched(self, c: Context, result: NewtonResult) -> dict[str, int]:
         """Points of each contact that have closed or opened in an increment: forces have kinks there."""

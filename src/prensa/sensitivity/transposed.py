@@ -252,8 +252,8 @@ def _element(
     if curve is None or not owed.curves:
         return
     if curve.kind != TABLE:
-        slopes, tabled = np.empty((*b.old.shape[:2], 2, 5)), np.empty((*b.old.shape[:2], 2))
-        flow_gradients(*curve, b.old, b.new, b.seconds, *map(np.zeros_like, curve[2:]), slopes, tabled)
+        slopes = np.empty((*b.old.shape[:2], 2, 5))
+        flow_gradients(*curve, b.old, b.new, b.seconds, *(np.zeros((1, *a.shape)) for a in curve[2:]), slopes)
         owed.flow[k].p[...] += flow.reshape(len(r), -1) @ slopes[:, :, 0].reshape(-1, 5)
         return
     strain = b.new[..., 4]
