@@ -160,3 +160,10 @@ def test_a_tool_that_comes_through_the_surface_beside_a_line_of_symmetry_is_told
     assert isinstance(caught.value.reason, MetalInside)
     assert "against: die" not in str(caught.value)
     assert ("'remesh: auto'" in str(caught.value)) == again
+
+
+def test_a_velocity_of_rotation_is_answered_with_one():
+    """An angle that is not per second is shown an angle that is; a length, a length."""
+    for axis, wrong, like in (("rz", "720 deg", "'90 deg/s'"), ("y", "3 mm", "'100 mm/s'")):
+        with pytest.raises(pr.CaseError, match=f"is not a velocity.*{like}"):
+            pr.Step("s", velocity={"die": {axis: wrong}})

@@ -247,7 +247,8 @@ def in_one_second(text: str) -> str:
         if match is None or _product(match[2])[3] != -1:
             raise ValueError("the wrong unit")
     except ValueError as error:
-        remedy = f"write it per second, as a plain number or like {SPEED.example!r}"
+        like = "90 deg/s" if match is not None and match[2].strip() in ("deg", "rad", "°") else SPEED.example
+        remedy = f"write it per second, as a plain number or like {like!r}"
         raise ValueError(f"{text!r} is not a velocity ({error}); {remedy}") from None
     return f"{text}*s"
 
