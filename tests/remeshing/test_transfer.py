@@ -87,6 +87,19 @@ def test_a_homogeneous_state_stays_what_it_is_on_any_mesh() -> None:
     assert force(new, there) == pytest.approx(force(system, state), rel=1e-5)
 
 
+def test_what_only_grows_keeps_its_mean(rubbed: tuple[System, State, Any]) -> None:
+    """Plastic strain and work of a rubbed billet, integrated over initial volumes, on coarser and finer meshes: 1e-5."""
+    system, state, _ = rubbed
+    for size in (2.5, 0.9):
+        new, there = renewed(system, state, ["billet"], lambda body, h=size: lambda x: np.full(len(x), h))  # type: ignore[misc]
+        for name in ("plastic_strain", "plastic_work"):
+            before, after = (
+                float(s.blocks[0].volume.ravel() @ s.blocks[0].field(t.history[0], name).ravel())
+                for s, t in ((system, state), (new, there))
+            )
+            assert after == pytest.approx(before, rel=1e-5)
+
+
 def test_linear_fields_are_carried_over_exactly() -> None:
     """Logarithmic strains that are linear in the place, a mesh of other elements: within 1e-12."""
     body = pr.Body(pr.Rectangle(size=(10.0, 7.5), n=(8, 6)), pr.Elastic(E=1e3, nu=0.3), "t6")

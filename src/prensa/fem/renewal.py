@@ -124,7 +124,7 @@ def _histories(
             histories.append(history)
             volumes[block.body] = before.volume
             continue
-        histories.append(carried(before, system.positions(state.u), history, block.positions(new.X)))
+        histories.append(carried(before, system.positions(state.u), history, block.positions(new.X), block.volume))
         volumes[block.body] = block.volume / elastic_volume(histories[-1])
     return tuple(histories), volumes
 

@@ -23,9 +23,11 @@ from prensa.mesh.mesh import corner_cells
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+NEAREST = 4  # elements with the nearest centres that are looked at first for that of a place
 CANDIDATES = 24  # elements with the nearest centres among which that of a place is looked for
 OUTSIDE = 0.2  # local coordinate beyond an element up to which its field is carried on
 MARGIN = 0.5  # of the range of the points nearby, beyond which no value is believed
+MOST_ADDED = 0.05  # of what only grows, to points of a new mesh, for its mean to stay
 SAME = 1e-4  # distance over that to the next old point below which a new point is an old one
 
 
@@ -40,20 +42,25 @@ def located(points: Array, cells: Index, x: Array) -> Places:
     """Where places x (n, 2) lie among T6 cells (m, 6) with nodes at points; those just outside, in the nearest cell."""
     from scipy.spatial import cKDTree
 
-    centres = points[corner_cells(cells)].mean(axis=1)
-    count = min(CANDIDATES, len(cells))
-    near = cKDTree(centres).query(x, count)[1].reshape(len(x), count)
+    tree = cKDTree(points[corner_cells(cells)].mean(axis=1))
     n = len(x)
     best, element, local = np.full(n, np.inf), np.zeros(n, dtype=np.int64), np.full((n, 2), 1 / 3)
     todo = np.arange(n)
-    for j in range(count):
-        e = near[todo, j]
-        xi = _inverted(points[cells[e]], x[todo])
-        outside = np.maximum(np.maximum(-xi[:, 0], -xi[:, 1]), xi.sum(axis=1) - 1)
-        better = outside < best[todo]
-        i = todo[better]
-        best[i], element[i], local[i] = outside[better], e[better], xi[better]
-        todo = todo[best[todo] > 1e-10]
+    for first, last in ((0, NEAREST), (NEAREST, CANDIDATES)):  # most are in one of the nearest few
+        last = min(last, len(cells))
+        near = tree.query(x[todo], np.arange(first + 1, last + 1))[1] if last > first else np.zeros((n, 0), dtype=np.int64)
+        asked = np.empty(n, dtype=np.int64)
+        asked[todo] = np.arange(len(todo))
+        for j in range(last - first):
+            e = near[asked[todo], j]
+            xi = _inverted(points[cells[e]], x[todo])
+            outside = np.maximum(np.maximum(-xi[:, 0], -xi[:, 1]), xi.sum(axis=1) - 1)
+            better = outside < best[todo]
+            i = todo[better]
+            best[i], element[i], local[i] = outside[better], e[better], xi[better]
+            todo = todo[best[todo] > 1e-10]
+            if not len(todo):
+                break
         if not len(todo):
             break
     N, _ = shape_values(np.clip(local, -OUTSIDE, 1 + OUTSIDE))
@@ -62,21 +69,32 @@ def located(points: Array, cells: Index, x: Array) -> Places:
 
 def _inverted(X: Array, x: Array) -> Array:
     """Local coordinates (n, 2) of places x (n, 2) in T6 with nodes X (n, 6, 2), by Newton's method."""
-    xi = np.full((len(x), 2), 1 / 3)
+    xi = _affine(X, x)
+    todo = np.arange(len(x))
     for _ in range(10):
-        N, dN = shape_values(xi)
-        r = x - np.einsum("na,nad->nd", N, X)
-        J = np.einsum("nad,nak->ndk", X, dN)
+        N, dN = shape_values(xi[todo])
+        r = x[todo] - (N[:, None] @ X[todo])[:, 0]
+        J = X[todo].transpose(0, 2, 1) @ dN
         det = J[:, 0, 0] * J[:, 1, 1] - J[:, 0, 1] * J[:, 1, 0]
         det = np.where(np.abs(det) < 1e-300, 1e-300, det)
         step = np.stack(
             [J[:, 1, 1] * r[:, 0] - J[:, 0, 1] * r[:, 1], J[:, 0, 0] * r[:, 1] - J[:, 1, 0] * r[:, 0]], axis=1
         )
         step /= det[:, None]
-        xi = np.clip(xi + step, -3.0, 3.0)
-        if np.abs(step).max(initial=0.0) < 1e-14:
+        xi[todo] = np.clip(xi[todo] + step, -3.0, 3.0)
+        todo = todo[np.abs(step).max(axis=1) >= 1e-14]
+        if not len(todo):
             break
     return xi
+
+
+def _affine(X: Array, x: Array) -> Array:
+    """Local coordinates (n, 2) of places in the triangles of the corners of X (n, 6, 2): those of T6 with straight sides."""
+    a, b, r = X[:, 1] - X[:, 0], X[:, 2] - X[:, 0], x - X[:, 0]
+    det = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+    det = np.where(np.abs(det) < 1e-300, 1e-300, det)
+    xi = np.stack([r[:, 0] * b[:, 1] - r[:, 1] * b[:, 0], a[:, 0] * r[:, 1] - a[:, 1] * r[:, 0]], axis=1)
+    return np.asarray(np.clip(xi / det[:, None], -3.0, 3.0))
 
 
 def shape_values(xi: Array) -> tuple[Array, Array]:
@@ -139,19 +157,30 @@ def utilisation(law: Material, history: Array) -> Array:
 
 
 # ----------------------------------------------------------------------------------------------------------------- transfer
-def carried(block: Block, x: Array, history: Array, new: Array) -> Array:
-    """History (k, q, h) at new points (k, q, 2) from that (m, q, h) of a block of T6 with nodes at x (n, 2)."""
+def carried(block: Block, x: Array, history: Array, new: Array, volume: Array | None = None) -> Array:
+    """History (k, q, h) at new points (k, q, 2) from that (m, q, h) of a block of T6 with nodes at x (n, 2).
+
+    ``volume`` (k, q) that the new points have now: the means of what only grows stay what they are then.
+    """
     first, last = int(block.cells.min()), int(block.cells.max()) + 1
     own, cells, at = x[first:last], block.cells - first, block.positions(x)
     p = new.reshape(-1, 2)
     places = located(own, cells, p)
     smooth = _smooth_fields(block, history)
     nodal = recover(own, cells, at, smooth)
+    growing = _growing(block, smooth.shape[-1])
+    nodal[:, growing] += _kept(block, cells, nodal[:, growing], smooth[..., growing])
     values = at_places(nodal, cells, places)
     bounded = _bounded(values, smooth, cells, places.element)
     out = _history(block, values, bounded, history, at, p)
     same = _same(at, p)
     out[same[0]] = history.reshape(-1, history.shape[-1])[same[1]]
+    if volume is not None:
+        weight = volume.ravel() / elastic_volume(out)
+        for field in block.law.fields.values():
+            if field.travel == "growing":
+                mean = np.average(history[..., field.columns], axis=(0, 1), weights=block.volume)
+                out[:, field.columns] *= _factor(out[:, field.columns], weight, mean, same[0])
     return out.reshape(*new.shape[:2], history.shape[-1])
 
 
@@ -163,6 +192,38 @@ def _smooth_fields(block: Block, history: Array) -> Array:
         parts.append(utilisation(block.law, history))
     parts += [history[..., f.columns] for name, f in block.law.fields.items() if name != "elastic"]
     return np.concatenate(parts, axis=-1)
+
+
+def _growing(block: Block, width: int) -> Index:
+    """Columns of the smooth fields, ``width`` of them, that hold what only grows, such as plastic strain and work."""
+    fields = [f for name, f in block.law.fields.items() if name != "elastic"]
+    columns = [f.travel == "growing" for f in fields for _ in range(f.columns.stop - f.columns.start)]
+    return np.flatnonzero([False] * (width - len(columns)) + columns)
+
+
+def _kept(block: Block, cells: Index, nodal: Array, values: Array) -> Array:
+    """What to add (n, v) to nodal values (n, v) of cells (m, 6), linear in each, so that integrals of values (m, q, v) stay.
+
+    Patches lower peaks that are as narrow as an element. What an element has lost there goes back to its corners.
+    """
+    N = block.element.N
+    L = N[:, :3] + 0.5 * (N[:, 3:] + N[:, [5, 3, 4]])
+    lost = values - np.einsum("qa,mav->mqv", N, nodal[cells])
+    share = L * block.volume[..., None]
+    total, weight = np.zeros_like(nodal), np.zeros(len(nodal))
+    np.add.at(total, cells[:, :3], np.einsum("mqa,mqv->mav", share, lost))
+    np.add.at(weight, cells[:, :3], share.sum(axis=1))
+    out = total / np.where(weight > 0, weight, 1.0)[:, None]
+    out[cells[:, 3:]] = 0.5 * (out[cells[:, :3]] + out[cells[:, [1, 2, 0]]])
+    return out
+
+
+def _factor(values: Array, weight: Array, mean: Array, kept: Index) -> Array:
+    """Factors (k, v) of values (k, v) ≥ 0 that give them a mean (v,) under weights (k,); 1 at the points that are ``kept``."""
+    free = np.ones(len(values))
+    free[kept] = 0.0
+    missing, own = mean * weight.sum() - weight @ values, (weight * free) @ values
+    return 1.0 + free[:, None] * np.clip(missing / np.where(own > 0, own, np.inf), -MOST_ADDED, MOST_ADDED)
 
 
 def _bounded(values: Array, smooth: Array, cells: Index, element: Index) -> Array:
