@@ -20,21 +20,8 @@ from prensa.output.checkpoint import read_checkpoint, write_checkpoint
 from prensa.sensitivity import direct
 from prensa.sensitivity.parameters import numbers, value_of, with_values
 from prensa.solver.increment import Increment
+from rings import FLOW, ring
 
-RING = """
-name: ring
-space: axisymmetric
-bodies:
-  ring:
-    mesh: {type: rectangle, size: [4.5, 3], n: [4, 3], origin: [4.5, 0]}
-    material: {type: j2, E: 200 GPa, nu: 0.3, flow: {type: ludwik, s0: 250, K: 500, n: 0.3}}
-tools: {die: {type: plane, touching: ring.top}}
-contacts: [{surface: ring, against: die}]
-friction: {type: coulomb, mu: 0.1}
-fixed: {ring.bottom: y}
-steps: [{name: press, move: {die: {y: -0.6}}, increments: 6}]
-"""
-FLOW = "bodies.ring.material.flow"
 EXACT = "contacts=[{surface: ring, against: die, enforcement: {type: exact}}]"
 
 OPTIONS = {
@@ -86,11 +73,6 @@ steps:
   - {name: slide, push: {roll: {y: -12}}, move: {roll: {x: 0.2}}, increments: 3}
   - {name: lift, move: {roll: {y: 0.5}}, increments: 3}
 """
-
-
-def ring(*changes: str) -> Problem:
-    """The ring test with changes."""
-    return loads(RING, overrides=changes).problem
 
 
 def force(increment: Increment) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import partial
 from typing import Any
@@ -20,19 +20,30 @@ def numbers(problem: Problem) -> dict[str, float]:
     return dict(_leaves("", problem))
 
 
+def part_of(problem: Problem, path: str) -> Any:
+    """What stands at a path of a description; None if nothing."""
+    found: Any = problem
+    for key in path.split("."):
+        found = next((part for name, part in _below(found) if name == key), None)
+    return found
+
+
+def _below(value: Any) -> Iterator[tuple[str, Any]]:
+    """Parts of a part of a description, by their keys."""
+    if is_dataclass(value):
+        yield from ((f.name, getattr(value, f.name)) for f in fields(value))
+    elif isinstance(value, Mapping):
+        yield from value.items()
+    elif isinstance(value, list | tuple):
+        yield from ((str(k), part) for k, part in enumerate(value))
+
+
 def _leaves(path: str, value: Any) -> Iterator[tuple[str, float]]:
     if isinstance(value, float):
         yield path, value
         return
-    below: Iterable[tuple[Any, Any]] = ()
-    if is_dataclass(value):
-        below = ((f.name, getattr(value, f.name)) for f in fields(value))
-    elif isinstance(value, Mapping):
-        below = value.items()
-    elif isinstance(value, list | tuple):
-        below = enumerate(value)
-    for key, part in below:
-        yield from _leaves(f"{path}.{key}" if path else str(key), part)
+    for key, part in _below(value):
+        yield from _leaves(f"{path}.{key}" if path else key, part)
 
 
 def value_of(problem: Problem, path: str) -> float:
