@@ -23,8 +23,9 @@ def numbers(problem: Problem) -> dict[str, float]:
 def part_of(problem: Problem, path: str) -> Any:
     """What stands at a path of a description; None if nothing."""
     found: Any = problem
-    for key in path.split("."):
-        found = next((part for name, part in _below(found) if name == key), None)
+    while path:
+        some = [(len(key), part, rest) for key, part in _below(found) if (rest := _inside(key, path)) is not None]
+        _, found, path = max(some, key=lambda one: one[0], default=(0, None, ""))
     return found
 
 
@@ -87,23 +88,32 @@ def with_values(problem: Problem, values: Mapping[str, float]) -> Problem:
     """
     for path in values:
         value_of(problem, path)
-    out = _replaced(problem, [(path.split("."), float(value)) for path, value in values.items()])
+    out = _replaced(problem, {path: float(value) for path, value in values.items()})
     assert isinstance(out, Problem)
     return out
 
 
-def _replaced(part: Any, changes: list[tuple[list[str], float]]) -> Any:
+def _replaced(part: Any, changes: Mapping[str, float]) -> Any:
     """A part of a description with other numbers at paths that begin there; all are put in at once, then it is checked."""
-    if not changes[0][0]:
-        return changes[0][1]
-    below: dict[str, list[tuple[list[str], float]]] = {}
-    for (first, *rest), value in changes:
-        below.setdefault(first, []).append((rest, value))
+    if "" in changes:
+        return changes[""]
+    below: dict[str, Any] = {}
+    for key, value in _below(part):
+        inside = {rest: number for path, number in changes.items() if (rest := _inside(key, path)) is not None}
+        if inside:
+            below[key] = _replaced(value, inside)
     if is_dataclass(part):
-        return replace(part, **{k: _replaced(getattr(part, k), v) for k, v in below.items()})  # type: ignore[type-var]
+        return replace(part, **below)  # type: ignore[type-var]
     if isinstance(part, Mapping):
-        return {k: _replaced(v, below[k]) if k in below else v for k, v in part.items()}
-    return type(part)(_replaced(v, below[str(k)]) if str(k) in below else v for k, v in enumerate(part))
+        return {**part, **below}
+    return type(part)(below.get(str(k), v) for k, v in enumerate(part))
+
+
+def _inside(key: str, path: str) -> str | None:
+    """What is left of a path within the part of a key, which may be a boundary's name with a dot; None if it is not there."""
+    if path == key:
+        return ""
+    return path.removeprefix(f"{key}.") if path.startswith(f"{key}.") else None
 
 
 LEAVES_MESHES = re.compile(r"(bodies\.[^.]+\.material|friction|contacts\.\d+\.friction|steps)\.")
@@ -141,9 +151,9 @@ class Parameter:
 
         The description of the system stays the one that it is.
         """
-        _, name, *rest = self.path.split(".")
+        _, name, rest = self.path.split(".", 2)
         tool = system.problem.tools[name]
-        return self._both(lambda value: with_tool(system, name, _replaced(tool, [(rest, value)])), step)
+        return self._both(lambda value: with_tool(system, name, _replaced(tool, {rest: value})), step)
 
     def _both(self, make: Callable[[float], System], step: float) -> tuple[System, System]:
         try:
