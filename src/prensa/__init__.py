@@ -15,6 +15,8 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "load": "prensa.model.schema",
     "dump": "prensa.model.schema",
     "CaseError": "prensa.model.schema",
+    "PrensaError": "prensa.errors",
+    "SolveError": "prensa.errors",
     "solve": "prensa.sensitivity.solve",
     "gradient": "prensa.sensitivity.adjoint",
     "discretise": "prensa.fem.discretise",

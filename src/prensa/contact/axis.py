@@ -14,10 +14,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from prensa.contact.integration import Candidates, Index, Points
+from prensa.contact.integration import Array, Candidates, Index, Points
 
-INNER = 3 / 5  # of the point between the ends, on an edge that begins on the axis
-CARRIED = np.array([4 * INNER * (1 - INNER), (1 - INNER) * (1 - 2 * INNER), INNER * (2 * INNER - 1)])
+LOBATTO_POINT = 3 / 5  # the point between the ends, on an edge that begins on the axis
+
+
+def _values(s: float) -> Array:
+    return np.array([4 * s * (1 - s), (1 - s) * (1 - 2 * s), s * (2 * s - 1)])
+
+
+CARRIED = _values(LOBATTO_POINT)
 """N of the point between the ends at the middle, at the corner on the axis and at the other one."""
 
 

@@ -206,6 +206,11 @@ def _surfaces(
 ) -> list[Surface]:  # fmt: skip
     out: list[Surface] = []
     for contact, points in zip(problem.contacts, candidates):
+        if not len(points):
+            why = f"has an area with a thickness of {problem.thickness:g}; give it in the case's unit of length"
+            if problem.space == "axisymmetric":
+                why = "lies off the axis, where a body of revolution ends; leave that side out"
+            raise PrensaError(f"contact {contact.name!r}: no point of its surface {why}")
         owner = contact.surface[0].partition(".")[0]
         tool = list(problem.tools).index(contact.against)
         law = material_of(problem.bodies[owner].material, problem.kinematics, problem.space)
