@@ -17,29 +17,22 @@ from prensa.inverse.objective import Objective, Parameter
 from prensa.inverse.result import runs_test
 from prensa.inverse.tables import DataError, read_table
 from prensa.model.problem import Problem
-from prensa.model.schema import load, loads
+from prensa.model.schema import dump, load, loads
 from prensa.sensitivity.parameters import value_of, with_values
+from rings import MU, K, N, ring
 
-RING = """
-name: ring test
-space: axisymmetric
-bodies:
-  ring:
-    mesh: {type: rectangle, size: [4.5, 3], n: [4, 3], origin: [4.5, 0]}
-    material: {type: j2, E: 200 GPa, nu: 0.3, flow: {type: ludwik, s0: 250, K: 450, n: 0.25}}
-tools: {die: {type: plane, touching: ring.top}}
-friction: {type: coulomb, mu: 0.12}
-fixed: {ring.bottom: y}
-steps: [{name: press, move: {die: {y: -0.9}}, increments: 6}]
-"""
-MU, K, N = "friction.mu", "bodies.ring.material.flow.K", "bodies.ring.material.flow.n"
 TRUTH = {MU: 0.12, K: 450.0, N: 0.25}
 SEEN = {"force": "die.force.y", "bore": pr.Observe("ring.left.x at y=0", sigma=0.004)}
 
 
-def ring(**values: float) -> Problem:
+def true(*changes: str) -> Problem:
+    """The ring test with the values that are sought, and changes."""
+    return ring(*(f"{path}={value}" for path, value in TRUTH.items()), "steps.0.move.die.y=-0.9", *changes)
+
+
+def guessed() -> Problem:
     """The ring test with poor values of what is sought."""
-    return with_values(loads(RING).problem, {MU: 0.2, K: 700.0, N: 0.4})
+    return with_values(true(), {MU: 0.2, K: 700.0, N: 0.4})
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +40,7 @@ def table(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Readings of the ring on a finer mesh with the true values, 1 % and 4 µm of noise, in other units; a bore is missing."""
     rng = np.random.default_rng(2)
     lines = ["# a test", "travel [m],force [kN],bore [mm]"]
-    increments = list(pr.solve(loads(RING, overrides=["bodies.ring.mesh.n=[6, 4]"]).problem))
+    increments = list(pr.solve(true("bodies.ring.mesh.n=[6, 4]")))
     largest = increments[-1].measure("die.force.y")
     for k, i in enumerate(increments):
         force = i.measure("die.force.y") + 0.01 * largest * rng.standard_normal()
@@ -62,7 +55,7 @@ def test_known_parameters_are_found_within_their_intervals(table: Path, tmp_path
     """Friction and flow curve from one ring test: right within the intervals, kept runs used again, a page and a case."""
     lines: list[str] = []
     fit = pr.calibrate(
-        ring(), table, SEEN, {MU: (0.02, 0.5), K: None, N: None}, along="-die.uy", keep=tmp_path, told=lines.append
+        guessed(), table, SEEN, {MU: (0.02, 0.5), K: None, N: None}, along="-die.uy", keep=tmp_path, told=lines.append
     )
     for path, true in TRUTH.items():
         assert fit.parameters[path].low < true < fit.parameters[path].high
@@ -82,7 +75,7 @@ def test_known_parameters_are_found_within_their_intervals(table: Path, tmp_path
     assert str(fit).count("\n") >= 4
     # the same again from what was kept: not one run
     again = pr.calibrate(
-        ring(), table, SEEN, {MU: (0.02, 0.5), K: None, N: None}, along="-die.uy", keep=tmp_path, told=lines.append
+        guessed(), table, SEEN, {MU: (0.02, 0.5), K: None, N: None}, along="-die.uy", keep=tmp_path, told=lines.append
     )
     assert again.runs == 0
     assert again.values == fit.values
@@ -91,7 +84,7 @@ def test_known_parameters_are_found_within_their_intervals(table: Path, tmp_path
 def test_the_derivatives_of_the_objective_are_its_derivatives(table: Path) -> None:
     """J of parameters, gain and offset against differences of the residuals."""
     seen = {"force": pr.Observe("die.force.y", gain="2 %"), "bore": SEEN["bore"]}
-    e = ready(pr.Test(loads(RING).problem, table, seen, "-die.uy", offset=1e-5), 1)
+    e = ready(pr.Test(true(), table, seen, "-die.uy", offset=1e-5), 1)
     o = Objective([e], [Parameter.of(p, v, None) for p, v in TRUTH.items()])
     x = np.array([*(p.inner(p.start) for p in o.parameters), 0.3, -0.2])
     at = o.at(x)
@@ -107,7 +100,7 @@ def test_the_derivatives_of_the_objective_are_its_derivatives(table: Path) -> No
 def test_a_gain_that_is_not_known_costs_the_strength_its_digits(table: Path) -> None:
     """A load cell known to 5 % leaves friction as it was, and the flow curve ten times less sure."""
     found = [
-        pr.calibrate(loads(RING).problem, table, {"force": pr.Observe("die.force.y", gain=gain), "bore": SEEN["bore"]},
+        pr.calibrate(true(), table, {"force": pr.Observe("die.force.y", gain=gain), "bore": SEEN["bore"]},
                      {MU: None, K: None}, "-die.uy", refine=False, profiles=False)
         for gain in (None, "5 %")
     ]  # fmt: skip
@@ -119,7 +112,7 @@ def test_a_gain_that_is_not_known_costs_the_strength_its_digits(table: Path) -> 
 
 def test_intervals_hold_the_truth_as_often_as_they_say(table: Path) -> None:
     """On the mesh of the truth 95 % intervals hold it in 90 to 99 of 100 noises (each of three parameters)."""
-    e = ready(pr.Test(loads(RING).problem, table, SEEN, "-die.uy"), 1)
+    e = ready(pr.Test(true(), table, SEEN, "-die.uy"), 1)
     o = Objective([e], [Parameter.of(p, v, None) for p, v in TRUTH.items()])
     x = np.array([p.inner(p.start) for p in o.parameters])
     at = o.at(x)
@@ -138,8 +131,8 @@ def test_intervals_hold_the_truth_as_often_as_they_say(table: Path) -> None:
 
 def test_several_tests_and_starts_lead_to_one_answer(table: Path) -> None:
     """Two tables of one material, two starts: the same least χ², and more sure than from one test."""
-    test = pr.Test(loads(RING).problem, table, {"force": "die.force.y"}, "-die.uy")
-    other = pr.Test(loads(RING).problem, table, {"bore": SEEN["bore"]}, "-die.uy", name="bores")
+    test = pr.Test(true(), table, {"force": "die.force.y"}, "-die.uy")
+    other = pr.Test(true(), table, {"bore": SEEN["bore"]}, "-die.uy", name="bores")
     fit = pr.calibrate(parameters={MU: (0.05, 0.3)}, tests=[test, other], starts=2, refine=False, profiles=False, compare=False)
     assert len(fit.starts) == 2
     assert fit.starts[-1] == pytest.approx(fit.starts[0], rel=1e-2)
@@ -179,7 +172,7 @@ def test_bad_data_are_told_in_a_line(
     """Missing columns, wrong units, strokes beyond the case, too few readings: which, where, and what to do."""
     (tmp_path / "d.csv").write_text(text, encoding="utf-8")
     with pytest.raises(PrensaError, match=message) as caught:
-        pr.calibrate(ring(), tmp_path / "d.csv", observe, {MU: None, K: None}, along="-die.uy")
+        pr.calibrate(guessed(), tmp_path / "d.csv", observe, {MU: None, K: None}, along="-die.uy")
     assert "\n" not in str(caught.value)
 
 
@@ -187,17 +180,17 @@ def test_what_the_fit_cannot_use_is_told(table: Path, tmp_path: Path) -> None:
     """A parameter that moves nothing is said to; starts outside bounds, no parameters and no file are refused."""
     along = "bodies.ring.mesh.origin.1"  # where the ring lies does not matter
     parameters, force = {along: None, MU: None}, {"force": "die.force.y"}
-    fit = pr.calibrate(loads(RING).problem, table, force, parameters, "-die.uy", refine=False, compare=False)
+    fit = pr.calibrate(true(), table, force, parameters, "-die.uy", refine=False, compare=False)
     assert fit.parameters[along].profile is None
     assert any(f"{along} moves nothing that was measured" in w for w in fit.words)
     with pytest.raises(ArgumentError, match="outside its bounds"):
-        pr.calibrate(ring(), table, SEEN, {MU: (0.3, 0.5)}, along="-die.uy")
+        pr.calibrate(guessed(), table, SEEN, {MU: (0.3, 0.5)}, along="-die.uy")
     with pytest.raises(ArgumentError, match="nothing to fit"):
-        pr.calibrate(ring(), table, SEEN, {})
+        pr.calibrate(guessed(), table, SEEN, {})
     with pytest.raises(DataError, match="cannot be read"):
         read_table(tmp_path / "none.csv")
     with pytest.raises(DataError, match="along the time or a motion of a tool"):
-        pr.calibrate(ring(), table, SEEN, {MU: None}, along="die.force.y")
+        pr.calibrate(guessed(), table, SEEN, {MU: None}, along="die.force.y")
 
 
 def test_runs_of_one_sign() -> None:
@@ -208,14 +201,14 @@ def test_runs_of_one_sign() -> None:
 
 def test_a_mesh_is_refined_by_its_counts() -> None:
     """One and a half times the elements; a mesh from a file stays, and is said to."""
-    mesh = finer(loads(RING).problem)
+    mesh = finer(true())
     assert mesh is not None
     assert mesh.bodies["ring"].mesh.n == (6, 4)  # type: ignore[union-attr]
 
 
 def test_what_an_experiment_would_tell() -> None:
     """The bore gives friction, the force the strength; one last bore is nearly as good as all; nothing tells E."""
-    found = pr.identify(loads(RING).problem, SEEN, [MU, K, N], rows=8)
+    found = pr.identify(true(), SEEN, [MU, K, N], rows=8)
     halves = found.plans
     assert halves["without bore"][0] > 20 * halves["all readings"][0]
     assert halves["without force"][1] > 10 * halves["all readings"][1]
@@ -223,13 +216,13 @@ def test_what_an_experiment_would_tell() -> None:
     assert (halves["stopped at 50 % of the time"] > halves["all readings"]).all()
     assert "stopped at 25 %" in str(found)
     with pytest.raises(ArgumentError, match="rows"):
-        pr.identify(ring(), SEEN, [MU], rows=1)
+        pr.identify(guessed(), SEEN, [MU], rows=1)
 
 
 def test_the_command_line_does_the_same(table: Path, tmp_path: Path) -> None:
     """Prensa calibrate leaves a page and a case with the found values; prensa identify prints its table."""
     case = tmp_path / "ring.yaml"
-    case.write_text(RING, encoding="utf-8")
+    case.write_text(dump(true()), encoding="utf-8")
     asked = [
         str(case),
         "--observe",

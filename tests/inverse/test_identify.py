@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import prensa as pr
+from prensa.cli import app
+from prensa.errors import ArgumentError
+from prensa.inverse.tables import Table
 
 K, N = "bodies.billet.material.flow.K", "bodies.billet.material.flow.n"
 RADIUS, HEIGHT, PRESSED, ROWS = 5.0, 6.0, 2.0, 8
@@ -55,3 +62,30 @@ def test_pressing_further_and_another_column_count_as_they_should() -> None:
     # in a run that ends there the same rows are all there are, but 1 % is then of a smaller largest reading
     half = pr.identify(billet(), {"force": pr.Observe("die.force.y", sigma="1 % of reading")}, [K, N], rows=ROWS)
     assert half.plans["stopped at 50 % of the time"][0] > half.plans["all readings"][0]
+
+
+def test_a_test_with_a_table_counts_as_one_that_is_planned() -> None:
+    """Places and errors of a table's readings are taken, what was read is not; a second test is worth as much as the first."""
+    planned = pr.identify(billet(), {"force": pr.Observe("die.force.y", sigma=800.0)}, [K, N], rows=ROWS)
+    time = np.arange(1, ROWS + 1) / ROWS
+    table = Table("t", {"time": time, "force": np.full(ROWS, 1.0)}, {"time": "", "force": ""})
+    test = pr.Test(billet(), table, {"force": pr.Observe("die.force.y", sigma=800.0)})
+    one = pr.identify(tests=[test], parameters=[K, N])
+    for plan, halves_of in planned.plans.items():
+        assert one.plans[plan] == pytest.approx(halves_of, rel=1e-9), plan
+    two = pr.identify(tests=[test, replace(test, name="again")], parameters=[K, N])
+    assert two.plans["all readings"] == pytest.approx(planned.plans["all readings"] / np.sqrt(2), rel=1e-9)
+    assert two.plans["without force of again"] == pytest.approx(planned.plans["all readings"], rel=1e-9)
+    with pytest.raises(ArgumentError, match="not both"):
+        pr.identify(billet(), tests=[test], parameters=[K])
+
+
+def test_a_calibration_file_is_identified() -> None:
+    """`prensa identify` reads tests and parameters from the file, and refuses options that the file has."""
+    file = str(Path(__file__).parents[2] / "examples" / "calibration" / "ring_test_fit.yaml")
+    told = CliRunner().invoke(app, ["identify", file])
+    assert told.exit_code == 0, told.output
+    assert "only the last bore" in told.output
+    told = CliRunner().invoke(app, ["identify", file, "--rows", "5"])
+    assert told.exit_code == 2
+    assert "leave --rows out" in told.output

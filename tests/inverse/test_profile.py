@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.optimize import least_squares
 
 from prensa.inverse.objective import Residuals
-from prensa.inverse.profile import BENT_BY, profile
+from prensa.inverse.profile import BENT_BY, FARTHEST, profile
 
 Array = NDArray[np.float64]
 T = np.linspace(0.5, 4.0, 8)
@@ -92,3 +93,58 @@ def test_a_bound_ends_a_profile_and_a_plain_has_no_end() -> None:
     vague: Any = Decay(np.exp(-0.7 * T), 0.9)
     x, at = _fitted(vague)
     assert np.isinf(profile(vague, x, at, 1, _halves(at), (-np.inf, np.inf)).high)
+
+
+class Curve:
+    """Readings of σ₀ + K εⁿ by the logarithms of all three, which trade with each other: a flat valley that bends."""
+
+    strain = np.linspace(0.03, 0.6, 20)
+
+    def __init__(self, seed: int) -> None:
+        y = 250.0 + 450.0 * self.strain**0.25
+        self.sigma, self.asked = 0.01 * y, 0
+        self.readings = y + self.sigma * np.random.default_rng(seed).normal(size=len(y))
+
+    def at(self, x: Array) -> Residuals:
+        """Residuals and derivatives."""
+        self.asked += 1
+        s, K, n = np.exp(x)
+        power = K * self.strain**n
+        J = np.column_stack([np.full_like(power, s), power, power * np.log(self.strain) * n])
+        return Residuals((s + power - self.readings) / self.sigma, J / self.sigma[:, None], [])
+
+    def residuals(self, x: Array) -> Array:
+        """Residuals alone."""
+        return self.at(x).r
+
+    def least(self, x: Array, number: int, value: float) -> float:
+        """Least χ² with one parameter held, by SciPy."""
+
+        def all_of(others: Array) -> Array:
+            return np.insert(others, number, value)
+
+        found = least_squares(
+            lambda y: self.at(all_of(y)).r, np.delete(x, number), x_scale="jac", xtol=1e-13, ftol=1e-13, gtol=1e-13,
+            jac=lambda y: np.delete(self.at(all_of(y)).J, number, axis=1), max_nfev=3000,
+        )  # fmt: skip
+        return 2.0 * float(found.cost)
+
+
+@pytest.mark.parametrize("seed", [0, 3, 6, 7])
+def test_ends_in_a_flat_valley_are_where_the_likelihood_has_fallen(seed: int) -> None:
+    """Within 3 % of each end χ², least over the others, passes 1.96² more than the least; an open end stays below it."""
+    problem: Any = Curve(seed)
+    x = least_squares(problem.residuals, np.log([250.0, 450.0, 0.25]), jac=lambda y: problem.at(y).J, xtol=1e-14, ftol=1e-14).x
+    at = problem.at(x)
+    half = _halves(at)
+    for i in range(3):
+        problem.asked = 0
+        found = profile(problem, x, at, i, half, (-np.inf, np.inf))
+        assert problem.asked <= (15 if seed < 7 else 40)
+        for sign, end in ((-1.0, found.low), (1.0, found.high)):
+            if np.isinf(end):
+                assert seed == 7
+                assert problem.least(x, i, x[i] + sign * FARTHEST * half[i]) - at.square < 1.96**2
+                continue
+            grown = [problem.least(x, i, x[i] + sign * share * end * half[i]) - at.square for share in (0.97, 1.03)]
+            assert grown[0] < 1.96**2 < grown[1], (i, sign)

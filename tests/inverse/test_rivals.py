@@ -13,28 +13,21 @@ from prensa.inverse.experiment import ready
 from prensa.inverse.objective import Objective, Parameter, Residuals
 from prensa.inverse.rivals import _judged, compared, other_law
 from prensa.inverse.tables import Table
-from prensa.model.schema import loads
+from prensa.model.problem import Problem
+from rings import K, N, ring
 
-RING = """
-name: ring
-space: axisymmetric
-bodies:
-  ring:
-    mesh: {type: rectangle, size: [4.5, 3], n: [4, 3], origin: [4.5, 0]}
-    material: {type: j2, E: 200 GPa, nu: 0.3, flow: {type: ludwik, s0: 250, K: 450, n: 0.25}}
-tools: {die: {type: plane, touching: ring.top}}
-friction: LAW
-fixed: {ring.bottom: y}
-steps: [{name: press, move: {die: {y: -1.2}}, increments: 8}]
-"""
 COULOMB, SHEAR = "{type: coulomb, mu: 0.12}", "{type: shear, m: 0.25}"
-K = "bodies.ring.material.flow.K"
 SEEN = {"force": "die.force.y", "bore": "ring.left.x at y=0"}
+
+
+def rubbed(law: str) -> Problem:
+    """The ring with a law of friction."""
+    return ring(f"{K}=450", f"{N}=0.25", "steps.0={name: press, move: {die: {y: -1.2}}, increments: 8}", f"friction={law}")
 
 
 def objective(law: str, said: str, force: float, bore: float) -> Objective:
     """Exact readings of a ring with one law, with their errors, to be fitted with another."""
-    problem = loads(RING.replace("LAW", law)).problem
+    problem = rubbed(law)
     found = list(pr.solve(problem, times=np.linspace(0, 1, 9)[1:].tolist()))
     columns = {name: np.array([i.measure(m) for i in found]) for name, m in SEEN.items()}
     table = Table("t", {"time": np.array([i.time for i in found]), **columns}, dict.fromkeys(["time", *columns], ""))
@@ -42,7 +35,7 @@ def objective(law: str, said: str, force: float, bore: float) -> Objective:
         "force": pr.Observe(SEEN["force"], sigma=force),
         "bore": pr.Observe(SEEN["bore"], sigma=bore),
     }
-    e = ready(pr.Test(loads(RING.replace("LAW", said)).problem, table, observe), 1)
+    e = ready(pr.Test(rubbed(said), table, observe), 1)
     path = "friction.mu" if "coulomb" in said else "friction.m"
     start = 0.12 if "coulomb" in said else 0.25
     return Objective([e], [Parameter.of(path, start, None), Parameter.of(K, 450.0, None)], told=lambda _: None)
@@ -87,12 +80,12 @@ def test_the_verdict_is_that_of_aic() -> None:
 
 def test_only_plain_laws_have_a_rival() -> None:
     """Other parameters, laws without friction and other laws are not compared; a law of a contact is."""
-    problem = loads(RING.replace("LAW", COULOMB)).problem
+    problem = rubbed(COULOMB)
     change = other_law(problem, "friction.mu")
     assert change is not None
     assert change[0].startswith("friction={type: shear, m: 0.25")
     assert change[1].path == "friction.m"
     assert other_law(problem, K) is None
     assert other_law(problem, "friction.nothing") is None
-    capped = loads(RING.replace("LAW", "{type: capped, mu: 0.1, m: 0.4}")).problem
+    capped = rubbed("{type: capped, mu: 0.1, m: 0.4}")
     assert other_law(capped, "friction.mu") is None

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 from test_closed import KNOWN
-from test_derivatives import EXACT, TWO_STEPS, ring, varied
+from test_derivatives import EXACT, TWO_STEPS, varied
 
 import prensa as pr
 from prensa.elements import q4_directions, q4_transposed
@@ -15,6 +15,7 @@ from prensa.errors import ArgumentError, PrensaError
 from prensa.model.problem import Problem
 from prensa.model.schema import loads
 from prensa.sensitivity.parameters import value_of, with_values
+from rings import ring
 
 SHAPED = """
 name: upsetting with a shaped die

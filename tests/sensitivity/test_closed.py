@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from test_derivatives import EXACT, FLOW, OPTIONS, RING, TWO_STEPS, ring, varied
+from test_derivatives import EXACT, OPTIONS, TWO_STEPS, varied
 
 import prensa as pr
 from prensa.materials.flow_curve import FlowCurve
@@ -13,6 +13,7 @@ from prensa.model.problem import Problem
 from prensa.model.schema import loads
 from prensa.sensitivity import solve as with_derivatives
 from prensa.sensitivity.parameters import value_of
+from rings import FLOW, ring
 
 TABLED = f"{FLOW}={{type: table, points: [[0, 250], [0.1, 450], [0.3, 600], [1, 700]]}}"
 KNOWN = {
@@ -31,7 +32,7 @@ NOISE = {"contact.slip": 1.0, "contact.coordinate": 1.0, "contact.speed": 6.0, "
 COMPILED = [
     pr.Perfect(250.0), pr.Linear(250.0, 900.0), pr.Ludwik(250.0, 500.0, 0.3), pr.Swift(700.0, 0.02, 0.2),
     pr.Voce(250.0, 300.0, 5.0, 40.0), pr.HockettSherby(250.0, 800.0, 3.0, 0.6), pr.JohnsonCook(250.0, 400.0, 0.3, 0.02, 0.1),
-    loads(RING, overrides=[TABLED]).problem.bodies["ring"].material.flow,  # type: ignore[attr-defined]
+    ring(TABLED).bodies["ring"].material.flow,  # type: ignore[attr-defined]
 ]  # fmt: skip
 
 

@@ -20,21 +20,8 @@ from prensa.output.checkpoint import read_checkpoint, write_checkpoint
 from prensa.sensitivity import direct
 from prensa.sensitivity.parameters import numbers, value_of, with_values
 from prensa.solver.increment import Increment
+from rings import FLOW, ring
 
-RING = """
-name: ring
-space: axisymmetric
-bodies:
-  ring:
-    mesh: {type: rectangle, size: [4.5, 3], n: [4, 3], origin: [4.5, 0]}
-    material: {type: j2, E: 200 GPa, nu: 0.3, flow: {type: ludwik, s0: 250, K: 500, n: 0.3}}
-tools: {die: {type: plane, touching: ring.top}}
-contacts: [{surface: ring, against: die}]
-friction: {type: coulomb, mu: 0.1}
-fixed: {ring.bottom: y}
-steps: [{name: press, move: {die: {y: -0.6}}, increments: 6}]
-"""
-FLOW = "bodies.ring.material.flow"
 EXACT = "contacts=[{surface: ring, against: die, enforcement: {type: exact}}]"
 
 OPTIONS = {
@@ -60,6 +47,17 @@ OPTIONS = {
     "voce": [f"{FLOW}={{type: voce, s0: 250, Q: 300, b: 5}}"],
     "johnson_cook": [f"{FLOW}={{type: johnson_cook, A: 250, B: 400, n: 0.3, C: 0.02, rate0: 0.1}}"],
     "table of flow": [f"{FLOW}={{type: table, points: [[0, 250], [0.1, 450], [0.3, 600], [1, 700]]}}"],
+    "crank": ["steps.0={name: press, crank: {die: {stroke: 4, ratio: 0.2, height: 0.6, end: 10 deg}}, increments: 6}"],
+    "crank in seconds": [
+        "steps.0={name: press, crank: {die: {stroke: 4, height: 0.6, end: 10 deg, strokes_per_minute: 90}}, increments: 6}",
+        f"{FLOW}={{type: johnson_cook, A: 250, B: 400, n: 0.3, C: 0.02, rate0: 0.1}}",
+    ],
+    "duration": [
+        "steps.0.duration=0.02",
+        "friction={type: stribeck, mu_static: 0.2, mu_kinetic: 0.1, speed: 15, viscous: 0.001}",
+        f"{FLOW}={{type: johnson_cook, A: 250, B: 400, n: 0.3, C: 0.02, rate0: 0.1}}",
+    ],
+    "driven boundary": ["steps.0={name: press, by: {ring.left: {x: 0.1}}, move: {die: {y: -0.3}}, increments: 6}"],
     "spring": ["tools.die={type: plane, touching: ring.top, spring: {y: 200000}}"],
     "neo_hooke": ["bodies.ring.material={type: neo_hooke, E: 1000, nu: 0.3}"],
     "small strain": ["kinematics=small", "steps.0.move.die.y=-0.05"],
@@ -86,11 +84,6 @@ steps:
   - {name: slide, push: {roll: {y: -12}}, move: {roll: {x: 0.2}}, increments: 3}
   - {name: lift, move: {roll: {y: 0.5}}, increments: 3}
 """
-
-
-def ring(*changes: str) -> Problem:
-    """The ring test with changes."""
-    return loads(RING, overrides=changes).problem
 
 
 def force(increment: Increment) -> float:
@@ -359,6 +352,9 @@ def test_what_has_no_derivative_is_refused() -> None:
         pr.solve(replace(discretise(ring()), courses=lambda system, number, start: None), derivatives=["friction.mu"])
     with pytest.raises(ArgumentError, match="is stabilised"):
         pr.solve(ring("stabilise=auto"), derivatives=["friction.mu"])
+    with pytest.raises(ArgumentError, match="removes the tools"):
+        away = "steps=[{name: press, move: {die: {y: -0.1}}}, {name: release, remove_tools: true}]"
+        pr.solve(ring(away), derivatives=["friction.mu"])
     ends = "steps.0.until={force: {die: {y: 1000}}}"
     with pytest.raises(ArgumentError, match="'until'"):
         pr.solve(ring(ends), derivatives=["friction.mu"])
@@ -369,6 +365,32 @@ def test_what_has_no_derivative_is_refused() -> None:
         pr.solve(ring(augmented), derivatives=["friction.mu"])
     with pytest.raises(ArgumentError, match="cannot be varied both ways"):
         pr.solve(ring("friction.mu=0"), derivatives=["friction.mu"])
+
+
+def test_a_side_that_comes_to_a_line_of_symmetry_is_told() -> None:
+    """A lip that is pressed to the axis meets a plane there; with derivatives, both ways, that is refused."""
+    disc = pr.Patch(((0.05, 0.0), (2.0, 0.0), (2.0, 0.5), (0.05, 0.1)), (4, 1))
+    lip = pr.Problem(
+        "bore",
+        bodies={"d": pr.Body(disc, pr.J2(1000.0, 0.3, pr.Linear(10, 20)))},
+        space="axisymmetric",
+        fixed={"d.bottom": "y"},
+        steps=[pr.Step("close", by={"d.right": pr.Motion(x=-0.3)}, increments=16)],
+    )
+    path = "bodies.d.material.flow.s0"
+    with pytest.raises(ArgumentError, match="a free side comes to the line of symmetry"):
+        list(pr.solve(lip, derivatives=[path]))
+    with pytest.raises(ArgumentError, match="a free side comes to the line of symmetry"):
+        pr.gradient(lip, "d.top.y at x=1", [path])
+
+
+def test_boundaries_have_dots_in_their_names() -> None:
+    """A number of a boundary's motion is replaced at its path, and nothing else."""
+    problem = ring("steps.0={name: press, by: {ring.left: {x: 0.1}}, move: {die: {y: -0.3}}, increments: 6}")
+    path = "steps.0.by.ring.left.x"
+    other = with_values(problem, {path: 0.2, "friction.mu": 0.3})
+    assert (value_of(other, path), value_of(other, "friction.mu")) == (0.2, 0.3)
+    assert with_values(other, {path: 0.1, "friction.mu": 0.1}) == problem
 
 
 @pytest.mark.parametrize("times", [[0.5, 0.4, 1.0], [0.5], [0.5, 1.0, 1.5], "soon"])

@@ -341,25 +341,28 @@ def calibrate(
 
 @app.command()
 def identify(
-    case: CaseFile,
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="A calibration file, or a case with options.", show_default=False)],
     observe: Observed = None,
     fit: Annotated[
         list[str] | None, typer.Option("--fit", metavar="PATH", help="Parameter, as in friction.mu; repeatable.")
     ] = None,
     sigma: Errors = None,
-    rows: Annotated[int, typer.Option(min=2, help="Readings of each column, at equal times.")] = 20,
+    rows: Annotated[
+        int | None, typer.Option(min=2, help="Readings of each column, at equal times; 20 if not given.", show_default=False)
+    ] = None,
     changes: Changes = None,
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,
 ) -> None:
-    """Tell before any experiment what its readings would say about parameters: one run of the case."""
-    source = Source(case, changes)
+    """Tell before any experiment what its readings would say about parameters: one run of each case."""
+    source = Source(file, changes)
     with Voice(quiet, verbose, json, source=source) as voice:
-        from prensa.inverse.commands import observed
-        from prensa.inverse.identify import identify as look
+        from prensa.inverse.commands import identified
 
-        found = look(source.read(), observed(observe or (), sigma or ()), fit or (), rows)
+        found = identified(
+            file if source.is_file else source.read(), changes or (), observe or (), sigma or (), fit or (), rows
+        )
         voice.say(str(found))
         voice.give({
             "parameters": list(found.parameters), "correlation": found.correlation,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 from prensa.errors import ArgumentError
 from prensa.inverse.experiment import Observe, Test
 from prensa.inverse.files import Calibration, read_calibration
+from prensa.inverse.identify import Identification, identify
 from prensa.model.names import suggest
 from prensa.model.problem import Case
 from prensa.model.schema import has_tests, load
@@ -29,10 +30,7 @@ def asked(
     """
     if isinstance(file, Path) and has_tests(file):
         own = {"--data": data, "--observe": list(observe), "--sigma": list(sigma), "--fit": list(fit), "--along": along}
-        extra = next((name for name, value in own.items() if value), None)
-        if extra is not None:
-            raise ArgumentError(f"{file} is a calibration file, which says what {extra} says; leave {extra} out")
-        found = read_calibration(file, changes)
+        found = _of_file(file, changes, own)
     else:
         case = file if isinstance(file, Case) else load(file, changes)
         columns, bounds = observed(observe, sigma), bounds_of(fit)
@@ -44,6 +42,34 @@ def asked(
         found = Calibration(case.problem.name, (Test(case, data, columns, along or "time"),), bounds)
     found = replace(found, starts=starts or found.starts)
     return found if refine is None else replace(found, refine=refine)
+
+
+def identified(
+    file: Path | Case, changes: Iterable[str], observe: Iterable[str], sigma: Iterable[str], fit: Iterable[str],
+    rows: int | None,
+) -> Identification:  # fmt: skip
+    """What the readings of a calibration file, or those that options plan for a case, would tell.
+
+    Raises
+    ------
+    PrensaError
+        As `asked`.
+
+    """
+    if isinstance(file, Path) and has_tests(file):
+        own = {"--observe": list(observe), "--sigma": list(sigma), "--fit": list(fit), "--rows": rows}
+        found = _of_file(file, changes, own)
+        return identify(tests=found.tests, parameters=list(found.parameters))
+    case = file if isinstance(file, Case) else load(file, changes)
+    return identify(case, observed(observe, sigma), list(fit), 20 if rows is None else rows)
+
+
+def _of_file(file: Path, changes: Iterable[str], own: Mapping[str, object]) -> Calibration:
+    """A calibration file; it has what its ``own`` options say, so that these are not given."""
+    extra = next((name for name, value in own.items() if value), None)
+    if extra is not None:
+        raise ArgumentError(f"{file} is a calibration file, which says what {extra} says; leave {extra} out")
+    return read_calibration(file, changes)
 
 
 def lines_of(found: Calibration) -> Iterator[str]:

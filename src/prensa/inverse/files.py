@@ -116,8 +116,7 @@ class _Reader:
         case = self.kept(keys["case"], lambda: load(self.path.parent / case_file, [*changes, *self.overrides]))
         if case is None:
             return None
-        make = lambda: Test(case, self.path.parent / data, observe, along, column, offset, name or "", scale)  # noqa: E731
-        return self.kept(node, make)
+        return self.kept(node, lambda: Test(case, self.path.parent / data, observe, along, column, offset, name or "", scale))
 
     def observe(self, node: Node) -> dict[str, Observe | str]:
         """Observations by column."""

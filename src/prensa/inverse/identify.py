@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import ArgumentError, take
-from prensa.inverse.experiment import Channel, Experiment, Observe, errors, share
+from prensa.inverse.experiment import Channel, Experiment, Observe, Test, errors, ready, share
 from prensa.measures import parse
 from prensa.model.problem import Case, Problem
 from prensa.sensitivity.parameters import value_of
@@ -42,13 +43,26 @@ class Identification:
         return "\n".join(lines)
 
 
+class _Reading(NamedTuple):
+    """A column of a test: its name, J (r, k) and ``unknown`` (r, q) of what its instruments do not know, over the errors.
+
+    ``share`` (r,): of the time of the test that has gone by.
+    """
+
+    name: str
+    J: Array
+    unknown: Array
+    share: Array
+
+
 def identify(
-    case: Case | Problem,
-    observe: Mapping[str, Observe | str],
-    parameters: Sequence[str],
+    case: Case | Problem | None = None,
+    observe: Mapping[str, Observe | str] | None = None,
+    parameters: Sequence[str] = (),
     rows: int = 20,
+    tests: Sequence[Test] = (),
 ) -> Identification:
-    """What readings of a planned test would tell of parameters, by one run of the case with its own values.
+    """What readings of planned tests would tell of parameters, by one run of each case with its own values.
 
     Parameters
     ----------
@@ -60,64 +74,91 @@ def identify(
         Paths, as in ``--set``.
     rows
         Number of readings of each, at equal times.
+    tests
+        In the place of one case: several tests, of whose tables places and errors of the readings are taken, not what was read.
 
     Raises
     ------
     PrensaError
-        If the case, a measure or a path is wrong.
+        If the case, a table, a measure or a path is wrong.
 
     """
-    problem = case.problem if isinstance(case, Case) else case
-    take("identify", "case", problem, Problem, "give a Problem or a Case")
-    if isinstance(parameters, str) or not parameters or not observe:
+    if isinstance(parameters, str) or not parameters or not (observe or tests):
         raise ArgumentError("identify: give observe={'force': 'die.force.y'} and parameters=['friction.mu', …]")
     if rows < 2:
         raise ArgumentError(f"identify: {rows} rows; give at least 2")
-    values = {p: value_of(problem, p) for p in parameters}
+    if tests:
+        if case is not None or observe:
+            raise ArgumentError("identify: give a case with what is observed, or tests; not both")
+        experiments, errors_of = [ready(test, k) for k, test in enumerate(tests, 1)], None
+    else:
+        assert observe is not None
+        problem = case.problem if isinstance(case, Case) else case
+        take("identify", "case", problem, Problem, "give a Problem or a Case")
+        assert isinstance(problem, Problem)
+        errors_of = [o if isinstance(o, Observe) else Observe(o) for o in observe.values()]
+        experiments = [_planned(problem, list(observe), errors_of, rows)]
+    values = {p: value_of(experiments[0].problem, p) for p in parameters}
     zero = next((p for p, v in values.items() if v == 0.0), None)
     if zero is not None:
         raise ArgumentError(f"identify: {zero} is 0, of which an error is no share; give the value that is expected")
-    times = np.linspace(0.0, float(len(problem.steps)), rows + 1)[1:]
-    known = [w if isinstance(w, Observe) else Observe(w) for w in observe.values()]
-    index = np.arange(rows)
+    return _plans(list(parameters), _readings(experiments, values, errors_of))
+
+
+def _planned(problem: Problem, names: Sequence[str], observe: Sequence[Observe], rows: int) -> Experiment:
+    """A test that nobody has made yet, with readings at equal times."""
+    times, index = np.linspace(0.0, float(len(problem.steps)), rows + 1)[1:], np.arange(rows)
     channels = [
-        Channel(name, parse(o.measure, problem), o.scale, index, np.zeros(rows), np.ones(rows), 0.0, o.shift)
-        for name, o in zip(observe, known)
-    ]
-    predicted = Experiment(problem.name, problem, times, times, np.ones(rows), channels, 0.0).predict(values, parameters)
-    blocks, gains = [], []
-    for name, o, y, slopes in zip(observe, known, predicted.values, predicted.slopes):
-        sigma = errors(o.sigma, y, f"the error of {name!r}")
-        gain = 0.0 if o.gain is None else share(o.gain, 1.0, f"the gain of {name!r}")
-        blocks.append(slopes * np.array(list(values.values())) / sigma[:, None])
-        gains.append(gain * y / sigma)
-    return _plans(list(observe), list(parameters), blocks, gains)
+        Channel(
+            name, parse(o.measure, problem), o.scale, index, np.zeros(rows), np.ones(rows),
+            0.0 if o.gain is None else share(o.gain, 1.0, f"the gain of {name!r}"), o.shift,
+        )
+        for name, o in zip(names, observe)
+    ]  # fmt: skip
+    return Experiment(problem.name, problem, times, times, np.ones(rows), channels, 0.0)
 
 
-def _plans(names: list[str], parameters: list[str], blocks: list[Array], gains: list[Array]) -> Identification:
-    rows = len(blocks[0])
-    everything = [np.arange(rows) for _ in names]
+def _readings(
+    experiments: Sequence[Experiment], values: Mapping[str, float], planned: Sequence[Observe] | None
+) -> list[_Reading]:
+    """All columns of all tests; errors of ``planned`` ones are shares of what is expected."""
+    sizes, out = np.array(list(values.values())), []
+    count = sum(len(e.channels) + 1 for e in experiments)
+    first = 0
+    for e in experiments:
+        predicted = e.predict(values, list(values))
+        for j, (c, y, slopes, rate) in enumerate(zip(e.channels, predicted.values, predicted.slopes, predicted.rates)):
+            sigma = c.sigma if planned is None else errors(planned[j].sigma, y, f"the error of {c.name!r}")
+            unknown = np.zeros((len(y), count))
+            unknown[:, first + j] = c.gain * y / sigma
+            unknown[:, first + len(e.channels)] = e.offset * rate / sigma
+            name = c.name if len(experiments) == 1 else f"{c.name} of {e.name}"
+            times = e.times[c.rows]
+            out.append(_Reading(name, slopes * sizes / sigma[:, None], unknown, times / e.times.max()))
+        first += len(e.channels) + 1
+    return out
+
+
+def _plans(parameters: list[str], readings: list[_Reading]) -> Identification:
+    everything = [np.arange(len(r.J)) for r in readings]
     plans = {"all readings": everything}
-    if len(names) > 1:
-        for k, name in enumerate(names):
-            plans[f"without {name}"] = [r[:0] if j == k else r for j, r in enumerate(everything)]
-            plans[f"only the last {name}"] = [r[-1:] if j == k else r for j, r in enumerate(everything)]
+    if len(readings) > 1:
+        for k, own in enumerate(readings):
+            plans[f"without {own.name}"] = [r[:0] if j == k else r for j, r in enumerate(everything)]
+            plans[f"only the last {own.name}"] = [r[-1:] if j == k else r for j, r in enumerate(everything)]
     for s in STOPPED_AT:
-        plans[f"stopped at {100 * s:.0f} % of the time"] = [r[: round(s * rows)] for r in everything]
-    found = {plan: _halves(blocks, gains, chosen) for plan, chosen in plans.items()}
-    covariance = _covariance(blocks, gains, everything)
+        plans[f"stopped at {100 * s:.0f} % of the time"] = [np.flatnonzero(r.share <= s * (1.0 + 1e-9)) for r in readings]
+    found = {plan: _halves(readings, chosen) for plan, chosen in plans.items()}
+    covariance = _covariance(readings, everything)
     spread = np.sqrt(np.diag(covariance))
     return Identification(parameters, found, covariance / np.outer(spread, spread))
 
 
-def _covariance(blocks: list[Array], gains: list[Array], chosen: list[NDArray[np.int64]]) -> Array:
-    """Covariance (k, k) of the parameters, relative, with gains that are known to their errors."""
-    k, rows = blocks[0].shape[1], []
-    for j, (block, gain, at) in enumerate(zip(blocks, gains, chosen)):
-        unknown = np.zeros((len(at), len(blocks)))
-        unknown[:, j] = gain[at]
-        rows.append(np.hstack([block[at], unknown]))
-    prior = np.hstack([np.zeros((len(blocks), k)), np.eye(len(blocks))])
+def _covariance(readings: list[_Reading], chosen: list[NDArray[np.int64]]) -> Array:
+    """Covariance (k, k) of the parameters, relative, with gains and offsets that are known to their errors."""
+    k, q = readings[0].J.shape[1], readings[0].unknown.shape[1]
+    rows = [np.hstack([r.J[at], r.unknown[at]]) for r, at in zip(readings, chosen)]
+    prior = np.hstack([np.zeros((q, k)), np.eye(q)])
     J = np.vstack([*rows, prior])
     _, sizes, ways = np.linalg.svd(J, full_matrices=True)
     sizes = np.concatenate([sizes, np.zeros(J.shape[1] - len(sizes))])
@@ -125,6 +166,6 @@ def _covariance(blocks: list[Array], gains: list[Array], chosen: list[NDArray[np
     return np.asarray(((ways.T * inverse**2) @ ways)[:k, :k])
 
 
-def _halves(blocks: list[Array], gains: list[Array], chosen: list[NDArray[np.int64]]) -> Array:
-    half = NORMAL * np.sqrt(np.diag(_covariance(blocks, gains, chosen)))
+def _halves(readings: list[_Reading], chosen: list[NDArray[np.int64]]) -> Array:
+    half = NORMAL * np.sqrt(np.diag(_covariance(readings, chosen)))
     return np.where(half < 1e6, half, np.inf)

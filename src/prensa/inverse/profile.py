@@ -18,10 +18,12 @@ Array = NDArray[np.float64]
 
 BENT_BY = 0.1  # share by which the root of Δχ² may miss what the linearised problem foretells before the profile is followed
 CLOSE = 0.03  # share to which the end of a profile is found
-NEAR = 0.3  # share of the Δχ² at the end that the last step over the other parameters may be foretold to gain, not run
+NEAR = 0.1  # share of the Δχ² at the end that the last step over the other parameters may be foretold to gain, not run
+MOST_STEPS = 5  # over the other parameters, at a place
 LONGEST_STEP = 0.7  # of what is varied, mostly logarithms: beyond, the linearised problem foretells nothing
-FARTHEST = 4.0  # half widths of the linear interval within which the end is sought
-MOST_PLACES = 6  # places that are tried at each side
+FARTHEST = 8.0  # half widths of the linear interval within which the end is sought
+TOO_FAR = 2.0  # root beyond which a place says little of where it is 1
+MOST_PLACES = 8  # places that are tried at each side
 
 
 @dataclass(frozen=True)
@@ -74,10 +76,11 @@ class _Side:
         self.least = at.square
         self.end, self.bent = min(1.0, self.room), 0.0
         self.points: list[tuple[float, float]] = []
+        self.first = 1.0
         if self.room > 1.0:
-            root = self._first()
-            self.points.append((1.0, root))
-            self.bent = abs(root - 1.0)
+            self.first = self._first()
+            self.points.append((1.0, self.first))
+            self.bent = abs(self.first - 1.0)
 
     def _first(self) -> float:
         """Root at the linear end: the run there, the others improved as the linearised problem has it."""
@@ -92,61 +95,86 @@ class _Side:
         return float(np.sqrt(max(square - self.at.square, 0.0)) / self.target)
 
     def follow(self) -> None:
-        """Find the end of the profile."""
+        """Find the end of the profile: Newton's way to where the root is 1, along the valley as it bends (`_Place`)."""
         self.points = []
-        d, inside, outside, start = 1.0, (0.0, 0.0), (np.inf, np.inf), self.valley * 0.0
+        reach = min(FARTHEST, self.room)
+        inside, outside, d = _Place(0.0, 0.0, 1.0, np.zeros_like(self.x), self.valley), np.inf, self._first_way()
+        here = inside
         for _ in range(MOST_PLACES):
-            if d > min(FARTHEST, self.room):
-                d = min(FARTHEST, self.room)
-            shift = start + self.valley * (d - inside[0])
-            square, shift = self._lowest(d, shift)
-            root = self._root(square)
-            if np.isfinite(root):
-                self.points.append((d, root))
-            if abs(root - 1.0) < CLOSE:
-                self.end = d
-                return
-            if root < 1.0:
-                inside, start = (d, root), shift
-                if d >= min(FARTHEST, self.room):
-                    self.end = self.room if self.room <= FARTHEST else np.inf
-                    return
+            d = min(d, reach)
+            found = self._lowest(d, here)
+            if found is None:
+                outside, d = d, 0.5 * (inside.d + d)
+                continue
+            self.points.append((d, found.root))
+            if found.root > 1.0:
+                outside = d
             else:
-                outside = (d, root)
-            d = self._next(inside, outside)
-        self.end = d
+                inside = found
+            here = found if found.root < TOO_FAR else inside
+            self.end = float(np.clip(found.onward, inside.d, min(outside, reach)))
+            if abs(found.root - 1.0) < CLOSE:
+                return
+            if inside.d >= reach:
+                self.end = self.room if self.room <= FARTHEST else np.inf
+                return
+            margin = 0.05 * (outside - inside.d) if np.isfinite(outside) else 0.0
+            most = outside if np.isfinite(outside) else max(2.0 * inside.d, inside.d + 1.0)
+            known = here is found or inside.d < found.onward < outside
+            d = float(np.clip(found.onward if known else 0.5 * (inside.d + most), inside.d + margin, most - margin))
 
-    @staticmethod
-    def _next(inside: tuple[float, float], outside: tuple[float, float]) -> float:
-        """Where the root is about 1: between both by interpolation, else beyond by its slope."""
-        (a, low), (b, high) = inside, outside
-        if not np.isfinite(b):
-            return float(min(3.0 * a, a / max(low, 1e-3)))
-        if not np.isfinite(high):
-            return 0.5 * (a + b)
-        return a + (b - a) * float(np.clip((1.0 - low) / (high - low), 0.05, 0.95))
+    def _first_way(self) -> float:
+        """Where the root is about 1 if it grows as it does up to the end of the linear interval."""
+        root = self.first
+        return float(np.clip(1.0 / root, 0.3, 2.0)) if np.isfinite(root) and root > 0.0 else 0.5 if root > 0.0 else 2.0
 
-    def _lowest(self, d: float, shift: Array) -> tuple[float, Array]:
-        """Least χ² with the parameter held at *d*, by Gauss and Newton from a shift (n,) of all; inf where there is no answer."""
-        held = self.sign * d * self.valley[self.number]
-        y = self.x + self.sign * shift
-        y[self.number] = self.x[self.number] + held
-        square = np.inf
-        for _ in range(3):
+    def _lowest(self, d: float, near: _Place) -> _Place | None:
+        """Least χ² with the parameter held at *d*, by Gauss and Newton from a place near; None where there is no answer."""
+        ahead = near.along * (d - near.d)
+        ahead[self.others] = np.clip(ahead[self.others], -LONGEST_STEP, LONGEST_STEP)
+        y = self.x + self.sign * (near.shift + ahead)
+        best: tuple[Array, Residuals, Array, float] | None = None
+        for _ in range(MOST_STEPS):
             got = self.objective.at(y)
             if got is None:
                 break
             self.least = min(self.least, got.square)
+            if best is not None and got.square > best[1].square:  # too far
+                y = 0.5 * (y + best[0])
+                continue
             step, *_ = np.linalg.lstsq(got.J[:, self.others], -got.r, rcond=1e-12)
             step *= min(1.0, LONGEST_STEP / max(float(np.abs(step).max()), 1e-300))
-            gain = got.square - float(np.linalg.norm(got.r + got.J[:, self.others] @ step) ** 2)
-            if got.square - gain > square:
+            rest = got.r + got.J[:, self.others] @ step
+            best = y, got, rest, got.square - float(rest @ rest)
+            y = y.copy()
+            y[self.others] += step
+            if best[3] < NEAR * self.target**2:
                 break
-            square, best = got.square - gain, y.copy()
-            best[self.others] += step
-            if gain < NEAR * self.target**2:
-                break
-            y = best
-        if not np.isfinite(square):
-            return np.inf, shift
-        return square, self.sign * (best - self.x)
+        return None if best is None else self._place(d, y, best[1], best[2])
+
+    def _place(self, d: float, y: Array, at: Residuals, rest: Array) -> _Place:
+        """The place of unknowns y (n,) with residuals ``rest`` (r,), with derivatives as at a place next to it."""
+        root, by = self._root(float(rest @ rest)), at.J[:, self.number]
+        along = np.empty_like(y)
+        along[self.number] = self.valley[self.number]
+        others, *_ = np.linalg.lstsq(at.J[:, self.others], -by, rcond=1e-12)
+        along[self.others] = along[self.number] * others
+        # χ² that is least over the others changes as with the others held
+        slope = self.sign * along[self.number] * float(rest @ by) / (max(root, 1e-6) * self.target**2)
+        return _Place(d, root, slope, self.sign * (y - self.x), along)
+
+
+@dataclass(frozen=True)
+class _Place:
+    """On a side of a profile: the way ``d``, the root there and its ``slope`` by d, unknowns' ``shift`` (n,) and its slope."""
+
+    d: float
+    root: float
+    slope: float
+    shift: Array
+    along: Array
+
+    @property
+    def onward(self) -> float:
+        """Where the root is 1 by Newton; inf where it falls."""
+        return self.d + (1.0 - self.root) / self.slope if self.slope > 0.0 else np.inf

@@ -11,7 +11,7 @@ from prensa.errors import PrensaError
 from prensa.inverse.objective import Objective, Parameter, Residuals
 from prensa.model.problem import Problem
 from prensa.model.schema import dump, loads
-from prensa.sensitivity.parameters import numbers, with_values
+from prensa.sensitivity.parameters import numbers, part_of, with_values
 
 Array = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ class Rival:
 def other_law(problem: Problem, path: str) -> tuple[str, Parameter] | None:
     """What changes a case from Coulomb friction to a shear factor, or back, and its parameter; None if *path* is of neither."""
     owner, _, key = path.rpartition(".")
-    law = _at(problem, owner)
+    law = part_of(problem, owner)
     value = numbers(problem).get(path, 0.0)
     if key == "mu" and getattr(law, "type", "") == "coulomb" and value > 0.0:
         m = min(M_OVER_MU * value, 0.9)
@@ -52,19 +52,6 @@ def other_law(problem: Problem, path: str) -> tuple[str, Parameter] | None:
         mu = value / M_OVER_MU
         return f"{owner}={{type: coulomb, mu: {mu!r}}}", Parameter.of(f"{owner}.mu", mu, (1e-4, 2.0))
     return None
-
-
-def _at(problem: Problem, path: str) -> object:
-    """What stands at a path of a description; None if nothing."""
-    found: object = problem
-    for key in path.split("."):
-        if isinstance(found, dict):
-            found = found.get(key)
-        elif isinstance(found, list | tuple):
-            found = found[int(key)] if key.isdigit() and int(key) < len(found) else None
-        else:
-            found = getattr(found, key, None)
-    return found
 
 
 def compared(objective: Objective, x: Array, at: Residuals) -> Rival | str | None:

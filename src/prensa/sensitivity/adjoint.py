@@ -22,7 +22,7 @@ from prensa.model import problem as model
 from prensa.sensitivity.change import Change, change_of, known
 from prensa.sensitivity.closed import covers
 from prensa.sensitivity.parameters import Parameter, refuse_other_mesh
-from prensa.sensitivity.solve import refuse
+from prensa.sensitivity.solve import Followed, refuse
 from prensa.sensitivity.transposed import Converged, Owed, Stage, Touching, Weights, back
 from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import Increment, Monitor
@@ -30,7 +30,7 @@ from prensa.solver.policy import Policy
 from prensa.solver.reporting import Messages
 from prensa.solver.results import increment_of
 from prensa.solver.step_control import StepControl
-from prensa.solver.time_stepping import Timer, TimeStepping, told_before
+from prensa.solver.time_stepping import Timer, told_before
 
 Array = NDArray[np.float64]
 
@@ -163,13 +163,13 @@ def _slope(measure: Measure, increment: Increment) -> Gradient:
     return slope
 
 
-class Recorded(TimeStepping):
+class Recorded(Followed):
     """A run that keeps its increments for the way back; they are those of a run without, bit for bit."""
 
     def __init__(
         self, system: System, numerics: model.Numerics, policy: Policy, messages: Messages, timer: Timer
     ) -> None:
-        super().__init__(system, numerics, policy, messages, timer, condense=False)
+        super().__init__(system, numerics, policy, messages, timer)
         self.kept: list[Converged] = []
         self.state: State | None = None
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import partial
 from typing import Any
@@ -20,33 +20,31 @@ def numbers(problem: Problem) -> dict[str, float]:
     return dict(_leaves("", problem))
 
 
+def part_of(problem: Problem, path: str) -> Any:
+    """What stands at a path of a description; None if nothing."""
+    found: Any = problem
+    while path:
+        some = [(len(key), part, rest) for key, part in _below(found) if (rest := _inside(key, path)) is not None]
+        _, found, path = max(some, key=lambda one: one[0], default=(0, None, ""))
+    return found
+
+
+def _below(value: Any) -> Iterator[tuple[str, Any]]:
+    """Parts of a part of a description, by their keys."""
+    if is_dataclass(value):
+        yield from ((f.name, getattr(value, f.name)) for f in fields(value))
+    elif isinstance(value, Mapping):
+        yield from value.items()
+    elif isinstance(value, list | tuple):
+        yield from ((str(k), part) for k, part in enumerate(value))
+
+
 def _leaves(path: str, value: Any) -> Iterator[tuple[str, float]]:
     if isinstance(value, float):
         yield path, value
         return
-    below: Iterable[tuple[Any, Any]] = ()
-    if is_dataclass(value):
-        below = ((f.name, getattr(value, f.name)) for f in fields(value))
-    elif isinstance(value, Mapping):
-        below = value.items()
-    elif isinstance(value, list | tuple):
-        below = enumerate(value)
-    for key, part in below:
-        yield from _leaves(f"{path}.{key}" if path else str(key), part)
-
-
-def _part(value: Any, path: Sequence[str]) -> Any:
-    """What a description has at a path, None if nothing."""
-    for key in path:
-        if is_dataclass(value):
-            value = getattr(value, key, None) if any(f.name == key for f in fields(value)) else None
-        elif isinstance(value, Mapping):
-            value = value.get(key)
-        elif isinstance(value, list | tuple):
-            value = value[int(key)] if key.isdecimal() and int(key) < len(value) else None
-        else:
-            return None
-    return value
+    for key, part in _below(value):
+        yield from _leaves(f"{path}.{key}" if path else key, part)
 
 
 def value_of(problem: Problem, path: str) -> float:
@@ -59,11 +57,11 @@ def value_of(problem: Problem, path: str) -> float:
 
     """
     take("derivatives", "a parameter", path, str, "give its path in the case, for example 'friction.mu'")
-    parts = path.split(".")
-    found = _part(problem, parts)
+    found = part_of(problem, path)
     if isinstance(found, float):
         return found
     known = numbers(problem)
+    parts = path.split(".")
     if parts[:1] == ["contacts"] and "friction" in parts[2:3]:
         common = ".".join(parts[2:])
         if common in known:
@@ -91,23 +89,32 @@ def with_values(problem: Problem, values: Mapping[str, float]) -> Problem:
     """
     for path in values:
         value_of(problem, path)
-    out = _replaced(problem, [(path.split("."), float(value)) for path, value in values.items()])
+    out = _replaced(problem, {path: float(value) for path, value in values.items()})
     assert isinstance(out, Problem)
     return out
 
 
-def _replaced(part: Any, changes: list[tuple[list[str], float]]) -> Any:
+def _replaced(part: Any, changes: Mapping[str, float]) -> Any:
     """A part of a description with other numbers at paths that begin there; all are put in at once, then it is checked."""
-    if not changes[0][0]:
-        return changes[0][1]
-    below: dict[str, list[tuple[list[str], float]]] = {}
-    for (first, *rest), value in changes:
-        below.setdefault(first, []).append((rest, value))
+    if "" in changes:
+        return changes[""]
+    below: dict[str, Any] = {}
+    for key, value in _below(part):
+        inside = {rest: number for path, number in changes.items() if (rest := _inside(key, path)) is not None}
+        if inside:
+            below[key] = _replaced(value, inside)
     if is_dataclass(part):
-        return replace(part, **{k: _replaced(getattr(part, k), v) for k, v in below.items()})  # type: ignore[type-var]
+        return replace(part, **below)  # type: ignore[type-var]
     if isinstance(part, Mapping):
-        return {k: _replaced(v, below[k]) if k in below else v for k, v in part.items()}
-    return type(part)(_replaced(v, below[str(k)]) if str(k) in below else v for k, v in enumerate(part))
+        return {**part, **below}
+    return type(part)(below.get(str(k), v) for k, v in enumerate(part))
+
+
+def _inside(key: str, path: str) -> str | None:
+    """What is left of a path within the part of a key, which may be a boundary's name with a dot; None if it is not there."""
+    if path == key:
+        return ""
+    return path.removeprefix(f"{key}.") if path.startswith(f"{key}.") else None
 
 
 LEAVES_MESHES = re.compile(r"(bodies\.[^.]+\.material|friction|contacts\.\d+\.friction|steps)\.")
@@ -147,9 +154,9 @@ class Parameter:
 
         The description of the system stays the one that it is.
         """
-        _, name, *rest = self.path.split(".")
+        _, name, rest = self.path.split(".", 2)
         tool = system.problem.tools[name]
-        return self._both(lambda value: with_tool(system, name, _replaced(tool, [(rest, value)])), step)
+        return self._both(lambda value: with_tool(system, name, _replaced(tool, {rest: value})), step)
 
     def _both(self, make: Callable[[float], System], step: float) -> tuple[System, System]:
         try:

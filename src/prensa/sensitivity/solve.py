@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from prensa.errors import ArgumentError, PrensaError, take
 from prensa.fem.context import Context
 from prensa.fem.discretise import discretise
+from prensa.fem.mirrors import guard_of
 from prensa.fem.state import State
 from prensa.fem.system import System
 from prensa.measures.measure import Measure
@@ -177,13 +178,33 @@ class _Derivatives(Derivatives):
         return out
 
 
-class Differentiated(TimeStepping):
-    """A run that carries derivatives of the committed state along; its increments are those of a run without, bit for bit."""
+class Followed(TimeStepping):
+    """A run whose increments derivatives follow: elastic bodies are not condensed, and lines of symmetry are no planes."""
 
     def __init__(
         self, system: System, numerics: model.Numerics, policy: Policy, messages: Messages, timer: Timer
     ) -> None:
         super().__init__(system, numerics, policy, messages, timer, condense=False)
+        self.lines = guard_of(system)
+
+    def look_inside(self, c: Context, result: NewtonResult) -> None:
+        """As `TimeStepping.look_inside`; raises `ArgumentError` too where a free side comes to a line of symmetry."""
+        super().look_inside(c, result)
+        for line, (x, y) in self.lines.near(result.u) if self.lines is not None else ():
+            raise ArgumentError(
+                f"derivatives: step {c.plan.name!r}, time {c.time:.6g}: a free side comes to the line of symmetry {line} near "
+                f"({x:.4g}, {y:.4g}), where a plane would stand from here on, which has no derivatives yet; describe it: a "
+                "smooth plane among the tools, and a contact of the whole body with it"
+            )
+
+
+class Differentiated(Followed):
+    """A run that carries derivatives of the committed state along; its increments are those of a run without, bit for bit."""
+
+    def __init__(
+        self, system: System, numerics: model.Numerics, policy: Policy, messages: Messages, timer: Timer
+    ) -> None:
+        super().__init__(system, numerics, policy, messages, timer)
         self.directions: Sequence[Direction] = ()
         self.bundle: Bundle | None = None
         self.mixtures: dict[tuple[str, ...], Direction | None] = {}
