@@ -33,6 +33,9 @@ class Context:
     ``interactions``: contacts, in the order of the description, then loads. ``threads`` that may answer for elements at once.
     ``stopped``: what ends the step here before its
     time, in words; '' if nothing does. ``watched`` (criteria,): values of what may end it.
+
+    ``history``: what the bodies' laws begin with, one (elements, points, h) array per block, and the seconds in which they
+    ``flow`` from there: see `prensa.fem.time_rule`.
     """
 
     state: State
@@ -48,6 +51,8 @@ class Context:
     depth: Array | None
     surfaces: list[Surface]
     committed: list[ContactRecord]
+    history: Sequence[Array]
+    flow: float
     interactions: Sequence[Interaction] = ()
     lagged: bool = False
     threads: int = 1

@@ -161,7 +161,11 @@ def _smooth_fields(block: Block, history: Array) -> Array:
     parts = [trace, deviator]
     if block.law.plastic:
         parts.append(utilisation(block.law, history))
-    parts += [history[..., f.columns] for name, f in block.law.fields.items() if name != "elastic"]
+    for name, f in block.law.fields.items():
+        if f.travel == "flow":
+            parts.append(logarithm(history[..., f.columns]) - logarithm(block.field(history, "elastic")))
+        elif name != "elastic":
+            parts.append(history[..., f.columns])
     return np.concatenate(parts, axis=-1)
 
 
@@ -206,6 +210,11 @@ def _history(block: Block, values: Array, bounded: Array, old: Array, at: Array,
         most = max(1.0, float(utilisation(law, old).max()))
         share = np.minimum(wanted, most) / np.where(now > 0, now, 1.0)
         out[:, elastic] = exponential(_joined(trace, np.where(now > 0, share, 1.0) * deviator))
+    for field in law.fields.values():
+        if field.travel == "flow":
+            flowed = out[:, field.columns].any(axis=1)[:, None]
+            flown = exponential(logarithm(out[:, elastic]) + out[:, field.columns])
+            out[:, field.columns] = np.where(flowed, flown, out[:, elastic])
     return out
 
 
