@@ -8,7 +8,8 @@ Tortorelli and Vidal 1994; de Souza Neto, Perić and Owen 2008, ch. 14). Forces 
 and V = V_n/(α^m J_n), J_n = √det b_n.
 
 `prepare` computes what all directions share; `at_fixed` is a direction with x′ as given, `along` adds what further x′ make of
-the history.
+the history. `begin` comes before: what a direction makes of the histories that the increment begins with, see
+`prensa.materials.laws.J2`.
 """
 
 from __future__ import annotations
@@ -23,13 +24,13 @@ from prensa.kernels.tensor import principal
 from prensa.materials.hardening import flow_gradient, flow_stress, slope_before
 
 PER_PLACE = 17  # numbers a point: ∂N/∂x, ∂N/∂y, N/r (4 each) in the present places, F = ∂x/∂x_n (5: 11, 12, 21, 22, 33)
-PER_POINT = 44  # numbers a point of `prepare`, in the order in which it writes them
+PER_POINT = 48  # numbers a point of `prepare`, in the order in which it writes them
 _MIDDLE = 4
 
 
 @njit(cache=True, error_model="numpy")
 def prepare(x_n, x, cells, old, new, bulk, G, axisymmetric, scale, plastic, cauchy, kind, p, knots, coefs, dt, geometry, point):
-    """Node positions x_n, x (n, 2), histories old, new (e, 4, h) → geometry (e, 5, 17), point (e, 4, 44)."""
+    """Node positions x_n, x (n, 2), histories old, new (e, 4, h) → geometry (e, 5, 17), point (e, 4, 48)."""
     curve = (p[0], p[1], p[2], p[3], p[4])
     J, m = np.empty(5), 3.0 if axisymmetric else 2.0
     for e in range(cells.shape[0]):
@@ -116,6 +117,9 @@ def prepare(x_n, x, cells, old, new, bulk, G, axisymmetric, scale, plastic, cauc
             P[33], P[34], P[35], P[36], P[37], P[38] = work, work_before, work_trace, work_Jn, work_new, work_old
             P[39], P[40], P[41], P[42] = 0.5 * o2 / det, 0.5 * o1 / det, -o12 / det, 0.5 / o3  # (ln J_n)′ of b_n′
             P[43] /= alpha**m * Jn
+            if plastic:
+                P[44], P[45] = 1.0 + new[e, q, 6], new[e, q, 9]  # the trial tensor
+                P[46], P[47] = 1.0 + new[e, q, 7], 1.0 + new[e, q, 8]
 
 
 @njit(cache=True, error_model="numpy")
@@ -166,6 +170,16 @@ def _history(P, x1, x2, x3, d12, out):
     out[1] += b22
     out[2] += P[32] * x3
     out[3] += b12
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _trial(P, l0, l1, l2, l3, l4, out):
+    """Add l b + b lᵀ of the trial tensor b to its columns in out."""
+    b11, b12, b22, b33 = P[44], P[45], P[46], P[47]
+    out[6] += 2.0 * (l0 * b11 + l1 * b12)
+    out[7] += 2.0 * (l2 * b12 + l3 * b22)
+    out[8] += 2.0 * l4 * b33
+    out[9] += l0 * b12 + l1 * b22 + l2 * b11 + l3 * b12
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -252,6 +266,14 @@ def at_fixed(
                 )  # fmt: skip
                 dnew[d, e, q, :4] = 0.0
                 _history(P, x1, x2, x3, d12, dnew[d, e, q])
+                if plastic and P[17] == 0.0:
+                    dnew[d, e, q, 6:10] = dnew[d, e, q, :4]
+                elif plastic:
+                    t11, t22, t33, t12 = o[6], o[7], o[8], o[9]
+                    w11, w12, w21, w22 = f0 * t11 + f1 * t12, f0 * t12 + f1 * t22, f2 * t11 + f3 * t12, f2 * t12 + f3 * t22
+                    dnew[d, e, q, 6], dnew[d, e, q, 7] = w11 * f0 + w12 * f1, w21 * f2 + w22 * f3
+                    dnew[d, e, q, 8], dnew[d, e, q, 9] = f4 * f4 * t33, w11 * f2 + w12 * f3
+                    _trial(P, l0, l1, l2, l3, l4, dnew[d, e, q])
                 # V = V_n/(α^m J_n): its rate is div x_n′ − m (ln α)′ − (ln J_n)′
                 V = P[43]
                 dV = V * (traces[q, 0] - traces[_MIDDLE, 1] - lnJn)
@@ -312,3 +334,81 @@ def along(cells, geometry, point, G, axisymmetric, plastic, volume, dx, dnew, en
                     out[5] += P[33] * dp + P[35] * (d1 + d2 + d3)
                 energy[d] += volume[e, q] * (P[27] * x1 + P[28] * x2 + P[29] * x3)
                 _history(P, x1, x2, x3, d12, out)
+                if plastic and P[17] == 0.0:
+                    out[6:10] = out[:4]
+                elif plastic:
+                    _trial(P, l0, l1, l2, l3, l4, out)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _logarithm(b11, b22, b33, b12):
+    """Of b − I: ½ ln b as 11, 22, 33, 12, and what `_log_rate` needs: frame, 1/(2 b_i), divided difference."""
+    l1, l2, c, s = principal(b11, b22, b12)
+    e1, e2, e3 = 0.5 * math.log1p(l1), 0.5 * math.log1p(l2), 0.5 * math.log1p(b33)
+    apart = abs(l1 - l2) > 1e-7 * (abs(l1) + abs(l2)) + 1e-14
+    shear = (e1 - e2) / (l1 - l2) if apart else 1.0 / (2.0 + l1 + l2)
+    return (
+        (c * c * e1 + s * s * e2, s * s * e1 + c * c * e2, e3, c * s * (e1 - e2)),
+        (c, s, 0.5 / (1.0 + l1), 0.5 / (1.0 + l2), 0.5 / (1.0 + b33), shear),
+    )  # fmt: skip
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _isotropic_rate(at, r11, r22, r33, r12):
+    """Rate of an isotropic function by that of its argument; at: frame, slopes of the principal values, divided difference."""
+    c, s, a1, a2, a3, shear = at
+    cc, cs, ss = c * c, c * s, s * s
+    p1, p2 = a1 * (cc * r11 + 2.0 * cs * r12 + ss * r22), a2 * (ss * r11 - 2.0 * cs * r12 + cc * r22)
+    p12 = shear * (cs * (r22 - r11) + (cc - ss) * r12)
+    return cc * p1 + ss * p2 - 2.0 * cs * p12, ss * p1 + cc * p2 + 2.0 * cs * p12, a3 * r33, cs * (p1 - p2) + (cc - ss) * p12
+
+
+@njit(cache=True, error_model="numpy")
+def begin(history, begun, share, cauchy, kind, p, knots, coefs, dhistory, flow, dflow, out):
+    """Directions dhistory (d, e, 4, h) of committed histories → of those that the increment begins with, out (d, e, 4, h).
+
+    history, begun (e, 4, h): before and after `prensa.materials.laws.J2.begin`; flow (d,) and dflow as in `at_fixed`, of the
+    plastic strains of begun and of history.
+    """
+    curve = (p[0], p[1], p[2], p[3], p[4])
+    for e in range(history.shape[0]):
+        for q in range(history.shape[1]):
+            h, now, was = history[e, q], begun[e, q, 4], history[e, q, 4]
+            if now == was:
+                for d in range(dhistory.shape[0]):
+                    out[d, e, q] = dhistory[d, e, q]
+                    out[d, e, q, 6:10] = dhistory[d, e, q, :4]
+                continue
+            (e11, e22, e33, e12), elastic = _logarithm(h[0], h[1], h[2], h[3])
+            (d11, d22, d33, d12), trial = _logarithm(h[6], h[7], h[8], h[9])
+            d11, d22, d33, d12 = d11 - e11, d22 - e22, d33 - e33, d12 - e12
+            third = (d11 + d22 + d33) / 3.0
+            d11, d22, d33 = d11 - third, d22 - third, d33 - third
+            size = math.sqrt((d11 * d11 + d22 * d22 + d33 * d33 + 2.0 * d12 * d12) / 1.5)
+            x1, x2, c, s = principal(e11 - share * d11, e22 - share * d22, e12 - share * d12)
+            E1, E2, E3 = math.exp(2.0 * x1), math.exp(2.0 * x2), math.exp(2.0 * (e33 - share * d33))
+            apart = abs(x1 - x2) > 1e-7 * (abs(x1) + abs(x2)) + 1e-14
+            after = (c, s, 2.0 * E1, 2.0 * E2, 2.0 * E3, (E1 - E2) / (x1 - x2) if apart else E1 + E2)
+            y0, dy0, _ = flow_stress(kind, curve, knots, coefs, was, 0.0, 1.0)
+            y1, dy1, _ = flow_stress(kind, curve, knots, coefs, now, 0.0, 1.0)
+            j, more = (math.exp(e11 + e22 + e33) if cauchy else 1.0), now - was
+            for d in range(dhistory.shape[0]):
+                o, r = dhistory[d, e, q], out[d, e, q]
+                r11, r22, r33, r12 = _isotropic_rate(elastic, o[0], o[1], o[2], o[3])
+                s11, s22, s33, s12 = _isotropic_rate(trial, o[6], o[7], o[8], o[9])
+                s11, s22, s33, s12 = s11 - r11, s22 - r22, s33 - r33, s12 - r12
+                part = (s11 + s22 + s33) / 3.0
+                s11, s22, s33 = s11 - part, s22 - part, s33 - part
+                grown = share * (d11 * s11 + d22 * s22 + d33 * s33 + 2.0 * d12 * s12) / (1.5 * size)
+                own = 0.0
+                if flow[d] >= 0:
+                    own = dflow[flow[d], e, q, 0] + dflow[flow[d], e, q, 1]
+                r[6], r[7], r[8], r[9] = o[0], o[1], o[2], o[3]
+                r[4] = o[4] + grown
+                change = (dy0 + dy1) * o[4] + dy1 * grown + own
+                if cauchy:
+                    change += (y0 + y1) * (r11 + r22 + r33)
+                r[5] = o[5] + 0.5 * j * (change * more + (y0 + y1) * grown)
+                r[0], r[1], r[2], r[3] = _isotropic_rate(
+                    after, r11 - share * s11, r22 - share * s22, r33 - share * s33, r12 - share * s12
+                )

@@ -14,6 +14,7 @@ from prensa.contact.record import ContactRecord
 from prensa.fem.interaction import Interaction
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
+from prensa.fem.time_rule import TimeRule
 from prensa.friction.law import At, FrictionLaw
 
 if TYPE_CHECKING:
@@ -34,8 +35,7 @@ class Context:
     ``stopped``: what ends the step here before its
     time, in words; '' if nothing does. ``watched`` (criteria,): values of what may end it.
 
-    ``history``: what the bodies' laws begin with, one (elements, points, h) array per block, and the seconds in which they
-    ``flow`` from there: see `prensa.fem.time_rule`.
+    ``history``: what the bodies' laws begin with by the time ``rule``, one (elements, points, h) array per block.
     """
 
     state: State
@@ -52,7 +52,7 @@ class Context:
     surfaces: list[Surface]
     committed: list[ContactRecord]
     history: Sequence[Array]
-    flow: float
+    rule: TimeRule
     interactions: Sequence[Interaction] = ()
     lagged: bool = False
     threads: int = 1
@@ -63,3 +63,8 @@ class Context:
     def ends_step(self) -> bool:
         """Whether the increment is the last one of its step."""
         return bool(self.stopped) or self.time >= self.plan.t1
+
+    @property
+    def flow_seconds(self) -> float:
+        """In which the plastic strain grows that laws answer with."""
+        return self.rule.part * self.seconds

@@ -302,8 +302,8 @@ class System:
             clock=Clock(), step_start=u.copy(),
         )  # fmt: skip
 
-    def context(self, state: State, plan: StepPlan, time: float) -> Context:
-        """Everything an increment from *state* to *time* needs; evaluated once an increment."""
+    def context(self, state: State, plan: StepPlan, time: float, rule: TimeRule | None = None) -> Context:
+        """Everything an increment from *state* to *time* needs; evaluated once an increment. ``rule``: another than the usual."""
         finite = self.problem.kinematics == "finite"
         x_n = self.positions(state.u) if finite else self.X
         depth = self.depth_in(state.history) if finite else self.depth
@@ -312,7 +312,8 @@ class System:
         committed = [self._committed(s, state) for s in surfaces]
         dt = time - state.clock.time
         seconds = dt * plan.seconds
-        rule = TimeRule.of(dt, state.dt_last) if self.has_memory else TimeRule()
+        if rule is None:
+            rule = TimeRule.of(dt, state.dt_last) if self.has_memory else TimeRule()
         history = [rule.begun(b, h) for b, h in zip(self.blocks, state.history)] if self.has_memory else state.history
         now = elapsed(self.problem, time, state.ends)
         laws = [None if self.frictionless(d) else d for d in plan.friction]
@@ -328,7 +329,7 @@ class System:
         interactions = [*self._contacts, *self.more, *loads_of(self, plan, state)]
         return Context(
             state, plan, time, dt, seconds, weights, scales, laws, law_at, x_n, depth, surfaces, committed, history,
-            rule.part * seconds, interactions,
+            rule, interactions,
         )  # fmt: skip
 
     def _cut(self, state: State, plan: StepPlan, time: float) -> list[Surface]:
@@ -471,7 +472,7 @@ class System:
         du = self.displacement(u if total else u - c.state.u)
         base = self.initial_history if total else c.history
         history, scale, floor = [], 0.0, ROUND_OFF * EPS * self.stiffness * self.nodes
-        at = At(c.flow, elapsed(self.problem, c.time, c.state.ends), data is not None, secant)
+        at = At(c.flow_seconds, elapsed(self.problem, c.time, c.state.ends), data is not None, secant)
         for block, old, held in zip(self.blocks, base, flows or [None] * len(self.blocks)):
             out = sweep(block, c.x_n, du, old, at._replace(flows=held), r, data, self.pattern, c.threads)
             if out.failed:

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.elements import q4
-from prensa.elements.q4_directions import PER_PLACE, PER_POINT, along, at_fixed, flow_gradients, prepare
+from prensa.elements.q4_directions import PER_PLACE, PER_POINT, along, at_fixed, begin, flow_gradients, prepare
 from prensa.fem.assembly import Block, scatter_forces
 from prensa.fem.context import Context
 from prensa.fem.system import Evaluation, System
+from prensa.fem.time_rule import TimeRule
 from prensa.materials.hardening import TABLE
 from prensa.sensitivity.change import Change, FlowChange
 
@@ -25,27 +26,32 @@ NO_FLOW = (0, np.zeros(5), np.zeros(2), np.zeros((1, 4)))  # of a curve that nob
 
 @dataclass(frozen=True)
 class Elements:
-    """A block in an increment, as its directions need it: see `prepare` for ``geometry`` and ``point``."""
+    """A block in an increment, as its directions need it: see `prepare` for ``geometry`` and ``point``.
+
+    ``history``: committed, ``old``: what the increment begins with by the time ``rule``; ``seconds`` of flow from there.
+    """
 
     block: Block
+    history: Array
     old: Array
     new: Array
+    rule: TimeRule
     seconds: float
     geometry: Array
     point: Array
 
     @classmethod
-    def of(cls, block: Block, c: Context, x: Array, new: Array, old: Array) -> Elements:
-        """At node positions x (n, 2) and with the history that an increment has led to."""
+    def of(cls, block: Block, c: Context, x: Array, new: Array, old: Array, history: Array) -> Elements:
+        """At node positions x (n, 2) and with the history ``new`` that an increment has led to."""
         law: Any = block.law
         m, mode = len(block), block.mode
         geometry, point = np.empty((m, 5, PER_PLACE)), np.empty((m, 4, PER_POINT))
         flow = law.flow if law.plastic else None
         prepare(
             c.x_n, x, block.cells, old, new, *_moduli(block), mode.axisymmetric, mode.scale, law.plastic,
-            law.plastic and law.yield_on_cauchy, *(NO_FLOW if flow is None else flow), c.seconds, geometry, point,
+            law.plastic and law.yield_on_cauchy, *(NO_FLOW if flow is None else flow), c.flow_seconds, geometry, point,
         )  # fmt: skip
-        return cls(block, old, new, c.seconds, geometry, point)
+        return cls(block, history, old, new, c.rule, c.flow_seconds, geometry, point)
 
     def at_fixed(self, changes: Sequence[Change], k: int, dxn: Array, dx: Array, dold: Array, r: Array) -> tuple[Array, Array]:
         """Histories (d, e, 4, h) and energies (d,) of directions, with their forces added to r (d, ndof); k: the block."""
@@ -53,7 +59,9 @@ class Elements:
         own = [ch.flow[k] for ch in changes]
         rows = np.cumsum([f is not None for f in own]) - 1
         number = np.where([f is not None for f in own], rows, -1)
-        dflow = self._flow([f for f in own if f is not None])
+        curves = [f for f in own if f is not None]
+        dflow = self._flow(curves, self.old, self.new, self.seconds)
+        dold = self._begun(dold, number, curves)
         at_fixed(
             self.block.cells, self.geometry, self.point, *_moduli(self.block), self.block.mode.axisymmetric,
             self.block.law.plastic, self.block.volume, dxn, dx, dold, np.array([ch.bulk[k] for ch in changes]),
@@ -61,16 +69,26 @@ class Elements:
         )  # fmt: skip
         return dnew, energy
 
-    def _flow(self, changes: Sequence[FlowChange]) -> Array:
-        """What changes of the flow curve make of the stress at the points (rows, e, 4, 2), after the increment and before."""
-        shape = (*self.old.shape[:2], 2)
+    def _begun(self, dhistory: Array, number: NDArray[np.int64], curves: Sequence[FlowChange]) -> Array:
+        """Directions of the committed history (d, e, 4, h) → of that which the increment begins with."""
+        law: Any = self.block.law
+        if not law.plastic:
+            return dhistory
+        out, dflow = np.empty_like(dhistory), self._flow(curves, self.history, self.old, 0.0)
+        cauchy = law.yield_on_cauchy
+        begin(self.history, self.old, self.rule.share, cauchy, *law.flow, dhistory, number, dflow, out)
+        return out
+
+    def _flow(self, changes: Sequence[FlowChange], old: Array, new: Array, seconds: float) -> Array:
+        """What changes of the flow curve make of the stress at the points (rows, e, 4, 2), with new histories and with old."""
+        shape = (*old.shape[:2], 2)
         if not changes:
             return np.empty((0, *shape))
         law: Any = self.block.law
         flow = law.flow
         slopes, tabled = np.empty((*shape, 5)), np.empty((len(changes), *shape))
         for f, out in zip(changes if flow.kind == TABLE else changes[:1], tabled):
-            flow_gradients(*flow, self.old, self.new, self.seconds, f.knots, f.coefficients, slopes, out)
+            flow_gradients(*flow, old, new, seconds, f.knots, f.coefficients, slopes, out)
         if flow.kind == TABLE:
             return tabled
         return np.ascontiguousarray((slopes.reshape(-1, 5) @ np.stack([f.p for f in changes], axis=1)).T).reshape(-1, *shape)
@@ -91,7 +109,8 @@ def _moduli(block: Block) -> tuple[float, float]:
 def elements_of(system: System, c: Context, u: Array, e: Evaluation) -> list[Elements]:
     """All blocks at degrees of freedom u (ndof,), with the histories that an increment has led to."""
     x = system.positions(u)
-    return [Elements.of(b, c, x, new, old) for b, new, old in zip(system.blocks, e.history, c.state.history)]
+    histories = zip(system.blocks, e.history, c.history, c.state.history)
+    return [Elements.of(b, c, x, new, old, history) for b, new, old, history in histories]
 
 
 def unfolding(system: System, c: Context, u: Array, changes: Sequence[Change], r: Array) -> None:

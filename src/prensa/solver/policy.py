@@ -31,9 +31,9 @@ class Policy:
     """Share to which the least residual must fall within ``patience`` iterations."""
     close: float = 2e-3
     """Relative residual from which an iteration is expected to come near: its stiffness will not be asked for."""
-    turned: float = 0.15
+    turned: float = 0.01
     """Relative residual of the initial guess above which the direction of plastic flow is not trusted, …"""
-    turning: float = 0.01
+    turning: float = 0.001
     """… of later iterates, …"""
     secant: float = 0.5
     """… and how far the matrix goes from its tangent to its secant there."""
@@ -126,8 +126,10 @@ class Policy:
     longest: float = 0.1
     """Automatic increment at most, as a share of the step."""
     travel: float = 0.3
-    """Tool travel per automatic increment, in contact element sizes."""
-    plastic: float = 0.01
+    """Tool travel per automatic increment, in contact element sizes, …"""
+    plastic_travel: float = 0.6
+    """… and where bodies flow, which follow a tool more smoothly than elastic ones that slip."""
+    plastic: float = 0.02
     """Equivalent plastic strain per automatic increment …"""
     spread: float = 0.95
     """… that this share of the points stays below (a singular corner would rule the step otherwise)."""

@@ -51,10 +51,11 @@ class StepControl:
         if self.plan.increments:
             return self.length / self.plan.increments
         limit = self.policy.longest
+        travel = self.policy.plastic_travel if self.system.has_memory else self.policy.travel
         for number in np.flatnonzero(self.speeds).tolist():
             gap = 0.0 if e is None else max(float(np.nan_to_num(e.contacts[number].g, nan=0.0).min()), 0.0)
             depth = float(self.system.surfaces[number].points.depth.min())
-            limit = min(limit, (self.policy.travel * depth + gap) / float(self.speeds[number]))
+            limit = min(limit, (travel * depth + gap) / float(self.speeds[number]))
         return limit
 
     def _speeds(self) -> Array:

@@ -26,6 +26,7 @@ from prensa.fem.schedule import StepPlan
 from prensa.fem.state import Clock, State
 from prensa.fem.symmetry import is_symmetric
 from prensa.fem.system import Evaluation, System
+from prensa.fem.time_rule import TimeRule
 from prensa.model import problem as model
 from prensa.model.feed import ends_early
 from prensa.model.remeshing import remeshing_of
@@ -384,12 +385,19 @@ class TimeStepping:
         self, state: State, plan: StepPlan, control: StepControl, cutbacks: int, spent: list[int], end: float
     ) -> Outcome:
         """Context and outcome of one attempt at the increment to a time, its stability judged; spent: gets its iterations."""
-        c = self.context(state, plan, end)
+        # where an increment was cut, flow begins or turns, of which the last one knows nothing
+        c = self.context(state, plan, end, TimeRule() if cutbacks else None)
         start, notes = approach(self.system, c)
         for message in notes:
             self.messages.note(state, plan, message)
         most = self.most_cutbacks(state)
-        result = self.attempt(c, start, cutbacks >= min(self.policy.soften_after, self.numerics.max_cutbacks, most))
+        soften = cutbacks >= min(self.policy.soften_after, self.numerics.max_cutbacks, most)
+        result = self.attempt(c, start, soften)
+        if not result.converged and c.rule.share and (plan.increments or self.times is not None):
+            # before an increment that was asked for is cut: backward Euler damps more
+            spent.append(result.iterations)
+            c = self.context(state, plan, end, TimeRule())
+            result = self.attempt(c, start, soften)
         if refusal := self.acceptance.refusal(c, result):
             result.converged, result.reason = False, refusal
         if self.condensed is None:  # linear bodies are stable
@@ -412,9 +420,9 @@ class TimeStepping:
         jumps = self.policy.jump_cuts if self.numerics.max_cutbacks and state.stability.viscosity > 0 else 0
         return self.numerics.max_cutbacks + jumps
 
-    def context(self, state: State, plan: StepPlan, end: float) -> Context:
-        """Everything that an increment from a state to the time ``end`` needs."""
-        c = self.system.context(state, plan, end)
+    def context(self, state: State, plan: StepPlan, end: float, rule: TimeRule | None = None) -> Context:
+        """Everything that an increment from a state to the time ``end`` needs; ``rule``: of plastic flow, the usual if None."""
+        c = self.system.context(state, plan, end, rule)
         viscous = self.stabilisation.forces(c)
         lagged, threads = self.numerics.iteration == "paper", threads_of(self.numerics, self.system.ndof, self.policy)
         return replace(c, lagged=lagged, interactions=[*c.interactions, *viscous], threads=threads)
