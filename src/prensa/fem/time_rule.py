@@ -37,7 +37,7 @@ class TimeRule(NamedTuple):
 
     @classmethod
     def of(cls, dt: float, last: float) -> TimeRule:
-        """For an increment dt after one of length ``last`` of the same step (0: none): backward Euler after none or a far shorter one."""
+        """For an increment dt after one of length ``last`` in its step; backward Euler if that is 0 (none) or far shorter."""
         if not last > 0.0 or dt > GROWTH * last:
             return cls()
         ratio = dt / last

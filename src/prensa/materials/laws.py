@@ -180,9 +180,9 @@ class StVenantKirchhoff(_Isotropic):
 class J2(_Isotropic):
     """Von Mises plasticity; fields of the history: equivalent plastic strain, plastic work per initial volume, trial strains.
 
-    ``trial`` is what the elastic strains would be if nothing had flowed in the last increment: b_e − I or the elastic strain of the
-    increment before, carried along by the motion. What the two differ by is the last increment's plastic strain, in the place
-    where the body is now (see `begin`).
+    ``trial`` is what the elastic strains would be if nothing had flowed in the last increment: b_e − I or the elastic strain
+    of the increment before, carried along by the motion. What the two differ by is the last increment's plastic strain, in
+    the place where the body is now (see `begin`).
 
     ``flow``: parameters of the compiled flow curve; None where ``curve``, the description, is all there is.
     """

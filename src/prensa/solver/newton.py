@@ -161,7 +161,10 @@ def _turns(eq: Equilibrium, state: NewtonState) -> bool:
     plastic work (Kačanov), is taken there. The last steps are Newton's. Bodies that nothing but contact holds are left to the
     tangent: far steps let go of them.
     """
-    return eq.flows_held and state.relative > (eq.policy.turning if state.iteration else eq.policy.turned)
+    policy = eq.policy
+    part = policy.turning_elements / max(sum(len(b) for b in eq.system.blocks), policy.turning_elements)
+    limit = (policy.turning if state.iteration else policy.turned) * max(part, policy.least_turning)
+    return eq.flows_held and state.relative > limit
 
 
 def _direction(eq: Equilibrium, state: NewtonState) -> tuple[Evaluation, Array]:

@@ -31,10 +31,14 @@ class Policy:
     """Share to which the least residual must fall within ``patience`` iterations."""
     close: float = 2e-3
     """Relative residual from which an iteration is expected to come near: its stiffness will not be asked for."""
-    turned: float = 0.01
+    turned: float = 0.15
     """Relative residual of the initial guess above which the direction of plastic flow is not trusted, …"""
-    turning: float = 0.001
+    turning: float = 0.01
     """… of later iterates, …"""
+    turning_elements: int = 300
+    """… in bodies of so many elements; with more, few of them have a share of all forces that is less in proportion, …"""
+    least_turning: float = 0.05
+    """… down to this part of those residuals, …"""
     secant: float = 0.5
     """… and how far the matrix goes from its tangent to its secant there."""
     far: float = 1e3
