@@ -63,8 +63,3 @@ class Context:
     def ends_step(self) -> bool:
         """Whether the increment is the last one of its step."""
         return bool(self.stopped) or self.time >= self.plan.t1
-
-    @property
-    def flow_seconds(self) -> float:
-        """In which the plastic strain grows that laws answer with."""
-        return self.rule.part * self.seconds

@@ -27,7 +27,7 @@ from prensa.fem.state import Clock, Energy, Recovered, State
 from prensa.fem.strings import string_forces
 from prensa.fem.surface import EPS, ContactInteraction, Surface
 from prensa.fem.ties import Ties
-from prensa.fem.time_rule import TimeRule
+from prensa.fem.time_rule import BACKWARD_EULER, TimeRule
 from prensa.friction.law import At as FrictionAt
 from prensa.layout import DofMap
 from prensa.materials.laws import At
@@ -302,8 +302,8 @@ class System:
             clock=Clock(), step_start=u.copy(),
         )  # fmt: skip
 
-    def context(self, state: State, plan: StepPlan, time: float, rule: TimeRule | None = None) -> Context:
-        """Everything an increment from *state* to *time* needs; evaluated once an increment. ``rule``: another than the usual."""
+    def context(self, state: State, plan: StepPlan, time: float, rule: TimeRule = BACKWARD_EULER) -> Context:
+        """Everything an increment from *state* to *time* needs, with plastic flow by a ``rule``; evaluated once an increment."""
         finite = self.problem.kinematics == "finite"
         x_n = self.positions(state.u) if finite else self.X
         depth = self.depth_in(state.history) if finite else self.depth
@@ -312,8 +312,6 @@ class System:
         committed = [self._committed(s, state) for s in surfaces]
         dt = time - state.clock.time
         seconds = dt * plan.seconds
-        if rule is None:
-            rule = TimeRule.of(dt, state.dt_last) if self.has_memory else TimeRule()
         history = [rule.begun(b, h) for b, h in zip(self.blocks, state.history)] if self.has_memory else state.history
         now = elapsed(self.problem, time, state.ends)
         laws = [None if self.frictionless(d) else d for d in plan.friction]
@@ -472,9 +470,10 @@ class System:
         du = self.displacement(u if total else u - c.state.u)
         base = self.initial_history if total else c.history
         history, scale, floor = [], 0.0, ROUND_OFF * EPS * self.stiffness * self.nodes
-        at = At(c.flow_seconds, elapsed(self.problem, c.time, c.state.ends), data is not None, secant)
+        at = At(c.seconds, elapsed(self.problem, c.time, c.state.ends), data is not None, secant)
         for block, old, held in zip(self.blocks, base, flows or [None] * len(self.blocks)):
-            out = sweep(block, c.x_n, du, old, at._replace(flows=held), r, data, self.pattern, c.threads)
+            here = at._replace(dt=c.rule.seconds(block, c.seconds), flows=held)
+            out = sweep(block, c.x_n, du, old, here, r, data, self.pattern, c.threads)
             if out.failed:
                 x, y = self.X[block.cells[out.failed.element]].mean(axis=0)[:2].tolist()
                 return Bulk(scale, floor, (), ElementFailed(out.failed.element, block.body, x, y, out.failed.why))

@@ -1,4 +1,4 @@
-"""Plastic flow by backward differences of second order.
+"""Plastic flow by backward Euler or by the backward difference of second order.
 
 Backward Euler takes the direction of flow at the end of an increment for that of the whole: the error is of first order, and
 bodies whose flow turns pay for it. The backward difference of second order (Curtiss & Hirschfelder 1952), with increments h after
@@ -43,11 +43,23 @@ class TimeRule(NamedTuple):
         ratio = dt / last
         return cls(ratio * ratio / (1.0 + 2.0 * ratio), (1.0 + ratio) / (1.0 + 2.0 * ratio))
 
+    def seconds(self, block: Block, dt: float) -> float:
+        """In which a block's law answers with plastic strain, of dt."""
+        return self.part * dt if _flows(block) else dt
+
     def begun(self, block: Block, history: Array) -> Array:
         """The history (m, q, h) that a block's law begins with."""
-        if not (block.law.plastic and isinstance(block.law, Flowing)):
+        if not _flows(block):
             return history
         out = history.copy()
         own = block.at_law(history).reshape(-1, block.law.size)
         out[..., : block.law.size] = block.law.begin(own, self.share).reshape(*history.shape[:2], -1)
         return out
+
+
+def _flows(block: Block) -> bool:
+    """Whether a block's law is one of J2: others have a rule of their own."""
+    return block.law.plastic and isinstance(block.law, Flowing)
+
+
+BACKWARD_EULER = TimeRule()

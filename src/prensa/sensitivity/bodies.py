@@ -44,14 +44,14 @@ class Elements:
     def of(cls, block: Block, c: Context, x: Array, new: Array, old: Array, history: Array) -> Elements:
         """At node positions x (n, 2) and with the history ``new`` that an increment has led to."""
         law: Any = block.law
-        m, mode = len(block), block.mode
+        m, mode, seconds = len(block), block.mode, c.rule.seconds(block, c.seconds)
         geometry, point = np.empty((m, 5, PER_PLACE)), np.empty((m, 4, PER_POINT))
         flow = law.flow if law.plastic else None
         prepare(
             c.x_n, x, block.cells, old, new, *_moduli(block), mode.axisymmetric, mode.scale, law.plastic,
-            law.plastic and law.yield_on_cauchy, *(NO_FLOW if flow is None else flow), c.flow_seconds, geometry, point,
+            law.plastic and law.yield_on_cauchy, *(NO_FLOW if flow is None else flow), seconds, geometry, point,
         )  # fmt: skip
-        return cls(block, history, old, new, c.rule, c.flow_seconds, geometry, point)
+        return cls(block, history, old, new, c.rule, seconds, geometry, point)
 
     def at_fixed(self, changes: Sequence[Change], k: int, dxn: Array, dx: Array, dold: Array, r: Array) -> tuple[Array, Array]:
         """Histories (d, e, 4, h) and energies (d,) of directions, with their forces added to r (d, ndof); k: the block."""

@@ -162,8 +162,11 @@ def _turns(eq: Equilibrium, state: NewtonState) -> bool:
     tangent: far steps let go of them.
     """
     policy = eq.policy
-    part = policy.turning_elements / max(sum(len(b) for b in eq.system.blocks), policy.turning_elements)
-    limit = (policy.turning if state.iteration else policy.turned) * max(part, policy.least_turning)
+    limit = policy.turning if state.iteration else policy.turned
+    if eq.numerics.time_rule == "bdf2":
+        # in long increments flow turns in few elements too, whose share of all forces falls with their size
+        few = policy.turning_elements
+        limit *= max(few / max(sum(len(b) for b in eq.system.blocks), few), policy.least_turning)
     return eq.flows_held and state.relative > limit
 
 

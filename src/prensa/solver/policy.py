@@ -36,7 +36,7 @@ class Policy:
     turning: float = 0.01
     """… of later iterates, …"""
     turning_elements: int = 300
-    """… in bodies of so many elements; with more, few of them have a share of all forces that is less in proportion, …"""
+    """… of bodies of so many elements; with flow of second order in time in inverse proportion where there are more, …"""
     least_turning: float = 0.05
     """… down to this part of those residuals, …"""
     secant: float = 0.5
@@ -130,13 +130,13 @@ class Policy:
     longest: float = 0.1
     """Automatic increment at most, as a share of the step."""
     travel: float = 0.3
-    """Tool travel per automatic increment, in contact element sizes, …"""
-    plastic_travel: float = 0.6
-    """… and where bodies flow, which follow a tool more smoothly than elastic ones that slip."""
-    plastic: float = 0.02
+    """Tool travel per automatic increment, in contact element sizes."""
+    plastic: float = 0.01
     """Equivalent plastic strain per automatic increment …"""
     spread: float = 0.95
     """… that this share of the points stays below (a singular corner would rule the step otherwise)."""
+    second_order: float = 2.0
+    """Both, over that, where plastic flow is of second order in time."""
     plastic_cut: float = 0.1
     """Share of an increment below which plastic strain alone does not shorten the next."""
     easy: int = 5
