@@ -39,24 +39,17 @@ MENU = (
     ("Decisions", "decisions", "Decisions"),
 )
 GROUPS = {
-    "Solving": ("load", "dump", "solve", "run", "discretise", "CaseError", "evaluate", "sweep", "calibrate"),
-    "Problem": ("Problem", "Units", "Start", "Step", "Case", "Numerics", "Output"),
+    "Solving": ("load", "dump", "solve", "run", "discretise", "evaluate", "results", "particles", "ProgressBar"),
+    "Errors": ("PrensaError", "CaseError", "SolveError"),
+    "Studies, gradients, calibration": ("sweep", "converge", "gradient", "calibrate", "identify", "Observe", "Test"),
+    "Problem": ("Problem", "Units", "Start", "Step", "Until", "ToolForce", "ToolTravel", "Case", "Numerics", "Output"),
     "Bodies": (
-        "Body",
-        "Rectangle",
-        "Grade",
-        "Disc",
-        "Annulus",
-        "Patch",
-        "ArcSide",
-        "SplineSide",
-        "Points",
-        "File",
-        "Tie",
+        "Body", "Rectangle", "Grade", "Strip", "Wire", "Nose", "Disc", "Annulus", "Patch", "ArcSide", "SplineSide", "Points",
+        "File", "Outline", "Tie", "Remesh", "Sizes", "When",
     ),
-    "Contacts, supports, loads": ("Contact", "NoContact", "Fixed", "Motion", "Push", "Load", "Springs"),
+    "Contacts, supports, loads": ("Contact", "NoContact", "Fixed", "Motion", "Crank", "Feed", "Push", "Load", "Springs"),
     "To derive from": ("FlowCurve", "FrictionLaw", "Enforcement", "ToolShape", "IsotropicMaterial", "Material"),
-}
+}  # fmt: skip
 
 
 def inside(path: Path) -> str:

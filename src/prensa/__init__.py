@@ -15,7 +15,10 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "load": "prensa.model.schema",
     "dump": "prensa.model.schema",
     "CaseError": "prensa.model.schema",
+    "PrensaError": "prensa.errors",
+    "SolveError": "prensa.errors",
     "solve": "prensa.sensitivity.solve",
+    "gradient": "prensa.sensitivity.adjoint",
     "discretise": "prensa.fem.discretise",
     "run": "prensa.output.run",
     "particles": "prensa.output.flow",
@@ -50,7 +53,7 @@ def __getattr__(name: str) -> Any:
         import importlib
 
         value = getattr(importlib.import_module(_WHERE[name]), name)
-        if name in ("solve", "run", "results"):
+        if name in ("solve", "gradient", "run", "results"):
             import prensa.output.views
     elif name == "__all__":
         value = __dir__()

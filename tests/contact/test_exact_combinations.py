@@ -68,7 +68,7 @@ def round_tool(element):
 
 
 def on_the_axis():
-    """Quadratic edges in axisymmetry: the node on the axis has no area and is no point."""
+    """Quadratic edges in axisymmetry: a point of the edge at the axis lies between its nodes."""
     tools = {"tool": pr.Circle(radius=3, at=(0.0, 5.0))}
     fixed = {"block.bottom": "xy", "block.left": "x"}
     return block(tools, DRAGGED[:1], element="q8", space="axisymmetric", fixed=fixed)

@@ -62,11 +62,11 @@ MODES = [("small", "reference"), ("small", "current"), ("finite", "current")]
 
 
 def problem(
-    space, kinematics, geometry, element, material, tool, friction, enforcement, follower=False, rule="nodal"
+    space, kinematics, geometry, element, material, tool, friction, enforcement, follower=False, rule="nodal", left=0.5
 ):  # fmt: skip
     axi = space == "axisymmetric"
     n = (9, 4) if element.startswith("q4") else (5, 3)
-    block = pr.Body(pr.Rectangle(size=(4.0, 4.0), n=n, origin=(0.5 if axi else 0.0, 0.0)), material, element)
+    block = pr.Body(pr.Rectangle(size=(4.0, 4.0), n=n, origin=(left if axi else 0.0, 0.0)), material, element)
     loads = {"block.right": pr.Load(pressure=5.0, shear=2.0)} if follower else {}
     return pr.Problem(
         "tangent", space=space, kinematics=kinematics, contact_geometry=geometry, bodies={"block": block},
@@ -167,6 +167,25 @@ def test_integration_rules(space, mode, rule):
         p = problem(
             space, *mode, element, elastic, TOOLS[tool](axi), FRICTION[friction], enforcement, rule=rule
         )  # fmt: skip
+        a, b = check(p, seed=i)
+        closed.append(a)
+        slip.append(b)
+    closed, slip = np.concatenate(closed), np.concatenate(slip)
+    assert slip.any()
+    assert (closed & ~slip).any()
+
+
+@pytest.mark.parametrize("element", ["t6", "q8"])
+@pytest.mark.parametrize("mode", MODES, ids="-".join)
+def test_quadratic_edges_on_the_axis(mode, element):
+    """Within 1e-6 of differences where points lie between three nodes, areas that stretch included; stick and slip occur."""
+    closed, slip = [], []
+    enforcements = (pr.Penalty(beta_T=60.0), pr.Augmented(beta=20.0, beta_T=60.0), pr.Exact(beta=20.0, beta_T=60.0))
+    for i, (tool, friction, enforcement) in enumerate(
+        itertools.product(("plane", "circle", "profile"), ("coulomb", "capped", "shear"), enforcements)
+    ):
+        material, law = MATERIALS["elastic"], FRICTION[friction]
+        p = problem("axisymmetric", *mode, element, material, TOOLS[tool](True), law, enforcement, left=0.0)
         a, b = check(p, seed=i)
         closed.append(a)
         slip.append(b)

@@ -100,3 +100,18 @@ def test_a_shear_factor_needs_a_shear_yield_stress():
             loads(text, "u.yaml")
         loads(text.replace("m: 0.5", "m: 0.5, k: 3"))
         loads(CASE.replace("{type: coulomb, mu: 0.3}", law))
+
+
+@pytest.mark.parametrize(
+    ("space", "side", "thickness", "words"),
+    [("axisymmetric", "left", 1.0, "lies off the axis.*leave that side out"), ("plane strain", "top", 5e-324, "unit of length")],
+)
+def test_a_contact_without_an_area_is_refused(space, side, thickness, words):
+    """A side on the axis of revolution, or a thickness as small as numbers are, leaves no point that could press."""
+    problem = pr.Problem(
+        "flat", space=space, thickness=thickness, bodies={"b": pr.Body(pr.Rectangle((4, 3), (20, 2)), pr.Elastic(1000, 0.3))},
+        tools={"p": pr.Plane(touching="b.top")}, contacts=[pr.Contact(f"b.{side}", "p")], fixed={"b.bottom": "xy"},
+        steps=[pr.Step("press", move={"p": pr.Motion(y=-0.01)})],
+    )  # fmt: skip
+    with pytest.raises(pr.PrensaError, match=f"contact 'b.{side}-p': no point of its surface .*{words}"):
+        pr.discretise(problem)

@@ -73,3 +73,11 @@ def test_a_wrong_change_is_told_as_such(change, words):
     assert text.startswith(f"--set {change}: ") and "\n" not in text
     for word in words:
         assert word in text
+
+
+@pytest.mark.parametrize("change", ["name=\udc8f", "tools.\udc8f.radius=2", "steps.0.name=a\ud800"])
+def test_bytes_of_the_command_line_that_are_no_characters_are_refused(change):
+    """A terminal hands on bytes that are no UTF-8 as halves of characters: refused in printable ones."""
+    with pytest.raises(CaseError, match="halves of characters") as caught:
+        loads(CASE, overrides=[change])
+    assert str(caught.value).isascii()

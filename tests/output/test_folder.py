@@ -259,3 +259,14 @@ def test_a_collection_cut_in_pieces_is_continued(tmp_path):
         vtk.read_collection(path)
     vtk.Fields(tmp_path, keep=3)
     assert [name for _, name in vtk.read_collection(path)] == ["fields/0001.vtu", "fields/0002.vtu"]
+
+
+def test_a_folder_in_the_place_of_a_file_is_told_by_name(tmp_path):
+    """A folder that has the name of a file to be written, or of its temporary one, is said to be in the way, and stays."""
+    for taken in ("fields.pvd", "fields.pvd.part"):
+        (tmp_path / taken / "kept").mkdir(parents=True)
+        with pytest.raises(PrensaError, match=f"{taken} is a folder, where a file is to be written"):
+            files.write_text(tmp_path / "fields.pvd", "text")
+        assert (tmp_path / taken / "kept").is_dir()
+        (tmp_path / taken / "kept").rmdir()
+        (tmp_path / taken).rmdir()

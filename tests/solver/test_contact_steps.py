@@ -40,19 +40,19 @@ def block(rule="nodal", enforcement=None, friction=None, space="plane strain", t
     )  # fmt: skip
 
 
-def equations(problem, increment):
-    """The equations of the increment after a converged one, and where Newton's iteration of it starts."""
+def equations(problem, increment, time=1.0):
+    """The equations of the increment to a time after a converged one, and where Newton's iteration of it starts."""
     system = pr.discretise(problem)
     inc = next(itertools.islice(pr.solve(system), increment - 1, None))
     from prensa.fem.planning import plan_step
 
-    plan = plan_step(system, 0, inc.state.step_start)
-    c = system.context(inc.state, plan, 1.0)
+    plan = plan_step(system, inc.step_number - 1, inc.state.step_start)
+    c = system.context(inc.state, plan, time)
     timer = Timer()
     reduced = Reduced.of(system, plan.fixed, pr.Numerics())
     eq = Equilibrium(system, c, reduced, pr.Numerics(), Policy(), Reporter(lambda *a: None, timer))
     u = inc.state.u.copy()
-    u[plan.fixed] = plan.values(1.0)
+    u[plan.fixed] = plan.values(time)
     return eq, u, inc.state
 
 
@@ -78,9 +78,10 @@ def test_where_no_point_changes_it_is_newtons_step(enforcement, rule, friction, 
     free = eq.reduced.free[eq.reduced.free < eq.system.dofs.tool.slice.start]
     u[free] += size * rng.standard_normal(len(free))
     e = eq.evaluate(u, lam)
-    step = contact_step(eq, u, lam, e, None)
+    found = contact_step(eq, u, lam, e, None)
     plain = eq.reduced.solve(eq.reduced.matrix(e, -e.r), -e.r)
-    assert step is not None
+    assert found is not None
+    step = found.step
     body = eq.system.dofs.displacement.slice
     np.testing.assert_allclose(step[body], plain[body], atol=2e-5 * np.abs(plain[body]).max())
 
@@ -92,14 +93,15 @@ def test_the_linearised_conditions_hold_after_one_step(enforcement, tie):
     eq, u, state = equations(block(enforcement=enforcement, tie=tie), 1)
     lam = eq.system.initial_multipliers(state)
     e = eq.evaluate(u, lam)
-    step = contact_step(eq, u, lam, e, None)
-    assert step is not None
+    found = contact_step(eq, u, lam, e, None)
+    assert found is not None
+    step = found.step
     after = eq.evaluate(u + eq.system.with_slaves(step), lam)
     # what is left is the curvature of the tool and of the bodies' answer: one more step of the kind ends it
     again = u + eq.system.with_slaves(step)
     for _ in range(4):
         e = eq.evaluate(again, lam)
-        again = again + eq.system.with_slaves(contact_step(eq, again, lam, e, None))
+        again = again + eq.system.with_slaves(contact_step(eq, again, lam, e, None).step)
     end = eq.evaluate(again, lam)
     assert eq.norm(end) < 1e-8 * end.scale < eq.norm(after)
 
@@ -135,6 +137,28 @@ def test_a_thin_sheet_between_binder_and_die(friction):
         assert abs(total) < 1e-6 * abs(inc.force("die").y)
     assert increments[-1].force("binder").y == pytest.approx(8.0, rel=1e-6)
     assert sum(inc.statistics.cutbacks for inc in increments) <= 3
+
+
+def test_of_many_candidates_those_that_press_are_enough(monkeypatch):
+    """Begun with the closed points, the linear problem of a sheet ends with the pairs of all points near a tool."""
+    from prensa.solver import contact_step as module
+
+    calls = []
+    one = module._step_of
+    monkeypatch.setattr(module, "_step_of", lambda *given: calls.append(given[-1].sum()) or one(*given))
+    more = False
+    for number in (12, 15):
+        eq, u, _ = equations(sheet(30, None), number, 0.1 * number + 0.1)
+        lam = eq.system.initial_multipliers(eq.context.state)
+        e = eq.evaluate(u, lam)
+        calls.clear()
+        chosen = contact_step(replace(eq, policy=replace(eq.policy, few=0)), u, lam, e, None)
+        more |= len(calls) > 1
+        everything = contact_step(replace(eq, policy=replace(eq.policy, few=1000)), u, lam, e, None)
+        assert chosen is not None and everything is not None and calls[0] < calls[-1]
+        body = eq.system.dofs.displacement.slice
+        np.testing.assert_allclose(chosen.step[body], everything.step[body], atol=1e-5 * np.abs(everything.step[body]).max())
+    assert more
 
 
 def test_a_body_that_nothing_holds_is_not_held_by_the_foundation():

@@ -85,7 +85,7 @@ def test_a_steady_process_starts_closer_to_its_answer(monkeypatch):
 def test_no_time_moves_no_node(element, rule):
     """The start of an increment of no duration is the committed state: nodes that lie in the tool unheld are left there.
 
-    A node on the axis may have no area, and one of a quadratic edge or beside a point inside an edge may be in the tool and open.
+    A node of a quadratic edge at the axis, or beside a point inside an edge, may be in the tool and open.
     """
     p = pr.Problem(
         "tip", space="axisymmetric",

@@ -108,7 +108,7 @@ def test_the_stages_rise_to_what_was_asked_for():
 
 @pytest.mark.parametrize("element", ["q4_fbar", "t6", "q8"])
 def test_stiffer_contacts_start_from_the_pressures_of_softer_ones(element):
-    """Penetrations are divided by the factor of k_n; a held node stays, that on the axis, which is no point of t6 and q8."""
+    """Penetrations are divided by the factor of k_n; a held node stays, that on the axis."""
     body = pr.Body(pr.Rectangle(size=(4.0, 2.0), n=(4, 2)), pr.Elastic(1000.0, 0.3), element)
     press = sliding().steps[:1]
     system = pr.discretise(

@@ -76,6 +76,110 @@ AXIS, XSYMM
 *OUTPUT, FIELD, VARIABLE=PRESELECT
 *END STEP
 """
+DECK_OF_PARTS = """\
+*Heading
+*Part, name=Billet
+*Node
+ 1, 0., 0.
+ 2, 5., 0.
+ 3, 10., 0.
+ 4, 0., 15.
+ 5, 5., 15.
+ 6, 10., 15.
+*Element, type=CAX4R
+ 1, 1, 2, 5, 4
+ 2, 2, 3, 6, 5
+*Nset, nset=Set-1, generate
+ 1, 6, 1
+*Elset, elset=Set-1, generate
+ 1, 2, 1
+*Solid Section, elset=Set-1, material=Alu
+,
+*End Part
+*Part, name=Die
+*Node
+ 1, 0., 0.
+ 2, 15., 0.
+ 3, 30., 0.
+ 4, 0., -5.
+*Element, type=RAX2
+ 1, 1, 2
+ 2, 2, 3
+*Elset, elset=Die, generate
+ 1, 2, 1
+*End Part
+*Part, name=Punch
+*End Part
+*Assembly, name=Assembly
+*Instance, name=Billet-1, part=Billet
+ 0., 1., 0.
+*End Instance
+*Instance, name=Die-1, part=Die
+ 0., 1., 0.
+*End Instance
+*Instance, name=Punch-1, part=Punch
+ 0., 21., 0.
+ 0., 21., 0., 0., 21., 1., 180.
+*Node
+ 1, 0., 5., 0.
+*Nset, nset=Punch-1-RefPt_, internal
+1,
+*Surface, type=SEGMENTS, name=Surf-tool
+START, 30., 5.
+ LINE, -30., 5.
+*Rigid Body, ref node=Punch-1-RefPt_, analytical surface=Surf-tool
+*End Instance
+*Nset, nset=Set-1, instance=Billet-1
+ 1, 4
+*Nset, nset=Set-2, instance=Punch-1
+ 1,
+*Elset, elset=_Top_S3, internal, instance=Billet-1
+ 1, 2
+*Surface, type=ELEMENT, name=Top
+_Top_S3, S3
+*Elset, elset=_Low_S1, internal, instance=Billet-1
+ 1, 2
+*Surface, type=ELEMENT, name=Low
+_Low_S1, S1
+*Elset, elset=_Die_SPOS, internal, instance=Die-1, generate
+ 1, 2, 1
+*Surface, type=ELEMENT, name=Die
+_Die_SPOS, SPOS
+*Rigid Body, ref node=Die-1.4, elset=Die-1.Die
+*End Assembly
+*Amplitude, name=Amp-1
+ 0., 0., 2., 1.
+*Material, name=Alu
+*Elastic
+70000., 0.33
+*Plastic
+ 60., 0.
+180., 2.
+*Surface Interaction, name=IntProp-1
+1.,
+*Friction, slip tolerance=0.005
+ 0.1,
+*Boundary
+Set-1, XSYMM
+Die-1.4, ENCASTRE
+*Contact Pair, interaction=IntProp-1
+Top, Punch-1.Surf-tool
+Low, Die
+*Step, name=Press, nlgeom=YES
+*Static
+0.05, 2.
+*Boundary, amplitude=Amp-1
+Set-2, 1, 1
+Set-2, 2, 2, -3.
+*End Step
+*Step, name=Lift, nlgeom=YES
+*Static
+0.05, 1.
+*Boundary, op=NEW
+Set-1, XSYMM
+Set-2, 1, 2
+*End Step
+"""
 CASE = """\
 name: press
 units: {length: mm, force: N}
@@ -155,7 +259,7 @@ def _written(rng: np.random.Generator, path: Path, text: str) -> str:
 # --------------------------------------------------------------------------------------------------- files of commands
 def _deck(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Check]:
     """`prensa import`, and the case that it writes."""
-    told = _written(rng, here / "deck.inp", DECK)
+    told = _written(rng, here / "deck.inp", DECK if rng.random() < 0.5 else DECK_OF_PARTS)
 
     def attempt() -> None:
         from prensa.bench.fuzz import read

@@ -45,7 +45,7 @@ def with_neighbours(points: Points) -> Points:
     before, after = (np.arange(int(points.nodes.max()) + 1) for _ in range(2))
     before[points.edges[:, 1]], after[points.edges[:, 0]] = points.edges.T
     support = np.stack([own, before[own], after[own]], axis=1)
-    return replace(points, support=support, N=np.tile([1.0, 0.0, 0.0], (len(own), 1)))
+    return replace(points, support=support, N=np.tile([1.0, 0.0, 0.0], (len(own), 1)), with_neighbours=True)
 
 
 def cuts_of(shape: Tool, at: Array, place: Array, x: Array, edges: Index, limit: float) -> list[Cut]:

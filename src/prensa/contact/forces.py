@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.integration import Points, Shares
+from prensa.contact.integration import Points
 from prensa.contact.pairing import Pairs
 from prensa.contact.record import ContactRecord
 from prensa.friction.law import At, FrictionLaw
@@ -286,18 +286,20 @@ def _turn(n, e, arm, turn, moving, P, T, K):
         K[k, 4, 3] += x
 
 
-def stretching(t: Array, pairs: Pairs, shares: Shares, slopes: Array) -> Array:
-    """Stiffness (s, 7, 7) of the areas of the shares where forces grow by t (k,) per area, on (node a, node b, tool).
+def stretching(t: Array, pairs: Pairs, points: Points, slopes: Array) -> Array:
+    """Stiffness (s, 2a + 7, 2a + 7) of the areas of the shares where forces grow by t (k,) per area.
 
-    slopes (s, 2, 2) as `Points.slopes`. F_T = a t(P/a) F_t, so −∂F_T/∂x has −(t − (P/a) ∂t/∂p) F_t ⊗ ∂a/∂x, which reaches
-    over the edge: all of t where the law says m k, nothing of it where it says μ p.
+    On the a nodes that carry the point, both nodes of the share's edge, the tool. slopes (s, 2, 2) as `Points.slopes`.
+    F_T = a t(P/a) F_t, so −∂F_T/∂x has −(t − (P/a) ∂t/∂p) F_t ⊗ ∂a/∂x, which reaches over the edge: all of t where the law says
+    m k, nothing of it where it says μ p.
     """
-    force = t[shares.point, None] * pairs.Ft[shares.point, 0]
+    point = points.shares.point
+    force, N = t[point, None] * pairs.Ft[point, 0], points.N[point]
+    a = 2 * N.shape[1]
     columns = slopes.reshape(-1, 1, 4)
-    K = np.zeros((len(force), 7, 7))
-    for end, N in enumerate((1 - shares.place, shares.place)):
-        K[:, 2 * end : 2 * end + 2, :4] = -(N[:, None] * force[:, :2])[:, :, None] * columns
-    K[:, 4:, :4] = -force[:, 2:, None] * columns
+    K = np.zeros((len(force), a + 7, a + 7))
+    K[:, :a, a : a + 4] = -(N[:, :, None] * force[:, None, :2]).reshape(-1, a, 1) * columns
+    K[:, a + 4 :, a : a + 4] = -force[:, 2:, None] * columns
     return K
 
 

@@ -7,6 +7,7 @@ virtual work ∫ t·δu dΓ ≈ Σ w_q t_q·δu_q decides everything. The rules 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -33,6 +34,15 @@ class Shares(NamedTuple):
     at: Array
     place: Array
 
+    def rows(self, of: Index) -> Shares:
+        """Some of the shares."""
+        return Shares(self.point[of], self.edge[of], self.factor[of], self.at[of], self.place[of])
+
+    @staticmethod
+    def joined(parts: Sequence[Shares]) -> Shares:
+        """Shares of several lists, one list after another."""
+        return Shares(*(np.concatenate(values) for values in zip(*parts)))
+
 
 @dataclass(frozen=True)
 class Points:
@@ -41,7 +51,8 @@ class Points:
     ``nodes`` (n,) global numbers in walking order, ``edges`` (m, 2) with the body on the left (of quadratic ones the two
     pieces between neighbouring nodes); ``support`` (k, a) nodes that carry a point and ``N`` (k, a) their shape values;
     ``depth`` (k,) size of the adjacent elements into the body, in the initial mesh; ``shares``: the parts of the edges that
-    make the weights, ``lumped`` those of the nodes.
+    make the weights, ``lumped`` those of the nodes. ``with_neighbours``: whether the points are nodes that share what a sharp
+    corner covers with their neighbours (`prensa.contact.cut`).
     """
 
     rule: IntegrationRule
@@ -54,6 +65,7 @@ class Points:
     lumped: Shares
     axisymmetric: bool
     thickness: float
+    with_neighbours: bool = False
 
     def __len__(self) -> int:
         return len(self.support)
@@ -99,12 +111,18 @@ class Points:
     @cached_property
     def are_nodes(self) -> bool:
         """Whether the points are the nodes of the surface, one by one."""
-        return self.N.shape[1] == 1 and np.array_equal(self.support[:, 0], self.nodes)
+        return self.N.shape[1] == 1 and self.one_a_node
 
-    @property
-    def with_neighbours(self) -> bool:
-        """Whether the points are nodes that share what a sharp corner covers with their neighbours (`prensa.contact.cut`)."""
-        return self.N.shape[1] == 3
+    @cached_property
+    def one_a_node(self) -> bool:
+        """Whether every node of the surface has one point, at it or, beside an axis of revolution, near it."""
+        return not self.with_neighbours and np.array_equal(self.support[:, 0], self.nodes)
+
+    @cached_property
+    def pairs_at_axis(self) -> Index:
+        """Numbers (e, 2) of the points of quadratic edges that end on the axis, that on it last (`prensa.contact.axis`)."""
+        beside = np.flatnonzero(self.N[:, 0] < 1.0) if self.one_a_node else np.zeros(0, dtype=np.int64)
+        return np.column_stack([beside, self.slots[beside, min(1, self.N.shape[1] - 1)]])
 
     @cached_property
     def slots(self) -> Index:
@@ -170,8 +188,8 @@ def node_normals(x: Array, nodes: Index, edges: Index) -> Array:
 
 
 def point_normals(points: Points, x: Array) -> Array:
-    """Outward unit normals (k, 2) of the surface at the points: of the edge inside it, averaged at a node."""
-    inside = points.N.max(axis=1) < 1.0
+    """Outward unit normals (k, 2) of the surface at the points: of the edge inside it, averaged at a node and near it."""
+    inside = (points.N.max(axis=1) < 1.0) & (not points.one_a_node)
     at_nodes = np.zeros_like(x)
     at_nodes[points.nodes] = node_normals(x, points.nodes, points.edges)
     n = points.at(at_nodes)
@@ -213,7 +231,7 @@ class Candidates:
 
     ``X`` (all nodes, 2) initial positions; ``nodes`` (n,) in walking order; ``edges`` (m, 2) of straight edges or of the two
     pieces of quadratic ones, body on the left, and the ``depth`` (m,) of the elements behind them; ``node_depth`` (n,) the
-    same at the nodes; ``nodal``: the shares of the nodes.
+    same at the nodes; ``nodal``: the shares of the nodes; ``middle`` (n,): whether a node is the middle of a quadratic edge.
     """
 
     rule: IntegrationRule
@@ -223,8 +241,18 @@ class Candidates:
     depth: Array
     node_depth: Array
     nodal: Shares
+    middle: NDArray[np.bool_]
     axisymmetric: bool
     thickness: float
+
+    def tributary(self) -> Array:
+        """∫ N_A dΓ (n,) of the nodes."""
+        return self.all_of(self.nodes[:, None], np.ones((len(self.nodes), 1)), self.node_depth, self.nodal).weights(self.X)
+
+    def slots(self, nodes: Index) -> Index:
+        """Places of nodes of any shape in ``nodes``."""
+        order = np.argsort(self.nodes)
+        return np.asarray(order[np.searchsorted(self.nodes, nodes, sorter=order)], dtype=np.int64)
 
     def all_of(self, support: Index, N: Array, depth: Array, shares: Shares) -> Points:
         """Points carried by the nodes ``support`` (k, a) with shape values N (k, a), whose weights are ``shares``."""
@@ -242,7 +270,7 @@ def points_of(
 ) -> Points:
     """Contact points of a rule on a surface: X (all nodes, 2) initial positions, edges (m, 2|3), depth (m,) behind them.
 
-    A point that has no area (on the axis of revolution Simpson's, and that of a quadratic edge) is left out.
+    A point that has no area (on the axis of revolution Simpson's) is left out.
     """
     number = np.full(int(nodes.max()) + 1, -1, dtype=np.int64)
     number[nodes] = np.arange(len(nodes))
@@ -261,7 +289,7 @@ def points_of(
     if quadratic:
         # Simpson's points are the nodes: the product of a quadratic N_A and a linear radius is integrated exactly
         nodal = nodal._replace(factor=np.where(np.isin(ends, middle), 2 / 3, 1 / 3), at=nodal.place)
-    return rule.points(Candidates(rule, X, nodes, edges, depth, at_nodes, nodal, axisymmetric, thickness))
+    return rule.points(Candidates(rule, X, nodes, edges, depth, at_nodes, nodal, np.isin(nodes, middle), axisymmetric, thickness))
 
 
 def _with_area(points: Points, X: Array, along: Index | None = None) -> Points:
@@ -272,6 +300,6 @@ def _with_area(points: Points, X: Array, along: Index | None = None) -> Points:
     new = np.full(len(points), -1)
     new[along] = np.arange(len(along))
     s = points.shares
-    kept = new[s.point] >= 0
-    shares = Shares(new[s.point[kept]], s.edge[kept], s.factor[kept], s.at[kept], s.place[kept])
+    kept = np.flatnonzero(new[s.point] >= 0)
+    shares = s._replace(point=new[s.point]).rows(kept)
     return replace(points, support=points.support[along], N=points.N[along], depth=points.depth[along], shares=shares)

@@ -75,10 +75,16 @@ class FacePoints:
 
     rule = Nodal()
     are_nodes = True
+    one_a_node = True
     with_neighbours = False
 
     def __len__(self) -> int:
         return len(self.nodes)
+
+    @property
+    def pairs_at_axis(self) -> Index:
+        """None (0, 2): bodies in space have no axis."""
+        return np.zeros((0, 2), dtype=np.int64)
 
     @cached_property
     def support(self) -> Index:

@@ -30,6 +30,7 @@ from prensa.mesh.thin import thin_way_up
 from prensa.model import problem as model
 from prensa.registry import DOORS
 from prensa.tools.place import PlacedTool, ToolError, place
+from prensa.tools.tool import ToolShape
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -114,6 +115,20 @@ def with_laws(system: System, problem: model.Problem) -> System:
     return replace(system, problem=problem, blocks=blocks, surfaces=surfaces)
 
 
+def with_tool(system: System, name: str, tool: ToolShape) -> System:
+    """The same system with a tool of another shape or place; its description stays.
+
+    Raises
+    ------
+    ToolError
+        If the tool cannot be placed.
+
+    """
+    t = list(system.problem.tools).index(name)
+    placed = place(name, tool, system.meshes, _rounding(system.problem, t, system.surfaces))
+    return replace(system, tools=[*system.tools[:t], placed, *system.tools[t + 1 :]])
+
+
 def of_state(problem: model.Problem, state: State) -> System:
     """The system that a state of a problem belongs to: on the meshes of the description, or on those made since."""
     system = discretise(problem)
@@ -191,6 +206,11 @@ def _surfaces(
 ) -> list[Surface]:  # fmt: skip
     out: list[Surface] = []
     for contact, points in zip(problem.contacts, candidates):
+        if not len(points):
+            why = f"has an area with a thickness of {problem.thickness:g}; give it in the case's unit of length"
+            if problem.space == "axisymmetric":
+                why = "lies off the axis, where a body of revolution ends; leave that side out"
+            raise PrensaError(f"contact {contact.name!r}: no point of its surface {why}")
         owner = contact.surface[0].partition(".")[0]
         tool = list(problem.tools).index(contact.against)
         law = material_of(problem.bodies[owner].material, problem.kinematics, problem.space)

@@ -35,8 +35,6 @@ Flags = NDArray[np.bool_]
 
 IN_TURN = 4  # of the contacts, in which nodes are put in place: a node may touch two tools
 FEWEST = 3  # free nodes that can keep a volume
-BULGE = 1e-3  # of an element, by which a node that is no contact point may lie in a tool
-STRAY = 0.05  # of an element, by which it may stand off one between closed neighbours: nothing on the axis pushes it back
 AT_END = 0.02  # of an old side: so near to its end a node is what the end is
 LEAST_SHARE = 0.01  # of the squared normal in directions in which a node may move
 EQUILATERAL = np.array([[1.0, -1.0 / np.sqrt(3.0)], [0.0, 2.0 / np.sqrt(3.0)]])
@@ -194,16 +192,16 @@ class _Places:
         x, record = self.old.positions(self.state.u), self.state.contact.of(old.rows)
         number = np.full(self.old.nodes, -1)
         number[old.points.support[:, 0]] = np.arange(len(old.points))
-        a, b = (number[n] for n in old.points.edges.T)
-        start = x[old.points.edges[:, 0]]
-        way = x[old.points.edges[:, 1]] - start
-        p = self.new.X[new.points.support[:, 0]]
+        between_points = number[old.points.edges]
+        a, b = between_points[(between_points >= 0).all(axis=1)].T
+        at = old.points.at(x)
+        start, way = at[a], at[b] - at[a]
+        p = new.points.at(self.new.X)
         share = np.clip(((p[:, None] - start) * way).sum(axis=2) / (way**2).sum(axis=1), 0.0, 1.0)
         off = p[:, None] - start - share[..., None] * way
         piece = np.hypot(off[..., 0], off[..., 1]).argmin(axis=1)
         t = share[np.arange(len(p)), piece]
-        i, j = a[piece], b[piece]  # a node on the axis has no point: its neighbour stands for it
-        i, j = np.where(i < 0, j, i), np.where(j < 0, i, j)
+        i, j = a[piece], b[piece]
         shut = record.closed
         closed = (shut[i] & shut[j]) | (shut[i] & (t < AT_END)) | (shut[j] & (t > 1 - AT_END))
 
@@ -221,18 +219,15 @@ class _Places:
         target = np.zeros(len(closed))
         if s.description.enforcement.sinks:
             target = np.where(closed, -np.maximum(lam[:, 0], 0.0) / s.scale(target).k_n, 0.0)
-        nodes, of = s.points.nodes, _points_of_nodes(s)
-        closed, target = closed[of], target[of]
-        pairs = current_pairs(self.new.tools[s.tool].shape, self.x[nodes], self.new.tools[s.tool].at, self._place(s))
-        go = closed | (pairs.g < 0)
-        without_point = ~np.isin(nodes, s.points.support[:, 0])
-        off, depth = pairs.g - target, s.points.depth[of]
-        go &= ~without_point | (off < -BULGE * depth) | (off > STRAY * depth)
-        free = np.where(self.held[nodes], 0.0, pairs.n)
-        size = (free**2).sum(axis=1)
-        go &= size > LEAST_SHARE
-        way = np.where(go, (target - pairs.g) / np.where(go, size, 1.0), 0.0)
-        self.x[nodes] += way[:, None] * free
+        for share in np.unique(s.points.N[:, 0])[::-1]:  # points at nodes first, then those that neighbours carry with theirs
+            of = np.flatnonzero(s.points.N[:, 0] == share)
+            nodes, tool = s.points.support[of, 0], self.new.tools[s.tool]
+            pairs = current_pairs(tool.shape, s.points.at(self.x)[of], tool.at, self._place(s))
+            free = np.where(self.held[nodes], 0.0, pairs.n)
+            size = share * (free**2).sum(axis=1)
+            go = (closed[of] | (pairs.g < 0)) & (size > LEAST_SHARE)
+            way = np.where(go, (target[of] - pairs.g) / np.where(go, size, 1.0), 0.0)
+            self.x[nodes] += way[:, None] * free
 
     def _place(self, s: Surface) -> Array:
         return self.new.place_of(s.tool, self.tools_at)
@@ -268,16 +263,6 @@ class _Places:
             record = record.replaced(s.rows, replace(own, coordinate=new.pairs(s, self.tools_at).s))
             lam[s.rows] = multipliers
         return record, lam
-
-
-def _points_of_nodes(s: Surface) -> Index:
-    """Number (n,) of the contact point at each node of a surface; a node on the axis has none, its neighbour's stands for it."""
-    number = np.full(int(s.points.nodes.max()) + 1, -1)
-    number[s.points.support[:, 0]] = np.arange(len(s.points))
-    of = number[s.points.nodes]
-    bare = np.flatnonzero(of < 0)
-    of[bare] = of[np.where(bare + 1 < len(of), bare + 1, bare - 1)]
-    return of
 
 
 def _volume(block: Block, x: Array) -> float:

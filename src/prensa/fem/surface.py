@@ -173,13 +173,15 @@ class ContactInteraction:
         assert f.stretched is not None
         t = f.stretched[:, 0] * s.points.at(system.share(c.depth))
         slopes = s.points.slopes(system.positions(u))
-        K = stretching(t, f.pairs, s.points.shares, slopes)
+        K = stretching(t, f.pairs, s.points, slopes)
         return Part(f"stretch {s.name}", self._stretched_dofs(), None, K)
 
     def _stretched_dofs(self) -> Index:
-        """Degrees of freedom (shares, 7) of both nodes of the shares' edges and the tool."""
+        """Degrees of freedom (shares, 2a + 7) of the nodes that carry the shares' points, those of their edges, and the tool."""
         s = self.surface
-        return self.system.dofs.pairs(s.points.edges[s.points.shares.edge], s.tool)
+        part = s.points.shares
+        nodes = np.hstack([s.points.support[part.point], s.points.edges[part.edge]])
+        return self.system.dofs.pairs(nodes, s.tool)
 
 
 def _usual_sum(most: Array) -> float:

@@ -542,7 +542,8 @@ class System:
         law: Any = self.blocks[number].law
         k = law.shear_strength(history.reshape(-1, history.shape[-1])).reshape(len(s.behind), -1).mean(axis=1)
         part = s.points.shares
-        return np.bincount(part.point, k[part.edge]) / np.bincount(part.point)
+        own = part.rows(np.flatnonzero(part.factor > 0))
+        return np.bincount(own.point, k[own.edge]) / np.bincount(own.point)
 
     def elastic_energy(self, history: Sequence[Array]) -> float:
         """∫ψ dV of a committed history, from the laws' energy functions; of one not computed yet as it was found."""

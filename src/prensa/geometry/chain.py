@@ -187,8 +187,9 @@ def crossings(p: Piece, q: Piece) -> list[Point]:
     if not q.radius:
         t = q.coordinate((cx, cy))
         fx, fy = q.at(t)
-        half = p.radius**2 - (fx - cx) ** 2 - (fy - cy) ** 2
-        if half < -1e-12 * p.radius**2:
+        away = hypot(fx - cx, fy - cy)
+        half = (p.radius - away) * (p.radius + away)
+        if half < -1e-12 * p.radius * p.radius:
             return []
         h = sqrt(max(half, 0.0))
         return [q.at(t - h), q.at(t + h)]

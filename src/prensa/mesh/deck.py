@@ -12,6 +12,8 @@ from prensa.errors import PrensaError
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+LABELS = 10**9  # labels of different instances of an assembly are kept apart by this
+
 
 class FileError(PrensaError):
     """A mesh file that cannot be read; the message names the line and what to do."""
@@ -28,7 +30,8 @@ class Deck:
 
     ``nodes`` label → place (x, y, z); ``cells`` label → node labels (3, 4, 6 or 8 of them); ``parts`` name → cell labels;
     ``lines`` name → groups of nodes (2 or 3) of line elements or of sides of cells; ``points`` name → node labels.
-    ``exclusive``: whether the parts are materials, of which one must be named where there are several.
+    ``kinds`` label of a cell → its type as the file calls it. ``exclusive``: whether the parts are bodies of their own, of
+    which one must be named where there are several.
     """
 
     nodes: dict[int, tuple[float, float, float]] = field(default_factory=dict)
@@ -36,4 +39,5 @@ class Deck:
     parts: dict[str, list[int]] = field(default_factory=dict)
     lines: dict[str, list[tuple[int, ...]]] = field(default_factory=dict)
     points: dict[str, list[int]] = field(default_factory=dict)
+    kinds: dict[int, str] = field(default_factory=dict)
     exclusive: bool = False

@@ -13,7 +13,7 @@ from prensa.mesh.deck import FileError
 
 CASE_OPENING = """\
 # From {name}; the mesh stays in that file. Numbers are those of the deck: say in which units they are.
-# A step lasts one second here; amplitudes have been stretched to it.
+# Times of tables count steps; a step lasts one second, or its duration.
 """
 
 
@@ -39,6 +39,6 @@ def case_text(deck: Path, folder: Path) -> tuple[str, list[str]]:
     writer: Any = YAML(typ="safe", pure=True)
     writer.default_flow_style, writer.width, writer.sort_base_mapping_type_on_output = None, 120, False
     buffer = io.StringIO()
-    ordered: dict[str, Any] = {"name": case["name"], "units": {"length": "mm", "force": "N"}, **case}
+    ordered: dict[str, Any] = {"name": case.pop("name"), "units": case.pop("units", {"length": "mm", "force": "N"}), **case}
     writer.dump(ordered, buffer)
     return CASE_OPENING.format(name=deck.name) + buffer.getvalue(), remarks

@@ -8,7 +8,7 @@ import numpy as np
 
 from prensa.mesh import abaqus, gmsh
 from prensa.mesh.convert import Draft, draft_of, mesh_from_draft, split
-from prensa.mesh.deck import Deck, FileError
+from prensa.mesh.deck import LABELS, Deck, FileError
 from prensa.mesh.mesh import (
     CELL_NAMES,
     COINCIDENT,
@@ -88,14 +88,14 @@ def _cells(deck: Deck, labels: list[int]) -> tuple[Array, dict[int, Index], dict
     for label in labels:
         for n in deck.cells[label]:
             if n not in deck.nodes:
-                raise FileError(f"element {label} refers to node {n}, which the file does not have")
+                raise FileError(f"element {label % LABELS} refers to node {n % LABELS}, which the file does not have")
             used[n] = None
     order = sorted(used)
     number = {n: k for k, n in enumerate(order)}
     xyz = np.array([deck.nodes[n] for n in order])
     if not np.isfinite(xyz).all():
         k = int(np.argmax(~np.isfinite(xyz).all(axis=1)))
-        raise FileError(f"node {order[k]} has a coordinate that is not a finite number")
+        raise FileError(f"node {order[k] % LABELS} has a coordinate that is not a finite number")
     if np.ptp(xyz[:, 2]) > 1e-9 * np.ptp(xyz, axis=0).max():
         raise FileError("its elements do not lie in the plane of x and y (their z differs); draw the section in x, y")
     by_kind: dict[int, list[list[int]]] = {}

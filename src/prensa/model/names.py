@@ -7,17 +7,41 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 SYMMETRY = "symmetry"  # in ``no_contact``: the lines of symmetry and the axis
+FIELD_WORDS = {
+    "angle": "rz", "rotation": "rz", "rot": "rz", "turn": "rz", "phi": "rz", "theta": "rz",
+    "young": "E", "youngs_modulus": "E", "elastic_modulus": "E", "modulus": "E",
+    "poisson": "nu", "poissons_ratio": "nu", "poisson_ratio": "nu",
+    "friction_coefficient": "mu", "coefficient": "mu", "cof": "mu",
+    "shear_factor": "shear", "friction_factor": "m", "tresca": "shear",
+    "plastic": "j2", "plasticity": "j2", "elastoplastic": "j2", "elastic_plastic": "j2", "mises": "j2", "von_mises": "j2",
+    "hardening": "flow", "flow_curve": "flow", "flow_stress": "flow",
+    "yield_stress": "s0", "yield": "s0", "sigma_y": "s0", "sigma0": "s0",
+    "roller": "circle", "roll": "circle", "cylinder": "circle", "wall": "plane", "plate": "plane", "line": "plane",
+    "polyline": "profile", "displacement": "move", "travel": "move", "stroke": "move", "force": "push",
+    "supports": "fixed", "support": "fixed", "boundary": "fixed", "boundary_conditions": "fixed", "constraints": "fixed",
+    "parts": "bodies", "workpiece": "bodies", "workpieces": "bodies", "blank": "bodies",
+    "interactions": "contacts", "pairs": "contacts", "dies": "tools", "rigid_bodies": "tools",
+}  # fmt: skip
+"""Words of the trade and of other programs, and the name that stands for each in a description."""
+
+
+def of_the_trade(word: str) -> str | None:
+    """The name in a description that a word of the trade or of another program stands for, if one does."""
+    return FIELD_WORDS.get(word.casefold().replace(" ", "_").replace("'", ""))
 
 
 def suggest(name: str, known: Iterable[str]) -> str:
-    """'; did you mean …?' for the nearest known name, or the list of the known ones."""
+    """'; did you mean …?' for the nearest known name or the one that the word of the trade stands for, or the known ones."""
     known = list(known)
     close = difflib.get_close_matches(name, known, n=1)
     if not close:
         close = [k for k in known if k.casefold() == name.casefold()]
     if close:
         return f"; did you mean {close[0]!r}?"
-    return f"; known: {', '.join(map(repr, known))}" if known else "; none is defined"
+    listed = f"known: {', '.join(map(repr, known))}"
+    if (here := of_the_trade(name)) in known:
+        return f"; did you mean {here!r}? {listed}"
+    return f"; {listed}" if known else "; none is defined"
 
 
 @dataclass(frozen=True)

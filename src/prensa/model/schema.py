@@ -76,8 +76,9 @@ def loads(
     """
     take("loads", "text", text, str, "give the text of a case file")
     overrides = _changes(overrides)
-    if not text.isascii() and _HALVES.search(text):
-        raise CaseError([Mistake(Mark(name), "the text has halves of characters (surrogates), which no file can hold")])
+    for given, place in ((text, name), *((item, f"--set {item!a}") for item in overrides)):
+        if not given.isascii() and _HALVES.search(given):
+            raise CaseError([Mistake(Mark(place), "the text has halves of characters (surrogates), which no file can hold")])
     tree, known = yaml.read(text, name, bounded=bounded)
     if tree.value is None:
         raise CaseError([*known, Mistake(Mark(name), "the file is empty; a case needs 'name', 'bodies' and 'steps'")])

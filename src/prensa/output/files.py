@@ -37,6 +37,9 @@ def replacing(path: Path, durable: bool = True) -> Iterator[Path]:
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(path.name + TEMPORARY)
+    for taken in (path, temporary):
+        if taken.is_dir() and not taken.is_symlink():
+            raise PrensaError(f"{taken} is a folder, where a file is to be written: move it away")
     temporary.unlink(missing_ok=True)  # a link would be followed
     try:
         yield temporary

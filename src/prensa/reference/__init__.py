@@ -12,6 +12,7 @@
 | `limit_load` | limit loads in plane strain from above, by linear programming |
 | `bending` | moment, curvature and springback of a strip |
 | `free_bending` | angle of a strip bent round a punch into a die |
+| `draw_bending` | pull and curl of a strip drawn over radii, drawbeads |
 | `buckling` | columns: Euler's load, the elastica |
 | `tables` | tabulated results of other programs and papers |
 
@@ -20,6 +21,7 @@ Any consistent units. Functions take and return plain numbers and numpy arrays; 
 
 from .bending import Bending, bend_strip, bend_strip_perfect, bend_strip_power
 from .buckling import elastica_clamped, euler_clamped
+from .draw_bending import DrawBending, draw_bending
 from .extrusion import can_strain, can_upper_bound
 from .forming import (
     Drawing,
@@ -89,6 +91,7 @@ from .upsetting import (
 __all__ = [
     "Bending",
     "CattaneoMindlin",
+    "DrawBending",
     "Drawing",
     "FreeBending",
     "HertzLine",
@@ -117,6 +120,7 @@ __all__ = [
     "crossed",
     "cylinder_on_layer_pressure",
     "cylinder_on_layer_table",
+    "draw_bending",
     "elastica_clamped",
     "euler_clamped",
     "flat_punch_stick",

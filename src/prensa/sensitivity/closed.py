@@ -114,9 +114,10 @@ def differentiate(
     points = [Points.of(c, k, f, _committed(at, k, f, carried, changes, dxn, X, given)) for k, f in enumerate(at.e.contacts)]
     for p in points:
         p.add_to(r)
-    r = r.T + columns.times(given.motion.T) if given.motion.any() else r.T
-    x = columns.solve(-r)
-    r, x = np.ascontiguousarray((r + columns.times(x)).T), np.ascontiguousarray(x.T) + given.motion
+    start, sizes = _started(carried["u"], c, given.motion), np.array([d.parameter.size for d in before.directions])
+    r = r.T + columns.times(start)
+    x = columns.solve(-sizes * r) / sizes
+    r, x = np.ascontiguousarray((r + columns.times(x)).T), np.ascontiguousarray((start + x).T)
     nodal = np.ascontiguousarray(x[:, first]).reshape(m, -1, 2)
     for b, (dnew, energy) in zip(elements, bodies):
         b.along(nodal, dnew, energy)
@@ -125,6 +126,13 @@ def differentiate(
     found = Closed(x, r, given.force, points)
     after = _carried_on(at, before, found, [b[0] for b in bodies], sum(b[1] for b in bodies), state, changes)
     return Bundle(before.directions, after), found
+
+
+def _started(u: Array, c: Context, motion: Array) -> Array:
+    """First guess (ndof, d) of the derivatives: those of the committed u (d, ndof), with the prescribed ones as they will be."""
+    out = np.array(u.T, order="C")
+    out[c.plan.fixed] = motion.T[c.plan.fixed]
+    return out
 
 
 def _places(changes: Sequence[Change], shape: tuple[int, ...]) -> Array:

@@ -166,6 +166,12 @@ class Direction:
         given[at.c.plan.fixed] = self.difference(*(side.c.plan.values(side.c.time) for side in sides))
         return dr, system.with_slaves(given)
 
+    def guess(self, at: Solution) -> Array:
+        """What the derivatives of the free dofs (ndof,) have been, 0 for the prescribed ones."""
+        out = np.array(self.carried["u"])
+        out[at.c.plan.fixed] = 0.0
+        return at.system.with_slaves(out)
+
     def _context(self, at: Solution, sign: float, system: System, stabilisation: Stabilisation) -> Context:
         """The increment beside, from the committed state that belongs to it."""
         old = at.c.state.moved(self.carried, sign * self.step)
@@ -278,12 +284,14 @@ def _tangential(f: ContactForces, lam: Array) -> Array:
 
 
 class Columns:
-    """Solutions for many right-hand sides with the matrix at a solution."""
+    """Solutions for many right-hand sides with the matrix at a solution.
+
+    Newton's last factors are those of a matrix a step away, and substitutions for many columns together cost a tenth of new
+    factors: a few of them, each with the residual of the matrix at the solution, do for all columns.
+    """
 
     def __init__(self, reduced: Reduced, e: Evaluation, pattern: Pattern) -> None:
         self.reduced, self.e, self.pattern = reduced, e, pattern
-        self.matrix = reduced.matrix(e, np.zeros(len(e.r)))
-        self.factored = False
 
     @cached_property
     def whole(self) -> csc_matrix:
@@ -298,18 +306,41 @@ class Columns:
         return np.asarray(self.whole @ x)
 
     def solve(self, b: Array) -> Array:
-        """Dofs of K x = b for b (ndof,) or (ndof, d), zero where prescribed.
+        """Dofs of K x = b for b (ndof,) or (ndof, d), zero where prescribed; b: of parameters that change by their sizes.
 
-        Of exact contacts once refined, which takes back what `determined` adds to the matrix.
+        Raises
+        ------
+        SingularError
+            If no solver can factor K.
+
         """
-        x = self._solved(b)
-        return x + self._solved(b - self.times(x)) if self.reduced.equations else x
+        x, left, done = np.zeros_like(b), b, False
+        if self.reduced.factorisation.factored:
+            x, left, done = self._substituted(x, left)
+        if not done:
+            # of exact contacts `determined` adds to the matrix, which substitutions take back
+            self.reduced.solve(self.reduced.matrix(self.e, np.zeros(len(b))), b if b.ndim == 1 else b[:, 0])
+            x, left, _ = self._substituted(x, left)
+        return x
 
-    def _solved(self, b: Array) -> Array:
-        if self.factored:
-            return self.reduced.again(b)
-        self.factored = True
-        if b.ndim == 1:
-            return self.reduced.solve(self.matrix, b)
-        first = self.reduced.solve(self.matrix, b[:, 0])[:, None]
-        return np.hstack([first, self.reduced.again(b[:, 1:])]) if b.shape[1] > 1 else first
+    def _substituted(self, x: Array, left: Array) -> tuple[Array, Array, bool]:
+        """Dofs x, for which ``left`` is still to do, improved with the factors at hand; what is left then, and if that is enough.
+
+        It ends where new factors would be cheaper than the substitutions that are still to come.
+        """
+        policy, size = self.reduced.policy, self._share(left)
+        while True:
+            step = self.reduced.again(left)
+            rest = left - self.times(step)
+            before, size = size, self._share(rest)
+            if not size < before:
+                return x, left, before <= policy.columns_enough
+            x, left = x + step, rest
+            if size <= policy.columns_fine:
+                return x, left, True
+            if size * (size / before) ** policy.corrections > policy.columns_fine:
+                return x, left, size <= policy.columns_enough
+
+    def _share(self, r: Array) -> float:
+        """The largest norm of the free rows of columns r (ndof,) or (ndof, d), moments divided by a length, over the forces."""
+        return float(np.max(self.reduced.weight @ np.abs(self.reduced.restriction.part(r)))) / self.e.scale

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import partial
 from typing import Any
 
 from prensa.errors import ArgumentError, PrensaError, take
-from prensa.fem.discretise import discretise, with_laws
+from prensa.fem.discretise import discretise, with_laws, with_tool
 from prensa.fem.system import System
 from prensa.model.checks import suggest
 from prensa.model.problem import Problem
@@ -123,10 +123,20 @@ class Parameter:
 
         """
         make = partial(with_laws, system) if LEAVES_MESHES.match(self.path) else discretise
+        return self._both(lambda value: make(with_values(system.problem, {self.path: value})), step)
+
+    def tools_beside(self, system: System, step: float) -> tuple[System, System]:
+        """As `neighbours` for a number of the shape or place of a tool, which changes nothing else of the system.
+
+        The description of the system stays the one that it is.
+        """
+        _, name, *rest = self.path.split(".")
+        tool = system.problem.tools[name]
+        return self._both(lambda value: with_tool(system, name, _replaced(tool, [(rest, value)])), step)
+
+    def _both(self, make: Callable[[float], System], step: float) -> tuple[System, System]:
         try:
-            above, below = (
-                make(with_values(system.problem, {self.path: self.value + sign * step})) for sign in (1.0, -1.0)
-            )
+            above, below = make(self.value + step), make(self.value - step)
         except PrensaError as error:
             raise ArgumentError(
                 f"derivatives: {self.path} = {self.value:g} cannot be varied both ways ({str(error).splitlines()[0]})"

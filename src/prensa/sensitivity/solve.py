@@ -21,7 +21,7 @@ from prensa.model.remeshing import remeshing_of
 from prensa.sensitivity.closed import Beside, Bundle, covers, differentiate
 from prensa.sensitivity.direct import Columns, Direction, Neighbour, Solution
 from prensa.solver import time_stepping
-from prensa.solver.equilibrium import NewtonResult
+from prensa.solver.equilibrium import Equilibrium, NewtonResult
 from prensa.solver.increment import Derivatives, Increment, Monitor
 from prensa.solver.passages import Passages
 from prensa.solver.policy import Policy
@@ -75,7 +75,7 @@ def solve(
         return time_stepping.solve(problem, numerics, start, monitor, timer, policy, passages, times, stops)
     time_stepping.check_arguments(problem, numerics, start, monitor, timer, policy)
     system = problem if isinstance(problem, System) else discretise(problem)
-    _refuse(system, start, derivatives)
+    refuse(system, start, derivatives)
     if start is None:
         told_before(system)
     policy = policy or Policy()
@@ -88,7 +88,7 @@ def solve(
     return stepping.run(begin)
 
 
-def _refuse(system: System, start: State | None, derivatives: Sequence[str]) -> None:
+def refuse(system: System, start: State | None, derivatives: Sequence[str]) -> None:
     """Tell what has no derivative."""
     if system.courses is not None or system.more:
         raise ArgumentError(
@@ -188,6 +188,10 @@ class Differentiated(TimeStepping):
         self.bundle: Bundle | None = None
         self.told: set[str] = set()
 
+    def equilibrium(self, c: Context) -> Equilibrium:
+        """As `TimeStepping.equilibrium`, with the matrix at the solution."""
+        return replace(super().equilibrium(c), keeps_matrix=True)
+
     def commit(
         self, c: Context, control: StepControl, result: NewtonResult, spent: int, cutbacks: int
     ) -> tuple[State, Increment]:
@@ -217,10 +221,12 @@ class Differentiated(TimeStepping):
         """
         assert self.reduced is not None
         assert result.evaluation is not None
-        c, system = replace(c, lagged=False), self.system
+        lagged, c, system = c.lagged, replace(c, lagged=False), self.system
         branches = system.branches(c, result.evaluation)
-        lam = system.initial_multipliers(c.state)
-        at = Solution(system, c, result.u, lam, system.evaluate(c, result.u, lam, like=branches), branches)
+        lam, e = system.initial_multipliers(c.state), result.evaluation
+        if e.data is None or lagged:  # else it has its own branches
+            e = system.evaluate(c, result.u, lam, like=branches)
+        at = Solution(system, c, result.u, lam, e, branches)
         columns = Columns(self.reduced, at.e, system.pattern)
         known = [d for d in self.directions if d.is_known(c)] if covers(c) else []
         found = self._closed(at, columns, known, state)
@@ -257,10 +263,11 @@ class Differentiated(TimeStepping):
             if side.e.failed:
                 raise PrensaError(f"derivatives: the increment beside, with another {d.parameter.path}, cannot be evaluated")
         dr, given = d.equation(at, sides)
-        dr += columns.times(given)
-        x = columns.solve(-dr)
+        start, size = given + d.guess(at), d.parameter.size
+        dr += columns.times(start)
+        x = columns.solve(-size * dr) / size
         reaction = dr + columns.times(x)
-        neighbours, rest = d.neighbours(at, sides, given + x, reaction, result, state.clock.dt)
+        neighbours, rest = d.neighbours(at, sides, start + x, reaction, result, state.clock.dt)
         return neighbours, self._proved(at, d, self.reduced.norm(rest))
 
     def _proved(self, at: Solution, d: Direction, rest: float) -> float:

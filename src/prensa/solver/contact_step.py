@@ -29,7 +29,9 @@ from prensa.fem.system import Evaluation
 from prensa.solver.complementarity import complementary
 from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.friction_step import Friction, as_rows, tractions
+from prensa.solver.linear import SingularError
 from prensa.solver.policy import Policy
+from prensa.solver.projection import linear_gap
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -43,24 +45,54 @@ class Candidates(NamedTuple):
     trial: Array
 
 
+class ContactStep(NamedTuple):
+    """A step (ndof,), and whether it found out itself which points slip, too."""
+
+    step: Array
+    decided: bool
+
+
 def contact_step(
     eq: Equilibrium, u: Array, lam: Array, e: Evaluation, stick: Flags | None, most: int | None = None
-) -> Array | None:  # fmt: skip
-    """Step (ndof,) from the iterate u (ndof,), whose evaluation is e; None where there is none or it would cost too much.
+) -> ContactStep | None:  # fmt: skip
+    """Step from the iterate u (ndof,), whose evaluation is e; None where there is none or it would cost too much.
 
-    stick (points,): contact points that are forced to stick where the step does not decide that (see `decides_friction`);
-    ``most``: candidates at most, `Policy.most_candidates` if not given.
+    stick (points,): contact points that are forced to stick where the step does not decide that; ``most``: candidates to
+    begin with at most, `Policy.most_candidates` if not given.
+
+    Few points near a tool are all candidates. Of many (a flange lies near its binder everywhere and touches it nowhere but
+    on a ridge) those that are closed are, and then those that a step would take through a tool, until it takes none.
     """
-    policy = eq.policy
-    near = _near(eq, e)
-    if not 0 < near.sum() <= (policy.most_candidates if most is None else most):
+    near, taken = _near(eq, e), _first(eq, e)
+    if most is not None and taken.sum() > most:
         return None
+    while 0 < taken.sum() <= eq.policy.most_candidates:
+        try:
+            found = _step_of(eq, u, lam, e, stick, taken)
+        except SingularError:
+            if taken.sum() == near.sum():
+                raise
+            found, taken = None, near
+            continue
+        if found is None or taken.sum() == near.sum():
+            return found
+        missed = near & ~taken & _passed(eq, e, found.step)
+        if not missed.any():
+            return found
+        taken = taken | missed
+    return None
+
+
+def _step_of(
+    eq: Equilibrium, u: Array, lam: Array, e: Evaluation, stick: Flags | None, near: Flags
+) -> ContactStep | None:  # fmt: skip
+    """As `contact_step`, with the candidates ``near`` (points,)."""
     rubbing = _rubbing(eq, e, near)
-    if rubbing is None:
-        rubbing = np.zeros_like(near)
-    else:
+    if decided := rubbing is not None:
         stick = None
-    shares = policy.foundation * np.stack([near, rubbing], axis=1).astype(np.float64)
+    else:
+        rubbing = np.zeros_like(near)
+    shares = eq.policy.foundation * np.stack([near, rubbing], axis=1).astype(np.float64)
     base = eq.evaluate(u, lam, stick=stick, foundation=shares)
     if base.failed:
         return None
@@ -86,17 +118,35 @@ def contact_step(
         step = None if found is None else alone + eq.reduced.again(forces.T @ found)
     # they are not those of Newton's matrix, which finishing substitutions want
     eq.reduced.factorisation.begin()
-    return step
+    return None if step is None else ContactStep(step, decided)
 
 
 def affordable(eq: Equilibrium, e: Evaluation) -> bool:
     """Whether a contact step from the evaluation e costs no more than another iteration, so that Newton takes them anyway."""
-    return not e.contacts or int(_near(eq, e).sum()) <= eq.policy.few
+    return not e.contacts or int(_first(eq, e).sum()) <= eq.policy.few
 
 
 def decides_friction(eq: Equilibrium, e: Evaluation) -> bool:
-    """Whether a contact step from the evaluation e finds out itself which points slip, too; so it does where none can."""
-    return _rubbing(eq, e, _near(eq, e)) is not None
+    """Whether a contact step from the evaluation e may find out itself which points slip, too; so it does where none can."""
+    return _rubbing(eq, e, _first(eq, e)) is not None
+
+
+def _first(eq: Equilibrium, e: Evaluation) -> Flags:
+    """Points (points,) that are candidates from the beginning."""
+    near = _near(eq, e)
+    if near.sum() <= eq.policy.few:
+        return near
+    return near & (np.concatenate([f.p > 0 for f in e.contacts]) | eq.context.state.contact.closed)
+
+
+def _passed(eq: Equilibrium, e: Evaluation, step: Array) -> Flags:
+    """Points (points,) that a step (ndof,) from the evaluation e takes through their tool."""
+    delta = eq.system.displacement(step)
+    gaps = [
+        linear_gap(eq.system, s, f.pairs, step, (f.points or s.points).at(delta))
+        for s, f in zip(eq.system.surfaces, e.contacts)
+    ]
+    return np.concatenate(gaps) < 0.0
 
 
 def _near(eq: Equilibrium, e: Evaluation) -> Flags:

@@ -76,6 +76,8 @@ class Equilibrium:
     report: Reporter
     flows_held: bool = False
     """Whether bodies may flow, and their supports alone hold each of them."""
+    keeps_matrix: bool = False
+    """Whether the matrix at the solution is wanted: evaluations that are likely to be the last make it."""
 
     def evaluate(
         self, u: Array, lam: Array, stiffness: bool = True, section: str = "assembly", **overrides: Unpack[Overrides]

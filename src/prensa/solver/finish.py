@@ -60,6 +60,11 @@ class Finish:
         e = self.evaluation
         return not (self.norm > eq.policy.fine * e.scale or e.violation > eq.policy.tight)
 
+    def is_nearly_there(self, eq: Equilibrium) -> bool:
+        """Whether another substitution is likely to be the last."""
+        policy = eq.policy
+        return self.norm * max(self.rate, policy.usual_rate) <= policy.fine * self.evaluation.scale
+
     def within(self, eq: Equilibrium) -> bool:
         """Whether the residual is within the tolerance, or is that of round-off."""
         return self.norm <= eq.numerics.tolerance * self.evaluation.scale or self.norm <= self.evaluation.floor
@@ -102,7 +107,7 @@ def _substitute(eq: Equilibrium, done: Finish, lam: Array, secant: Secant) -> No
     ):
         with eq.report.timed("factorisation and solve"):
             step = secant.step(eq.reduced.again(-done.evaluation.r))
-        better = eq.evaluate(done.u + step, lam, stiffness=False)
+        better = eq.evaluate(done.u + step, lam, stiffness=eq.keeps_matrix and done.is_nearly_there(eq))
         size = eq.norm(better)
         done.stalled = not size < policy.contraction * done.norm
         if size < done.norm:  # a little better may be within the tolerance

@@ -86,7 +86,8 @@ def observe(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> None:
     state.relative = state.norm / e.scale if e.scale > 0 else 0.0
     state.reversed = reversed_slip(before, now)
     state.settled = np.array_equal(now > 0, state.closed if before is None else before > 0)
-    result.u, result.affordable = state.u, affordable(eq, e)
+    result.u = state.u
+    result.affordable = result.affordable if state.iteration else affordable(eq, e)
     result.residuals.append(state.relative)
     result.changes.append(int((now != before).sum()) if before is not None else len(now))
     eq.report.iteration(result, e)
@@ -198,11 +199,10 @@ def _contact_direction(eq: Equilibrium, state: NewtonState, by_contact: bool) ->
         e = state.evaluation
         assert e is not None
         stick = state.reversed if reverses else None
-        decides = decides_friction(eq, e)
-        delta = contact_step(eq, state.u, state.lam, e, stick) if by_contact or decides else None
-        if delta is not None:
+        found = contact_step(eq, state.u, state.lam, e, stick) if by_contact or decides_friction(eq, e) else None
+        if found is not None:
             state.evaluation = None
-            return e._replace(data=None), delta, decides
+            return e._replace(data=None), *found
     return *_direction(eq, state), False
 
 
@@ -219,10 +219,10 @@ def _decided(
     changes = full.failed or (state.iteration > 0 and not np.array_equal(before > 0, after > 0))
     if not (turns or changes):
         return None
-    decides = decides_friction(eq, e)
-    delta = contact_step(eq, state.u, state.lam, e, None, eq.policy.few) if decides or not turns else None
-    if delta is None:
+    found = contact_step(eq, state.u, state.lam, e, None, eq.policy.few) if decides_friction(eq, e) or not turns else None
+    if found is None:
         return None
+    delta, decides = found
     result.iterations += 1
     if eq.runaway(delta) is not None:
         return None

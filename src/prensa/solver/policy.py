@@ -51,6 +51,10 @@ class Policy:
     """Step over the size of a parameter for differences of the residual with held branches: smooth, so round-off decides."""
     flat: float = 1e-5
     """Share of the forces, beyond round-off, that may be left of the residual along a derivative."""
+    columns_fine: float = 1e-11
+    """Share of the forces that substitutions with Newton's last factors may leave of the linear equations of a derivative …"""
+    columns_enough: float = 1e-10
+    """… and where round-off leaves more, this share."""
 
     # ------------------------------------------------------------------------------------------------------- finish
     near: float = 1e-5
@@ -61,6 +65,8 @@ class Policy:
     """Penetration and elastic slip over the element depth that exact contacts reach."""
     corrections: int = 4
     """Substitutions, with an evaluation each, that cost as much as a factorisation with its own."""
+    usual_rate: float = 1e-3
+    """Ratio of successive residuals that a substitution with new factors is expected to have."""
     contraction: float = 0.3
     """Ratio of successive residuals above which substitutions with old factors are given up."""
     stalled: float = 10.0

@@ -33,7 +33,10 @@ def hint(failure: Failure) -> str:
     """What to try against a failure."""
     match failure:
         case _ if isinstance(failure, FreeToMove):
-            return "support the body or the tool in that direction, or hold it until contact does"
+            return (
+                "support the body or the tool in that direction, or hold it until contact does; a body that its tools leave "
+                "springs back without supports in a step with 'remove_tools: true'"
+            )
         case Unevaluable(ElementFailed(why=Why.INVERTED)):
             return (
                 "more 'increments', a mesh that is coarser or better shaped there, another 'element' (q4_fbar, q4, "

@@ -42,7 +42,7 @@ def project_prediction(system: System, c: Context, u: Array, policy: Policy = DE
     """
     for s, now in zip(system.surfaces, c.surfaces):
         closed = s.points.any_at_nodes(c.state.contact.closed[s.rows])
-        has_point = s.points.any_at_nodes(np.ones(len(s.points), dtype=bool))  # a node on the axis may have no area
+        has_point = s.points.any_at_nodes(np.ones(len(s.points), dtype=bool))  # one without area has none
         if s.sharp:  # of a cut edge the point between its nodes has a gap to keep, neither of these
             has_point &= ~now.points.any_at_nodes(now.points.N[:, 0] < 1.0)
         committed = system.node_pairs(s, c.state.u).g
@@ -77,16 +77,16 @@ def contact_corrected(system: System, c: Context, e: Evaluation, u: Array, step:
     after_lam = system.multipliers(moved, lam)
     for s, f, scale in zip(system.surfaces, e.contacts, c.scales):
         nodes = s.points.nodes
-        target = _linear_gap(system, s, f.pairs, step, (f.points or s.points).at(delta))
+        target = linear_gap(system, s, f.pairs, step, (f.points or s.points).at(delta))
         stays = s.points.any_at_nodes(after_lam[s.rows, 0] - scale.k_n * target > 0)
         stays &= ~system.supported(nodes, c.plan)
         if not s.points.are_nodes:
-            target = _linear_gap(system, s, system.node_pairs(s, u), step, delta[nodes])
+            target = linear_gap(system, s, system.node_pairs(s, u), step, delta[nodes])
         project(system, s, moved, partial(to_gap, target, stays))
     return system.with_slaves(moved)
 
 
-def _linear_gap(system: System, s: Surface, before: Pairs, step: Array, moved: Array) -> Array:
+def linear_gap(system: System, s: Surface, before: Pairs, step: Array, moved: Array) -> Array:
     """Gaps (k,) after a step by the linear model: before (k pairs), moved (k, d) the step of their body points."""
     d, tool = moved.shape[1], system.place_of(s.tool, step)
     return np.asarray(before.g + (before.dg[:, :d] * moved).sum(axis=1) + before.dg[:, d:] @ tool)
@@ -112,5 +112,5 @@ def project_stage(system: System, now: Context, then: Context, u: Array) -> Arra
 def _softer(s: Surface, a: Scale, b: Scale) -> Array:
     """Normal stiffness of one stage over that of another at the nodes (k,); 1 at nodes that carry no point."""
     share = s.points.to_nodes(np.ones(len(s.points)))
-    carries = share > 0  # the end on the axis of a quadratic edge carries no point
+    carries = share > 0  # nodes on the axis may carry none
     return np.where(carries, s.points.to_nodes(a.k_n / b.k_n) / np.where(carries, share, 1.0), 1.0)

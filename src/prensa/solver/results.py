@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.contact.forces import ContactForces
 from prensa.contact.recovery import at_free_edges, recover, smoothed
 from prensa.fem.context import Context
 from prensa.fem.schedule import StepPlan
@@ -147,7 +148,7 @@ def tool_states(system: System, state: State, e: Evaluation) -> dict[str, ToolSt
 
 
 def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> dict[str, ContactState]:
-    """Contact results along each surface; pressures are nodal forces over current tributary areas.
+    """Contact results along each surface; pressures are those of points that are the nodes, else nodal forces over areas.
 
     Closed points slip in a step without friction; with friction those whose traction is on its bound.
     """
@@ -161,42 +162,81 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
         s = s if f.points is None else replace(s, points=f.points, X=f.points.at(system.X))
         nodes, pairs = s.points.nodes, system.node_pairs(s, state.u)
         area, weight = system.tributary(s, where, depth), system.weights(s, where, depth)
-        # a node without area (on the axis, of a quadratic edge) is told what its neighbour is
-        of = _with_area(area)
-        pressure = s.points.to_nodes(f.weight * f.p)[of] / area[of]
-        shear, t = _tangential(s.points.to_nodes(f.area[:, None] * f.t)[of] / area[of, None]), f.area[:, None] * f.t
         from_stress = _pressure_of(patches, nodes, pairs.n)
         slides = f.slip | system.frictionless(law)
         status = np.where(f.p > 0, np.where(slides, 2, 1), 0).astype(np.int8)
-        p, t = f.p * f.weight / weight, _tangential(t / weight[:, None])
+        p, t = f.p * f.weight / weight, _tangential(f.area[:, None] * f.t / weight[:, None])
+        told = _together(s, _Nodal(weight, p, t, f.kappa, status)) if s.points.one_a_node else _at_nodes(s, f, area, status)
         if s.points.rule.projected:
-            p, t = ((s.points.N * v[s.points.slots]).sum(axis=1) for v in (pressure, shear))
-        # a node slips when all the closed points that it carries do
-        sticks, closed = s.points.any_at_nodes(status == 1)[of], s.points.any_at_nodes(status > 0)[of]
+            p, t = ((s.points.N * v[s.points.slots]).sum(axis=1) for v in (told.pressure, told.shear))
         out[s.name] = ContactState(
             surface="+".join(s.description.surface), tool=system.tools[s.tool].name, body=s.body,
-            node=nodes - system.offsets[s.body], X=system.X[nodes], x=x[nodes], gap=pairs.g, pressure=pressure,
-            shear=shear, slip=s.points.to_nodes(f.weight * f.kappa)[of] / s.points.to_nodes(f.weight)[of],
-            status=np.where(closed, np.where(sticks, 1, 2), 0).astype(np.int8), weight=area,
+            node=nodes - system.offsets[s.body], X=system.X[nodes], x=x[nodes], gap=pairs.g, pressure=told.pressure,
+            shear=told.shear, slip=told.slip, status=told.status, weight=told.weight,
             force=s.points.to_nodes(f.F[:, : system.dofs.dimension]), pressure_from_stress=from_stress,
             pressure_smoothed=_pressure_of(smooth, nodes, pairs.n),
-            error=np.where(closed, np.abs(pressure - from_stress), 0.0), area=float(weight[f.p > 0].sum()),
+            error=np.where(told.status > 0, np.abs(told.pressure - from_stress), 0.0), area=float(weight[f.p > 0].sum()),
             points=PointValues(s.X, s.points.at(x), f.g, p, t, f.kappa, status, weight, state.contact.speed[s.rows]),
         )  # fmt: skip
     return out
 
 
+class _Nodal(NamedTuple):
+    """What a contact is told to be at its n nodes: areas, pressures, tractions, slips, status."""
+
+    weight: Array
+    pressure: Array
+    shear: Array
+    slip: Array
+    status: NDArray[np.int8]
+
+
+def _together(s: Surface, told: _Nodal) -> _Nodal:
+    """The values of points as those of their nodes; the two points of a quadratic edge at the axis are told as one.
+
+    That on the axis has a twelfth of the other's area: what nodal forces of quadratic elements are off by would be ten times the
+    share of its pressure that it is of others.
+    """
+    if not len(pairs := s.points.pairs_at_axis):
+        return told
+    share = told.weight[pairs] / told.weight[pairs].sum(axis=1, keepdims=True)
+    pressure, shear, slip = (v.copy() for v in (told.pressure, told.shear, told.slip))
+    for v in (pressure, shear, slip):
+        v[pairs] = (share * v[pairs]).sum(axis=1, keepdims=True)
+    own = told.status[pairs]
+    status = told.status.copy()
+    status[pairs] = np.where((own == 1).any(axis=1), 1, own.max(axis=1))[:, None]
+    return _Nodal(told.weight, pressure, shear, slip, status)
+
+
+def _at_nodes(s: Surface, f: ContactForces, area: Array, status: NDArray[np.int8]) -> _Nodal:
+    """Nodal forces over tributary areas (n,); a node without area is told what its neighbour is.
+
+    A node slips when all the closed points that it carries do.
+    """
+    of = _with_area(area)
+    pressure = s.points.to_nodes(f.weight * f.p)[of] / area[of]
+    shear = _tangential(s.points.to_nodes(f.area[:, None] * f.t)[of] / area[of, None])
+    slip = s.points.to_nodes(f.weight * f.kappa)[of] / s.points.to_nodes(f.weight)[of]
+    sticks, closed = s.points.any_at_nodes(status == 1)[of], s.points.any_at_nodes(status > 0)[of]
+    return _Nodal(area, pressure, shear, slip, np.where(closed, np.where(sticks, 1, 2), 0).astype(np.int8))
+
+
 def _apart(system: System, s: Surface, state: State, where: Array, depth: Array | None) -> ContactState:
     """A contact whose tool is gone: open everywhere, infinitely far; nothing is recovered without the tool's normal."""
     x, nodes = system.positions(state.u), s.points.nodes
-    area = system.tributary(s, where, depth)
     nothing, unknown, n = np.zeros(len(nodes)), np.full(len(nodes), np.nan), len(s.points)
     slip = state.contact.slip[s.rows]
-    weight = system.weights(s, where, depth)
+    weight = area = system.weights(s, where, depth)
+    slipped = slip
+    if not s.points.one_a_node:
+        area = system.tributary(s, where, depth)
+        of = _with_area(area)
+        slipped = s.points.to_nodes(weight * slip)[of] / s.points.to_nodes(weight)[of]
     return ContactState(
         surface="+".join(s.description.surface), tool=system.tools[s.tool].name, body=s.body,
         node=nodes - system.offsets[s.body], X=system.X[nodes], x=x[nodes], gap=np.full(len(nodes), np.inf), pressure=nothing,
-        shear=nothing, slip=s.points.to_nodes(weight * slip)[_with_area(area)] / s.points.to_nodes(weight)[_with_area(area)],
+        shear=nothing, slip=slipped,
         status=np.zeros(len(nodes), dtype=np.int8), weight=area, force=np.zeros((len(nodes), 2)),
         pressure_from_stress=unknown, pressure_smoothed=unknown, error=nothing, area=0.0,
         points=PointValues(s.X, s.points.at(x), np.full(n, np.inf), np.zeros(n), np.zeros(n), slip, np.zeros(n, dtype=np.int8),

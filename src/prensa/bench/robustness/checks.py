@@ -21,7 +21,7 @@ Index = NDArray[np.int64]
 
 SAME_GAP = 1e-6  # difference of a gap from the own one, of the size of the body
 DEEP, DEEP_BY_PRESSURE = 2e-3, 0.1  # allowed penetration in elements, and that for each p/E
-ON_AXIS = 0.05  # and where the rule of the contact has no point
+LOBATTO = 0.6  # of a quadratic side that begins on the axis, where what its middle is said to bear acts
 FORCES, MOMENTS = 1e-5, 1e-4  # allowed imbalance of the largest force so far, and of that times the size
 FORCES_WHOLE = 1e-7  # and of the largest force of the whole run
 WORK = 1e-6  # allowed difference of the work, and fall of a dissipation, of the largest energy
@@ -42,15 +42,21 @@ def wrong_with(d: Drawn, records: list[Record]) -> str:
 
 # ---------------------------------------------------------------------------------------------------------------- geometry
 class Touching(NamedTuple):
-    """A contact at one increment: nodes (k,), places x (k, 2), own gaps, normals, tributary areas, forces on the body."""
+    """A contact at one increment: nodes (k,), their own gaps ``at_node``; places x (k, 2) where pressures act, own gaps there.
+
+    Normals there, tributary areas, forces on the body, sizes of sides; ``told_with`` (k,): number of the node that is told the
+    same pressure, usually the own one.
+    """
 
     nodes: Index
+    at_node: Array
     x: Array
     gap: Array
     normal: Array
     area: Array
     force: Array
     size: Array
+    told_with: Index
 
 
 def seen_by(tool: Placed, name: str, record: Record, row: int, x: Array) -> tuple[Array, Array]:
@@ -75,7 +81,11 @@ def outer_edges(cells: Index) -> Index:
 
 
 def tributary(sides: Index, x: Array, thickness: float | None) -> Array:
-    """∫ N dΓ (n,) of the nodes on sides of a shape x (n, 2), straight between neighbours; thickness None: 2πr."""
+    """∫ N dΓ (n,) of the nodes on sides of a shape x (n, 2), straight between neighbours; thickness None: 2πr.
+
+    Quadratic sides that begin on the axis have the weights of the Lobatto rule at 0, 3/5 and 1 instead: those that integrate
+    the same three N, whose integrals are 0, w and w'.
+    """
     area = np.zeros(len(x))
     a, b = x[sides[:, 0]], x[sides[:, -1]]
     if sides.shape[1] == 2:
@@ -92,7 +102,33 @@ def tributary(sides: Index, x: Array, thickness: float | None) -> Array:
     first, second = np.hypot(*(m - a).T), np.hypot(*(b - m).T)
     for node, length in zip(sides.T, (first / 3, 2 * (first + second) / 3, second / 3)):
         np.add.at(area, node, length * deep[node])
+    at_axis = beginning_on_axis(sides, x) if thickness is None else sides[:0]
+    middle = area[at_axis[:, 1]].copy()
+    here = quadratic(LOBATTO)
+    for k, node in enumerate(at_axis.T):
+        area[node] += middle / here[1] * ((1.0 if k == 1 else 0.0) - here[k])
     return area
+
+
+def quadratic(s: float) -> Array:
+    """The three shape functions of a side at s, 0 … 1: of its ends and, in the middle, of its mid-side node."""
+    return np.array([(1 - s) * (1 - 2 * s), 4 * s * (1 - s), s * (2 * s - 1)])
+
+
+def beginning_on_axis(sides: Index, x: Array) -> Index:
+    """Those of quadratic sides (b, 3) that have one end on the axis of revolution, that end first."""
+    on = x[:, 0] <= 1e-12 * x[:, 0].max()
+    both = np.vstack([sides, sides[:, ::-1]])
+    return both[on[both[:, 0]] & ~on[both[:, 2]]] if sides.shape[1] == 3 else sides[:0]
+
+
+def bearing(sides: Index, x: Array) -> Array:
+    """Where (n, 2) what nodes are said to bear acts on a body of revolution: at them, but for middles of sides at the axis."""
+    out = x.copy()
+    at_axis = beginning_on_axis(sides, x)
+    if len(at_axis):
+        out[at_axis[:, 1]] = np.einsum("k,bkd->bd", quadratic(LOBATTO), x[at_axis])
+    return out
 
 
 def touchings(d: Drawn, record: Record) -> Iterator[tuple[int, str, pr.Contact, Touching]]:
@@ -110,11 +146,18 @@ def touchings(d: Drawn, record: Record) -> Iterator[tuple[int, str, pr.Contact, 
             nodes, x = t["node"].astype(np.int64), np.full_like(shape[body].X, np.nan)
             x[nodes] = np.stack([t["x"], t["y"]], axis=1)
             own = sides[body][np.isin(sides[body], nodes).all(axis=1)]
-            gap, n = seen_by(d.tools[c.against], c.against, record, row, x[nodes])
             area = tributary(own, np.nan_to_num(x), thickness)[nodes]
+            at_node, _ = seen_by(d.tools[c.against], c.against, record, row, x[nodes])
+            place = (bearing(own, np.nan_to_num(x)) if thickness is None else x)[nodes]
+            gap, n = seen_by(d.tools[c.against], c.against, record, row, place)
             along = np.stack([-n[:, 1], n[:, 0]], axis=1)
             force = area[:, None] * (t["pressure"][:, None] * n + t["shear"][:, None] * along)
-            yield row, c.name, c, Touching(nodes, x[nodes], gap, n, area, force, _beside(own, np.nan_to_num(x))[nodes])
+            size = _beside(own, np.nan_to_num(x))[nodes]
+            together = np.arange(len(x))
+            for pair in beginning_on_axis(own, np.nan_to_num(x))[:, :2] if thickness is None else ():
+                together[pair] = pair[::-1]
+            same = np.argsort(nodes)[np.searchsorted(np.sort(nodes), together[nodes])]
+            yield row, c.name, c, Touching(nodes, at_node, place, gap, n, area, force, size, same)
 
 
 def remeshed(record: Record) -> bool:
@@ -145,21 +188,18 @@ def outlines(d: Drawn, record: Record) -> str:
     for row, name, _, t in touchings(d, record):
         table = record.contacts[name][int(record.history["increment"][row])]
         at, p = f"time {record.history['time'][row]:.4g}: {name}", table["pressure"]
-        near = np.isfinite(table["gap"]) & (np.abs(t.gap) < 0.5 * t.size)
-        if near.any() and (off := float(np.abs(table["gap"] - t.gap)[near].max())) > SAME_GAP * size:
+        near = np.isfinite(table["gap"]) & (np.abs(t.at_node) < 0.5 * t.size)
+        if near.any() and (off := float(np.abs(table["gap"] - t.at_node)[near].max())) > SAME_GAP * size:
             return f"{at}: a gap is {off:.2g} off the distance of its node to the tool"
         allowed = DEEP * t.size + DEEP_BY_PRESSURE * np.maximum(p, 0.0) / E * t.size
-        # the end of a quadratic side on the axis of revolution has no area, so no pressure keeps it out
-        has_area = t.area > 1e-12 * t.area.max()
-        allowed = np.where(has_area, allowed, ON_AXIS * t.size)
         if (t.gap < -allowed).any():
             k = int(np.argmin(t.gap + allowed))
             return f"{at}: node {t.nodes[k]} lies {-t.gap[k]:.3g} inside the tool"
         if (p < 0).any():
             return f"{at}: negative pressure"
-        pressed = (p > 0) & has_area
-        if (t.gap[pressed] > SAME_GAP * size).any():
-            return f"{at}: pressure across an open gap of {t.gap[pressed].max():.3g}"
+        least = np.minimum(t.gap, t.gap[t.told_with])
+        if (least[p > 0] > SAME_GAP * size).any():
+            return f"{at}: pressure across an open gap of {least[p > 0].max():.3g}"
     return _bodies_outside(d, record)
 
 

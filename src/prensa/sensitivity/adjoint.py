@@ -1,0 +1,347 @@
+"""Gradients of a few measures by many parameters: one run, and the same increments once more backwards (the adjoint method)."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.errors import ArgumentError, take
+from prensa.fem.context import Context
+from prensa.fem.discretise import discretise
+from prensa.fem.planning import plan_step
+from prensa.fem.state import State
+from prensa.fem.system import System
+from prensa.measures import parse
+from prensa.measures.measure import Gradient, Measure
+from prensa.model import problem as model
+from prensa.sensitivity.change import Change, change_of, known
+from prensa.sensitivity.closed import covers
+from prensa.sensitivity.parameters import Parameter, refuse_other_mesh
+from prensa.sensitivity.solve import refuse
+from prensa.sensitivity.transposed import Converged, Owed, Stage, Touching, Weights, back
+from prensa.solver.equilibrium import NewtonResult
+from prensa.solver.increment import Increment, Monitor
+from prensa.solver.policy import Policy
+from prensa.solver.reporting import Messages
+from prensa.solver.results import increment_of
+from prensa.solver.step_control import StepControl
+from prensa.solver.time_stepping import Timer, TimeStepping, told_before
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Slopes:
+    """Measures of an increment and their derivatives by parameters.
+
+    ``measures`` (m,) as they were asked for, with their ``units`` and ``values`` (m,); ``slopes`` (m, p): by the ``parameters``
+    (p,), per unit of each; ``increment``: the one that they are of. ``slopes["friction.mu"]`` is the column of a parameter, a
+    number where one measure was asked for by its name.
+    """
+
+    measures: tuple[str, ...]
+    units: tuple[str, ...]
+    parameters: tuple[str, ...]
+    values: Array
+    slopes: Array
+    increment: Increment = field(repr=False, compare=False)
+    single: bool = False
+
+    @property
+    def value(self) -> Any:
+        """The value of the measure, or of all where a list of them was asked for."""
+        return float(self.values[0]) if self.single else self.values
+
+    def __getitem__(self, path: str) -> Any:
+        """Derivative by a parameter."""
+        if path not in self.parameters:
+            raise KeyError(path)
+        column = self.slopes[:, self.parameters.index(path)]
+        return float(column[0]) if self.single else column
+
+    def items(self) -> Iterator[tuple[str, Any]]:
+        """Parameters and the derivatives by them."""
+        return ((path, self[path]) for path in self.parameters)
+
+
+def gradient(
+    problem: model.Problem,
+    of: str | Sequence[str],
+    by: Sequence[str],
+    numerics: model.Numerics | None = None,
+    step: str | None = None,
+    times: Sequence[float] | None = None,
+    monitor: Monitor | None = None,
+    timer: Timer | None = None,
+    policy: Policy | None = None,
+) -> Slopes:
+    """Derivatives of measures at the end of a run, or of a step, by any number of parameters.
+
+    The run is solved once and gone through once more backwards, which takes less than half of the time of the run whatever the
+    number of parameters. `solve` with ``derivatives`` gives derivatives in all increments instead, at a cost for each parameter.
+
+    Parameters
+    ----------
+    problem, numerics, times, monitor, timer, policy
+        As of `solve`.
+    of
+        A measure, such as ``punch.force.y`` or a name of the case, or a list of them: places and forces, which have a derivative.
+    by
+        Paths of parameters, as ``--set`` writes them: ``tools.die.points.3.1``.
+    step
+        Name of the step at whose end measures are taken, and the run ends; the last one if not given.
+
+    Raises
+    ------
+    PrensaError
+        For what `solve` with derivatives refuses, a measure without a derivative, and what only differences can follow: other
+        elements than F-bar quadrilaterals, other friction than a constant coefficient, springs, loads on boundaries.
+
+    """
+    take("gradient", "problem", problem, model.Problem, "give a Problem (case.problem of a case)")
+    take("gradient", "by", by, Sequence, "give a list of paths, for example ['tools.die.points.3.1']")
+    by = [by] if isinstance(by, str) else by
+    if not by:
+        raise ArgumentError("gradient: by is empty; give a list of paths, for example ['tools.die.points.3.1']")
+    names = (of,) if isinstance(of, str) else tuple(of)
+    measures = [_measure(name, problem) for name in names]
+    last, system, policy, timer = _number_of(problem, step), discretise(problem), policy or Policy(), timer or Timer()
+    _refuse(system, by)
+    run = Recorded(system, numerics or model.Numerics(), policy, Messages(system, monitor), timer)
+    run.prescribe(system.initial(), times)
+    with timer("parameters"):
+        parameters = [_Parameter.of(system, path, policy) for path in by]
+    increment = run.until(last)
+    with timer("backwards"):
+        slopes = [_slope(m, increment) for m in measures]
+        start, owed = _backwards(system, run, slopes, any(p.bends for p in parameters))
+    with timer("parameters"):
+        seen = _Seen(measures, slopes, run, increment)
+        columns = np.stack([p.derivative(start, owed, seen) for p in parameters], axis=1)
+    values, units = np.array([m.value(increment) for m in measures]), tuple(m.unit for m in measures)
+    return Slopes(names, units, tuple(by), values, columns, increment, isinstance(of, str))
+
+
+def _refuse(system: System, by: Sequence[str]) -> None:
+    """Tell what has no derivative or none backwards, and what any run tells before it begins."""
+    refuse(system, None, by)
+    if not known(system):
+        raise ArgumentError(
+            "gradient: only F-bar quadrilaterals in finite strain, elastic or J2, and contacts on current geometry, by "
+            "penalty or exact and with rounded tools, can be followed backwards; use solve(derivatives=...)"
+        )
+    told_before(system)
+
+
+def _measure(name: object, problem: model.Problem) -> Measure:
+    take("gradient", "of", name, str, "give the name of a measure, such as 'punch.force.y', or a list of them")
+    assert isinstance(name, str)
+    return parse(name, problem)
+
+
+def _number_of(problem: model.Problem, step: str | None) -> int:
+    names = [s.name for s in problem.steps]
+    if step is None:
+        return len(names) - 1
+    if step not in names:
+        raise ArgumentError(f"gradient: there is no step {step!r}; the steps are {', '.join(names)}")
+    return names.index(step)
+
+
+def _slope(measure: Measure, increment: Increment) -> Gradient:
+    slope = measure.gradient(increment)
+    if slope is None:
+        raise ArgumentError(
+            f"gradient: {measure.name!r} has no derivative by places and forces, which the way back starts from; use "
+            "solve(derivatives=...), which takes differences of it, or a measure of a place or a tool's force"
+        )
+    return slope
+
+
+class Recorded(TimeStepping):
+    """A run that keeps its increments for the way back; they are those of a run without, bit for bit."""
+
+    def __init__(
+        self, system: System, numerics: model.Numerics, policy: Policy, messages: Messages, timer: Timer
+    ) -> None:
+        super().__init__(system, numerics, policy, messages, timer, condense=False)
+        self.kept: list[Converged] = []
+        self.state: State | None = None
+
+    def until(self, step: int) -> Increment:
+        """The last increment of a step (from 0), at which the run stops."""
+        for increment in self.run(self.system.initial()):
+            if increment.end_of_step and self.kept[-1].c.plan.number == step:
+                return increment
+        raise AssertionError("a run goes to the end of all steps, or raises")
+
+    def commit(
+        self, c: Context, control: StepControl, result: NewtonResult, spent: int, cutbacks: int
+    ) -> tuple[State, Increment]:
+        """As `TimeStepping.commit`."""
+        if not covers(c):
+            raise ArgumentError(
+                f"gradient: step {c.plan.name!r} has loads, springs, friction or forces let go that cannot be followed "
+                "backwards, as motions of tools, forces on them and constant coefficients of friction can; use "
+                "solve(derivatives=...)"
+            )
+        self.state, increment = super().commit(c, control, result, spent, cutbacks)
+        assert self.reduced is not None
+        assert result.evaluation is not None
+        self.kept.append(Converged(replace(c, lagged=False), result.u, self.system.branches(c, result.evaluation), self.reduced))
+        return self.state, increment
+
+
+def _backwards(system: System, run: Recorded, slopes: Sequence[Gradient], curves: bool) -> tuple[Weights, Owed]:
+    """What measures with these slopes owe to the state in which the run began and to the system, its flow curves if asked."""
+    m = len(slopes)
+    weights, owed = Weights.none(system, m), Owed(system, m, curves)
+    for k, slope in enumerate(slopes):
+        np.add.at(weights.u[k], *slope.displacements(system))
+        np.add.at(weights.force[k], *slope.reactions(system))
+    for at in reversed(run.kept):
+        weights = back(system, at, weights, owed)
+    return weights, owed
+
+
+class _Seen(NamedTuple):
+    """Measures of an increment at whose end a run stood, as they see the initial places too."""
+
+    measures: Sequence[Measure]
+    slopes: Sequence[Gradient]
+    run: Recorded
+    increment: Increment
+
+    def values(self, system: System) -> Array:
+        """The measures of places (m,) where the bodies began as those of a system beside and moved alike; 0 for others."""
+        state, c = self.run.state, self.run.kept[-1].c
+        assert state is not None
+        e = system.evaluate(c, state.u, state.lam, stiffness=False)._replace(history=state.history)
+        result = NewtonResult(True, None, state.u, None, state.lam, 0)
+        beside = increment_of(system, state, c.plan, e, result, 0, 0, self.increment.end_of_step, c.state)
+        return np.array([m.value(beside) if slope.nodes else 0.0 for m, slope in zip(self.measures, self.slopes)])
+
+
+@dataclass(frozen=True)
+class _Parameter:
+    """A parameter: the systems a ``step`` above and below it, and what it changes of their arrays."""
+
+    path: str
+    step: float
+    systems: tuple[System, System]
+    change: Change | None
+    shape: bool
+    """Whether it is of a tool alone, and changes nothing but this one's shape and place."""
+
+    @classmethod
+    def of(cls, system: System, path: str, policy: Policy) -> _Parameter:
+        """The parameter at a path."""
+        parameter = Parameter.of(system.problem, path, system.length)
+        step = policy.parameter_step * parameter.size
+        shape = path.startswith("tools.")
+        systems = parameter.tools_beside(system, step) if shape else parameter.neighbours(system, step)
+        for other in systems:
+            refuse_other_mesh(system, other, path)
+        above, below = (_with_shapes(s, system) for s in systems)
+        change = None if shape else change_of(above, below, step)
+        if not shape and change is None:
+            raise ArgumentError(f"gradient: what {path} changes cannot be followed backwards; use solve(derivatives=...)")
+        return cls(path, step, systems, change, shape)
+
+    @property
+    def bends(self) -> bool:
+        """Whether it changes a flow curve."""
+        return self.change is not None and any(f is not None for f in self.change.flow)
+
+    def difference(self, above: Any, below: Any) -> Array:
+        """Derivative of what differs between both sides."""
+        return np.asarray((np.asarray(above) - below) / (2.0 * self.step))
+
+    def between(self, value: Callable[[System], Any]) -> Array:
+        """Derivative of a number of the system."""
+        return self.difference(*map(value, self.systems))
+
+    def derivative(self, start: Weights, owed: Owed, seen: _Seen) -> Array:
+        """Derivatives (m,) of the measures."""
+        out = np.einsum("mta,ta->m", owed.at, self.between(lambda s: np.array([t.at for t in s.tools]).reshape(-1, 2)))
+        for t, touching in enumerate(owed.touching):
+            a, b = (s.tools[t] for s in self.systems)
+            if touching and pickle.dumps(a.shape) != pickle.dumps(b.shape):
+                out = out + self._of_shape(t, touching)
+        out = out + self._of_start(start)
+        if self.change is None:
+            return out
+        out = out + self._of_arrays(self.change, owed)
+        for number, stage in owed.stages.items():
+            out = out + self._of_step(number, stage)
+        if self.change.X is not None:
+            out = out + self.difference(*map(seen.values, self.systems))
+        return out
+
+    def _of_arrays(self, change: Change, owed: Owed) -> Array:
+        """Through the bodies' places, moduli, flow curves and penalties."""
+        out = owed.bulk @ change.bulk + owed.G @ change.G
+        if change.X is not None:
+            out = out + np.einsum("mna,na->m", owed.X, change.X)
+        for flow, by in zip(change.flow, owed.flow):
+            if flow is not None:
+                out = out + by.p @ flow.p + by.knots @ flow.knots + np.einsum("mki,ki->m", by.coefficients, flow.coefficients)
+        for scale, w in zip(change.scale, owed.scale):
+            out = out + np.einsum("mik,ik->m", w, scale)
+        return out
+
+    def _of_shape(self, t: int, touching: Sequence[Touching]) -> Array:
+        """Through gaps, normals and coordinates of the points that touched a tool, where the tool now is another one."""
+        x = np.concatenate([p.x for p in touching])
+        g, turn, s = (np.concatenate([getattr(p, k) for p in touching], axis=1) for k in ("g", "turn", "s"))
+        a, b = (system.tools[t].shape for system in self.systems)
+        above, below = a.closest(x), b.closest(x)
+        rate = self.difference(above.s, below.s)
+        if np.isfinite(a.period):
+            period = self.difference(a.period, b.period)
+            round_ = 0.5 * (a.period + b.period)
+            jump = np.round((np.asarray(above.s) - below.s) / round_)
+            rate = self.difference(above.s - jump * round_, below.s)
+            rate = rate + np.concatenate([p.rounds for p in touching]) * period
+        n, dn = above.n, self.difference(above.n, below.n)
+        turned = n[:, 0] * dn[:, 1] - n[:, 1] * dn[:, 0]
+        return np.asarray(g @ self.difference(above.g, below.g) + turn @ turned + s @ rate)
+
+    def _of_start(self, start: Weights) -> Array:
+        """Through the state in which the run began."""
+        above, below = (s.initial() for s in self.systems)
+        out = start.u @ self.difference(above.u, below.u) + start.step_start @ self.difference(above.step_start, below.step_start)
+        for w, a, b in zip(start.history, above.history, below.history):
+            out = out + np.einsum("meqh,eqh->m", w, self.difference(a, b))
+        coordinate = self.difference(above.contact.coordinate, below.contact.coordinate)[:, 0]
+        for surface, points in zip(self.systems[0].surfaces, start.contact):
+            out = out + points.s @ coordinate[surface.rows]
+        return np.asarray(out)
+
+    def _of_step(self, number: int, stage: Stage) -> Array:
+        """Through what a step prescribes: motions, forces, friction."""
+        a, b = (plan_step(s, number, stage.step_start, stage.ends) for s in self.systems)
+        if a.seconds != b.seconds:
+            raise ArgumentError(
+                f"gradient: {self.path} changes the duration of a step, which cannot be followed backwards; "
+                "use solve(derivatives=...)"
+            )
+        mu = [0.0 if p is None else getattr(p, "mu", 0.0) for p in a.friction]
+        out = stage.mu @ self.difference(mu, [0.0 if p is None else getattr(p, "mu", 0.0) for p in b.friction])
+        for at in stage.prescribed:
+            out = out + at.motion @ self.difference(a.values(at.time), b.values(at.time))
+            for dof, course in a.push.items():
+                out = out + at.force[:, dof] * self.difference(course(at.time), b.push[dof](at.time))
+        return np.asarray(out)
+
+
+def _with_shapes(system: System, like: System) -> System:
+    """A system with the tools' shapes of another."""
+    return replace(system, tools=[replace(t, shape=o.shape, direction=o.direction) for t, o in zip(system.tools, like.tools)])
+
+

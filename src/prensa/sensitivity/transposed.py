@@ -1,0 +1,392 @@
+"""An increment backwards: what its end owes to its beginning and to the numbers of the problem, for many measures at once.
+
+The transposes of the closed derivatives (`prensa.sensitivity.closed`), line by line in reverse: weights of the degrees of
+freedom, histories and contact points after an increment become those before it, and on the way weights of the arrays of the
+system (`Owed`). With λ = K⁻ᵀ (weights of the dofs) the residual has the weights −λ (Michaleris, Tortorelli and Vidal 1994).
+All arrays have the measures m as first axis.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.contact.forces import ContactForces
+from prensa.elements import q4, q4_transposed
+from prensa.elements.q4_directions import flow_gradients
+from prensa.fem.assembly import Block, Pattern
+from prensa.fem.context import Context
+from prensa.fem.interaction import Branches
+from prensa.fem.planning import plan_step
+from prensa.fem.schedule import StepPlan
+from prensa.fem.system import Evaluation, System
+from prensa.materials.hardening import TABLE
+from prensa.sensitivity.bodies import NO_FLOW, SHIFT, Elements, _moduli, elements_of
+from prensa.solver.reduced import Reduced, Selected
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+class Converged(NamedTuple):
+    """A converged increment as it is kept for the way back: context, dofs u (ndof,), branches, and the equations it solved."""
+
+    c: Context
+    u: Array
+    branches: Branches
+    reduced: Reduced
+
+
+class ContactWeights(NamedTuple):
+    """Of a contact's committed points: ``lam`` (m, k) of the tangential multipliers, ``s`` (m, k) of the coordinates."""
+
+    lam: Array
+    s: Array
+
+
+@dataclass
+class Weights:
+    """Of a committed state: ``u``, ``step_start`` (m, ndof); histories (m, e, 4, h) by block; contact points by contact.
+
+    ``force`` (m, ndof): of the forces of the bodies on tools, which only the last increment has.
+    """
+
+    u: Array
+    step_start: Array
+    history: list[Array]
+    contact: list[ContactWeights]
+    force: Array
+
+    @classmethod
+    def none(cls, system: System, m: int) -> Weights:
+        """Nothing owed."""
+        u, step_start, force = np.zeros((3, m, system.ndof))
+        history = [np.zeros((m, *b.undeformed.shape)) for b in system.blocks]
+        contact = [ContactWeights(*np.zeros((2, m, len(s.points)))) for s in system.surfaces]
+        return cls(u, step_start, history, contact, force)
+
+
+class FlowWeights(NamedTuple):
+    """Of a compiled flow curve: its scalars (m, 5), of a table its knots (m, k) and coefficients (m, k − 1, 4)."""
+
+    p: Array
+    knots: Array
+    coefficients: Array
+
+
+class Touching(NamedTuple):
+    """Points (k, 2) of a tool's frame that were on it, with weights (m, k) of gaps, of turns of the normal, of coordinates.
+
+    ``rounds`` (k,): how often a coordinate has gone round a closed surface.
+    """
+
+    x: Array
+    g: Array
+    turn: Array
+    s: Array
+    rounds: Array
+
+
+class Prescribed(NamedTuple):
+    """At a time of a step: weights of the prescribed dofs (m, fixed), of forces on tools (m, ndof)."""
+
+    time: float
+    motion: Array
+    force: Array
+
+
+class Stage(NamedTuple):
+    """Of a step: the dofs at its start and the ends of those before, of which plans are made; its increments, last one first.
+
+    ``mu`` (m, contacts): weights of the coefficients of friction. ``beside``: plans that start a ``way`` further and less far.
+    """
+
+    step_start: Array
+    ends: Array
+    prescribed: list[Prescribed]
+    mu: Array
+    beside: tuple[StepPlan, StepPlan]
+    way: float
+
+    def follows(self, time: float) -> Array:
+        """What prescribed dofs (k,) at a time change by the places from which the step starts."""
+        above, below = (plan.values(time) for plan in self.beside)
+        return np.asarray((above - below) / (2.0 * self.way))
+
+
+class Owed:
+    """Weights of the arrays of a system, as a run backwards finds them; see `prensa.sensitivity.change.Change`.
+
+    ``curves``: whether anybody asks for those of flow curves.
+    """
+
+    def __init__(self, system: System, m: int, curves: bool) -> None:
+        self.system, self.curves = system, curves
+        self.X = np.zeros((m, len(system.X), 2))
+        self.at = np.zeros((m, len(system.tools), 2))
+        self.bulk, self.G = np.zeros((2, m, len(system.blocks)))
+        self.flow = [_no_flow(b, m) for b in system.blocks]
+        self.scale = [np.zeros((m, 3, len(s.points))) for s in system.surfaces]
+        self.touching: list[list[Touching]] = [[] for _ in system.tools]
+        self.stages: dict[int, Stage] = {}
+        self._places: tuple[Reduced, Index | slice] | None = None
+
+    def places(self, reduced: Reduced) -> Index | slice:
+        """See `places_of`; looked for once a step."""
+        if self._places is None or self._places[0] is not reduced:
+            self._places = reduced, places_of(reduced)
+        return self._places[1]
+
+    def stage(self, c: Context) -> Stage:
+        """Where what an increment's step owes is kept."""
+        old, number = c.state, c.plan.number
+        if number not in self.stages:
+            system, mu = self.system, np.zeros((len(self.X), len(c.laws)))
+            above, below = (plan_step(system, number, old.step_start + s * system.length, old.ends) for s in (1.0, -1.0))
+            self.stages[number] = Stage(old.step_start, old.ends, [], mu, (above, below), system.length)
+        return self.stages[number]
+
+
+def _no_flow(b: Block, m: int) -> FlowWeights:
+    flow: Any = getattr(b.law, "flow", None)
+    _, p, knots, coefficients = NO_FLOW if flow is None else flow
+    return FlowWeights(*(np.zeros((m, *np.shape(v))) for v in (p, knots, coefficients)))
+
+
+class Backwards:
+    """Solutions with the transpose of the matrix at a solution; ``places``: see `places_of`."""
+
+    def __init__(self, reduced: Reduced, e: Evaluation, pattern: Pattern, places: Index | slice) -> None:
+        from scipy.sparse import csr_matrix
+
+        self.reduced = reduced
+        self.matrix = reduced.matrix(e, np.zeros(len(e.r)))[places]
+        self.whole = csr_matrix((e.data, pattern.indices, pattern.indptr), (pattern.n, pattern.n))  # columns of K as rows
+
+    def solve(self, b: Array) -> Array:
+        """Dofs (ndof, m) of Kᵀ x = b for b (ndof, m), zero where prescribed.
+
+        Of exact contacts once refined, which takes back what `determined` adds to the matrix.
+        """
+        reduced = self.reduced
+        x = reduced.solve(self.matrix, b[:, 0])[:, None]
+        if b.shape[1] > 1:
+            x = np.hstack([x, reduced.again(b[:, 1:])])
+        return x + reduced.again(b - self.whole @ x) if reduced.equations else x
+
+
+def places_of(reduced: Reduced) -> Index | slice:
+    """Where the values of the transpose of the matrix in the free dofs stand among its own: the pattern is symmetric."""
+    from scipy.sparse import csc_matrix
+
+    r = reduced.restriction
+    if reduced.symmetric:
+        return slice(None)
+    assert isinstance(r, Selected)
+    numbered = csc_matrix((np.arange(len(r.indices)), r.indices, r.indptr), (len(r.free), len(r.free))).T.tocsc()
+    numbered.sort_indices()
+    return np.asarray(numbered.data, dtype=np.int64)
+
+
+def back(system: System, at: Converged, after: Weights, owed: Owed) -> Weights:
+    """Weights of the state before an increment from those of the state after it; adds to what is ``owed`` to the system."""
+    c, m = at.c, len(after.u)
+    e = system.evaluate(c, at.u, system.initial_multipliers(c.state), like=at.branches)
+    columns = Backwards(at.reduced, e, system.pattern, owed.places(at.reduced))
+    elements = elements_of(system, c, at.u, e)
+    x, step_start = after.u.copy(), after.step_start
+    if c.ends_step:
+        x, step_start = x + step_start, np.zeros_like(step_start)
+    nodal = _nodal(system, x)
+    for b, new in zip(elements, after.history):
+        q4_transposed.along(b.block.cells, b.geometry, b.point, _moduli(b.block)[1], b.block.mode.axisymmetric, new, nodal)
+    x[:, system.dofs.displacement.slice] = nodal.reshape(m, -1)
+    points = [Points(system, at, k, f, after) for k, f in enumerate(e.contacts)]
+    for p in points:
+        p.owe_motions(x)
+    r = -columns.solve(x.T)
+    motion = (x + (columns.whole @ r).T)[:, c.plan.fixed]
+    before = Weights.none(system, m)
+    before.step_start = step_start
+    _prescribed(system, c, motion, r.T, before, owed)
+    r = np.ascontiguousarray(r.T)
+    x_n, places = np.zeros((2, m, len(system.X), 2))
+    for k, (b, new) in enumerate(zip(elements, after.history)):
+        _element(b, k, r, new, x_n, places, before.history[k], owed)
+    _unfolding(system, c, at.u, r, owed)
+    for k, p in enumerate(points):
+        before.contact[k] = p.owe(r, x_n, before.u, owed)
+    before.u[:, system.dofs.displacement.slice] += x_n.reshape(m, -1)
+    owed.X += x_n + places
+    return before
+
+
+def _nodal(system: System, x: Array) -> Array:
+    return np.ascontiguousarray(x[:, system.dofs.displacement.slice]).reshape(len(x), -1, 2)
+
+
+def _prescribed(system: System, c: Context, motion: Array, r: Array, before: Weights, owed: Owed) -> None:
+    """What motions and forces that a step prescribes are owed, and the places from which it starts."""
+    stage = owed.stage(c)
+    before.step_start[:, c.plan.fixed] += motion * stage.follows(c.time)
+    force = np.zeros_like(r)
+    pushed = list(c.plan.push)
+    force[:, pushed] = -r[:, pushed]
+    stage.prescribed.append(Prescribed(c.time, motion, force))
+
+
+def _element(
+    b: Elements, k: int, r: Array, new: Array, x_n: Array, x: Array, old: Array, owed: Owed
+) -> None:  # fmt: skip
+    """What forces and histories of block number k owe."""
+    block, law = b.block, b.block.law
+    flow = np.zeros((len(r), len(block), 4))
+    q4_transposed.at_fixed(
+        block.cells, b.geometry, b.point, *_moduli(block), block.mode.axisymmetric, law.plastic, r, new, x_n, x, old,
+        owed.bulk[:, k], owed.G[:, k], flow,
+    )  # fmt: skip
+    curve: Any = getattr(law, "flow", None)
+    if curve is None or not owed.curves:
+        return
+    if curve.kind != TABLE:
+        slopes, tabled = np.empty((*b.old.shape[:2], 2, 5)), np.empty((*b.old.shape[:2], 2))
+        flow_gradients(*curve, b.old, b.new, b.seconds, *map(np.zeros_like, curve[2:]), slopes, tabled)
+        owed.flow[k].p[...] += flow.reshape(len(r), -1) @ slopes[:, :, 0].reshape(-1, 5)
+        return
+    strain = b.new[..., 4]
+    knots, (coefs, last) = curve.knots, (curve.coefficients, len(curve.knots) - 1)
+    piece = np.clip(np.searchsorted(knots, strain, side="right") - 1, 0, last - 1)
+    d = np.minimum(strain, knots[last]) - knots[piece]
+    a3, a2, a1 = (coefs[piece, i] for i in range(3))
+    slope, beyond = (3.0 * a3 * d + 2.0 * a2) * d + a1, strain >= knots[last]
+    for w, out in zip(flow, range(len(r))):
+        for i, power in enumerate((d**3, d**2, d, np.ones_like(d))):
+            np.add.at(owed.flow[k].coefficients[out, :, i], piece, w * power)
+        np.add.at(owed.flow[k].knots[out], piece, -w * slope)
+        owed.flow[k].knots[out, last] += float((w * slope)[beyond].sum())
+
+
+def _unfolding(system: System, c: Context, u: Array, r: Array, owed: Owed) -> None:
+    """What the forces that unfold elements owe to moduli and to the initial places, along which they are differenced."""
+    du = system.displacement(u - c.state.u)
+    for k, b in enumerate(system.blocks):
+        if not q4.folding(c.x_n[b.cells], du[b.cells]):
+            continue
+        W = r[:, system.dofs.displacement.dofs(b.cells).reshape(len(b), -1)]  # (m, e, 8)
+        X, x_n, d = system.X[b.cells], c.x_n[b.cells], du[b.cells]
+
+        def forces(X: Array, x_n: Array, b: Block = b, d: Array = d) -> Array:
+            out, size = np.zeros((len(b), 8)), np.zeros(len(b))
+            q4.unfold(X, x_n, d, b.mode.axisymmetric, b.mode.scale, size, False, out, np.empty((0, 8, 8)))
+            return out
+
+        bulk, G = _moduli(b)  # E/(1 − ν²) = 4 G (3 κ + G)/(3 κ + 4 G)
+        along = np.einsum("mei,ei->m", W, forces(X, x_n)) / (3.0 * bulk + 4.0 * G) ** 2
+        owed.bulk[:, k] += 36.0 * G * G * along
+        owed.G[:, k] += 4.0 * (9.0 * bulk * bulk + 6.0 * bulk * G + 4.0 * G * G) * along
+        step = SHIFT * system.length
+        for node in range(4):
+            for axis in range(2):
+                way = np.zeros((4, 2))
+                way[node, axis] = step
+                slope = b.law.modulus() * (forces(X + way, x_n + way) - forces(X - way, x_n - way)) / (2.0 * step)
+                for out, w in zip(owed.X, W):
+                    np.add.at(out[:, axis], b.cells[:, node], (w * slope).sum(axis=1))
+
+
+class Points:
+    """A contact in an increment, backwards: first what its points owe to the motions, then what its forces do to the rest."""
+
+    def __init__(self, system: System, at: Converged, number: int, f: ContactForces, after: Weights) -> None:
+        c = at.c
+        self.system, self.c, self.number, self.f, self.u = system, c, number, f, at.u
+        self.surface, self.scale = c.surfaces[number], c.scales[number]
+        self.t, self.s = after.contact[number].lam, after.contact[number].s
+        self.F = np.zeros((len(self.t), len(f.p), 5))
+        self.F[:, :, 2:] = after.force[:, None, system.dofs.tool.dofs(self.surface.tool)]
+
+    def owe_motions(self, x: Array) -> None:
+        """Add to weights x (m, ndof) what forces on tools, tractions and coordinates owe to the dofs of the increment."""
+        f, s = self.f, self.surface
+        q = self._motions(self.F, np.zeros_like(self.t), self.t)
+        self._to_dofs(q, x)
+        if s.multipliers is not None:
+            p, t = f.weight * (self.F * f.pairs.Fn).sum(axis=2), f.weight * (self.F * f.pairs.Ft[:, 0]).sum(axis=2) + self.t
+            lam = p[:, :, None] * f.dp[:, :2] + t[:, :, None] * f.dt[:, 0, :2]
+            x[:, s.unknowns] += (lam * self.scale.unit[:, None]).reshape(len(x), -1)
+
+    def _motions(self, F: Array, p: Array, t: Array) -> Array:
+        """Weights (m, k, 5) of the motions of the pairs: of their forces F, pressures p, tractions t, and the coordinates."""
+        f = self.f
+        q = p[:, :, None] * f.dp[:, 2:] + t[:, :, None] * f.dt[:, 0, 2:] + self.s[:, :, None] * f.pairs.ds[:, 0]
+        return np.asarray(q - np.einsum("mki,kij->mkj", F, f.K))
+
+    def _to_dofs(self, q: Array, x: Array) -> None:
+        on = self.surface.points.N.shape[1] == 1
+        for out, w in zip(x, q):
+            np.add.at(out, self.surface.dofs, w if on else self.surface.points.on_dofs(w))
+
+    def owe(self, r: Array, x_n: Array, u: Array, owed: Owed) -> ContactWeights:
+        """What its forces owe, weights of the residual being r (m, ndof); adds to x_n (m, n, 2) and u (m, ndof)."""
+        f, s, scale, c = self.f, self.surface, self.scale, self.c
+        F = self.F - self._at_pairs(r)
+        p, t = np.zeros_like(self.t), self.t.copy()
+        lam = np.zeros((*p.shape, 2))
+        if s.exact:
+            rows = r[:, s.unknowns].reshape(len(r), -1, 2) * (f.weight * scale.unit)[:, None]
+            p, t = rows[:, :, 0] / scale.k_n, t + rows[:, :, 1] / scale.k_t
+            lam[:, :, 0], lam[:, :, 1] = -p, -rows[:, :, 1] / scale.k_t
+        q = self._motions(F, p, t)
+        owed.at[:, s.tool] += q[:, :, 2:4].sum(axis=1)
+        N = s.points.N
+        for out, w in zip(owed.X, q):
+            np.add.at(out, s.points.support, N[:, :, None] * w[:, None, :2])
+        P, T = (F * f.pairs.Fn).sum(axis=2), (F * f.pairs.Ft[:, 0]).sum(axis=2)
+        turn = f.weight * (f.p * T - f.t[:, 0] * P)
+        self._areas(P * f.p + T * f.t[:, 0], x_n)
+        t = t + f.weight * T
+        p = f.dp[:, 0] * (p + f.weight * P + f.dt[:, 0, 0] * t)
+        trial = f.dt[:, 0, 1] * t
+        owed.stage(c).mu[:, self.number] += t @ (f.slip * np.sign(f.t[:, 0]) * f.p)
+        lam[:, :, 0] += p
+        lam[:, :, 1] += trial
+        way = f.s[:, 0] - c.committed[self.number].coordinate[:, 0]
+        owed.scale[self.number][:, 0] -= p * f.g
+        owed.scale[self.number][:, 1] -= trial * way
+        self._touch(owed, -scale.k_n * p, turn, self.s - scale.k_t * trial)
+        if s.multipliers is None:
+            return ContactWeights(lam[:, :, 1], scale.k_t * trial)
+        owed.scale[self.number][:, 2] += (lam * s.multipliers.of(self.u)).sum(axis=2)
+        return ContactWeights(np.zeros_like(t), scale.k_t * trial)
+
+    def _at_pairs(self, r: Array) -> Array:
+        """Weights (m, k, 5) of the forces of the pairs from those of the dofs, r (m, ndof)."""
+        s = self.surface
+        out = r[:, s.dofs]
+        if s.points.N.shape[1] == 1:
+            return out
+        return np.asarray(np.einsum("kij,mkj->mki", s.points.carry(), out))
+
+    def _areas(self, area: Array, x_n: Array) -> None:
+        """Add to x_n what areas, weighted by (m, k), owe to the committed places."""
+        points = self.surface.points
+        shares = points.shares
+        slopes, nodes = points.slopes(self.c.x_n), points.edges[shares.edge]
+        for out, w in zip(x_n, area):
+            np.add.at(out, nodes, w[shares.point, None, None] * slopes)
+
+    def _touch(self, owed: Owed, g: Array, turn: Array, s: Array) -> None:
+        """Keep the points that owe something to the shape of their tool."""
+        on = np.flatnonzero(np.any((g != 0) | (turn != 0) | (s != 0), axis=0))
+        tool, place = self.system.tools[self.surface.tool], self.system.place_of(self.surface.tool, self.u)
+        cos, sin = np.cos(place[2]), np.sin(place[2])
+        local = self.f.pairs.arm[on] @ np.array([[cos, -sin], [sin, cos]])
+        rounds = np.zeros(len(on))
+        if np.isfinite(tool.shape.period):
+            rounds = np.round((self.f.s[on, 0] - tool.shape.closest(local).s) / tool.shape.period)
+        owed.touching[self.surface.tool].append(Touching(local, g[:, on], turn[:, on], s[:, on], rounds))
+
+

@@ -1,0 +1,183 @@
+"""Gradients backwards through a run: against derivatives that go forwards, against runs, and what is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from test_closed import KNOWN
+from test_derivatives import EXACT, TWO_STEPS, ring, varied
+
+import prensa as pr
+from prensa.elements import q4_directions, q4_transposed
+from prensa.errors import ArgumentError, PrensaError
+from prensa.model.problem import Problem
+from prensa.model.schema import loads
+from prensa.sensitivity.parameters import value_of, with_values
+
+SHAPED = """
+name: upsetting with a shaped die
+space: axisymmetric
+bodies:
+  billet:
+    mesh: {type: rectangle, size: [10, 15], n: [6, 6]}
+    material: {type: j2, E: 70 GPa, nu: 0.33, flow: {type: ludwik, s0: 60, K: 200, n: 0.3}}
+tools:
+  die: {type: profile, points: [[0, 0], [4, -0.1], [8, 0.1], [12, 0.3], [30, 0.2]], fillet: 4, touching: billet.top}
+contacts: [{surface: billet, against: die}]
+friction: {type: coulomb, mu: 0.1}
+fixed: {billet.bottom: y, billet.left: x}
+steps:
+  - {name: press, move: {die: {y: -2}}, increments: 10}
+  - {name: lift, by: {die: {y: 1}}, increments: 3}
+"""
+HELD = "steps=[{name: press, move: {die: {y: -0.6}}, increments: 4}, {name: hold, push: {die: {y: -40000}}, increments: 2}]"
+
+
+def sized(problem: Problem, paths: Sequence[str], slopes: Sequence[float]) -> np.ndarray:
+    """Derivatives (p,) by parameters, times the size of these."""
+    return np.array([slope * abs(value_of(problem, path)) for path, slope in zip(paths, slopes, strict=True)])
+
+
+def moves_places(path: str) -> bool:
+    """Whether nodes or tools begin elsewhere: what goes forwards takes differences of measures of places then."""
+    return ".mesh." in path or path.startswith("tools.")
+
+
+@pytest.mark.parametrize("option", KNOWN)
+def test_backwards_is_forwards(option: str) -> None:
+    """Forces and places by all parameters, to 1e-9 of the largest; 1e-6 where forwards takes differences of places."""
+    problem = ring(*KNOWN[option])
+    paths = [p for p in varied(problem, "die") if "points" not in p or p.endswith(("1.0", "2.1"))]
+    of = ["die.force.y", "die.travel.y", "ring.left.x at y=1.2"]
+    *_, last = pr.solve(problem, derivatives=paths)
+    found = pr.gradient(problem, of, paths)
+    assert found.values == pytest.approx([last.measure(m) for m in of], rel=1e-14)
+    for name, slopes in zip(of, found.slopes, strict=True):
+        forwards = sized(problem, paths, [last.derivative(name)[p] for p in paths])
+        error = np.abs(forwards - sized(problem, paths, slopes.tolist())) / np.abs(forwards).max()
+        places = np.array([moves_places(p) for p in paths]) & (name != "die.force.y")
+        assert error[~places].max() <= 1e-9, name
+        assert error[places].max(initial=0.0) <= 1e-6, name
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        ["steps.0.move.die.y=-1.6", "friction.mu=0.4", "steps.0.increments=12", "bodies.ring.mesh.n=[5, 2]"],
+        [EXACT, "contacts.0.surface=ring.top", "bodies.ring.mesh.n=[3, 2]"],
+    ],
+    ids=["folded elements", "exact"],
+)
+def test_backwards_through_folded_elements_and_multipliers(changes: list[str]) -> None:
+    """Forces by all numbers of materials, friction, sizes and travels, to 1e-9."""
+    problem = ring(*changes)
+    paths = varied(problem, "die")
+    *_, last = pr.solve(problem, derivatives=paths)
+    found = pr.gradient(problem, "die.force.y", paths)
+    forwards = sized(problem, paths, [last.derivative("die.force.y")[p] for p in paths])
+    assert np.abs(forwards - sized(problem, paths, [found[p] for p in paths])).max() <= 1e-9 * np.abs(forwards).max()
+
+
+@pytest.mark.parametrize("step", ["press", "slide", "lift"])
+def test_backwards_through_steps(step: str) -> None:
+    """A roll that is pushed, dragged and lifted, its radius and place among the parameters, at the end of each step."""
+    problem = loads(TWO_STEPS).problem
+    paths = varied(problem, "roll")
+    of = ["roll.force.x", "roll.moment", "roll.travel.y", "block.top.y at x=2"]
+    found = pr.gradient(problem, of, paths, step=step)
+    last = next(i for i in pr.solve(problem, derivatives=paths) if i.end_of_step and i.step == step)
+    for name, slopes in zip(of, found.slopes, strict=True):
+        forwards = sized(problem, paths, [last.derivative(name)[p] for p in paths])
+        assert np.abs(forwards - sized(problem, paths, slopes.tolist())).max() <= 1e-9 * np.abs(forwards).max(), name
+
+
+def test_points_of_a_profile_are_those_of_runs() -> None:
+    """The outline of a billet, upset and released, by the points of its die: differences of runs at the same times."""
+    problem = loads(SHAPED).problem
+    paths = [*(f"tools.die.points.{k}.{axis}" for k in range(4) for axis in (0, 1)), "tools.die.fillet", "friction.mu"]
+    of = ["billet.right.x at y=5", "billet.right.x at y=2", "billet.height"]
+    found = pr.gradient(problem, of, paths)
+    times = [i.time for i in pr.solve(problem)]
+    for path in paths[3:6]:
+        ends = []
+        for sign in (1.0, -1.0):
+            beside = with_values(problem, {path: value_of(problem, path) + sign * 1e-5})
+            *_, last = pr.solve(beside, times=times)
+            ends.append([last.measure(m) for m in of])
+        error = found[path] - (np.array(ends[0]) - ends[1]) / 2e-5
+        assert np.abs(error).max() <= 2e-7 * np.abs(found.slopes).max(), path
+
+
+def test_transposes_are_transposes() -> None:
+    """⟨w, A d⟩ = ⟨Aᵀ w, d⟩ for the maps of an element from motions, histories and moduli to forces and histories."""
+    rng = np.random.default_rng(3)
+    cells = np.array([[0, 1, 2, 3]])
+    X = np.array([[1.0, 0.0], [2.0, 0.1], [2.1, 1.0], [0.9, 1.1]])
+    x = X + 0.03 * rng.normal(size=X.shape)
+    old = 0.01 * rng.normal(size=(1, 4, 6))
+    old[..., 4:] = 0.02
+    new = old + np.array([0.0, 0.0, 0.0, 0.0, 0.004, 0.0])
+    for axisymmetric, cauchy in ((True, True), (False, False)):
+        moduli = (200.0, 80.0)
+        geometry, point = np.empty((1, 5, q4_directions.PER_PLACE)), np.empty((1, 4, q4_directions.PER_POINT))
+        q4_directions.prepare(
+            X, x, cells, old, new, *moduli, axisymmetric, 1.3, True, cauchy, 1, np.array([1.0, 2.0, 0.0, 0.0, 0.0]),
+            np.zeros(2), np.zeros((1, 4)), 1.0, geometry, point,
+        )  # fmt: skip
+        dxn, dx, motion = rng.normal(size=(3, 1, 4, 2))
+        dold, dflow, dbulk, dG = rng.normal(size=old.shape)[None], rng.normal(size=(1, 1, 4, 2)), *rng.normal(size=(2, 1))
+        r, dnew, energy = np.zeros((1, 8)), np.zeros((1, *old.shape)), np.zeros(1)
+        q4_directions.at_fixed(
+            cells, geometry, point, *moduli, axisymmetric, True, np.ones((1, 4)), dxn, dx, dold, dbulk, dG, np.zeros(1, int),
+            dflow, r, dnew, energy,
+        )  # fmt: skip
+        w, h = rng.normal(size=r.shape), rng.normal(size=dnew.shape)
+        h[..., 5] = 0.0
+        x_n, now, flow, before = np.zeros_like(dxn), np.zeros_like(dx), np.zeros((1, 1, 4)), np.zeros_like(dold)
+        by_bulk, by_G = np.zeros((2, 1))
+        q4_transposed.at_fixed(
+            cells, geometry, point, *moduli, axisymmetric, True, w, h, x_n, now, before, by_bulk, by_G, flow
+        )
+        pairs = ((x_n, dxn), (now, dx), (before, dold), (by_bulk, dbulk), (by_G, dG), (flow, dflow[..., 0]))
+        assert np.vdot(w, r) + np.vdot(h, dnew) == pytest.approx(sum(np.vdot(a, b) for a, b in pairs), rel=1e-12)
+        dnew[:] = 0.0
+        q4_directions.along(cells, geometry, point, moduli[1], axisymmetric, True, np.ones((1, 4)), motion, dnew, energy)
+        back = np.zeros_like(motion)
+        q4_transposed.along(cells, geometry, point, moduli[1], axisymmetric, h, back)
+        assert np.vdot(h, dnew) == pytest.approx(np.vdot(back, motion), rel=1e-12)
+
+
+def test_one_measure_gives_numbers() -> None:
+    """A measure by its name has one value and one slope a parameter; a list of them has arrays."""
+    problem = ring()
+    one, many = (pr.gradient(problem, of, ["friction.mu"]) for of in ("die.force.y", ["die.force.y"]))
+    assert (one.value, one["friction.mu"]) == (many.value[0], many["friction.mu"][0])
+    assert dict(one.items()) == {"friction.mu": one["friction.mu"]}
+    assert (one.measures, one.units) == (("die.force.y",), ("N",))
+
+
+@pytest.mark.parametrize(
+    ("changes", "of", "by", "words"),
+    [
+        (["bodies.ring.element=q8"], "die.force.y", "friction.mu", "only F-bar quadrilaterals"),
+        (["friction={type: shear, m: 0.3}"], "die.force.y", "friction.m", "cannot be followed backwards"),
+        ([HELD], "die.travel.y", "friction.mu", "cannot be followed backwards"),
+        ([], "ring.max.mises", "friction.mu", "has no derivative by places and forces"),
+        ([], "die.force.y", "friction.nu", "no number at"),
+        ([], "die.forc.y", "friction.mu", "die"),
+    ],
+)
+def test_what_cannot_go_backwards_is_told(changes: list[str], of: str, by: str, words: str) -> None:
+    """Elements, friction, loads and measures that have no way back are refused, with the way that there is."""
+    with pytest.raises(PrensaError, match=words):
+        pr.gradient(ring(*changes), of, [by])
+
+
+def test_arguments_are_looked_at() -> None:
+    """No parameter, or a step that does not exist, is told before anything is computed."""
+    with pytest.raises(ArgumentError, match="by is empty"):
+        pr.gradient(ring(), "die.force.y", [])
+    with pytest.raises(ArgumentError, match="there is no step 'pres'"):
+        pr.gradient(ring(), "die.force.y", ["friction.mu"], step="pres")
