@@ -14,7 +14,7 @@ it errs by half an increment at most either way, where backward Euler always err
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,8 +52,9 @@ class TimeRule(NamedTuple):
         if not _flows(block):
             return history
         out = history.copy()
-        own = block.at_law(history).reshape(-1, block.law.size)
-        out[..., : block.law.size] = block.law.begin(own, self.share).reshape(*history.shape[:2], -1)
+        law: Any = block.law
+        own = block.at_law(history).reshape(-1, law.size)
+        out[..., : law.size] = law.begin(own, self.share).reshape(*history.shape[:2], -1)
         return out
 
 
