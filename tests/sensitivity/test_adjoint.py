@@ -177,7 +177,7 @@ def test_what_cannot_go_backwards_is_told(changes: list[str], of: str, by: str, 
 
 def test_two_increments_back_is_refused() -> None:
     """With the time rule of second order an increment depends on the two before; elastic bodies do not mind."""
-    with pytest.raises(ArgumentError, match="bdf2.*cannot be followed backwards"):
+    with pytest.raises(ArgumentError, match="cannot be followed backwards; leave it out"):
         pr.gradient(ring(), "die.force.y", ["friction.mu"], pr.Numerics(time_rule="bdf2"))
     elastic = ring("bodies.ring.material={type: elastic, E: 1000, nu: 0.3}")
     slopes = [

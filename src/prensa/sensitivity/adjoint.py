@@ -138,8 +138,8 @@ def _refuse(system: System, by: Sequence[str], numerics: model.Numerics) -> None
         )
     if numerics.time_rule == "bdf2" and system.has_memory:
         raise ArgumentError(
-            "gradient: with numerics.time_rule 'bdf2' an increment depends on the two before, which cannot be followed backwards; "
-            "leave it out, or use solve(derivatives=...)"
+            "gradient: with numerics.time_rule 'bdf2' an increment depends on the two before, which cannot be "
+            "followed backwards; leave it out, or use solve(derivatives=...)"
         )
     told_before(system)
 
