@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-GROWTH = 1.0 + math.sqrt(2.0)  # of increments, up to which errors do not grow (Grigorieff 1983)
+STABLE_RATIO = 1.0 + math.sqrt(2.0)  # of increments, up to which errors do not grow (Grigorieff 1983)
 
 
 class TimeRule(NamedTuple):
@@ -38,7 +38,7 @@ class TimeRule(NamedTuple):
     @classmethod
     def of(cls, dt: float, last: float) -> TimeRule:
         """For an increment dt after one of length ``last`` in its step; backward Euler if that is 0 (none) or far shorter."""
-        if not last > 0.0 or dt > GROWTH * last:
+        if not last > 0.0 or dt > STABLE_RATIO * last:
             return cls()
         ratio = dt / last
         return cls(ratio * ratio / (1.0 + 2.0 * ratio), (1.0 + ratio) / (1.0 + 2.0 * ratio))
