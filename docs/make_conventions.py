@@ -46,28 +46,30 @@ def signs(ax: Axes) -> None:
     ax.plot([0], [1.9], "k+", ms=9)
     arrow(ax, (0, 1.9), (0, 3.3), FORCE, "fy")
     arrow(ax, (0, 1.9), (1.3, 1.9), FORCE, "fx")
-    arrow(ax, (-2.2, 1.7), (-2.2, 0.5), WALK)
-    ax.text(-2.35, 1.95, "move y < 0", color=WALK, ha="center", fontsize=10)
+    arrow(ax, (-2.3, 1.7), (-2.3, 0.5), WALK)
+    ax.text(-1.95, 1.95, "move y < 0", color=WALK, ha="right", fontsize=10)
     arrow(ax, (0, 0.2), (0, -1.0), "k", "pressure > 0")
-    arrow(ax, (0.2, 0.1), (1.7, 0.1), "#2d7d46", "e: shear, s", dx=0.1)
+    arrow(ax, (0.2, 0.1), (1.5, 0.1), "#2d7d46")
+    ax.text(1.6, -0.25, "e: shear, s", color="#2d7d46", va="center", ha="center", fontsize=10)
     turn = {"arrowstyle": "-|>", "connectionstyle": "arc3,rad=0.4", "color": "k"}
     ax.annotate("", (-0.95, 2.4), (-0.15, 2.95), arrowprops=turn)
-    ax.text(-1.15, 2.05, "rz, mz", fontsize=10)
-    arrow(ax, (-3.4, -2.6), (-2.4, -2.6), "k", "x, r")
-    arrow(ax, (-3.4, -2.6), (-3.4, -1.6), "k", "y, axis")
+    ax.text(-1.25, 2.0, "rz, mz", fontsize=10)
+    arrow(ax, (-4.2, -2.6), (-3.2, -2.6), "k", "x, r")
+    arrow(ax, (-4.2, -2.6), (-4.2, -1.6), "k")
+    ax.text(-4.2, -1.4, "y, axis", ha="center", fontsize=10)
     ax.set_title("signs: forces of the metal on the tool", fontsize=11)
-    ax.set(xlim=(-3.6, 4.2), ylim=(-2.9, 3.8), aspect="equal")
+    ax.set(xlim=(-5.0, 3.2), ylim=(-2.9, 3.8), aspect="equal")
 
 
 def times(ax: Axes) -> None:
     """A number is reached by a ramp over its step; what is not mentioned stays."""
     ax.plot([0, 1, 2, 3], [0, -2, -2, -1.2], color=WALK, lw=2)
     ax.text(0.5, -0.6, "move: {y: -2}", color=WALK, fontsize=10)
-    ax.text(1.5, -1.85, "not mentioned: held", color=WALK, fontsize=10, ha="center")
-    ax.text(2.1, -1.3, "by: {y: 0.8}", color=WALK, fontsize=10)
-    ax.plot([0, 1, 2, 3], [-4, -4, -3.2, -4], color=FORCE, lw=2)
-    ax.text(1.03, -3.25, "push: {y: -2}", color=FORCE, fontsize=10)
-    ax.text(2.5, -3.35, "push: {y: 0},\nfades linearly", color=FORCE, fontsize=10)
+    ax.text(1.5, -1.8, "not mentioned: held", color=WALK, fontsize=10, ha="center")
+    ax.text(2.45, -1.35, "by: {y: 0.8}", color=WALK, fontsize=10, ha="right")
+    ax.plot([0, 1, 2, 3], [-3.2, -3.2, -4, -3.2], color=FORCE, lw=2)
+    ax.text(1.1, -4.0, "push: {y: -2}", color=FORCE, fontsize=10)
+    ax.text(2.3, -4.05, "push: {y: 0}, fades linearly", color=FORCE, fontsize=10)
     for k in range(4):
         ax.axvline(k, color="#999999", lw=0.8, ls=":")
     for k, name in enumerate(("press", "hold", "release")):
@@ -78,14 +80,15 @@ def times(ax: Axes) -> None:
 
 
 def main() -> None:
-    """Three panels."""
-    figure, axes = plt.subplots(1, 3, figsize=(14, 4.8), layout="constrained")
-    for ax, draw in zip(axes, (profiles, signs, times)):
-        draw(ax)
-    for ax in axes[:2]:
-        ax.set_axis_off()
+    """Two panels above one: on a page their text is as large as that around it."""
+    panels = [["sides", "signs"], ["times", "times"]]
+    figure, axes = plt.subplot_mosaic(panels, figsize=(9, 7.4), height_ratios=(4, 3), layout="constrained")
+    for name, draw in (("sides", profiles), ("signs", signs), ("times", times)):
+        draw(axes[name])
+        if name != "times":
+            axes[name].set_axis_off()
     PAGE.parent.mkdir(exist_ok=True)
-    figure.savefig(PAGE, dpi=90)
+    figure.savefig(PAGE, dpi=120, bbox_inches="tight", pad_inches=0.1)
     print(f"{PAGE.name} written")
 
 

@@ -240,8 +240,8 @@ def test_fields_ranges_mesh_and_mirror_change_the_picture(page):
     keys = page.execute_script("return prensa.scene.fields.map(f => f.key)")
     assert {"mises", "plastic_strain", "displacement", "stress.xx"} <= set(keys)
     seen = [pixels(page, "picture")]
-    for control, value in [*(("field", k) for k in keys[1:]), ("range", "now"), ("mesh", ""), ("mirror", ""), ("tools", ""),
-                           ("initial", ""), ("scale", "3")]:  # fmt: skip
+    for control, value in [*(("field", k) for k in keys[1:]), ("range", "now"), ("mesh", ""), ("mirror", ""),
+                           ("mirror-bottom", ""), ("tools", ""), ("initial", ""), ("scale", "3")]:  # fmt: skip
         choose(page, control, value)
         seen.append(pixels(page, "picture"))
         assert (seen[-1] != seen[-2]).any(), control

@@ -45,7 +45,7 @@ def test_completion_lists_the_public_names():
 def test_results_fit_on_a_line(increment, result):
     """The representation of whatever a session shows is a line, not its arrays; cards are small tables."""
     contact, body = increment.contacts["block.top-punch"], increment.bodies["block"]
-    for shown in (increment, contact, contact.points, body, result, result.increments, pr.evaluate(increment),
+    for shown in (increment, increment.problem, contact, contact.points, body, result, result.increments, pr.evaluate(increment),
                   pr.evaluate(increment).contacts["block.top-punch"]):  # fmt: skip
         assert "\n" not in repr(shown) and 10 < len(repr(shown)) < 260, repr(shown)
     assert repr(increment).startswith("<Increment 4: step more, time 2, forces punch")

@@ -180,6 +180,10 @@ SEEDED = {
             ("a prestrain of 2, 200 %", "did you mean '2 %'?"), True,
         ),
         Seeded(
+            "exponent in per cent", ((FLOW, "{type: ludwik, s0: 60, K: 200, n: 22}"),), "6:81",
+            ("an exponent of 22", "did you mean 0.22?"), True,
+        ),
+        Seeded(
             "table that begins where the tool is not",
             (("increments: 4}", "increments: 4}\n  - {name: back, move: {die: {y: [[1, 0], [2, 0.1]]}}}"),), "14:31",
             ("tool 'die' would jump", "it is at -0.2 then", "[1, -0.2]", "'by'"), True,
@@ -188,6 +192,16 @@ SEEDED = {
             "step that repeats the travel of the one before",
             (("increments: 4}", "increments: 4}\n  - {name: more, move: {die: {y: -0.2}}}"),), "14:31",
             ("step 'more' moves nothing", "measured from the initial place", "write -0.4", "'by: {die: {y: -0.2}}'"), True,
+        ),
+        Seeded(
+            "step that repeats the push of the one before",
+            (("move: {die: {y: -0.2}}, increments: 4}", "push: {die: {y: -300}}}\n  - {name: more, push: {die: {y: -300}}}"),), "14:31",
+            ("step 'more' changes nothing", "y = -300 of 'die' is there already", "write -600"), True,
+        ),
+        Seeded(
+            "step that repeats the travel of a support",
+            (("increments: 4}", "increments: 4}\n  - {name: on, fixed: {strip.right: {x: 0.1}}}\n  - {name: more, fixed: {strip.right: {x: 0.1}}}"),), "15:40",
+            ("step 'more' moves nothing", "'strip.right' is at x = 0.1 already", "write 0.2"), True,
         ),
         Seeded(
             "table that ends before its step", (("y: -0.2", "y: [[0, 0], [0.5, -0.2]]"),), "13:32",
@@ -242,6 +256,15 @@ SEEDED = {
             "9:3", ("at time", "'strip.right'", "add '{surface: strip.right, against: wall}'"), True,
         ),
         Seeded(
+            "narrow tool between two nodes of a side that has no contact with it",
+            (("contacts:", "  pin: {type: polygon, points: [[0, 0], [2, 0], [2, 0.2], [0, 0.2]], at: [3.8, 0.65]}\ncontacts:"),), "9:3",
+            ("the edge between nodes 17 and 26 of 'strip.right'", "inside tool 'pin'", "surface: strip.right"),
+        ),
+        Seeded(
+            "tool within the body", (("contacts:", "  pin: {type: circle, radius: 0.4, at: [2.2, 1]}\ncontacts:"),), "9:3",
+            ("lies inside body 'strip'", "move the tool out"),
+        ),
+        Seeded(
             "one side in two contacts with a tool", (("fixed:", "  - {surface: strip.top, against: die}\nfixed:"),), "11:15",
             ("'strip.top' is against 'die' in contacts.0 already", "name it in one of them"),
         ),
@@ -249,6 +272,11 @@ SEEDED = {
             "bodies that overlap",
             (("tools:", "  other:\n    mesh: {type: rectangle, size: [4, 2], n: [8, 4], origin: [0, -0.6]}\n    material: {type: elastic, E: 70e3, nu: 0.3}\ntools:"), ("strip.left: x", "strip.left: x, other.top: xy")),
             "7:3", ("overlaps body 'strip', by 0.85", "'ties'"), True,
+        ),
+        Seeded(
+            "bodies that lie on one another without a tie",
+            (("tools:", "  other:\n    mesh: {type: rectangle, size: [4, 2], n: [8, 4], origin: [0, -2]}\n    material: {type: elastic, E: 70e3, nu: 0.3}\ntools:"), ("strip.left: x", "strip.left: x, other.bottom: xy")),
+            "7:3", ("lies on body 'strip'", "'ties'"), True,
         ),
         Seeded(
             "contact with the wrong side", (("[strip.top, strip.right]", "strip.bottom"),), "8:3",
@@ -281,6 +309,15 @@ SEEDED = {
         Seeded(
             "small strain where there is none", (("y: -0.2", "y: -1"), ("plane strain", "plane strain\nkinematics: small")), "3:1",
             ("tools press 'strip' in by 1", "strains or rotations of 0.5", "use 'finite'"), True,
+        ),
+        Seeded(
+            "small strain that a support exceeds", (("increments: 4}", "fixed: {strip.right: {x: 0.8}}, increments: 4}"), ("plane strain", "plane strain\nkinematics: small")), "3:1",
+            ("supports of 'strip' move by 0.8 against each other, 4 apart", "use 'finite'"), True,
+        ),
+        Seeded(
+            "sides that meet at a corner, on the undeformed surface",
+            (("plane strain", "plane strain\nkinematics: small\ncontact_geometry: reference"),), "12:6",
+            ("does not have at its corner at (4, 2)", "a contact of its own"),
         ),
         Seeded("tool through the support", (("y: -0.2", "y: -2.5"),), "10:5", ("reaches 0.5 beyond node 7", "travel larger")),
         Seeded(

@@ -61,3 +61,34 @@ def test_the_published_page_counts_failures_by_kind(tmp_path):
     assert "| plastic | told | Stagnated | the residual stagnates of the forces | 1 |" in page
     assert all(f"- plastic {k}: plane: {w}" in page for k, w in enumerate(words))
     assert "commit abc" in page
+
+
+@pytest.mark.parametrize("suite", ["elastic", "plastic"])
+def test_drawn_problems_are_posed_by_their_drawing(suite):
+    """What a tool can reach is in its contact, and no tool wedges itself between a body and the mandrel in its bore."""
+    problems = [robustness.draw(suite, 3980521661, number) for number in range(150)]
+    walls, bores = 0, 0
+    for p in problems:
+        tool, mesh = p.tools["tool"], p.bodies["body"].mesh
+        points = mesh.points if mesh.type == "points" else None
+        x, y = (tuple(zip(*points))) if points else ([mesh.origin[0], mesh.origin[0] + mesh.size[0]], [0.0, mesh.size[1]])
+        bore, side, height = min(x), max(x), max(y)
+        down = sum(-s.move["tool"].y for s in p.steps[:1] if "tool" in s.move)
+        if tool.type == "circle" and tool.concave:
+            # the wall of the cavity, from the corner that touches first: how far it is from the middle of the side
+            centre = height - (tool.radius**2 - side**2) ** 0.5 - down
+            gap = (tool.radius**2 - (0.5 * height - centre) ** 2) ** 0.5 - side
+            walls += gap < 0.5 * side
+            assert gap > 0.5 * side or "body.right" in p.contacts[0].surface, p.name
+            assert p.contact_geometry == "current", p.name
+        elif p.contact_geometry == "reference":  # a corner of two sides has no normal before it deforms
+            assert p.contacts[0].surface == ("body.top",), p.name
+        elif tool.type == "plane":
+            walls += 1
+            assert "body.right" in p.contacts[0].surface, p.name
+        elif tool.type == "circle" and bore > 0:
+            bores += 1
+            above = (tool.radius**2 - bore**2) ** 0.5 - down
+            assert above > 0.999 * bore, p.name  # the normal at the edge of the bore is within 45° of the axis
+    assert walls > 10
+    assert bores > 3

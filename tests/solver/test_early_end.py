@@ -9,7 +9,7 @@ import prensa as pr
 from prensa.elements.element import Why
 from prensa.errors import PreflightError, SolveError
 from prensa.fem.failure import ElementFailed
-from prensa.fem.folds import fold, outlines
+from prensa.fem.folds import Fold, fold, hanging, outlines
 from prensa.fem.planning import plan_step
 from prensa.solver.distortion import Distortion
 from prensa.solver.failure import Distorted, Folded, FreeToMove, StartsInside, Unevaluable, sentence
@@ -93,6 +93,30 @@ def test_a_body_that_passes_through_itself_is_told():
     # in the increment in which they meet, not at the end of the step
     assert not any(inc.statistics.cutbacks for inc in done) and done[-1].time < 0.8
     assert "side 'b.inner' crosses side 'b.start'" in str(error) and "no contact with themselves" in str(error)
+
+
+@pytest.mark.parametrize("drawn", [1.0, 0.4])
+def test_an_edge_that_hangs_on_a_corner_of_a_tool_is_told(drawn):
+    """Its ends lie on the side and on the end of a stamp: drawn out, it passes through the stamp; short, it only touches it."""
+    stamp = pr.Profile(points=((-0.6, 1.0), (-0.6, 0.0), (0.6, 0.0), (0.6, 1.0)), fillet=0.0, at=(0.0, 1.0))
+    block = pr.Rectangle(size=(4, 1), n=(8, 2), origin=(-2.0, 0.0))
+    problem = pr.Problem(
+        "hang", bodies={"b": pr.Body(block, SOFT)}, tools={"die": stamp}, contacts=(pr.Contact("b.top", "die"),),
+        fixed={"b.bottom": "xy"}, steps=(pr.Step("rest"),),
+    )  # fmt: skip
+    system = pr.discretise(problem)
+    u = system.initial().u.copy()
+    ends = [int(np.argmin(np.hypot(*(system.X - place).T))) for place in ((-0.5, 1.0), (0.0, 1.0))]
+    behind, under = np.array([0.6, 1.3]), np.array([0.6 - drawn, 1.0])
+    system.displacement(u)[ends] = [under, behind] - system.X[ends]
+    hang = hanging(system, u)
+    if drawn < 0.5:
+        assert hang is None
+        return
+    assert hang.side == "b.top" and hang.tool == "die"
+    assert hang.depth == pytest.approx(0.15) and hang.stretch == pytest.approx(np.hypot(1.0, 0.3) / 0.5)
+    reason = Folded(Fold("b.top", "b.top", 0.0, 1.0, 0.1), hang)
+    assert "hangs on a corner" in sentence(reason) and "t6" in hint(reason)
 
 
 @pytest.mark.parametrize("element", ["q4", "q8", "t6"])

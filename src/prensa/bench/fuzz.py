@@ -129,6 +129,46 @@ fixed: {ring.start: xy, disc.rim: xy}
 steps:
   - {name: draw, fixed: {wire.top: {y: 13}}, until: {travel: {die: {y: 1}}}}
 """,
+    """\
+name: presses and rolls
+units: {length: mm, force: N}
+bodies:
+  strip: {mesh: {type: strip, length: 4, thickness: 2, n: [8, 2], half: true, nose: {length: 1, thickness: 1.92}}, element: q4_sheet, material: {type: j2, E: 70 GPa, nu: 0.33, flow: {type: johnson_cook, A: 60, B: 100, n: 0.3, C: 0.02, rate0: 1}}}
+  block: {mesh: {type: patch, corners: [[0, 24], [8, 24], [8, 30], [0, 30]], n: [4, 3], sides: {top: {type: arc, through: [4, 30.5]}, right: {type: spline, points: [[8.5, 27]]}}, grade: top, ratio: 2}, material: {type: j2, E: 70 GPa, nu: 0.33, flow: {type: hockett_sherby, s0: 60, s_inf: 180, b: 3, n: 0.8}}}
+  base: {mesh: {type: rectangle, size: [8, 4], n: [4, 2], origin: [0, 20], grade: top-right}, material: {type: elastic, E: 1000, nu: 0.3}, element: q8}
+ties: [{slave: block.bottom, master: base.top}]
+tools:
+  roll: {type: circle, radius: 8, at: [3, 8.95]}
+  ram: {type: ellipse, semi: [6, 3], above: block.top}
+contacts:
+  - {surface: strip.top, against: roll, friction: {type: coulomb, mu: {mu0: 0.3, slope: -0.1, limit: 0.1}}}
+  - {surface: block, against: ram, friction: {type: coulomb, mu: {kappa: [0, 1, 2], mu: [0.1, 0.2, 0.2]}}, enforcement: {type: penalty, k_n: 1e5}}
+no_contact: [{surface: strip, against: symmetry}, {surface: [base.left, base.right], against: ram}]
+fixed: {strip.bottom: y, base.bottom: xy, block.left: x, base.left: x}
+measures: {gap: strip.max.y, torque: roll.mz, ring: roll.moment}
+steps:
+  - {name: bite, feed: {strip.left: {x: 4}}, by: {roll: {rz: 0.7}}, duration: 20 ms}
+  - {name: stroke, crank: {ram: {stroke: 120 mm, ratio: 0.2, height: 0.4 mm, strokes_per_minute: 40}}, until: {travel: {ram: {y: -0.3}}, required: true}}
+  - {name: open, crank: {ram: {stroke: 120 mm, ratio: 0.2, start: 0, end: -25 deg, strokes_per_minute: 40, toward: down}}, push: {roll: {m: 0}}}
+  - {name: lift, by: {base.bottom: {y: 0.1}, ram: {y: [[3, 0], [4, 1 mm]]}}, friction: {strip.top-roll: null}, duration: 2 s}
+  - {name: free, remove_tools: true, fixed: {base.bottom: free}}
+""",
+    """\
+name: rest
+units: {length: inch, force: lbf}
+space: axisymmetric
+kinematics: small
+allow_large_strain: true
+thickness: 1
+bodies:
+  cup: {mesh: {type: outline, points: [[2, 0], [6, 0], [6, 8], [2, 8]], size: 2, sides: [low, out, up, bore], holes: [[[3, 3], [4, 3], [4, 4]]]}, element: t3, material: {type: elastic, E: 10 GPa, nu: 0.3}}
+tools: {ring: {type: ring, inner: 3, outer: 5, fillet: 0.3, touching: cup.up, spring: {y: 1e6}}, ball: {type: circle, radius: 9, concave: true, above: cup.up}}
+contacts: [{surface: cup.up, against: ring, integration: kikuchi}]
+no_contact: [{surface: cup, against: ball}]
+fixed: {cup.low: {x: 0, y: held}}
+steps: [{name: press, velocity: {ring: {y: [[0, 0], [0.5, -0.01], [1, 0]]}}, loads: {cup.out: {shear: 1, pressure: 2 MPa}}, duration: 3}]
+numerics: {condense: true, threads: 2, solver: superlu, iteration: paper, line_search: false}
+""",
 )
 FROM_FILE = """\
 name: mesh of a file
@@ -356,7 +396,7 @@ def _checked(described: Callable[[], Any]) -> str:
     try:
         problem = described()
         warnings_of(problem)
-        if sum(_elements(b.mesh) for b in problem.bodies.values()) <= LARGEST_MESH and len(problem.steps) <= 100:
+        if sum(elements(b.mesh) for b in problem.bodies.values()) <= LARGEST_MESH and len(problem.steps) <= 100:
             preflight(discretise(problem))
     except PrensaError as error:
         if not str(error).strip():
@@ -365,11 +405,15 @@ def _checked(described: Callable[[], Any]) -> str:
     return "read"
 
 
-def _elements(mesh: Any) -> int:
-    n = getattr(mesh, "n", None)
+def elements(mesh: Any) -> float:
+    """About how many elements a described mesh has; 0 where only the mesh can tell."""
+    n, size = getattr(mesh, "n", None), getattr(mesh, "size", None)
+    if isinstance(size, float):  # of triangles in an outline
+        x, y = np.array(mesh.points, dtype=np.float64).T
+        return 4.0 * float(np.ptp(x) * np.ptp(y) / size / size)  # over twice as many, and each dearer than one in rows
     if isinstance(n, tuple):
-        return int(np.prod([float(k) for k in n]))
-    return int(n) ** 2 if isinstance(n, int) else 0
+        return float(np.prod([float(k) for k in n]))
+    return float(n) ** 2 if isinstance(n, int) else 0.0
 
 
 def inputs(count: int, seed: int, folder: Path) -> Iterator[str]:
@@ -406,9 +450,14 @@ def files(count: int, seed: int, folder: Path) -> Iterator[tuple[str, Callable[[
 
 
 def run(
-    count: int, seed: int, report_defect: Callable[[str], None] = lambda _: None, source: Source | None = None
-) -> Report:
-    """Try *count* inputs of a *source* (files); ``report_defect`` is called with each defect as it is found."""
+    count: int, seed: int, report_defect: Callable[[str], None] = lambda _: None, source: Source | None = None,
+    time_to_answer: float = TIME_TO_ANSWER, time_to_give_up: float | None = None,
+) -> Report:  # fmt: skip
+    """Try *count* inputs of a *source* (files); ``report_defect`` is called with each defect as it is found.
+
+    ``time_to_answer``, ``time_to_give_up``: processor seconds, of sources that do more than read.
+    """
+    give_up = TIME_TO_GIVE_UP if time_to_give_up is None else time_to_give_up
     report = Report()
     with tempfile.TemporaryDirectory() as name, np.errstate(all="ignore"):
         folder = Path(name)
@@ -419,7 +468,7 @@ def run(
         for number, (text, attempt) in enumerate((source or files)(count, seed, folder)):
             begun = time.process_time()
             try:
-                with _bounded():
+                with _bounded(give_up):
                     outcome = attempt()
             except (Exception, TimeOutError) as error:
                 outcome = "failed"
@@ -427,7 +476,7 @@ def run(
                 words = f"{type(error).__name__}: {str(error)[:200]} ({Path(place.filename).name}:{place.lineno})"
                 report.defects.append((number, words, text))
             spent = time.process_time() - begun
-            if outcome != "failed" and spent > TIME_TO_ANSWER:
+            if outcome != "failed" and spent > time_to_answer:
                 outcome = "failed"
                 report.defects.append((number, f"took {spent:.1f} s", text))
             if outcome == "failed":
@@ -444,7 +493,7 @@ def _file_case(folder: Path) -> str:
 
 
 @contextmanager
-def _bounded() -> Iterator[None]:
+def _bounded(give_up: float) -> Iterator[None]:
     """Bound the processor time and the address space of a block; other systems than Linux have not got both bounds."""
     if sys.platform != "linux":
         yield
@@ -452,12 +501,12 @@ def _bounded() -> Iterator[None]:
     import resource
 
     def late(*_: object) -> None:
-        raise TimeOutError(f"not finished after {TIME_TO_GIVE_UP:g} s")
+        raise TimeOutError(f"not finished after {give_up:g} s")
 
     used = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
     before, handler = resource.getrlimit(resource.RLIMIT_AS), signal.signal(signal.SIGVTALRM, late)
     resource.setrlimit(resource.RLIMIT_AS, (used + MEMORY, before[1]))
-    signal.setitimer(signal.ITIMER_VIRTUAL, TIME_TO_GIVE_UP)
+    signal.setitimer(signal.ITIMER_VIRTUAL, give_up)
     try:
         yield
     finally:

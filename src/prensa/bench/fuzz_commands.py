@@ -10,7 +10,7 @@ from __future__ import annotations
 import functools
 import io
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import chdir, redirect_stderr, redirect_stdout
 from pathlib import Path
 from typing import Any
@@ -208,6 +208,47 @@ MEASURED = ("punch.fy", "punch.force.y", "max(punch.fy)", "max()", "max(", "mean
             "block.right.x at y=5", "block.right.x at y=", "block.right.x at y=1e400", "block.right.x at z=1", "height", "block.height", "block.volume",
             "energy.plastic", "time", "max(max(punch.fy))", "punch.fy at 0.5", "punch.fy @ 9", "block.top-punch.pressure", "block.top-punch.length", "1", "nan",
             "punch.fy+1", "__import__('os')", "ö", "a" * 3000, "punch.fy\n", "(" * 500, "punch.moment", "block.top.angle", "-punch.uy", "punch.uy")  # fmt: skip
+CALIBRATION = """\
+name: fit of a press
+tests:
+  - case: case.yaml
+    set: [steps.0.increments=2]
+    data: data.csv
+    along: -punch.uy
+    column: travel
+    scale: 1
+    offset: 0 mm
+    name: wide
+    observe:
+      force: {measure: punch.fy, sigma: 2 %, scale: 1, shift: 0.01, gain: 3 %}
+      width: block.right.x at y=5
+  - {case: case.yaml, data: data.csv, along: -punch.uy, observe: {force: punch.force.y}}
+parameters:
+  friction.mu: [0.02, 0.5]
+  bodies.block.material.flow.K: null
+starts: 2
+seed: 4
+refine: false
+compare: false
+profiles: false
+"""
+STARTED = """\
+name: again
+units: {length: mm, force: N}
+start: {run: run}
+bodies:
+  block:
+    mesh: {type: rectangle, size: [40, 10], n: [8, 2], origin: [-20, 0]}
+    material: {type: j2, E: 1000, nu: 0.3, flow: {type: swift, K: 20, e0: 0.01, n: 0.2}}
+  more: {mesh: {type: rectangle, size: [4, 1], n: [2, 2], origin: [50, 0]}, material: {type: elastic, E: 10, nu: 0.3}}
+tools:
+  punch: {type: profile, points: [[-10, 30], [-10, 0], [10, 0], [10, 30]], touching: block.top}
+  other: {type: circle, radius: 30, above: block.top}
+friction: {mu: 0.1}
+no_contact: [{surface: more, against: punch}, {surface: more, against: other}]
+fixed: {block.bottom: xy, more.bottom: xy}
+steps: [{name: up, by: {punch: {y: 1}}, duration: 2 s}, {name: on, by: {other: {y: -0.2}}, until: {force: {other: {y: 5}}}}]
+"""
 VERBS = ("check", "run", "resume", "sweep", "calibrate", "identify", "converge", "report", "plot", "new", "schema", "import", "verify", "bench")
 OPTIONS = ("--set", "--out", "--quiet", "-q", "--force", "--json", "--measure", "--samples", "--sampling", "--seed", "--jobs", "--memory", "--cluster", "--data",
            "--observe", "--fit", "--along", "--sigma", "--starts", "--rows", "--mesh", "--step", "--field", "--film", "--only", "--count", "--family", "--x", "-x", "--")  # fmt: skip
@@ -219,7 +260,7 @@ Check = Callable[[], Any]
 def commands(app: App, count: int, seed: int, folder: Path) -> Iterator[Attempt]:
     """Attempts of all kinds in turn, each with its input broken in a way of its own; *app*: what takes command lines."""
     rng = np.random.default_rng(seed)
-    kinds = (_deck, _profile, _readings, _options, functools.partial(_line, app), _folder)
+    kinds = (_deck, _profile, _readings, _options, functools.partial(_line, app), _folder, _calibration, _started)
     run = _a_run(folder / "run")
     for number in range(count):
         here = folder / "here"
@@ -311,6 +352,50 @@ def _readings(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Che
     return f"{columns} {errors} {along!r}: {told}", attempt
 
 
+def _calibration(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Check]:
+    """A calibration file, its tree or its text broken, beside a good case and a good table."""
+    from prensa.bench.fuzz import mutate_tree
+    from prensa.bench.fuzz_yaml import mutate_yaml
+
+    (here / "case.yaml").write_text(GOOD, encoding="utf-8")
+    (here / "data.csv").write_text(READINGS, encoding="utf-8")
+    (here / "fit.yaml").unlink(missing_ok=True)
+    if rng.random() < 0.5:
+        told = (mutate_tree, mutate_yaml)[rng.integers(2)](rng, CALIBRATION)
+        (here / "fit.yaml").write_text(told, encoding="utf-8", errors="replace")
+    else:
+        told = _written(rng, here / "fit.yaml", CALIBRATION)
+    changes = [f"{_one(rng, ODD_PATHS)}={_one(rng, ODD_VALUES)}"] if rng.random() < 0.2 else []
+
+    def attempt() -> None:
+        from prensa.inverse.files import read_calibration
+
+        read_calibration(here / "fit.yaml", changes)
+
+    return f"calibration {changes}: {told}", attempt
+
+
+def _started(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Check]:
+    """A case that starts from a run: its tree or its text broken, or the run's folder."""
+    from prensa.bench.fuzz import mutate_tree
+
+    there, told, damage = here / "run", STARTED, "whole"
+    shutil.rmtree(there, ignore_errors=True)
+    shutil.copytree(run, there)
+    if rng.random() < 0.6:
+        told = mutate_tree(rng, STARTED) if rng.random() < 0.6 else _broken(rng, STARTED)
+    else:
+        damage = _damaged(rng, there, ("checkpoint.h5", "case.yaml", "summary.json", "history.csv"))
+
+    def attempt() -> None:
+        from prensa.bench.fuzz import read
+
+        if read(told, here) == "refused":
+            raise PrensaError("refused in words")
+
+    return f"start from a run, {damage}: {told}", attempt
+
+
 # ----------------------------------------------------------------------------------------------------- words of commands
 def _options(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Check]:
     """What studies and calibrations are asked for: values, measures, levels, parameters."""
@@ -390,8 +475,18 @@ def _folder(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Check
     broken = here / "broken"
     shutil.rmtree(broken, ignore_errors=True)
     shutil.copytree(run, broken)
-    files = sorted(p for p in broken.rglob("*") if p.is_file() and p.suffix != ".html")
-    path = files[rng.integers(len(files))]
+    files = sorted(str(p.relative_to(broken)) for p in broken.rglob("*") if p.is_file() and p.suffix != ".html")
+    damage = _damaged(rng, broken, files)
+    readers = [_read_back, _looked_at, _gone_on]
+    reader = readers[rng.integers(3)]
+    return f"{damage}, {reader.__name__[1:]}", functools.partial(reader, broken)
+
+
+def _damaged(rng: np.random.Generator, folder: Path, names: Sequence[str]) -> str:
+    """Break one of the files *names* of a folder of results, and say how; nothing where it is not there."""
+    path = folder / names[int(rng.integers(len(names)))]
+    if not path.is_file():
+        return f"no {path.name}"
     data = bytearray(path.read_bytes())
     way = int(rng.integers(6))
     match way:
@@ -411,9 +506,7 @@ def _folder(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Check
                 if data:
                     data[rng.integers(len(data))] = int(rng.integers(256))
             path.write_bytes(data)
-    readers = [_read_back, _looked_at, _gone_on]
-    reader = readers[rng.integers(3)]
-    return f"{path.relative_to(broken)} broken in way {way}, {reader.__name__[1:]}", functools.partial(reader, broken)
+    return f"{path.relative_to(folder)} broken in way {way}"
 
 
 def _read_back(folder: Path) -> None:

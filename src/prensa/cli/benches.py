@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from prensa.bench import fuzz as inputs
-from prensa.bench import fuzz_calls, fuzz_commands
+from prensa.bench import fuzz_calls, fuzz_commands, fuzz_runs
 from prensa.bench import robustness as problems
 from prensa.bench.robustness import Outcome, Tally
 from prensa.cli.voice import Voice, refuse_unknown
@@ -42,14 +42,15 @@ def fuzz(voice: Voice, app: Callable[..., Any], count: int, seed: str) -> bool:
     """Give the readers, and *app* that takes command lines, broken inputs; whether one was a defect."""
     number, _ = _seed_of(seed)
     defects, found = 0, []
-    for name, source, share in (
-        ("files", inputs.files, 2),
-        ("changes", fuzz_calls.overrides, 4),
-        ("calls", fuzz_calls.calls, 4),
-        ("files and words of commands", partial(fuzz_commands.commands, app), 4),
+    for name, source, share, limits in (
+        ("files", inputs.files, 2, ()),
+        ("changes", fuzz_calls.overrides, 4, ()),
+        ("calls", fuzz_calls.calls, 4, ()),
+        ("files and words of commands", partial(fuzz_commands.commands, app), 4, ()),
+        ("runs", fuzz_runs.runs, 20, fuzz_runs.LIMITS),
     ):
         tried = max(count // share, 1)
-        report = inputs.run(tried, number, voice.remark, source)
+        report = inputs.run(tried, number, voice.remark, source, *limits)
         counts = ", ".join(f"{report.counts[k]} {k}" for k in ("read", "refused", "failed"))
         voice.say(f"{tried} {name}, seed {number}: {counts}; the slowest took {report.slowest:.2f} s")
         found.append({"inputs": name, "tried": tried, **report.counts, "defects": len(report.defects), "slowest": report.slowest})

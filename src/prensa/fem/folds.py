@@ -1,4 +1,4 @@
-"""Outlines that fold: sides that have passed through other sides of their body, and which sides an element lies at.
+"""Outlines that fold: sides that have passed through other sides of their body, edges that hang on tools, sides of elements.
 
 Nothing keeps a body from passing through itself: there is no contact of a body with itself.
 """
@@ -10,6 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.contact.pairing import current_pairs
+from prensa.fem.outlines import contact_edges
 from prensa.fem.system import System
 from prensa.mesh.mesh import boundary_edges, segments
 
@@ -19,6 +21,8 @@ Index = NDArray[np.int64]
 PASSED = (
     0.1  # way back over the length of an outline's segment, beyond which two that cross have passed through each other
 )
+DRAWN_OUT = 2.0  # length of an edge over that at first …
+CHORD = 0.25  # … and depth of its middle in a tool, over that length, beyond which it hangs on a corner of the tool
 FLAT = 1e-6  # of the size of the bodies: a side that is this flat is straight, a node this far beyond it lies past it
 
 
@@ -39,6 +43,27 @@ class Fold(NamedTuple):
         return (
             f"side {self.first!r} crosses {other} near ({self.x:.4g}, {self.y:.4g}): the body has folded onto itself and passes "
             "through itself"
+        )
+
+
+class Hang(NamedTuple):
+    """An edge of ``side`` between two contact nodes, from (x, y) on, that hangs on a corner of ``tool``.
+
+    ``depth``: how much deeper its middle lies in the tool than its ends; ``stretch``: its length over that at first.
+    """
+
+    side: str
+    tool: str
+    x: float
+    y: float
+    depth: float
+    stretch: float
+
+    def __str__(self) -> str:
+        return (
+            f"an edge of {self.side!r} near ({self.x:.4g}, {self.y:.4g}) is {self.stretch:.2g} times as long as at first and "
+            f"passes {self.depth:.2g} deep through tool {self.tool!r}: the node at its end hangs on a corner of the tool instead "
+            "of going round it"
         )
 
 
@@ -64,6 +89,28 @@ def fold(system: System, bodies: list[Outline], u: Array) -> Fold | None:
     x = system.positions(u)
     found = [f for o in bodies if (f := _of_body(system, o, x)) is not None]
     return max(found, key=lambda f: f.depth, default=None)
+
+
+def hanging(system: System, u: Array) -> Hang | None:
+    """The edge in contact whose middle lies deepest in a tool, of those that a corner of the tool has drawn out; None without.
+
+    Contact acts at nodes. One that friction holds behind a corner is dragged along, and its edge becomes a chord of the tool.
+    """
+    x, out = system.positions(u), []
+    for s in system.surfaces if system.dofs.dimension == 2 else ():
+        ends = segments(contact_edges(system.problem, s.description, system.meshes)) + system.offsets[s.body]
+        first, last = x[ends[:, 0]], x[ends[:, 1]]
+        length = np.hypot(*(system.X[ends[:, 1]] - system.X[ends[:, 0]]).T)
+        stretch = np.hypot(*(last - first).T) / length
+        tool, place = system.tools[s.tool], system.place_of(s.tool, u)
+        g = [current_pairs(tool.shape, p, tool.at, place).g for p in (first, last, 0.5 * (first + last))]
+        depth = np.nan_to_num(np.minimum(g[0], g[1]) - g[2], nan=0.0)
+        depth[(stretch < DRAWN_OUT) | (depth < CHORD * length)] = 0.0
+        k = int(np.argmax(depth))
+        if depth[k] > 0:
+            side, at = "+".join(s.description.surface), first[k].tolist()
+            out.append(Hang(side, tool.name, at[0], at[1], float(depth[k]), float(stretch[k])))
+    return max(out, key=lambda h: h.depth, default=None)
 
 
 def _of_body(system: System, o: Outline, x: Array) -> Fold | None:

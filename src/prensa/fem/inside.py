@@ -1,6 +1,7 @@
 """Metal inside a tool: nodes of the outlines that a tool has passed over because no contact of theirs is against it.
 
-Contacts see their own points alone. Here all other nodes of all outlines are held against all tools.
+Contacts see their own points alone. Here all other nodes of all outlines are held against all tools, and edges between two of
+them that a narrow tool reaches between its nodes.
 """
 
 from __future__ import annotations
@@ -11,26 +12,37 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.integration import depth_of
-from prensa.fem.outlines import named_edges
+from prensa.fem.outlines import named_edges, symmetric
+from prensa.fem.overlap import within
 from prensa.fem.system import System
-from prensa.mesh.mesh import boundary_edges
+from prensa.mesh.mesh import boundary_edges, segments
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 ALLOWED = 0.05  # depth over element size, beyond what the contacts of the tool sink in, that counts as a touch
+NARROW = 0.02  # the same between nodes, where what is reached by is no deeper than half the width of a narrow tool
+ON_EDGE = np.arange(1, 8) / 8  # places on an edge at which a tool between its nodes is looked for
 
 
 class Watch(NamedTuple):
-    """Nodes (n,) of outlines that are in no contact with a tool, and the size (n,) of the elements at them."""
+    """Nodes (n,) of outlines that are in no contact with a tool, and the size (n,) of the elements at them.
+
+    ``edges`` (k, 2): straight pieces of outlines between two of these nodes, in places of ``nodes``.
+    """
 
     tool: int
     nodes: Index
     size: Array
+    edges: Index
 
 
 class Inside(NamedTuple):
-    """A node (its number in the body, and its place) that lies by ``depth`` inside a tool; ``side``: 'body.boundary'."""
+    """A node (its number in the body, and its place) that lies by ``depth`` inside a tool; ``side``: 'body.boundary'.
+
+    ``other``: the second node of an edge that lies inside between its nodes; -1 of a node. ``through``: what to do where
+    the side is a line of symmetry or the axis and the tool has contacts with the body, so that it came through another side.
+    """
 
     tool: str
     node: int
@@ -39,16 +51,22 @@ class Inside(NamedTuple):
     x: float
     y: float
     depth: float
+    other: int = -1
+    through: str = ""
 
     def __str__(self) -> str:
+        what = f"node {self.node}" if self.other < 0 else f"the edge between nodes {self.node} and {self.other}"
         return (
-            f"node {self.node} of {self.side!r} at ({self.x:.4g}, {self.y:.4g}) lies {self.depth:.3g} inside tool "
-            f"{self.tool!r}, which no contact of that side is against"
+            f"{what} of {self.side!r} at ({self.x:.4g}, {self.y:.4g}) lies {self.depth:.3g} inside tool "
+            f"{self.tool!r}, which "
+            + ("has come through the surface beside it" if self.through else "no contact of that side is against")
         )
 
     @property
     def remedy(self) -> str:
         """What to write."""
+        if self.through:
+            return self.through
         return (
             f"add '{{surface: {self.side}, against: {self.tool}}}' to 'contacts' (or 'surface: {self.body}', the whole "
             "outline), or to 'no_contact' if it is meant"
@@ -59,7 +77,7 @@ def watches(system: System) -> list[Watch]:
     """What to look at in a system: for each tool the nodes of outlines that neither a contact nor ``no_contact`` names."""
     if system.dofs.dimension != 2 or system.gone:
         return []
-    nodes, size = _outlines(system)
+    nodes, size, pieces = _outlines(system)
     out = []
     for t, tool in enumerate(system.tools):
         known = [s.points.nodes for s in system.surfaces if s.tool == t]
@@ -69,13 +87,14 @@ def watches(system: System) -> list[Watch]:
                 known.append(np.unique(named_edges(system.meshes[body], (name,))) + system.offsets[body])
         left = ~np.isin(nodes, np.concatenate([np.zeros(0, dtype=np.int64), *known]))
         if left.any():
-            out.append(Watch(t, nodes[left], size[left]))
+            edges = pieces[np.isin(pieces, nodes[left]).all(axis=1)]
+            out.append(Watch(t, nodes[left], size[left], np.searchsorted(nodes[left], edges)))
     return out
 
 
-def _outlines(system: System) -> tuple[Index, Array]:
-    """Nodes (n,) of all outlines, and the least length or depth (n,) of the elements at them."""
-    nodes, sizes = [], []
+def _outlines(system: System) -> tuple[Index, Array, Index]:
+    """Nodes (n,) of all outlines in order, the least length or depth (n,) of the elements at them, straight pieces (k, 2)."""
+    nodes, sizes, pieces = [], [], []
     for body, mesh in system.meshes.items():
         edges = boundary_edges(mesh.cells)
         length = np.hypot(*(mesh.points[edges[:, 1]] - mesh.points[edges[:, 0]]).T)
@@ -85,16 +104,16 @@ def _outlines(system: System) -> tuple[Index, Array]:
         own = np.unique(edges)
         nodes.append(own + system.offsets[body])
         sizes.append(size[own])
-    return np.concatenate(nodes), np.concatenate(sizes)
+        pieces.append(segments(edges) + system.offsets[body])
+    return np.concatenate(nodes), np.concatenate(sizes), np.concatenate(pieces)
 
 
-def gaps(system: System, w: Watch, u: Array) -> Array:
-    """Signed distances (n,) of the nodes of a watch from its tool, for degrees of freedom u (ndof,)."""
+def _before(system: System, w: Watch, u: Array) -> Array:
+    """The nodes (n, 2) of a watch in the frame of its tool, for degrees of freedom u (ndof,)."""
     x, y, turn = system.place_of(w.tool, u)
     c, s = np.cos(turn), np.sin(turn)
-    tool = system.tools[w.tool]
-    arm = system.X[w.nodes] + system.displacement(u)[w.nodes] - tool.at - [x, y]
-    return np.asarray(tool.shape.closest(arm @ np.array([[c, -s], [s, c]])).g)
+    arm = system.X[w.nodes] + system.displacement(u)[w.nodes] - system.tools[w.tool].at - [x, y]
+    return np.asarray(arm @ np.array([[c, -s], [s, c]]))
 
 
 def sunk_in(system: System, u: Array) -> Array:
@@ -112,15 +131,68 @@ def inside(system: System, watched: list[Watch], u: Array, sunk: Array | None = 
     """
     worst, found = 0.0, None
     for w in watched:
-        g = gaps(system, w, u)
-        if not (g < -ALLOWED * w.size).any():
+        x = _before(system, w, u)
+        g = np.asarray(system.tools[w.tool].shape.closest(x).g)
+        g, k, edge = _between(system, w, x, g)
+        allowed = np.where(edge < 0, ALLOWED, NARROW)
+        if not (g < -allowed * w.size[k]).any():
             continue
         sunk = sunk_in(system, u) if sunk is None else sunk
-        beyond = (-g - sunk[w.tool]) / w.size - ALLOWED
-        k = int(np.argmax(beyond))
-        if beyond[k] > worst:
-            worst, found = float(beyond[k]), _described(system, w, k, w.nodes[beyond > 0], u, float(-g[k]))
+        beyond = (-g - sunk[w.tool]) / w.size[k] - allowed
+        at = int(np.argmax(beyond))
+        if beyond[at] > worst:
+            worst = float(beyond[at])
+            found = _described(system, w, int(k[at]), w.nodes[k[beyond > 0]], u, float(-g[at]))
+            if edge[at] >= 0:
+                found = _on_edge(system, w, found, int(edge[at]), u)
     return found
+
+
+def _between(system: System, w: Watch, x: Array, g: Array) -> tuple[Array, Index, Index]:
+    """Gaps (m,) of the nodes at x (n, 2), whose gaps are g (n,), and of places on edges that a tool may reach between its nodes.
+
+    With the node (m,) of each, and its edge (m,), -1 of the nodes themselves. A place has a gap that is no less than that of a
+    node, less the way to it: edges with longer ones are out of reach.
+    """
+    nodes, none = np.arange(len(g)), np.full(len(g), -1)
+    a, b = w.edges.T
+    near = (g[a] > 0) & (g[b] > 0) & (g[a] + g[b] < np.hypot(*(x[b] - x[a]).T))
+    if not near.any():
+        return g, nodes, none
+    edge = np.repeat(np.flatnonzero(near), len(ON_EDGE))
+    share = np.tile(ON_EDGE, int(near.sum()))[:, None]
+    places = (1.0 - share) * x[a[edge]] + share * x[b[edge]]
+    more = np.asarray(system.tools[w.tool].shape.closest(places).g)
+    least = np.where(w.size[a] < w.size[b], a, b)[edge]
+    return np.concatenate([g, more]), np.concatenate([nodes, least]), np.concatenate([none, edge])
+
+
+def _on_edge(system: System, w: Watch, found: Inside, edge: int, u: Array) -> Inside:
+    """What was found at a node of an edge of a watch, told of the edge and its middle."""
+    ends = w.nodes[w.edges[edge]]
+    x, y = (system.X[ends] + system.displacement(u)[ends]).mean(axis=0)
+    first, edges = system.offsets[found.body], system.meshes[found.body].edges
+    sides = [name for name, e in edges.items() if any(set(ends - first) <= set(piece) for piece in e.tolist())]
+    side = f"{found.body}.{sides[0]}" if sides else found.side
+    return found._replace(node=int(ends[0] - first), other=int(ends[1] - first), x=float(x), y=float(y), side=side)
+
+
+def engulfed(system: System) -> list[tuple[str, str]]:
+    """Tools and the bodies in whose metal their middle lies at the beginning, and that are not meant to go there."""
+    u = system.initial().u
+    x = system.positions(u)
+    out = []
+    for t, tool in enumerate(system.tools):
+        middle = np.asarray(tool.shape.centre)[None]
+        if not float(tool.shape.closest(middle).g[0]) < 0.0:  # cavities, and what is endless
+            continue
+        place = middle + tool.at + system.place_of(t, u)[: system.dofs.dimension]
+        meant = {name for entry in system.problem.no_contact if entry.against == tool.name for name in entry.surface}
+        for body, mesh in system.meshes.items():
+            own, edges = x[system.offsets[body] :][: len(mesh.points)], segments(boundary_edges(mesh.cells))
+            if body not in meant and within(place, own[edges[:, 0]], own[edges[:, 1]]).all():
+                out.append((tool.name, body))
+    return out
 
 
 def _described(system: System, w: Watch, k: int, deep: Index, u: Array, depth: float) -> Inside:
@@ -132,4 +204,9 @@ def _described(system: System, w: Watch, k: int, deep: Index, u: Array, depth: f
     side = max(sides, key=lambda name: int(np.isin(deep - first, edges[name]).sum()), default="")
     x, y = system.X[node] + system.displacement(u)[node]
     name = f"{body}.{side}" if side else body
-    return Inside(system.tools[w.tool].name, node - first, body, name, float(x), float(y), depth)
+    met = any(s.tool == w.tool and s.body == body for s in system.surfaces)
+    through = ""
+    if met and side and symmetric(system.problem, body, system.meshes[body], edges[side]).all():
+        again = ", or 'remesh: auto'" if system.problem.bodies[body].material.plastic else ""
+        through = f"a finer mesh where the tool presses, a larger radius or 'fillet' of it{again}"
+    return Inside(system.tools[w.tool].name, node - first, body, name, float(x), float(y), depth, through=through)

@@ -32,6 +32,7 @@ def motions(system: System) -> Iterator[Notice]:
     before: StepPlan | None = None
     small = system.problem.kinematics == "small" and not system.problem.allow_large_strain
     reached: dict[str, tuple[float, float]] = {}
+    driven: dict[str, tuple[float, float]] = {}
     for number in range(len(system.problem.steps)):
         plan = plan_step(system, number, at_start)
         yield from _beginnings(system, plan, at_start, known, before)
@@ -39,13 +40,18 @@ def motions(system: System) -> Iterator[Notice]:
             yield from _standstill(system, plan, at_start, before)
         yield from _never_there(system, plan, at_start, known)
         known &= np.isin(np.arange(system.ndof), plan.fixed)
+        for g in plan.groups:  # which is at a given place in the end, wherever it was
+            known[g.dofs] |= g.course is not None and not g.course.relative
         if ends_early(system.problem.steps[number]):  # which may end it anywhere on the way
             known[plan.fixed] &= plan.values(plan.t1) == at_start[plan.fixed]
         at_start, before = at_start.copy(), plan
         at_start[plan.fixed] = plan.values(plan.t1)
         for body, depth, far in pressed_far(system, plan, at_start, known) if small else ():
             reached[body] = max(reached.get(body, (0.0, 1.0)), (depth, far), key=lambda r: r[0] / r[1])
-    yield from _small(system, reached)
+        for body, way, far in driven_apart(system, plan, at_start) if small else ():
+            driven[body] = max(driven.get(body, (0.0, 1.0)), (way, far), key=lambda r: r[0] / r[1])
+    yield from _small(reached, "tools press {} in by {:.4g} at {:.4g} from its support")
+    yield from _small(driven, "supports of {} move by {:.4g} against each other, {:.4g} apart")
 
 
 # ------------------------------------------------------------------------------------------------------------- beginnings
@@ -128,26 +134,46 @@ def _never_there(system: System, plan: StepPlan, at_start: Array, known: Flags) 
 
 # ------------------------------------------------------------------------------------------------------------- standstill
 def _standstill(system: System, plan: StepPlan, at_start: Array, before: StepPlan) -> Iterator[Notice]:
-    """A step that is to move something and in which nothing changes: travels from the initial place, written again."""
+    """A step that is to change something and in which nothing changes: totals of the step before, written again."""
     step = system.problem.steps[plan.number]
-    written = [
-        (name, axis, value)
-        for name, motion in step.move.items()
-        for axis in AXES
-        if isinstance(value := getattr(motion, axis), float) and value
-    ]
-    if not written or not _unchanged(plan, before) or plan.friction != before.friction:
+    written = next(_repeated(step, plan), None)
+    rests = step.duration is not None  # time is to pass
+    if written is None or rests or not _unchanged(plan, before) or plan.friction != before.friction:
         return
     start = np.concatenate([at_start[plan.fixed], [mount(plan.t0) for _, mount in before.springs.values()]])
     for t in [*plan.corners(), plan.t1]:
         if not np.allclose(plan.motion(float(t)), start, rtol=1e-9, atol=1e-12 * system.length):
             return
-    name, axis, value = written[0]
-    yield Notice(
-        f"steps.{plan.number}.move.{name}.{axis}",
-        f"step {plan.name!r} moves nothing: tool {name!r} is at {axis} = {value:g} already; 'move' is measured from the initial "
-        f"place: write {2 * value:g}, or 'by: {{{name}: {{{axis}: {value:g}}}}}' for as much again",
-    )
+    yield Notice(*written)
+
+
+def _repeated(step: Any, plan: StepPlan) -> Iterator[tuple[str, str]]:
+    """Path and words of each number of a step that says nothing new if nothing changes in it."""
+    for name, motion in step.move.items():
+        for axis in AXES:
+            if isinstance(value := getattr(motion, axis), float) and value:
+                yield (
+                    f"steps.{plan.number}.move.{name}.{axis}",
+                    f"step {plan.name!r} moves nothing: tool {name!r} is at {axis} = {value:g} already; 'move' is measured from "
+                    f"the initial place: write {2 * value:g}, or 'by: {{{name}: {{{axis}: {value:g}}}}}' for as much again",
+                )
+    for name, support in step.fixed.items():
+        for axis in ("x", "y"):
+            if isinstance(value := getattr(support, axis), float) and value:
+                yield (
+                    f"steps.{plan.number}.fixed.{name}.{axis}",
+                    f"step {plan.name!r} moves nothing: {name!r} is at {axis} = {value:g} already; 'fixed' is measured from the "
+                    f"initial place: write {2 * value:g}, or 'by: {{{name}: {{{axis}: {value:g}}}}}' for as much again",
+                )
+    for kind, what in (("push", "push"), ("loads", "load")):
+        for name, entry in getattr(step, kind).items():
+            for axis, value in vars(entry).items():
+                if isinstance(value, float) and value:
+                    yield (
+                        f"steps.{plan.number}.{kind}.{name}.{axis}",
+                        f"step {plan.name!r} changes nothing: the {what} {axis} = {value:g} of {name!r} is there already; it is "
+                        f"the whole {what}, not what is added: write {2 * value:g} for twice as much, or leave the step out",
+                    )
 
 
 def _unchanged(plan: StepPlan, before: StepPlan) -> bool:
@@ -213,13 +239,33 @@ def pressed_far(system: System, plan: StepPlan, u: Array, known: Flags) -> Itera
                 yield s.body, depth, far
 
 
-def _small(system: System, reached: dict[str, tuple[float, float]]) -> Iterator[Notice]:
-    """Small-strain kinematics where the tools go too far for it."""
+def driven_apart(system: System, plan: StepPlan, u: Array) -> Iterator[tuple[str, float, float]]:
+    """Body, way and distance of any two of its supports that a step moves against each other along one axis.
+
+    Taken between their middles: the mean displacement gradient on the way from one to the other.
+    """
+    field = system.dofs.displacement
+    held: list[tuple[str, str, Array, float]] = []
+    for g in plan.groups:
+        if g.support is None or not len(g.dofs):
+            continue
+        name, axis = g.support
+        nodes, _ = field.split(g.dofs)
+        here = (name.partition(".")[0], axis, system.X[nodes].mean(axis=0), float(u[g.dofs].mean()))
+        for body, along, middle, value in held:
+            far = float(np.hypot(*(here[2] - middle)))
+            if (body, along) == here[:2] and far > 0 and here[3] != value:
+                yield body, abs(here[3] - value), far
+        held.append(here)
+
+
+def _small(reached: dict[str, tuple[float, float]], words: str) -> Iterator[Notice]:
+    """Small-strain kinematics where tools or supports go too far for it; ``words`` of the body, the way and the distance."""
     for body, (depth, far) in reached.items():
         if depth > SMALL * far:
             yield Notice(
                 "kinematics",
-                f"tools press {body!r} in by {depth:.4g} at {far:.4g} from its support, strains or rotations of "
-                f"{depth / far:.2g}: 'small' neglects terms of that size, and is refused in the run where they are beyond 0.1 "
-                "in a twentieth of the body; use 'finite'",
+                words.format(repr(body), depth, far)
+                + f", strains or rotations of {depth / far:.2g}: 'small' neglects terms of that size, and is refused in the run "
+                "where they are beyond 0.1 in a twentieth of the body; use 'finite'",
             )

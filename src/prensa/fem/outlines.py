@@ -77,7 +77,7 @@ def _rest_of_outline(problem: model.Problem, contact: model.Contact, body: str, 
             f"contacts.{problem.contacts.index(contact)}: other entries name all sides of {body!r} with tool "
             f"{contact.against!r}: nothing of its outline is left for this one; take it out"
         )
-    left = outline[~(_symmetric(problem, body, mesh, outline) | _tied(problem, body, meshes, outline))]
+    left = outline[~(symmetric(problem, body, mesh, outline) | _tied(problem, body, meshes, outline))]
     return np.unique(left if len(left) else outline, axis=0)
 
 
@@ -110,7 +110,7 @@ def _held(problem: model.Problem, body: str, mesh: Mesh) -> NDArray[np.bool_]:
     return held
 
 
-def _symmetric(problem: model.Problem, body: str, mesh: Mesh, edges: Index) -> NDArray[np.bool_]:
+def symmetric(problem: model.Problem, body: str, mesh: Mesh, edges: Index) -> NDArray[np.bool_]:
     """Edges (k,) on the axis of revolution, and those that supports hold along their normal in all steps."""
     held, ends = _held(problem, body, mesh), mesh.points[edges[:, :2]]
     if problem.space == "axisymmetric":

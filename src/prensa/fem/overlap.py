@@ -49,6 +49,29 @@ def overlaps(system: System) -> Iterator[Overlap]:
             yield worst._replace(first=a.body, second=b.body)
 
 
+def neighbours(system: System) -> Iterator[Overlap]:
+    """Pairs of bodies without a tie of which one lies on the other along an edge at least, with the middle of such an edge."""
+    x = system.positions(system.initial().u)
+    outlines = [_outline(system, body, x) for body in system.meshes] if system.dofs.dimension == 2 else []
+    for a, b in combinations(outlines, 2):
+        if b.body in system.tied_bodies(a.body):
+            continue
+        for one, other in ((a, b), (b, a)):
+            ends = one.points[one.edges]
+            middles = ends.mean(axis=1)
+            near = MEETING * min(a.shortest, b.shortest)
+            low, high = other.points.min(axis=0) - near, other.points.max(axis=0) + near
+            close = np.flatnonzero(((ends > low) & (ends < high)).all(axis=(1, 2)))
+            if not len(close):
+                continue
+            places = np.stack([ends[close, 0], middles[close], ends[close, 1]]).reshape(-1, 2)
+            on = (distance(places, other.points, other.edges).reshape(3, -1) <= near).all(axis=0)
+            if on.any():
+                k = close[np.argmax(on)]
+                yield Overlap(a.body, b.body, float(middles[k, 0]), float(middles[k, 1]), 0.0)
+                break
+
+
 def _outline(system: System, body: str, x: Array) -> _Outline:
     mesh = system.meshes[body]
     own = x[system.offsets[body] :][: len(mesh.points)]
@@ -61,7 +84,7 @@ def _deepest(one: _Outline, other: _Outline) -> Overlap:
     """The place of one body that lies deepest in another; of depth 0 if none does."""
     low, high = other.points.min(axis=0), other.points.max(axis=0)
     places = one.places[((one.places > low) & (one.places < high)).all(axis=1)]
-    places = places[_within(places, other.points[other.edges[:, 0]], other.points[other.edges[:, 1]])]
+    places = places[within(places, other.points[other.edges[:, 0]], other.points[other.edges[:, 1]])]
     if not len(places):
         return Overlap(one.body, other.body, 0.0, 0.0, 0.0)
     d = distance(places, other.points, other.edges)
@@ -69,7 +92,7 @@ def _deepest(one: _Outline, other: _Outline) -> Overlap:
     return Overlap(one.body, other.body, float(places[k, 0]), float(places[k, 1]), float(d[k]))
 
 
-def _within(x: Array, a: Array, b: Array) -> NDArray[np.bool_]:
+def within(x: Array, a: Array, b: Array) -> NDArray[np.bool_]:
     """Whether places x (n, 2) lie in the outline of straight edges from a (k, 2) to b: a ray meets it an odd number of times."""
     across = (a[:, 1] > x[:, 1:]) != (b[:, 1] > x[:, 1:])
     rise = np.where(b[:, 1] == a[:, 1], 1.0, b[:, 1] - a[:, 1])

@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 
 from prensa.contact.pairing import current_pairs
 from prensa.errors import Notice
-from prensa.fem.inside import Watch, inside, watches
+from prensa.fem.inside import Watch, engulfed, inside, watches
 from prensa.fem.modes import CLOSED, modes
 from prensa.fem.motions import motions
-from prensa.fem.overlap import overlaps
+from prensa.fem.overlap import neighbours, overlaps
 from prensa.fem.passing import foretold
 from prensa.fem.planning import plan_step
 from prensa.fem.schedule import StepPlan
-from prensa.fem.sizes import least_size
+from prensa.fem.sizes import elements_asked, least_size, section_area
 from prensa.fem.surface import Surface
 from prensa.fem.system import System
 from prensa.materials.flow_curve import stress_at
@@ -41,6 +41,7 @@ SUNK = 0.45  # depth over element depth from which no increment, however short, 
 BEHIND = 0.1  # depth over element depth in a tool of a node that is nearer to its far side
 REACH = 0.01  # depth over element depth by which a tool may press a held node
 ALONG = 0.9  # cosine from which a support acts along a tool's normal
+KINKED = 0.766  # cosine of the angle, 40°, by which an undeformed surface may bend at a node and still have a normal there
 TIP = 0.1  # distance from the end of a tool, over an element, at which its width is taken
 POINT_INSIDE = "the point lies inside the body, where new meshes ('remesh') keep no node; hold a side or a corner"
 STRAINS = np.concatenate([[0.0], np.geomspace(1e-4, 3.0, 200)])  # at which flow curves are looked at
@@ -51,7 +52,7 @@ def preflight(system: System) -> list[Notice]:
     if system.dofs.dimension != 2:
         return []
     watched = watches(system)
-    beginning = [*_sizes(system), *_beginning(system), *_overlaps(system)]
+    beginning = [*_sizes(system), *_bends(system), *_beginning(system), *_overlaps(system)]
     if not any(n.fatal for n in beginning):
         beginning += _inside(system, watched)
     found = [
@@ -63,12 +64,24 @@ def preflight(system: System) -> list[Notice]:
 
 
 def _remeshing(system: System) -> Iterator[Notice]:
-    """The mesher that is asked for and not installed, and a first mesh with points inside that no new mesh keeps."""
-    if remeshing_of(system.problem) is None:
+    """The mesher that is asked for and not installed, sizes that ask for more elements than there can be, and a first mesh with
+    points inside that no new mesh keeps.
+    """
+    asked = remeshing_of(system.problem)
+    if asked is None:
         return
     if not has_mesher():
         yield Notice("remesh", NO_MESHER, fatal=True)
     for body, mesh in system.meshes.items():
+        count, key = elements_asked(system, body)
+        if system.problem.bodies[body].material.plastic and count > model.MOST_ELEMENTS:
+            width, most = section_area(system, body) ** 0.5, f"{model.MOST_ELEMENTS:,}".replace(",", " ")
+            yield Notice(
+                f"remesh.size.{key}" if getattr(asked.size, key) is not None else "remesh.size",
+                f"it asks for {min(count, 1e300):.1e} elements of body {body!r}, whose section is about {width:.3g} wide; a body "
+                f"has {most} at most: write {0.02 * width:.2g}, say, or leave it out",
+                fatal=True,
+            )
         outline = boundary_edges(mesh.cells)
         for name, node in mesh.corners.items():
             if node in outline:
@@ -242,16 +255,44 @@ def _corners(system: System, s: Surface) -> Iterator[Notice]:
     )
 
 
+def _bends(system: System) -> Iterator[Notice]:
+    """Surfaces with a corner whose gaps are measured along the normal before they deform, which a corner does not have."""
+    for i, s in enumerate(system.surfaces if system.problem.contact_geometry == "reference" else ()):
+        if s.points.rule.type != "nodal":  # points between nodes have the normal of their edge
+            continue
+        ends = s.points.edges[:, :2]
+        along = system.X[ends[:, 1]] - system.X[ends[:, 0]]
+        along /= np.hypot(*along.T)[:, None]
+        into = {int(node): k for k, node in enumerate(ends[:, 1])}
+        for k, node in enumerate(ends[:, 0].tolist()):
+            if node in into and float(along[into[node]] @ along[k]) < KINKED:
+                x, y = system.X[node]
+                names = s.description.surface
+                one = "make two boundaries of it, each with a contact"
+                apart = one if len(names) == 1 else "give each side a contact of its own"
+                yield Notice(
+                    f"contacts.{i}.surface",
+                    f"'contact_geometry: reference' measures gaps along the normal of the undeformed surface, which "
+                    f"{'+'.join(names)!r} does not have at its corner at ({x:.4g}, {y:.4g}); {apart}",
+                    True,
+                )
+                break
+
+
 def _tip(system: System, s: Surface, h: float) -> Iterator[Notice]:
     """The end of a tool that is nearest to the surface: how wide it is a tenth of an element from its end."""
     tool, start = system.tools[s.tool], system.initial()
     shape = tool.shape
     if shape.cavity or not TIP * h > 0:  # sizes of new meshes may be as small as numbers are
         return
-    pairs = current_pairs(shape, system.positions(start.u)[s.points.nodes], tool.at, system.place_of(s.tool, start.u))
-    width, whole = shape.across(pairs.n[int(np.argmin(pairs.g))], TIP * h)
+    x, place = system.positions(start.u)[s.points.nodes], system.place_of(s.tool, start.u)
+    pairs = current_pairs(shape, x, tool.at, place)
+    k = int(np.argmin(pairs.g))
+    width, whole = shape.across(pairs.n[k], TIP * h)
     size = width**2 / (8 * TIP * h)  # the radius of a cylinder that is as wide there
-    if size < 2 * h:
+    nearest, aside = x[k] - (pairs.g[k] + TIP * h) * pairs.n[k], 2 * np.sqrt(TIP) * h * pairs.e[k, 0]
+    beside = current_pairs(shape, np.stack([nearest - aside, nearest + aside]), tool.at, place)
+    if size < 2 * h and (beside.g > 0).any():  # else it goes on to both sides: the floor of a container, under its rim
         surface = "+".join(s.description.surface)
         rounded = f", or give a 'fillet' of {2 * h:.2g}" if hasattr(tool.description, "fillet") else ""
         yield Notice(
@@ -317,21 +358,31 @@ def _to_touch(system: System, s: Surface, node: int) -> str:
 
 
 def _overlaps(system: System) -> Iterator[Notice]:
-    """Bodies that lie in one another."""
+    """Bodies that lie in one another, or on one another without a tie."""
     for o in overlaps(system):
         yield Notice(
             f"bodies.{o.second}",
             f"it overlaps body {o.first!r}, by {o.depth:.3g} at ({o.x:.4g}, {o.y:.4g}): bodies do not feel one another; move it "
             "('origin'), and join the two with 'ties' where they meet",
         )
+    for o in neighbours(system):
+        yield Notice(
+            f"bodies.{o.second}",
+            f"it lies on body {o.first!r} at ({o.x:.4g}, {o.y:.4g}), and nothing holds the two together or apart: bodies do not "
+            "feel one another; join them with 'ties', or make one a tool",
+        )
 
 
 def _inside(system: System, watched: list[Watch]) -> list[Notice]:
-    """Metal that lies inside a tool from the beginning."""
+    """Metal that lies inside a tool from the beginning, and tools that lie inside a body."""
     node = inside(system, watched, system.initial().u)
-    if node is None:
-        return []
-    return [Notice(f"tools.{node.tool}", f"{node} when the run begins: move the tool, or {node.remedy}", True)]
+    if node is not None:
+        remedy = "move the tool" if node.through else f"move the tool, or {node.remedy}"
+        return [Notice(f"tools.{node.tool}", f"{node} when the run begins: {remedy}", True)]
+    return [
+        Notice(f"tools.{tool}", f"it lies inside body {body!r}, whose outline it does not meet: move the tool out", True)
+        for tool, body in engulfed(system)
+    ]
 
 
 # ------------------------------------------------------------------------------------------------------------ the passage

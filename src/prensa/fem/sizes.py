@@ -154,6 +154,23 @@ def least_size(system: System, body: str) -> float:
     return 0.5 * SizeField(system, system.initial(), body, asked.size, section_area(system, body)).least
 
 
+def elements_asked(system: System, body: str) -> tuple[float, str]:
+    """About how many elements the sizes that are asked for would make of a body, and the key that does most of it.
+
+    Equilateral triangles over its section, and no fewer than two rows of them along the part of its outline that tools can reach.
+    """
+    asked = remeshing_of(system.problem)
+    assert asked is not None
+    sizes = SizeField(system, system.initial(), body, asked.size, section_area(system, body))
+    mesh = system.meshes[body]
+    edges = boundary_edges(mesh.cells)
+    length = np.hypot(*(mesh.points[edges[:, 1]] - mesh.points[edges[:, 0]]).T)
+    with np.errstate(over="ignore", divide="ignore"):
+        inner = float(np.float64(sizes.area) / sizes.far / sizes.far) * 4 / np.sqrt(3)
+        skin = 4 * float((length / sizes.by_tools(mesh.points[edges[:, :2]].mean(axis=1))).sum())
+    return (inner, "far") if inner >= skin else (skin, "near_tools")
+
+
 def coarseness(field: SizeField) -> float:
     """Largest size of an element over that asked for at its middle."""
     mesh = field.system.meshes[field.body]

@@ -36,6 +36,8 @@ class FlowParameters(NamedTuple):
     knots: Array
     coefficients: Array
 
+MOST_EXPONENT = 2.0  # of a plastic strain, from which on it is likely in per cent
+
 
 class FlowCurve(Member, abstract=True):
     """Base of all flow curves. A curve is pure and frozen; its annotated fields are keys of the case file."""
@@ -59,7 +61,9 @@ class FlowCurve(Member, abstract=True):
 
     def doubts(self) -> Iterator[tuple[str, str]]:
         """Field and words of each value that is allowed but likely a slip; they are told before the solve."""
-        return iter(())
+        n = getattr(self, "n", None)  # of the laws that have one
+        if isinstance(n, float) and n > MOST_EXPONENT:
+            yield "n", f"an exponent of {n:g}: metals harden with exponents below 1; did you mean {n / 100:g}?"
 
     def first(self) -> float:
         """Flow stress of the virgin material at rest."""

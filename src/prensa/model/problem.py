@@ -761,6 +761,11 @@ class Problem:
     start: Start | None = None
     measures: Mapping[str, str] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        many = {"body": list(self.bodies), "tool": list(self.tools), "step": [s.name for s in self.steps]}
+        parts = (f"{what} {', '.join(names)}" for what, names in many.items() if names)
+        return f"<Problem {self.name!r}: {self.space}, {'; '.join(parts)}>"
+
     def driven(self, step: Step) -> dict[str, Motion | Feed]:
         """Boundaries that a step moves ``by`` a way, what it says of no tool, and those that it feeds."""
         return {name: motion for name, motion in step.by.items() if name not in self.tools} | dict(step.feed)

@@ -50,6 +50,7 @@ def scene(stored: Stored) -> dict[str, Any]:
         "leading": leading_tool(stored.history, problem),
         "tools": _tools(stored, increments),
         "mirror": plot.mirror_lines(increments[0], problem, stored.mirror) if increments else [],
+        "offered": _offered(stored, increments) if increments else [],
         **_bodies(problem, increments, packer),
         "contacts": [_contact(name, problem, increments, packer) for name in _touched(stored)],
     }  # fmt: skip
@@ -106,6 +107,26 @@ def _unmoved(state: Any) -> Any:
     from dataclasses import replace
 
     return replace(state, place=type(state.place)(0.0, 0.0, 0.0))
+
+
+def _offered(stored: Stored, increments: list[Increment]) -> list[tuple[int, float, str]]:
+    """Further lines at which the section may be mirrored: axis that changes sign, coordinate, side.
+
+    Those are straight ends of the bodies that never move along their normal; whether they are lines of symmetry or rest on
+    something, the reader knows.
+    """
+    taken = {axis for axis, _ in plot.mirror_lines(increments[0], stored.problem, stored.mirror)}
+    X = np.vstack([b.X for b in increments[0].bodies.values()])
+    same = [i for i in increments if sum(len(b.X) for b in i.bodies.values()) == len(X)]
+    low, high = X.min(axis=0), X.max(axis=0)
+    found = []
+    for side, axis, at in (("left", 0, low[0]), ("right", 0, high[0]), ("bottom", 1, low[1]), ("top", 1, high[1])):
+        on = np.abs(X[:, axis] - at) <= 1e-9 * float(np.ptp(X, axis=0).max())
+        moved = (np.vstack([b.displacement for b in i.bodies.values()])[on, axis] for i in same)
+        if axis not in taken and on.sum() > 1 and not any(u.any() for u in moved):
+            taken.add(axis)
+            found.append((axis, float(at), side))
+    return found
 
 
 def _bodies(problem: Problem, increments: list[Increment], packer: Packer) -> dict[str, Any]:

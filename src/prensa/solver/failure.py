@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from prensa.fem.failure import NotEvaluated
-from prensa.fem.folds import Fold
+from prensa.fem.folds import Fold, Hang
 from prensa.fem.inside import Inside
 
 
@@ -159,9 +159,13 @@ class StartsInside:
 
 @dataclass(frozen=True)
 class Folded:
-    """A side that has passed through another side of its body: no contact is there, and no smaller increment would help."""
+    """A side that has passed through another side of its body: no contact is there, and no smaller increment would help.
+
+    ``hang``: an edge of that body that hung on a tool then, which may be why.
+    """
 
     fold: Fold
+    hang: Hang | None = None
 
 
 @dataclass(frozen=True)
@@ -268,8 +272,8 @@ def sentence(failure: Failure) -> str:
                 f"tool {tool!r} starts {depth:.3g} inside {surface!r}, {elements:.2g} of an element, and the body could not be "
                 "pressed out of it"
             )
-        case Folded(fold):
-            return str(fold)
+        case Folded(fold, hang):
+            return f"{fold}; {hang}" if hang else str(fold)
         case NotReached(words):
             return words
         case Distorted():

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from prensa.errors import ArgumentError, SolveError, refuse, shown, take
 from prensa.fem.context import Context
 from prensa.fem.discretise import discretise
-from prensa.fem.folds import fold, outlines
+from prensa.fem.folds import fold, hanging, outlines
 from prensa.fem.inside import inside, watches
 from prensa.fem.letting_go import held_at, let_go, removed_tools, still_held, table_jumps
 from prensa.fem.mirrors import Guard, extended, guard_of, names_of, system_of, with_planes
@@ -509,7 +509,7 @@ class TimeStepping:
         if reason is None and (result.recover is None or c.ends_step):
             u = result.u if result.recover is None else result.recover()
             folded = fold(self.system, self.outlines, u)
-            reason = None if folded is None else Folded(folded)
+            reason = None if folded is None else Folded(folded, hanging(self.system, u))
         if reason is not None:
             raise SolveError(
                 f"step {c.plan.name!r}, time {c.time:.6g}: {sentence(reason)}. {self.last_good()} What to try: {hint(reason)}.",

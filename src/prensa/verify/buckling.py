@@ -1,4 +1,4 @@
-"""Columns that buckle against the elastica; an arch that snaps through, led by its tool."""
+"""Columns that buckle against the elastica; an arch that snaps through, led by its tool; ironing from jump to jump."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ import math
 from collections.abc import Iterator
 
 import prensa as pr
+from prensa.errors import SolveError
 from prensa.reference.buckling import elastica_clamped
+from prensa.solver.failure import LimitPoint
 from prensa.verify.balance import Balance
 from prensa.verify.table import Row, case, row
 
@@ -73,3 +75,37 @@ def snap_through(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     apart = max(abs(f - c) for f, c in zip(forces, carried)) / max(forces)
     yield row("led: push out of balance with the supports / largest push", 0.0, apart, 1e-8, "absolute")
     yield from balance.rows()
+
+
+def ironing(stabilise: str, E_scale: float, mu_scale: float) -> pr.Problem:
+    """A round die with steep sides is pressed into a block of rubber and slides over it, eight times its own width."""
+    die = pr.Profile(
+        points=((-0.6, 3.0), (-0.6, 0.3), pr.Arc(through=(0.0, 0.0), to=(0.6, 0.3)), (0.6, 3.0)), fillet=0.0, at=(0.8, 4.2)
+    )
+    mesh = pr.Rectangle(size=(12, 4), n=(30, 8), grade=pr.Grade(y=(4.0,), ratio=4.0))
+    rubber = pr.NeoHooke(E=689.6 * E_scale, nu=0.32)
+    return pr.Problem(
+        "ironing", {"block": pr.Body(mesh, rubber, "t6")},
+        (
+            pr.Step("press", move={"die": pr.Motion(y=-1.0)}),
+            pr.Step("slide", move={"die": pr.Motion(x=10.0, y=-1.0)}),
+        ),
+        {"die": die}, (pr.Contact("block.top", "die"),), friction=pr.Coulomb(0.3 * mu_scale), stabilise=stabilise,
+        fixed={"block.bottom": "xy"},
+    )  # fmt: skip
+
+
+@case("ironing over its limit points", suite="contact", slow=True)
+def ironed(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
+    """The static path ends where friction lets go at once, which is told; viscous forces carry the block on to the end."""
+    told: object = None
+    try:
+        *_, last = pr.solve(ironing("off", E_scale, mu_scale))
+    except SolveError as error:
+        told = error.reason
+    yield row("without viscous forces: told as a limit point (1: yes)", 1.0, float(isinstance(told, LimitPoint)), 1e-12)
+    *_, last = pr.solve(ironing("auto", E_scale, mu_scale))
+    work = last.energy["external"]
+    yield row("time at the end", 2.0, last.time, 1e-12)
+    yield row("dissipated by viscous forces / work", 0.0, last.energy["viscous"] / work, 0.1, "absolute")
+    yield row("work that the ledger misses in the jumps / work", 0.0, last.energy["imbalance"] / work, 0.0, "report")

@@ -17,6 +17,7 @@ import numpy as np
 import prensa as pr
 
 SYSTEMS = {"mm-N": (1.0, 1.0), "m-N": (1e-3, 1.0), "inch-lbf": (1 / 25.4, 1 / 4.4482216152605)}
+PRESSED_IN = 0.15  # to which a circle is pressed in, over the height of the body
 ANY = ("q4", "q4_enhanced", "t3", "t6", "q8", "q8_full")
 # by suite, out of and in plane stress; F-bar, the default, more often
 SUITE_ELEMENTS = {
@@ -61,12 +62,15 @@ def draw(suite: str, seed: int, number: int) -> pr.Problem:
     hollow = tool.type == "circle" and tool.concave
     area = _whole_top(width * L, axi) if hollow else _covered(tool, depth, origin * L, width * L, axi)
     steps = _steps(rng, motion, depth, width * L, area, strength, share, increments, axi, flat, moment, tool)
+    rng.random()  # whether sides are listed was drawn here: kept, so that a seed means the problems that it meant
+    # a cavity meets the body at its corner, which has no normal before it deforms
+    geometry = "current" if hollow else geometry
+    # a tool wider than the body stands over its side, or beside it: without contact there it would be metal inside it. On the
+    # undeformed surface a side is parallel to what stands over it, and never meets it
     wide = flat or hollow or tool.type == "profile"
-    listed = wide if rng.random() < (0.8 if plastic else 0.2) else False
-    # a body that flows rolls its sides onto the tool; without contact there they would be metal inside it
     sides = [
         "body.top",
-        *(["body.right"] if listed or (plastic and wide) else []),
+        *(["body.right"] if wide and geometry == "current" else []),
         *(["body.left"] if plastic and origin else []),
     ]
     tied = motion in ("press and slide", "roll", "twist")
@@ -196,8 +200,10 @@ def _tool(
     if kind == "plane":
         return pr.Plane(touching="body.top"), True, 0.3
     if kind == "circle":
-        radius = max(float(rng.uniform(2.5 * h, 2 * width)), 1.2 * x0)  # larger than the bore of a ring
-        return pr.Circle(radius=radius * L, touching="body.top"), False, 0.15
+        # over a bore, which a mandrel holds: it meets the edge from above, within 45° of the axis, however deep it goes
+        over_bore = float(np.hypot(x0, x0 + PRESSED_IN * height)) if x0 else 0.0
+        radius = max(float(rng.uniform(2.5 * h, 2 * width)), over_bore)
+        return pr.Circle(radius=radius * L, touching="body.top"), False, PRESSED_IN
     if kind == "hollow":  # wide enough for the far corner of the body below
         radius = float(np.hypot(width + x0, rng.uniform(0.8, 3.0) * height))
         return pr.Circle(radius=radius * L, concave=True, touching="body.top"), False, 0.15

@@ -5,6 +5,7 @@ Johnson & Cook (1983), Proc. 7th Int. Symp. on Ballistics, 541-547.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Literal
 
 import numpy as np
@@ -15,6 +16,8 @@ from prensa.materials.flow_curve import TINY, FlowCurve, FlowParameters
 from prensa.model.units import Number, Pressure, Rate
 
 Array = NDArray[np.float64]
+
+MOST_SENSITIVE = 0.5  # to the rate, from which on C is likely in per cent
 
 
 class JohnsonCook(FlowCurve):
@@ -29,6 +32,12 @@ class JohnsonCook(FlowCurve):
     C: Annotated[Number, Field(ge=0)] = 0.0
     rate0: Annotated[Rate, Field(gt=0)] = 1.0
     type: Literal["johnson_cook"] = "johnson_cook"
+
+    def doubts(self) -> Iterator[tuple[str, str]]:
+        """An exponent or a sensitivity to the rate that looks like per cent."""
+        yield from super().doubts()
+        if self.C > MOST_SENSITIVE:
+            yield "C", f"the flow stress rises by {100 * self.C:g} % for every e-fold of the rate; did you mean {self.C / 100:g}?"
 
     def stress(self, strain: Array, rate: Array) -> tuple[Array, ...]:
         """σ_y and its derivatives by the plastic strain and its rate, each (k,)."""

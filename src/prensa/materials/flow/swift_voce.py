@@ -39,8 +39,9 @@ class SwiftVoce(FlowCurve):
     )
 
     def doubts(self) -> Iterator[tuple[str, str]]:
-        """A prestrain that looks like per cent."""
-        return prestrain_doubts(self.e0)
+        """A prestrain or an exponent that looks like per cent."""
+        yield from super().doubts()
+        yield from prestrain_doubts(self.e0)
 
     def stress(self, strain: Array, rate: Array) -> tuple[Array, Array]:
         """σ_y and its derivative by the plastic strain, each (k,)."""

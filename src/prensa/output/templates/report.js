@@ -158,7 +158,8 @@ function pieces(x, y, pairs, into) {  // segments as one broken line
 }
 function images() {  // lines of symmetry that are switched on → functions of (points, axis)
   let found = [[]];
-  if ($("mirror").checked) for (const line of scene.mirror) found = [...found, ...found.map(l => [...l, line])];
+  const asked = scene.offered.filter(([, , side]) => $("mirror-" + side).checked);
+  for (const line of [...($("mirror").checked ? scene.mirror : []), ...asked]) found = [...found, ...found.map(l => [...l, line])];
   return found;
 }
 function inside(body, edge, copies) {  // whether a side of the body lies on a line of symmetry that is switched on
@@ -276,7 +277,7 @@ async function picture() {
   follows("picture", draw);
   for (const id of ["field", "range", "mesh", "initial", "tools", "scale"])
     $(id).addEventListener("input", () => { state.field = select.value; draw(); if (probed) follow(); });
-  $("mirror").addEventListener("input", () => { fit(); draw(); });
+  for (const box of document.querySelectorAll("[id^=mirror]")) box.addEventListener("input", () => { fit(); draw(); });
   figure.on_event("tap", e => probe(e.x, e.y));
   let later = null;
   figure.on_event("rangesupdate", () => {
@@ -580,6 +581,7 @@ function player() {
   $("mesh").checked = cells <= EDGES;
   $("mirror").checked = scene.mirror.length > 0 && cells * 2 ** scene.mirror.length <= 2 * SMOOTH;
   $("mirror").parentElement.hidden = !scene.mirror.length;
+  $("offered").innerHTML = scene.offered.map(([, , side]) => `<label><input id="mirror-${side}" type="checkbox"> mirrored at the ${side}</label>`).join(" ");
   label();
 }
 player();

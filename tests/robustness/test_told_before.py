@@ -1,0 +1,162 @@
+"""What is told before anything is solved, and good cases beside it that are left alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import prensa as pr
+from prensa.errors import PreflightError, SolveError
+from prensa.fem.planning import plan_step
+from prensa.fem.preflight import preflight
+from prensa.model.schema import warnings_of
+from prensa.solver.failure import MetalInside
+
+METAL = pr.J2(E=70e3, nu=0.3, flow=pr.Voce(s0=60, Q=120, b=8))
+SOFT = pr.Elastic(E=1000.0, nu=0.3)
+
+
+def block(material=SOFT, tools=None, *, size=(8.0, 4.0), n=(4, 2), element=None, steps=None, **more):
+    """A block under a plane, with more tools."""
+    tools = {"die": pr.Plane(touching="b.top")} | (tools or {})
+    steps = steps or (pr.Step("press", move={"die": pr.Motion(y=-0.1)}, increments=2),)
+    more = {"fixed": {"b.bottom": "xy"}} | more
+    return pr.Problem("block", {"b": pr.Body(pr.Rectangle(size=size, n=n), material, element)}, steps, tools, **more)
+
+
+def told(problem: pr.Problem) -> list[str]:
+    return [str(n) for n in preflight(pr.discretise(problem))]
+
+
+@pytest.mark.parametrize(("element", "space"), [("q8", "axisymmetric"), ("t3", "plane stress")])
+def test_a_narrow_tool_does_not_slip_in_between_two_nodes(element, space):
+    """A pin that goes into a side without contact ends the run, though no node of that side is inside it."""
+    pin = pr.Polygon(points=((0, -0.3), (2, -0.3), (2, 0.3), (0, 0.3)), at=(8.2, 3.1), fillet=0.05)
+    move = {"die": pr.Motion(y=-0.1)}
+    if space == "axisymmetric":  # tools move along the axis alone: the side goes into the pin
+        pin = pr.Polygon(points=((0, -0.15), (2, -0.15), (2, 0.15), (0, 0.15)), at=(8.05, 2.45), fillet=0.05)
+        move = {"die": pr.Motion(y=-1.0)}
+    else:
+        move |= {"pin": pr.Motion(x=-1.5)}
+    p = block(
+        tools={"pin": pin}, contacts=(pr.Contact("b.top", "die"),), space=space, element=element,
+        steps=(pr.Step("press", move=move, increments=8),), n=(3, 1) if element == "q8" else (4, 2),
+    )  # fmt: skip
+    with pytest.raises(SolveError, match="the edge between nodes") as caught:
+        list(pr.solve(p))
+    assert isinstance(caught.value.reason, MetalInside)
+    assert "surface: b.right, against: pin" in str(caught.value)
+
+
+def test_a_tool_that_lies_within_a_body_is_refused():
+    """Of any shape and in any space; one that is meant to pass, or that lies in a hole of the body, is left alone."""
+    for tool in (pr.Ellipse(semi=(0.7, 0.4), at=(2, 1)), pr.Polygon(points=((0, 0), (1, 0), (1, 1), (0, 1)), at=(4.6, 2.6))):
+        p = block(tools={"pin": tool}, contacts=(pr.Contact("b.top", "die"),))
+        assert any("it lies inside body 'b'" in words for words in told(p))
+        with pytest.raises(PreflightError, match="lies inside body"):
+            next(iter(pr.solve(p)))
+        meant = block(tools={"pin": tool}, contacts=(pr.Contact("b.top", "die"),), no_contact=(pr.NoContact("b", "pin"),))
+        assert told(meant) == []
+    ring = pr.Body(pr.Annulus(2, 4, (24, 3)), SOFT)
+    mandrel = pr.Circle(radius=1.9, at=(0, 0))
+    p = pr.Problem("ring", {"b": ring}, [pr.Step("s", move={"m": {"x": 0.2}})], {"m": mandrel}, fixed={"b.outer": "xy"})
+    assert not any("lies inside" in words for words in told(p))
+
+
+def test_a_container_is_no_sharp_end():
+    """A body on the floor of an open container, whose walls end in a rim, hears nothing of the rim's width."""
+    can = pr.Profile(points=((30, 30), (8.2, 12), (8.2, 0), (-1, 0)), at=(0, 0))
+    for axis in ("axisymmetric", "plane strain"):
+        fixed = {} if axis == "axisymmetric" else {"b.left": "x"}
+        p = block(METAL, {"can": can}, n=(16, 8), space=axis, fixed=fixed, friction=pr.Coulomb(0.1))
+        assert told(p) == []
+
+
+def test_sides_that_meet_at_a_corner_have_no_gap_before_they_deform():
+    """The mean normal of a corner made a smooth plane push sideways; sides with contacts of their own are right."""
+    linear = {"kinematics": "small", "contact_geometry": "reference", "fixed": {"b.bottom": "y", "b.left": "x"}}
+    with pytest.raises(PreflightError, match="does not have at its corner at \\(8, 4\\)"):
+        next(iter(pr.solve(block(contacts=(pr.Contact(("b.top", "b.right"), "die"),), **linear))))
+    one = [pr.Contact("b.top", "die")]
+    forces = [list(pr.solve(block(contacts=c, **linear)))[-1].force("die") for c in (one, [*one, pr.Contact("b.right", "die")])]
+    # uniform compression under a smooth plane: E / (1 - nu²) × strain × width, but for the penalty
+    assert forces[0].y == pytest.approx(1000 / (1 - 0.09) * 0.1 / 4 * 8, rel=0.01)
+    assert forces[1].y == pytest.approx(forces[0].y, rel=1e-9)
+    assert abs(forces[1].x) < 1e-9
+    round_ = pr.Body(pr.Disc(radius=3, n=(8, 2), part="top"), SOFT)  # 11° from edge to edge
+    p = pr.Problem(
+        "disc", {"b": round_}, [pr.Step("s", move={"die": {"y": -0.05}})], {"die": pr.Plane(normal=(0, -1), at=(0, 3))},
+        [pr.Contact("b.rim", "die")], fixed={"b.bottom": "xy"}, kinematics="small", contact_geometry="reference",
+    )  # fmt: skip
+    assert told(p) == []
+
+
+@pytest.mark.parametrize("kind", ["move", "velocity", "push"])
+def test_rows_of_a_table_on_a_straight_line_are_no_corners(kind):
+    """A course written with a thousand rows ends increments where it bends, as the same course of few rows does."""
+    few = ((0.0, 0.0), (0.5, -0.2), (1.0, 0.0))
+    t = np.linspace(0.0, 1.0, 1001)
+    many = tuple(zip(t.tolist(), np.interp(t, *np.transpose(few)).tolist()))
+
+    def corners(table):
+        motion = pr.Push(y=table) if kind == "push" else pr.Motion(y=table)
+        p = block(steps=(pr.Step("s", **{kind: {"die": motion}}),))
+        system = pr.discretise(p)
+        return plan_step(system, 0, system.initial().u).corners()
+
+    assert corners(few) == pytest.approx([0.5])
+    assert corners(many) == pytest.approx([0.5])
+    wave = tuple(zip(t.tolist(), (-0.1 * np.sin(6 * t)).tolist()))
+    assert len(corners(wave)) > 900  # what bends everywhere has its corners
+
+
+@pytest.mark.parametrize(
+    ("size", "key"),
+    [
+        ({"far": 1e-300}, "far"),
+        ({"far": 1e-6}, "far"),
+        ({"near_tools": 1e-250}, "near_tools"),
+        ({"far": 1, "near_tools": 1e-7}, "near_tools"),
+    ],
+)
+def test_sizes_of_more_elements_than_there_can_be_are_refused(size, key):
+    """With the number of elements that they ask for and a size that is none too small."""
+    p = block(METAL, element="t6", remesh=pr.Remesh(size=pr.Sizes(**size)), contacts=(pr.Contact("b.top", "die"),))
+    with pytest.raises(PreflightError, match=rf"remesh\.size\.{key}: it asks for \S+e\+\d+ elements of body 'b'.*write 0\.11"):
+        next(iter(pr.solve(p)))
+    allowed = block(METAL, element="t6", remesh=pr.Remesh(size=pr.Sizes(far=0.11, near_tools=0.05, least=1e-300)))
+    assert told(allowed) == []
+
+
+def test_a_step_in_which_time_passes_may_repeat_what_is_there():
+    """A push that is written again is told to change nothing, unless the step has a duration."""
+    for duration, count in ((None, 1), (2.0, 0)):
+        steps = [pr.Step("a", push={"die": {"y": -300}}), pr.Step("b", push={"die": {"y": -300}}, duration=duration)]
+        assert len([w for w in told(block(METAL, steps=steps)) if "changes nothing" in w]) == count
+
+
+def test_a_sensitivity_to_the_rate_in_per_cent_is_told():
+    """As an exponent is; usual ones are not."""
+    for C, n, heard in ((2.0, 0.4, "material.flow.C"), (0.02, 40.0, "material.flow.n"), (0.02, 0.4, "")):
+        said = warnings_of(block(pr.J2(E=70e3, nu=0.3, flow=pr.JohnsonCook(A=60, B=100, n=n, C=C))))
+        assert len(said) == bool(heard)
+        assert all(heard in words and "did you mean" in words for words in said)
+
+
+@pytest.mark.parametrize(
+    ("material", "case", "again"),
+    [
+        (pr.NeoHooke(E=10, nu=0.45), {"n": (4, 6), "radius": 1.5, "space": "axisymmetric"}, False),
+        (METAL, {"n": (6, 12), "radius": 2, "fixed": {"b.bottom": "xy", "b.left": "x"}}, True),
+    ],
+)
+def test_a_tool_that_comes_through_the_surface_beside_a_line_of_symmetry_is_told_as_that(material, case, again):
+    """No contact of that line, or of the axis, is asked for: the elements beside it are too coarse for the tool."""
+    case = dict(case)
+    tools = {"die": pr.Circle(radius=case.pop("radius"), touching="b.top")}
+    p = block(material, tools, size=(4, 8), steps=(pr.Step("press", move={"die": pr.Motion(y=-5)}),), **case)
+    with pytest.raises(SolveError, match="has come through the surface beside it") as caught:
+        list(pr.solve(p))
+    assert isinstance(caught.value.reason, MetalInside)
+    assert "against: die" not in str(caught.value)
+    assert ("'remesh: auto'" in str(caught.value)) == again
