@@ -110,6 +110,9 @@ def test_plane_strain_is_a_special_case(case):
     h[:, IN_PLANE] = h2
     kept = [SPATIAL.symmetric.index(pair) for pair in PLANE.symmetric]
     columns = kept + list(range(SPATIAL.kept, space.size))
+    if plane.plastic:  # the trial strains too
+        first = space.fields["trial"].columns.start
+        columns = [*kept, SPATIAL.kept, SPATIAL.kept + 1, *(first + k for k in kept)]
     old[:, columns] = old2
     full = update(space, h, old)
     rest = np.delete(np.arange(9), IN_PLANE)
@@ -141,7 +144,13 @@ def test_a_rotation_turns_the_stress_and_changes_nothing_else(case):
     out = update(law, (Q @ (np.eye(3) + h.reshape(-1, 3, 3)) - np.eye(3)).reshape(-1, 9), old)
     expected = (Q @ base.P.reshape(-1, 3, 3)).reshape(-1, 9)
     assert np.abs(out.P - expected).max() <= 1e-10 * np.abs(base.P).max()
-    assert np.abs(out.new[:, 6:] - base.new[:, 6:]).max(initial=0.0) <= 1e-10
+    assert np.abs(out.new[:, 6:8] - base.new[:, 6:8]).max(initial=0.0) <= 1e-10
+    for columns in (f.columns for f in law.fields.values() if f.travel in ("strain", "flow")):
+        turned, plain = np.empty((2, len(h), 3, 3))
+        i, j = np.array(SPATIAL.symmetric).T
+        for full, o in ((turned, out), (plain, base)):
+            full[:, i, j] = full[:, j, i] = o.new[:, columns]
+        assert np.abs(turned - Q @ plain @ Q.T).max() <= 1e-10
 
 
 @pytest.mark.parametrize("case", LAWS, ids=name)
@@ -253,4 +262,5 @@ def test_plastic_flow_keeps_the_volume_and_dissipates(case):
     flowed = out.new[:, 6] > old[:, 6]
     assert flowed.any()
     assert (out.new[flowed, 7] > old[flowed, 7]).all()
-    assert (out.new[~flowed, 6:] == old[~flowed, 6:]).all()
+    assert (out.new[~flowed, 6:8] == old[~flowed, 6:8]).all()
+    assert (out.new[~flowed, 8:] == out.new[~flowed, :6]).all()

@@ -128,9 +128,10 @@ def test_a_turn_of_body_and_mesh_commutes_with_the_transfer(rubbed: tuple[System
 
     def turned(history: np.ndarray) -> np.ndarray:
         out = history.copy()
-        B = history[..., [[0, 3], [3, 1]]]
-        B = np.einsum("ji,...jk,kl->...il", R, B, R)
-        out[..., 0], out[..., 1], out[..., 3] = B[..., 0, 0], B[..., 1, 1], B[..., 0, 1]
+        for first in (0, 6):  # elastic and trial strains
+            B = history[..., [[first, first + 3], [first + 3, first + 1]]]
+            B = np.einsum("ji,...jk,kl->...il", R, B, R)
+            out[..., first], out[..., first + 1], out[..., first + 3] = B[..., 0, 0], B[..., 1, 1], B[..., 0, 1]
         return out
 
     plain = carried(block, x, state.history[0], points)

@@ -117,9 +117,9 @@ def test_transposes_are_transposes() -> None:
     cells = np.array([[0, 1, 2, 3]])
     X = np.array([[1.0, 0.0], [2.0, 0.1], [2.1, 1.0], [0.9, 1.1]])
     x = X + 0.03 * rng.normal(size=X.shape)
-    old = 0.01 * rng.normal(size=(1, 4, 6))
-    old[..., 4:] = 0.02
-    new = old + np.array([0.0, 0.0, 0.0, 0.0, 0.004, 0.0])
+    old = 0.01 * rng.normal(size=(1, 4, 10))
+    old[..., 4:6] = 0.02
+    new = old + np.array([0.0, 0.0, 0.0, 0.0, 0.004, 0.0, 0.0, 0.0, 0.0, 0.0])
     for axisymmetric, cauchy in ((True, True), (False, False)):
         moduli = (200.0, 80.0)
         geometry, point = np.empty((1, 5, q4_directions.PER_PLACE)), np.empty((1, 4, q4_directions.PER_POINT))
@@ -135,7 +135,7 @@ def test_transposes_are_transposes() -> None:
             dold[0, ..., None], np.array([dbulk, dG]), dflow[0, ..., None], np.ones((1, 1)), r, dnew, energy,
         )  # fmt: skip
         w, h = rng.normal(size=(1, 8)), rng.normal(size=dold.shape)
-        h[..., 5] = 0.0
+        h[..., 5:] = 0.0  # plastic work, and trial strains, on which nothing depends with backward Euler
         x_n, now, flow, before = np.zeros_like(dxn), np.zeros_like(dx), np.zeros((1, 1, 4)), np.zeros_like(dold)
         by_bulk, by_G = np.zeros((2, 1))
         q4_transposed.at_fixed(
@@ -176,6 +176,18 @@ def test_what_cannot_go_backwards_is_told(changes: list[str], of: str, by: str, 
     """Elements, friction, loads and measures that have no way back are refused, with the way that there is."""
     with pytest.raises(PrensaError, match=words):
         pr.gradient(ring(*changes), of, [by])
+
+
+def test_two_increments_back_is_refused() -> None:
+    """With the time rule of second order an increment depends on the two before; elastic bodies do not mind."""
+    with pytest.raises(ArgumentError, match="cannot be followed backwards; leave it out"):
+        pr.gradient(ring(), "die.force.y", ["friction.mu"], pr.Numerics(time_rule="bdf2"))
+    elastic = ring("bodies.ring.material={type: elastic, E: 1000, nu: 0.3}")
+    slopes = [
+        pr.gradient(elastic, "die.force.y", ["friction.mu"], pr.Numerics(time_rule=rule))["friction.mu"]
+        for rule in ("bdf2", "backward_euler")
+    ]
+    assert slopes[0] == slopes[1]
 
 
 def test_arguments_are_looked_at() -> None:

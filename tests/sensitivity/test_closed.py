@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from test_derivatives import EXACT, OPTIONS, TWO_STEPS, varied
@@ -36,21 +38,28 @@ COMPILED = [
 ]  # fmt: skip
 
 
-def both(problem: Problem, paths: list[str], monkeypatch: pytest.MonkeyPatch) -> tuple[list[pr.Increment], list[pr.Increment]]:
+def both(
+    problem: Problem, paths: list[str], monkeypatch: pytest.MonkeyPatch, numerics: pr.Numerics | None = None
+) -> tuple[list[pr.Increment], list[pr.Increment]]:  # fmt: skip
     """Runs with closed derivatives and with those by differences."""
-    closed = list(pr.solve(problem, derivatives=paths))
+    closed = list(pr.solve(problem, numerics, derivatives=paths))
     with monkeypatch.context() as patched:
         patched.setattr(with_derivatives, "covers", lambda c: False)
-        return closed, list(pr.solve(problem, derivatives=paths))
+        return closed, list(pr.solve(problem, numerics, derivatives=paths))
 
 
-@pytest.mark.parametrize("option", KNOWN)
-def test_closed_derivatives_are_those_by_differences(option: str, monkeypatch: pytest.MonkeyPatch) -> None:
+SECOND = ("penalty", "plane strain", "johnson_cook", "table", "kirchhoff", "force")  # in time too
+
+
+@pytest.mark.parametrize(
+    ("option", "rule"), [*((k, "backward_euler") for k in KNOWN), *((k, "bdf2") for k in SECOND)], ids=lambda v: str(v)
+)
+def test_closed_derivatives_are_those_by_differences(option: str, rule: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Displacements, histories, contact points, energies and reactions, along all parameters, to 1e-7 of their size."""
     problem = ring(*KNOWN[option])
     paths = [p for p in varied(problem, "die") if "points" not in p or p.endswith(("1.0", "2.1"))]
     assert len(paths) >= 5
-    closed, by_differences = both(problem, paths, monkeypatch)
+    closed, by_differences = both(problem, paths, monkeypatch, pr.Numerics(time_rule=rule))
     size = {p: abs(value_of(problem, p)) for p in paths}
     for name in by_differences[-1].state.derivatives[paths[0]]:
         if name == "energy.imbalance":

@@ -8,8 +8,8 @@ Tortorelli and Vidal 1994; de Souza Neto, Perić and Owen 2008, ch. 14). Forces 
 and V = V_n/(α^m J_n), J_n = √det b_n.
 
 `prepare` computes what all directions share; `at_fixed` is a direction with x′ as given, `along` adds what further x′ make of
-the history. Directions are the last axis of all arrays and go through the kernels `LANES` at a time, in arrays of a size that the
-compiler knows: one instruction then serves several of them.
+the history. All are of backward Euler. Directions are the last axis of all arrays and go through the kernels `LANES` at a time,
+in arrays of a size that the compiler knows: one instruction then serves several of them.
 """
 
 from __future__ import annotations
@@ -25,10 +25,11 @@ from prensa.materials.hardening import TABLE, flow_gradient, flow_stress, slope_
 
 LANES = 8  # directions at a time
 # where rows of so many begin in the array for the work on them: motions x_n′ and x′ (8 rows each), forces (8), history before
-# and after (6 each), what else a parameter changes, traces of l, gradients of x′ and l (5 each)
-_1, _2, _3, _4, _5, _6, _7 = (k * LANES for k in range(1, 8))
+# (6) and after (10), what else a parameter changes, traces of l, gradients of x′ and l (5 each)
+_1, _2, _3, _4, _5, _6, _7, _8, _9 = (k * LANES for k in range(1, 10))
+_FIELDS = 6  # of the history before the increment that backward Euler asks for: b_e − I, plastic strain and work
 _OLD, _PRESENT, _FORCE, _BEFORE, _AFTER, _NOW, _WAS, _LAME, _SHEAR, _ENERGY, _TRACE, _MIDDLE_TRACE, _GRADIENT, _RATE, _END = (
-    k * LANES for k in (0, 8, 16, 24, 30, 36, 37, 38, 39, 40, 41, 42, 43, 48, 53)
+    k * LANES for k in (0, 8, 16, 24, 30, 40, 41, 42, 43, 44, 45, 46, 47, 52, 57)
 )
 PER_PLACE = 17  # numbers a point: ∂N/∂x, ∂N/∂y, N/r (4 each) in the present places, F = ∂x/∂x_n (5: 11, 12, 21, 22, 33)
 PER_POINT = 44  # numbers a point of `prepare`, in the order in which it writes them
@@ -251,11 +252,11 @@ def _answer(w, P, B, bulk, G, part, hoop, volume):
         l3, l4 = w[_RATE + _3 + d] + part * lna, w[_RATE + _4 + d] + hoop * lna
         o1, o2, o3, o12 = w[_BEFORE + d], w[_BEFORE + _1 + d], w[_BEFORE + _2 + d], w[_BEFORE + _3 + d]
         w11, w12, w21, w22 = f0 * o1 + f1 * o12, f0 * o12 + f1 * o2, f2 * o1 + f3 * o12, f2 * o12 + f3 * o2
-        d1, d2, d3, d12 = _principal(
-            P, w11 * f0 + w12 * f1 + 2.0 * (l0 * b11 + l1 * b12),
-            w11 * f2 + w12 * f3 + l0 * b12 + l1 * b22 + l2 * b11 + l3 * b12,
-            w21 * f2 + w22 * f3 + 2.0 * (l2 * b12 + l3 * b22), f4 * f4 * o3 + 2.0 * l4 * b33,
-        )  # fmt: skip
+        t11 = w11 * f0 + w12 * f1 + 2.0 * (l0 * b11 + l1 * b12)
+        t12 = w11 * f2 + w12 * f3 + l0 * b12 + l1 * b22 + l2 * b11 + l3 * b12
+        t22, t33 = w21 * f2 + w22 * f3 + 2.0 * (l2 * b12 + l3 * b22), f4 * f4 * o3 + 2.0 * l4 * b33
+        w[_AFTER + _6 + d], w[_AFTER + _7 + d], w[_AFTER + _8 + d], w[_AFTER + _9 + d] = t11, t22, t33, t12
+        d1, d2, d3, d12 = _principal(P, t11, t12, t22, t33)
         lnJn = P[39] * o1 + P[40] * o2 + P[41] * o12 + P[42] * o3
         dlame, dG, now, strain = w[_LAME + d], w[_SHEAR + d], w[_NOW + d], w[_BEFORE + _4 + d]
         dp, e1, e2, e3 = _returned(P, G, d1, d2, d3, P[21] * dG - P[19] * strain - P[20] * now)
@@ -325,7 +326,7 @@ def at_fixed(
             for q in range(4):
                 _copied(at, 11 * q * LANES, 10, w, _GRADIENT)
                 _copied(at, (11 * q + 10) * LANES, 1, w, _TRACE)
-                for k in range(fields):
+                for k in range(min(fields, _FIELDS)):
                     for d in range(lanes):
                         w[_BEFORE + k * LANES + d] = dold[e, q, k, first + d]
                 w[_NOW:_LAME] = 0.0
@@ -356,10 +357,10 @@ def _answer_along(w, P, G, part, hoop, volume):
         g3, g4 = w[_GRADIENT + _3 + d], w[_GRADIENT + _4 + d]
         lna = w[_MIDDLE_TRACE + d] - (g0 + g3 + g4)
         l0, l3, l4 = g0 + part * lna, g3 + part * lna, g4 + hoop * lna
-        d1, d2, d3, d12 = _principal(
-            P, 2.0 * (l0 * b11 + l1 * b12), l0 * b12 + l1 * b22 + l2 * b11 + l3 * b12,
-            2.0 * (l2 * b12 + l3 * b22), 2.0 * l4 * b33,
-        )  # fmt: skip
+        t11, t12 = 2.0 * (l0 * b11 + l1 * b12), l0 * b12 + l1 * b22 + l2 * b11 + l3 * b12
+        t22, t33 = 2.0 * (l2 * b12 + l3 * b22), 2.0 * l4 * b33
+        w[_AFTER + _6 + d], w[_AFTER + _7 + d], w[_AFTER + _8 + d], w[_AFTER + _9 + d] = t11, t22, t33, t12
+        d1, d2, d3, d12 = _principal(P, t11, t12, t22, t33)
         dp, e1, e2, e3 = _returned(P, G, d1, d2, d3, 0.0)
         w[_ENERGY + d] += volume * (P[27] * e1 + P[28] * e2 + P[29] * e3)
         w[_AFTER + d], w[_AFTER + _3 + d], w[_AFTER + _1 + d] = _rotated(P, P[30] * e1, P[31] * e2, P[26] * d12)

@@ -14,6 +14,7 @@ from prensa.contact.record import ContactRecord
 from prensa.fem.interaction import Interaction
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
+from prensa.fem.time_rule import TimeRule
 from prensa.friction.law import At, FrictionLaw
 
 if TYPE_CHECKING:
@@ -33,6 +34,8 @@ class Context:
     ``interactions``: contacts, in the order of the description, then loads. ``threads`` that may answer for elements at once.
     ``stopped``: what ends the step here before its
     time, in words; '' if nothing does. ``watched`` (criteria,): values of what may end it.
+
+    ``history``: what the bodies' laws begin with by the time ``rule``, one (elements, points, h) array per block.
     """
 
     state: State
@@ -48,6 +51,8 @@ class Context:
     depth: Array | None
     surfaces: list[Surface]
     committed: list[ContactRecord]
+    history: Sequence[Array]
+    rule: TimeRule
     interactions: Sequence[Interaction] = ()
     lagged: bool = False
     threads: int = 1

@@ -27,6 +27,7 @@ from prensa.fem.state import Clock, Energy, Recovered, State
 from prensa.fem.strings import string_forces
 from prensa.fem.surface import EPS, ContactInteraction, Surface
 from prensa.fem.ties import Ties
+from prensa.fem.time_rule import BACKWARD_EULER, TimeRule
 from prensa.friction.law import At as FrictionAt
 from prensa.layout import DofMap
 from prensa.materials.laws import At
@@ -301,8 +302,8 @@ class System:
             clock=Clock(), step_start=u.copy(),
         )  # fmt: skip
 
-    def context(self, state: State, plan: StepPlan, time: float) -> Context:
-        """Everything an increment from *state* to *time* needs; evaluated once an increment."""
+    def context(self, state: State, plan: StepPlan, time: float, rule: TimeRule = BACKWARD_EULER) -> Context:
+        """Everything an increment from *state* to *time* needs, with plastic flow by a ``rule``; evaluated once an increment."""
         finite = self.problem.kinematics == "finite"
         x_n = self.positions(state.u) if finite else self.X
         depth = self.depth_in(state.history) if finite else self.depth
@@ -311,6 +312,7 @@ class System:
         committed = [self._committed(s, state) for s in surfaces]
         dt = time - state.clock.time
         seconds = dt * plan.seconds
+        history = [rule.begun(b, h) for b, h in zip(self.blocks, state.history)] if self.has_memory else state.history
         now = elapsed(self.problem, time, state.ends)
         laws = [None if self.frictionless(d) else d for d in plan.friction]
         law_at, scales = [], []
@@ -324,8 +326,9 @@ class System:
             scales.append(s.scale(least))
         interactions = [*self._contacts, *self.more, *loads_of(self, plan, state)]
         return Context(
-            state, plan, time, dt, seconds, weights, scales, laws, law_at, x_n, depth, surfaces, committed, interactions
-        )
+            state, plan, time, dt, seconds, weights, scales, laws, law_at, x_n, depth, surfaces, committed, history,
+            rule, interactions,
+        )  # fmt: skip
 
     def _cut(self, state: State, plan: StepPlan, time: float) -> list[Surface]:
         """The contacts, edges of committed bodies cut where sharp corners are: at *time* as far as that is prescribed."""
@@ -446,7 +449,7 @@ class System:
     def branches(self, c: Context, e: Evaluation) -> Branches:
         """The sides of their kinks on which the points are in an evaluation."""
         flows = []
-        for block, new, old in zip(self.blocks, e.history, c.state.history):
+        for block, new, old in zip(self.blocks, e.history, c.history):
             strains = (block.field(h, "plastic_strain") for h in (new, old)) if block.law.plastic else None
             flows.append(None if strains is None else np.not_equal(*strains).ravel())
         return Branches(tuple(f.branches for f in e.contacts), tuple(flows))
@@ -465,11 +468,12 @@ class System:
         # linear elastic bodies in small strain answer to the total displacement: nothing accumulates
         total = self.problem.kinematics == "small" and not self.has_memory
         du = self.displacement(u if total else u - c.state.u)
-        base = self.initial_history if total else c.state.history
+        base = self.initial_history if total else c.history
         history, scale, floor = [], 0.0, ROUND_OFF * EPS * self.stiffness * self.nodes
         at = At(c.seconds, elapsed(self.problem, c.time, c.state.ends), data is not None, secant)
         for block, old, held in zip(self.blocks, base, flows or [None] * len(self.blocks)):
-            out = sweep(block, c.x_n, du, old, at._replace(flows=held), r, data, self.pattern, c.threads)
+            here = at._replace(dt=c.rule.seconds(block, c.seconds), flows=held)
+            out = sweep(block, c.x_n, du, old, here, r, data, self.pattern, c.threads)
             if out.failed:
                 x, y = self.X[block.cells[out.failed.element]].mean(axis=0)[:2].tolist()
                 return Bulk(scale, floor, (), ElementFailed(out.failed.element, block.body, x, y, out.failed.why))

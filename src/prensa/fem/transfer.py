@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from prensa.contact.recovery import recover
 from prensa.fem.assembly import Block
-from prensa.materials.laws import Material
+from prensa.materials.protocol import Field, Material
 from prensa.mesh.mesh import corner_cells
 
 Array = NDArray[np.float64]
@@ -190,7 +190,11 @@ def _smooth_fields(block: Block, history: Array) -> Array:
     parts = [trace, deviator]
     if block.law.plastic:
         parts.append(utilisation(block.law, history))
-    parts += [history[..., f.columns] for name, f in block.law.fields.items() if name != "elastic"]
+    for name, f in block.law.fields.items():
+        if f.travel == "flow":
+            parts.append(_flowed(block.law, f, history))
+        elif name != "elastic":
+            parts.append(history[..., f.columns])
     return np.concatenate(parts, axis=-1)
 
 
@@ -248,7 +252,8 @@ def _history(block: Block, values: Array, bounded: Array, old: Array, at: Array,
         if name == "elastic":
             continue
         width = field.columns.stop - field.columns.start
-        part = bounded[:, column : column + width]
+        # bounds of a tensor's components would depend on the axes
+        part = (values if field.travel == "flow" else bounded)[:, column : column + width]
         if field.travel == "growing":
             part = np.maximum(part, field.initial)
         elif field.travel == "nearest":
@@ -267,6 +272,30 @@ def _history(block: Block, values: Array, bounded: Array, old: Array, at: Array,
         most = max(1.0, float(utilisation(law, old).max()))
         share = np.minimum(wanted, most) / np.where(now > 0, now, 1.0)
         out[:, elastic] = exponential(_joined(trace, np.where(now > 0, share, 1.0) * deviator))
+    for field in law.fields.values():
+        if field.travel == "flow":
+            _flow(law, field, out, out[:, field.columns].copy())
+    return out
+
+
+def _flowed(law: Material, field: Field, history: Array) -> Array:
+    """What a tensor that travels as ``flow`` differs by from the elastic one (…, 4), in logarithms."""
+    return logarithm(history[..., field.columns]) - logarithm(history[..., law.fields["elastic"].columns])
+
+
+def _flow(law: Material, field: Field, history: Array, flowed: Array) -> None:
+    """The inverse: write the field of a history; where nothing has flowed it is the elastic tensor itself."""
+    elastic = history[..., law.fields["elastic"].columns]
+    flown = exponential(logarithm(elastic) + flowed)
+    history[..., field.columns] = np.where(flowed.any(axis=-1, keepdims=True), flown, elastic)
+
+
+def with_flow(block: Block, history: Array, last: Array) -> Array:
+    """A history (m, q, h) with what has flowed in the increment that led to another one, ``last``."""
+    out = history.copy()
+    for field in block.law.fields.values():
+        if field.travel == "flow":
+            _flow(block.law, field, out, _flowed(block.law, field, last))
     return out
 
 

@@ -315,3 +315,69 @@ def stress_small(h, frame, sigma, dsigma, eps_e, P, A, new, tangent):
                 S[a, b] = S[b, a] = 0.5 * _shear_slope(sigma, dsigma, frame, i, a, b, 1.0)
         # dσ_ab = ½ s_ab (l_ab + l_ba)
         _turn_tangent(i, Q, Q, D, S, S, V, A)
+
+
+@njit(cache=True, error_model="numpy")
+def keep_trial(h, old, new, finite):
+    """Elastic tensor that old tensors (columns 8 … 13) would have become if nothing had flowed → the same columns of new.
+
+    h (n, 9); old, new (n, ≥14) as in `prensa.materials.laws.J2`. Points whose plastic strain (column 6) stayed keep what they
+    are: in them nothing has flowed, and round-off is not to say otherwise.
+    """
+    for i in range(h.shape[0]):
+        if new[i, 6] == old[i, 6]:
+            for k in range(6):
+                new[i, 8 + k] = new[i, k]
+        elif finite:
+            b11, b22, b33, b12, b13, b23 = push_forward(h, old[:, 8:], i)
+            new[i, 8], new[i, 9], new[i, 10], new[i, 11], new[i, 12], new[i, 13] = b11, b22, b33, b12, b13, b23
+        else:
+            new[i, 8], new[i, 9], new[i, 10] = old[i, 8] + h[i, 0], old[i, 9] + h[i, 4], old[i, 10] + h[i, 8]
+            new[i, 11] = old[i, 11] + 0.5 * (h[i, 1] + h[i, 3])
+            new[i, 12] = old[i, 12] + 0.5 * (h[i, 2] + h[i, 6])
+            new[i, 13] = old[i, 13] + 0.5 * (h[i, 5] + h[i, 7])
+
+
+@njit(cache=True, error_model="numpy")
+def _strain(history, first, finite, Q, i, out):
+    """Components 11, 22, 33, 12, 13, 23 of the (logarithmic) strain of b − I in columns from ``first`` on → out[0] (6,)."""
+    if not finite:
+        for k in range(6):
+            out[0, k] = history[i, first + k]
+        return
+    l1, l2, l3 = principal(
+        history[i, first], history[i, first + 1], history[i, first + 2],
+        history[i, first + 3], history[i, first + 4], history[i, first + 5], Q,
+    )  # fmt: skip
+    _compose(0, (0.5 * math.log1p(l1), 0.5 * math.log1p(l2), 0.5 * math.log1p(l3)), Q, out)
+
+
+@njit(cache=True, error_model="numpy")
+def begin(history, finite, share, out):
+    """Elastic strains and plastic strain (columns 0 … 6) after a ``share`` of the last increment's plastic strain more → out.
+
+    history, out (n, ≥14) as in `prensa.materials.laws.J2`: that strain is what elastic and trial tensor differ by. The trial
+    tensor of out is the elastic one of history. Of out no other column is written, and of points that did not flow that alone.
+    """
+    Q, e, d = np.empty((3, 3)), np.empty((1, 6)), np.empty((1, 6))
+    for i in range(history.shape[0]):
+        same = True
+        for k in range(6):
+            same = same and history[i, k] == history[i, 8 + k]
+            out[i, 8 + k] = history[i, k]
+        if same or share == 0.0:
+            continue
+        _strain(history, 0, finite, Q, i, e)
+        _strain(history, 8, finite, Q, i, d)
+        third = (d[0, 0] + d[0, 1] + d[0, 2] - e[0, 0] - e[0, 1] - e[0, 2]) / 3.0
+        size = 0.0
+        for k in range(6):
+            d[0, k] -= e[0, k] + (third if k < 3 else 0.0)
+            size += d[0, k] * d[0, k] * (1.0 if k < 3 else 2.0)
+            e[0, k] -= share * d[0, k]
+        out[i, 6] = history[i, 6] + share * math.sqrt(size / 1.5)
+        if finite:
+            l1, l2, l3 = principal(e[0, 0], e[0, 1], e[0, 2], e[0, 3], e[0, 4], e[0, 5], Q)
+            _compose(0, (math.expm1(2.0 * l1), math.expm1(2.0 * l2), math.expm1(2.0 * l3)), Q, e)
+        for k in range(6):
+            out[i, k] = e[0, k]

@@ -208,3 +208,66 @@ def stress_small(h, frame, sigma, dsigma, eps_e, P, A, new, tangent):
             A[i, k, 4] = r0 * m04 + r3 * m34
             A[i, 4, k] = r0 * m40 + r3 * m43
         A[i, 4, 4] = m44
+
+
+@njit(cache=True, error_model="numpy")
+def keep_trial(h, old, new, finite):
+    """Elastic tensor that old tensors (columns 6 … 9) would have become if nothing had flowed → the same columns of new.
+
+    h (n, 5); old, new (n, ≥10) as in `prensa.materials.laws.J2`. Points whose plastic strain (column 4) stayed keep what they
+    are: in them nothing has flowed, and round-off is not to say otherwise.
+    """
+    for i in range(h.shape[0]):
+        if new[i, 4] == old[i, 4]:
+            for k in range(4):
+                new[i, 6 + k] = new[i, k]
+            continue
+        h11, h12, h21, h22, h33 = h[i, 0], h[i, 1], h[i, 2], h[i, 3], h[i, 4]
+        o11, o22, o33, o12 = old[i, 6], old[i, 7], old[i, 8], old[i, 9]
+        if not finite:
+            new[i, 6], new[i, 7], new[i, 8], new[i, 9] = o11 + h11, o22 + h22, o33 + h33, o12 + 0.5 * (h12 + h21)
+            continue
+        f11, f22, f33 = 1.0 + h11, 1.0 + h22, 1.0 + h33
+        a11, a12, a21, a22 = f11 * o11 + h12 * o12, f11 * o12 + h12 * o22, h21 * o11 + f22 * o12, h21 * o12 + f22 * o22
+        new[i, 6] = a11 * f11 + a12 * h12 + 2.0 * h11 + h11 * h11 + h12 * h12
+        new[i, 7] = a21 * h21 + a22 * f22 + 2.0 * h22 + h21 * h21 + h22 * h22
+        new[i, 8] = f33 * f33 * o33 + 2.0 * h33 + h33 * h33
+        new[i, 9] = a11 * h21 + a12 * f22 + h12 + h21 + h11 * h21 + h12 * h22
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _strain(b11, b22, b33, b12, finite):
+    """Components of the (logarithmic) strain of b − I; of a small strain itself."""
+    if not finite:
+        return b11, b22, b33, b12
+    l1, l2, c, s = principal(b11, b22, b12)
+    e1, e2 = 0.5 * math.log1p(l1), 0.5 * math.log1p(l2)
+    return c * c * e1 + s * s * e2, s * s * e1 + c * c * e2, 0.5 * math.log1p(b33), c * s * (e1 - e2)
+
+
+@njit(cache=True, error_model="numpy")
+def begin(history, finite, share, out):
+    """Elastic strains and plastic strain (columns 0 … 4) after a ``share`` of the last increment's plastic strain more → out.
+
+    history, out (n, ≥10) as in `prensa.materials.laws.J2`: that strain is what elastic and trial tensor differ by. The trial
+    tensor of out is the elastic one of history. Of out no other column is written, and of points that did not flow that alone.
+    """
+    for i in range(history.shape[0]):
+        same = True
+        for k in range(4):
+            same = same and history[i, k] == history[i, 6 + k]
+            out[i, 6 + k] = history[i, k]
+        if same or share == 0.0:
+            continue
+        e11, e22, e33, e12 = _strain(history[i, 0], history[i, 1], history[i, 2], history[i, 3], finite)
+        d11, d22, d33, d12 = _strain(history[i, 6], history[i, 7], history[i, 8], history[i, 9], finite)
+        d11, d22, d33, d12 = d11 - e11, d22 - e22, d33 - e33, d12 - e12
+        third = (d11 + d22 + d33) / 3.0
+        d11, d22, d33 = d11 - third, d22 - third, d33 - third
+        out[i, 4] = history[i, 4] + share * math.sqrt((d11 * d11 + d22 * d22 + d33 * d33 + 2.0 * d12 * d12) / 1.5)
+        e11, e22, e33, e12 = e11 - share * d11, e22 - share * d22, e33 - share * d33, e12 - share * d12
+        if finite:
+            e1, e2, c, s = principal(e11, e22, e12)
+            b1, b2 = math.expm1(2.0 * e1), math.expm1(2.0 * e2)
+            e11, e22, e33, e12 = c * c * b1 + s * s * b2, s * s * b1 + c * c * b2, math.expm1(2.0 * e33), c * s * (b1 - b2)
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = e11, e22, e33, e12

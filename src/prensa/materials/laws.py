@@ -178,8 +178,11 @@ class StVenantKirchhoff(_Isotropic):
 
 @dataclass(frozen=True)
 class J2(_Isotropic):
-    """Von Mises plasticity; fields of the history: equivalent plastic strain, plastic work per initial volume.
+    """Von Mises plasticity; fields of the history: equivalent plastic strain, plastic work per initial volume, trial strains.
 
+    ``trial`` is what the elastic strains would be if nothing had flowed in the last increment: b_e − I or the elastic strain
+    of the increment before, carried along by the motion. What the two differ by is the last increment's plastic strain, in
+    the place where the body is now (see `begin`).
 
     ``flow``: parameters of the compiled flow curve; None where ``curve``, the description, is all there is.
     """
@@ -191,17 +194,18 @@ class J2(_Isotropic):
 
     @property
     def size(self) -> int:
-        """Columns of the history: b_e − I or the elastic strain, plastic strain, plastic work."""
-        return self.layout.kept + 2
+        """Columns of the history: b_e − I or the elastic strain, plastic strain, plastic work, trial strain."""
+        return 2 * self.layout.kept + 2
 
     @property
     def fields(self) -> Mapping[str, Field]:
-        """Of the history: elastic strains, plastic strain, plastic work."""
+        """Of the history: elastic strains, plastic strain, plastic work, trial strains."""
         k = self.layout.kept
         return {
             "elastic": Field(slice(0, k), travel="strain"),
             "plastic_strain": Field(slice(k, k + 1), travel="growing"),
             "plastic_work": Field(slice(k + 1, k + 2), travel="growing"),
+            "trial": Field(slice(k + 2, 2 * k + 2), travel="flow"),
         }
 
     @property
@@ -229,15 +233,44 @@ class J2(_Isotropic):
             UNHELD if at.flows is None else at.flows, at.secant,
         )  # fmt: skip
 
-    def shear_strength(self, history: Array) -> Array:
-        """Shear yield stress k = σ_y/√3 (n,), a Cauchy stress, of a committed history (n, h) at rest."""
-        f, out = self.flow, np.empty(len(history))
-        strain = np.ascontiguousarray(history[:, self.layout.kept])
+    def update(self, h: Array, old: Array, at: At, out: Out) -> None:
+        """H (n, c) = f − I, old (n, h) → out; see `Material`."""
+        super().update(h, old, at, out)
+        _KERNELS[self.layout].keep_trial(h, old, out.new, self.finite)
+
+    def begin(self, history: Array, share: float) -> Array:
+        """What an increment begins with: a committed history (n, h) after a ``share`` of the last plastic strain more.
+
+        With the backward difference of second order, eᵖ − eᵖ_n = share (eᵖ_n − eᵖ_(n−1)) + Δ n, an increment is one of backward
+        Euler that starts there (Eckert, Baaser, Gross & Scherf 2004).
+        """
+        k, out = self.layout.kept, history.copy()
+        _KERNELS[self.layout].begin(history, self.finite, share, out)
+        if not share:
+            return out
+        strain, more = np.ascontiguousarray(out[:, k]), out[:, k] - history[:, k]
+        stress = self.flow_stress(np.ascontiguousarray(history[:, k])) + self.flow_stress(strain)
+        out[:, k + 1] += 0.5 * self.of_cauchy(history) * stress * more
+        return out
+
+    def of_cauchy(self, history: Array) -> Array:
+        """Kirchhoff stress over the one that the flow curve limits (n,), of a committed history (n, h)."""
+        if not (self.finite and self.yield_on_cauchy):
+            return np.ones(len(history))
+        return np.exp(self.elastic_strains(history).sum(axis=-1))  # plastic flow is isochoric
+
+    def flow_stress(self, strain: Array) -> Array:
+        """Flow stress (n,) at plastic strains (n,), at rest."""
+        f, out = self.flow, np.empty(len(strain))
         if f is None:
             assert self.curve is not None
-            out = stress_at(self.curve, strain, np.zeros_like(strain))
-        else:
-            flow_stresses(f.kind, f.p, f.knots, f.coefficients, strain, out)
+            return stress_at(self.curve, strain, np.zeros_like(strain))
+        flow_stresses(f.kind, f.p, f.knots, f.coefficients, strain, out)
+        return out
+
+    def shear_strength(self, history: Array) -> Array:
+        """Shear yield stress k = σ_y/√3 (n,), a Cauchy stress, of a committed history (n, h) at rest."""
+        out = self.flow_stress(np.ascontiguousarray(history[:, self.layout.kept]))
         if self.finite and not self.yield_on_cauchy:
             out /= np.exp(self.elastic_strains(history).sum(axis=-1))  # plastic flow is isochoric
         return out / np.sqrt(3.0)

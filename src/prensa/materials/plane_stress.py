@@ -99,6 +99,14 @@ class PlaneStress:
         law: Any = self.law
         return np.asarray(law.shear_strength(history[:, :-1]))
 
+    def begin(self, history: Array, share: float) -> Array:
+        """As the law; the thickness is that of the motion."""
+        from prensa.materials.protocol import Flowing
+
+        if not isinstance(self.law, Flowing):
+            return history
+        return np.append(self.law.begin(np.ascontiguousarray(history[:, :-1]), share), history[:, -1:], axis=1)
+
     def thickness(self, history: Array) -> Array:
         """Thickness over the initial one, (..., h) → (...)."""
         return 1.0 + history[..., -1]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,9 +40,10 @@ class Out(NamedTuple):
     failed: NDArray[np.bool_]
 
 
-Travel = Literal["smooth", "growing", "nearest", "strain"]
+Travel = Literal["smooth", "growing", "nearest", "strain", "flow"]
 """How a field gets to the points of a new mesh: ``smooth``: recovered, within what is nearby; ``growing``: and not below the
-value that points start with; ``nearest``: of the nearest point, which flags need; ``strain``: b_e − I, by its logarithm."""
+value that points start with; ``nearest``: of the nearest point, which flags need; ``strain``: b_e − I, by its logarithm;
+``flow``: a tensor like that, by what its logarithm differs from that of the elastic one."""
 
 
 class Field(NamedTuple):
@@ -106,3 +107,11 @@ class Material(Protocol):
 
     def thickness(self, history: Array) -> Array | None:
         """Thickness over the initial one in plane stress, (..., h) → (...); None where it does not change."""
+
+
+@runtime_checkable
+class Flowing(Protocol):
+    """A law whose history knows the plastic strain of the last increment, so that it can be of second order in time."""
+
+    def begin(self, history: Array, share: float) -> Array:
+        """What an increment begins with: a committed history (n, h) after a ``share`` of the last plastic strain more."""

@@ -202,7 +202,7 @@ class Direction:
         if at.c.state.release is not None and at.c.state.clock.time == plan.t0:
             carried = let_go(system, replace(old, release=None), plan)
             old = replace(old, release=np.zeros(system.ndof) if carried is None else carried)
-        c = system.context(old, plan, at.c.time)
+        c = system.context(old, plan, at.c.time, at.c.rule)
         return replace(c, interactions=[*c.interactions, *stabilisation.forces(c)])
 
     def rest(self, at: Solution, x: Array) -> Array:

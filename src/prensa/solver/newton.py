@@ -162,7 +162,13 @@ def _turns(eq: Equilibrium, state: NewtonState) -> bool:
     plastic work (Kačanov), is taken there. The last steps are Newton's. Bodies that nothing but contact holds are left to the
     tangent: far steps let go of them.
     """
-    return eq.flows_held and state.relative > (eq.policy.turning if state.iteration else eq.policy.turned)
+    policy = eq.policy
+    limit = policy.turning if state.iteration else policy.turned
+    if eq.numerics.time_rule == "bdf2":
+        # in long increments flow turns in few elements too, whose share of all forces falls with their size
+        few = policy.turning_elements
+        limit *= max(few / max(sum(len(b) for b in eq.system.blocks), few), policy.least_turning)
+    return eq.flows_held and state.relative > limit
 
 
 def _direction(eq: Equilibrium, state: NewtonState) -> tuple[Evaluation, Array]:

@@ -35,6 +35,10 @@ class Policy:
     """Relative residual of the initial guess above which the direction of plastic flow is not trusted, …"""
     turning: float = 0.01
     """… of later iterates, …"""
+    turning_elements: int = 300
+    """… of bodies of so many elements; with flow of second order in time in inverse proportion where there are more, …"""
+    least_turning: float = 0.05
+    """… down to this part of those residuals, …"""
     secant: float = 0.5
     """… and how far the matrix goes from its tangent to its secant there."""
     far: float = 1e3
@@ -137,6 +141,8 @@ class Policy:
     """Equivalent plastic strain per automatic increment …"""
     spread: float = 0.95
     """… that this share of the points stays below (a singular corner would rule the step otherwise)."""
+    second_order: float = 2.0
+    """Both, over that, where plastic flow is of second order in time."""
     plastic_cut: float = 0.1
     """Share of an increment below which plastic strain alone does not shorten the next."""
     easy: int = 5

@@ -23,6 +23,7 @@ from prensa.fem.schedule import StepPlan
 from prensa.fem.sizes import SizeField, coarseness, least_at_tools, section_area
 from prensa.fem.state import State
 from prensa.fem.system import Evaluation, System
+from prensa.fem.transfer import with_flow
 from prensa.model.problem import tools_removed
 from prensa.model.remeshing import remeshing_of
 from prensa.solver.attempt import attempt, attempt_from
@@ -277,7 +278,7 @@ def _let_go(eq: Equilibrium, state: State, first: Evaluation) -> NewtonResult:
 
 
 def _committed(system: System, state: State, c: Context, result: NewtonResult) -> State:
-    """The state in equilibrium: its clock, its last motion and what the loads have done are those before."""
+    """The state in equilibrium: its clock, its last motion and flow, and what the loads have done are those before."""
     assert result.evaluation is not None
     e, contact, lam = result.evaluation, state.contact, result.lam.copy()
     for s, f in zip(system.surfaces, e.contacts):
@@ -290,7 +291,9 @@ def _committed(system: System, state: State, c: Context, result: NewtonResult) -
     spent = elastic + plastic + old.friction + contacts + old.viscous
     energy = old._replace(elastic=elastic, plastic=plastic, contact=contacts, imbalance=old.external - spent)
     ended = state.clock.step > 0 and state.clock.time <= state.clock.step
+    # what flows on the way to equilibrium says nothing of the rate at which the metal flows
+    history = tuple(with_flow(b, new, old) for b, new, old in zip(system.blocks, e.history, state.history))
     return replace(
-        state, u=result.u, history=e.history, contact=contact, lam=lam, energy=energy, work=work,
+        state, u=result.u, history=history, contact=contact, lam=lam, energy=energy, work=work,
         step_start=result.u if ended else state.step_start,
     )  # fmt: skip

@@ -19,11 +19,14 @@ class StepControl:
     """Increments of a step. ``speeds`` (contacts,): of the prescribed tools, where they bound increments.
 
     ``times``: ends of the increments, all of them; None: as long as they can be. ``stops``: times at which one ends besides.
+    ``second_order``: whether plastic flow is of second order in time.
     """
 
     def __init__(
-        self, system: System, plan: StepPlan, policy: Policy, times: Array | None = None, stops: Array | None = None
-    ) -> None:
+        self, system: System, plan: StepPlan, policy: Policy, times: Array | None = None, stops: Array | None = None,
+        second_order: bool = False,
+    ) -> None:  # fmt: skip
+        self.longer = policy.second_order if second_order and system.has_memory else 1.0
         self.system, self.plan, self.policy, self.times = system, plan, policy, times
         self.stops = [] if stops is None else stops[(stops > plan.t0) & (stops < plan.t1)].tolist()
         self.speeds = self._speeds()
@@ -51,10 +54,11 @@ class StepControl:
         if self.plan.increments:
             return self.length / self.plan.increments
         limit = self.policy.longest
+        travel = self.longer * self.policy.travel
         for number in np.flatnonzero(self.speeds).tolist():
             gap = 0.0 if e is None else max(float(np.nan_to_num(e.contacts[number].g, nan=0.0).min()), 0.0)
             depth = float(self.system.surfaces[number].points.depth.min())
-            limit = min(limit, (self.policy.travel * depth + gap) / float(self.speeds[number]))
+            limit = min(limit, (travel * depth + gap) / float(self.speeds[number]))
         return limit
 
     def _speeds(self) -> Array:
@@ -121,7 +125,7 @@ class StepControl:
             growth = self._growth(iterations, cutbacks)
             strain = self._strain(c.state, e)
             if strain > 0:
-                full = min(full, tried * max(policy.plastic / strain, policy.plastic_cut))
+                full = min(full, tried * max(self.longer * policy.plastic / strain, policy.plastic_cut))
         # shorter increments are easier or better up to a point; beyond, they would not end
         least = min(policy.least * self.length, longest)
         if 0 < tried < least:

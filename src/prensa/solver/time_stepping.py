@@ -26,6 +26,7 @@ from prensa.fem.schedule import StepPlan
 from prensa.fem.state import Clock, State
 from prensa.fem.symmetry import is_symmetric
 from prensa.fem.system import Evaluation, System
+from prensa.fem.time_rule import BACKWARD_EULER, TimeRule
 from prensa.model import problem as model
 from prensa.model.feed import ends_early
 from prensa.model.remeshing import remeshing_of
@@ -274,7 +275,8 @@ class TimeStepping:
             if state.clock.time <= plan.t0:
                 state = self.begin(state, plan)
             self.prepare(plan)
-            control = StepControl(self.system, plan, self.policy, self.times, self.stops)
+            second = self.numerics.time_rule == "bdf2"
+            control = StepControl(self.system, plan, self.policy, self.times, self.stops, second)
             self.distortion = Distortion(self.system, self.policy)
             while state.clock.step == number:
                 try:
@@ -384,12 +386,19 @@ class TimeStepping:
         self, state: State, plan: StepPlan, control: StepControl, cutbacks: int, spent: list[int], end: float
     ) -> Outcome:
         """Context and outcome of one attempt at the increment to a time, its stability judged; spent: gets its iterations."""
-        c = self.context(state, plan, end)
+        # where an increment was cut, flow begins or turns, of which the last one knows nothing
+        c = self.context(state, plan, end, BACKWARD_EULER if cutbacks else self.rule(state, end))
         start, notes = approach(self.system, c)
         for message in notes:
             self.messages.note(state, plan, message)
         most = self.most_cutbacks(state)
-        result = self.attempt(c, start, cutbacks >= min(self.policy.soften_after, self.numerics.max_cutbacks, most))
+        soften = cutbacks >= min(self.policy.soften_after, self.numerics.max_cutbacks, most)
+        result = self.attempt(c, start, soften)
+        if not result.converged and c.rule.share and (plan.increments or self.times is not None):
+            # before an increment that was asked for is cut: backward Euler damps more
+            spent.append(result.iterations)
+            c = self.context(state, plan, end)
+            result = self.attempt(c, start, soften)
         if refusal := self.acceptance.refusal(c, result):
             result.converged, result.reason = False, refusal
         if self.condensed is None:  # linear bodies are stable
@@ -412,9 +421,14 @@ class TimeStepping:
         jumps = self.policy.jump_cuts if self.numerics.max_cutbacks and state.stability.viscosity > 0 else 0
         return self.numerics.max_cutbacks + jumps
 
-    def context(self, state: State, plan: StepPlan, end: float) -> Context:
-        """Everything that an increment from a state to the time ``end`` needs."""
-        c = self.system.context(state, plan, end)
+    def rule(self, state: State, end: float) -> TimeRule:
+        """How plastic flow goes on from a state to the time ``end``, unless the increment is cut."""
+        second = self.numerics.time_rule == "bdf2" and self.system.has_memory
+        return TimeRule.of(end - state.clock.time, state.dt_last) if second else BACKWARD_EULER
+
+    def context(self, state: State, plan: StepPlan, end: float, rule: TimeRule = BACKWARD_EULER) -> Context:
+        """Everything that an increment from a state to the time ``end`` needs, with plastic flow by a ``rule``."""
+        c = self.system.context(state, plan, end, rule)
         viscous = self.stabilisation.forces(c)
         lagged, threads = self.numerics.iteration == "paper", threads_of(self.numerics, self.system.ndof, self.policy)
         return replace(c, lagged=lagged, interactions=[*c.interactions, *viscous], threads=threads)
