@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 import prensa as pr
 from prensa.errors import PreflightError, SolveError
-from prensa.fem.planning import plan_step
 from prensa.fem.preflight import preflight
 from prensa.model.schema import warnings_of
 from prensa.solver.failure import MetalInside
@@ -89,25 +87,6 @@ def test_sides_that_meet_at_a_corner_have_no_gap_before_they_deform():
         [pr.Contact("b.rim", "die")], fixed={"b.bottom": "xy"}, kinematics="small", contact_geometry="reference",
     )  # fmt: skip
     assert told(p) == []
-
-
-@pytest.mark.parametrize("kind", ["move", "velocity", "push"])
-def test_rows_of_a_table_on_a_straight_line_are_no_corners(kind):
-    """A course written with a thousand rows ends increments where it bends, as the same course of few rows does."""
-    few = ((0.0, 0.0), (0.5, -0.2), (1.0, 0.0))
-    t = np.linspace(0.0, 1.0, 1001)
-    many = tuple(zip(t.tolist(), np.interp(t, *np.transpose(few)).tolist()))
-
-    def corners(table):
-        motion = pr.Push(y=table) if kind == "push" else pr.Motion(y=table)
-        p = block(steps=(pr.Step("s", **{kind: {"die": motion}}),))
-        system = pr.discretise(p)
-        return plan_step(system, 0, system.initial().u).corners()
-
-    assert corners(few) == pytest.approx([0.5])
-    assert corners(many) == pytest.approx([0.5])
-    wave = tuple(zip(t.tolist(), (-0.1 * np.sin(6 * t)).tolist()))
-    assert len(corners(wave)) > 900  # what bends everywhere has its corners
 
 
 @pytest.mark.parametrize(

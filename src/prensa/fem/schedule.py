@@ -15,9 +15,6 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-ROUNDED = 1e-12  # distance of a row of a table from the line through its neighbours, over the largest value, that is round-off
-
-
 @dataclass(frozen=True)
 class Course:
     """A function of time through (times, values), held before the first and after the last time.
@@ -77,25 +74,14 @@ def cranked(crank: Crank, start: float, t0: float, t1: float) -> Course:
 def course(value: Any, start: float, t0: float, t1: float) -> Course:
     """Course of a number (ramp from start over the step t0 … t1) or a table (global time)."""
     if isinstance(value, tuple):
-        times, values = np.array(value, dtype=np.float64).T
-        return Course(times, values, corners=bends(times, values))
+        return Course(*np.array(value, dtype=np.float64).T)
     return Course(np.array([t0, t1]), np.array([start, float(value)]), ramp=True)
-
-
-def bends(times: Array, values: Array) -> Array:
-    """Times of a table at which it begins, ends or changes its slope: rows on a straight line between others are no corners."""
-    if len(times) < 3:
-        return times
-    dt = np.diff(times)
-    between = (values[:-2] * dt[1:] + values[2:] * dt[:-1]) / (dt[1:] + dt[:-1])
-    bent = np.abs(values[1:-1] - between) > ROUNDED * np.abs(values).max()
-    return times[np.concatenate([[True], bent, [True]])]
 
 
 def way(value: Any, t0: float, t1: float) -> Course:
     """Course of the way from wherever a thing is at t0: a number (ramp over the step t0 … t1) or a table (global time)."""
     c = course(value, 0.0, t0, t1)
-    return Course(c.times, c.values, corners=c.corners, relative=True)
+    return Course(c.times, c.values, relative=True)
 
 
 def integrated(value: Any, start: float, t0: float, t1: float, seconds: float = 1.0) -> Course:
@@ -111,8 +97,7 @@ def integrated(value: Any, start: float, t0: float, t1: float, seconds: float = 
     t = np.unique(np.concatenate([np.linspace(t0, t1, 513), given]))
     rate = np.interp(t, tv, v)
     covered = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(t))])
-    turns = bends(tv, v)
-    return Course(t, start + covered * seconds, corners=turns[(turns > t0) & (turns < t1)])
+    return Course(t, start + covered * seconds, corners=given)
 
 
 @dataclass
@@ -230,8 +215,8 @@ class StepPlan:
         times += [c.stops for c in self.push.values()]
         times += [c.stops for _, c in self.springs.values()]
         for load in self.loads.values():
-            times += [c.stops for c in (load.pressure, load.shear, load.tx, load.ty)]
-        times += [c.stops for pair in self.body_force.values() for c in pair]
+            times += [c.times for c in (load.pressure, load.shear, load.tx, load.ty)]
+        times += [c.times for pair in self.body_force.values() for c in pair]
         t = np.unique(np.concatenate(times)) if times else np.zeros(0)
         return t[(t > self.t0 + 1e-9) & (t < self.t1 - 1e-9)]
 
