@@ -95,7 +95,7 @@ def ironing(stabilise: str, E_scale: float, mu_scale: float) -> pr.Problem:
     )  # fmt: skip
 
 
-@case("ironing over its limit points", suite="contact", slow=True)
+@case("ironing over its limit points", suite="bodies", slow=True)
 def ironed(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """The static path ends where friction lets go at once, which is told; viscous forces carry the block on to the end."""
     told: object = None
