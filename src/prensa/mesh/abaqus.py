@@ -130,6 +130,12 @@ class Scope:
         return x, y
 
 
+def _parameters(text: str) -> dict[str, str]:
+    """The values of a keyword line, by their names in capitals."""
+    pairs = (word.partition("=") for word in text.split(","))
+    return {name.strip().upper(): value.strip().strip('"') for name, _, value in pairs}
+
+
 def keywords(text: str) -> Iterator[Keyword]:
     """Keyword lines of a deck with their data lines; comments are left out, lines that go on are joined."""
     current: Keyword | None = None
@@ -142,11 +148,10 @@ def keywords(text: str) -> Iterator[Keyword]:
             joined += line
             if joined.endswith(","):
                 continue  # a keyword line goes on after a comma
-            words = [w.strip() for w in joined[1:].split(",")]
-            pairs = (w.partition("=") for w in words[1:])
+            name, comma, rest = joined[1:].partition(",")
             if current is not None:
                 yield current
-            current = Keyword(words[0].upper(), {k.strip().upper(): v.strip().strip('"') for k, _, v in pairs}, number)
+            current = Keyword(name.strip().upper(), _parameters(rest) if comma else {}, number)
             joined = ""
         elif current is not None:
             current.lines.append((number, line))
