@@ -124,6 +124,14 @@ def check(p, seed, expect_slip=None):
     return closed, slip
 
 
+def check_all(problems):
+    """`check` of each, and that stick and slip both occur among them."""
+    found = [check(p, seed=i) for i, p in enumerate(problems)]
+    closed, slip = (np.concatenate(points) for points in zip(*found))
+    assert slip.any()
+    assert (closed & ~slip).any()
+
+
 @pytest.mark.parametrize("tool", TOOLS)
 @pytest.mark.parametrize("mode", MODES, ids="-".join)
 @pytest.mark.parametrize("space", ["plane strain", "axisymmetric"])
@@ -134,20 +142,12 @@ def test_tools_and_friction(space, mode, tool):
             problem(space, *mode, "q4_fbar", MATERIALS["elastic"], TOOLS[tool](False), None, pr.Penalty())
         return
     axi = space == "axisymmetric"
-    closed, slip = [], []
-    for i, (friction, enforcement) in enumerate(
-        itertools.product(
-            FRICTION.values(),
-            (pr.Penalty(beta_T=60.0), pr.Augmented(beta=20.0, beta_T=60.0), pr.Exact(beta=20.0, beta_T=60.0)),
-        )
-    ):
+    problems = []
+    enforcements = (pr.Penalty(beta_T=60.0), pr.Augmented(beta=20.0, beta_T=60.0), pr.Exact(beta=20.0, beta_T=60.0))
+    for friction, enforcement in itertools.product(FRICTION.values(), enforcements):
         p = problem(space, *mode, "q4_fbar", MATERIALS["elastic"], TOOLS[tool](axi), friction, enforcement)
-        a, b = check(p, seed=i)
-        closed.append(a)
-        slip.append(b)
-    closed, slip = np.concatenate(closed), np.concatenate(slip)
-    assert slip.any()
-    assert (closed & ~slip).any()
+        problems.append(p)
+    check_all(problems)
 
 
 @pytest.mark.parametrize("rule", ["gauss1", "gauss2", "gauss3", "simpson", "kikuchi"])
@@ -156,42 +156,31 @@ def test_tools_and_friction(space, mode, tool):
 def test_integration_rules(space, mode, rule):
     """Within 1e-6 of differences for every rule × geometry × enforcement, two friction laws; stick and slip occur."""
     axi = space == "axisymmetric"
-    closed, slip = [], []
+    problems = []
     enforcements = [pr.Penalty(beta_T=60.0), pr.Augmented(beta=20.0, beta_T=60.0)]
     if rule == "gauss1":  # the others have more points than nodes: refused in the exact form
         enforcements.append(pr.Exact(beta=20.0, beta_T=60.0))
-    for i, (tool, friction, enforcement) in enumerate(
-        itertools.product(("tilted plane", "circle"), ("hardening", "shear"), enforcements)
-    ):
+    for tool, friction, enforcement in itertools.product(("tilted plane", "circle"), ("hardening", "shear"), enforcements):
         element, elastic = "q4" if space == "plane stress" else "q4_fbar", MATERIALS["elastic"]
         p = problem(
             space, *mode, element, elastic, TOOLS[tool](axi), FRICTION[friction], enforcement, rule=rule
         )  # fmt: skip
-        a, b = check(p, seed=i)
-        closed.append(a)
-        slip.append(b)
-    closed, slip = np.concatenate(closed), np.concatenate(slip)
-    assert slip.any()
-    assert (closed & ~slip).any()
+        problems.append(p)
+    check_all(problems)
 
 
 @pytest.mark.parametrize("element", ["t6", "q8"])
 @pytest.mark.parametrize("mode", MODES, ids="-".join)
 def test_quadratic_edges_on_the_axis(mode, element):
     """Within 1e-6 of differences where points lie between three nodes, areas that stretch included; stick and slip occur."""
-    closed, slip = [], []
+    problems = []
     enforcements = (pr.Penalty(beta_T=60.0), pr.Augmented(beta=20.0, beta_T=60.0), pr.Exact(beta=20.0, beta_T=60.0))
-    for i, (tool, friction, enforcement) in enumerate(
-        itertools.product(("plane", "circle", "profile"), ("coulomb", "capped", "shear"), enforcements)
-    ):
+    tools, frictions = ("plane", "circle", "profile"), ("coulomb", "capped", "shear")
+    for tool, friction, enforcement in itertools.product(tools, frictions, enforcements):
         material, law = MATERIALS["elastic"], FRICTION[friction]
         p = problem("axisymmetric", *mode, element, material, TOOLS[tool](True), law, enforcement, left=0.0)
-        a, b = check(p, seed=i)
-        closed.append(a)
-        slip.append(b)
-    closed, slip = np.concatenate(closed), np.concatenate(slip)
-    assert slip.any()
-    assert (closed & ~slip).any()
+        problems.append(p)
+    check_all(problems)
 
 
 ELEMENTS = ["q4", "q4_fbar", "q4_enhanced", "q4_sheet", "t3", "t6", "q8", "q8_full"]

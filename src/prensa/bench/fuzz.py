@@ -331,7 +331,7 @@ def mutate_tree(rng: np.random.Generator, text: str) -> str:
 
     tree = yaml.read(text, "<fuzz>")[0].plain()
     for _ in range(int(rng.choice([1, 1, 2, 3]))):
-        spots = list(_spots(tree))
+        spots = list(spots_of(tree))
         holder, key = spots[rng.integers(len(spots))]
         other, there = spots[rng.integers(len(spots))]
         match rng.integers(6):
@@ -350,11 +350,12 @@ def mutate_tree(rng: np.random.Generator, text: str) -> str:
     return yaml.write(tree) if tree else "\n"
 
 
-def _spots(tree: Any) -> Iterator[tuple[Any, Any]]:
+def spots_of(tree: Any) -> Iterator[tuple[Any, Any]]:
+    """Every value of a tree, its branches too, as what holds it and the key there."""
     for key in list(tree) if isinstance(tree, dict) else range(len(tree)):
         yield tree, key
         if isinstance(tree[key], dict | list):
-            yield from _spots(tree[key])
+            yield from spots_of(tree[key])
 
 
 def _inside(branch: Any, holder: Any) -> bool:

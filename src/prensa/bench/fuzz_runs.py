@@ -65,9 +65,11 @@ def changed(rng: np.random.Generator, tree: Any) -> Any:
     """A copy of a case with some values changed, and keys of its parts added."""
     import copy
 
+    from prensa.bench.fuzz import spots_of
+
     tree = copy.deepcopy(tree)
     for _ in range(int(rng.integers(1, 5))):
-        spots = list(_values(tree))
+        spots = list(spots_of(tree))
         holder, key = spots[rng.integers(len(spots))]
         old = holder[key]
         if key in WORDS:
@@ -92,13 +94,6 @@ def _added(rng: np.random.Generator, tree: Any) -> tuple[dict[str, Any], str]:
     parts = [(part, keys) for part, keys in parts if isinstance(part, dict)]
     part, keys = parts[rng.integers(len(parts))]
     return part, keys[rng.integers(len(keys))]
-
-
-def _values(tree: Any) -> Iterator[tuple[Any, Any]]:
-    for key in list(tree) if isinstance(tree, dict) else range(len(tree)):
-        yield tree, key
-        if isinstance(tree[key], dict | list):
-            yield from _values(tree[key])
 
 
 def _begun(text: str, folder: Path) -> None:

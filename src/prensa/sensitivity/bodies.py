@@ -42,7 +42,7 @@ class Elements:
         geometry, point = np.empty((m, 5, PER_PLACE)), np.empty((m, 4, PER_POINT))
         flow = law.flow if law.plastic else None
         prepare(
-            c.x_n, x, block.cells, old, new, *_moduli(block), mode.axisymmetric, mode.scale, law.plastic,
+            c.x_n, x, block.cells, old, new, *moduli_of(block), mode.axisymmetric, mode.scale, law.plastic,
             law.plastic and law.yield_on_cauchy, *(NO_FLOW if flow is None else flow), c.seconds, geometry, point,
         )  # fmt: skip
         return cls(block, old, new, c.seconds, geometry, point)
@@ -52,7 +52,7 @@ class Elements:
         dnew, energy = np.empty_like(dold), np.zeros(len(changes))
         moduli = np.array([[ch.bulk[k] for ch in changes], [ch.G[k] for ch in changes]])
         at_fixed(
-            self.block.cells, self.geometry, self.point, *_moduli(self.block), self.block.mode.axisymmetric,
+            self.block.cells, self.geometry, self.point, *moduli_of(self.block), self.block.mode.axisymmetric,
             self.block.volume, dxn, dx, dold, moduli, *self._flow([ch.flow[k] for ch in changes]), r, dnew, energy,
         )  # fmt: skip
         return dnew, energy
@@ -76,10 +76,11 @@ class Elements:
     def along(self, dx: Array, dnew: Array, energy: Array) -> None:
         """Add what motions dx (n, 2, d) of the present nodes make of histories and energies."""
         b = self.block
-        along(b.cells, self.geometry, self.point, _moduli(b)[1], b.mode.axisymmetric, b.volume, dx, dnew, energy)
+        along(b.cells, self.geometry, self.point, moduli_of(b)[1], b.mode.axisymmetric, b.volume, dx, dnew, energy)
 
 
-def _moduli(block: Block) -> tuple[float, float]:
+def moduli_of(block: Block) -> tuple[float, float]:
+    """Bulk and shear modulus of a block's law."""
     law: Any = block.law
     return law.E / (3.0 * (1.0 - 2.0 * law.nu)), law.mu
 
@@ -120,7 +121,7 @@ def _unfolding(system: System, b: Block, x: Array, du: Array, X: Array) -> Array
 
 def _modulus_change(b: Block, ch: Change, k: int) -> float:
     """Derivative of E* = E/(1 − ν²) = 4 G (3 κ + G)/(3 κ + 4 G)."""
-    bulk, G = _moduli(b)
+    bulk, G = moduli_of(b)
     lower = 3.0 * bulk + 4.0 * G
     by_bulk = 36.0 * G * G / lower**2
     by_G = 4.0 * (3.0 * bulk + 2.0 * G) / lower - 16.0 * G * (3.0 * bulk + G) / lower**2

@@ -24,7 +24,7 @@ from prensa.fem.planning import plan_step
 from prensa.fem.schedule import StepPlan
 from prensa.fem.system import Evaluation, System
 from prensa.materials.hardening import TABLE
-from prensa.sensitivity.bodies import NO_FLOW, SHIFT, Elements, _moduli, elements_of
+from prensa.sensitivity.bodies import NO_FLOW, SHIFT, Elements, elements_of, moduli_of
 from prensa.solver.reduced import Reduced, Selected
 
 Array = NDArray[np.float64]
@@ -202,7 +202,7 @@ def back(system: System, at: Converged, after: Weights, owed: Owed) -> Weights:
         x, step_start = x + step_start, np.zeros_like(step_start)
     nodal = _nodal(system, x)
     for b, new in zip(elements, after.history):
-        q4_transposed.along(b.block.cells, b.geometry, b.point, _moduli(b.block)[1], b.block.mode.axisymmetric, new, nodal)
+        q4_transposed.along(b.block.cells, b.geometry, b.point, moduli_of(b.block)[1], b.block.mode.axisymmetric, new, nodal)
     x[:, system.dofs.displacement.slice] = nodal.reshape(m, -1)
     points = [Points(system, at, k, f, after) for k, f in enumerate(e.contacts)]
     for p in points:
@@ -245,7 +245,7 @@ def _element(
     block, law = b.block, b.block.law
     flow = np.zeros((len(r), len(block), 4))
     q4_transposed.at_fixed(
-        block.cells, b.geometry, b.point, *_moduli(block), block.mode.axisymmetric, law.plastic, r, new, x_n, x, old,
+        block.cells, b.geometry, b.point, *moduli_of(block), block.mode.axisymmetric, law.plastic, r, new, x_n, x, old,
         owed.bulk[:, k], owed.G[:, k], flow,
     )  # fmt: skip
     curve: Any = getattr(law, "flow", None)
@@ -283,7 +283,7 @@ def _unfolding(system: System, c: Context, u: Array, r: Array, owed: Owed) -> No
             q4.unfold(X, x_n, d, b.mode.axisymmetric, b.mode.scale, size, False, out, np.empty((0, 8, 8)))
             return out
 
-        bulk, G = _moduli(b)  # E/(1 − ν²) = 4 G (3 κ + G)/(3 κ + 4 G)
+        bulk, G = moduli_of(b)  # E/(1 − ν²) = 4 G (3 κ + G)/(3 κ + 4 G)
         along = np.einsum("mei,ei->m", W, forces(X, x_n)) / (3.0 * bulk + 4.0 * G) ** 2
         owed.bulk[:, k] += 36.0 * G * G * along
         owed.G[:, k] += 4.0 * (9.0 * bulk * bulk + 6.0 * bulk * G + 4.0 * G * G) * along
