@@ -218,9 +218,9 @@ def v_bending(run: Run) -> Iterator[Row]:
         flow=lambda strain: 560.0 * (0.007 + strain) ** 0.26,
     )  # fmt: skip
     exact = 0.5 * math.pi - 0.5 * free.angle
-    yield row("angle of the leg (deg) at a stroke of 9 mm, strip in bending", math.degrees(exact), abs(leg), 0.05)
+    yield row("angle of the leg (deg) at a stroke of 9 mm, strip in bending", math.degrees(exact), abs(leg), 0.02)
     push = free.force * (math.cos(exact) + 0.1 * math.sin(exact))
-    yield row("force (N/mm) at a stroke of 9 mm, strip in bending", push, force, 0.1)
+    yield row("force (N/mm) at a stroke of 9 mm, strip in bending", push, force, 0.03)
     yield row("angle of the leg in the die (deg)", 45.0, run.end("leg", "bend"), 0.02)
     yield beside("springback of the leg (deg)", float("nan"), -run["springback"])
 
