@@ -236,14 +236,14 @@ def draw_bending(run: Run) -> Iterator[Row]:
     force = run.table["force"][: len(stroke)]
     way = np.linspace(0.5 * stroke[-1], stroke[-1], 400)
     pull = float(np.interp(way, stroke, force).mean())
-    yield row("pull in a wall (N/mm), mean of the second half, strip drawn over the radius", drawn.tension, pull, 0.1)
+    yield row("pull in a wall (N/mm), mean of the second half, strip drawn over the radius", drawn.tension, pull, 0.05)
     yield row("force of the binder (N/mm)", 35.0, run.end("holder_force", "draw"), 1e-8)
     curl, exact = abs(run["curl"]), 1e3 * abs(drawn.curvature)
-    yield row("curl of the wall (1/m) after release, strip drawn over the radius and straightened", exact, 1e3 * curl, 0.3)
-    leaves = {name: run.end(name, "release") - run.end("bottom", "release") for name in ("foot", "head", "flange")}
-    yield beside("wall from the bottom (deg) at its foot", float("nan"), leaves["foot"])
-    yield beside("wall from the bottom (deg) at its head", float("nan"), leaves["head"])
-    yield beside("flange from the bottom (deg)", float("nan"), leaves["flange"])
+    yield row("curl of the wall (1/m) after release, strip drawn over the radius and straightened", exact, 1e3 * curl, 0.1)
+    bottom, foot, head, flange = (run.end(name, "release") for name in ("bottom", "foot", "head", "flange"))
+    yield beside("angle between bottom and wall (deg), theta 1", float("nan"), 180.0 - (foot - bottom))
+    yield beside("angle between wall and flange (deg), theta 2", float("nan"), 180.0 - (head - flange))
+    yield beside("radius of the wall (mm), rho", float("nan"), 1.0 / curl)
 
 
 @example("Drawbead")

@@ -37,11 +37,10 @@ def free_bending(
 
     The strip lies on the punch up to a point P, crosses to the shoulder at Q, and is straight beyond. Between P and Q it
     carries the moment of the shoulder's force, curvature by curvature that of `bend_strip`, which at P is that of the punch;
-    the angle at Q and the force are those with which the line from Q arrives at P on the punch and along it. A strip that no
-    force bends as round as the punch touches its nose alone: there the line from Q arrives along the middle's tangent, with
-    less curvature than the punch has. Were the strip straight from P on, cos(angle/2) = (punch + thickness + shoulder)/apart.
-    Inextensible, without shear. Release takes the moments off elastically, also where the strip lies on the punch: the legs
-    open by twice the integral of 12 M/(E' t^3).
+    the angle at Q and the force are those with which the line from Q arrives at P on the punch and along it. Where no force
+    bends it as round as the punch it touches the nose alone, where the line arrives along the middle's tangent. Were it
+    straight from P on, cos(angle/2) = (punch + thickness + shoulder)/apart. Inextensible, without shear. Release takes the
+    moments off elastically, on the punch too: the legs open by twice the integral of 12 M/(E' t^3).
 
     Raises ValueError for a length, E or flow out of bounds (see `bend_strip`), mu < 0, or a gap between punch and shoulder
     that is less than the thickness.
@@ -88,9 +87,7 @@ def free_bending(
             wrap = 0.0 if nose else 0.5 * math.pi - float(end[2])
             opened = (float(end[3]) + laid * on_punch * wrap) / stiffness
             return FreeBending(2.0 * half, 2.0 * tangents, push, 2.0 * (half + opened), 2.0 * wrap)
-    raise ValueError(
-        f"apart = {apart!r}: no strip of this material goes from the punch to the shoulder; widen the die"
-    )
+    raise ValueError(f"apart = {apart!r}: no strip of this material goes from the punch to the shoulder; widen the die")
 
 
 def _end(half: float, force: Array, laid: float | None, bent: Callable[[float], Array], way: float) -> Array:
