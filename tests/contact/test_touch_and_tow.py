@@ -1,4 +1,4 @@
-"""A step that ends at the touch, a roller that is towed, a tool that is let go: in every enforcement, rule, space and geometry."""
+"""A step that ends at the touch, a towed roller, a tool that is let go: in every enforcement, rule, space and geometry."""
 
 from __future__ import annotations
 
