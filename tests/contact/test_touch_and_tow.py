@@ -55,7 +55,11 @@ def test_a_tool_that_is_let_go_starts_from_its_force(way: tuple) -> None:
     assert end.force("t").y == pytest.approx(0.4 * first, rel=1e-6)
 
 
-@pytest.mark.parametrize("k", range(len(WAYS)), ids=[f"{e.type}-{rule}" for e, rule in WAYS])
+#: cheap ones; augmented contact at points inside edges rolls too, and takes ten times as long
+TOWED = [k for k, (e, rule) in enumerate(WAYS) if not isinstance(e, pr.Augmented) or rule == "nodal"]
+
+
+@pytest.mark.parametrize("k", TOWED, ids=[f"{WAYS[k][0].type}-{WAYS[k][1]}" for k in TOWED])
 def test_a_towed_roller_rolls(k: int) -> None:
     """Pressed in and towed, free to turn: drag within 1e-3 of what friction could bear, turned by −x/R."""
     (enforcement, rule), space, mode = WAYS[k], SPACES[k % 2], MODES[k % 3]  # nothing rolls about an axis of revolution
