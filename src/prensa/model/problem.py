@@ -834,7 +834,7 @@ class Numerics:
     condense: Literal["auto", True, False] = "auto"
     solver: Literal["auto", "pardiso", "rslab", "superlu"] = "auto"
     threads: Literal["auto"] | Annotated[Whole, Field(ge=1)] = "auto"
-    time_rule: Literal["backward_euler", "bdf2"] = "backward_euler"
+    time_rule: Literal["backward_euler", "bdf2"] = "bdf2"
 
 
 @described
