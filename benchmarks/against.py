@@ -1,5 +1,7 @@
 """Two checkouts against each other, run by run in turn: ``python benchmarks/against.py OLD NEW [WHAT …]``.
 
+What was found: increments, iterations, and forces (N) at the end of steps, of upsetting at 10, 20, 30, 40, 50 %.
+
 Processor time of one thread, the least of the rounds: other processes on the machine slow both alike. The start compiles every
 kernel anew in a folder of its own.
 """
@@ -31,9 +33,13 @@ def problem(name, n, mu):
 name, n, mu = sys.argv[1], (int(sys.argv[2]), int(sys.argv[3])), float(sys.argv[4])
 for inc in pr.solve(problem(name, (7, 6), mu)):
     inc.bodies
-start = time.process_time()
-*_, last = pr.solve(problem(name, n, mu))
-print(time.process_time() - start, list(last.tools)[0], last.force(list(last.tools)[0]).y)
+start, marks, number, iterations = time.process_time(), [], 0, 0
+for inc in pr.solve(problem(name, n, mu)):
+    number, iterations = number + 1, iterations + inc.statistics.iterations
+    if name != "upsetting" or abs(5 * inc.time - round(5 * inc.time)) < 1e-9:
+        marks.append(f"{inc.force(list(inc.tools)[0]).y:.6g}")
+spent = time.process_time() - start
+print(spent, f"{number} increments, {iterations} iterations:", *(marks[-5:] if name == "upsetting" else marks[-1:]))
 """
 START = """
 import atexit, runpy, sys, time
@@ -44,6 +50,7 @@ runpy.run_path('examples/demo.py', run_name='__main__')
 """
 CASES = {
     "upsetting 32 × 24, μ = 0.1": ("upsetting", "32", "24", "0.1"),
+    "upsetting 32 × 24, μ = 0.3": ("upsetting", "32", "24", "0.3"),
     "upsetting 64 × 48, μ = 0.1": ("upsetting", "64", "48", "0.1"),
     "upsetting 64 × 48, μ = 0.3": ("upsetting", "64", "48", "0.3"),
     "Hertz, 1e5 unknowns": ("hertz", "241", "207", "0"),

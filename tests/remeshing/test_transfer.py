@@ -35,9 +35,13 @@ def upsetting(mu: float, space: str = "axisymmetric", to: float = -1.5) -> pr.Pr
 
 
 def pressed(problem: pr.Problem, until: float) -> tuple[System, State, Any]:
-    """System, state and increment of a problem without remeshing, at the first increment from a time on."""
+    """System, state and increment of a problem without remeshing, at the first increment from a time on.
+
+    Increments of 1 % of plastic strain: pressures act on the areas of the commit before, and what a new mesh, whose areas are
+    those of the present, misses of equilibrium is as large as the last increment.
+    """
     system = discretise(replace(problem, remesh="off"))
-    for increment in pr.solve(system):
+    for increment in pr.solve(system, policy=Policy(second_order=1.0)):
         if increment.time >= until:
             break
     return discretise(problem), increment.state, increment
