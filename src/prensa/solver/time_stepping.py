@@ -388,6 +388,8 @@ class TimeStepping:
         """Context and outcome of one attempt at the increment to a time, its stability judged; spent: gets its iterations."""
         # where an increment was cut, flow begins or turns, of which the last one knows nothing
         c = self.context(state, plan, end, BACKWARD_EULER if cutbacks else self.rule(state, plan, end))
+        if c.rule.share and self.flows_far(c):
+            c = self.context(state, plan, end)
         start, notes = approach(self.system, c)
         for message in notes:
             self.messages.note(state, plan, message)
@@ -430,6 +432,14 @@ class TimeStepping:
         if self.numerics.time_rule != "bdf2" or not self.system.has_memory or not last > 0.0:
             return BACKWARD_EULER
         return BACKWARD_EULER if plan.turns(now - last, now, end) else TimeRule.of(end - now, last)
+
+    def flows_far(self, c: Context) -> bool:
+        """Whether the last flow, with which an increment of second order begins, leads far beyond where the metal may turn."""
+        share = max((
+            float(np.quantile(b.field(begun, "plastic_strain") - b.field(old, "plastic_strain"), self.policy.spread))
+            for b, begun, old in zip(self.system.blocks, c.history, c.state.history) if b.law.plastic
+        ), default=0.0)  # fmt: skip
+        return share / c.rule.share * c.dt / c.state.dt_last > self.policy.flows_far * self.policy.plastic
 
     def context(self, state: State, plan: StepPlan, end: float, rule: TimeRule = BACKWARD_EULER) -> Context:
         """Everything that an increment from a state to the time ``end`` needs, with plastic flow by a ``rule``."""
