@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_derivatives import EXACT, OPTIONS, TWO_STEPS, varied
+from test_derivatives import EXACT, OPTIONS, RULES, TWO_STEPS, varied
 
 import prensa as pr
 from prensa.materials.flow_curve import FlowCurve
@@ -48,12 +48,8 @@ def both(
         return closed, list(pr.solve(problem, numerics, derivatives=paths))
 
 
-SECOND = ("penalty", "plane strain", "johnson_cook", "table", "kirchhoff", "force")  # in time too
-
-
-@pytest.mark.parametrize(
-    ("option", "rule"), [*((k, "backward_euler") for k in KNOWN), *((k, "bdf2") for k in SECOND)], ids=lambda v: str(v)
-)
+@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("option", KNOWN)
 def test_closed_derivatives_are_those_by_differences(option: str, rule: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Displacements, histories, contact points, energies and reactions, along all parameters, to 1e-7 of their size."""
     problem = ring(*KNOWN[option])
@@ -72,14 +68,15 @@ def test_closed_derivatives_are_those_by_differences(option: str, rule: Any, mon
         assert error <= 1e-7 * largest + ROUND_OFF * NOISE.get(name, 0.0), name
 
 
-def test_closed_derivatives_go_through_steps_and_folded_elements(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("rule", RULES)
+def test_closed_derivatives_go_through_steps_and_folded_elements(rule: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a roll that is pushed, dragged and lifted, and of elements so distorted that forces of their own unfold them."""
     rolled = loads(TWO_STEPS).problem
     folded = ring("steps.0.move.die.y=-1.6", "friction.mu=0.4", "steps.0.increments=12", "bodies.ring.mesh.n=[5, 2]")
     for problem, tool in ((rolled, "roll"), (folded, "die")):
         paths = [p for p in varied(problem, tool) if "radius" not in p]
         size = {p: abs(value_of(problem, p)) for p in paths}
-        for a, b in zip(*both(problem, paths, monkeypatch), strict=True):
+        for a, b in zip(*both(problem, paths, monkeypatch, pr.Numerics(time_rule=rule)), strict=True):
             x, y = (np.array([size[p] * i.state.derivatives[p]["work"] for p in paths]) for i in (a, b))
             assert np.abs(x - y).max() <= 2e-7 * np.abs(y).max()
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -70,6 +71,8 @@ OPTIONS = {
     "force": ["steps.0={name: press, push: {die: {y: -45000}}, increments: 6}"],
 }
 
+RULES = ("backward_euler", "bdf2")
+
 TWO_STEPS = """
 name: roll over a block
 bodies:
@@ -98,10 +101,13 @@ def varied(problem: Problem, tool: str) -> list[str]:
     return [k for k in found if not k.endswith((".theta", ".at.1", "points.0.0"))]
 
 
-def agreement(problem: Problem, paths: list[str], observables: list[Callable[[Increment], float]]) -> list[float]:
+def agreement(
+    problem: Problem, paths: list[str], observables: list[Callable[[Increment], float]], rule: Any = "bdf2"
+) -> list[float]:
     """Largest error over a run of derivatives along a mixture of all parameters, over the largest sum of their sizes."""
-    times = [i.time for i in pr.solve(problem)]
-    run = list(pr.solve(problem, times=times, derivatives=paths))
+    numerics = pr.Numerics(time_rule=rule)
+    times = [i.time for i in pr.solve(problem, numerics)]
+    run = list(pr.solve(problem, numerics, times=times, derivatives=paths))
     signs = np.random.default_rng(1).uniform(0.5, 1.5, len(paths)) * np.resize([1.0, -1.0], len(paths))
     along = {p: s * value_of(problem, p) for p, s in zip(paths, signs)}
     errors = []
@@ -111,6 +117,7 @@ def agreement(problem: Problem, paths: list[str], observables: list[Callable[[In
             list(
                 pr.solve(
                     with_values(problem, {p: value_of(problem, p) + k * step * d for p, d in along.items()}),
+                    numerics,
                     times=times,
                 )
             )
@@ -128,8 +135,9 @@ def agreement(problem: Problem, paths: list[str], observables: list[Callable[[In
     return errors
 
 
+@pytest.mark.parametrize("rule", RULES)
 @pytest.mark.parametrize("option", OPTIONS)
-def test_derivatives_are_those_of_whole_runs(option: str) -> None:
+def test_derivatives_are_those_of_whole_runs(option: str, rule: Any) -> None:
     """Force and displacements have the derivatives of runs at the same times, whatever law, element or enforcement there is."""
     problem = ring(*OPTIONS[option])
     paths = varied(problem, "die")
@@ -137,10 +145,11 @@ def test_derivatives_are_those_of_whole_runs(option: str) -> None:
     place = [lambda i, k=k: float(i.state.u[k]) for k in (0, 8, 22)]
     drives = "push" in OPTIONS[option][-1] if OPTIONS[option] else False
     travel = (lambda i: i.tools["die"].place.y) if drives else force
-    assert max(agreement(problem, paths, [travel, *place])) < 1e-5
+    assert max(agreement(problem, paths, [travel, *place], rule)) < 1e-5
 
 
-def test_derivatives_go_through_steps_and_what_they_let_go() -> None:
+@pytest.mark.parametrize("rule", RULES)
+def test_derivatives_go_through_steps_and_what_they_let_go(rule: Any) -> None:
     """A roll pressed in by force, dragged along and lifted: radius, place, forces, travels and friction, of every observable."""
     problem = loads(TWO_STEPS).problem
     paths = varied(problem, "roll")
@@ -156,7 +165,7 @@ def test_derivatives_go_through_steps_and_what_they_let_go() -> None:
         lambda i: i.contacts["block-roll"].area,
         lambda i: float(i.bodies["block"].x[24, 0]),
     ]
-    assert max(agreement(problem, paths, observables)) < 1e-5
+    assert max(agreement(problem, paths, observables, rule)) < 1e-5
 
 
 def test_derivatives_across_ties() -> None:
@@ -214,12 +223,13 @@ def test_a_fillet_moves_what_it_should() -> None:
 
 
 # ------------------------------------------------------------------------------------------------ closed forms, identities
+@pytest.mark.parametrize("rule", RULES)
 @pytest.mark.parametrize("changes", [[], [EXACT]], ids=["penalty", "exact"])
-def test_forces_are_homogeneous_in_all_stresses(changes: list[str]) -> None:
+def test_forces_are_homogeneous_in_all_stresses(changes: list[str], rule: Any) -> None:
     """Penalties follow E, so F is homogeneous in (K, σ₀, E): Σ dF/dln = F, exactly."""
     problem = ring(*changes)
     paths = [f"{FLOW}.K", f"{FLOW}.s0", "bodies.ring.material.E"]
-    for i in pr.solve(problem, derivatives=paths):
+    for i in pr.solve(problem, pr.Numerics(time_rule=rule), derivatives=paths):
         by = i.derivative("die.force.y")
         beside = i.derivative(force)  # a function is read off increments beside, a measure has its gradient
         assert by == pytest.approx(beside, rel=1e-8)
@@ -303,15 +313,16 @@ def test_a_run_with_derivatives_is_the_run_without() -> None:
         plain[0].derivative(force)
 
 
-def test_a_resumed_run_has_the_same_derivatives(tmp_path: Path) -> None:
+@pytest.mark.parametrize("rule", RULES)
+def test_a_resumed_run_has_the_same_derivatives(rule: Any, tmp_path: Path) -> None:
     """From a checkpoint in the middle everything goes on bit for bit, derivatives included."""
     problem = loads(TWO_STEPS, overrides=["tools.roll.at=[1.9, 5]"]).problem
-    paths = ["friction.mu", "tools.roll.radius"]
-    whole = list(pr.solve(problem, derivatives=paths))
+    paths, numerics = ["friction.mu", "tools.roll.radius", "bodies.block.material.flow.K"], pr.Numerics(time_rule=rule)
+    whole = list(pr.solve(problem, numerics, derivatives=paths))
     for at in (1, 2, 4):  # in a step, at the end of one that lets go, in the next
         path = write_checkpoint(tmp_path / "c.h5", pr.Case(problem), whole[at].state)
         _, state = read_checkpoint(path)
-        for a, b in zip(whole[at + 1 :], pr.solve(problem, start=state, derivatives=paths), strict=True):
+        for a, b in zip(whole[at + 1 :], pr.solve(problem, numerics, state, derivatives=paths), strict=True):
             for x, y in zip(a.state.arrays().values(), b.state.arrays().values(), strict=True):
                 assert np.array_equal(x, y)
             assert a.derivative(lambda i: i.force("roll").x) == b.derivative(lambda i: i.force("roll").x)

@@ -8,7 +8,8 @@ Tortorelli and Vidal 1994; de Souza Neto, Perić and Owen 2008, ch. 14). Forces 
 and V = V_n/(α^m J_n), J_n = √det b_n.
 
 `prepare` computes what all directions share; `at_fixed` is a direction with x′ as given, `along` adds what further x′ make of
-the history. All are of backward Euler. Directions are the last axis of all arrays and go through the kernels `LANES` at a time,
+the history. All are of backward Euler, which increments of second order are too, from histories of their own
+(`prensa.materials.begun`). Directions are the last axis of all arrays and go through the kernels `LANES` at a time,
 in arrays of a size that the compiler knows: one instruction then serves several of them.
 """
 
@@ -25,20 +26,19 @@ from prensa.materials.hardening import TABLE, flow_gradient, flow_stress, slope_
 
 LANES = 8  # directions at a time
 # where rows of so many begin in the array for the work on them: motions x_n′ and x′ (8 rows each), forces (8), history before
-# (6) and after (10), what else a parameter changes, traces of l, gradients of x′ and l (5 each)
+# and after (10 each), what else a parameter changes, traces of l, gradients of x′ and l (5 each)
 _1, _2, _3, _4, _5, _6, _7, _8, _9 = (k * LANES for k in range(1, 10))
-_FIELDS = 6  # of the history before the increment that backward Euler asks for: b_e − I, plastic strain and work
 _OLD, _PRESENT, _FORCE, _BEFORE, _AFTER, _NOW, _WAS, _LAME, _SHEAR, _ENERGY, _TRACE, _MIDDLE_TRACE, _GRADIENT, _RATE, _END = (
-    k * LANES for k in (0, 8, 16, 24, 30, 40, 41, 42, 43, 44, 45, 46, 47, 52, 57)
+    k * LANES for k in (0, 8, 16, 24, 34, 44, 45, 46, 47, 48, 49, 50, 51, 56, 61)
 )
 PER_PLACE = 17  # numbers a point: ∂N/∂x, ∂N/∂y, N/r (4 each) in the present places, F = ∂x/∂x_n (5: 11, 12, 21, 22, 33)
-PER_POINT = 44  # numbers a point of `prepare`, in the order in which it writes them
+PER_POINT = 48  # numbers a point of `prepare`, in the order in which it writes them
 _MIDDLE = 4
 
 
 @njit(cache=True, error_model="numpy")
 def prepare(x_n, x, cells, old, new, bulk, G, axisymmetric, scale, plastic, cauchy, kind, p, knots, coefs, dt, geometry, point):
-    """Node positions x_n, x (n, 2), histories old, new (e, 4, h) → geometry (e, 5, 17), point (e, 4, 44)."""
+    """Node positions x_n, x (n, 2), histories old, new (e, 4, h) → geometry (e, 5, 17), point (e, 4, 48)."""
     curve = (p[0], p[1], p[2], p[3], p[4])
     J, m = np.empty(5), 3.0 if axisymmetric else 2.0
     for e in range(cells.shape[0]):
@@ -125,6 +125,9 @@ def prepare(x_n, x, cells, old, new, bulk, G, axisymmetric, scale, plastic, cauc
             P[33], P[34], P[35], P[36], P[37], P[38] = work, work_before, work_trace, work_Jn, work_new, work_old
             P[39], P[40], P[41], P[42] = 0.5 * o2 / det, 0.5 * o1 / det, -o12 / det, 0.5 / o3  # (ln J_n)′ of b_n′
             P[43] /= alpha**m * Jn
+            P[44], P[45], P[46], P[47] = b11, b12, b22, b33
+            if plastic:  # what b_e of the last commit would be if nothing flowed; of backward Euler that is b
+                P[44], P[45], P[46], P[47] = 1.0 + new[e, q, 6], new[e, q, 9], 1.0 + new[e, q, 7], 1.0 + new[e, q, 8]
 
 
 @njit(cache=True, error_model="numpy")
@@ -197,12 +200,13 @@ def _copied(a, i, n, b, j):
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _values(p):
-    """The numbers p (44,) of a point as values: loads in a loop over lanes would have to be proved to stay the same."""
+    """The numbers p (48,) of a point as values: loads in a loop over lanes would have to be proved to stay the same."""
     return (
         p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8], p[9], p[10],
         p[11], p[12], p[13], p[14], p[15], p[16], p[17], p[18], p[19], p[20], p[21],
         p[22], p[23], p[24], p[25], p[26], p[27], p[28], p[29], p[30], p[31], p[32],
         p[33], p[34], p[35], p[36], p[37], p[38], p[39], p[40], p[41], p[42], p[43],
+        p[44], p[45], p[46], p[47],
     )  # fmt: skip
 
 
@@ -237,6 +241,22 @@ def _rotated(P, t1, t2, t12):
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _keep_trial(w, P, part, hoop):
+    """Rates of the tensor T that the committed b_e becomes if nothing flows: l T + T lᵀ + f b_e′ fᵀ."""
+    f0, f1, f2, f3, f4, T11, T12, T22, T33 = P[0], P[1], P[2], P[3], P[4], P[44], P[45], P[46], P[47]
+    for d in range(LANES):
+        lna = w[_MIDDLE_TRACE + d] - w[_TRACE + d]
+        l0, l1, l2 = w[_RATE + d] + part * lna, w[_RATE + _1 + d], w[_RATE + _2 + d]
+        l3, l4 = w[_RATE + _3 + d] + part * lna, w[_RATE + _4 + d] + hoop * lna
+        o1, o2, o3, o12 = w[_BEFORE + _6 + d], w[_BEFORE + _7 + d], w[_BEFORE + _8 + d], w[_BEFORE + _9 + d]
+        w11, w12, w21, w22 = f0 * o1 + f1 * o12, f0 * o12 + f1 * o2, f2 * o1 + f3 * o12, f2 * o12 + f3 * o2
+        w[_AFTER + _6 + d] = w11 * f0 + w12 * f1 + 2.0 * (l0 * T11 + l1 * T12)
+        w[_AFTER + _9 + d] = w11 * f2 + w12 * f3 + l0 * T12 + l1 * T22 + l2 * T11 + l3 * T12
+        w[_AFTER + _7 + d] = w21 * f2 + w22 * f3 + 2.0 * (l2 * T12 + l3 * T22)
+        w[_AFTER + _8 + d] = f4 * f4 * o3 + 2.0 * l4 * T33
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
 def _answer(w, P, B, bulk, G, part, hoop, volume):
     """Of a point: histories, energies and forces of directions at fixed degrees of freedom, from the other rows of w."""
     lame = bulk - 2.0 * G / 3.0
@@ -246,6 +266,7 @@ def _answer(w, P, B, bulk, G, part, hoop, volume):
     squares = P[22] * P[22] + P[23] * P[23] + P[24] * P[24]
     x0, x1, x2, x3, y0, y1, y2, y3 = B[0], B[1], B[2], B[3], B[4], B[5], B[6], B[7]
     h0, h1, h2, h3 = B[8], B[9], B[10], B[11]
+    _keep_trial(w, P, part, hoop)
     for d in range(LANES):
         lna = w[_MIDDLE_TRACE + d] - w[_TRACE + d]
         l0, l1, l2 = w[_RATE + d] + part * lna, w[_RATE + _1 + d], w[_RATE + _2 + d]
@@ -255,7 +276,6 @@ def _answer(w, P, B, bulk, G, part, hoop, volume):
         t11 = w11 * f0 + w12 * f1 + 2.0 * (l0 * b11 + l1 * b12)
         t12 = w11 * f2 + w12 * f3 + l0 * b12 + l1 * b22 + l2 * b11 + l3 * b12
         t22, t33 = w21 * f2 + w22 * f3 + 2.0 * (l2 * b12 + l3 * b22), f4 * f4 * o3 + 2.0 * l4 * b33
-        w[_AFTER + _6 + d], w[_AFTER + _7 + d], w[_AFTER + _8 + d], w[_AFTER + _9 + d] = t11, t22, t33, t12
         d1, d2, d3, d12 = _principal(P, t11, t12, t22, t33)
         lnJn = P[39] * o1 + P[40] * o2 + P[41] * o12 + P[42] * o3
         dlame, dG, now, strain = w[_LAME + d], w[_SHEAR + d], w[_NOW + d], w[_BEFORE + _4 + d]
@@ -326,7 +346,7 @@ def at_fixed(
             for q in range(4):
                 _copied(at, 11 * q * LANES, 10, w, _GRADIENT)
                 _copied(at, (11 * q + 10) * LANES, 1, w, _TRACE)
-                for k in range(min(fields, _FIELDS)):
+                for k in range(fields):
                     for d in range(lanes):
                         w[_BEFORE + k * LANES + d] = dold[e, q, k, first + d]
                 w[_NOW:_LAME] = 0.0
@@ -351,7 +371,7 @@ def at_fixed(
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
 def _answer_along(w, P, G, part, hoop, volume):
     """Of a point: histories and energies of directions in which the present places alone move, from the other rows of w."""
-    b11, b12, b22, b33 = P[5], P[6], P[7], P[8]
+    b11, b12, b22, b33, T11, T12, T22, T33 = P[5], P[6], P[7], P[8], P[44], P[45], P[46], P[47]
     for d in range(LANES):
         g0, l1, l2 = w[_GRADIENT + d], w[_GRADIENT + _1 + d], w[_GRADIENT + _2 + d]
         g3, g4 = w[_GRADIENT + _3 + d], w[_GRADIENT + _4 + d]
@@ -359,7 +379,8 @@ def _answer_along(w, P, G, part, hoop, volume):
         l0, l3, l4 = g0 + part * lna, g3 + part * lna, g4 + hoop * lna
         t11, t12 = 2.0 * (l0 * b11 + l1 * b12), l0 * b12 + l1 * b22 + l2 * b11 + l3 * b12
         t22, t33 = 2.0 * (l2 * b12 + l3 * b22), 2.0 * l4 * b33
-        w[_AFTER + _6 + d], w[_AFTER + _7 + d], w[_AFTER + _8 + d], w[_AFTER + _9 + d] = t11, t22, t33, t12
+        w[_AFTER + _6 + d], w[_AFTER + _7 + d] = 2.0 * (l0 * T11 + l1 * T12), 2.0 * (l2 * T12 + l3 * T22)
+        w[_AFTER + _8 + d], w[_AFTER + _9 + d] = 2.0 * l4 * T33, l0 * T12 + l1 * T22 + l2 * T11 + l3 * T12
         d1, d2, d3, d12 = _principal(P, t11, t12, t22, t33)
         dp, e1, e2, e3 = _returned(P, G, d1, d2, d3, 0.0)
         w[_ENERGY + d] += volume * (P[27] * e1 + P[28] * e2 + P[29] * e3)

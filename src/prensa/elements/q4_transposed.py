@@ -47,12 +47,23 @@ def _tensor(P, d1, d2, d3, d12):
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _gradients(P, b11, b12, b22, b33, out):
-    """Weights of b → of the gradients of motions l (11, 12, 21, 22, 33), written to out."""
-    B11, B12, B22, B33 = P[5], P[6], P[7], P[8]
-    out[0], out[1] = 2.0 * B11 * b11 + B12 * b12, 2.0 * B12 * b11 + B22 * b12
-    out[2], out[3] = B11 * b12 + 2.0 * B12 * b22, B12 * b12 + 2.0 * B22 * b22
-    out[4] = 2.0 * B33 * b33
+def _gradients(B11, B12, B22, B33, b11, b12, b22, b33, out):
+    """Weights of b, a tensor B that goes with the motion, → added to those of its gradients l (11, 12, 21, 22, 33), out."""
+    out[0] += 2.0 * B11 * b11 + B12 * b12
+    out[1] += 2.0 * B12 * b11 + B22 * b12
+    out[2] += B11 * b12 + 2.0 * B12 * b22
+    out[3] += B12 * b12 + 2.0 * B22 * b22
+    out[4] += 2.0 * B33 * b33
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _back(P, b11, b12, b22, b33):
+    """Weights of f b fᵀ (11, 12, 22, 33) → of b, in the order of histories 11, 22, 33, 12."""
+    f0, f1, f2, f3, f4 = P[0], P[1], P[2], P[3], P[4]
+    return (
+        f0 * f0 * b11 + f0 * f2 * b12 + f2 * f2 * b22, f1 * f1 * b11 + f1 * f3 * b12 + f3 * f3 * b22, f4 * f4 * b33,
+        2.0 * (f0 * f1 * b11 + f2 * f3 * b22) + (f0 * f3 + f1 * f2) * b12,
+    )  # fmt: skip
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -76,7 +87,10 @@ def along(cells, geometry, point, G, axisymmetric, new, x):
                 x1, x2, d12 = _turned_back(P, w[0], w[3], w[1])
                 d1, d2, d3, _ = _trial(P, G, P[30] * x1, P[31] * x2, P[32] * w[2], w[4] if w.shape[0] > 4 else 0.0)
                 b11, b12, b22, b33 = _tensor(P, d1, d2, d3, P[26] * d12)
-                _gradients(P, b11, b12, b22, b33, L[q])
+                L[q] = 0.0
+                _gradients(P[5], P[6], P[7], P[8], b11, b12, b22, b33, L[q])
+                if w.shape[0] > 4:
+                    _gradients(P[44], P[45], P[46], P[47], w[6], w[9], w[7], w[8], L[q])
                 own[q] = part * (L[q, 0] + L[q, 3] + (L[q, 4] if axisymmetric else 0.0))
                 middle += own[q]
             for q in range(4):
@@ -90,7 +104,7 @@ def at_fixed(cells, geometry, point, bulk, G, axisymmetric, plastic, r, new, x_n
     """Weights r (d, ndof) of the forces and new (d, e, 4, h) of the histories → of what they depend on at fixed motions.
 
     Added to: x_n, x (d, n, 2) of the committed and the present places, by_bulk, by_G (d,) of the moduli. Written: old
-    (d, e, 4, h) of the histories before, flow (d, e, 4) of the flow stress after the increment.
+    (d, e, 4, h) of the histories that the increment begins with, flow (d, e, 4) of the flow stress after the increment.
     """
     part = 1.0 / 3.0 if axisymmetric else 0.5
     g, L, own, size = np.empty((4, 5)), np.empty((4, 5)), np.empty(4), np.empty(4)
@@ -132,16 +146,16 @@ def at_fixed(cells, geometry, point, bulk, G, axisymmetric, plastic, r, new, x_n
                 b11, b12, b22, b33 = _tensor(
                     P, d1 + lame * common, d2 + lame * common, d3 + lame * common, P[25] * t12 + P[26] * y12
                 )
-                f0, f1, f2, f3, f4 = P[0], P[1], P[2], P[3], P[4]
-                o[0] = f0 * f0 * b11 + f0 * f2 * b12 + f2 * f2 * b22 - v * P[39]
-                o[1] = f1 * f1 * b11 + f1 * f3 * b12 + f3 * f3 * b22 - v * P[40]
-                o[2] = f4 * f4 * b33 - v * P[42]
-                o[3] = 2.0 * (f0 * f1 * b11 + f2 * f3 * b22) + (f0 * f3 + f1 * f2) * b12 - v * P[41]
+                o[0], o[1], o[2], o[3] = _back(P, b11, b12, b22, b33)
+                o[0], o[1], o[2], o[3] = o[0] - v * P[39], o[1] - v * P[40], o[2] - v * P[42], o[3] - v * P[41]
+                L[q] = 0.0
+                _gradients(P[5], P[6], P[7], P[8], b11, b12, b22, b33, L[q])
                 if plastic:
                     by_G[d] += P[21] * slope
                     o[4], o[5] = strain - P[19] * slope, 0.0
                     flow[d, e, q] = -P[20] * slope
-                _gradients(P, b11, b12, b22, b33, L[q])
+                    _gradients(P[44], P[45], P[46], P[47], w[6], w[9], w[7], w[8], L[q])
+                    o[6], o[7], o[8], o[9] = _back(P, w[6], w[9], w[7], w[8])
                 own[q] = part * (L[q, 0] + L[q, 3] + (L[q, 4] if axisymmetric else 0.0))
                 middle += own[q] - v
                 size[q] = v

@@ -100,8 +100,7 @@ def gradient(
     ------
     PrensaError
         For what `solve` with derivatives refuses, a measure without a derivative, and what only differences can follow: other
-        elements than F-bar quadrilaterals, other friction than a constant coefficient, springs, loads on boundaries; and
-        the time rule ``bdf2``.
+        elements than F-bar quadrilaterals, other friction than a constant coefficient, springs, loads on boundaries.
 
     """
     take("gradient", "problem", problem, model.Problem, "give a Problem (case.problem of a case)")
@@ -112,7 +111,7 @@ def gradient(
     names = (of,) if isinstance(of, str) else tuple(of)
     measures = [_measure(name, problem) for name in names]
     last, system, policy, timer = _number_of(problem, step), discretise(problem), policy or Policy(), timer or Timer()
-    _refuse(system, by, numerics or model.Numerics())
+    _refuse(system, by)
     run = Recorded(system, numerics or model.Numerics(), policy, Messages(system, monitor), timer)
     run.prescribe(system.initial(), times)
     with timer("parameters"):
@@ -128,18 +127,13 @@ def gradient(
     return Slopes(names, units, tuple(by), values, columns, increment, isinstance(of, str))
 
 
-def _refuse(system: System, by: Sequence[str], numerics: model.Numerics) -> None:
+def _refuse(system: System, by: Sequence[str]) -> None:
     """Tell what has no derivative or none backwards, and what any run tells before it begins."""
     refuse(system, None, by)
     if not known(system):
         raise ArgumentError(
             "gradient: only F-bar quadrilaterals in finite strain, elastic or J2, and contacts on current geometry, by "
             "penalty or exact and with rounded tools, can be followed backwards; use solve(derivatives=...)"
-        )
-    if numerics.time_rule == "bdf2" and system.has_memory:
-        raise ArgumentError(
-            "gradient: with numerics.time_rule 'bdf2' an increment depends on the two before, which cannot be "
-            "followed backwards; leave it out, or use solve(derivatives=...)"
         )
     told_before(system)
 

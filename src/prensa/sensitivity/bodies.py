@@ -14,6 +14,7 @@ from prensa.elements.q4_directions import PER_PLACE, PER_POINT, along, at_fixed,
 from prensa.fem.assembly import Block, scatter_forces
 from prensa.fem.context import Context
 from prensa.fem.system import Evaluation, System
+from prensa.materials.begun import PER_BEGUN, begun_along, slopes_of_begun
 from prensa.materials.hardening import TABLE
 from prensa.sensitivity.change import Change, FlowChange
 
@@ -25,41 +26,60 @@ NO_FLOW = (0, np.zeros(5), np.zeros(2), np.zeros((1, 4)))  # of a curve that nob
 
 @dataclass(frozen=True)
 class Elements:
-    """A block in an increment, as its directions need it: see `prepare` for ``geometry`` and ``point``."""
+    """A block in an increment, as its directions need it: see `prepare` for ``geometry`` and ``point``.
+
+    Histories ``committed``, ``old`` as the increment begins with them and ``new``; ``begun``: what the second of these owes to
+    the first (see `slopes_of_begun`), None where they are the same.
+    """
 
     block: Block
+    committed: Array
     old: Array
     new: Array
     seconds: float
     geometry: Array
     point: Array
+    begun: Array | None
 
     @classmethod
-    def of(cls, block: Block, c: Context, x: Array, new: Array, old: Array) -> Elements:
-        """At node positions x (n, 2) and with the history that an increment has led to."""
+    def of(cls, block: Block, c: Context, x: Array, k: int, new: Array) -> Elements:
+        """Of block number k at node positions x (n, 2) and with the history that an increment has led to."""
         law: Any = block.law
+        committed, old, seconds = c.state.history[k], c.history[k], c.rule.seconds(block, c.seconds)
         m, mode = len(block), block.mode
         geometry, point = np.empty((m, 5, PER_PLACE)), np.empty((m, 4, PER_POINT))
         flow = law.flow if law.plastic else None
         prepare(
             c.x_n, x, block.cells, old, new, *moduli_of(block), mode.axisymmetric, mode.scale, law.plastic,
-            law.plastic and law.yield_on_cauchy, *(NO_FLOW if flow is None else flow), c.seconds, geometry, point,
+            law.plastic and law.yield_on_cauchy, *(NO_FLOW if flow is None else flow), seconds, geometry, point,
         )  # fmt: skip
-        return cls(block, old, new, c.seconds, geometry, point)
+        begun = None
+        if law.plastic:
+            begun = np.empty((m, 4, PER_BEGUN))
+            slopes_of_begun(committed, old, new, c.rule.share, law.yield_on_cauchy, *law.flow, begun)
+        return cls(block, committed, old, new, seconds, geometry, point, begun)
 
     def at_fixed(self, changes: Sequence[Change], k: int, dxn: Array, dx: Array, dold: Array, r: Array) -> tuple[Array, Array]:
-        """Histories (e, 4, h, d) and energies (d,) of directions, with their forces added to r (ndof, d); k: the block."""
+        """Histories (e, 4, h, d) and energies (d,) of directions, with their forces added to r (ndof, d); k: the block.
+
+        dold (e, 4, h, d): of the committed histories.
+        """
+        flows = [ch.flow[k] for ch in changes]
+        if self.begun is not None:
+            begins = np.empty_like(dold)
+            begun_along(self.begun, dold, *self._flow(flows, self.committed, self.old, 0.0), begins)
+            dold = begins
         dnew, energy = np.empty_like(dold), np.zeros(len(changes))
         moduli = np.array([[ch.bulk[k] for ch in changes], [ch.G[k] for ch in changes]])
         at_fixed(
             self.block.cells, self.geometry, self.point, *moduli_of(self.block), self.block.mode.axisymmetric,
-            self.block.volume, dxn, dx, dold, moduli, *self._flow([ch.flow[k] for ch in changes]), r, dnew, energy,
+            self.block.volume, dxn, dx, dold, moduli, *self._flow(flows, self.old, self.new, self.seconds), r, dnew, energy,
         )  # fmt: skip
         return dnew, energy
 
-    def _flow(self, changes: Sequence[FlowChange | None]) -> tuple[Array, Array]:
-        """Slopes (e, 4, 2, m) of the flow stress after the increment and before, and how far directions go along them (m, d)."""
-        shape = (*self.old.shape[:2], 2)
+    def _flow(self, changes: Sequence[FlowChange | None], old: Array, new: Array, seconds: float) -> tuple[Array, Array]:
+        """Slopes (e, 4, 2, m) of the flow stress at new histories and old, and how far directions go along them (m, d)."""
+        shape = (*old.shape[:2], 2)
         own = [(d, f) for d, f in enumerate(changes) if f is not None]
         if not own:
             return np.empty((*shape, 0)), np.empty((0, len(changes)))
@@ -70,7 +90,7 @@ class Elements:
             ways[row if flow.kind == TABLE else slice(None), d] = 1.0 if flow.kind == TABLE else f.p
         slopes = np.empty((*shape, len(ways)))
         knots, coefficients = np.stack([f.knots for _, f in own]), np.stack([f.coefficients for _, f in own])
-        flow_gradients(*flow, self.old, self.new, self.seconds, knots, coefficients, slopes)
+        flow_gradients(*flow, old, new, seconds, knots, coefficients, slopes)
         return slopes, ways
 
     def along(self, dx: Array, dnew: Array, energy: Array) -> None:
@@ -88,7 +108,7 @@ def moduli_of(block: Block) -> tuple[float, float]:
 def elements_of(system: System, c: Context, u: Array, e: Evaluation) -> list[Elements]:
     """All blocks at degrees of freedom u (ndof,), with the histories that an increment has led to."""
     x = system.positions(u)
-    return [Elements.of(b, c, x, new, old) for b, new, old in zip(system.blocks, e.history, c.state.history)]
+    return [Elements.of(b, c, x, k, new) for k, (b, new) in enumerate(zip(system.blocks, e.history))]
 
 
 def unfolding(system: System, c: Context, u: Array, changes: Sequence[Change], r: Array) -> None:

@@ -21,7 +21,6 @@ from prensa.fem.loads import ToolForce
 from prensa.fem.state import Stability, State
 from prensa.fem.surface import ContactInteraction
 from prensa.fem.system import System
-from prensa.fem.time_rule import BACKWARD_EULER
 from prensa.friction.laws.coulomb import Coulomb
 from prensa.measures.measure import Gradient
 from prensa.sensitivity.bodies import elements_of, unfolding
@@ -40,12 +39,9 @@ CONTACT = tuple(f"contact.{f.name}" for f in fields(ContactRecord) if f.name != 
 
 
 def covers(c: Context) -> bool:
-    """Whether the closed derivatives know all that acts in an increment: motions, forces on tools, constant coefficients.
-
-    And flow by backward Euler: with a rule of second order an increment begins with histories that have derivatives of their own.
-    """
+    """Whether the closed derivatives know all that acts in an increment: motions, forces on tools, constant coefficients."""
     loads = all(isinstance(i, ContactInteraction | ToolForce) for i in c.interactions)
-    return loads and c.rule == BACKWARD_EULER and c.plan.control is None and all(law is None or _constant(law) for law in c.laws)
+    return loads and c.plan.control is None and all(law is None or _constant(law) for law in c.laws)
 
 
 def _constant(law: Any) -> bool:

@@ -23,6 +23,7 @@ from prensa.fem.interaction import Branches
 from prensa.fem.planning import plan_step
 from prensa.fem.schedule import StepPlan
 from prensa.fem.system import Evaluation, System
+from prensa.materials.begun import begun_owed
 from prensa.materials.hardening import TABLE
 from prensa.sensitivity.bodies import NO_FLOW, SHIFT, Elements, elements_of, moduli_of
 from prensa.solver.reduced import Reduced, Selected
@@ -248,6 +249,8 @@ def _element(
         block.cells, b.geometry, b.point, *moduli_of(block), block.mode.axisymmetric, law.plastic, r, new, x_n, x, old,
         owed.bulk[:, k], owed.G[:, k], flow,
     )  # fmt: skip
+    if b.begun is not None:
+        begun_owed(b.begun, old)
     curve: Any = getattr(law, "flow", None)
     if curve is None or not owed.curves:
         return

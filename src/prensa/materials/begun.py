@@ -1,0 +1,154 @@
+"""Derivatives of what an increment of second order in time begins with: of `J2.begin`, many directions at a time.
+
+With E = ½ ln b_e and D = dev(½ ln b_trial − E) of the committed state, it begins with ½ ln b̃ = E − s D and a plastic strain
+ε̃ = ε + s √(⅔ D:D) (see `prensa.kernels.tensor.begin`). Logarithm and exponential of a symmetric tensor are differentiated in its
+principal axes: diagonal components go with the derivative of the function, the others with its divided difference
+(Daleckiĭ and Kreĭn 1965). A point's derivatives are a small matrix, of which those that go backwards take the transpose.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from prensa.kernels.compiled import njit
+from prensa.kernels.tensor import principal
+from prensa.materials.hardening import flow_stress
+
+LANES = 8  # directions at a time
+PER_BEGUN = 52
+"""Numbers a point: b̃ (4), ε̃, work (6 rows) by b_e (4), b_trial (4); work by the plastic strain, by the flow stresses; whether
+the increment begins elsewhere than the last one ended, and whether the point flows in it."""
+_BY_STRAIN, _BY_STRESS, _MOVED, _FLOWS = 48, 49, 50, 51
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _in_axes(c, s, d1, d2, d12, a11, a22, a12):
+    """Components 11, 22, 12 of a tensor, those in the axes (c, s) multiplied by d1, d2, d12 there."""
+    cc, cs, ss = c * c, c * s, s * s
+    p1, p2 = d1 * (cc * a11 + 2.0 * cs * a12 + ss * a22), d2 * (ss * a11 - 2.0 * cs * a12 + cc * a22)
+    p12 = d12 * (cs * (a22 - a11) + (cc - ss) * a12)
+    return cc * p1 + ss * p2 - 2.0 * cs * p12, ss * p1 + cc * p2 + 2.0 * cs * p12, cs * (p1 - p2) + (cc - ss) * p12
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _logarithm(b11, b22, b33, b12):
+    """½ ln of I + b: components 11, 22, 33, 12, then axes and slopes c, s, d1, d2, d12, d3."""
+    l1, l2, c, s = principal(b11, b22, b12)
+    e1, e2, d1, d2 = 0.5 * math.log1p(l1), 0.5 * math.log1p(l2), 0.5 / (1.0 + l1), 0.5 / (1.0 + l2)
+    apart = (l1 - l2) / (1.0 + l2)
+    d12 = d2 * math.log1p(apart) / apart if apart > 0.0 else d1
+    cc, ss = c * c, s * s
+    return (
+        cc * e1 + ss * e2, ss * e1 + cc * e2, 0.5 * math.log1p(b33), c * s * (e1 - e2), c, s, d1, d2, d12, 0.5 / (1.0 + b33),
+    )  # fmt: skip
+
+
+@njit(cache=True, error_model="numpy")
+def slopes_of_begun(history, begun, new, share, cauchy, kind, p, knots, coefs, out):
+    """Histories as committed, as an increment begins with them and as it leads to (e, q, 10) → out (e, q, PER_BEGUN).
+
+    ``share`` of the last plastic strain; ``cauchy``: the flow curve p, knots, coefs limits the Cauchy stress.
+    """
+    curve = (p[0], p[1], p[2], p[3], p[4])
+    for e in range(history.shape[0]):
+        for q in range(history.shape[1]):
+            h, M = history[e, q], out[e, q]
+            M[_FLOWS] = 1.0 if new[e, q, 4] != begun[e, q, 4] else 0.0
+            more = begun[e, q, 4] - h[4]
+            M[_MOVED] = 1.0 if more != 0.0 else 0.0
+            if more == 0.0:
+                continue
+            e11, e22, e33, e12, c, s, d1, d2, d12, d3 = _logarithm(h[0], h[1], h[2], h[3])
+            t11, t22, t33, t12, ct, st, u1, u2, u12, u3 = _logarithm(h[6], h[7], h[8], h[9])
+            D11, D22, D33, D12 = t11 - e11, t22 - e22, t33 - e33, t12 - e12
+            third = (D11 + D22 + D33) / 3.0
+            D11, D22, D33 = D11 - third, D22 - third, D33 - third
+            rise = share / (1.5 * math.sqrt((D11 * D11 + D22 * D22 + D33 * D33 + 2.0 * D12 * D12) / 1.5))
+            jac = math.exp(e11 + e22 + e33) if cauchy else 1.0
+            y0, dy0, _ = flow_stress(kind, curve, knots, coefs, h[4], 0.0, 0.0)
+            y1, dy1, _ = flow_stress(kind, curve, knots, coefs, begun[e, q, 4], 0.0, 0.0)
+            by_rise = 0.5 * jac * (y0 + y1 + more * dy1)
+            by_volume = 0.5 * jac * (y0 + y1) * more if cauchy else 0.0
+            M[_BY_STRAIN], M[_BY_STRESS] = 0.5 * jac * more * (dy0 + dy1), 0.5 * jac * more
+            l1, l2, cb, sb = principal(begun[e, q, 0], begun[e, q, 1], begun[e, q, 3])
+            x1, x2 = 2.0 * (1.0 + l1), 2.0 * (1.0 + l2)
+            apart = (l1 - l2) / (1.0 + l2)
+            x12 = x2 * apart / math.log1p(apart) if apart > 0.0 else x1
+            x3 = 2.0 * (1.0 + begun[e, q, 2])
+            for k in range(8):
+                a11, a22 = 1.0 if k % 4 == 0 else 0.0, 1.0 if k % 4 == 1 else 0.0
+                a33, a12 = 1.0 if k % 4 == 2 else 0.0, 1.0 if k % 4 == 3 else 0.0
+                volume = 0.0
+                if k < 4:
+                    r11, r22, r12 = _in_axes(c, s, d1, d2, d12, a11, a22, a12)
+                    r33, way, keep = d3 * a33, -1.0, 1.0
+                    volume = r11 + r22 + r33
+                else:
+                    r11, r22, r12 = _in_axes(ct, st, u1, u2, u12, a11, a22, a12)
+                    r33, way, keep = u3 * a33, 1.0, 0.0
+                along = way * rise * (D11 * r11 + D22 * r22 + D33 * r33 + 2.0 * D12 * r12)
+                third = (r11 + r22 + r33) / 3.0
+                step = way * share
+                own, common = keep - step, step * third
+                o11, o22, o12 = _in_axes(cb, sb, x1, x2, x12, own * r11 + common, own * r22 + common, own * r12)
+                M[k], M[8 + k], M[16 + k], M[24 + k] = o11, o22, x3 * (own * r33 + common), o12
+                M[32 + k], M[40 + k] = along, by_rise * along + by_volume * volume
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"})
+def begun_along(slopes, old, stresses, ways, out):
+    """Derivatives old (e, q, 10, d) of committed histories → out (e, q, 10, d), of what the increment begins with.
+
+    ways (m, d): what directions change of a flow curve, whose stress has the slopes (e, q, 2, m), begun with and committed.
+    """
+    count, kinds, w = old.shape[3], ways.shape[0], np.zeros(10 * LANES)
+    for first in range(0, count, LANES):
+        lanes = min(LANES, count - first)
+        for e in range(old.shape[0]):
+            for q in range(old.shape[1]):
+                M = slopes[e, q]
+                for k in range(10):
+                    for d in range(lanes):
+                        w[k * LANES + d] = old[e, q, k, first + d]
+                        out[e, q, k, first + d] = w[k * LANES + d]
+                if M[_MOVED] != 0.0:
+                    for row in range(6):
+                        n = 8 * row
+                        m0, m1, m2, m3 = M[n], M[n + 1], M[n + 2], M[n + 3]
+                        m4, m5, m6, m7 = M[n + 4], M[n + 5], M[n + 6], M[n + 7]
+                        itself, strain = 1.0 if row > 3 else 0.0, M[_BY_STRAIN] if row == 5 else 0.0
+                        for d in range(lanes):
+                            out[e, q, row, first + d] = (
+                                itself * w[row * LANES + d] + strain * w[4 * LANES + d]
+                                + m0 * w[d] + m1 * w[LANES + d] + m2 * w[2 * LANES + d] + m3 * w[3 * LANES + d]
+                                + m4 * w[6 * LANES + d] + m5 * w[7 * LANES + d] + m6 * w[8 * LANES + d] + m7 * w[9 * LANES + d]
+                            )  # fmt: skip
+                    for k in range(kinds):
+                        by = M[_BY_STRESS] * (stresses[e, q, 0, k] + stresses[e, q, 1, k])
+                        for d in range(lanes):
+                            out[e, q, 5, first + d] += by * ways[k, first + d]
+                for k in range(4):
+                    for d in range(lanes):
+                        out[e, q, 6 + k, first + d] = w[k * LANES + d] if M[_FLOWS] != 0.0 else out[e, q, k, first + d]
+
+
+@njit(cache=True, error_model="numpy")
+def begun_owed(slopes, weights):
+    """Weights (m, e, q, 10) of what an increment begins with → in place, those of the committed histories; work has none."""
+    for m in range(weights.shape[0]):
+        for e in range(weights.shape[1]):
+            for q in range(weights.shape[2]):
+                M, w = slopes[e, q], weights[m, e, q]
+                t0, t1, t2, t3 = w[6], w[7], w[8], w[9]
+                w[5] = w[6] = w[7] = w[8] = w[9] = 0.0
+                if M[_FLOWS] == 0.0:
+                    w[0], w[1], w[2], w[3] = w[0] + t0, w[1] + t1, w[2] + t2, w[3] + t3
+                    t0 = t1 = t2 = t3 = 0.0
+                if M[_MOVED] != 0.0:
+                    b0, b1, b2, b3, strain = w[0], w[1], w[2], w[3], w[4]
+                    for k in range(4):
+                        w[k] = M[k] * b0 + M[8 + k] * b1 + M[16 + k] * b2 + M[24 + k] * b3 + M[32 + k] * strain
+                        w[6 + k] = M[4 + k] * b0 + M[12 + k] * b1 + M[20 + k] * b2 + M[28 + k] * b3 + M[36 + k] * strain
+                w[0], w[1], w[2], w[3] = w[0] + t0, w[1] + t1, w[2] + t2, w[3] + t3
