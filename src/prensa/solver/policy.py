@@ -143,8 +143,6 @@ class Policy:
     """… that this share of the points stays below (a singular corner would rule the step otherwise)."""
     second_order: float = 2.0
     """Both, over that, where plastic flow is of second order in time."""
-    flows_far: float = 4.0
-    """Plastic strain, over ``plastic``, in increments of second order at most: longer ones that were asked for are of first order."""
     plastic_cut: float = 0.1
     """Share of an increment below which plastic strain alone does not shorten the next."""
     easy: int = 5

@@ -26,7 +26,7 @@ from prensa.fem.schedule import StepPlan
 from prensa.fem.state import Clock, State
 from prensa.fem.symmetry import is_symmetric
 from prensa.fem.system import Evaluation, System
-from prensa.fem.time_rule import BACKWARD_EULER, TimeRule
+from prensa.fem.time_rule import BACKWARD_EULER, TimeRule, second_order
 from prensa.model import problem as model
 from prensa.model.feed import ends_early
 from prensa.model.remeshing import remeshing_of
@@ -275,7 +275,7 @@ class TimeStepping:
             if state.clock.time <= plan.t0:
                 state = self.begin(state, plan)
             self.prepare(plan)
-            second = self.numerics.time_rule == "bdf2"
+            second = second_order(self.numerics, plan) and self.system.has_memory
             control = StepControl(self.system, plan, self.policy, self.times, self.stops, second)
             self.distortion = Distortion(self.system, self.policy)
             while state.clock.step == number:
@@ -388,8 +388,6 @@ class TimeStepping:
         """Context and outcome of one attempt at the increment to a time, its stability judged; spent: gets its iterations."""
         # where an increment was cut, flow begins or turns, of which the last one knows nothing
         c = self.context(state, plan, end, BACKWARD_EULER if cutbacks else self.rule(state, plan, end))
-        if c.rule.share and self.flows_far(c):
-            c = self.context(state, plan, end)
         start, notes = approach(self.system, c)
         for message in notes:
             self.messages.note(state, plan, message)
@@ -429,17 +427,9 @@ class TimeStepping:
         By backward Euler where what is prescribed turns back or stops: all flow of the last increment may end there at once.
         """
         now, last = state.clock.time, state.dt_last
-        if self.numerics.time_rule != "bdf2" or not self.system.has_memory or not last > 0.0:
+        if not (second_order(self.numerics, plan) and self.system.has_memory and last > 0.0):
             return BACKWARD_EULER
         return BACKWARD_EULER if plan.turns(now - last, now, end) else TimeRule.of(end - now, last)
-
-    def flows_far(self, c: Context) -> bool:
-        """Whether the last flow, with which an increment of second order begins, leads far beyond where the metal may turn."""
-        share = max((
-            float(np.quantile(b.field(begun, "plastic_strain") - b.field(old, "plastic_strain"), self.policy.spread))
-            for b, begun, old in zip(self.system.blocks, c.history, c.state.history) if b.law.plastic
-        ), default=0.0)  # fmt: skip
-        return share / c.rule.share * c.dt / c.state.dt_last > self.policy.flows_far * self.policy.plastic
 
     def context(self, state: State, plan: StepPlan, end: float, rule: TimeRule = BACKWARD_EULER) -> Context:
         """Everything that an increment from a state to the time ``end`` needs, with plastic flow by a ``rule``."""
