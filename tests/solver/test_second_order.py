@@ -68,21 +68,11 @@ def test_a_run_resumes_bit_for_bit() -> None:
     assert all(np.array_equal(a, got[k]) for k, a in expected.items())
 
 
-def pulled(*path: tuple[float, float], increments: int | None = None) -> pr.Problem:
+def pulled(*path: tuple[float, float]) -> pr.Problem:
     """A block whose top is moved by a table of one step."""
     body = pr.Body(pr.Rectangle((2.0, 2.0), (1, 1)), pr.J2(1000.0, 0.3, pr.Voce(4.0, 4.0, 20.0)))
-    step = pr.Step("pull", fixed={"b.top": pr.Fixed(y=path)}, increments=increments)
+    step = pr.Step("pull", fixed={"b.top": pr.Fixed(y=path)})
     return pr.Problem("block", bodies={"b": body}, fixed={"b.bottom": "y", "b.left": "x"}, steps=(step,))
-
-
-def test_the_default_is_of_second_order_where_increments_are_automatic() -> None:
-    """And backward Euler where a step gives them, bit for bit."""
-    straight = (0.0, 0.0), (1.0, 0.2)
-    for increments, rule in ((None, BDF2), (12, EULER)):
-        problem = pulled(*straight, increments=increments)
-        (*_, default), (*_, asked) = pr.solve(problem), pr.solve(problem, rule)
-        expected, got = asked.state.arrays(), default.state.arrays()
-        assert all(np.array_equal(a, got[k]) for k, a in expected.items())
 
 
 @pytest.mark.parametrize("last", [0.097, 0.1], ids=["back", "held"])

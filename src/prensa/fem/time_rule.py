@@ -23,8 +23,6 @@ from prensa.materials.protocol import Flowing
 
 if TYPE_CHECKING:
     from prensa.fem.assembly import Block
-    from prensa.fem.schedule import StepPlan
-    from prensa.model.problem import Numerics
 
 Array = NDArray[np.float64]
 
@@ -58,15 +56,6 @@ class TimeRule(NamedTuple):
         own = block.at_law(history).reshape(-1, law.size)
         out[..., : law.size] = law.begin(own, self.share).reshape(*history.shape[:2], -1)
         return out
-
-
-def second_order(numerics: Numerics, plan: StepPlan) -> bool:
-    """Whether plastic flow is of second order in a step: that was asked for, or its increments are automatic.
-
-    Increments that were given may be coarse: many plastic strains of an automatic one, over which flow turns, and second order
-    takes more iterations there and gives little.
-    """
-    return numerics.time_rule == "bdf2" or (numerics.time_rule == "auto" and plan.increments is None)
 
 
 def _flows(block: Block) -> bool:

@@ -820,9 +820,8 @@ class Numerics:
     contact unknowns: ``auto`` where it pays, ``true`` wherever it can be done (refused elsewhere), ``false`` never.
     ``threads`` for elements and factorisations: ``auto`` takes the cores that are free, no more than OMP_NUM_THREADS where
     that is set, and one for small problems. Results are the same bit for bit with any number (PARDISO's may not be).
-    ``time_rule`` of J2 plasticity: ``backward_euler``, of first order in the increment; ``bdf2``, the backward difference of
-    second order, whose automatic increments are twice as long where bodies flow; ``auto``: the latter in steps whose
-    increments are automatic, the former in those that give ``increments``.
+    ``time_rule`` of J2 plasticity: ``backward_euler``, of first order in the increment, or ``bdf2``, the backward difference of
+    second order, whose automatic increments are twice as long where bodies flow.
     """
 
     tolerance: Annotated[Number, Field(gt=0, le=1e-4)] = 1e-9
@@ -835,7 +834,7 @@ class Numerics:
     condense: Literal["auto", True, False] = "auto"
     solver: Literal["auto", "pardiso", "rslab", "superlu"] = "auto"
     threads: Literal["auto"] | Annotated[Whole, Field(ge=1)] = "auto"
-    time_rule: Literal["auto", "backward_euler", "bdf2"] = "auto"
+    time_rule: Literal["backward_euler", "bdf2"] = "backward_euler"
 
 
 @described

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.fem.system import Evaluation
-from prensa.fem.time_rule import second_order
 from prensa.solver.contact_step import affordable, contact_step, decides_friction
 from prensa.solver.equilibrium import Equilibrium, NewtonResult, Signature, reversed_slip, signature
 from prensa.solver.failure import Diverged, Failure, NotConverged, Stagnated, Unevaluable
@@ -165,7 +164,7 @@ def _turns(eq: Equilibrium, state: NewtonState) -> bool:
     """
     policy = eq.policy
     limit = policy.turning if state.iteration else policy.turned
-    if second_order(eq.numerics, eq.context.plan):
+    if eq.numerics.time_rule == "bdf2":
         # in long increments flow turns in few elements too, whose share of all forces falls with their size
         few = policy.turning_elements
         limit *= max(few / max(sum(len(b) for b in eq.system.blocks), few), policy.least_turning)

@@ -26,7 +26,7 @@ class StepControl:
         self, system: System, plan: StepPlan, policy: Policy, times: Array | None = None, stops: Array | None = None,
         second_order: bool = False,
     ) -> None:  # fmt: skip
-        self.longer = policy.second_order if second_order else 1.0
+        self.longer = policy.second_order if second_order and system.has_memory else 1.0
         self.system, self.plan, self.policy, self.times = system, plan, policy, times
         self.stops = [] if stops is None else stops[(stops > plan.t0) & (stops < plan.t1)].tolist()
         self.speeds = self._speeds()

@@ -26,7 +26,7 @@ from prensa.fem.schedule import StepPlan
 from prensa.fem.state import Clock, State
 from prensa.fem.symmetry import is_symmetric
 from prensa.fem.system import Evaluation, System
-from prensa.fem.time_rule import BACKWARD_EULER, TimeRule, second_order
+from prensa.fem.time_rule import BACKWARD_EULER, TimeRule
 from prensa.model import problem as model
 from prensa.model.feed import ends_early
 from prensa.model.remeshing import remeshing_of
@@ -275,7 +275,7 @@ class TimeStepping:
             if state.clock.time <= plan.t0:
                 state = self.begin(state, plan)
             self.prepare(plan)
-            second = second_order(self.numerics, plan) and self.system.has_memory
+            second = self.numerics.time_rule == "bdf2"
             control = StepControl(self.system, plan, self.policy, self.times, self.stops, second)
             self.distortion = Distortion(self.system, self.policy)
             while state.clock.step == number:
@@ -427,7 +427,7 @@ class TimeStepping:
         By backward Euler where what is prescribed turns back or stops: all flow of the last increment may end there at once.
         """
         now, last = state.clock.time, state.dt_last
-        if not (second_order(self.numerics, plan) and self.system.has_memory and last > 0.0):
+        if self.numerics.time_rule != "bdf2" or not self.system.has_memory or not last > 0.0:
             return BACKWARD_EULER
         return BACKWARD_EULER if plan.turns(now - last, now, end) else TimeRule.of(end - now, last)
 

@@ -14,7 +14,7 @@ from prensa.verify.balance import Balance
 from prensa.verify.forming import BILLET_FLOW, NU, REDUCTIONS, E, at, curve, upsetting
 from prensa.verify.table import Row, case, row
 
-TEN = 3.75 / 14  # way after which a mesh is made anew at the end of an increment: ten meshes at least on the way of 3.75
+TEN = 3.75 / 12  # way between two meshes of which ten are made on it
 
 
 def billet(mu: float, E_scale: float, remesh: pr.Remesh) -> pr.Problem:
