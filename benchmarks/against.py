@@ -63,7 +63,7 @@ CASES = {
 
 
 def seconds(checkout: Path, rule: str, case: tuple[str, ...], kept: Path) -> tuple[float, str]:
-    """Processor seconds of a case in a checkout with a time rule ('': its own), and what it found; ``kept``: folder for kernels."""
+    """Processor seconds of a case in a checkout with a time rule ('': its own), and what it found; ``kept``: for kernels."""
     env = os.environ | {"PYTHONPATH": str(checkout / "src"), "OMP_NUM_THREADS": "1", "NUMBA_CACHE_DIR": str(kept)}
     if case[0] not in ("start", "warm"):
         made = subprocess.run(
