@@ -27,6 +27,7 @@ LONGEST_STEP = 0.7  # of what is varied, mostly logarithms: beyond, the linearis
 FARTHEST = 8.0  # half widths of the linear interval within which the end is sought
 TOO_FAR = 2.0  # root beyond which a place says little of where it is 1
 MOST_PLACES = 8  # places that are tried at each side
+MOST_FORETOLD = 4  # times that an end is foretold, each from where the last one was looked for
 LONGEST_WAY = 4.0  # of what is varied, mostly logarithms, along a profile that is foretold
 
 
@@ -55,12 +56,11 @@ def profile(
 
     ``curves``: flow curves along whose stresses the problem is foretold (`Foretold`), where its ends are looked for first.
     """
-    near = Foretold(curves, x, at.r, at.J) if curves else None
     sides = [_Side(objective, x, at, number, half, sign, limits) for sign in (-1.0, 1.0)]
     bent = max(side.bent for side in sides)
     points = [(0.0, 0.0)]
     for side in sides:
-        if side.bent > BENT_BY and not (near is not None and side.foretold(near)):
+        if side.bent > BENT_BY and not (curves and side.foretold(curves)):
             side.follow()
         points += [(side.sign * d, side.sign * root) for d, root in side.points]
     return Profile(
@@ -93,10 +93,35 @@ class _Side:
             self.points.append((1.0, self.first))
             self.bent = abs(self.first - 1.0)
 
-    def foretold(self, near: Foretold) -> bool:
-        """Whether the end is where the stresses of flow curves foretell it, as a run there shows; if so it is taken."""
+    def foretold(self, curves: Sequence[Curve]) -> bool:
+        """Whether the end is where the stresses of flow curves foretell it, as a run there shows; if so it is taken.
+
+        Where the run shows something else, it is foretold again from there.
+        """
+        near, start = Foretold(curves, self.x, self.at.r, self.at.J), self.x
+        for _ in range(MOST_FORETOLD):
+            end, y, steep = self._end_of(near, start)
+            found = self.objective.at(y)
+            if found is None:
+                return False
+            self.least = min(self.least, found.square)
+            # the others improved, but by no more than a step: what has come to nothing moves nothing
+            others = lsq_linear(found.J[:, self.others], -found.r, (-LONGEST_STEP, LONGEST_STEP))
+            root = self._root(2.0 * float(others.cost))
+            self.points.append((end, root))
+            if not steep and root < 1.0:
+                self.end = self.room if self.room <= FARTHEST else np.inf
+                return True
+            if steep and abs(root - 1.0) <= BENT_BY:  # what is left is made up for as the root grows there
+                self.end = float(np.clip(end + (1.0 - root) / steep, 0.7 * end, min(1.3 * end, self.room)))
+                return True
+            near, start = Foretold(curves, y, found.r, found.J), y
+        return False
+
+    def _end_of(self, near: Foretold, start: Array) -> tuple[float, Array, float]:
+        """Way to where the root is foretold to be 1, unknowns (n,) there, and its slope; where none is, the farthest, and 0."""
         reach = min(FARTHEST, self.room)
-        places = {0.0: (self.x, 0.0)}
+        places = {0.0: (start, 0.0)}
 
         def above(d: float) -> float:
             """Root at a way d, less the one sought."""
@@ -106,31 +131,14 @@ class _Side:
             return places[d][1] - 1.0
 
         inside, end = 0.0, min(1.0, reach)
-        while above(end) < 0.0 and end < reach:
+        while above(end) < 0.0:
+            if end >= reach:
+                return end, places[end][0], 0.0
             inside, end = end, min(2.0 * end, reach)
-        if places[end][1] > 1.0:
-            end = float(brentq(above, inside, end, xtol=0.003, rtol=0.003))
-            above(end)
+        end = float(brentq(above, inside, end, xtol=0.003, rtol=0.003))
+        above(end)
         y, expected = places[end]
-        root = self._root_at(near, y)
-        if root < 1.0 and expected < 1.0:
-            self.end = self.room if self.room <= FARTHEST else np.inf
-        elif abs(root - 1.0) > BENT_BY:
-            return False
-        else:  # what is left is made up for as the root grows there
-            steep = max(expected - self._along_curves(near, 0.9 * end, y)[1], 0.01)
-            self.end = float(np.clip(end + 0.1 * end * (1.0 - root) / steep, 0.7 * end, min(1.3 * end, self.room)))
-        self.points.append((end, root))
-        return True
-
-    def _root_at(self, near: Foretold, y: Array) -> float:
-        """Root at unknowns y (n,), by a run, the others improved by a step at most: one that has come to nothing moves nothing."""
-        found = self.objective.residuals(y)
-        if found is None:
-            return np.inf
-        self.least = min(self.least, float(found @ found))
-        slopes = near.slopes(y)[:, self.others]
-        return self._root(2.0 * float(lsq_linear(slopes, -found, (-LONGEST_STEP, LONGEST_STEP)).cost))
+        return end, y, max(expected - self._along_curves(near, 0.9 * end, y)[1], 0.01) / (0.1 * end)
 
     def _along_curves(self, near: Foretold, d: float, start: Array) -> tuple[Array, float]:
         """Unknowns of least χ² with the parameter held at a way *d*, and the root there, as flow curves foretell it."""

@@ -48,7 +48,7 @@ class Interval:
 
     @property
     def of_mesh(self) -> float:
-        """Half of what the interval has for the error of the mesh: the larger of what it changes and `scatter`; nan if unknown."""
+        """What the interval has at each side for the error of the mesh: the larger of `mesh` and `scatter`; nan if unknown."""
         return max(abs(self.mesh), self.scatter) if np.isfinite(self.mesh) else np.nan
 
     @property
@@ -180,7 +180,7 @@ class Fit:
 
 
 class Finer(NamedTuple):
-    """The fit on finer meshes: unknowns x (n,), residuals there, and how these ``change`` (r,) with the mesh at fixed unknowns."""
+    """The fit on finer meshes: unknowns x (n,), residuals there, and their ``change`` (r,) with the mesh at fixed unknowns."""
 
     x: Array
     at: Residuals

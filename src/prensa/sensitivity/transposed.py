@@ -255,7 +255,7 @@ def _element(
         return
     if curve.kind != TABLE:
         slopes = np.empty((*b.old.shape[:2], 3, 5))
-        b.flow_slopes(*(np.zeros((1, *a.shape)) for a in curve[2:]), slopes)
+        b.flow_slopes(np.zeros((1, *curve.knots.shape)), np.zeros((1, *curve.coefficients.shape)), slopes)
         owed.flow[k].p[...] += flow.reshape(len(r), -1) @ slopes[:, :, 0].reshape(-1, 5)
         return
     strain = b.new[..., 4]
