@@ -7,7 +7,7 @@ is refused, because the mesh would be incomplete without it.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from math import cos, hypot, inf, isfinite, radians, sin
 
@@ -19,14 +19,14 @@ _MESH = ("NODE", "ELEMENT", "NSET", "ELSET", "SURFACE")
 _GENERATING = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "INCLUDE", "SYSTEM")
 
 
-@dataclass
+@dataclass(slots=True)
 class Keyword:
     """``*NAME, KEY=value, …`` and its data lines."""
 
     name: str
     parameters: dict[str, str]
     line: int
-    lines: list[tuple[int, str]] = field(default_factory=list)
+    lines: Sequence[tuple[int, str]] = ()
 
     @property
     def data(self) -> Iterator[tuple[int, list[str]]]:
@@ -139,6 +139,7 @@ def _parameters(text: str) -> dict[str, str]:
 def keywords(text: str) -> Iterator[Keyword]:
     """Keyword lines of a deck with their data lines; comments are left out, lines that go on are joined."""
     current: Keyword | None = None
+    lines: list[tuple[int, str]] = []
     joined = ""
     for number, raw in enumerate(text.splitlines(), 1):
         line = raw.strip()
@@ -154,7 +155,9 @@ def keywords(text: str) -> Iterator[Keyword]:
             current = Keyword(name.strip().upper(), _parameters(rest) if comma else {}, number)
             joined = ""
         elif current is not None:
-            current.lines.append((number, line))
+            if not current.lines:
+                current.lines = lines = []
+            lines.append((number, line))
     if current is not None:
         yield current
 

@@ -30,16 +30,28 @@ def of_the_trade(word: str) -> str | None:
     return FIELD_WORDS.get(word.casefold().replace(" ", "_").replace("'", ""))
 
 
-def suggest(name: str, known: Iterable[str]) -> str:
-    """'; did you mean …?' for the nearest known name or the one that the word of the trade stands for, or the known ones."""
+def nearest(name: str, known: Iterable[str]) -> str | None:
+    """The known name that is spelt most like a name, if one is near; letters may differ in case."""
     known = list(known)
     close = difflib.get_close_matches(name, known, n=1)
-    if not close:
-        close = [k for k in known if k.casefold() == name.casefold()]
-    if close:
-        return f"; did you mean {close[0]!r}?"
+    return next(iter(close or [k for k in known if k.casefold() == name.casefold()]), None)
+
+
+def meant(name: str, known: Iterable[str]) -> str | None:
+    """The known name that was likely meant: the `nearest`, or the one that the word of the trade stands for."""
+    known = list(known)
+    near, here = nearest(name, known), of_the_trade(name)
+    return near if near is not None else here if here in known else None
+
+
+def suggest(name: str, known: Iterable[str]) -> str:
+    """'; did you mean …?' for the name that was likely `meant`, with the known ones unless it is near, or these alone."""
+    known = list(known)
+    near = nearest(name, known)
+    if near is not None:
+        return f"; did you mean {near!r}?"
     listed = f"known: {', '.join(map(repr, known))}"
-    if (here := of_the_trade(name)) in known:
+    if (here := meant(name, known)) is not None:
         return f"; did you mean {here!r}? {listed}"
     return f"; {listed}" if known else "; none is defined"
 

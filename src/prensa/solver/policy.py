@@ -224,7 +224,9 @@ class Policy:
     look_beside: float = 1e-3
     """… or share of the step below which that is done at once."""
     branches: tuple[float, ...] = (1e-3, 1e-2, 3e-2)
-    """How far along the unstable mode, over the size of the bodies, that is looked for."""
+    """How far along the unstable mode, over the size of the bodies, that is looked for; jumps as far are taken …"""
+    branching: float = 1e-2
+    """… and told as jumps, not as buckling, from this way on."""
 
     astray: float = 1.0
     """Way beside what the last increments foretold, over that, of an increment that may have jumped …"""

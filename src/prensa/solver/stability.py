@@ -84,7 +84,8 @@ def judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutbac
 
     An unstable equilibrium is refused as long as shorter increments may find the stable one, which an imperfection leads
     to. Then a stable one is looked for beside it: perfect structures have no other way to leave theirs. Where there is none
-    the unstable one is kept, and from there on no more is asked.
+    the unstable one is kept, and from there on no more is asked. A jump to a stable one as near as those beside is taken at a
+    limit point and told; a farther one ends the run.
     """
     if not result.converged:
         return _failed(eq, result, cutbacks >= eq.policy.soften_after, not may_cut)
@@ -92,7 +93,7 @@ def judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutbac
     if not positive and rests(eq, result):
         result.rested = True
         return result
-    modes = STABLE if positive else softest_modes(eq.system, eq.reduced, eq.policy)
+    modes = STABLE if positive else _of(eq, result)
     if modes is None:
         result.negative = eq.context.state.stability.negative
         return result
@@ -101,9 +102,10 @@ def judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutbac
         modes = _at(eq, result.u, result.lam) or modes
     result.negative = modes.negative
     if not modes.negative and jumped(eq, result):
-        if at_limit(eq.context, eq.policy):
+        limit = at_limit(eq.context, eq.policy)
+        if limit and distance(eq, result.u, eq.context.state.u) > eq.policy.branches[-1]:
             result.converged, result.reason = False, LimitPoint(Jumped())
-        elif may_cut:
+        elif may_cut and not limit:
             result.converged, result.reason = False, Jumped()
         result.jumped = result.converged
     if not modes.negative or eq.context.state.stability.negative:
@@ -199,6 +201,11 @@ def jumped(eq: Equilibrium, result: NewtonResult) -> bool:
     return False
 
 
+def distance(eq: Equilibrium, u: Array, v: Array) -> float:
+    """Largest displacement of a node between dofs u and v (ndof,), over the size of the bodies."""
+    return float(np.abs(eq.system.displacement(u) - eq.system.displacement(v)).max()) / eq.system.length
+
+
 def _failed(eq: Equilibrium, result: NewtonResult, short: bool, last: bool) -> NewtonResult:
     """A failure is a limit point where short increments too end at matrices with a negative mode, or the last just beside one."""
     reason = result.reason
@@ -239,6 +246,13 @@ def at_limit(c: Context, policy: Policy) -> bool:
     return not c.state.stability.viscosity > 0 and c.dt < policy.at_limit * (c.plan.t1 - c.plan.t0)
 
 
+def _of(eq: Equilibrium, result: NewtonResult) -> Modes | None:
+    """The modes of a converged attempt, from the factors at hand where there are any: a contact step may have left none."""
+    if eq.reduced.factorisation.factored:
+        return softest_modes(eq.system, eq.reduced, eq.policy)
+    return _at(eq, result.u, result.lam)
+
+
 def _at(eq: Equilibrium, u: Array, lam: Array) -> Modes | None:
     """The modes of the matrix at the dofs u (ndof,) themselves: the last factors are of the iterate before, or of another."""
     e = eq.evaluate(u, lam)
@@ -262,12 +276,15 @@ def _beside(eq: Equilibrium, result: NewtonResult, modes: Modes, acceptance: Acc
             other = attempt_from(eq, u + sign * share * eq.system.length * modes.mode)
             spent += other.iterations
             if other.converged and not acceptance.refusal(eq.context, other):
-                at = softest_modes(eq.system, eq.reduced, eq.policy)
+                at = _of(eq, other)
                 if at is not None and not at.negative:
                     found.append(other)
         if found:
             # the nearer one: the other may be beyond a jump
             other = min(found, key=lambda one: np.abs((one.u - eq.context.state.u)[nodal]).max().round(12))
-            other.iterations, other.beside = spent, True
+            other.iterations = spent
+            # what buckles moves by little in an increment that is short, what jumps as far as in a long one
+            other.jumped = distance(eq, other.u, u) > eq.policy.branching
+            other.beside = not other.jumped
             return other
     return None
