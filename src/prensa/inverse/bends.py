@@ -21,8 +21,8 @@ from prensa.sensitivity.parameters import part_of
 
 Array = NDArray[np.float64]
 
-STRAINS = np.linspace(0.02, 1.0, 25)  # of the stresses of a curve
-SHARE = 1e-6  # step of what is varied, mostly logarithms, for differences of stresses
+SAMPLED = np.linspace(0.02, 1.0, 25)  # of the stresses of a curve
+SMALL_WAY = 1e-6  # step of what is varied, mostly logarithms, for differences of stresses
 
 
 @dataclass(frozen=True)
@@ -35,21 +35,21 @@ class Curve:
     value: tuple[Callable[[float], float], ...]
 
     def stresses(self, x: Array) -> Array:
-        """At `STRAINS`; nan for numbers that are not allowed."""
+        """At `SAMPLED`; nan for numbers that are not allowed."""
         try:
             given: Any = {name: value(float(x[i])) for i, name, value in zip(self.own, self.names, self.value)}
             with np.errstate(all="ignore"):
-                return stress_at(replace(self.curve, **given), STRAINS, np.zeros_like(STRAINS))
+                return stress_at(replace(self.curve, **given), SAMPLED, np.zeros_like(SAMPLED))
         except (ValueError, ArithmeticError):
-            return np.full_like(STRAINS, np.nan)
+            return np.full_like(SAMPLED, np.nan)
 
     def slopes(self, x: Array) -> Array:
         """Derivatives (strains, own) by what is varied."""
         out = []
         for i in self.own:
             step = np.zeros_like(x)
-            step[i] = SHARE
-            out.append((self.stresses(x + step) - self.stresses(x - step)) / (2.0 * SHARE))
+            step[i] = SMALL_WAY
+            out.append((self.stresses(x + step) - self.stresses(x - step)) / (2.0 * SMALL_WAY))
         return np.column_stack(out)
 
 
