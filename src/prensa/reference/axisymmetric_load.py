@@ -17,14 +17,16 @@ from ._check import Array, not_negative, positive
 
 Index = NDArray[np.int64]
 
-ROUNDS = 60  # reweighted least squares
-SETTLED = 1e-5  # change of the power over the power that ends them
-PLACES = np.array([0.0, 0.5, 1.0])  # along a side at which jumps are looked at
-LEAST = 1e-5  # of the mean rate of strain, below which a rate is not told from none
+REWEIGHTINGS = 60  # reweighted least squares
+POWER_SETTLED = 1e-5  # change of the power over the power that ends them
+SIDE_PLACES = np.array([0.0, 0.5, 1.0])  # along a side at which jumps are looked at
+LEAST_RATE = 1e-5  # of the mean rate of strain, below which a rate is not told from none
 # Gauss points of a triangle, exact for degree 5: Radon (1948)
-_A, _B = (6 - np.sqrt(15)) / 21, (6 + np.sqrt(15)) / 21
-_POINTS = np.array([[1 / 3, 1 / 3], *([a, b] for p in (_A, _B) for a, b in ((p, p), (1 - 2 * p, p), (p, 1 - 2 * p)))])
-_WEIGHTS = np.array([9 / 40, *[(155 - np.sqrt(15)) / 1200] * 3, *[(155 + np.sqrt(15)) / 1200] * 3])
+RADON_A, RADON_B = (6 - np.sqrt(15)) / 21, (6 + np.sqrt(15)) / 21
+RADON_POINTS = np.array(
+    [[1 / 3, 1 / 3], *([a, b] for p in (RADON_A, RADON_B) for a, b in ((p, p), (1 - 2 * p, p), (p, 1 - 2 * p)))]
+)
+RADON_WEIGHTS = np.array([9 / 40, *[(155 - np.sqrt(15)) / 1200] * 3, *[(155 + np.sqrt(15)) / 1200] * 3])
 
 
 def axisymmetric_bound(points: Any, triangles: Any, stress: float, walls: Any) -> float:
@@ -50,18 +52,18 @@ def axisymmetric_bound(points: Any, triangles: Any, stress: float, walls: Any) -
     sizes = 2 * np.pi * stress * sizes
     w, u = np.repeat(sizes, 4), across.copy()
     last, least = np.inf, np.inf
-    for _ in range(ROUNDS):
+    for _ in range(REWEIGHTINGS):
         A = (B.T @ diags_array(w) @ B + J.T @ diags_array(u) @ J).tocsc()
         q = splu(A).solve(-(B.T @ (w * b0) + J.T @ (u * j0)))
         rate, jump = B @ q + b0, J @ q + j0
         size = np.sqrt((rate.reshape(-1, 4) ** 2).sum(axis=1))
         power = float(sizes @ size) + _jumped(jump, across)
         least = min(least, power)
-        if abs(last - power) <= SETTLED * power:
+        if abs(last - power) <= POWER_SETTLED * power:
             break
         last = power
-        w = np.repeat(sizes / np.maximum(size, LEAST * size.mean()), 4)
-        u = across / np.maximum(np.abs(jump), LEAST * np.abs(jump).mean())
+        w = np.repeat(sizes / np.maximum(size, LEAST_RATE * size.mean()), 4)
+        u = across / np.maximum(np.abs(jump), LEAST_RATE * np.abs(jump).mean())
     return least
 
 
@@ -116,7 +118,7 @@ class _Body:
         ], axis=1)  # fmt: skip
         rr, zz, rz = second[..., 0, 0], second[..., 1, 1], second[..., 0, 1]
         values, share = [], []
-        for (p, q), weight in zip(_POINTS, _WEIGHTS):
+        for (p, q), weight in zip(RADON_POINTS, RADON_WEIGHTS):
             L = np.array([p, q, 1 - p - q])
             r = (self.x[self.cells[:, :3], 0] @ L)[:, None]
             d = self._gradient(np.broadcast_to(L, (len(self.cells), 3)))
@@ -125,7 +127,7 @@ class _Body:
             values.append(np.sqrt(2.0 / 3.0) * np.stack(parts, axis=1))
             share.append(weight * self.area)
         rows = np.concatenate(values).reshape(-1, 6)
-        columns = np.repeat(np.tile(self.cells, (len(_WEIGHTS), 1)), 4, axis=0)
+        columns = np.repeat(np.tile(self.cells, (len(RADON_WEIGHTS), 1)), 4, axis=0)
         return self._rows(columns, rows), np.concatenate(share)
 
     def _along(self, triangle: Index, corner: Index, at: float) -> Array:
@@ -145,7 +147,7 @@ class _Body:
         sides = np.stack(np.meshgrid(np.arange(len(self.cells)), np.arange(3), indexing="ij"), -1).reshape(-1, 2).tolist()
         at = {(int(self.cells[t, c]), int(self.cells[t, (c + 1) % 3])): (t, c) for t, c in sides}
         t, c, s, d = np.array([(*at[a, b], *at[b, a]) for a, b in at if a < b and (b, a) in at]).T
-        values = [np.concatenate([self._along(t, c, a), self._along(s, d, 1 - a)], axis=1) for a in PLACES]
+        values = [np.concatenate([self._along(t, c, a), self._along(s, d, 1 - a)], axis=1) for a in SIDE_PLACES]
         columns = np.concatenate([self.cells[t], self.cells[s]], axis=1)
         rows = [self._rows(np.repeat(columns, 3, axis=0), np.stack(values, axis=1).reshape(-1, 12))]
         power, given = [self._power(t, c, k)], [np.zeros(3 * len(t))]
@@ -156,12 +158,12 @@ class _Body:
             if not len(wall.edges) or wall.m == 0:
                 continue
             t, c = np.array([at[int(a), int(b)] for a, b in np.asarray(wall.edges)]).T
-            along = np.stack([self._along(t, c, a) for a in PLACES], axis=1).reshape(-1, 6)
+            along = np.stack([self._along(t, c, a) for a in SIDE_PLACES], axis=1).reshape(-1, 6)
             rows.append(self._rows(np.repeat(self.cells[t], 3, axis=0), along))
             power.append(self._power(t, c, wall.m * k))
             start, way = self.x[self.cells[t, c]], self._way(t, c)
             speed = way @ np.asarray(wall.velocity, dtype=float) / np.hypot(*way.T)
-            given.append((speed[:, None] * (start[:, :1] + way[:, :1] * PLACES)).ravel())
+            given.append((speed[:, None] * (start[:, :1] + way[:, :1] * SIDE_PLACES)).ravel())
         return vstack(rows).tocsr(), np.concatenate(power), np.concatenate(given)
 
     def _way(self, t: Index, c: Index) -> Array:
