@@ -218,9 +218,9 @@ def v_bending(run: Run) -> Iterator[Row]:
         flow=lambda strain: 560.0 * (0.007 + strain) ** 0.26,
     )  # fmt: skip
     exact = 0.5 * math.pi - 0.5 * free.angle
-    yield row("angle of the leg (deg) at a stroke of 9 mm, strip in bending", math.degrees(exact), abs(leg), 0.05)
+    yield row("angle of the leg (deg) at a stroke of 9 mm, strip in bending", math.degrees(exact), abs(leg), 0.02)
     push = free.force * (math.cos(exact) + 0.1 * math.sin(exact))
-    yield row("force (N/mm) at a stroke of 9 mm, strip in bending", push, force, 0.1)
+    yield row("force (N/mm) at a stroke of 9 mm, strip in bending", push, force, 0.03)
     yield row("angle of the leg in the die (deg)", 45.0, run.end("leg", "bend"), 0.02)
     yield beside("springback of the leg (deg)", float("nan"), -run["springback"])
 
@@ -236,14 +236,14 @@ def draw_bending(run: Run) -> Iterator[Row]:
     force = run.table["force"][: len(stroke)]
     way = np.linspace(0.5 * stroke[-1], stroke[-1], 400)
     pull = float(np.interp(way, stroke, force).mean())
-    yield row("pull in a wall (N/mm), mean of the second half, strip drawn over the radius", drawn.tension, pull, 0.1)
+    yield row("pull in a wall (N/mm), mean of the second half, strip drawn over the radius", drawn.tension, pull, 0.05)
     yield row("force of the binder (N/mm)", 35.0, run.end("holder_force", "draw"), 1e-8)
     curl, exact = abs(run["curl"]), 1e3 * abs(drawn.curvature)
-    yield row("curl of the wall (1/m) after release, strip drawn over the radius and straightened", exact, 1e3 * curl, 0.3)
-    leaves = {name: run.end(name, "release") - run.end("bottom", "release") for name in ("foot", "head", "flange")}
-    yield beside("wall from the bottom (deg) at its foot", float("nan"), leaves["foot"])
-    yield beside("wall from the bottom (deg) at its head", float("nan"), leaves["head"])
-    yield beside("flange from the bottom (deg)", float("nan"), leaves["flange"])
+    yield row("curl of the wall (1/m) after release, strip drawn over the radius and straightened", exact, 1e3 * curl, 0.1)
+    bottom, foot, head, flange = (run.end(name, "release") for name in ("bottom", "foot", "head", "flange"))
+    yield beside("angle between bottom and wall (deg), theta 1", float("nan"), 180.0 - (foot - bottom))
+    yield beside("angle between wall and flange (deg), theta 2", float("nan"), 180.0 - (head - flange))
+    yield beside("radius of the wall (mm), rho", float("nan"), 1.0 / curl)
 
 
 @example("Drawbead")

@@ -120,9 +120,25 @@ def test_change_is_since_the_start_of_the_step():
     """The springback of an angle: what it is now minus what it was when the step began."""
     p = problem("q4", n=(4, 2))
     inc = shaped(p, lambda X: X * (1, 2), lambda X: X + np.column_stack([X[:, 1], 0 * X[:, 0]]))
-    assert value("change(block.left.angle at Y=0.5)", p, inc) == pytest.approx(-90 - 45, abs=1e-12)
+    # from 45 degrees to the vertical, whose direction is -90 as well as 90: both sides turn alike
+    assert value("change(block.left.angle at Y=0.5)", p, inc) == pytest.approx(45, abs=1e-12)
     assert value("change(angle(block.bottom-right, block.top-right))", p, inc) == pytest.approx(45, abs=1e-12)
     assert value("change(block.height)", p, inc) == 2.0
+
+
+@pytest.mark.parametrize("text", ["block.right.angle at Y=1", "angle(block.top-right, block.bottom-right)"])
+@pytest.mark.parametrize("about", [90.0, 180.0])
+def test_a_wall_that_springs_through_the_vertical_turns_by_what_it_turns(text: str, about: float):
+    """A degree each way from where directions begin again is a change of two degrees, to either side."""
+
+    def turned(angle: float):
+        c, s = math.cos(math.radians(angle)), math.sin(math.radians(angle))
+        return lambda X: X @ np.array([[c, s], [-s, c]])
+
+    p = problem("q4", n=(4, 2))
+    for by in (1.0, -1.0):
+        inc = shaped(p, turned(about + by), turned(about - by))
+        assert value(f"change({text})", p, inc) == pytest.approx(2.0 * by, abs=1e-11)
 
 
 GEOMETRIC = [

@@ -70,6 +70,29 @@ def test_an_elastic_strip_is_straight_when_the_tools_have_gone():
     assert kept.angle + 0.5 < kept.released < kept.angle + 0.9
 
 
+def test_a_strip_that_touches_the_nose_alone_is_a_beam_on_three_supports():
+    """Elastic, far apart shoulders, a small deflection: slope 3 d/(2 a), force 3 E' I d/a³, and nothing lies on the punch."""
+    tools = {"punch": 1.0, "shoulder": 1.0, "apart": 100.0, "thickness": 1.0}
+    found = free_bending(**tools, flow=lambda e: 1e9 + 0.0 * np.asarray(e), E=1e5, nu=0.3)
+    assert found.wrap == 0.0
+    stiff, deflection = 1e5 / 0.91 / 12.0, 3.0
+    slope = 0.5 * math.pi - 0.5 * found.angle
+    span = 100.0 - 1.5 * math.sin(slope)
+    deflection -= 1.5 * (1.0 - math.cos(slope))
+    assert slope == pytest.approx(1.5 * deflection / span, rel=3e-3)
+    assert found.force == pytest.approx(3.0 * stiff * deflection / span**3, rel=3e-3)
+    assert found.released == pytest.approx(math.pi, rel=1e-5)
+
+
+def test_a_strip_begins_to_lie_on_the_punch_where_the_nose_has_its_curvature():
+    """From one way of touching to the other neither the force nor the leg beside its tangents has a jump."""
+    tools = {"shoulder": 3.0, "apart": 17.25, "thickness": 2.0, "flow": swift, "E": 70500.0, "nu": 0.342}
+    nose, laid = (free_bending(punch=radius, **tools) for radius in (4.168, 4.180))
+    assert nose.wrap == 0.0 < laid.wrap < 0.006
+    assert laid.force == pytest.approx(nose.force, rel=1e-5)
+    assert laid.angle / laid.tangents == pytest.approx(nose.angle / nose.tangents, rel=2e-4)
+
+
 def test_tools_that_leave_no_room_are_refused():
     """Punch, strip and shoulder must fit beside one another."""
     with pytest.raises(ValueError, match="leaves no room"):

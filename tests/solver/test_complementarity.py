@@ -75,3 +75,9 @@ def test_nothing_to_solve_is_solved():
     x, y = complementary(np.eye(3), np.eye(3), np.zeros(3))
     assert not x.any() and not y.any()
     assert complementary(np.full((2, 2), np.nan), np.eye(2), np.ones(2)) is None
+
+
+def test_equations_that_contradict_each_other_have_no_solution_and_no_warning():
+    """A matrix that is singular on the way ends the search; nothing is printed, and nothing is made up."""
+    L = R = np.ones((2, 2))
+    assert complementary(L, R, np.array([1.0, -1.0])) is None

@@ -68,6 +68,7 @@ def test_springback_does_not_depend_on_the_supports(enforcement):
         assert force > 0.2
         assert np.abs(free.bodies["s"].reaction).max() <= 1e-8 * force
         assert free.force("punch") == (0, 0, 0)
+        assert bent.measure("punch.friction_power") > 0.0 == free.measure("punch.max.friction_power")
         assert relative(bent.bodies["s"], free.bodies["s"]) > 0.05  # it springs
         found.append((free.bodies["s"], invariants(system, free)))
     shape, values = found[0]

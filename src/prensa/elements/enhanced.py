@@ -137,19 +137,30 @@ def kinematics(X, u, alpha, Hn, N, dN, weight, at, axisymmetric, finite, scale, 
 @njit(cache=True, error_model="numpy")
 def pull_back(Hn, P, A):
     """In place P (e, q, 5) → J_n P F_n⁻ᵀ and A (e, q, 5, 5) → ∂P/∂F: from per committed to per initial volume."""
-    T = np.zeros((5, 5))
     for e in range(P.shape[0]):
         for q in range(P.shape[1]):
             n0, n1, n2, n3 = 1.0 + Hn[e, q, 0], Hn[e, q, 1], Hn[e, q, 2], 1.0 + Hn[e, q, 3]
             n4 = 1.0 + Hn[e, q, 4]
             det = n0 * n3 - n1 * n2
-            # T[(iJ), (iA)] = (F_n⁻¹)_JA
-            T[0, 0], T[0, 1], T[1, 0], T[1, 1] = n3 / det, -n1 / det, -n2 / det, n0 / det
-            T[2, 2], T[2, 3], T[3, 2], T[3, 3] = T[0, 0], T[0, 1], T[1, 0], T[1, 1]
-            T[4, 4] = 1.0 / n4
             J = det * n4
-            P[e, q] = J * (T @ P[e, q])
-            A[e, q] = J * (T @ A[e, q] @ T.T)
+            # (F_n⁻¹)_JA of the section, by which J of every pair of components (iJ) is multiplied
+            t0, t1, t2, t3, t4 = n3 / det, -n1 / det, -n2 / det, n0 / det, 1.0 / n4
+            p, a = P[e, q], A[e, q]
+            for i in (0, 2):
+                x, y = p[i], p[i + 1]
+                p[i], p[i + 1] = J * (t0 * x + t1 * y), J * (t2 * x + t3 * y)
+                for c in range(5):
+                    x, y = a[i, c], a[i + 1, c]
+                    a[i, c], a[i + 1, c] = J * (t0 * x + t1 * y), J * (t2 * x + t3 * y)
+            p[4] *= J * t4
+            for c in range(5):
+                a[4, c] *= J * t4
+            for i in (0, 2):
+                for c in range(5):
+                    x, y = a[c, i], a[c, i + 1]
+                    a[c, i], a[c, i + 1] = t0 * x + t1 * y, t2 * x + t3 * y
+            for c in range(5):
+                a[c, 4] *= t4
 
 
 @njit(cache=True, error_model="numpy")

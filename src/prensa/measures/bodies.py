@@ -304,12 +304,13 @@ def plain(body: str, geometry: Plain) -> Callable[[Increment], float]:
     return lambda increment: geometry(increment.shapes[body], increment.shapes[body].x)
 
 
-def change(body: str, geometry: Plain) -> Callable[[Increment], float]:
-    """What a geometric measure has changed by since the start of the step."""
+def change(body: str, geometry: Plain, turn: float = math.inf) -> Callable[[Increment], float]:
+    """What a geometric measure has changed by since the start of the step; of directions the least turn."""
 
     def value(increment: Increment) -> float:
         shape = increment.shapes[body]
-        return geometry(shape, shape.x) - geometry(shape, shape.start)
+        by = geometry(shape, shape.x) - geometry(shape, shape.start)
+        return math.remainder(by, turn)
 
     return value
 

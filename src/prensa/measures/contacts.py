@@ -64,6 +64,8 @@ def _values(c: ContactState, field: str) -> Array:
 
 def _power(c: ContactState) -> Array:
     """Friction power per area (k,) at the integration points."""
+    if not c.points.pressure.any():  # also of contacts that are gone with their tools
+        return np.zeros(len(c.points.weight))
     if c.points.speed is None:
         raise MeasureError("the speeds of slip are not known; solve the case")
     return np.asarray(np.abs(c.points.shear) * np.abs(c.points.speed))

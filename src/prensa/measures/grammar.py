@@ -108,13 +108,17 @@ def _boundaries(problem: Problem, body: str) -> tuple[list[str], list[str]]:
 
 @dataclass(frozen=True)
 class _Part:
-    """What a measure is made of before it has its text: unit, value, slope, and its geometry if it has one."""
+    """What a measure is made of before it has its text: unit, value, slope, and its geometry if it has one.
+
+    ``turn``: what may be added to a direction, that then is the same one.
+    """
 
     unit: str
     value: Value
     slope: Slope | None = None
     body: str = ""
     geometry: Callable[[Any, Any], float] | None = None
+    turn: float = math.inf
 
 
 class _Reader:
@@ -300,7 +304,7 @@ class _Reader:
         if choose:
             return None
         if name == "angle" and place.axis:
-            return self._geometric(body, "deg", bodies.inclination(place))
+            return self._geometric(body, "deg", bodies.inclination(place), turn=180.0)
         if name in _fields(self.problem):
             return _Part(self._field_unit(name), bodies.field_at(place, name))
         return None
@@ -318,9 +322,9 @@ class _Reader:
             return ""
         return length_unit(self.problem) if name in ("displacement", "thickness") else pressure_unit(self.problem)
 
-    def _geometric(self, body: str, unit: str, geometry: bodies.Geometry) -> _Part:
+    def _geometric(self, body: str, unit: str, geometry: bodies.Geometry, turn: float = math.inf) -> _Part:
         value, slope = bodies.geometric(body, geometry)
-        return _Part(unit, value, slope, body, lambda shape, x: geometry(shape, x).value)
+        return _Part(unit, value, slope, body, lambda shape, x: geometry(shape, x).value, turn)
 
     # --------------------------------------------------------------------------------------------------------- functions
     def _function(self, name: str, given: list[str], text: str) -> _Part:
@@ -351,8 +355,9 @@ class _Reader:
             raise MeasureError(f"{text!r}: {name} is of two places of a body, such as 'sheet.top at X=10' or 'sheet.top-left'")
         body = a.outline.body
         if name in ("distance", "angle"):
-            geometry = (bodies.distance if name == "distance" else bodies.angle)(a, b)
-            return self._geometric(body, unit if name == "distance" else "deg", geometry)
+            if name == "angle":
+                return self._geometric(body, "deg", bodies.angle(a, b), turn=360.0)
+            return self._geometric(body, unit, bodies.distance(a, b))
         if a.outline != b.outline or not (a.axis and b.axis and a.outline.boundary):
             raise MeasureError(f"{text!r}: {name} is of a boundary between two places on it, such as 'sheet.top at X=10'")
         bend = bodies.curvature(a, b)
@@ -371,7 +376,7 @@ class _Reader:
         part = self.part(text)
         if part.geometry is None:
             raise MeasureError(f"change is of geometry, places, angles and the like; {text!r} is none")
-        return _Part(part.unit, bodies.change(part.body, part.geometry), None)
+        return _Part(part.unit, bodies.change(part.body, part.geometry, part.turn), None)
 
     def _passage_mean(self, name: str, text: str) -> _Part:
         known = {c for c in self.columns if c not in NOT_NUMBERS} | {f"{c.name}.pressure" for c in self.problem.contacts}

@@ -38,7 +38,7 @@ def complementary(L: Array, R: Array, b: Array, policy: Policy = DEFAULT) -> tup
 
 def _central_path(L: Array, R: Array, b: Array, policy: Policy) -> tuple[Array, Array] | None:
     """x, y > 0 with products that are nearly zero; None where the way there does not end."""
-    from scipy.linalg import lu_factor, lu_solve
+    from scipy.linalg.lapack import dgetrf, dgetrs
 
     x, y = np.ones((2, len(b)))
     for _ in range(policy.interior_steps):
@@ -50,13 +50,15 @@ def _central_path(L: Array, R: Array, b: Array, policy: Policy) -> tuple[Array, 
         matrix = L * ratio + R
         if not np.isfinite(matrix).all():
             return None
-        factors = lu_factor(matrix, check_finite=False)
-        dx = lu_solve(factors, missing - L @ y, check_finite=False)
+        *factors, zero_pivot = dgetrf(matrix)
+        if zero_pivot:
+            return None
+        dx = dgetrs(*factors, missing - L @ y)[0]
         dy = -y - ratio * dx
         step = min(1.0, _longest(x, dx), _longest(y, dy))
         ahead = float((x + step * dx) @ (y + step * dy)) / len(b)
         centre = ((ahead / mean) ** 3 * mean - dx * dy) / x
-        dx = lu_solve(factors, missing + L @ (centre - y), check_finite=False)
+        dx = dgetrs(*factors, missing + L @ (centre - y))[0]
         dy = centre - y - ratio * dx
         step = min(1.0, policy.interior * min(_longest(x, dx), _longest(y, dy)))
         x, y = x + step * dx, y + step * dy
