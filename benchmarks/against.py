@@ -1,5 +1,8 @@
 """Two checkouts against each other, run by run in turn: ``python benchmarks/against.py OLD NEW [WHAT …]``.
 
+``NEW@bdf2``: the second with that time rule (`numerics: time_rule`), which the first need not know.
+What was found: increments, iterations, and forces (N) at the end of steps, of upsetting at 10, 20, 30, 40, 50 %.
+
 Processor time of one thread, the least of the rounds: other processes on the machine slow both alike. The start compiles every
 kernel anew in a folder of its own.
 """
@@ -29,11 +32,16 @@ def problem(name, n, mu):
     return example1.problem(n, "small", "current", material, (example1.press(1.0, 3),))
 
 name, n, mu = sys.argv[1], (int(sys.argv[2]), int(sys.argv[3])), float(sys.argv[4])
-for inc in pr.solve(problem(name, (7, 6), mu)):
+numerics = pr.Numerics(time_rule=sys.argv[5]) if sys.argv[5] else pr.Numerics()
+for inc in pr.solve(problem(name, (7, 6), mu), numerics):
     inc.bodies
-start = time.process_time()
-*_, last = pr.solve(problem(name, n, mu))
-print(time.process_time() - start, list(last.tools)[0], last.force(list(last.tools)[0]).y)
+start, marks, number, iterations = time.process_time(), [], 0, 0
+for inc in pr.solve(problem(name, n, mu), numerics):
+    number, iterations = number + 1, iterations + inc.statistics.iterations
+    if name != "upsetting" or abs(5 * inc.time - round(5 * inc.time)) < 1e-9:
+        marks.append(f"{inc.force(list(inc.tools)[0]).y:.6g}")
+spent = time.process_time() - start
+print(spent, f"{number} increments, {iterations} iterations:", *(marks[-5:] if name == "upsetting" else marks[-1:]))
 """
 START = """
 import atexit, runpy, sys, time
@@ -44,6 +52,7 @@ runpy.run_path('examples/demo.py', run_name='__main__')
 """
 CASES = {
     "upsetting 32 × 24, μ = 0.1": ("upsetting", "32", "24", "0.1"),
+    "upsetting 32 × 24, μ = 0.3": ("upsetting", "32", "24", "0.3"),
     "upsetting 64 × 48, μ = 0.1": ("upsetting", "64", "48", "0.1"),
     "upsetting 64 × 48, μ = 0.3": ("upsetting", "64", "48", "0.3"),
     "Hertz, 1e5 unknowns": ("hertz", "241", "207", "0"),
@@ -53,12 +62,12 @@ CASES = {
 }
 
 
-def seconds(checkout: Path, case: tuple[str, ...], kept: Path) -> tuple[float, str]:
-    """Processor seconds of a case in a checkout, and what it found; ``kept``: folder for kernels that may stay."""
+def seconds(checkout: Path, rule: str, case: tuple[str, ...], kept: Path) -> tuple[float, str]:
+    """Processor seconds of a case in a checkout with a time rule ('': its own), and what it found; ``kept``: for kernels."""
     env = os.environ | {"PYTHONPATH": str(checkout / "src"), "OMP_NUM_THREADS": "1", "NUMBA_CACHE_DIR": str(kept)}
     if case[0] not in ("start", "warm"):
         made = subprocess.run(
-            [sys.executable, "-c", HISTORY, *case], env=env, check=True, capture_output=True, text=True
+            [sys.executable, "-c", HISTORY, *case, rule], env=env, check=True, capture_output=True, text=True
         )
         first, _, found = made.stdout.splitlines()[-1].partition(" ")
         return float(first), found.strip()
@@ -74,7 +83,8 @@ def seconds(checkout: Path, case: tuple[str, ...], kept: Path) -> tuple[float, s
 
 def main(old: str, new: str, *wanted: str) -> None:
     """Print a table of the cases whose names contain one of the words."""
-    checkouts = [Path(old).resolve(), Path(new).resolve()]
+    parts = [given.partition("@") for given in (old, new)]
+    checkouts = [(Path(path).resolve(), rule) for path, _, rule in parts]
     print("| what | old, s | new, s | old over new | found |\n|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as kept:
         for name, case in CASES.items():
@@ -82,8 +92,8 @@ def main(old: str, new: str, *wanted: str) -> None:
                 continue
             runs: list[list[tuple[float, str]]] = [[], []]
             for _ in range(1 if case[0] == "start" else ROUNDS):
-                for many, checkout in zip(runs, checkouts):
-                    many.append(seconds(checkout, case, Path(kept) / checkout.name))
+                for many, (checkout, rule) in zip(runs, checkouts):
+                    many.append(seconds(checkout, rule, case, Path(kept) / checkout.name))
             before, after = (min(s for s, _ in many) for many in runs)
             found = " → ".join(dict.fromkeys(many[0][1] for many in runs))
             print(f"| {name} | {before:.2f} | {after:.2f} | **{before / after:.2f}** | {found} |", flush=True)

@@ -131,25 +131,26 @@ def prepare(x_n, x, cells, old, new, bulk, G, axisymmetric, scale, plastic, cauc
 
 
 @njit(cache=True, error_model="numpy")
-def flow_gradients(kind, p, knots, coefs, old, new, dt, dknots, dcoefs, out):
-    """Derivatives of a flow stress at the points now and before → out (e, 4, 2, m), 0 where nothing flows.
+def flow_gradients(kind, p, knots, coefs, committed, old, new, dt, dknots, dcoefs, out):
+    """Derivatives of a flow stress → out (e, 4, 3, m): after the increment, as it begins and as committed, where those differ.
 
-    By its scalars p (5,), or of a table by what changes dknots (m, k), dcoefs (m, k − 1, 4) make of it.
+    By its scalars p (5,), or of a table by what changes dknots (m, k), dcoefs (m, k − 1, 4) make of it. Plastic strains are
+    column 4 of the histories (e, 4, h).
     """
     curve, table = (p[0], p[1], p[2], p[3], p[4]), kind == TABLE
     unused = np.empty(5)
     for e in range(old.shape[0]):
         for q in range(old.shape[1]):
-            was, now = old[e, q, 4], new[e, q, 4]
-            if was == now:
-                out[e, q] = 0.0
-            elif table:
-                for k in range(out.shape[3]):
-                    out[e, q, 0, k] = flow_gradient(kind, curve, knots, coefs, now, now - was, dt, dknots[k], dcoefs[k], unused)
-                    out[e, q, 1, k] = flow_gradient(kind, curve, knots, coefs, was, 0.0, dt, dknots[k], dcoefs[k], unused)
-            else:
-                flow_gradient(kind, curve, knots, coefs, now, now - was, dt, dknots[0], dcoefs[0], out[e, q, 0])
-                flow_gradient(kind, curve, knots, coefs, was, 0.0, dt, dknots[0], dcoefs[0], out[e, q, 1])
+            before, was, now = committed[e, q, 4], old[e, q, 4], new[e, q, 4]
+            for i in range(3):
+                a, da = (now, now - was) if i == 0 else (was, 0.0) if i == 1 else (before, 0.0)
+                if (i == 0 and now == was) or (i == 2 and was == before) or (now == was and was == before):
+                    out[e, q, i] = 0.0
+                elif table:
+                    for k in range(out.shape[3]):
+                        out[e, q, i, k] = flow_gradient(kind, curve, knots, coefs, a, da, dt, dknots[k], dcoefs[k], unused)
+                else:
+                    flow_gradient(kind, curve, knots, coefs, a, da, dt, dknots[0], dcoefs[0], out[e, q, i])
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -318,8 +319,8 @@ def at_fixed(
 ):  # fmt: skip
     """Of directions d: dxn, dx (n, 2, d), dold (e, 4, h, d), moduli (2, d): bulk, shear → forces r (ndof, d), histories dnew.
 
-    dflow (m, d): changes of a flow curve, of which the stress has the slopes (e, 4, 2, m). r and energy (d,), ∫ψ dV, are added
-    to; volume (e, 4). Of no nodes dx (0, 2, d) no present place moves.
+    dflow (m, d): changes of a flow curve, of which the stress has the slopes (e, 4, 3, m), see `flow_gradients`. r and energy
+    (d,), ∫ψ dV, are added to; volume (e, 4). Of no nodes dx (0, 2, d) no present place moves.
     """
     moves, fields, count, kinds = len(dx) > 0, dold.shape[2], dold.shape[3], dflow.shape[0]
     part = 1.0 / 3.0 if axisymmetric else 0.5

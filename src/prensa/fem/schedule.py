@@ -14,6 +14,8 @@ from prensa.model.crank import Crank
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+STILL = 1e-9  # of its values: what changes by less stays
+
 
 @dataclass(frozen=True)
 class Course:
@@ -208,6 +210,20 @@ class StepPlan:
     def motion(self, t: float) -> Array:
         """Values of the degrees of freedom ``moved`` at time t; of a spring that of its mount."""
         return np.concatenate([self.values(t), [mount(t) for _, mount in self.springs.values()]])
+
+    def given(self, t: float) -> Array:
+        """Values of all that is given at time t: motions, tool forces, loads, body forces."""
+        courses = [*self.push.values()]
+        courses += [c for load in self.loads.values() for c in (load.pressure, load.shear, load.tx, load.ty)]
+        courses += [c for pair in self.body_force.values() for c in pair]
+        return np.append(self.motion(t), [c(t) for c in courses])
+
+    def turns(self, last: float, now: float, end: float) -> bool:
+        """Whether anything given goes back, stops, or goes less than half as fast from *now* to *end* as from *last* on."""
+        a, b, c = self.given(last), self.given(now), self.given(end)
+        before, after = (b - a) / (now - last), (c - b) / (end - now)
+        moved = np.abs(b - a) > STILL * (np.abs(a) + np.abs(b))
+        return bool((moved & (after * before < 0.5 * before**2)).any())
 
     def corners(self) -> Array:
         """Times inside the step at which a table has a corner: increments end there."""

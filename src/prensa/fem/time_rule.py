@@ -45,7 +45,7 @@ class TimeRule(NamedTuple):
 
     def seconds(self, block: Block, dt: float) -> float:
         """In which a block's law answers with plastic strain, of dt."""
-        return self.part * dt if _flows(block) else dt
+        return self.part * dt if self.part != 1.0 and _flows(block) else dt
 
     def begun(self, block: Block, history: Array) -> Array:
         """The history (m, q, h) that a block's law begins with."""

@@ -19,7 +19,7 @@ from prensa.inverse.experiment import Experiment, Observe, Test, ready, refuse_s
 from prensa.inverse.meshes import finer
 from prensa.inverse.objective import Objective, Parameter, Residuals
 from prensa.inverse.profile import Profile, profile
-from prensa.inverse.result import IDLE, Fit, fit_of, half_widths
+from prensa.inverse.result import IDLE, Finer, Fit, fit_of, half_widths
 from prensa.inverse.rivals import compared
 from prensa.inverse.tables import DataError
 from prensa.model.problem import Case, Problem
@@ -134,13 +134,13 @@ def calibrate(
     experiments, known = _checked(tests, parameters)
     objective = Objective(experiments, known, Path(keep) if keep is not None else None, told)
     found = _best(objective, starts, seed)
-    fine = _refined(objective, found[0][0]) if refine else None
+    fine = _refined(objective, *found[0]) if refine else None
     bends = _bends(objective, *found[0]) if profiles else []
     rival = compared(objective, *found[0]) if compare else None
     return fit_of(objective, found, fine, bends, rival)
 
 
-def _refined(objective: Objective, x: Array) -> tuple[Array, Residuals] | None:
+def _refined(objective: Objective, x: Array, at: Residuals) -> Finer | None:
     """The fit on finer meshes, from an answer x (n,); None where a mesh cannot be refined."""
     meshes = [finer(e.problem) for e in objective.experiments]
     experiments = [e.on(p) for e, p in zip(objective.experiments, meshes) if p is not None]
@@ -148,18 +148,21 @@ def _refined(objective: Objective, x: Array) -> tuple[Array, Residuals] | None:
         return None
     objective.told("the same on a finer mesh")
     again = replace(objective, experiments=experiments, _last=None)
+    begun = again.at(x)
     found = again.minimise(x)
     objective.runs = again.runs
-    return found
+    assert begun is not None  # it is where that fit began
+    return Finer(*found, begun.r - at.r)
 
 
 def _bends(objective: Objective, x: Array, at: Residuals) -> list[Profile | None]:
     """Profiles of all parameters around an answer; None of those that move nothing."""
     objective.told("how bent the problem is")
     _, halves, _ = half_widths(at, len(x))
-    moving = np.abs(at.J[:, : len(objective.parameters)]).max(axis=0) > IDLE
+    moving, curves = np.abs(at.J[:, : len(objective.parameters)]).max(axis=0) > IDLE, objective.curves
     return [
-        profile(objective, x, at, i, halves, p.limits) if moving[i] else None for i, p in enumerate(objective.parameters)
+        profile(objective, x, at, i, halves, p.limits, curves) if moving[i] else None
+        for i, p in enumerate(objective.parameters)
     ]
 
 

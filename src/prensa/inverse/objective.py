@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import ArgumentError, PrensaError
+from prensa.inverse.bends import Curve, Foretold, curves_of
 from prensa.inverse.experiment import Experiment, over_stroke
 from prensa.model.problem import Case
 from prensa.model.schema import dump
@@ -26,6 +27,8 @@ SMALL_GAIN, SMALL_STEP = 1e-4, 1e-5  # share of χ², and of the way so far, bel
 IDLE_STEP = 1e-3  # χ² that the next step would gain below which it is not worth a run: 3 % of a standard error
 LARGEST_WAY = 300.0  # logarithm beyond which a parameter is as good as infinite, or nothing
 MOST_RUNS = 60  # of a fit
+ROUGH = 50.0  # times that gain: what a step that did not come true may have promised without being tried again
+FIRST_REACH = 1.0  # what the first step changes of what is varied at most: of logarithms, a factor of e
 NO_ANSWER = 10.0  # residual, over its standard error, of all readings where the case has no answer
 
 
@@ -216,6 +219,8 @@ class Objective:
             raise PrensaError(
                 f"calibrate: the case has no answer at the start {self._words(self.values(start))}: {self.failure}"
             )
+        if self.curves:
+            return self._along_curves(start, first, low, high)
         count = len(first.r)
 
         def residuals(way: Array) -> Array:
@@ -241,6 +246,36 @@ class Objective:
         best = self.at(x)
         assert best is not None
         return np.asarray(x), best
+
+    @property
+    def curves(self) -> list[Curve]:
+        """Flow curves of which several numbers are fitted."""
+        return curves_of(self.experiments[0].problem, [p.path for p in self.parameters], [p.value for p in self.parameters])
+
+    def _along_curves(self, x: Array, at: Residuals, low: Array, high: Array) -> tuple[Array, Residuals]:
+        """As `minimise`: each step goes to where residuals are least as the stresses of the curves foretell them (`Foretold`)."""
+        curves, reach = self.curves, FIRST_REACH
+        for _ in range(MOST_RUNS):
+            near = Foretold(curves, x, at.r, at.J)
+            y = near.least(x, np.maximum(low, x - reach), np.minimum(high, x + reach))
+            gain, idle = at.square - near.square(y), IDLE_STEP * max(1.0, at.square / max(len(at.r) - len(x), 1))
+            within = bool((np.abs(y - x) < 0.99 * reach).all())
+            if within and gain < idle:
+                break
+            found = self.at(y)
+            if found is not None and abs(found.square - at.square) < idle:
+                return (y, found) if found.square < at.square else (x, at)
+            if found is None or found.square >= at.square:
+                if found is not None and within and gain < ROUGH * idle:
+                    break  # increments are others in each run, and χ² is rough by that
+                reach = 0.25 * min(reach, float(np.abs(y - x).max()))
+                if reach < SMALL_STEP:
+                    break
+                continue
+            share = (at.square - found.square) / gain
+            reach = 0.5 * reach if share < 0.25 else 2.0 * reach if share > 0.75 else reach
+            x, at = y, found
+        return x, at
 
     @staticmethod
     def _settled(at: Residuals, x: Array, low: Array, high: Array) -> bool:

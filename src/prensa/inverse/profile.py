@@ -7,11 +7,14 @@ chapter 6; Venzon and Moolgavkar 1988).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq, lsq_linear
 
+from prensa.inverse.bends import Curve, Foretold
 from prensa.inverse.objective import Objective, Residuals
 
 Array = NDArray[np.float64]
@@ -24,6 +27,8 @@ LONGEST_STEP = 0.7  # of what is varied, mostly logarithms: beyond, the linearis
 FARTHEST = 8.0  # half widths of the linear interval within which the end is sought
 TOO_FAR = 2.0  # root beyond which a place says little of where it is 1
 MOST_PLACES = 8  # places that are tried at each side
+MOST_FORETOLD = 4  # times that an end is foretold, each from where the last one was looked for
+LONGEST_WAY = 4.0  # of what is varied, mostly logarithms, along a profile that is foretold
 
 
 @dataclass(frozen=True)
@@ -43,13 +48,19 @@ class Profile:
     least: float
 
 
-def profile(objective: Objective, x: Array, at: Residuals, number: int, half: Array, limits: tuple[float, float]) -> Profile:
-    """Profile of parameter *number* around unknowns x (n,) of least χ²; ``half`` (n,): way to the ends by the linear problem."""
+def profile(
+    objective: Objective, x: Array, at: Residuals, number: int, half: Array, limits: tuple[float, float],
+    curves: Sequence[Curve] = (),
+) -> Profile:  # fmt: skip
+    """Profile of parameter *number* around unknowns x (n,) of least χ²; ``half`` (n,): way to the ends by the linear problem.
+
+    ``curves``: flow curves along whose stresses the problem is foretold (`Foretold`), where its ends are looked for first.
+    """
     sides = [_Side(objective, x, at, number, half, sign, limits) for sign in (-1.0, 1.0)]
     bent = max(side.bent for side in sides)
     points = [(0.0, 0.0)]
     for side in sides:
-        if side.bent > BENT_BY:
+        if side.bent > BENT_BY and not (curves and side.foretold(curves)):
             side.follow()
         points += [(side.sign * d, side.sign * root) for d, root in side.points]
     return Profile(
@@ -81,6 +92,60 @@ class _Side:
             self.first = self._first()
             self.points.append((1.0, self.first))
             self.bent = abs(self.first - 1.0)
+
+    def foretold(self, curves: Sequence[Curve]) -> bool:
+        """Whether the end is where the stresses of flow curves foretell it, as a run there shows; if so it is taken.
+
+        Where the run shows something else, it is foretold again from there.
+        """
+        near, start = Foretold(curves, self.x, self.at.r, self.at.J), self.x
+        for _ in range(MOST_FORETOLD):
+            end, y, steep = self._end_of(near, start)
+            found = self.objective.at(y)
+            if found is None:
+                return False
+            self.least = min(self.least, found.square)
+            # the others improved, but by no more than a step: what has come to nothing moves nothing
+            others = lsq_linear(found.J[:, self.others], -found.r, (-LONGEST_STEP, LONGEST_STEP))
+            root = self._root(2.0 * float(others.cost))
+            self.points.append((end, root))
+            if not steep and root < 1.0:
+                self.end = self.room if self.room <= FARTHEST else np.inf
+                return True
+            if steep and abs(root - 1.0) <= BENT_BY:  # what is left is made up for as the root grows there
+                self.end = float(np.clip(end + (1.0 - root) / steep, 0.7 * end, min(1.3 * end, self.room)))
+                return True
+            near, start = Foretold(curves, y, found.r, found.J), y
+        return False
+
+    def _end_of(self, near: Foretold, start: Array) -> tuple[float, Array, float]:
+        """Way to where the root is foretold to be 1, unknowns (n,) there, and its slope; where none is, the farthest, and 0."""
+        reach = min(FARTHEST, self.room)
+        places = {0.0: (start, 0.0)}
+
+        def above(d: float) -> float:
+            """Root at a way d, less the one sought."""
+            if d not in places:
+                nearest = places[min(places, key=lambda other: abs(other - d))][0]
+                places[d] = self._along_curves(near, d, nearest)
+            return places[d][1] - 1.0
+
+        inside, end = 0.0, min(1.0, reach)
+        while above(end) < 0.0:
+            if end >= reach:
+                return end, places[end][0], 0.0
+            inside, end = end, min(2.0 * end, reach)
+        end = float(brentq(above, inside, end, xtol=0.003, rtol=0.003))
+        above(end)
+        y, expected = places[end]
+        return end, y, max(expected - self._along_curves(near, 0.9 * end, y)[1], 0.01) / (0.1 * end)
+
+    def _along_curves(self, near: Foretold, d: float, start: Array) -> tuple[Array, float]:
+        """Unknowns of least χ² with the parameter held at a way *d*, and the root there, as flow curves foretell it."""
+        y = start.copy()
+        y[self.number] = self.x[self.number] + self.sign * d * self.valley[self.number]
+        y = near.least(y, y - LONGEST_WAY, y + LONGEST_WAY, self.number)
+        return y, self._root(near.square(y))
 
     def _first(self) -> float:
         """Root at the linear end: the run there, the others improved as the linearised problem has it."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +34,8 @@ BAND = (0.01, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0)  # plastic strains of the band
 class Interval:
     """A parameter: its value, half its 95 % interval by noise alone, and what a finer mesh changes (nan: unknown).
 
-    ``profile``: how good that half is, and better ends where it is not (None: not looked at).
+    ``profile``: how good that half is, and better ends where it is not (None: not looked at). ``scatter``: what it would be
+    changed by if the readings changed as the finer mesh changes them, but each by itself one way or the other.
     """
 
     value: float
@@ -43,6 +44,12 @@ class Interval:
     start: float
     log: bool
     profile: Profile | None = None
+    scatter: float = 0.0
+
+    @property
+    def of_mesh(self) -> float:
+        """What the interval has at each side for the error of the mesh: the larger of `mesh` and `scatter`; nan if unknown."""
+        return max(abs(self.mesh), self.scatter) if np.isfinite(self.mesh) else np.nan
 
     @property
     def low(self) -> float:
@@ -56,7 +63,7 @@ class Interval:
 
     def _end(self, sign: float) -> float:
         halves = 1.0 if self.profile is None else self.profile.low if sign < 0 else self.profile.high
-        wide = halves * self.noise + (abs(self.mesh) if np.isfinite(self.mesh) else 0.0)
+        wide = halves * self.noise + (self.of_mesh if np.isfinite(self.mesh) else 0.0)
         if not np.isfinite(wide):
             return float(sign * np.inf) if sign > 0 or not self.log else 0.0
         return grown(self.value, sign * wide / self.value) if self.log else self.value + sign * wide
@@ -172,6 +179,23 @@ class Fit:
         return write_page(self, Path(path))
 
 
+class Finer(NamedTuple):
+    """The fit on finer meshes: unknowns x (n,), residuals there, and their ``change`` (r,) with the mesh at fixed unknowns."""
+
+    x: Array
+    at: Residuals
+    change: Array
+
+
+def scattered(J: Array, change: Array) -> Array:
+    """Ways (n,) that residuals which change by so much (r,), each by itself one way or the other, move unknowns.
+
+    Nodes that land one after the other make the error of a mesh go up and down along a test; what a refit shows of it in the
+    direction that readings tell worst is then a matter of chance.
+    """
+    return np.asarray(np.sqrt(((np.linalg.pinv(J, rcond=1e-14) * change) ** 2).sum(axis=1)))
+
+
 def half_widths(at: Residuals, unknowns: int) -> tuple[Array, Array, float]:
     """Covariance (n, n), ways (n,) to the ends of 95 % intervals by the linear problem, and how many standard errors they are."""
     from scipy.stats import t
@@ -183,22 +207,23 @@ def half_widths(at: Residuals, unknowns: int) -> tuple[Array, Array, float]:
 
 
 def fit_of(
-    objective: Objective, found: Sequence[tuple[Array, Residuals]], fine: tuple[Array, Residuals] | None,
+    objective: Objective, found: Sequence[tuple[Array, Residuals]], fine: Finer | None,
     profiles: Sequence[Profile | None] = (), rival: Rival | str | None = None,
 ) -> Fit:  # fmt: skip
     """The outcome from the fits of all starts, the best first, the fit on a finer mesh, profiles and the other law."""
-    (x, at), k = fine or found[0], len(objective.parameters)
+    (x, at), k = (fine.x, fine.at) if fine is not None else found[0], len(objective.parameters)
     coarse = found[0][0]
     freedom = max(len(at.r) - len(x), 1)
     reduced = at.square / freedom
     covariance, halves, wide = half_widths(at, len(x))
     spread = halves / wide
-    parameters = {}
+    parameters, scatter = {}, np.zeros(len(x)) if fine is None else scattered(at.J, fine.change)
     for i, p in enumerate(objective.parameters):
         value = p.value(x[i])
         mesh = value - p.value(coarse[i]) if fine is not None else np.nan
         parameters[p.path] = Interval(
-            value, float(halves[i] * abs(p.slope(value))), mesh, p.start, p.log, profiles[i] if profiles else None
+            value, float(halves[i] * abs(p.slope(value))), mesh, p.start, p.log, profiles[i] if profiles else None,
+            float(scatter[i] * abs(p.slope(value))),
         )
     channels = list(_channels(objective, at))
     known = np.where(spread[:k] > 0.0, spread[:k], np.inf)  # a parameter that moves nothing goes with no other

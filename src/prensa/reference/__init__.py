@@ -10,6 +10,7 @@
 | `forming` | limit loads, tubes, rough plates, slab method, drawing, rolling |
 | `extrusion` | backward extrusion of cans: an upper bound |
 | `limit_load` | limit loads in plane strain from above, by linear programming |
+| `axisymmetric_load` | limit loads of bodies of revolution from above, by stream functions |
 | `bending` | moment, curvature and springback of a strip |
 | `free_bending` | angle of a strip bent round a punch into a die |
 | `draw_bending` | pull and curl of a strip drawn over radii, drawbeads |
@@ -19,6 +20,7 @@
 Any consistent units. Functions take and return plain numbers and numpy arrays; scipy is loaded on first use.
 """
 
+from .axisymmetric_load import axisymmetric_bound
 from .bending import Bending, bend_strip, bend_strip_perfect, bend_strip_power
 from .buckling import elastica_clamped, euler_clamped
 from .draw_bending import DrawBending, draw_bending
@@ -108,6 +110,7 @@ __all__ = [
     "SlipLaw",
     "Upsetting",
     "Wall",
+    "axisymmetric_bound",
     "bend_strip",
     "bend_strip_perfect",
     "bend_strip_power",

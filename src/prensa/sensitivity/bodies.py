@@ -64,22 +64,22 @@ class Elements:
 
         dold (e, 4, h, d): of the committed histories.
         """
-        flows = [ch.flow[k] for ch in changes]
+        slopes, ways = self._flow([ch.flow[k] for ch in changes])
         if self.begun is not None:
             begins = np.empty_like(dold)
-            begun_along(self.begun, dold, *self._flow(flows, self.committed, self.old, 0.0), begins)
+            begun_along(self.begun, dold, slopes, ways, begins)
             dold = begins
         dnew, energy = np.empty_like(dold), np.zeros(len(changes))
         moduli = np.array([[ch.bulk[k] for ch in changes], [ch.G[k] for ch in changes]])
         at_fixed(
             self.block.cells, self.geometry, self.point, *moduli_of(self.block), self.block.mode.axisymmetric,
-            self.block.volume, dxn, dx, dold, moduli, *self._flow(flows, self.old, self.new, self.seconds), r, dnew, energy,
+            self.block.volume, dxn, dx, dold, moduli, slopes, ways, r, dnew, energy,
         )  # fmt: skip
         return dnew, energy
 
-    def _flow(self, changes: Sequence[FlowChange | None], old: Array, new: Array, seconds: float) -> tuple[Array, Array]:
-        """Slopes (e, 4, 2, m) of the flow stress at new histories and old, and how far directions go along them (m, d)."""
-        shape = (*old.shape[:2], 2)
+    def _flow(self, changes: Sequence[FlowChange | None]) -> tuple[Array, Array]:
+        """Slopes (e, 4, 3, m) of the flow stress, see `flow_gradients`, and how far directions go along them (m, d)."""
+        shape = (*self.old.shape[:2], 3)
         own = [(d, f) for d, f in enumerate(changes) if f is not None]
         if not own:
             return np.empty((*shape, 0)), np.empty((0, len(changes)))
@@ -90,8 +90,13 @@ class Elements:
             ways[row if flow.kind == TABLE else slice(None), d] = 1.0 if flow.kind == TABLE else f.p
         slopes = np.empty((*shape, len(ways)))
         knots, coefficients = np.stack([f.knots for _, f in own]), np.stack([f.coefficients for _, f in own])
-        flow_gradients(*flow, old, new, seconds, knots, coefficients, slopes)
+        self.flow_slopes(knots, coefficients, slopes)
         return slopes, ways
+
+    def flow_slopes(self, knots: Array, coefficients: Array, out: Array) -> None:
+        """See `flow_gradients`."""
+        law: Any = self.block.law
+        flow_gradients(*law.flow, self.committed, self.old, self.new, self.seconds, knots, coefficients, out)
 
     def along(self, dx: Array, dnew: Array, energy: Array) -> None:
         """Add what motions dx (n, 2, d) of the present nodes make of histories and energies."""

@@ -26,7 +26,7 @@ from prensa.measures.measure import Gradient
 from prensa.sensitivity.bodies import elements_of, unfolding
 from prensa.sensitivity.change import Change
 from prensa.sensitivity.contacts import Committed, Points
-from prensa.sensitivity.direct import Columns, Direction, Solution
+from prensa.sensitivity.direct import LAST, Columns, Direction, Solution, onwards
 from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import Increment
 from prensa.solver.results import increment_of
@@ -129,7 +129,7 @@ def differentiate(
     points = [Points.of(c, k, f, _committed(at, k, f, carried, changes, dxn, X, given)) for k, f in enumerate(at.e.contacts)]
     for p in points:
         p.add_to(r)
-    start, sizes = _started(carried["u"], c, given.motion), np.array([d.parameter.size for d in before.directions])
+    start, sizes = _started(carried, c, given.motion), np.array([d.parameter.size for d in before.directions])
     r += columns.times(start)
     x = columns.solve(-sizes * r) / sizes
     r, x = r + columns.times(x), start + x
@@ -143,9 +143,9 @@ def differentiate(
     return Bundle(before.directions, after), found
 
 
-def _started(u: Array, c: Context, motion: Array) -> Array:
-    """First guess (ndof, d) of the derivatives: those of the committed u (ndof, d), with the prescribed ones as they will be."""
-    out = np.array(u)
+def _started(carried: Arrays, c: Context, motion: Array) -> Array:
+    """First guess (ndof, d) of the derivatives from those carried, with the prescribed ones as they will be."""
+    out = onwards(carried, c)
     out[c.plan.fixed] = motion[c.plan.fixed]
     return out
 
@@ -192,7 +192,7 @@ def _carried_on(
     x, m = found.x, len(changes)
     work = found.force.copy()
     work[c.plan.fixed] += found.reaction[c.plan.fixed]
-    out: Arrays = {"u": x} | {f"history_{k}": h for k, h in enumerate(histories)}
+    out: Arrays = {"u": x, LAST: was["u"]} | {f"history_{k}": h for k, h in enumerate(histories)}
     out |= {k: was[k].copy() for k in (*CONTACT, "lam")}
     for p in found.points:
         rows = p.surface.rows

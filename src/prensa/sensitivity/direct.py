@@ -47,6 +47,13 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 DROPPED = np.zeros(0)
+LAST = "u_last"  # what carries the derivative of the dofs an increment earlier, from which the next one is foretold
+
+
+def onwards(carried: dict[str, Array], c: Context) -> Array:
+    """First guess of the derivatives of the dofs after an increment: those carried, as they have changed in the last one."""
+    u, last = carried["u"], c.state.dt_last
+    return u + c.dt / last * (u - carried[LAST]) if last > 0.0 else np.array(u)
 
 
 class Solution(NamedTuple):
@@ -116,7 +123,8 @@ class Direction:
         if path in start.derivatives:
             return cls(parameter, step, systems, viscous, dict(start.derivatives[path]), change)
         above, below = (s.initial().moving() for s in systems)
-        return cls(parameter, step, systems, viscous, {k: (a - below[k]) / (2 * step) for k, a in above.items()}, change)
+        carried = {k: (a - below[k]) / (2 * step) for k, a in above.items()}
+        return cls(parameter, step, systems, viscous, carried | {LAST: carried["u"]}, change)
 
     @classmethod
     def together(cls, system: System, parameters: Sequence[Parameter], shares: Array, policy: Policy) -> Direction:
@@ -190,8 +198,8 @@ class Direction:
         return dr, system.with_slaves(given)
 
     def guess(self, at: Solution) -> Array:
-        """What the derivatives of the free dofs (ndof,) have been, 0 for the prescribed ones."""
-        out = np.array(self.carried["u"])
+        """What the derivatives of the free dofs (ndof,) are expected to be, 0 for the prescribed ones."""
+        out = onwards(self.carried, at.c)
         out[at.c.plan.fixed] = 0.0
         return at.system.with_slaves(out)
 
@@ -261,7 +269,7 @@ class Direction:
             states.append(committed(system, side.c, result, e, dt, stabilisation).moving())
             slim = tuple(f._replace(K=DROPPED, dp=DROPPED, dt=DROPPED) for f in e.contacts)
             out.append(Neighbour(system, side.c.plan, e._replace(contacts=slim, history=())))
-        self.carried = {k: self.difference(a, states[1][k]) for k, a in states[0].items()}
+        self.carried = {k: self.difference(a, states[1][k]) for k, a in states[0].items()} | {LAST: self.carried["u"]}
         return (out[0], out[1]), flat
 
     def _contact(

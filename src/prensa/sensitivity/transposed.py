@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces
 from prensa.elements import q4, q4_transposed
-from prensa.elements.q4_directions import flow_gradients
 from prensa.fem.assembly import Block, Pattern
 from prensa.fem.context import Context
 from prensa.fem.interaction import Branches
@@ -255,8 +254,8 @@ def _element(
     if curve is None or not owed.curves:
         return
     if curve.kind != TABLE:
-        slopes = np.empty((*b.old.shape[:2], 2, 5))
-        flow_gradients(*curve, b.old, b.new, b.seconds, *(np.zeros((1, *a.shape)) for a in curve[2:]), slopes)
+        slopes = np.empty((*b.old.shape[:2], 3, 5))
+        b.flow_slopes(np.zeros((1, *curve.knots.shape)), np.zeros((1, *curve.coefficients.shape)), slopes)
         owed.flow[k].p[...] += flow.reshape(len(r), -1) @ slopes[:, :, 0].reshape(-1, 5)
         return
     strain = b.new[..., 4]

@@ -387,7 +387,7 @@ class TimeStepping:
     ) -> Outcome:
         """Context and outcome of one attempt at the increment to a time, its stability judged; spent: gets its iterations."""
         # where an increment was cut, flow begins or turns, of which the last one knows nothing
-        c = self.context(state, plan, end, BACKWARD_EULER if cutbacks else self.rule(state, end))
+        c = self.context(state, plan, end, BACKWARD_EULER if cutbacks else self.rule(state, plan, end))
         start, notes = approach(self.system, c)
         for message in notes:
             self.messages.note(state, plan, message)
@@ -421,10 +421,15 @@ class TimeStepping:
         jumps = self.policy.jump_cuts if self.numerics.max_cutbacks and state.stability.viscosity > 0 else 0
         return self.numerics.max_cutbacks + jumps
 
-    def rule(self, state: State, end: float) -> TimeRule:
-        """How plastic flow goes on from a state to the time ``end``, unless the increment is cut."""
-        second = self.numerics.time_rule == "bdf2" and self.system.has_memory
-        return TimeRule.of(end - state.clock.time, state.dt_last) if second else BACKWARD_EULER
+    def rule(self, state: State, plan: StepPlan, end: float) -> TimeRule:
+        """How plastic flow goes on from a state to the time ``end``, unless the increment is cut.
+
+        By backward Euler where what is prescribed turns back or stops: all flow of the last increment may end there at once.
+        """
+        now, last = state.clock.time, state.dt_last
+        if self.numerics.time_rule != "bdf2" or not self.system.has_memory or not last > 0.0:
+            return BACKWARD_EULER
+        return BACKWARD_EULER if plan.turns(now - last, now, end) else TimeRule.of(end - now, last)
 
     def context(self, state: State, plan: StepPlan, end: float, rule: TimeRule = BACKWARD_EULER) -> Context:
         """Everything that an increment from a state to the time ``end`` needs, with plastic flow by a ``rule``."""

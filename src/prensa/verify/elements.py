@@ -15,7 +15,7 @@ from prensa.verify import example1, example2, friction
 from prensa.verify.balance import Balance
 from prensa.verify.drive import Drive
 from prensa.verify.example2 import extrapolated
-from prensa.verify.forming import FLOWS, NU, REDUCTIONS, E, at, curve, johnson_cook_force, upsetting
+from prensa.verify.forming import FLOWS, NU, REDUCTIONS, TIME_RULES, E, at, curve, johnson_cook_force, upsetting
 from prensa.verify.table import Row, case, row
 
 Array = NDArray[np.float64]
@@ -46,21 +46,24 @@ def plane_stress_upsetting(E_scale: float = 1.0, mu_scale: float = 1.0) -> Itera
 
 @case("rate-dependent upsetting in plane stress", suite="elements")
 def plane_stress_rate(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
-    """Johnson-Cook under uniaxial stress: first order in time, and the limit is the solution of the rate equation."""
+    """Johnson-Cook under uniaxial stress: each time rule has its order, and the limit is the solution of the rate equation."""
     balance = Balance()
     flow = pr.JohnsonCook(250.0, 500.0, 0.3, 0.05, 1e-3)
     # the cylinder of radius 10 and the strip of width 10 and thickness 1 have the same stress: areas 100π and 10
     exact = johnson_cook_force(flow, 0.3) / (100.0 * 3.141592653589793) * 10.0
-    forces = []
-    for increments in (25, 50, 100):
-        p = upsetting(
-            (1, 1), 0.0, flow, space="plane stress", enforcement=pr.Augmented(), increments=increments,
-            E_scale=E_scale, reductions=(0.3,),
-        )  # fmt: skip
-        forces.append(balance.last(p).force("punch").y)
-    yield row("force at 30 % in 100 increments", exact, forces[2], 1e-3)
-    yield row("force extrapolated to zero step", exact, 2 * forces[2] - forces[1], 1e-4)
-    yield row("ratio of differences, first order", 2.0, (forces[1] - forces[0]) / (forces[2] - forces[1]), 0.1)
+    for order, rule in enumerate(TIME_RULES, 1):
+        forces = []
+        for increments in (25, 50, 100):
+            p = upsetting(
+                (1, 1), 0.0, flow, space="plane stress", enforcement=pr.Augmented(), increments=increments,
+                E_scale=E_scale, reductions=(0.3,),
+            )  # fmt: skip
+            forces.append(balance.last(p, pr.Numerics(time_rule=rule)).force("punch").y)
+        falls = 2.0**order  # the error, when the number of increments is doubled
+        yield row(f"{rule}: force at 30 % in 100 increments", exact, forces[2], 1e-3)
+        extrapolated = forces[2] + (forces[2] - forces[1]) / (falls - 1.0)
+        yield row(f"{rule}: force extrapolated to zero step", exact, extrapolated, 1e-4)
+        yield row(f"{rule}: ratio of differences", falls, (forces[1] - forces[0]) / (forces[2] - forces[1]), 0.1)
     yield from balance.rows()
 
 

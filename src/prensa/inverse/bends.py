@@ -1,0 +1,121 @@
+"""Residuals away from where they are known: linear in the stresses of a flow curve, where several numbers of one are fitted.
+
+Strength, exponent and first yield of a flow curve trade: what is measured hardly changes along a valley of them, and the valley
+bends, since stresses are no linear functions of them. But what is measured is nearly linear in the stresses themselves. So
+with φ(x) the stresses at some strains, residuals are foretold as r + J_f Φ⁺ (φ(x) − φ) for what belongs to the curve, Φ = ∂φ/∂x
+where r and J were found, and as r + J (x − x₀) for all else. That takes no run, so what is sought with it is sought far.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.materials.flow_curve import FlowCurve, stress_at
+from prensa.model.problem import Problem
+from prensa.sensitivity.parameters import part_of
+
+Array = NDArray[np.float64]
+
+SAMPLED = np.linspace(0.02, 1.0, 25)  # of the stresses of a curve
+SMALL_WAY = 1e-6  # step of what is varied, mostly logarithms, for differences of stresses
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A flow curve of which unknowns number ``own`` are the fields ``names``; ``value``: from what is varied to each number."""
+
+    curve: FlowCurve
+    own: tuple[int, ...]
+    names: tuple[str, ...]
+    value: tuple[Callable[[float], float], ...]
+
+    def stresses(self, x: Array) -> Array:
+        """At `SAMPLED`; nan for numbers that are not allowed."""
+        try:
+            given: Any = {name: value(float(x[i])) for i, name, value in zip(self.own, self.names, self.value)}
+            with np.errstate(all="ignore"):
+                return stress_at(replace(self.curve, **given), SAMPLED, np.zeros_like(SAMPLED))
+        except (ValueError, ArithmeticError):
+            return np.full_like(SAMPLED, np.nan)
+
+    def slopes(self, x: Array) -> Array:
+        """Derivatives (strains, own) by what is varied."""
+        out = []
+        for i in self.own:
+            step = np.zeros_like(x)
+            step[i] = SMALL_WAY
+            out.append((self.stresses(x + step) - self.stresses(x - step)) / (2.0 * SMALL_WAY))
+        return np.column_stack(out)
+
+
+def curves_of(problem: Problem, paths: Sequence[str], values: Sequence[Callable[[float], float]]) -> list[Curve]:
+    """The flow curves of which several numbers are fitted; ``values``: from what is varied to each number."""
+    out = []
+    for body in problem.bodies:
+        start = f"bodies.{body}.material.flow."
+        curve = part_of(problem, start[:-1])
+        if not isinstance(curve, FlowCurve):
+            continue
+        known = {f.name for f in fields(curve)}
+        own = [i for i, path in enumerate(paths) if path.startswith(start) and path.removeprefix(start) in known]
+        if len(own) > 1:
+            names = tuple(paths[i].removeprefix(start) for i in own)
+            out.append(Curve(curve, tuple(own), names, tuple(values[i] for i in own)))
+    return out
+
+
+class Foretold:
+    """Residuals (r,) near unknowns x (n,), where they are r with derivatives J (r, n)."""
+
+    def __init__(self, curves: Sequence[Curve], x: Array, r: Array, J: Array) -> None:
+        self.x, self.r, self.J = x, r, J
+        self.curves = []
+        for c in curves:
+            stresses, slopes = c.stresses(x), c.slopes(x)
+            if np.isfinite(slopes).all():
+                self.curves.append((c, stresses, J[:, list(c.own)] @ np.linalg.pinv(slopes, rcond=1e-10)))
+
+    def residuals(self, x: Array) -> Array:
+        """There."""
+        way = x - self.x
+        for c, _, _ in self.curves:
+            way[list(c.own)] = 0.0
+        out = self.r + self.J @ way
+        for c, stresses, by in self.curves:
+            out = out + by @ (c.stresses(x) - stresses)
+        return np.asarray(np.nan_to_num(out, nan=1e6, posinf=1e6, neginf=-1e6))
+
+    def square(self, x: Array) -> float:
+        """χ² there."""
+        r = self.residuals(x)
+        return float(r @ r)
+
+    def slopes(self, x: Array) -> Array:
+        """Their derivatives (r, n) there."""
+        J = self.J.copy()
+        for c, _, by in self.curves:
+            J[:, list(c.own)] = by @ np.nan_to_num(c.slopes(x))
+        return J
+
+    def least(self, start: Array, low: Array, high: Array, held: int | None = None) -> Array:
+        """Unknowns of least squares between bounds (n,), one of them ``held``."""
+        from scipy.optimize import least_squares
+
+        free = np.delete(np.arange(len(start)), [] if held is None else held)
+
+        def whole(some: Array) -> Array:
+            x = start.copy()
+            x[free] = some
+            return x
+
+        found = least_squares(
+            lambda some: self.residuals(whole(some)), np.clip(start[free], low[free], high[free]),
+            jac=lambda some: self.slopes(whole(some))[:, free], bounds=(low[free], high[free]), x_scale="jac", ftol=1e-9,
+            xtol=1e-9, gtol=1e-10, max_nfev=200,
+        )  # fmt: skip
+        return whole(found.x)
