@@ -203,8 +203,14 @@ def recover(
 
 
 def _of_centres(
-    first: NDArray[np.int64], members: NDArray[np.int64], interior: Flags, cells: NDArray[np.int64], x: Array, X: Array, values: Array
-) -> Array:  # fmt: skip
+    first: NDArray[np.int64],
+    members: NDArray[np.int64],
+    interior: Flags,
+    cells: NDArray[np.int64],
+    x: Array,
+    X: Array,
+    values: Array,
+) -> Array:
     """Nodal values (n, v) of patches through the means of the elements, as far as patches about interior nodes reach."""
     out, count = np.zeros((len(x), values.shape[2])), np.zeros(len(x), dtype=np.int64)
     middle, mean = (np.ascontiguousarray(v.mean(axis=1, keepdims=True)) for v in (X, values))
