@@ -93,7 +93,7 @@ def test_self_stress_of_default_elements_that_have_yielded_throughout():
 @pytest.mark.parametrize("element", ["q4", "q4_fbar"])
 @pytest.mark.parametrize("radius", [10.0, 20.0], ids=["loaded", "free"])
 def test_stress_at_the_skin_of_a_tube_is_of_second_order(element, radius):
-    """Lamé's tube, its bore driven outwards: radial and hoop stress at bore and outside, a quarter of the error with half their size."""
+    """Lamé's tube, its bore driven outwards: half the size of elements, a quarter of the error at bore and outside."""
     a, b, out = 10.0, 20.0, 0.01
     p = out / ((1 + NU) / E * a * (a**2 * (1 - 2 * NU) + b**2) / (b**2 - a**2))
     exact = p * a**2 / (b**2 - a**2) * np.array([1 - b**2 / radius**2, 1 + b**2 / radius**2])
