@@ -71,14 +71,45 @@ def test_self_stress_of_a_strip_of_four_layers(element):
 
 
 def test_free_edges_of_a_strip_of_default_elements_have_no_traction_and_more_of_the_self_stress():
-    """With an elastic core the skin's self-stress is the closed form's to 25 %, of which more than half was missing."""
+    """With an elastic core the skin's self-stress is the closed form's to 25 %, of which patches miss more than a third."""
     for bent, drive, e, skin in released("q4_fbar", (0.005, 0.0075)):
         exact = np.array([1.0, -1.0]) * self_stress(bent, 0.5)
         patches = nodal_stress(drive.system, drive.state, e)[skin]
-        assert (np.abs(patches[:, 0] / exact - 1.0) > 0.5).all()
+        assert (np.abs(patches[:, 0] / exact - 1.0) > 1 / 3).all()
         stress = skin_stress(drive.system, drive.state, e, drive.plan)[skin]
         assert stress[:, 0] == pytest.approx(exact, rel=0.25)
         assert np.abs(stress[:, [1, 3]]).max() <= 1e-9 * np.abs(exact).max()
+
+
+def test_self_stress_of_default_elements_that_have_yielded_throughout():
+    """Where no elastic core is left the skin's stress is the closed form's to 3 %: from all points it was 21 to 23 % low."""
+    for bent, drive, e, skin in released("q4_fbar", (0.02, 0.06)):
+        exact = self_stress(bent, 0.5)
+        stress = skin_stress(drive.system, drive.state, e, drive.plan)[skin]
+        assert stress[:, 0] == pytest.approx([exact, -exact], rel=0.03)
+        assert np.abs(stress[:, 1]).max() <= 0.01 * abs(exact)
+
+
+@pytest.mark.parametrize("element", ["q4", "q4_fbar"])
+@pytest.mark.parametrize("radius", [10.0, 20.0], ids=["loaded", "free"])
+def test_stress_at_the_skin_of_a_tube_is_of_second_order(element, radius):
+    """Lamé's tube, its bore driven outwards: half the size of elements, a quarter of the error at bore and outside."""
+    a, b, out = 10.0, 20.0, 0.01
+    p = out / ((1 + NU) / E * a * (a**2 * (1 - 2 * NU) + b**2) / (b**2 - a**2))
+    exact = p * a**2 / (b**2 - a**2) * np.array([1 - b**2 / radius**2, 1 + b**2 / radius**2])
+    errors = []
+    for n in (8, 16):
+        body = pr.Body(pr.Rectangle((b - a, 3.0), (n, 3), origin=(a, 0)), pr.Elastic(E, NU), element)
+        fixed = {"tube.bottom": "y", "tube.top": "y", "tube.left": pr.Fixed(x=out)}
+        problem = pr.Problem(
+            "tube", space="axisymmetric", kinematics="small", bodies={"tube": body}, fixed=fixed,
+            steps=(pr.Step("expand", increments=1),),
+        )  # fmt: skip
+        *_, inc = pr.solve(problem)
+        tube = inc.bodies["tube"]
+        node = int(np.argmin(np.hypot(tube.X[:, 0] - radius, tube.X[:, 1] - 1.0)))
+        errors.append(np.abs(tube.stress[node, [0, 2]] - exact).max() / p)
+    assert errors[0] < 0.04 and errors[0] / errors[1] > 3.3
 
 
 def test_pressures_at_free_edges_come_from_the_traction():
@@ -114,8 +145,9 @@ def test_a_linear_field_is_recovered_at_the_skin_of_yielded_distorted_elements(e
     (block,) = drive.system.blocks
     X = block.positions(drive.X)
     for some in (np.arange(len(block)) % 3 == 0, np.ones(len(block), dtype=bool)):
-        nodal = recover(drive.X, block.cells, X, (1.0 + X @ [2.0, -3.0])[..., None], some)
-        assert nodal[:, 0] == pytest.approx(1.0 + drive.X @ [2.0, -3.0], abs=1e-9)
+        for centred in (False, True):
+            nodal = recover(drive.X, block.cells, X, (1.0 + X @ [2.0, -3.0])[..., None], some, centred)
+            assert nodal[:, 0] == pytest.approx(1.0 + drive.X @ [2.0, -3.0], abs=1e-9)
 
 
 @pytest.mark.parametrize("element", ["q4_enhanced", "q4_sheet", "q8", "t6"])

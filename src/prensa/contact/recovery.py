@@ -5,6 +5,9 @@ the element's order, which is evaluated at the nodes of the patch; a node on the
 patches that contain them. Nodes that no interior patch reaches fit the elements at hand, by fewer terms where those do not
 determine all. `smoothed` is the older route, the one that the paper took.
 
+The stress of bilinear elements converges twice as fast at their centres as elsewhere in them, where it lacks what does not vary
+within them: carried to the boundary from all four points it is of first order. There they are fitted by their means.
+
 No polynomial follows the kink that stresses have where a plastic zone ends: fitted across it and carried on to the skin it
 is tens of per cent out. A node of the boundary near ``kinked`` elements is fitted by the elements that it belongs to, by no
 more terms than follow from their own points. Where these do not have the pressure of where they are, it is taken from the
@@ -170,10 +173,13 @@ def _around(cells: NDArray[np.int64], n: int, some: Flags) -> Flags:
     return near
 
 
-def recover(x: Array, cells: NDArray[np.int64], X: Array, values: Array, kinked: Flags | None = None) -> Array:
+def recover(
+    x: Array, cells: NDArray[np.int64], X: Array, values: Array, kinked: Flags | None = None, centred: bool = False
+) -> Array:
     """Nodal values (n, v) from point values (e, q, v) at positions X (e, q, 2); x (n, 2) nodes, cells (e, 3|4|6|8).
 
-    kinked (e,): elements in or between which the values may have a kink, such as those that have yielded.
+    kinked (e,): elements in or between which the values may have a kink, such as those that have yielded. ``centred``: the
+    points of an element do not have the values of where they are, only their mean has that of their middle.
     """
     n, a = len(x), cells.shape[1]
     members, first = _members(cells, n)
@@ -188,7 +194,29 @@ def recover(x: Array, cells: NDArray[np.int64], X: Array, values: Array, kinked:
     if kinked is not None and kinked.any():
         skin = np.unique(boundary)
         _own(skin[_around(cells, n, kinked)[skin]], first, members, x, X, values, OWN_TERMS[a], out)
+    if centred and interior.any():
+        reached = np.zeros(n, dtype=np.bool_)
+        reached[cells[interior[cells].any(axis=1)]] = True
+        skin = np.unique(boundary)
+        out[skin[reached[skin]]] = _of_centres(first, members, interior, cells, x, X, values)[skin[reached[skin]]]
     return out
+
+
+def _of_centres(
+    first: NDArray[np.int64],
+    members: NDArray[np.int64],
+    interior: Flags,
+    cells: NDArray[np.int64],
+    x: Array,
+    X: Array,
+    values: Array,
+) -> Array:
+    """Nodal values (n, v) of patches through the means of the elements, as far as patches about interior nodes reach."""
+    out, count = np.zeros((len(x), values.shape[2])), np.zeros(len(x), dtype=np.int64)
+    middle, mean = (np.ascontiguousarray(v.mean(axis=1, keepdims=True)) for v in (X, values))
+    a = cells.shape[1]
+    _patches(first, members, interior, cells, x, middle, mean, TERMS[a], OUTER_TERMS[a], out, count)
+    return np.asarray(out / np.maximum(count, 1)[:, None])
 
 
 def at_free_edges(

@@ -62,7 +62,7 @@ def hint(failure: Failure) -> str:
         case Folded(hang=hang) if hang is not None:
             return (
                 "'element: t6' with edges that are short beside the tool, whose nodes go round its corner, and 'remesh: auto' "
-                "where metal flows round it; a larger 'fillet' of the tool; less friction"
+                "where metal flows round it; a 'fillet' of the tool as large as an edge there is long; less friction"
             )
         case Folded():
             return "a tool between the two sides, or a step that ends before they meet: bodies have no contact with themselves"

@@ -327,7 +327,8 @@ def _recovered(x: Array, b: Any, values: Array, history: Array, recovery: Recove
     yielded = None
     if b.law.plastic and b.element.follows_gradients:
         yielded = np.asarray(_yielded(b, history).any(axis=1))
-    return recover(*where, kinked=yielded)
+    centred = b.cells.shape[1] == 4 and not b.element.follows_gradients
+    return recover(*where, kinked=yielded, centred=centred)
 
 
 def body_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> dict[str, BodyState]:
