@@ -15,6 +15,7 @@ from prensa.fem.renewal import carried_over, renewed
 from prensa.fem.state import State
 from prensa.fem.system import System
 from prensa.fem.transfer import carried, elastic_volume, exponential, logarithm
+from prensa.solver import remeshing
 from prensa.solver.policy import Policy
 from prensa.solver.remeshing import balanced
 from prensa.solver.reporting import Messages
@@ -167,6 +168,30 @@ def test_little_is_lost_on_a_new_mesh(space: str) -> None:
     forces = [next(stepping(s).run(at)).force("punch").y for s, at in ((system, state), (new, there))]
     assert forces[1] == pytest.approx(forces[0], rel=5e-3)
     assert elastic_volume(there.history[0]).max() < 1.0
+
+
+def test_in_no_time_nothing_flows_or_slides(rubbed: tuple[System, State, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Equilibrium on a new mesh leaves plastic strains and slips; where it is not found so, metal flows: the forces are alike."""
+    system, state, _ = rubbed
+    new, there = renewed(system, state, ["billet"], sizes(system, state))
+    rested, told = balanced(stepping(new), there)
+    assert told.endswith("iterations")
+    assert (rested.history[0][..., 4] == there.history[0][..., 4]).all()
+    assert (rested.contact.slip == there.contact.slip).all()
+    real, tried = remeshing.attempt_from, []
+
+    def refused(eq: Any, u: np.ndarray) -> Any:
+        tried.append(real(eq, u))
+        if len(tried) == 1:
+            tried[0].converged = False
+        return tried[-1]
+
+    monkeypatch.setattr(remeshing, "attempt_from", refused)
+    flown, told = balanced(stepping(new), there)
+    assert told.endswith("with flow")
+    assert not (flown.history[0][..., 4] == there.history[0][..., 4]).all()
+    assert force(new, rested) == pytest.approx(force(system, state), rel=5e-4)
+    assert force(new, flown) == pytest.approx(force(system, state), rel=5e-3)
 
 
 def test_the_state_after_a_remeshing_is_on_the_tools(rubbed: tuple[System, State, Any]) -> None:

@@ -179,6 +179,25 @@ def test_a_tool_deep_in_a_plastic_body_is_refused():
         last(pressed(RIGHT[:1], tools={"die": pr.Plane(normal=(0, -1), at=(0.0, 1.6))}))
 
 
+@pytest.mark.parametrize(
+    ("tool", "way"),
+    [
+        (pr.Profile([(4, 9), (4, 0), (0, 0)], fillet=(0, 0.6, 0), at=(0, 0)), -0.6),  # a container round at its corner
+        (pr.Profile([(3.9, 9), (3.9, 0), (9.9, -6)], fillet=0, at=(0, 0)), 2.1),  # a die with a narrow bore over a cone
+    ],
+)
+def test_a_ring_comes_out_of_a_body_along_the_axis(tool, way):
+    """In axisymmetry the way out that is told is one along the axis, and it does bring it out; a narrow tube has none."""
+    contact = pr.Contact(("b.bottom", "b.right"), "die")
+    p = pressed((contact,), tools={"die": tool}, space="axisymmetric", fixed={"b.top": "y"}, n=(16, 8))
+    assert any(f"move the tool along the axis by {way:g}, or leave" in str(n) for n in preflight(pr.discretise(p)))
+    tools = {"die": replace(tool, at=(0, way))}
+    assert not any("inside" in str(n) for n in preflight(pr.discretise(replace(p, tools=tools))))
+    tube = {"die": pr.Profile([(3.5, 9), (3.5, -9)], at=(0, 0))}
+    with pytest.raises(PreflightError, match=r"leave 0\.5 more room between the two: no move along the axis"):
+        last(replace(p, tools=tube, contacts=(pr.Contact("b.right", "die"),)))
+
+
 def test_a_thin_tool_presses_as_a_thick_one():
     """A plate of a tenth of an element does not slip through the nodes in small steps: its force is that of a thick one."""
 

@@ -25,7 +25,10 @@ Flags = NDArray[np.bool_]
 
 
 class Branches(NamedTuple):
-    """On which side of their kinks all points are: the contacts', and which points (m q,) of each block flow plastically."""
+    """On which side of their kinks all points are: the contacts', and which points (m q,) of each block flow plastically.
+
+    ``contacts``: empty where that is for their gaps and tractions to decide.
+    """
 
     contacts: tuple[Sides, ...]
     flows: tuple[Flags | None, ...]

@@ -38,6 +38,8 @@ Index = NDArray[np.int64]
 
 SAMPLES = 17  # moments a step at which the tools are looked at
 SUNK = 0.45  # depth over element depth from which no increment, however short, pushes a tool out of a plastic body
+AWAY = np.arange(1, 257) / 64  # ways along the axis, over the size of a surface, at which a tool is tried to come out of it
+BISECTIONS = 40  # of the way by which it just does
 SOFTLY = 0.1  # depth over element depth by which a tool sinks into a soft contact that is worth a word
 BEHIND = 0.1  # depth over element depth in a tool of a node that is nearer to its far side
 REACH = 0.01  # depth over element depth by which a tool may press a held node
@@ -364,8 +366,13 @@ def _beginning(system: System) -> Iterator[Notice]:
             yield Notice(
                 f"tools.{name}",
                 f"it starts {-pairs.g[k]:.4g} inside {surface!r}, deepest at node {nodes[k] - system.offsets[s.body]} "
-                f"({x:.4g}, {y:.4g}): the first increment has to push it out; move the tool by ({-pairs.g[k] * -n[0] + 0.0:.4g}, "
-                f"{-pairs.g[k] * -n[1] + 0.0:.4g}){_to_touch(system, s, int(nodes[k]))}",
+                f"({x:.4g}, {y:.4g}): the first increment has to push it out; "
+                + (
+                    _along_axis(system, s)
+                    if system.axisymmetric
+                    else f"move the tool by ({pairs.g[k] * n[0] + 0.0:.4g}, {pairs.g[k] * n[1] + 0.0:.4g})"
+                    + _to_touch(system, s, int(nodes[k]))
+                ),
                 bool(plastic and depth[k] > SUNK),
             )
 
@@ -375,6 +382,25 @@ def _to_touch(system: System, s: Surface, node: int) -> str:
     sides = [name for name in s.description.surface if "." in name]
     sides += [f"{s.body}.{k}" for k, e in system.meshes[s.body].edges.items() if node - system.offsets[s.body] in e]
     return f", or place it with 'touching: {sides[0]}'" if sides else ""
+
+
+def _along_axis(system: System, s: Surface) -> str:
+    """How far along the axis, the only way there is in axisymmetry, a tool comes out of a surface, in words."""
+    start, tool = system.initial(), system.tools[s.tool]
+    x, place = system.positions(start.u)[s.points.nodes], system.place_of(s.tool, start.u)
+
+    def least(way: float) -> float:
+        return float(current_pairs(tool.shape, x, tool.at, place + np.array([0.0, way, 0.0])).g.min())
+
+    ways = [sign * w for w in AWAY * float(np.ptp(x, axis=0).max()) for sign in (-1.0, 1.0)]
+    out = next((w for w in ways if least(w) >= 0.0), None)
+    if out is None:
+        return f"leave {-least(0.0):.4g} more room between the two: no move along the axis brings it out"
+    inside = 0.0
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (inside + out)
+        inside, out = (inside, middle) if least(middle) >= 0.0 else (middle, out)
+    return f"move the tool along the axis by {out:.4g}, or leave {-least(0.0):.4g} more room between the two"
 
 
 def _overlaps(system: System) -> Iterator[Notice]:

@@ -25,6 +25,7 @@ from prensa.fem.state import State
 from prensa.fem.surface import Surface
 from prensa.fem.system import System
 from prensa.fem.transfer import at_places, carried, elastic_volume, located, shape_values
+from prensa.friction.law import FrictionLaw
 from prensa.mesh.mesh import Mesh, boundary_edges, displaced, ordered_nodes, segments
 from prensa.mesh.outline import SizeOf, chains, resampled
 from prensa.mesh.triangulate import TriangulationError, mesher, triangulated
@@ -179,7 +180,8 @@ class _Places:
         held = np.zeros(new.ndof, dtype=bool)
         held[present_plan(new, replace(state, u=u, step_start=u)).fixed] = True
         self.held = new.displacement(held)
-        self.values = [self._interpolated(a, b) for a, b in zip(old.surfaces, new.surfaces)]
+        friction = present_plan(old, state).friction
+        self.values = [self._interpolated(*pair) for pair in zip(old.surfaces, new.surfaces, friction)]
         for _ in range(IN_TURN):
             for s, (_, closed, lam) in zip(new.surfaces, self.values):
                 if s.body in bodies:
@@ -187,7 +189,7 @@ class _Places:
         for body in bodies:
             self._keep_volume(body)
 
-    def _interpolated(self, old: Surface, new: Surface) -> tuple[ContactRecord, Flags, Array]:
+    def _interpolated(self, old: Surface, new: Surface, law: FrictionLaw | None) -> tuple[ContactRecord, Flags, Array]:
         """Record of the points (k,) of a contact, whether they are closed, and their multipliers, from the nearest old places."""
         x, record = self.old.positions(self.state.u), self.state.contact.of(old.rows)
         number = np.full(self.old.nodes, -1)
@@ -209,10 +211,23 @@ class _Places:
             w = t.reshape(-1, *[1] * (values.ndim - 1))
             return np.asarray((1 - w) * values[i] + w * values[j])
 
-        lam = between(self.state.lam[old.rows]) * closed[:, None]
-        traction = between(record.traction) * closed[:, None]
+        by_area = self._areas(old, law)
+        lam = between(self.state.lam[old.rows] * by_area) * closed[:, None]
+        traction = between(record.traction * by_area[:, 1:]) * closed[:, None]
         coordinate = np.zeros_like(traction)
         return ContactRecord(traction, between(record.slip), coordinate, closed, between(record.speed)), closed, lam
+
+    def _areas(self, s: Surface, law: FrictionLaw | None) -> Array:
+        """Factors (k, 1 + t) from pressures and tractions per area at the start of the last increment to those per area now.
+
+        Tractions that are not proportional to the pressure are per area now already.
+        """
+        old, u = self.old, self.state.u
+        then, now = (old.weights(s, old.positions(at), None) for at in (u - self.state.du, u))
+        out = np.ones((len(s.points), self.state.lam.shape[1]))
+        columns = slice(None if law is None or law.proportional else 1)
+        out[:, columns] = np.where((then > 0) & (now > 0), then / np.where(now > 0, now, 1.0), 1.0)[:, None]
+        return out
 
     def _put_in_place(self, s: Surface, closed: Flags, lam: Array) -> None:
         """Move the nodes of a contact along the normals of its tool: closed ones to where they lie, others out of it."""

@@ -98,7 +98,8 @@ class State:
     of the elements (see `fem/strings.py`);
     ``stability`` of the last equilibrium; ``ends`` (steps,) times at which the steps so far ended, and ``watched`` (criteria,)
     values of what may end the present one; ``softest`` (modes,): stiffnesses of the softest modes when they were last looked at;
-    ``remeshed``: the meshes, where they are not those of the description;
+    ``remeshed``: the meshes, where they are not those of the description; ``made_from`` (nnz,): values, in single precision, of
+    the matrix whose factors are at hand, which the next increment may begin with; None if it makes its own;
     ``derivatives``: by the path of a parameter, those of the `moving` arrays by it.
     """
 
@@ -121,6 +122,7 @@ class State:
     watched: Array = field(default_factory=lambda: np.zeros(0))
     softest: Array = field(default_factory=lambda: np.zeros(0))
     remeshed: Remeshed | None = None
+    made_from: NDArray[np.float32] | None = None
 
     def extrapolated(self, dt: float) -> Array:
         """Change of the degrees of freedom (ndof,) in the next ``dt``, extrapolated from the last increments."""
@@ -154,6 +156,8 @@ class State:
                 out |= _as_arrays(value)
             elif value is None:
                 continue
+            elif f.name == "made_from":
+                out[f.name] = value
             elif isinstance(value, Remeshed):
                 out |= value.arrays()
             elif isinstance(value, tuple):
@@ -166,7 +170,7 @@ class State:
     def moving(self) -> dict[str, Array]:
         """Those of `arrays` that change with the parameters of a problem: not the clock, flags, and what a guess is made of."""
         guess = ("clock.", "dt_last", "du", "second_difference")
-        looks = ("stability.negative", "stability.since", "stability.rest", "softest")
+        looks = ("stability.negative", "stability.since", "stability.rest", "softest", "made_from")
         fixed = (*guess, *looks, "contact.closed", "ends", "watched", "remeshed", "derivative")
         return {k: a for k, a in self.arrays().items() if not k.startswith(fixed)}
 
@@ -193,7 +197,7 @@ class State:
                 values[f.name] = Remeshed.from_arrays(arrays)
             elif f.name == "dt_last":
                 values[f.name] = float(arrays[f.name])
-            elif f.name in ("release", "strings") and f.name not in arrays:
+            elif f.name in ("release", "strings", "made_from") and f.name not in arrays:
                 values[f.name] = None
             elif f.name in NAMED:
                 kind: Any = NAMED[f.name]
@@ -201,6 +205,12 @@ class State:
             else:
                 values[f.name] = np.array(arrays[f.name])
         return cls(**values)
+
+
+def may_rest(state: State) -> bool:
+    """Whether the softest modes were so far from turning that the next increment need not have a look at them."""
+    known = state.stability
+    return not known.negative and not known.viscosity > 0 and known.since < known.rest
 
 
 def _as_arrays(derivatives: Mapping[str, Mapping[str, Array]]) -> dict[str, NDArray[Any]]:

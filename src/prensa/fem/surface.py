@@ -131,7 +131,7 @@ class ContactInteraction:
             round_off,
             None if ask.landed is None else ask.landed[s.rows],
             None if ask.foundation is None else ask.foundation[s.rows],
-            None if ask.like is None else ask.like.contacts[k],
+            ask.like.contacts[k] if ask.like is not None and ask.like.contacts else None,
         )
         # points that just touch are closed or open by the round-off of their gaps; those that stick have that of their slips
         stiff = weight * scale.k_n * (f.rests | (f.dp[:, 0] > 0)) + f.area * scale.k_t * f.resists

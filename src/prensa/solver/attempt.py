@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.fem.context import Context
+from prensa.fem.state import may_rest
 from prensa.fem.system import Evaluation, System
 from prensa.solver.continuation import stages
 from prensa.solver.emergence import emergence
@@ -86,7 +87,9 @@ def attempt_from(eq: Equilibrium, u: Array) -> NewtonResult:
 
 def _outcome(eq: Equilibrium, start: Array, solve: Solve) -> NewtonResult:
     """What comes of an attempt that ``solve`` makes with multipliers (points, 1 + t), from the dofs ``start``."""
-    eq.reduced.factorisation.begin()
+    # a look at the modes wants factors of this increment
+    state = eq.context.state
+    eq.reduced.factorisation.begin(state.made_from if may_rest(state) and eq.numerics.reuse_factors else None)
     lam = eq.system.initial_multipliers(eq.context.state)
     result = NewtonResult(False, None, start, None, lam, 0)
     try:
@@ -104,7 +107,9 @@ def _solve(
 ) -> Failure | None:  # fmt: skip
     """Solve the stages and then the increment; None when that is done."""
     guess = initial_guess(replace(eq, context=path[0]) if path else eq, start, lam)
-    result.iterations += int(guess.assumed is not None)
+    if guess.assumed is not None:
+        result.iterations += 1
+        result.linear = guess.u - start
     rough = replace(eq.numerics, tolerance=eq.policy.rough)
     for now, then in pairwise([*path, eq.context]):
         end = newton(replace(eq, context=now, numerics=rough), guess, lam, result)

@@ -30,6 +30,7 @@ class NewtonResult:
     equilibrium is unstable; ``beside``: it was found beside one that is; ``jumped``: the way to it is unstable.
     ``vain``: how many of the iterations went another way, that was given up.
     ``softest`` (modes,): stiffnesses of the softest modes at its end, None where they are not known; ``rested``: no look.
+    ``linear`` (ndof,): change of the dofs by the linearised system, where the iteration began with that.
     ``affordable``: so few points were near a tool that the iteration could take contact steps wherever it wanted.
     """
 
@@ -49,6 +50,7 @@ class NewtonResult:
     jumped: bool = False
     vain: int = 0
     affordable: bool = False
+    linear: Array | None = None
     softest: Array | None = None
     rested: bool = False
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from prensa.fem.system import Evaluation
 from prensa.solver.equilibrium import Equilibrium
+from prensa.solver.linear import product
 from prensa.solver.policy import DEFAULT
 
 Array = NDArray[np.float64]
@@ -27,7 +28,7 @@ class Secant:
         self.steps = [] if first is None or not self._product(first, first) > 0 else [first]
 
     def _product(self, a: Array, b: Array) -> float:
-        return float(a @ b) if self.lengths is None else float((self.lengths * a) @ (self.lengths * b))
+        return product(a, b) if self.lengths is None else product(self.lengths * a, self.lengths * b)
 
     def step(self, z: Array) -> Array:
         """Step (n,) from z = −K₀⁻¹ r with the factors at hand."""
@@ -106,7 +107,7 @@ def _substitute(eq: Equilibrium, done: Finish, lam: Array, secant: Secant) -> No
         and done.norm * done.rate**policy.corrections <= policy.fine * done.evaluation.scale
     ):
         with eq.report.timed("factorisation and solve"):
-            step = secant.step(eq.reduced.again(-done.evaluation.r))
+            step = secant.step(eq.reduced.correction(-done.evaluation.r))
         better = eq.evaluate(done.u + step, lam, stiffness=eq.keeps_matrix and done.is_nearly_there(eq))
         size = eq.norm(better)
         done.stalled = not size < policy.contraction * done.norm
@@ -119,7 +120,7 @@ def _refactor(eq: Equilibrium, done: Finish, lam: Array) -> None:
     reduced = eq.reduced
     here = eq.evaluate(done.u, lam)
     with eq.report.timed("factorisation and solve"):
-        step = reduced.solve(reduced.matrix(here, -here.r), -here.r)
+        step = reduced.step(reduced.matrix(here, -here.r), -here.r, done.residual)
     done.factorisations += 1
     better = eq.evaluate(done.u + step, lam, stiffness=False)
     if (size := eq.norm(better)) < done.norm:

@@ -3,6 +3,9 @@
 In ``auto`` the first that is installed of PARDISO, rslab, SuperLU is used, and the next one takes over when a residual
 is too large, with a line in the log: beta solvers are fast but are not believed.
 
+Newton's steps need no factors of double precision, nor those of their own matrix: where `Factorisation.step` may, it takes
+factors in single precision, or ones of a matrix before, and a few iterations of GMRES with the matrix itself (see decision 0167).
+
 A matrix whose problem makes it symmetric is factored as LDLᵀ from its lower triangle, at half the cost of LU, and where it
 is expected to be definite and the solver has it as LLᵀ, at a third. The residual is that of the whole matrix: one that were
 not symmetric would fail the check and go to LU.
@@ -23,14 +26,16 @@ from prensa.solver.policy import DEFAULT, Policy
 
 log = logging.getLogger("prensa")
 Array = NDArray[np.float64]
+Single = NDArray[np.float32]
 Solve = Callable[[Array], Array]
-Factor = Callable[[Array], Solve]
+Factor = Callable[[Array | Single], Solve]
 
 
 class SingularError(ArithmeticError):
     """No solver could factor the matrix to an acceptable residual."""
 
 
+SHARED = 10_000  # length of vectors from which OpenBLAS shares out products among threads
 GENERAL, SYMMETRIC, DEFINITE = "LU", "LDLᵀ", "LLᵀ"
 
 
@@ -60,7 +65,7 @@ def _superlu(a: Structure) -> Factor:
     from scipy.sparse import csc_matrix
     from scipy.sparse.linalg import splu
 
-    def factor(values: Array) -> Solve:
+    def factor(values: Array | Single) -> Solve:
         return splu(csc_matrix((values, a.indices, a.indptr), (a.n, a.n)), permc_spec="COLAMD").solve
 
     return factor
@@ -102,7 +107,20 @@ def _ldlt(factors: Any) -> Solve:
 
 def _columns(factors: Any) -> Solve:
     """Solve with rslab's factors for one right-hand side (n,) or for several at once (n, k)."""
-    return lambda b: factors.solve(b) if b.ndim == 1 else factors.solve_many(b)
+
+    def solve(b: Array) -> Array:
+        return np.asarray(factors.solve(b) if b.ndim == 1 else factors.solve_many(b))
+
+    if factors.dtype != "float32":
+        return solve
+
+    def of_single(b: Array) -> Array:
+        # residuals become smaller than the smallest number of single precision
+        size = np.abs(b).max(axis=0)
+        size = np.where(size > 0, size, 1.0)
+        return size * solve(np.asarray(b / size, dtype=np.float32)).astype(np.float64)
+
+    return of_single
 
 
 MTYPES = {DEFINITE: 2, SYMMETRIC: -2, GENERAL: 11}
@@ -140,7 +158,7 @@ class _Pardiso:
         except self.error as error:
             raise ArithmeticError(str(error)) from None
 
-    def factor(self, values: Array) -> Solve:
+    def factor(self, values: Array | Single) -> Solve:
         """Factors of a matrix with these values."""
         from scipy.sparse import csr_matrix
 
@@ -163,6 +181,8 @@ def _pardiso(a: Structure) -> Factor:
 
 
 BACKENDS: dict[str, Callable[[Structure], Factor]] = {"superlu": _superlu, "rslab": _rslab, "pardiso": _pardiso}
+# solvers that take values of single precision and answer with factors of it
+SINGLE = {"rslab"}
 # factors that a solver has for symmetric matrices, the cheapest first; all have LU
 KINDS = {"superlu": (), "rslab": (SYMMETRIC,), "pardiso": (DEFINITE, SYMMETRIC)}
 
@@ -185,6 +205,9 @@ class Factorisation:
     ``symmetric``: their values are so too; ``definite``: most of those are expected to be positive definite. One that is
     not goes to LDLᵀ, at the cost of an attempt that ends early. ``scale`` (n,): of rows and columns alike, powers of two that
     make all of one unit, so that pivots and residuals do not depend on it.
+
+    ``made_from`` (nnz,): values in single precision, scaled, of the matrix whose factors are at hand; None where these are of
+    double precision. ``own``: whether they were made since `begin`.
     """
 
     def __init__(
@@ -210,10 +233,28 @@ class Factorisation:
         self.order = list(self.first)
         self._factors: dict[tuple[str, str], Factor] = {}
         self._solve: Solve | None = None
+        self.made_from: Single | None = None
+        self.own, self._single = False, True
+        self._matrix: Any = None
 
-    def begin(self) -> None:
-        """Forget factors and fallbacks of earlier attempts, so that an attempt depends on its arguments alone."""
-        self._solve, self.order = None, list(self.first)
+    def begin(self, made_from: Single | None = None) -> None:
+        """Forget factors and fallbacks of earlier attempts, so that an attempt depends on its arguments alone.
+
+        made_from: values of single precision whose factors an attempt begins with; if they are not at hand they are made again.
+        """
+        self.order, self._single, self.own, self._matrix = list(self.first), True, False, None
+        if made_from is not None and made_from is self.made_from and self._solve is not None:
+            return
+        self._solve, self.made_from = None, None
+        if made_from is None or not self._worth_single or len(made_from) != len(self.structure.indices):
+            return
+        self._solve = self._of_single(made_from)
+        self.made_from = made_from if self._solve is not None else None
+
+    @property
+    def _worth_single(self) -> bool:
+        """Whether factors of single precision may be taken, and save something."""
+        return self._single and self.structure.n >= self.policy.worth_single and self.order[0][0] in SINGLE
 
     @property
     def factored(self) -> bool:
@@ -223,7 +264,7 @@ class Factorisation:
     @property
     def positive(self) -> bool:
         """Whether the last factors show that all eigenvalues of their matrix are positive; False where they cannot tell."""
-        return bool(getattr(self._solve, "positive", False))
+        return self.own and bool(getattr(self._solve, "positive", False))
 
     def again(self, b: Array) -> Array:
         """Solution of b (n,) or (n, k) with the factors of the last `solve`; its residual is not checked."""
@@ -233,6 +274,16 @@ class Factorisation:
         scale = self.scale if b.ndim == 1 else self.scale[:, None]
         return scale * np.asarray(self._solve(scale * b))
 
+    def correction(self, b: Array) -> Array:
+        """Solution of b (n,) to a few digits, of the matrix of the last `step` or `solve`, whatever that of the factors."""
+        if self._matrix is None:
+            return self.again(b)
+        b = b if self.scale is None else self.scale * b
+        x = krylov(self._matrix, self._solve, b, self.policy.krylov, self.policy.usual_rate) if self._solve else None
+        if x is None:
+            return self.again(b if self.scale is None else b / self.scale)
+        return x if self.scale is None else self.scale * x
+
     def _factor(self) -> Factor:
         """Factoriser of the solver in turn, analysed when first asked for: that depends on the pattern alone."""
         name, kind = self.order[0]
@@ -240,16 +291,67 @@ class Factorisation:
             self._factors[name, kind] = BACKENDS[name](self.structure._replace(kind=kind))
         return self._factors[name, kind]
 
-    def solve(self, values: Array, b: Array) -> Array:
-        """Solution x (n,) of A x = b for the matrix values (nnz,); raises `SingularError`."""
+    def step(self, values: Array, b: Array, share: float, alike: bool = False) -> Array:
+        """As `solve`, but for a ``share`` of b that may be left of it; raises `SingularError`.
+
+        alike: whether the factors at hand are likely to be of a matrix close to this one.
+        """
+        from scipy.sparse import csc_matrix
+
+        policy, (n, indptr, indices) = self.policy, self.structure[:3]
+        if not self._worth_single:
+            return self.solve(values, b)
+        values, b = self._scaled(values), b if self.scale is None else self.scale * b
+        A = csc_matrix((values, indices, indptr), (n, n))
+        x, self._matrix = None, None
+        if alike and self._solve is not None:
+            x = krylov(A, self._solve, b, policy.krylov, share)
+            self._matrix = None if x is None else A
+        if x is None:
+            x = self._in_single(A, b, share)
+        if x is None:
+            self._single = False
+            return self.solve(values, b, scaled=True)
+        return x if self.scale is None else self.scale * x
+
+    def _in_single(self, A: Any, b: Array, share: float) -> Array | None:
+        """As `step`, by factors in single precision, which stay; None where they do not lead to it."""
+        self._solve, self.made_from = None, None
+        with np.errstate(over="ignore"):
+            single = A.data.astype(np.float32)
+        if not np.isfinite(single).all():
+            return None
+        solve = self._of_single(single)
+        x = None if solve is None else krylov(A, solve, b, self.policy.krylov, share)
+        if x is not None:
+            self._solve, self.made_from, self.own = solve, single, True
+        return x
+
+    def _of_single(self, values: Single) -> Solve | None:
+        """Factors of values in single precision, scaled; None if there are none."""
+        try:
+            return self._factor()(values)
+        except (RuntimeError, ArithmeticError, ValueError):
+            return None
+
+    def _scaled(self, values: Array) -> Array:
+        """Matrix values (nnz,) in the units of ``scale``."""
+        if self.scale is None:
+            return values
+        return values * self.scale[self.structure.indices] * np.repeat(self.scale, np.diff(self.structure.indptr))
+
+    def solve(self, values: Array, b: Array, scaled: bool = False) -> Array:
+        """Solution x (n,) of A x = b for the matrix values (nnz,), as exact as it can be; raises `SingularError`.
+
+        scaled: whether values and b are so already.
+        """
         from scipy.sparse import csc_matrix
 
         n, indptr, indices = self.structure[:3]
         if n == 0:
             return np.zeros(0)
-        if self.scale is not None:
-            values = values * self.scale[indices] * np.repeat(self.scale, np.diff(indptr))
-            b = self.scale * b
+        if self.scale is not None and not scaled:
+            values, b = self._scaled(values), self.scale * b
         A = csc_matrix((np.abs(values), indices, indptr), (n, n))
         norm = (A @ np.ones(n)).max()
         A.data = values
@@ -273,7 +375,7 @@ class Factorisation:
     def _checked(self, A: Any, norm: float, values: Array, b: Array) -> Array:
         """Solution by the solver in turn, refined as needed; raises `ArithmeticError` if its residual stays too large."""
         policy = self.policy
-        self._solve = None  # the old factors go before the new ones come
+        self._solve, self.made_from, self._matrix = None, None, None  # the old factors go before the new ones come
         solve = self._factor()(values)
         x = np.asarray(solve(b))
         for _ in range(policy.refinements):
@@ -284,20 +386,77 @@ class Factorisation:
             x = x + np.asarray(solve(r))
         if not error <= policy.backward_error:
             raise ArithmeticError(f"backward error {error:.1e}")
-        self._solve = solve
+        self._solve, self.own = solve, True
         return x
+
+
+def krylov(A: Any, solve: Solve, b: Array, most: int, share: float) -> Array | None:
+    """Solution x (n,) of A x = b but for a ``share`` of b, by GMRES (Saad & Schultz 1986) with ``solve`` as preconditioner.
+
+    None where ``most`` iterations are not enough or, at the rate of those so far, would not be. Flexible (Saad 1993): with
+    factors of single precision the preconditioner is not quite linear.
+    """
+    size = length(b)
+    if not np.isfinite(size):
+        return None
+    if size == 0.0:
+        return np.zeros_like(b)
+    V, Z, H = [b / size], list[Array](), np.zeros((most + 1, most))
+    for j in range(most):
+        Z.append(solve(V[j]))
+        w = A @ Z[j]
+        for i, v in enumerate(V):
+            H[i, j] = product(w, v)
+            w -= H[i, j] * v
+        H[j + 1, j] = length(w)
+        if not np.isfinite(H[: j + 2, j]).all():
+            return None
+        first = np.zeros(j + 2)
+        first[0] = size
+        y = np.linalg.lstsq(H[: j + 2, : j + 1], first, rcond=None)[0]
+        left = float(np.linalg.norm(first - H[: j + 2, : j + 1] @ y)) / size
+        if left <= share or H[j + 1, j] == 0.0:
+            x = np.zeros_like(b)
+            for z, factor in zip(Z, y):
+                x += factor * z
+            return x if length(b - A @ x) <= 2.0 * share * size else None
+        if j and (j + 1) * np.log(share) < (most + 1) * np.log(left):
+            return None
+        V.append(w / H[j + 1, j])
+    return None
+
+
+def product(a: Array, b: Array) -> float:
+    """a·b of vectors (n,), the same whatever number of threads the numerical library has: it shares out long ones."""
+    return float(a @ b) if len(a) <= SHARED else float(np.einsum("i,i->", a, b))
+
+
+def length(a: Array) -> float:
+    """|a| of a vector (n,), see `product`."""
+    return float(np.sqrt(product(a, a)))
 
 
 class DenseFactors:
     """Factors of a dense matrix, with what attempts use of the interface of `Factorisation`."""
 
+    made_from: Single | None = None
+    own = True
+
     def __init__(self, policy: Policy, scale: Array | None = None) -> None:
         self.policy, self.scale = policy, scale
         self._factors: tuple[Array, Any] | None = None
 
-    def begin(self) -> None:
+    def begin(self, made_from: Single | None = None) -> None:
         """Forget the factors of earlier attempts."""
         self._factors = None
+
+    def step(self, values: Array, b: Array, share: float, alike: bool = False) -> Array:
+        """As `solve`."""
+        return self.solve(values, b)
+
+    def correction(self, b: Array) -> Array:
+        """As `again`."""
+        return self.again(b)
 
     @property
     def factored(self) -> bool:

@@ -184,9 +184,10 @@ def _direction(eq: Equilibrium, state: NewtonState) -> tuple[Evaluation, Array]:
         if not stuck.failed:
             e = stuck
         del stuck
+    alike = state.settled and not turns and not state.reversed.any() and state.relative <= eq.policy.alike
     with eq.report.timed("factorisation and solve"):
         matrix, e = eq.reduced.matrix(e, -e.r), e._replace(data=None)
-        return e, eq.reduced.solve(matrix, -e.r)
+        return e, eq.reduced.step(matrix, -e.r, state.relative, alike and eq.numerics.reuse_factors)
 
 
 def _contact_direction(eq: Equilibrium, state: NewtonState, by_contact: bool) -> tuple[Evaluation, Array, bool]:

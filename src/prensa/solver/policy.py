@@ -286,6 +286,19 @@ class Policy:
     refinements: int = 3
     """… at most so many times."""
 
+    worth_single: int = 20000
+    """Unknowns from which on Newton's steps take factors in single precision, or those of a matrix before, with GMRES …"""
+    krylov: int = 8
+    """… of so many iterations at most: more cost as much as a factorisation …"""
+    forcing: float = 0.1
+    """… to this part, times the relative residual, of the residual, with which steps converge as quadratically as exact ones …"""
+    least_forcing: float = 1e-7
+    """… but never to less than this part of it …"""
+    most_forcing: float = 1e-4
+    """… nor more than this."""
+    alike: float = 0.02
+    """Relative residual of an iterate up to which its matrix is expected to be close to the one before."""
+
     worth_threads: int = 5000
     """Dofs from which on ``threads: auto`` takes more than one thread …"""
     most_threads: int = 8

@@ -61,8 +61,8 @@ def hint(failure: Failure) -> str:
             return "place the tool where it touches ('touching') and move it in over the first step"
         case Folded(hang=hang) if hang is not None:
             return (
-                "'element: t6' with edges that are short beside the tool, whose nodes go round its corner; a larger 'fillet' "
-                "of the tool; less friction"
+                "'element: t6' with edges that are short beside the tool, whose nodes go round its corner, and 'remesh: auto' "
+                "where metal flows round it; a larger 'fillet' of the tool; less friction"
             )
         case Folded():
             return "a tool between the two sides, or a step that ends before they meet: bodies have no contact with themselves"

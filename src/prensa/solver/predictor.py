@@ -77,7 +77,7 @@ def _linearised(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Gue
     r = base.r + reduced.assembly.apply(base.data, delta)
     with eq.report.timed("factorisation and solve"):
         matrix, base = reduced.matrix(base, -r), base._replace(data=None)
-        step = reduced.solve(matrix, -r)
+        step = reduced.step(matrix, -r, 1.0)
     if eq.runaway(step) is not None:
         return Guess(start + delta, None, base.touching)
     return Guess(contact_corrected(system, eq.context, base, start, delta + step, lam), None, base.touching)

@@ -15,7 +15,7 @@ from prensa.fem.schedule import Control
 from prensa.fem.system import Evaluation, System
 from prensa.model import problem as model
 from prensa.solver.eliminated import Tied
-from prensa.solver.linear import Factorisation, running
+from prensa.solver.linear import Factorisation, Single, running
 from prensa.solver.multipliers import Equations, determined
 from prensa.solver.policy import DEFAULT, Policy
 from prensa.solver.threads import threads_of
@@ -94,8 +94,22 @@ class Factors(Protocol):
     def positive(self) -> bool:
         """Whether they show that all eigenvalues are positive; False where they cannot tell."""
 
-    def begin(self) -> None:
-        """Forget the factors of earlier attempts."""
+    @property
+    def own(self) -> bool:
+        """Whether they were made in this attempt."""
+
+    @property
+    def made_from(self) -> Single | None:
+        """Values of single precision whose factors they are; None where they are of double precision."""
+
+    def begin(self, made_from: Single | None = None) -> None:
+        """Forget the factors of earlier attempts; ``made_from``: values whose factors the next one begins with."""
+
+    def step(self, matrix: Array, b: Array, share: float, alike: bool = False) -> Array:
+        """As `solve`, but for a ``share`` of b; ``alike``: whether factors at hand are nearly those of the matrix."""
+
+    def correction(self, b: Array) -> Array:
+        """Solution (f,) to a few digits, of the last matrix, with whatever factors are at hand."""
 
     def solve(self, matrix: Array, b: Array) -> Array:
         """Solution (f,) with the matrix of `Restriction.values`."""
@@ -240,6 +254,19 @@ class Reduced:
     def solve(self, matrix: Array, b: Array) -> Array:
         """Free dofs (ndof,) with K_ff x_f = b_f, zero where prescribed."""
         return self.restriction.whole(self.factorisation.solve(matrix, self.restriction.part(b)), len(b))
+
+    def step(self, matrix: Array, b: Array, relative: float, alike: bool = False) -> Array:
+        """As `solve`, to the digits that Newton's step needs from an iterate with such a ``relative`` residual.
+
+        alike: whether the factors at hand are nearly those of the matrix.
+        """
+        policy = self.policy
+        share = min(max(policy.forcing * relative, policy.least_forcing), policy.most_forcing)
+        return self.restriction.whole(self.factorisation.step(matrix, self.restriction.part(b), share, alike), len(b))
+
+    def correction(self, b: Array) -> Array:
+        """As `again`, of the last matrix even where the factors at hand are of one before."""
+        return self.restriction.whole(self.factorisation.correction(self.restriction.part(b)), len(b))
 
     def responses(self, loads: csr_matrix, of: csr_matrix) -> Array:
         """Σ of_i x (n, k) of the solutions x for k loads, rows (k, ndof), with the last factors; of (n, ndof)."""

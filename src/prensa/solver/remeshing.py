@@ -9,7 +9,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Any, Protocol, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from prensa.errors import PrensaError, SolveError
 from prensa.fem.context import Context
 from prensa.fem.discretise import on_meshes
-from prensa.fem.interaction import Part, Request, Response
+from prensa.fem.interaction import Branches, Overrides, Part, Request, Response
 from prensa.fem.renewal import check_mesher, least_shape, present_plan, renewed
 from prensa.fem.schedule import StepPlan
 from prensa.fem.sizes import SizeField, coarseness, least_at_tools, section_area
@@ -32,6 +32,7 @@ from prensa.solver.failure import BeyondSmall, FreeToMove, MetalInside, sentence
 from prensa.solver.increment import Increment
 from prensa.solver.ledger import nodal_work
 from prensa.solver.policy import Policy
+from prensa.solver.reduced import Assembly
 from prensa.solver.reporting import Messages
 
 log = logging.getLogger("prensa")
@@ -64,6 +65,26 @@ class Stepping(Protocol):
 
     def timer(self, section: str) -> Any:
         """Context manager that counts the seconds of a section."""
+
+
+class AtRest:
+    """The assembly of a system whose metal answers elastically and whose contacts stick: in no time nothing flows or slides."""
+
+    def __init__(self, assembly: Assembly, system: System) -> None:
+        self.assembly = assembly
+        flows = tuple(np.zeros(b.volume.size, dtype=bool) if b.law.plastic else None for b in system.blocks)
+        self.like, self.stick = Branches((), flows), np.ones(sum(len(s.points) for s in system.surfaces), dtype=bool)
+
+    def evaluate(
+        self, c: Context, u: Array, lam: Array, stiffness: bool = True, **overrides: Unpack[Overrides]
+    ) -> Evaluation:  # fmt: skip
+        """See `Assembly`."""
+        overrides |= {"like": self.like, "stick": self.stick}
+        return self.assembly.evaluate(c, u, lam, stiffness, **overrides)
+
+    def apply(self, data: Array, delta: Array) -> Array:
+        """See `Assembly`."""
+        return self.assembly.apply(data, delta)
 
 
 @dataclass(frozen=True)
@@ -229,7 +250,8 @@ def fresh(state: State) -> bool:
 def balanced(stepping: Stepping, state: State) -> tuple[State, str]:
     """The state in equilibrium on its new mesh, by an increment of no duration, and what there is to say of it.
 
-    Nothing prescribed moves. Where Newton's iterations stagnate, what is out of balance is let go in parts.
+    Nothing prescribed moves, nothing flows or slides. Where no such equilibrium is found, metal flows on the way to it; where
+    Newton's iterations stagnate, what is out of balance is let go in parts.
 
     Raises
     ------
@@ -243,25 +265,28 @@ def balanced(stepping: Stepping, state: State) -> tuple[State, str]:
     dt = state.dt_last if state.dt_last > 0 else stepping.policy.first * (plan.t1 - plan.t0)
     at_rest = replace(state, clock=state.clock._replace(time=now - dt), du=0.0 * state.du, dt_last=0.0)
     eq = stepping.equilibrium(stepping.context(at_rest, plan, now))
-    first = eq.evaluate(state.u, system.initial_multipliers(state), stiffness=False)
-    if first.failed:
-        raise RemeshingError(str(first.failed))
-    out = eq.norm(first) / first.scale
-    result, how = attempt_from(eq, state.u), ""
+    in_no_time = replace(eq, reduced=replace(eq.reduced, assembly=AtRest(eq.reduced.assembly, system)))
+    first = attempt_from(in_no_time, state.u)
+    if not first.residuals:  # it could not be evaluated
+        assert first.reason is not None
+        raise RemeshingError(sentence(first.reason))
+    result, how = first, ""
     if not result.converged:
-        result, how = _let_go(eq, state, first), ", let go in parts"
+        result, how = attempt_from(eq, state.u), ", with flow"
+    if not result.converged:
+        result, how = _let_go(eq, state), ", let go in parts"
     if not result.converged:
         result, how = attempt(eq, state.u, True), ", with contacts that stiffen"
     if not result.converged:
         assert result.reason is not None
         raise RemeshingError(f"the state finds no equilibrium on its new mesh: {sentence(result.reason)}")
-    told = f"out of balance by {out:.1g}, {result.iterations} iterations{how}"
+    told = f"out of balance by {first.residuals[0]:.1g}, {result.iterations} iterations{how}"
     return _committed(system, state, eq.context, result), told
 
 
-def _let_go(eq: Equilibrium, state: State, first: Evaluation) -> NewtonResult:
+def _let_go(eq: Equilibrium, state: State) -> NewtonResult:
     """Equilibrium from that with the forces added that are missing at first, which go in parts."""
-    forces = first.r.copy()
+    forces = eq.evaluate(state.u, eq.system.initial_multipliers(state), stiffness=False).r
     forces[eq.reduced.fixed] = 0.0
     for s in eq.system.surfaces:
         if s.multipliers is not None:  # equations of multipliers are no forces

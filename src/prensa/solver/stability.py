@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.fem.context import Context
-from prensa.fem.state import Stability, State
+from prensa.fem.state import Stability, State, may_rest
 from prensa.fem.system import System
 from prensa.solver.acceptance import Acceptance
 from prensa.solver.attempt import attempt_from
@@ -125,9 +125,8 @@ def judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutbac
 
 def rests(eq: Equilibrium, result: NewtonResult) -> bool:
     """Whether the modes need no look after an increment: they were far from turning, it was easy, and contact is as it was."""
-    state, e = eq.context.state, result.evaluation
-    known = state.stability
-    if e is None or known.negative or known.viscosity > 0 or not known.since < known.rest:
+    e = result.evaluation
+    if e is None or not may_rest(eq.context.state):
         return False
     same = all(np.array_equal(f.p > 0, old.closed) for f, old in zip(e.contacts, eq.context.committed))
     return same and result.iterations <= eq.policy.smooth
@@ -182,18 +181,20 @@ def told(c: Context, result: NewtonResult) -> list[str]:
 def jumped(eq: Equilibrium, result: NewtonResult) -> bool:
     """Whether an increment leads past unstable states, so that its end is on another branch than its start.
 
-    Only asked where the iteration was long and the end is not where the last increments led: matrices are made for it.
+    Only asked where the iteration was long and the end is not where the last increments led, or at the beginning of a step the
+    linearised system: matrices are made for it.
     """
     state, policy, system = eq.context.state, eq.policy, eq.system
     if result.iterations <= policy.easy:
         return False
     du = result.u - state.u
-    if state.dt_last > 0:
-        foretold = system.displacement(state.extrapolated(eq.context.dt))
+    ahead = state.extrapolated(eq.context.dt) if state.dt_last > 0 else result.linear
+    if ahead is not None:
+        foretold = system.displacement(ahead)
         if np.abs(system.displacement(du) - foretold).max() <= policy.astray * np.abs(foretold).max():
             return False
     for share in policy.between:
-        modes = _at(eq, system.with_slaves(state.u + share * du), result.lam)
+        modes = _at(eq, system.with_slaves(state.u + share * du), result.lam, mode=False)
         if modes is None:
             return False
         if modes.negative:
@@ -247,14 +248,21 @@ def at_limit(c: Context, policy: Policy) -> bool:
 
 
 def _of(eq: Equilibrium, result: NewtonResult) -> Modes | None:
-    """The modes of a converged attempt, from the factors at hand where there are any: a contact step may have left none."""
-    if eq.reduced.factorisation.factored:
+    """The modes of a converged attempt, from its last factors where there are any.
+
+    A contact step may have left none, and those at hand may be of an increment before: then of the matrix at the end.
+    """
+    factors = eq.reduced.factorisation
+    if factors.factored and factors.own:
         return softest_modes(eq.system, eq.reduced, eq.policy)
-    return _at(eq, result.u, result.lam)
+    return _at(eq, result.u, result.lam, mode=False)
 
 
-def _at(eq: Equilibrium, u: Array, lam: Array) -> Modes | None:
-    """The modes of the matrix at the dofs u (ndof,) themselves: the last factors are of the iterate before, or of another."""
+def _at(eq: Equilibrium, u: Array, lam: Array, mode: bool = True) -> Modes | None:
+    """The modes of the matrix at the dofs u (ndof,) themselves: the last factors are of the iterate before, or of another.
+
+    ``mode``: whether the softest one is wanted where none is negative, too.
+    """
     e = eq.evaluate(u, lam)
     if e.failed:
         return None
@@ -262,6 +270,8 @@ def _at(eq: Equilibrium, u: Array, lam: Array) -> Modes | None:
         eq.reduced.solve(eq.reduced.matrix(e, -e.r), -e.r)
     except SingularError:
         return None
+    if eq.reduced.factorisation.positive and not mode:
+        return STABLE
     return softest_modes(eq.system, eq.reduced, eq.policy)
 
 

@@ -467,6 +467,8 @@ class TimeStepping:
         ended = c.ends_step
         dt = 0.0 if ended else control.next(c, e, result.iterations - result.vain, cutbacks)
         state = committed(self.system, c, result, e, dt, self.stabilisation)
+        if self.reduced is not None and not ended:
+            state = replace(state, made_from=self.reduced.factorisation.made_from)
         self.validity.look_at_friction(c, e)
         # of condensed bodies the displacements are known at the end of a step
         if result.recover is None and (refusal := self.validity.look(state.u, state.history)):

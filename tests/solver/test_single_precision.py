@@ -1,0 +1,146 @@
+"""Newton's steps by factors of single precision, or of a matrix before, and GMRES: as good as double ones, or not taken."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.sparse import csc_matrix, diags_array
+
+import prensa as pr
+from prensa.fem.state import State
+from prensa.solver.linear import Factorisation, krylov
+from prensa.solver.policy import Policy
+from prensa.verify.forming import upsetting
+
+pytest.importorskip("rslab")
+ALWAYS, NEVER = Policy(worth_single=1), Policy(worth_single=10**9)
+
+
+def grid(n: int, skew: float = 0.0, hold: float = 0.1) -> csc_matrix:
+    """Conduction on a square (n², n²), with convection ``skew``, insulated but for losses ``hold`` everywhere."""
+    near = np.where(np.arange(n * n - 1) % n == n - 1, 0.0, 1.0)
+    far = np.ones(n * n - n)
+    a = csc_matrix(diags_array([-far, -near * (1 - skew), -near * (1 + skew), -far], offsets=[-n, -1, 1, n]))
+    out = csc_matrix(a + diags_array([hold - a @ np.ones(n * n)], offsets=[0]))
+    out.sort_indices()
+    return out
+
+
+def factorisation(a: csc_matrix, symmetric: bool = False, policy: Policy = ALWAYS) -> Factorisation:
+    """Of a matrix with rslab."""
+    return Factorisation(a.shape[0], a.indptr, a.indices, "rslab", symmetric=symmetric, policy=policy)
+
+
+@pytest.mark.parametrize("symmetric", [True, False])
+@pytest.mark.parametrize("share", [1e-3, 1e-7, 1e-12])
+def test_a_step_leaves_no_more_than_its_share(symmetric, share):
+    """Residuals are what was asked for, whatever the size of the right-hand side; factors are of single precision."""
+    a = grid(20, 0.0 if symmetric else 0.3)
+    f = factorisation(a, symmetric)
+    for size in (1.0, 1e-60, 1e60):
+        b = size * np.sin(np.arange(400.0))
+        x = f.step(a.data, b, share)
+        assert f.made_from is not None and f.made_from.dtype == np.float32 and f.own
+        assert np.linalg.norm(b - a @ x) <= 2.0 * share * np.linalg.norm(b)
+    np.testing.assert_array_equal(f.step(a.data, np.zeros(400), share), 0.0)
+
+
+def test_factors_of_a_matrix_before_are_taken_where_it_is_alike_and_new_ones_where_it_is_not():
+    """The factors stay as long as GMRES with them is short; corrections answer for the last matrix all the same."""
+    a = grid(20, 0.3)
+    near, other = a.copy(), grid(20, -0.9)
+    near.data = a.data * (1.0 + 0.003 * np.sin(np.arange(a.nnz)))
+    f, b = factorisation(a), np.cos(np.arange(400.0))
+    f.step(a.data, b, 1e-7)
+    first = f.made_from
+    x = f.step(near.data, b, 1e-7, alike=True)
+    assert f.made_from is first
+    assert np.linalg.norm(b - near @ x) <= 2e-7 * np.linalg.norm(b)
+    assert np.linalg.norm(b - near @ f.correction(b)) <= 2e-3 * np.linalg.norm(b)
+    assert np.linalg.norm(b - near @ f.again(b)) > 2e-3 * np.linalg.norm(b)  # what those factors alone would leave
+    f.step(other.data, b, 1e-7, alike=True)
+    assert f.made_from is not first
+    f.step(near.data, b, 1e-7)  # not said to be alike
+    np.testing.assert_array_equal(f.made_from, near.data.astype(np.float32))
+
+
+@pytest.mark.parametrize("bad", ["ill", "large"])
+def test_a_matrix_that_single_precision_cannot_bear_is_factored_in_double(bad):
+    """Too ill conditioned, or beyond the range: the answer is that of `solve`, and the rest of the attempt stays with double."""
+    good = grid(20, 0.3)
+    a = grid(20, 0.3, 1e-11) if bad == "ill" else 1e60 * good
+    b = a @ np.sin(np.arange(400.0)) if bad == "large" else np.ones(400)
+    f = factorisation(a)
+    x = f.step(a.data, b, 1e-7)
+    assert f.made_from is None
+    np.testing.assert_array_equal(x, factorisation(a, policy=NEVER).solve(a.data, b))
+    f.step(good.data, b, 1e-7)
+    assert f.made_from is None
+    f.begin()
+    f.step(good.data, b, 1e-7)
+    assert f.made_from is not None
+
+
+def test_an_attempt_depends_on_the_values_its_factors_are_made_from_alone():
+    """Whether the factors are at hand or made again: same bits."""
+    a = grid(20, 0.3)
+    near = a.data * (1.0 + 0.003 * np.sin(np.arange(a.nnz)))
+    f, other, b = factorisation(a), factorisation(a), np.cos(np.arange(400.0))
+    f.step(a.data, b, 1e-7)
+    kept = f.made_from
+    f.begin(kept)
+    other.begin(kept.copy())
+    assert f.step(near, b, 1e-7, alike=True).tobytes() == other.step(near, b, 1e-7, alike=True).tobytes()
+    assert not f.own and not f.positive
+    f.begin(kept[:-1])  # of another pattern
+    assert not f.factored
+
+
+def test_gmres_is_given_up_where_it_takes_too_long():
+    """At its rate, or at the end."""
+    a, b = grid(20), np.cos(np.arange(400.0))
+    assert krylov(a, lambda r: r, b, 8, 1e-12) is None
+    assert krylov(a, lambda r: r, np.full(400, np.nan), 8, 1e-7) is None
+
+
+def run(problem: pr.Problem, policy: Policy, threads: int = 1, start: State | None = None) -> list[pr.Increment]:
+    """The increments of a problem."""
+    return list(pr.solve(problem, pr.Numerics(threads=threads, solver="rslab"), start=start, policy=policy))
+
+
+def test_upsetting_takes_the_same_increments_and_is_resumed_bit_for_bit():
+    """Increments and iterations of double precision, forces to 1e-9; going on from a state, with any threads, changes nothing."""
+    problem = upsetting((10, 8), 0.1, reductions=(0.05,))
+    single, double = run(problem, ALWAYS), run(problem, NEVER)
+    assert [i.time for i in single] == [i.time for i in double]
+    assert sum(i.statistics.iterations for i in single) <= sum(i.statistics.iterations for i in double)
+    for one, other in zip(single, double):
+        assert one.force("punch").y == pytest.approx(other.force("punch").y, rel=1e-9)
+    made = [i.state.made_from for i in single]
+    reused = [k for k in range(1, len(made)) if made[k] is not None and made[k] is made[k - 1]]
+    assert reused and all(m is None for m in (i.state.made_from for i in double))
+    at = reused[len(reused) // 2] - 1
+    for threads in (1, 2):
+        start = State.from_arrays(single[at].state.arrays())
+        rest = run(problem, ALWAYS, threads, start)
+        assert rest[-1].state.u.tobytes() == single[-1].state.u.tobytes()
+        assert len(rest) == len(single) - at - 1
+
+
+@pytest.mark.parametrize(
+    ("enforcement", "error"),
+    # gaps of so stiff a penalty are next to the round-off of places
+    [(pr.Penalty(), 1e-10), (pr.Penalty(beta=1e6), 1e-7), (pr.Exact(), 1e-11), (pr.Augmented(), 1e-9)],
+)
+@pytest.mark.parametrize("nu", [0.3, 0.4999])
+def test_stiff_exact_and_incompressible_ones_have_the_forces_of_double_precision(enforcement, error, nu):
+    """Whether single precision bears them or gives way: no more iterations, and the same force."""
+    base = upsetting((6, 5), 0.1, enforcement=enforcement, reductions=(0.01,), increments=2)
+    body = base.bodies["billet"]
+    problem = replace(base, bodies={"billet": replace(body, material=pr.NeoHooke(E=200e3, nu=nu))})
+    single, double = run(problem, ALWAYS), run(problem, NEVER)
+    assert sum(i.statistics.iterations for i in single) <= sum(i.statistics.iterations for i in double)
+    for one, other in zip(single, double):
+        assert one.force("punch").y == pytest.approx(other.force("punch").y, rel=error)
