@@ -143,7 +143,10 @@ def test_what_the_commands_stumbled_over_is_told(tmp_path):
         loads(case_text(tmp_path / "deck.inp", tmp_path)[0], "case.yaml", tmp_path)
 
 
-@pytest.mark.parametrize("function", ["particles", "solve derivatives", "gradient of", "gradient by", "gradient step", "converge", "sweep"])
+ASKED = ("particles", "solve derivatives", "gradient of", "gradient by", "gradient step", "converge", "sweep")
+
+
+@pytest.mark.parametrize("function", ASKED)
 def test_functions_of_studies_and_gradients_refuse_hostile_values_in_words(function, tmp_path):
     """Whatever stands where a measure, a path, a level or a value belongs is refused in words, lists without end included."""
     of = dict(fuzz_calls._functions(tmp_path))
