@@ -83,3 +83,16 @@ def test_pictures_films_and_json_of_a_run(tmp_path, monkeypatch):
     monkeypatch.setattr("webbrowser.open", lambda address: opened.append(address) or True)
     assert prensa("view", "results/small").exit_code == 0 and opened[0].endswith("results/small/report.html")
     assert prensa("-V").output.startswith("prensa ") and "Usage" in prensa("run", "-h").output
+
+
+def test_warnings_of_a_run_have_their_place_in_the_file(tmp_path):
+    """What is said before a run of a part of the case begins with file, line and column, as in `check`."""
+    case = tmp_path / "again.yaml"
+    case.write_text(SMALL.replace("move: {punch: {y: 0}}", "move: {punch: {y: -0.05}}"), encoding="utf-8")
+    done = prensa("run", case, "-q", "--out", tmp_path / "out", "--set", "output.report=false", "--set", "output.pictures=false")
+    assert done.exit_code == 0, done.output
+    line = next(line for line in done.stderr.splitlines() if "moves nothing" in line)
+    assert line.startswith(f"{case}:9:43:") and ": warning: steps.1.move.punch.y: step 'lift to 0.5 mm' moves nothing" in line
+    assert line in prensa("check", case).stderr
+    kept = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["warnings"]
+    assert [w for w in kept if w.startswith("steps.1.move.punch.y: step")]

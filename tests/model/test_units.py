@@ -116,5 +116,6 @@ def test_numbers_of_another_kind_are_refused(change):
     text = CASE.replace("{y: -7.5}", change) if change.startswith("{") else CASE.replace("mu: 0.3", change)
     if change.startswith("stabilise"):
         text = f"{CASE}\n{change}\n"
-    with pytest.raises(CaseError):
+    with pytest.raises(CaseError) as refused:
         loads(text)
+    assert "there is no such file" not in str(refused.value)

@@ -141,3 +141,23 @@ def test_what_the_commands_stumbled_over_is_told(tmp_path):
     (tmp_path / "deck.inp").write_text(fuzz_commands.DECK.replace("120., 0.1", "120., 5e-324"), encoding="utf-8")
     with pytest.raises(CaseError, match="so close together"):
         loads(case_text(tmp_path / "deck.inp", tmp_path)[0], "case.yaml", tmp_path)
+
+
+ASKED = ("particles", "solve derivatives", "gradient of", "gradient by", "gradient step", "converge", "sweep")
+
+
+@pytest.mark.parametrize("function", ASKED)
+def test_functions_of_studies_and_gradients_refuse_hostile_values_in_words(function, tmp_path):
+    """Whatever stands where a measure, a path, a level or a value belongs is refused in words, lists without end included."""
+    of = dict(fuzz_calls._functions(tmp_path))
+    hostile = [None, 3, 10**5000, float("nan"), [], [[1]], {1: 2}, object(), np.array(1.0), np.ones((2, 2)), np.array(["x"])]
+    ring: list[object] = []
+    ring.append(ring)
+    wide: object = [0.0]
+    for _ in range(40):
+        wide = [wide, wide]
+    for value in (*hostile, ring, wide):
+        if function == "converge" and value is None:
+            continue
+        assert fuzz_calls.answer(of[function], [value]) in ("read", "refused"), function
+    assert fuzz_calls.answer(of["gradient of"], ["b.width"]) in ("read", "refused")

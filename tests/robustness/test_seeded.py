@@ -14,7 +14,7 @@ from seeded import CASE, SEEDED, said, the_line
 import prensa as pr
 from prensa.bench import robustness
 from prensa.fem import modes
-from prensa.fem.preflight import preflight
+from prensa.fem.preflight import preflight, staircase
 from prensa.model.schema import loads, warnings_of
 
 ROOT = Path(__file__).parents[2]
@@ -57,8 +57,12 @@ def alarms(problem: pr.Problem) -> list[str]:
 
 @pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.yaml")), ids=lambda p: p.stem)
 def test_an_example_raises_no_alarm(path):
-    """Not a word about a good case."""
-    assert alarms(pr.load(path).problem) == []
+    """Not a word about a good case, but of the steps of forces that are seen where metal passes."""
+    problem = pr.load(path).problem
+    assert alarms(problem) == []
+    stairs = [str(n).partition(":")[0] for n in staircase(pr.discretise(problem))]
+    passing = {"drawbead": ["contacts.2"], "flat_rolling": ["contacts.0"], "wire_drawing": ["contacts.0"]}
+    assert stairs == passing.get(path.stem, [])
 
 
 def test_the_good_case_raises_no_alarm():

@@ -146,3 +146,17 @@ def test_a_velocity_of_rotation_is_answered_with_one():
     for axis, wrong, like in (("rz", "720 deg", "'90 deg/s'"), ("y", "3 mm", "'100 mm/s'")):
         with pytest.raises(pr.CaseError, match=f"is not a velocity.*{like}"):
             pr.Step("s", velocity={"die": {axis: wrong}})
+
+
+def test_small_strain_of_a_beam_that_is_bent_far_is_told():
+    """A tool that would be on the far side of a thin body at the end of its way bends it: told by the way, over the length."""
+    body = {"b": pr.Body(pr.Rectangle(size=(20, 1), n=(20, 2)), SOFT)}
+
+    def bent(way: float, **more: object) -> list[str]:
+        steps = (pr.Step("s", move={"p": pr.Motion(y=-way)}),)
+        tools = {"p": pr.Circle(radius=2, at=(19, 0), above="b.top")}
+        return told(pr.Problem("beam", body, steps, tools, fixed={"b.left": "xy"}, kinematics="small", **more))
+
+    assert any("press 'b' in by 6 at 19" in words and "use 'finite'" in words for words in bent(6.0))
+    assert bent(1.0) == []
+    assert bent(6.0, allow_large_strain=True) == []

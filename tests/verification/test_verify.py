@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import logging
 import math
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,10 +19,16 @@ NO_BALANCE = {"slip hardening, return map"}
 """Cases that do not state the balance of tools with supports and loads: a law, not a model."""
 
 
+MEANT = (".mesh: ", "tools.hole: it starts 0.01 inside 'tube.outer'", "press', time 0.0414551: the bodies buckle")
+"""What runs of good cases are told of and mean: meshes graded for a study, a tube with interference, a straight column."""
+
+
 @pytest.mark.parametrize("case", PARAMETERS)
-def test_every_case_of_the_table_holds(case: Case) -> None:
-    """Every quantity of the case is within its tolerance of the reference, the balance of tools and supports included."""
+def test_every_case_of_the_table_holds(case: Case, caplog: pytest.LogCaptureFixture) -> None:
+    """Every quantity is within its tolerance, the balance of tools and supports included, and nothing false is told."""
     rows = case.run()
+    warnings = [r.getMessage() for r in caplog.records if r.levelno >= logging.WARNING]
+    assert [w for w in warnings if not any(meant in w for meant in MEANT)] == []
     failed = [" ".join(table.cells(r)) for r in rows if not r.passed]
     assert not failed, "\n".join(failed)
     assert case.name in NO_BALANCE or any("out of balance" in r.quantity for r in rows)

@@ -47,18 +47,19 @@ def overrides(count: int, seed: int, folder: Path) -> Iterator[Attempt]:
 
     rng = np.random.default_rng(seed)
     texts = corpus()
-    paths = [[*ODD_PATHS, *_paths(yaml.read(text, "<fuzz>")[0].plain())] for text in texts]
+    paths = [[*ODD_PATHS, *paths_of(yaml.read(text, "<fuzz>")[0].plain())] for text in texts]
     for _ in range(count):
         k = int(rng.integers(len(texts))) if rng.random() < 0.3 else 0
         changes = [_change(rng, paths[k]) for _ in range(int(rng.choice([1, 1, 1, 2, 3])))]
         yield f"case {k}: --set {changes!r}", functools.partial(read, texts[k], folder, changes)
 
 
-def _paths(tree: Any, before: str = "") -> Iterator[str]:
+def paths_of(tree: Any, before: str = "") -> Iterator[str]:
+    """Paths of all values of a case and of what they are in, as `--set` writes them."""
     entries = tree.items() if isinstance(tree, dict) else enumerate(tree) if isinstance(tree, list) else ()
     for key, below in entries:
         yield f"{before}{key}"
-        yield from _paths(below, f"{before}{key}.")
+        yield from paths_of(below, f"{before}{key}.")
 
 
 def _change(rng: np.random.Generator, paths: list[str]) -> str:
@@ -201,7 +202,16 @@ def _functions(folder: Path) -> list[tuple[str, Callable[..., Any]]]:
         ("discretise", of(discretise)), ("discretise extensions", lambda v, *_: discretise(problem, v)),
         ("load", of(load)), ("loads", of(loads)), ("dump", of(dump)),
         ("loads overrides", lambda v, *_: loads("name: x", overrides=v)), ("measure", lambda v, *_: increment.measure(v)),
-        ("force", lambda v, *_: increment.force(v)),
+        ("force", lambda v, *_: increment.force(v)), ("derivative", lambda v, *_: increment.derivative(v)),
+        ("solve derivatives", lambda v, *_: next(iter(prensa.solve(problem, derivatives=v)))),
+        ("gradient", lambda v, *_: prensa.gradient(v, "b.width", ["bodies.b.material.E"])),
+        ("gradient of", lambda v, *_: prensa.gradient(problem, v, ["bodies.b.material.E"])),
+        ("gradient by", lambda v, *_: prensa.gradient(problem, "b.width", v)),
+        ("gradient step", lambda v, *_: prensa.gradient(problem, "b.width", ["bodies.b.material.E"], step=v)),
+        ("particles", lambda v, *_: prensa.particles(v, v, v)), ("results", of(prensa.results)),
+        ("sweep", lambda v, w=None, *_: prensa.sweep(problem, {"bodies.b.material.E": v}, w, jobs=1, out=folder / "sweep")),
+        ("converge", lambda v, w=None, *_: prensa.converge(problem, w, mesh=v, jobs=1, out=folder / "converge")),
+        ("identify", of(prensa.identify)), ("calibrate", of(prensa.calibrate)), ("evaluate", of(prensa.evaluate)),
         ("run", lambda v, *_: run(v, folder / "none", quiet=True)), ("resume", of(resume)), ("read_history", of(history.read_history)),
         ("run out", lambda v, *_: run(prensa.Case(problem), v, quiet=True) if v is not None and not isinstance(v, str | Path) else None),
         ("read_summary", of(read_summary)), ("read_contact", of(history.read_contact)), ("read_collection", of(vtk.read_collection)),

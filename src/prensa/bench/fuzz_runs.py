@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from prensa.bench.fuzz_calls import Attempt, answer
+from prensa.bench.fuzz_calls import Attempt, answer, paths_of
 from prensa.errors import PrensaError
 
 INCREMENTS = 6  # that are solved of an input
@@ -46,19 +46,24 @@ WORDS: dict[str, tuple[Any, ...]] = {
     "follower": (True, False),
     "condense": ("auto", True, False),
     "remove_tools": (True,),
+    "time_rule": ("backward_euler", "bdf2"),
 }  # fmt: skip
 
 
 def runs(count: int, seed: int, folder: Path) -> Iterator[Attempt]:
-    """Good cases with one to four values changed, and the beginning of their runs."""
+    """Good cases with one to four values changed, and the beginning of their runs, of every sixth with derivatives."""
     from prensa.bench.fuzz import FORMING, corpus
     from prensa.model import text as yaml
 
     rng = np.random.default_rng(seed)
     trees = [yaml.read(text, "<fuzz>")[0].plain() for text in (*FORMING, *corpus())]
     for _ in range(count):
-        text = yaml.write(changed(rng, trees[rng.integers(len(trees))]))
-        yield text, functools.partial(answer, functools.partial(_begun, text, folder))
+        tree = changed(rng, trees[rng.integers(len(trees))])
+        text, by = yaml.write(tree), tuple[str, ...]()
+        if rng.random() < 1 / 6:
+            paths = list(paths_of(tree))
+            by = tuple(paths[rng.integers(len(paths))] for _ in range(int(rng.integers(1, 3))))
+        yield f"{text}derivatives: {by}", functools.partial(answer, functools.partial(_begun, text, folder, by))
 
 
 def changed(rng: np.random.Generator, tree: Any) -> Any:
@@ -91,13 +96,17 @@ def _added(rng: np.random.Generator, tree: Any) -> tuple[dict[str, Any], str]:
     parts += [(body, ("element",)) for body in tree.get("bodies", {}).values()]
     parts += [(c, ("enforcement", "integration", "friction")) for c in tree.get("contacts", []) if isinstance(c, dict)]
     parts += [(s, ("increments", "stabilise", "duration", "remove_tools")) for s in tree.get("steps", [])]
+    parts.append((tree.setdefault("numerics", {}), ("time_rule", "condense")))
     parts = [(part, keys) for part, keys in parts if isinstance(part, dict)]
     part, keys = parts[rng.integers(len(parts))]
     return part, keys[rng.integers(len(keys))]
 
 
-def _begun(text: str, folder: Path) -> None:
-    """Read a case and solve its first increments; what is too large for that, or is refused, is a `PrensaError`."""
+def _begun(text: str, folder: Path, by: tuple[str, ...] = ()) -> None:
+    """Read a case and solve its first increments; what is too large for that, or is refused, is a `PrensaError`.
+
+    ``by``: paths in the case, by which derivatives are asked for, whatever stands there.
+    """
     import prensa
     from prensa.bench.fuzz import LARGEST_MESH, elements
     from prensa.model.schema import loads
@@ -106,6 +115,6 @@ def _begun(text: str, folder: Path) -> None:
     if sum(elements(b.mesh) for b in case.problem.bodies.values()) > LARGEST_MESH // 40:
         raise PrensaError("too large to be solved here")
     begun = time.process_time()
-    for _ in itertools.islice(prensa.solve(case.problem, case.numerics), INCREMENTS):
+    for _ in itertools.islice(prensa.solve(case.problem, case.numerics, derivatives=by), INCREMENTS):
         if time.process_time() - begun > SECONDS:
             break

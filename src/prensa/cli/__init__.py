@@ -154,10 +154,13 @@ def run(
             voice.folder = folder = out or source.folder()
             for warning in warnings_of(loaded.problem):
                 voice.warn(warning)
+            from prensa.output.progress import ProgressBar
             from prensa.output.run import run as run_case
 
+        bar = ProgressBar(voice.no_bar)
+        bar.warned = voice.warned
         with voice.announcing_compilation():
-            run_case(loaded, out=folder, quiet=voice.no_bar, source=_told_as(source), force=force)
+            run_case(loaded, out=folder, source=_told_as(source), force=force, bar=bar)
         _give_summary(voice, folder)
 
 

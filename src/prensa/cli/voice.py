@@ -106,7 +106,11 @@ class Voice:
 
     def warn(self, text: str) -> None:
         """A warning about the case, with its place in the file."""
-        self.complain(self._located(text, "warning: "))
+        self.complain(self.warned(text))
+
+    def warned(self, text: str) -> str:
+        """A warning in words, with its place in the file of the case if it names one."""
+        return self._located(text, "warning: ")
 
     def give(self, result: Mapping[str, Any]) -> None:
         """The result as JSON, where that is asked for; numbers that are none are null."""

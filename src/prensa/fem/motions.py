@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from prensa.errors import Notice
 from prensa.fem.planning import plan_step
 from prensa.fem.schedule import StepPlan
+from prensa.fem.surface import Surface
 from prensa.fem.system import System
 from prensa.model.feed import ends_early
 
@@ -44,9 +45,9 @@ def motions(system: System) -> Iterator[Notice]:
             known[g.dofs] |= g.course is not None and not g.course.relative
         if ends_early(system.problem.steps[number]):  # which may end it anywhere on the way
             known[plan.fixed] &= plan.values(plan.t1) == at_start[plan.fixed]
-        at_start, before = at_start.copy(), plan
+        begun, at_start, before = at_start, at_start.copy(), plan
         at_start[plan.fixed] = plan.values(plan.t1)
-        for body, depth, far in pressed_far(system, plan, at_start, known) if small else ():
+        for body, depth, far in pressed_far(system, plan, begun, at_start, known) if small else ():
             reached[body] = max(reached.get(body, (0.0, 1.0)), (depth, far), key=lambda r: r[0] / r[1])
         for body, way, far in driven_apart(system, plan, at_start) if small else ():
             driven[body] = max(driven.get(body, (0.0, 1.0)), (way, far), key=lambda r: r[0] / r[1])
@@ -216,27 +217,35 @@ def _bores(system: System) -> Iterator[Notice]:
 
 
 # ------------------------------------------------------------------------------------------------------------ small strain
-def pressed_far(system: System, plan: StepPlan, u: Array, known: Flags) -> Iterator[tuple[str, float, float]]:
+def pressed_far(system: System, plan: StepPlan, begun: Array, u: Array, known: Flags) -> Iterator[tuple[str, float, float]]:
     """Body, share and distance of the deepest reach of tools at the end of a step, all of known places.
 
-    The mean displacement gradient between a pressed node and a held one is at least the way over the distance.
+    The mean displacement gradient between a pressed node and a held one is at least the way over the distance. ``begun``, u
+    (ndof,): at both ends of the step; a tool may be on the far side of a thin body in the end, if that does not bend.
     """
-    x = system.positions(u)
     for s in system.surfaces:
         if not known[system.dofs.tool.dofs(s.tool)].all():
             continue
-        pairs = system.node_pairs(s, u)
-        k = int(np.argmin(np.where(np.abs(pairs.n).max(axis=1) > ALONG, pairs.g, np.inf)))
-        depth, axis = -float(pairs.g[k]), int(np.argmax(np.abs(pairs.n[k])))
-        if not depth > 0 or abs(pairs.n[k, axis]) < ALONG:
-            continue
-        nodes, along = system.dofs.displacement.split(plan.fixed[system.dofs.displacement.owns(plan.fixed)])
-        first = system.offsets[s.body]
-        mine = (along == axis) & (nodes >= first) & (nodes < first + len(system.meshes[s.body].points))
-        if mine.any():
-            far = float(np.hypot(*(x[nodes[mine]] - x[s.points.nodes[k]]).T).min())
-            if far > float(s.points.depth.min()):
-                yield s.body, depth, far
+        way = (system.place_of(s.tool, u) - system.place_of(s.tool, begun))[: system.dofs.dimension]
+        found = [_reach(system, s, plan, u, 0.0 * way), _reach(system, s, plan, begun, way)]
+        deepest = max((f for f in found if f is not None), default=None, key=lambda f: f[0] / f[1])
+        if deepest is not None:
+            yield s.body, *deepest
+
+
+def _reach(system: System, s: Surface, plan: StepPlan, u: Array, way: Array) -> tuple[float, float] | None:
+    """How deep a tool presses a node in by a way (d,) from dofs u, and how far that is from what holds it against that."""
+    pairs = system.node_pairs(s, u)
+    k = int(np.argmin(np.where(np.abs(pairs.n).max(axis=1) > ALONG, pairs.g, np.inf)))
+    depth, axis = float(way @ pairs.n[k] - pairs.g[k]), int(np.argmax(np.abs(pairs.n[k])))
+    if not depth > 0 or abs(pairs.n[k, axis]) < ALONG:
+        return None
+    nodes, along = system.dofs.displacement.split(plan.fixed[system.dofs.displacement.owns(plan.fixed)])
+    first = system.offsets[s.body]
+    mine = (along == axis) & (nodes >= first) & (nodes < first + len(system.meshes[s.body].points))
+    x = system.positions(u)
+    far = float(np.hypot(*(x[nodes[mine]] - x[s.points.nodes[k]]).T).min()) if mine.any() else 0.0
+    return (depth, far) if far > float(s.points.depth.min()) else None
 
 
 def driven_apart(system: System, plan: StepPlan, u: Array) -> Iterator[tuple[str, float, float]]:

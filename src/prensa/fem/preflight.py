@@ -100,7 +100,12 @@ def _with_supports(problem: model.Problem) -> list[tuple[str, Any]]:
 
 
 def staircase(system: System) -> list[Notice]:
-    """Notices on contacts whose forces will step as elements pass; a run says it of those in which it is seen."""
+    """Notices on contacts whose forces will step as elements pass; a run says it of those in which it is seen.
+
+    Of a first mesh that others will take the place of nothing follows.
+    """
+    if remeshing_of(system.problem) is not None:
+        return []
     return list(foretold(system, ((m.plan, m.u) for m in _moments(system))))
 
 

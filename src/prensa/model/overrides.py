@@ -82,7 +82,7 @@ def _index(place: Place, parts: list[str], mark: Mark) -> tuple[int, list[str]]:
         near = suggest(part, [n for n in own if n])
         raise CaseError([Mistake(mark, f"no entry {part!r} in {name!r}{near}, or a number from 0 to {count - 1}")])
     if not part.isdecimal() or int(part) >= count:
-        known = f"counted from 0 to {count - 1}" if count > 1 else "only number 0" if count else "none"
+        known = f"numbers 0 to {count - 1}" if count > 1 else "only number 0" if count else "none"
         raise CaseError([Mistake(mark, f"no entry {part!r} in {name!r}; the file has {known}")])
     return int(part), parts[1:]
 

@@ -28,6 +28,8 @@ def read_mu_table(path: str, context: Any) -> Any:
     file = base / path
     try:
         if not file.is_file():
+            if path[:1] in "+-.0123456789" and path and _is_number(path.split()[0]):
+                raise ValueError(f"{path!r} is no friction coefficient: it is a plain number, such as 0.1")
             raise ValueError(f"friction table {path!r}: there is no such file{_instead(file)}")
         if file.stat().st_size > TABLE_LIMIT:
             raise ValueError(f"friction table {path!r} is larger than 1 MiB; is it the right file?")

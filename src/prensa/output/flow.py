@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from prensa.errors import PrensaError
+from prensa.errors import PrensaError, shown, take
 from prensa.fem.transfer import at_places, located
 from prensa.model.names import suggest
 from prensa.model.problem import Problem
@@ -33,15 +33,22 @@ def particles(increment: Increment, body: str, points: ArrayLike) -> Array:
     Raises
     ------
     PrensaError
-        For an unknown body, and for one of other elements.
+        For an unknown body, for one of other elements, and for what are no points.
 
     """
+    take("particles", "increment", increment, Increment, "give what solve yields")
+    take("particles", "body", body, str, "give the name of a body")
     if body not in increment.bodies:
         raise PrensaError(f"particles: unknown body {body!r}{suggest(body, increment.bodies)}")
     shape = increment.bodies[body]
     if shape.cells.shape[1] != 6:
         raise PrensaError(f"particles: body {body!r} is not made of T6; give it 'element: t6'")
-    x = np.atleast_2d(np.asarray(points, dtype=np.float64))
+    try:
+        x = np.atleast_2d(np.asarray(points, dtype=np.float64))
+    except (TypeError, ValueError, OverflowError):
+        x = np.full((1, 1), np.nan)
+    if x.ndim != 2 or x.shape[1] != 2 or not np.isfinite(x).all():
+        raise PrensaError(f"particles: points is {shown(points)}; give places, for example [[0, 1], [2, 1]]")
     return at_places(shape.x, shape.cells, located(shape.X, shape.cells, x))
 
 

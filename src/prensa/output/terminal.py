@@ -73,6 +73,8 @@ class Display:
         self._quiet, self._began = quiet, clocks.perf_counter()
         self._bar: Progress | None = None
         self._line = None if quiet or console is not None else notebook_line()
+        self.warned: Callable[[str], str] = "warning: {}".format
+        """A warning in words, with its place in the case where that is known."""
 
     @property
     def has_bar(self) -> bool:
@@ -101,7 +103,7 @@ class Display:
 
     def warn(self, text: str) -> None:
         """Show a warning, also when asked to be quiet."""
-        self.tell(f"warning: {text}")
+        self.tell(self.warned(text))
 
     def _print(self, line: str) -> None:
         if self._line is not None:

@@ -22,7 +22,7 @@ from prensa.model import problem as model
 from prensa.sensitivity.change import Change, change_of, known
 from prensa.sensitivity.closed import covers
 from prensa.sensitivity.parameters import Parameter, refuse_other_mesh
-from prensa.sensitivity.solve import Followed, refuse
+from prensa.sensitivity.solve import Followed, check_paths, refuse
 from prensa.sensitivity.transposed import Converged, Owed, Stage, Touching, Weights, back
 from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import Increment, Monitor
@@ -30,7 +30,7 @@ from prensa.solver.policy import Policy
 from prensa.solver.reporting import Messages
 from prensa.solver.results import increment_of
 from prensa.solver.step_control import StepControl
-from prensa.solver.time_stepping import Timer, told_before
+from prensa.solver.time_stepping import Timer, check_arguments, told_before
 
 Array = NDArray[np.float64]
 
@@ -103,13 +103,16 @@ def gradient(
         elements than F-bar quadrilaterals, other friction than a constant coefficient, springs, loads on boundaries.
 
     """
-    take("gradient", "problem", problem, model.Problem, "give a Problem (case.problem of a case)")
-    take("gradient", "by", by, Sequence, "give a list of paths, for example ['tools.die.points.3.1']")
     by = [by] if isinstance(by, str) else by
+    check_paths("gradient", "by", by)
     if not by:
         raise ArgumentError("gradient: by is empty; give a list of paths, for example ['tools.die.points.3.1']")
+    take("gradient", "of", of, (str, Sequence), "give the name of a measure, such as 'punch.force.y', or a list of them")
+    take("gradient", "step", step, (str, type(None)), "give the name of a step or None")
+    take("gradient", "problem", problem, model.Problem, "give a Problem (case.problem of a case)")
+    check_arguments(problem, numerics, None, monitor, timer, policy)
     names = (of,) if isinstance(of, str) else tuple(of)
-    measures = [_measure(name, problem) for name in names]
+    measures = _measures(names, problem)
     last, system, policy, timer = _number_of(problem, step), discretise(problem), policy or Policy(), timer or Timer()
     _refuse(system, by)
     run = Recorded(system, numerics or model.Numerics(), policy, Messages(system, monitor), timer)
@@ -136,6 +139,12 @@ def _refuse(system: System, by: Sequence[str]) -> None:
             "penalty or exact and with rounded tools, can be followed backwards; use solve(derivatives=...)"
         )
     told_before(system)
+
+
+def _measures(names: Sequence[object], problem: model.Problem) -> list[Measure]:
+    if not names:
+        raise ArgumentError("gradient: of is empty; give the name of a measure, such as 'punch.force.y', or a list of them")
+    return [_measure(name, problem) for name in names]
 
 
 def _measure(name: object, problem: model.Problem) -> Measure:

@@ -71,7 +71,7 @@ def solve(
     """
     if isinstance(derivatives, str):
         derivatives = [derivatives]
-    take("solve", "derivatives", derivatives, Sequence, "give a list of paths, for example ['friction.mu']")
+    check_paths("solve", "derivatives", derivatives)
     if not derivatives:
         return time_stepping.solve(problem, numerics, start, monitor, timer, policy, passages, times, stops)
     time_stepping.check_arguments(problem, numerics, start, monitor, timer, policy)
@@ -137,9 +137,17 @@ def refuse(system: System, start: State | None, derivatives: Sequence[str]) -> N
             raise ArgumentError(
                 f"derivatives: the state to start from does not carry those by {missing[0]!r}; run from the beginning with them"
             )
-    repeated = [path for k, path in enumerate(derivatives) if path in derivatives[:k]]
-    if repeated:
-        raise ArgumentError(f"derivatives: {repeated[0]!r} is listed twice")
+    if len(set(derivatives)) < len(derivatives):
+        repeated = next(path for path in derivatives if derivatives.count(path) > 1)
+        raise ArgumentError(f"derivatives: {repeated!r} is listed twice")
+
+
+def check_paths(function: str, name: str, paths: object) -> None:
+    """Refuse what is no list of paths of parameters."""
+    take(function, name, paths, Sequence, "give a list of paths, for example ['friction.mu']")
+    assert isinstance(paths, Sequence)
+    for k, path in enumerate(paths):
+        take(function, f"{name}[{k}]", path, str, "give a path, for example 'friction.mu'")
 
 
 @dataclass(frozen=True)

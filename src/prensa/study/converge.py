@@ -14,7 +14,7 @@ import numpy as np
 from prensa.errors import PrensaError, shown
 from prensa.model.problem import Case, Problem
 from prensa.output.history import read_history
-from prensa.study.levels import DEFAULTS, REFINED, Kind, Level, Levels, plan_of
+from prensa.study.levels import DEFAULTS, REFINED, Kind, Level, Levels, numbers_of, plan_of
 from prensa.study.order import Convergence, observed
 from prensa.study.page import write_page
 from prensa.study.pictures import convergence
@@ -128,7 +128,11 @@ def converge(
 
     """
     given: dict[Kind, Sequence[float] | bool] = {"mesh": mesh, "step": step, "penalty": penalty}
-    asked = {kind: DEFAULTS[kind] if levels is True else levels for kind, levels in given.items() if levels}
+    asked: dict[Kind, Sequence[float]] = {
+        kind: DEFAULTS[kind] if levels is True else numbers_of(kind, levels)
+        for kind, levels in given.items()
+        if levels is not False
+    }
     source = Source(case, changes or {})
     out = Path(out or f"results/{source.stem}-converge")
     compute = partial(_executed, source, measures, out, quiet, (jobs, memory, cluster, retry, force))

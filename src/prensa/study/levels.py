@@ -7,7 +7,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
-from prensa.errors import PrensaError
+import numpy as np
+
+from prensa.errors import PrensaError, shown
 from prensa.model import text as yaml
 from prensa.model.problem import Case, Problem
 from prensa.model.remeshing import remeshing_of
@@ -74,6 +76,25 @@ def plan_of(case: Case, asked: dict[Kind, Sequence[float]], increments: dict[str
         for path in paths
     )
     return Levels(factors_of, levels=tuple(levels))
+
+
+def numbers_of(kind: Kind, given: object) -> tuple[float, ...]:
+    """Levels that are given in Python.
+
+    Raises
+    ------
+    PrensaError
+        If they are no numbers.
+
+    """
+    if isinstance(given, np.ndarray):
+        given = given.tolist()
+    if not isinstance(given, Sequence) or not all(isinstance(f, int | float | np.number) for f in given):
+        raise PrensaError(f"converge: {kind} is {shown(given)}; give factors of the case's own fineness, such as [0.5, 1, 2]")
+    try:
+        return tuple(map(float, given))
+    except OverflowError:
+        return (math.inf,)
 
 
 def _check(kind: Kind, factors: Sequence[float]) -> None:

@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.errors import PrensaError, shown
+from prensa.errors import PrensaError, shown, take
 from prensa.measures import parse
 from prensa.measures.columns import columns
 from prensa.model.checks import suggest
@@ -71,11 +71,14 @@ def quantities(asked: str | Iterable[str], problem: Problem) -> tuple[Quantity, 
         If nothing is, or a measure does not exist.
 
     """
+    take("measures", "measure", asked, Iterable, "give the name of a measure, such as 'punch.force.y', or a list of them")
     texts = [asked] if isinstance(asked, str) else list(asked)
     if not texts:
         tool = next(iter(problem.tools), "")
         such = f", such as {tool}.force.y or max({tool}.force.y)" if tool else ""
         raise PrensaError(f"no measure; say what to take from every case with --measure{such}")
+    for text in texts:
+        take("measures", "measure", text, str, "give names of measures, such as 'punch.force.y'")
     return tuple(dict.fromkeys(_quantity(text, problem) for text in texts))
 
 

@@ -17,8 +17,10 @@ Numbers may have units (``lin(1 mm, 2 mm, 5)``, ``normal(70 GPa, 2 GPa)``), a st
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
+import sys
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -30,6 +32,8 @@ from prensa.errors import PrensaError, shown
 from prensa.model import text as yaml
 
 MOST_OF_A_FACTOR = 100_000
+MOST_PARTS = 20_000  # numbers, texts and lists that one value is made of
+DEEPEST = 20  # lists and mappings inside one another
 RANGES = {"lin": "lin(a, b, n)", "log": "log(a, b, n)"}
 DISTRIBUTIONS = {
     "uniform": "uniform(low, high)", "loguniform": "loguniform(low, high)", "triangular": "triangular(low, mode, high)",
@@ -180,6 +184,8 @@ def _of_object(path: str, value: Any) -> Factor:
         name = getattr(getattr(value, "dist", value), "name", type(value).__name__)
         arguments = ", ".join(map(str, (*getattr(value, "args", ()), *getattr(value, "kwds", {}).values())))
         return Scatter(path, value, f"{name}({arguments})")
+    if isinstance(value, np.ndarray) and not value.ndim:
+        value = value.item()
     if isinstance(value, Mapping) or not isinstance(value, Iterable):
         value = [value]
     texts = [_text(path, v) for v in value]
@@ -189,15 +195,27 @@ def _of_object(path: str, value: Any) -> Factor:
 
 
 def _text(path: str, value: Any) -> str:
+    value = _plain(path, value, itertools.count())
+    return value if isinstance(value, str) else yaml.line(value)
+
+
+def _plain(path: str, value: Any, parts: Iterator[int], depth: int = 0) -> Any:
+    """A value of Python, as YAML can have it; ``parts`` counts what it is made of, which may be itself."""
     if isinstance(value, np.generic | np.ndarray):
         value = value.tolist()
-    if isinstance(value, float) and not math.isfinite(value):
-        raise PrensaError(f"sweep: {path} has the value {value}; every number of a case is finite")
-    if isinstance(value, tuple):
-        value = list(value)
-    if value is not None and not isinstance(value, bool | int | float | str | list | dict):
-        raise PrensaError(f"sweep: {path} has the value {shown(value)}; give numbers, texts, lists or mappings")
-    return value if isinstance(value, str) else yaml.line(value)
+    if next(parts) > MOST_PARTS or depth > DEEPEST:
+        raise PrensaError(
+            f"sweep: {path} has a value of more than {MOST_PARTS} parts, or {DEEPEST} inside one another; name a file instead"
+        )
+    if isinstance(value, int | float) and not abs(value) <= sys.float_info.max:
+        raise PrensaError(f"sweep: {path} has the value {shown(value)}; every number of a case is finite")
+    if isinstance(value, tuple | list):
+        return [_plain(path, v, parts, depth + 1) for v in value]
+    if isinstance(value, dict) and all(isinstance(k, str) for k in value):
+        return {k: _plain(path, v, parts, depth + 1) for k, v in value.items()}
+    if value is not None and not isinstance(value, bool | int | float | str):
+        raise PrensaError(f"sweep: {path} has the value {shown(value)}; give numbers, texts, lists or mappings with names")
+    return value
 
 
 # --------------------------------------------------------------------------------------------------------------- reading
