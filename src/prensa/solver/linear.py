@@ -35,7 +35,6 @@ class SingularError(ArithmeticError):
     """No solver could factor the matrix to an acceptable residual."""
 
 
-SHARED = 10_000  # length of vectors from which OpenBLAS shares out products among threads
 GENERAL, SYMMETRIC, DEFINITE = "LU", "LDLᵀ", "LLᵀ"
 
 
@@ -428,7 +427,7 @@ def krylov(A: Any, solve: Solve, b: Array, most: int, share: float) -> Array | N
 
 def product(a: Array, b: Array) -> float:
     """a·b of vectors (n,), the same whatever number of threads the numerical library has: it shares out long ones."""
-    return float(a @ b) if len(a) <= SHARED else float(np.einsum("i,i->", a, b))
+    return float(a @ b) if len(a) <= DEFAULT.shared_products else float(np.einsum("i,i->", a, b))
 
 
 def length(a: Array) -> float:

@@ -299,6 +299,8 @@ class Policy:
     alike: float = 0.02
     """Relative residual of an iterate up to which its matrix is expected to be close to the one before."""
 
+    shared_products: int = 10000
+    """Length of vectors from which BLAS may share out products among threads, whose sums then depend on how many there are."""
     worth_threads: int = 5000
     """Dofs from which on ``threads: auto`` takes more than one thread …"""
     most_threads: int = 8
