@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from prensa.bench.robustness.files import Record
 
 DRAG = 1e-3  # of what friction could bear, that a roll may feel in travelling freely on an elastic block,
+HELD = 1e-6  # and that a load prescribed as zero may differ from it by,
 FEW = 0.1  # share of the largest drag within a passage that few increments leave in its mean
 OFF_CENTRE = 0.05  # and that of its load off its axis by so much of an element: nodes land and leave one by one
 
@@ -56,16 +57,20 @@ def _on_block(rng: np.random.Generator, kind: str) -> Drawn:
         last = rows[-1]
         h = {k: float(v[last]) for k, v in record.history.items() if k.startswith("roll.")}
         bear = mu * h["roll.fy"]
+        drag = max(abs(h["roll.fx"]), abs(h["roll.mz"]) / R)
         free = DRAG * bear + OFF_CENTRE * width / nx / R * h["roll.fy"]
-        if kind == "towed" and way > width / nx:
-            # nothing is dissipated, so over the passage of an element the drag does no work; within one it has either sign
-            x, fx = record.history["roll.ux"][rows], record.history["roll.fx"][rows]
+        if way > width / nx:
+            # nothing is dissipated, so over the passage of an element force and torque do no work; within one it has either sign
+            x, fx, mz = (record.history[f"roll.{name}"][rows] for name in ("ux", "fx", "mz"))
             within = np.linspace(x[-1] - np.sign(x[-1] - x[0]) * width / nx, x[-1], 257)
             order = np.argsort(x)
-            drag = np.interp(within, x[order], fx[order])
-            h["roll.fx"], free = float(drag.mean()), DRAG * bear + FEW * float(np.abs(drag).max())
-        if m.strength == 0.0 and max(abs(h["roll.fx"]), abs(h["roll.mz"]) / R) > free:
+            resisting = np.interp(within, x[order], (fx - mz / R)[order])
+            drag, free = abs(float(resisting.mean())), DRAG * bear + FEW * float(np.abs(resisting).max())
+        if m.strength == 0.0 and drag > free:
             return f"a free roll feels {h['roll.fx']:.3g} and {h['roll.mz'] / R:.3g} at its rim, friction could bear {bear:.3g}"
+        let_go = abs(h["roll.mz"]) / R if kind == "towed" else abs(h["roll.fx"])
+        if let_go > HELD * bear:
+            return f"{let_go:.3g} is left of a load that was taken off, friction could bear {bear:.3g}"
         slip = abs(h["roll.ux"] + R * h["roll.rz"])
         return "" if slip <= 0.05 * way + 0.1 * depth else f"a free roll slips by {slip:.3g} on its way of {way:.3g}"
 
