@@ -275,13 +275,12 @@ class Factorisation:
 
     def correction(self, b: Array) -> Array:
         """Solution of b (n,) to a few digits, of the matrix of the last `step` or `solve`, whatever that of the factors."""
-        if self._matrix is None:
-            return self.again(b)
-        b = b if self.scale is None else self.scale * b
-        x = krylov(self._matrix, self._solve, b, self.policy.krylov, self.policy.usual_rate) if self._solve else None
-        if x is None:
-            return self.again(b if self.scale is None else b / self.scale)
-        return x if self.scale is None else self.scale * x
+        if self._matrix is not None and self._solve is not None:
+            scale = 1.0 if self.scale is None else self.scale
+            x = krylov(self._matrix, self._solve, scale * b, self.policy.krylov, self.policy.usual_rate)
+            if x is not None:
+                return scale * x
+        return self.again(b)
 
     def _factor(self) -> Factor:
         """Factoriser of the solver in turn, analysed when first asked for: that depends on the pattern alone."""
@@ -300,18 +299,18 @@ class Factorisation:
         policy, (n, indptr, indices) = self.policy, self.structure[:3]
         if not self._worth_single:
             return self.solve(values, b)
-        values, b = self._scaled(values), b if self.scale is None else self.scale * b
-        A = csc_matrix((values, indices, indptr), (n, n))
+        scale = 1.0 if self.scale is None else self.scale
+        A = csc_matrix((self._scaled(values), indices, indptr), (n, n))
         x, self._matrix = None, None
         if alike and self._solve is not None:
-            x = krylov(A, self._solve, b, policy.krylov, share)
+            x = krylov(A, self._solve, scale * b, policy.krylov, share)
             self._matrix = None if x is None else A
         if x is None:
-            x = self._in_single(A, b, share)
+            x = self._in_single(A, scale * b, share)
         if x is None:
             self._single = False
-            return self.solve(values, b, scaled=True)
-        return x if self.scale is None else self.scale * x
+            return self.solve(values, b)
+        return scale * x
 
     def _in_single(self, A: Any, b: Array, share: float) -> Array | None:
         """As `step`, by factors in single precision, which stay; None where they do not lead to it."""
@@ -339,17 +338,14 @@ class Factorisation:
             return values
         return values * self.scale[self.structure.indices] * np.repeat(self.scale, np.diff(self.structure.indptr))
 
-    def solve(self, values: Array, b: Array, scaled: bool = False) -> Array:
-        """Solution x (n,) of A x = b for the matrix values (nnz,), as exact as it can be; raises `SingularError`.
-
-        scaled: whether values and b are so already.
-        """
+    def solve(self, values: Array, b: Array) -> Array:
+        """Solution x (n,) of A x = b for the matrix values (nnz,), as exact as it can be; raises `SingularError`."""
         from scipy.sparse import csc_matrix
 
         n, indptr, indices = self.structure[:3]
         if n == 0:
             return np.zeros(0)
-        if self.scale is not None and not scaled:
+        if self.scale is not None:
             values, b = self._scaled(values), self.scale * b
         A = csc_matrix((np.abs(values), indices, indptr), (n, n))
         norm = (A @ np.ones(n)).max()
