@@ -26,6 +26,7 @@ SMALLEST_SIZE = 1 / 8  # smallest elements over those at tools
 SLOPE = 0.25  # growth of sizes over the way
 NEIGHBOURS = 32  # nodes of the outline that are looked at for the size at a place
 BENT = 0.15  # turn (rad) of an outline between neighbouring sides from which its curvature counts
+LARGE = 1.5  # size of an element over that asked for from which it is much too large: new meshes have hardly any
 BACK = -0.7  # cosine between normals of sides that face away from each other
 
 
@@ -171,12 +172,19 @@ def elements_asked(system: System, body: str) -> tuple[float, str]:
     return (inner, "far") if inner >= skin else (skin, "near_tools")
 
 
-def coarseness(field: SizeField) -> float:
-    """Largest size of an element over that asked for at its middle."""
+def coarseness(field: SizeField) -> Array:
+    """Sizes (m,) of the elements of a body over those asked for at their middles."""
     mesh = field.system.meshes[field.body]
     x = field.positions[corner_cells(mesh.cells)]
     size = np.sqrt(4 / np.sqrt(3) * areas(field.positions, mesh.cells))
-    return float((size / field(x.mean(axis=1))).max())
+    return np.asarray(size / field(x.mean(axis=1)))
+
+
+def mismatch(field: SizeField) -> tuple[float, float]:
+    """Share of the elements asked for that lie in ones more than `LARGE` times as large, and elements over those asked for."""
+    ratio = coarseness(field)
+    asked = ratio**2
+    return float(asked[ratio > LARGE].sum() / asked.sum()), len(ratio) / float(asked.sum())
 
 
 def least_at_tools(field: SizeField) -> float:

@@ -245,7 +245,13 @@ class Policy:
 
     # ---------------------------------------------------------------------------------------------------- remeshing
     remesh_travel: float = 2.5
-    """Way of a tool, in smallest elements, after which a mesh is made anew."""
+    """Way of a tool, in smallest elements, after which a mesh is looked at, and made anew if it can be better."""
+    good_shape: float = 0.6
+    """Least shape measure that new meshes begin with, or better: one that still has it has nothing to gain from another one."""
+    ill_sized: float = 0.05
+    """Share of the elements asked for that are missing where elements are much too large from which a mesh is made anew."""
+    too_many: float = 1.5
+    """Elements over those asked for from which a mesh is made anew."""
     too_coarse: float = 2.0
     """Size of an element of the first mesh over that asked for from which the run begins with a new mesh."""
     worn_share: float = 0.7
