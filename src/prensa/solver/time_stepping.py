@@ -70,19 +70,27 @@ Array = NDArray[np.float64]
 
 
 class Timer:
-    """Seconds by section, of the wall unless ``clock`` is another (``time.process_time``: of the processor)."""
+    """Seconds by section, of the wall unless ``clock`` is another (``time.process_time``: of the processor).
+
+    Those of a section within another one are the outer one's: what a remeshing assembles and solves is remeshing.
+    """
 
     def __init__(self, clock: Callable[[], float] = clocks.perf_counter) -> None:
         self.seconds: dict[str, float] = {}
         self.clock = clock
+        self.inside = False
 
     @contextmanager
     def __call__(self, section: str) -> Iterator[None]:
         """Add the seconds of the block to a section."""
-        start = self.clock()
+        if self.inside:
+            yield
+            return
+        self.inside, start = True, self.clock()
         try:
             yield
         finally:
+            self.inside = False
             self.seconds[section] = self.seconds.get(section, 0.0) + self.clock() - start
 
 
