@@ -138,7 +138,7 @@ def test_sizes_that_are_not_those_asked_for() -> None:
     system = discretise(upset())
 
     def of(far: float) -> tuple[float, float]:
-        sizes = pr.Sizes(far=far, near_tools=far, per_strain=0.0)
+        sizes = pr.Sizes(far=far, near_tools=far, across=1.0, per_strain=0.0)
         return mismatch(SizeField(system, system.initial(), "billet", sizes, 36.0))
 
     missing, ratio = of(0.5)
