@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from prensa.bench import fuzz, fuzz_calls, fuzz_commands, fuzz_yaml
+from prensa.bench import fuzz, fuzz_calls, fuzz_commands, fuzz_whole, fuzz_yaml
 from prensa.cli import app
 from prensa.errors import CaseError, PrensaError
 from prensa.mesh.imported import case_text
@@ -123,6 +123,16 @@ def test_changes_and_calls_are_read_or_refused(source, count):
     report = fuzz.run(count, seed=6, source=source)
     assert report.defects == []
     assert report.counts["refused"] > count / 2 and sum(report.counts.values()) == count
+
+
+@pytest.mark.parametrize(
+    ("source", "count"), [(fuzz_whole.crossed, 60), (fuzz_whole.named, 12), (partial(fuzz_whole.lines, app), 20)]
+)
+def test_odd_but_whole_inputs_are_read_or_refused(source, count):
+    """Cases with parts of others, parts with odd names, command lines that run: both answers occur, no defect does."""
+    report = fuzz.run(count, seed=6, source=source, time_to_answer=60.0, time_to_give_up=120.0)
+    assert report.defects == []
+    assert report.counts["refused"] > 1 and report.counts["read"] > count / 8 and sum(report.counts.values()) == count
 
 
 def test_sizes_as_small_as_numbers_are_divide_nothing(tmp_path):
