@@ -8,11 +8,13 @@ from functools import partial
 import numpy as np
 import pytest
 
+import prensa as pr
 from prensa.bench import fuzz, fuzz_calls, fuzz_commands, fuzz_whole, fuzz_yaml
 from prensa.cli import app
 from prensa.errors import CaseError, PrensaError
 from prensa.mesh.imported import case_text
 from prensa.model.schema import loads
+from prensa.output.report import number
 
 
 def test_mutated_inputs_are_read_or_refused():
@@ -171,3 +173,15 @@ def test_functions_of_studies_and_gradients_refuse_hostile_values_in_words(funct
             continue
         assert fuzz_calls.answer(of[function], [value]) in ("read", "refused"), function
     assert fuzz_calls.answer(of["gradient of"], ["b.width"]) in ("read", "refused")
+
+
+def test_an_array_where_a_word_may_stand_is_refused():
+    """Arrays are compared item by item with a word: 'truth value … is ambiguous' was all that was said."""
+    for make in (lambda v: pr.When(travel=v), lambda v: pr.Step("a", fixed={"block.top": v})):
+        with pytest.raises(PrensaError):
+            make(np.ones(2))
+
+
+def test_what_is_no_number_has_no_digits():
+    """A damaged table has no numbers in places; the report shows that, and ends in no traceback."""
+    assert [number(v) for v in (float("nan"), float("inf"), 1e-12, -2.5)] == ["—", "—", "1.0000 · 10⁻¹²", "−2.5"]
