@@ -39,7 +39,7 @@ def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     That is where neither the package nor the user's cache folder can be written: Numba refuses to define such a function, so that
     a package in a read-only place could not even be imported.
     """
-    options = {"nogil": True} | options
+    options = {"nogil": True, "no_cfunc_wrapper": True, "no_cpython_wrapper": bool(options.get("forceinline"))} | options
 
     def kernel(function: Callable[..., Any]) -> Any:
         try:
