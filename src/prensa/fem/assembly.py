@@ -20,7 +20,7 @@ from prensa.mesh.mesh import corner_cells
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-CHUNK = 512
+CHUNK = 1024
 
 
 class Pattern(NamedTuple):
@@ -295,8 +295,8 @@ def sweep(
         rows = slice(first, first + CHUNK)
         cells = block.cells[rows]
         k = len(cells)
-        gather(x_n, cells, room.x)
-        gather(du, cells, room.d)
+        gather(x_n, cells, room.x[:k])
+        gather(du, cells, room.d[:k])
         chunk = Chunk(block.X[rows], room.x[:k], room.d[:k], old[rows], new[rows])
         here = at if at.flows is None else at.of(np.arange(first * points, (first + k) * points))
         return block.element.respond(chunk, block.law, here, block.mode, room.first(k), data is not None)

@@ -382,7 +382,8 @@ class Factorisation:
     def _checked(self, A: Any, norm: float, values: Array, b: Array) -> Array:
         """Solution by the solver in turn, refined as needed; raises `ArithmeticError` if its residual stays too large."""
         policy = self.policy
-        self._solve, self.made_from, self._matrix, self._to_check = None, None, None, None  # the old factors go before the new ones come
+        # the old factors go before the new ones come
+        self._solve, self.made_from, self._matrix, self._to_check = None, None, None, None
         solve = self._factor()(values)
         x = np.asarray(solve(b))
         for _ in range(policy.refinements):
@@ -433,7 +434,7 @@ def krylov(A: Any, solve: Solve, b: Array, most: int, share: float) -> Array | N
     return None
 
 
-def departure(A: Any, solve: Solve, sweeps: int = 3) -> float:
+def departure(A: Any, solve: Solve, sweeps: int = 2) -> float:
     """|A x − b| / |b| where factors of a matrix near A say A x = b and x is the softest of its modes, by inverse iteration.
 
     Above 1 those factors may have the wrong sign of that mode's stiffness, far below it they have the right one.
