@@ -36,7 +36,7 @@ ALL, ITSELF, OWN = range(3)  # what a patch reaches, see `_patches`
 RANK = 1e-10  # share of a term's square, summed over the points, that the terms before must leave for it to be determined
 
 
-@njit(inline="always")
+@njit(cache=True, no_cpython_wrapper=True)
 def _basis(s, t, out):
     out[0] = 1.0
     out[1] = s
@@ -46,7 +46,7 @@ def _basis(s, t, out):
     out[5] = t * t
 
 
-@njit(inline="always")
+@njit(cache=True, no_cpython_wrapper=True)
 def _solved(M, B, terms, L):
     """Whether the first terms of M (6, 6) x = B (6, v) are determined; B is then replaced by x. L (6, 6) is overwritten.
 
@@ -75,13 +75,12 @@ def _solved(M, B, terms, L):
     return True
 
 
-@njit(inline="always")
-def _fit(members, begin, end, X, values, x, v, sx, sy, terms, work, coefs):
+@njit(cache=True, no_cpython_wrapper=True)
+def _fit(members, begin, end, X, values, x, v, sx, sy, terms, M, L, basis, coefs):
     """Least squares over the points of elements members[begin:end] about node v → coefs (6, values), missing terms zero.
 
-    work: M (6, 6), L (6, 6) and a basis (6,) on rows of (13, 6).
+    M, L (6, 6), basis (6,): scratch.
     """
-    M, L, basis = work[:6], work[6:12], work[12]
     for i in range(6):
         for j in range(6):
             M[i, j] = 0.0
@@ -105,14 +104,12 @@ def _fit(members, begin, end, X, values, x, v, sx, sy, terms, work, coefs):
 
 
 @njit(cache=True)
-def _patches(nodes, first, members, interior, cells, x, X, values, terms, reach, out, count):
+def _add_patches(nodes, first, members, interior, cells, x, X, values, terms, reach, out, count, M, L, basis, coefs):
     """Add the values of the patches about some nodes (k,) to those ``out`` (n, v) of the nodes they reach, counted in count (n,).
 
     reach: `ALL`, all nodes but those that have patches of their own; `ITSELF`, the node alone; `OWN`, the same, by the
     elements that it belongs to, in the size of these. One kernel for all: each would have the fit compiled into it.
     """
-    coefs, work = np.empty((6, values.shape[2])), np.empty((13, 6))
-    basis = work[12]
     for v in nodes:
         begin, end = first[v], first[v + 1]
         sx = sy = 0.0
@@ -127,7 +124,7 @@ def _patches(nodes, first, members, interior, cells, x, X, values, terms, reach,
                 sy = max(sy, abs(x[cells[e, a], 1] - x[v, 1]))
         if sx == 0.0 or sy == 0.0:
             continue
-        _fit(members, begin, end, X, values, x, v, sx, sy, terms, work, coefs)
+        _fit(members, begin, end, X, values, x, v, sx, sy, terms, M, L, basis, coefs)
         for m in range(begin, end):
             e = members[m]
             for a in range(cells.shape[1]):
@@ -148,6 +145,26 @@ def _patches(nodes, first, members, interior, cells, x, X, values, terms, reach,
                     for i in range(6):
                         out[w, c] += coefs[i, c] * basis[i]
                 count[w] += 1
+
+
+def _patches(
+    nodes: NDArray[np.int64],
+    first: NDArray[np.int64],
+    members: NDArray[np.int64],
+    interior: Flags,
+    cells: NDArray[np.int64],
+    x: Array,
+    X: Array,
+    values: Array,
+    terms: int,
+    reach: int,
+    out: Array,
+    count: NDArray[np.int64],
+) -> None:
+    """`_add_patches` with scratch, which takes longer to compile in there than it takes to make here."""
+    M, L = np.empty((2, 6, 6))
+    scratch = M, L, np.empty(6), np.empty((6, values.shape[2]))
+    _add_patches(nodes, first, members, interior, cells, x, X, values, terms, reach, out, count, *scratch)
 
 
 def _members(cells: NDArray[np.int64], n: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
