@@ -9,6 +9,7 @@ import prensa as pr
 from prensa.errors import PrensaError
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import MeshError, areas, boundary_edges, segments
+from prensa.mesh.triangulate import TriangulationError
 
 L = ((0.0, 0.0), (4.0, 0.0), (4.0, 1.0), (1.0, 1.0), (1.0, 3.0), (0.0, 3.0))
 NAMES = ("bottom", "right", "step", "step", "top", "left")
@@ -58,6 +59,25 @@ def test_holes_are_left_out() -> None:
         assert np.ptp(mesh.points[mesh.nodes("hole-1")], axis=0) == pytest.approx([1.0, 1.0])
 
 
+@pytest.mark.parametrize("seed", range(20))
+def test_long_narrow_corners(seed: int) -> None:
+    """Stars of few nodes, whose sides are none of a Delaunay triangulation of these (MMG alone looks for them for ever)."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(5, 14))
+    way, far = 2 * np.pi * (np.arange(n) + rng.uniform(0, 0.5, n)) / n, rng.uniform(0.3, 4.0, n)
+    x = np.column_stack([far * np.cos(way), far * np.sin(way)])
+    mesh = mesh_of(pr.Outline(tuple((a, b) for a, b in x.tolist()), size=2.0), "t6")
+    area = 0.5 * float((x[:, 0] * np.roll(x[:, 1], -1) - x[:, 1] * np.roll(x[:, 0], -1)).sum())
+    assert area_within(mesh) == pytest.approx(area, rel=1e-9)
+    assert areas(mesh.points, mesh.cells).min() > 0
+
+
+def test_a_hole_that_is_a_splinter() -> None:
+    """One that MMG alone never ends with."""
+    plate = pr.Outline(((2, 0), (6, 0), (6, 8), (2, 8)), 2.0, holes=(((3, 1), (4, 3), (4, 4)),))
+    assert area_within(mesh_of(plate, "t6")) == pytest.approx(32 - 0.5)
+
+
 def test_a_plate_with_a_hole_in_tension() -> None:
     """It is solved as any other body: the force of its ends is in balance, and the hole opens."""
     hole = tuple((1.5 + 0.5 * np.cos(a), 1.5 + 0.5 * np.sin(a)) for a in np.arange(16) * np.pi / 8)
@@ -73,9 +93,21 @@ def test_a_plate_with_a_hole_in_tension() -> None:
     assert 0.7 * whole < last.supports["plate.top"].y < whole
 
 
+def holed(*holes: tuple[tuple[float, float], ...]) -> pr.Outline:
+    """A square of 2 by 2 with holes."""
+    return pr.Outline(((0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)), 0.4, holes=holes)
+
+
+IN_ANOTHER = ((0.5, 0.5), (1.5, 0.5), (1.0, 1.5)), ((0.8, 0.6), (1.2, 0.6), (1.0, 1.0))
+CROSSED = ((0.2, 0.9), (1.8, 0.9), (1.8, 1.1), (0.2, 1.1)), ((0.9, 0.2), (1.1, 0.2), (1.1, 1.8), (0.9, 1.8))
 WRONG = {
     "crossing": (pr.Outline(((0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0)), 0.1), "crosses itself"),
     "fillet": (pr.Outline(((0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)), 0.1, fillet=1.5), "does"),
+    "hole beyond the outline": (holed(((1.0, 1.0), (9.0, 1.0), (1.0, 1.5))), r"point 1 of hole-1, \(9, 1\), lies outside"),
+    "hole elsewhere": (holed(((7.0, 1.0), (8.0, 1.0), (7.0, 2.0))), "point 0 of hole-1, .*outside of the outline"),
+    "hole in a hole": (holed(*IN_ANOTHER), r"point 0 of hole-2, \(0\.8, 0\.6\), lies within hole-1"),
+    "holes that cross": (holed(*CROSSED), "crosses or touches itself, or a hole, near"),
+    "hole on the outline": (holed(((0.0, 0.5), (1.0, 0.5), (1.0, 1.0))), "touches itself, or a hole|outside"),
     "quadrilaterals": (pr.Outline(((0.0, 0.0), (2.0, 0.0), (2.0, 2.0)), 0.5), "triangle"),
 }
 
@@ -84,7 +116,7 @@ WRONG = {
 def test_what_makes_no_mesh_is_told(what: str) -> None:
     """In words."""
     outline, words = WRONG[what]
-    with pytest.raises(MeshError, match=words):
+    with pytest.raises((MeshError, TriangulationError), match=words):
         mesh_of(outline, "q4" if what == "quadrilaterals" else "t6")
 
 

@@ -29,9 +29,10 @@ def _steps(f, slope, curvature):
 def _return(todo, left, q, jac, G, kind, p, knots, coefs, old, column, dt, delta, y, dy):
     """Roots Δ of f = q − 3GΔ − J σ_y(a₀ + Δ) = 0 in (0, q/3G) by safeguarded steps of Halley (1694), with σ_y and its slope.
 
-    todo: numbers of the points, the first ``left`` of it, overwritten; q, jac (n,); delta, y, dy (n,): starts, replaced by the roots (NaN if one does not
-    come), and the curve there. The last step is taken with the curve's Taylor polynomial of second degree at hand: on curves
-    without kinks when what it neglects, some σ_y′/x² of the step's third power, is round-off; on others below a relative 1e-8.
+    todo: numbers of the points, the first ``left`` of it, overwritten; q, jac (n,); delta, y, dy (n,): starts, replaced by the
+    roots (NaN if one does not come), and the curve there. The last step is taken with the curve's Taylor polynomial of second
+    degree at hand: on curves without kinks when what it neglects, some σ_y′/x² of the step's third power, is round-off; on others
+    below a relative 1e-8.
 
     A start Δ ≤ 0 is one of a point made to flow below the surface: its root is sought in (−q/3G, 0).
 
