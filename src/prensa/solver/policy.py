@@ -302,6 +302,8 @@ class Policy:
     """… but never to less than this part of it …"""
     most_forcing: float = 1e-4
     """… nor more than this."""
+    telling: float = 0.1
+    """Relative error of factors in single precision in the softest mode up to which they tell how many modes are negative."""
     alike: float = 0.02
     """Relative residual of an iterate up to which its matrix is expected to be close to the one before."""
 
