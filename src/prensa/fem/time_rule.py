@@ -10,8 +10,8 @@ is backward Euler over part of the increment from a committed state in which flo
 Laws answer as they do, from there. It damps as backward Euler does (it is L-stable), and where flow begins, ends or turns at once
 it errs by half an increment at most either way, where backward Euler always errs the same way.
 
-How far the answers of the two rules differ, as a share of the flow of the increment, is known after each increment without another
-solution (`unsteadiness`): where metal streams through a tool and every point of it begins and ends to flow, it is large.
+How far the answers of the two rules differ, as a share of the flow of the increment, is known after each increment without
+another solution (`unsteadiness`): where metal streams through a tool and its points begin and end to flow, it is large.
 """
 
 from __future__ import annotations

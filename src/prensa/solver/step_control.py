@@ -19,8 +19,8 @@ class StepControl:
     """Increments of a step. ``speeds`` (contacts,): of the prescribed tools, where they bound increments.
 
     ``times``: ends of the increments, all of them; None: as long as they can be. ``stops``: times at which one ends besides.
-    ``second_order``: whether plastic flow is of second order in time, and in all of them or where it is ``steady``; ``tolerance``:
-    share of the flow by which first and second order may differ.
+    ``second_order``: whether plastic flow is of second order in time, in all of them or only where it is ``steady``.
+    ``tolerance``: share of the flow by which first and second order may differ.
     """
 
     def __init__(
