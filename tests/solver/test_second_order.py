@@ -113,10 +113,10 @@ def test_increments_follow_the_tolerance() -> None:
     """Differences of the two orders stay near what is asked for, and a force is nearer the converged one for it."""
     problem = upsetting((6, 4), 0.1, reductions=(0.1, 0.2))
     exact = forces(problem, BDF2, plastic=0.001)
-    fine = pr.Numerics(time_tolerance=0.003)
+    fine = pr.Numerics(time_tolerance=0.01)
     states = [i.state for i in pr.solve(problem, fine)]
     spent = [s.clock.unsteady * s.dt_last for s in states if s.clock.dt > 0.0]
-    assert float(np.median(spent)) < 1.1 * 0.003 < float(np.max(spent))
+    assert float(np.median(spent)) < 1.1 * 0.01 < float(np.max(spent))
     coarse, close = forces(problem, AUTO), forces(problem, fine)
     assert len(close) > 1.5 * len(coarse)
     assert abs(close[0.2] - exact[0.2]) < 0.3 * abs(coarse[0.2] - exact[0.2])
