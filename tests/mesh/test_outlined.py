@@ -9,6 +9,7 @@ import prensa as pr
 from prensa.errors import PrensaError
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import MeshError, areas, boundary_edges, segments
+from prensa.mesh.triangulate import TriangulationError
 
 L = ((0.0, 0.0), (4.0, 0.0), (4.0, 1.0), (1.0, 1.0), (1.0, 3.0), (0.0, 3.0))
 NAMES = ("bottom", "right", "step", "step", "top", "left")
@@ -73,9 +74,21 @@ def test_a_plate_with_a_hole_in_tension() -> None:
     assert 0.7 * whole < last.supports["plate.top"].y < whole
 
 
+def holed(*holes: tuple[tuple[float, float], ...]) -> pr.Outline:
+    """A square of 2 by 2 with holes."""
+    return pr.Outline(((0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)), 0.4, holes=holes)
+
+
+IN_ANOTHER = ((0.5, 0.5), (1.5, 0.5), (1.0, 1.5)), ((0.8, 0.6), (1.2, 0.6), (1.0, 1.0))
+CROSSED = ((0.2, 0.9), (1.8, 0.9), (1.8, 1.1), (0.2, 1.1)), ((0.9, 0.2), (1.1, 0.2), (1.1, 1.8), (0.9, 1.8))
 WRONG = {
     "crossing": (pr.Outline(((0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 2.0)), 0.1), "crosses itself"),
     "fillet": (pr.Outline(((0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)), 0.1, fillet=1.5), "does"),
+    "hole beyond the outline": (holed(((1.0, 1.0), (9.0, 1.0), (1.0, 1.5))), r"point 1 of hole-1, \(9, 1\), lies outside"),
+    "hole elsewhere": (holed(((7.0, 1.0), (8.0, 1.0), (7.0, 2.0))), "point 0 of hole-1, .*outside of the outline"),
+    "hole in a hole": (holed(*IN_ANOTHER), r"point 0 of hole-2, \(0\.8, 0\.6\), lies within hole-1"),
+    "holes that cross": (holed(*CROSSED), "crosses or touches itself, or a hole, near"),
+    "hole on the outline": (holed(((0.0, 0.5), (1.0, 0.5), (1.0, 1.0))), "touches itself, or a hole|outside"),
     "quadrilaterals": (pr.Outline(((0.0, 0.0), (2.0, 0.0), (2.0, 2.0)), 0.5), "triangle"),
 }
 
@@ -84,7 +97,7 @@ WRONG = {
 def test_what_makes_no_mesh_is_told(what: str) -> None:
     """In words."""
     outline, words = WRONG[what]
-    with pytest.raises(MeshError, match=words):
+    with pytest.raises((MeshError, TriangulationError), match=words):
         mesh_of(outline, "q4" if what == "quadrilaterals" else "t6")
 
 

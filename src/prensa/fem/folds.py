@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from prensa.contact.pairing import current_pairs
 from prensa.fem.outlines import contact_edges
 from prensa.fem.system import System
+from prensa.mesh.crossing import apart, left, near
 from prensa.mesh.mesh import boundary_edges, segments
 
 Array = NDArray[np.float64]
@@ -115,12 +116,10 @@ def hanging(system: System, u: Array) -> Hang | None:
 
 def _of_body(system: System, o: Outline, x: Array) -> Fold | None:
     a, b = x[o.ends[:, 0]], x[o.ends[:, 1]]
-    first, second = _near(a, b)
-    apart = (o.ends[first][:, :, None] != o.ends[second][:, None, :]).all(axis=(1, 2))
-    first, second = first[apart], second[apart]
+    first, second = apart(o.ends, *near(a, b))
     # distances of the ends of each segment from the line of the other, positive on the left
-    of_second = _left(a[first], b[first], np.stack([a[second], b[second]]))
-    of_first = _left(a[second], b[second], np.stack([a[first], b[first]]))
+    of_second = left(a[first], b[first], np.stack([a[second], b[second]]))
+    of_first = left(a[second], b[second], np.stack([a[first], b[first]]))
     crossing = (of_second[0] * of_second[1] < 0) & (of_first[0] * of_first[1] < 0)
     if not crossing.any():
         return None
@@ -133,27 +132,6 @@ def _of_body(system: System, o: Outline, x: Array) -> Fold | None:
     place = 0.25 * (a[first[k]] + b[first[k]] + a[second[k]] + b[second[k]])
     names = [" and ".join(sides_of(system, o.body, o.ends[i])) for i in (first[k], second[k])]
     return Fold(names[0], names[1], float(place[0]), float(place[1]), float(deep[k]))
-
-
-def _near(a: Array, b: Array) -> tuple[Index, Index]:
-    """Pairs of segments from a (k, 2) to b whose boxes overlap, each once; found along x."""
-    low, high = np.minimum(a, b), np.maximum(a, b)
-    order = np.argsort(low[:, 0])
-    last = np.searchsorted(
-        low[order, 0], high[order, 0], side="right"
-    )  # one after those that begin before this one ends
-    count = last - np.arange(len(order)) - 1
-    i = np.repeat(np.arange(len(order)), count)
-    j = np.arange(len(i)) - np.repeat(np.cumsum(count) - count, count) + i + 1
-    i, j = order[i], order[j]
-    meet = (low[i, 1] <= high[j, 1]) & (low[j, 1] <= high[i, 1])
-    return i[meet], j[meet]
-
-
-def _left(a: Array, b: Array, x: Array) -> Array:
-    """Distance of places x (2, n, 2) from the lines from a (n, 2) to b, positive on the left → (2, n)."""
-    t, r = b - a, x - a
-    return np.asarray((t[:, 0] * r[..., 1] - t[:, 1] * r[..., 0]) / np.maximum(np.hypot(t[:, 0], t[:, 1]), 1e-300))
 
 
 def sides_of(system: System, body: str, nodes: Index) -> list[str]:

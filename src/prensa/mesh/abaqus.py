@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from math import cos, hypot, inf, isfinite, radians, sin
 
-from prensa.mesh.deck import LABELS, Deck, FileError
+from prensa.mesh.deck import LABELS, Deck, FileError, is_label
 
 _CELL = re.compile(r"(?:CPEG|CPE|CPS|CGAX|CAX|AC2D|ACAX|DC2D|DCAX|M3D|SFM3D|STRI|S)([3468])")
 _LINE = re.compile(r"(?:T2D|T3D|R2D|RAX|SAX|B2|B3|DC1D)([123])")
@@ -315,17 +315,17 @@ class Assembly:
                 out += range(first + owner.offset, last + 1 + owner.offset, step)
                 continue
             for word in words:
-                if word.lstrip("+-").isdigit():
+                if is_label(word.removeprefix("+")):
                     out.append(int(word) + owner.offset)
                 elif word:
                     where, name = self._seen_from(line, word, scope)
                     sets = where.node_sets if of_nodes else where.element_sets
                     if name in sets:
                         out += sets[name]
-                    elif name.isdigit():
+                    elif is_label(name):
                         out.append(int(name) + where.offset)
                     else:
-                        raise FileError.at(line, f"unknown set {word!r}; sets are defined before they are used")
+                        raise FileError.at(line, f"unknown set {word[:60]!r}; sets are defined before they are used")
         return out
 
     def _sides(self, k: Keyword, scope: Scope) -> list[tuple[int, ...]]:
@@ -340,8 +340,8 @@ class Assembly:
                 if cell is None:
                     continue
                 corners = 3 if len(cell) in (3, 6) else 4
-                if side and not (side[0] in "SE" and side[1:].isdigit() and 1 <= int(side[1:]) <= corners):
-                    raise FileError.at(line, f"{side!r} is no side of element {label % LABELS}; write S1 … S{corners}")
+                if side and not (side[0] in "SE" and is_label(side[1:]) and 1 <= int(side[1:]) <= corners):
+                    raise FileError.at(line, f"{side[:60]!r} is no side of element {label % LABELS}; write S1 … S{corners}")
                 which = [int(side[1:]) - 1] if side else range(corners)
                 out += [(cell[i], cell[(i + 1) % corners]) for i in which]
         return out
@@ -369,9 +369,9 @@ class Assembly:
         where, name = self._seen_from(line, who, scope)
         if name in where.element_sets:
             return where.element_sets[name]
-        if name.isdigit():
+        if is_label(name):
             return [int(name) + where.offset]
-        raise FileError.at(line, f"unknown element set {who!r} in the surface")
+        raise FileError.at(line, f"unknown element set {who[:60]!r} in the surface")
 
     def seen_from(self, line: int, who: str, scope: Scope) -> tuple[Scope, str]:
         """Where a name leads: the scope that defines it, and the name in capitals; the assembly's sets count everywhere.

@@ -15,7 +15,7 @@ from prensa.mesh.abaqus import Assembly, Keyword, Scope
 from prensa.mesh.abaqus_steps import OF_STEPS, Steps
 from prensa.mesh.abaqus_tools import RigidTool, chain, segments
 from prensa.mesh.abaqus_words import PASSED_OVER, REFUSED
-from prensa.mesh.deck import LABELS, FileError
+from prensa.mesh.deck import LABELS, FileError, is_label
 
 SPACE_OF = {
     "CPE": "plane strain", "CPS": "plane stress", "CAX": "axisymmetric",
@@ -230,7 +230,7 @@ class _Reader:
         members = where.node_sets.get(name)
         if members and len(members) == 1 and members[0] in self.all.nodes:
             return members[0]
-        if name.isascii() and name.isdigit() and len(name) < 10 and int(name) + where.offset in self.all.nodes:
+        if is_label(name) and int(name) + where.offset in self.all.nodes:
             return int(name) + where.offset
         raise FileError.at(line, f"{who!r} is no single node")
 

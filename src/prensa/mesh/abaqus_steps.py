@@ -7,7 +7,7 @@ from math import nan
 from typing import Any
 
 from prensa.mesh.abaqus import Keyword, Scope
-from prensa.mesh.deck import FileError
+from prensa.mesh.deck import FileError, is_label
 
 OF_STEPS = ("AMPLITUDE", "STEP", "STATIC", "BOUNDARY", "CLOAD", "DSLOAD")
 HELD_BY = {"XSYMM": "x", "YSYMM": "y", "ENCASTRE": "xyr", "PINNED": "xy"}
@@ -248,7 +248,7 @@ def _components(k: Keyword, line: int, words: list[str]) -> tuple[str, float]:
 
 
 def _whole(line: int, word: str) -> int:
-    if not (word.isascii() and word.isdigit()) or len(word) > 9:
+    if not is_label(word):
         raise FileError.at(line, f"{word[:60]!r} is no number of a degree of freedom, nor one of {', '.join(HELD_BY)}")
     return int(word)
 

@@ -15,6 +15,11 @@ Index = NDArray[np.int64]
 LABELS = 10**9  # labels of different instances of an assembly are kept apart by this
 
 
+def is_label(word: str) -> bool:
+    """Whether a word is the label of a node or an element: digits, and fewer than tell instances apart."""
+    return word.isascii() and word.isdigit() and len(word) < 10
+
+
 class FileError(PrensaError):
     """A mesh file that cannot be read; the message names the line and what to do."""
 

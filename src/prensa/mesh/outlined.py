@@ -11,7 +11,7 @@ from prensa.geometry.chain import ChainError, Piece, chain, signed_area
 from prensa.mesh.convert import Draft, draft_of
 from prensa.mesh.mesh import MeshError
 from prensa.mesh.outline import Chain, SizeOf, resampled
-from prensa.mesh.triangulate import triangulated
+from prensa.mesh.triangulate import inside, triangulated
 from prensa.model import problem as model
 
 Array = NDArray[np.float64]
@@ -27,7 +27,9 @@ def outlined(m: model.Outline) -> Draft:
     Raises
     ------
     MeshError
-        If the points make no outline, or the outlines cross.
+        If the points make no outline, or a hole is not within it or overlaps another.
+    TriangulationError
+        If the outlines cross or touch.
     PrensaError
         If the mesher is not installed.
 
@@ -38,8 +40,24 @@ def outlined(m: model.Outline) -> Draft:
         loops.append(_loop(hole, 0.0, (f"hole-{number}",) * len(hole), -1))
     size = _sizes(m.size, [p for pieces, _ in loops for p in pieces])
     outlines = [resampled(_chains(pieces, own), size) for pieces, own in loops]
+    _check_holes(m, [o.ends for o in outlines])
     mesh = triangulated(outlines, size)
     return draft_of(mesh.points, mesh.cells, mesh.edges, {})
+
+
+def _check_holes(m: model.Outline, rings: list[Array]) -> None:
+    """Holes within the outline and outside of one another; rings: polygons (n, 2) of the outline and of each hole."""
+    for number, hole in enumerate(m.holes, start=1):
+        x = np.array(hole, dtype=np.float64)
+        for other, ring in enumerate(rings):
+            if other == number:
+                continue
+            within = inside(x, ring, np.column_stack([np.arange(len(ring)), np.roll(np.arange(len(ring)), -1)]))
+            wrong = np.flatnonzero(within if other else ~within)
+            if len(wrong):
+                where = f"within hole-{other}" if other else "outside of the outline"
+                at = x[wrong[0]].tolist()
+                raise MeshError(f"point {wrong[0]} of hole-{number}, ({at[0]:.4g}, {at[1]:.4g}), lies {where}")
 
 
 def _loop(

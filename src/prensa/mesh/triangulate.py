@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import PrensaError
+from prensa.mesh.crossing import meeting
 from prensa.mesh.mesh import Mesh, keys, sides
 from prensa.mesh.outline import NewOutline, SizeOf
 
@@ -52,12 +53,15 @@ def triangulated(outlines: list[NewOutline], size: SizeOf) -> Mesh:
     Raises
     ------
     TriangulationError
-        If the outlines cross, or MMG finds no mesh.
+        If the outlines cross or touch, or MMG finds no mesh.
 
     """
     points = np.concatenate([o.ends for o in outlines])
     first = np.cumsum([0, *(len(o.ends) for o in outlines)])
     edges = np.concatenate([_closed(a, b) for a, b in pairwise(first)])
+    met = meeting(points, edges)  # MMG may look for such a mesh for ever
+    if met is not None:
+        raise TriangulationError(f"the outline crosses or touches itself, or a hole, near ({met[0]:.4g}, {met[1]:.4g})")
     vertices, triangles = _triangles(points, edges, size)
     middles = np.concatenate([o.middles for o in outlines])
     names = [name for o in outlines for name in o.names]
@@ -115,7 +119,7 @@ def _numbers(vertices: Array, points: Array) -> Index:
 
 
 def _ordered(vertices: Array, triangles: Index, points: Array, edges: Index) -> tuple[Array, Index]:
-    triangles = triangles[_inside(vertices[triangles].mean(axis=1), points, edges)]
+    triangles = triangles[inside(vertices[triangles].mean(axis=1), points, edges)]
     own = _numbers(vertices, points)
     number = np.full(len(vertices), -1)
     number[own] = np.arange(len(points))
@@ -129,7 +133,7 @@ def _ordered(vertices: Array, triangles: Index, points: Array, edges: Index) -> 
     return x, triangles
 
 
-def _inside(x: Array, points: Array, edges: Index) -> NDArray[np.bool_]:
+def inside(x: Array, points: Array, edges: Index) -> NDArray[np.bool_]:
     """Whether places x (n, 2) are inside the outlines and outside of their holes: crossings of a ray along +x."""
     a, b = points[edges[:, 0]], points[edges[:, 1]]
     out = np.empty(len(x), dtype=bool)

@@ -91,7 +91,7 @@ def value_of(factor: Factor, text: str) -> float | int | str:
     if found is None or found[1] != factor.unit:
         return text
     number = found[0]
-    return int(number) if re.fullmatch(r"[-+]?\d+", text.strip()) else number
+    return int(number) if re.fullmatch(r"[-+]?\d{1,15}", text.strip()) else number
 
 
 def factor(path: str, given: str) -> Factor:

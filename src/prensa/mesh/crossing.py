@@ -1,0 +1,54 @@
+"""Straight segments that meet: outlines that pass through themselves or through one another."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+def near(a: Array, b: Array) -> tuple[Index, Index]:
+    """Pairs of segments from a (k, 2) to b whose boxes overlap, each once; found along x."""
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    order = np.argsort(low[:, 0])
+    # one after those that begin before this one ends
+    last = np.searchsorted(low[order, 0], high[order, 0], side="right")
+    count = last - np.arange(len(order)) - 1
+    i = np.repeat(np.arange(len(order)), count)
+    j = np.arange(len(i)) - np.repeat(np.cumsum(count) - count, count) + i + 1
+    i, j = order[i], order[j]
+    meet = (low[i, 1] <= high[j, 1]) & (low[j, 1] <= high[i, 1])
+    return i[meet], j[meet]
+
+
+def apart(ends: Index, first: Index, second: Index) -> tuple[Index, Index]:
+    """Of pairs of segments between nodes ends (k, 2), those without a common node."""
+    keep = (ends[first][:, :, None] != ends[second][:, None, :]).all(axis=(1, 2))
+    return first[keep], second[keep]
+
+
+def left(a: Array, b: Array, x: Array) -> Array:
+    """Distance of places x (2, n, 2) from the lines from a (n, 2) to b, positive on the left → (2, n)."""
+    t, r = b - a, x - a
+    return np.asarray((t[:, 0] * r[..., 1] - t[:, 1] * r[..., 0]) / np.maximum(np.hypot(t[:, 0], t[:, 1]), 1e-300))
+
+
+def meeting(points: Array, ends: Index) -> tuple[float, float] | None:
+    """A place where two segments between nodes ends (k, 2) of points (n, 2) cross or touch; None if no two do.
+
+    Segments with a common node do not count.
+    """
+    a, b = points[ends[:, 0]], points[ends[:, 1]]
+    first, second = apart(ends, *near(a, b))
+    of_second = left(a[first], b[first], np.stack([a[second], b[second]]))
+    of_first = left(a[second], b[second], np.stack([a[first], b[first]]))
+    met = np.flatnonzero((of_second[0] * of_second[1] <= 0) & (of_first[0] * of_first[1] <= 0))
+    if not len(met):
+        return None
+    k = met[0]
+    share = np.abs(of_second[:, k])
+    way = share[0] / share.sum() if share.sum() > 0 else 0.5
+    x, y = a[second[k]] + way * (b[second[k]] - a[second[k]])
+    return float(x), float(y)
