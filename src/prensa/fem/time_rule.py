@@ -23,8 +23,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.materials.protocol import Flowing
-
 if TYPE_CHECKING:
     from prensa.fem.assembly import Block
     from prensa.fem.context import Context
@@ -50,11 +48,11 @@ class TimeRule(NamedTuple):
 
     def seconds(self, block: Block, dt: float) -> float:
         """In which a block's law answers with plastic strain, of dt."""
-        return self.part * dt if self.part != 1.0 and _flows(block) else dt
+        return self.part * dt if self.part != 1.0 and block.flows else dt
 
     def begun(self, block: Block, history: Array) -> Array:
         """The history (m, q, h) that a block's law begins with."""
-        if not _flows(block):
+        if not block.flows:
             return history
         out = history.copy()
         law: Any = block.law
@@ -63,15 +61,10 @@ class TimeRule(NamedTuple):
         return out
 
 
-def _flows(block: Block) -> bool:
-    """Whether a block's law is one of J2: others have a rule of their own."""
-    return block.law.plastic and isinstance(block.law, Flowing)
-
-
 def all_follow(blocks: Sequence[Block]) -> bool:
     """Whether there is plastic flow, and all of it follows a `TimeRule`."""
     plastic = [b for b in blocks if b.law.plastic]
-    return bool(plastic) and all(_flows(b) for b in plastic)
+    return bool(plastic) and all(b.flows for b in plastic)
 
 
 def unsteadiness(c: Context, blocks: Sequence[Block], new: Sequence[Array]) -> float:
@@ -86,7 +79,7 @@ def unsteadiness(c: Context, blocks: Sequence[Block], new: Sequence[Array]) -> f
         return 0.0
     ratio = c.dt / last
     for block, was, begun, now in zip(blocks, c.state.history, c.history, new):
-        if not _flows(block):
+        if not block.flows:
             continue
         # what an increment of first order begins with knows nothing of the last flow
         after, share = (begun, rule.share) if rule.share else (TimeRule(1.0).begun(block, was), 1.0)

@@ -425,11 +425,11 @@ class TimeStepping:
         return self.numerics.max_cutbacks + jumps
 
     def second_order(self, plan: StepPlan) -> bool:
-        """Whether plastic flow is of second order in time in a step, where it is steady: by itself in automatic increments alone.
+        """Whether plastic flow is of second order in time in a step, where it is steady: by itself not in a number of increments.
 
-        Given ones may be many times as long: flow turns far in them.
+        They may be many times as long as automatic ones: flow turns far in them. Given times are often those of another run.
         """
-        if self.numerics.time_rule == "auto" and (plan.increments or self.times is not None):
+        if self.numerics.time_rule == "auto" and plan.increments:
             return False
         return self.numerics.time_rule != "backward_euler" and all_follow(self.system.blocks)
 
