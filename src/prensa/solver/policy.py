@@ -336,5 +336,13 @@ class Policy:
     gripped: float = 1e-6
     """Elastic strain with whose forces tools pull at a body that they have gripped."""
 
+    # ---------------------------------------------------------------------------------------------- tools that tip over
+    tip_reach: float = 0.5
+    """Gap over the depth of the elements up to which a point may come to bear a tool."""
+    tip_friction: float = 1.0
+    """Coefficient of friction beyond which no tool is helped to stand."""
+    tip_left: float = 1e-6
+    """Share of a tool's force from which it counts as not borne."""
+
 
 DEFAULT = Policy()

@@ -63,6 +63,7 @@ from prensa.solver.stability import at_limit, judged, looked, told
 from prensa.solver.step_control import StepControl
 from prensa.solver.stopping import Outcome, Stopping
 from prensa.solver.threads import threads_of
+from prensa.solver.tipping import tips_over
 from prensa.solver.validity import Validity
 
 log = logging.getLogger("prensa")
@@ -299,9 +300,7 @@ class TimeStepping:
 
     def without_tools(self) -> TimeStepping:
         """The rest of the run, when the tools are gone."""
-        system = self.system.without_tools()
-        messages = Messages(system, self.messages.monitor)
-        rest = TimeStepping(system, self.numerics, self.policy, messages, self.timer, condense=False)
+        rest = self.onto(self.system.without_tools())
         rest.passages, rest.remeshes, rest.last = self.passages, self.remeshes, self.last
         rest.times, rest.stops = self.times, self.stops
         return rest
@@ -309,13 +308,15 @@ class TimeStepping:
     def with_planes(self) -> TimeStepping:
         """The rest of the run, with planes at the lines of symmetry."""
         assert self.guard is not None
-        system = with_planes(self.guard)
-        rest = TimeStepping(
-            system, self.numerics, self.policy, Messages(system, self.messages.monitor), self.timer, condense=False
-        )
+        rest = self.onto(with_planes(self.guard))
         rest.passages, rest.last, rest.times, rest.stops = self.passages, self.last, self.times, self.stops
         rest.planes = names_of(self.system.problem, self.guard.lines)
         return rest
+
+    def onto(self, system: System) -> TimeStepping:
+        """Another part of the run, on a system with other tools."""
+        messages = Messages(system, self.messages.monitor)
+        return TimeStepping(system, self.numerics, self.policy, messages, self.timer, condense=False)
 
     def refuse_to_part(self, state: State, number: int) -> None:
         """Raise `SolveError` if tools are to be removed while a free side is pressed on a line of symmetry: all contacts end."""
@@ -551,8 +552,10 @@ class TimeStepping:
         """The error that says what failed, where, why, and what to try."""
         reason = result.reason
         assert reason is not None
-        if not isinstance(reason, FreeToMove | BeyondSmall):
-            reason = unilaterally_supported(self.system, c) or reason  # whatever came of it
+        if tipping := tips_over(self.system, c, self.policy):
+            reason = tipping  # whatever came of it
+        elif not isinstance(reason, FreeToMove | BeyondSmall):
+            reason = unilaterally_supported(self.system, c) or reason
         place = where(self.equilibrium(c), reason, result)
         self.messages.warn(self.validity.told())
         cut = f"The increment was cut {cutbacks} times without success."
