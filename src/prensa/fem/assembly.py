@@ -6,7 +6,7 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +16,7 @@ from prensa.elements.element import Chunk, Element, Failure, Mode, Work, workspa
 from prensa.kernels.compiled import njit
 from prensa.layout import DofMap
 from prensa.materials.laws import At, Material
+from prensa.materials.protocol import Flowing
 from prensa.mesh.mesh import corner_cells
 
 Array = NDArray[np.float64]
@@ -245,6 +246,11 @@ class Block:
 
     def __len__(self) -> int:
         return len(self.cells)
+
+    @cached_property
+    def flows(self) -> bool:
+        """Whether the law's flow follows the `TimeRule` of an increment, as J2's does: others have a rule of their own."""
+        return self.law.plastic and isinstance(self.law, Flowing)
 
     @property
     def corners(self) -> Index:

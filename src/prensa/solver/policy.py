@@ -143,6 +143,8 @@ class Policy:
     """… that this share of the points stays below (a singular corner would rule the step otherwise)."""
     second_order: float = 2.0
     """Both, over that, where plastic flow is of second order in time."""
+    unsteady: float = 0.05
+    """Share of the flow by which first and second order may differ in an increment that is of second order by itself."""
     plastic_cut: float = 0.1
     """Share of an increment below which plastic strain alone does not shorten the next."""
     easy: int = 5
