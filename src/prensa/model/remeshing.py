@@ -32,7 +32,7 @@ class Sizes:
 
 
 def _travel_kind(value: Any) -> str:
-    return "word" if value == "auto" else "length"
+    return "word" if isinstance(value, str) and value == "auto" else "length"  # arrays are equal to a word in each item
 
 
 Travel = Annotated[

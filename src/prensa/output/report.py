@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import importlib.util
 import json
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 from importlib import resources
@@ -78,6 +79,8 @@ def stored_run(directory: Path) -> Stored:
 
 def number(value: float, digits: int = 5) -> str:
     """*value* for a reader: significant digits, powers of ten only where zeros would fill the cell, a true minus sign."""
+    if not math.isfinite(value):  # of a table that was damaged
+        return "—"
     if value == 0 or 1e-3 <= abs(value) < 1e7:
         text = f"{value:.{digits}g}" if abs(value) < 10**digits else f"{value:.0f}"
         return text.replace("-", "−")
