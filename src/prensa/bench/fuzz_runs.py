@@ -46,7 +46,8 @@ WORDS: dict[str, tuple[Any, ...]] = {
     "follower": (True, False),
     "condense": ("auto", True, False),
     "remove_tools": (True,),
-    "time_rule": ("backward_euler", "bdf2"),
+    "time_rule": ("auto", "backward_euler", "bdf2"),
+    "time_tolerance": (1e-6, 0.01, 0.999),
 }  # fmt: skip
 
 
@@ -96,7 +97,7 @@ def _added(rng: np.random.Generator, tree: Any) -> tuple[dict[str, Any], str]:
     parts += [(body, ("element",)) for body in tree.get("bodies", {}).values()]
     parts += [(c, ("enforcement", "integration", "friction")) for c in tree.get("contacts", []) if isinstance(c, dict)]
     parts += [(s, ("increments", "stabilise", "duration", "remove_tools")) for s in tree.get("steps", [])]
-    parts.append((tree.setdefault("numerics", {}), ("time_rule", "condense")))
+    parts.append((tree.setdefault("numerics", {}), ("time_rule", "time_tolerance", "condense")))
     parts = [(part, keys) for part, keys in parts if isinstance(part, dict)]
     part, keys = parts[rng.integers(len(parts))]
     return part, keys[rng.integers(len(keys))]

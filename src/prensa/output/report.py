@@ -178,6 +178,9 @@ def _words(summary: dict[str, Any], stored: Stored, case: Case) -> Iterator[str]
         )
     else:
         yield "Every increment converged at its full length."
+    if "remeshings" in history and (made := int(history["remeshings"][-1])):
+        spent, wall = summary["timings"].get("remeshing", 0.0), totals["wall_seconds"]
+        yield f"{made} new meshes took {100 * spent / wall if wall else 0:.0f} % of the time."
     asked, got = summary["convergence"]["tolerance"], summary["convergence"]["max_residual"]
     yield f"Forces balance to {number(got, 2)} of their size at worst ({number(asked, 2)} was asked for)."
     largest = max(float(np.abs(history[f"energy.{e}"]).max()) for e in energies_of(case.problem) if e != "imbalance")
