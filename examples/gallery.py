@@ -1,9 +1,12 @@
 """The gallery: forming processes run from their case files, each beside its slab, slip-line, closed-form or published solution.
 
-    python examples/gallery.py                      # all of them, one after the other: some five minutes
+    python examples/gallery.py                      # all of them, one after the other: some ten minutes
     python examples/gallery.py --jobs 2             # two at a time
     python examples/gallery.py cup_drawing          # by name
     python examples/gallery.py --page docs/gallery/forming  # writes the page of the documentation and its pictures too
+
+What was measured is kept beside the pictures (``measured.json``). With names, ``--page`` takes the rest of the page from what its
+folder keeps, and writes none where an example is missing.
 
 Ends with exit code 1 if a number is farther from its reference than the table allows.
 """
@@ -11,14 +14,16 @@ Ends with exit code 1 if a number is farther from its reference than the table a
 from __future__ import annotations
 
 import argparse
+import json
 import math
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,27 +71,30 @@ Compare = Callable[[Run], Iterable[Row]]
 
 @dataclass(frozen=True)
 class Example:
-    """A case file with ``changes``, what is compared, and whether it is of those that run in seconds."""
+    """A case file with ``changes``, what is compared, and whether it is of those that run in seconds, or for minutes.
+
+    ``box``: part of the plane (x from, to, y from, to) that its picture shows; None for all.
+    """
 
     title: str
     case: str
     compare: Compare
     changes: tuple[str, ...] = ()
     quick: bool = False
+    long: bool = False
+    box: tuple[float, float, float, float] | None = None
 
 
 _EXAMPLES: dict[str, Example] = {}
 
 
-def example(
-    title: str, name: str = "", changes: tuple[str, ...] = (), quick: bool = False
-) -> Callable[[Compare], Compare]:
-    """Put what is compared of the case file that the function is named after (or *name*) on the list."""
+def example(title: str, name: str = "", changes: tuple[str, ...] = (), **how: Any) -> Callable[[Compare], Compare]:
+    """Put what is compared of the case file that the function is named after (or *name*) on the list; *how*: see `Example`."""
 
     def put(compare: Compare) -> Compare:
         case = name or compare.__name__
         key = case + "".join(f", {c.rpartition('=')[0].rpartition('.')[2]} = {c.rpartition('=')[2]}" for c in changes)
-        _EXAMPLES[key] = Example(title, case, compare, changes, quick)
+        _EXAMPLES[key] = Example(title, case, compare, changes, **how)
         return compare
 
     return put
@@ -225,7 +233,7 @@ def v_bending(run: Run) -> Iterator[Row]:
     yield beside("springback of the leg (deg)", float("nan"), -run["springback"])
 
 
-@example("Draw bending")
+@example("Draw bending", long=True, box=(0.0, 110.0, -78.0, 14.0))
 def draw_bending(run: Run) -> Iterator[Row]:
     """Pull in the wall over the second half of the stroke and its curl, beside a strip drawn over the radius of the die."""
     drawn = ref.draw_bending(
@@ -282,7 +290,7 @@ def thick_tube(run: Run) -> Iterator[Row]:
         yield row(f"pressure (MPa) at a bore of {radius:g} mm", exact, force / (2.0 * math.pi * radius), 0.005)
 
 
-@example("Indentation and unloading")
+@example("Indentation and unloading", box=(-15.0, 15.0, -15.0, 6.0))
 def indentation(run: Run) -> Iterator[Row]:
     """Hardness and the slope of unloading."""
     radius = math.sqrt(run.end("contact_area", "slacken") / math.pi)
@@ -341,12 +349,17 @@ def solve(name: str, pictures: Path | None = None) -> Found:
     except PrensaError as error:
         print(f"{name}: {error}", file=sys.stderr)
         rows = [row(f"ended early: {type(error).__name__}", 0.0, float("nan"))]
-    if pictures is not None and shown is not None:
+    if pictures is not None and shown is not None and name == _pictured(chosen.case):
         pictures.mkdir(parents=True, exist_ok=True)
-        picture = plot.deformed(shown, problem, "plastic_strain")
+        picture = plot.deformed(shown, problem, "plastic_strain", box=chosen.box)
         with style.styled():
             picture.savefig(pictures / f"{chosen.case}.png", dpi=90, bbox_inches="tight")
     return name, rows, time.process_time() - began
+
+
+def _pictured(case: str) -> str:
+    """The example that shows a case: of several the last."""
+    return [n for n, e in _EXAMPLES.items() if e.case == case][-1]
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -362,24 +375,52 @@ def main(argv: Sequence[str] | None = None) -> int:
     wanted = [n for n in known if not given.names or n.partition(",")[0] in given.names]
     if unknown := set(given.names) - {n.partition(",")[0] for n in known}:
         parser.error(f"unknown examples {', '.join(sorted(unknown))}; known: {', '.join(known)}")
-    one = partial(solve, pictures=given.page or given.out)
-    failed, done = 0, {}
-    for name, rows, seconds in _results(one, wanted, given.jobs):
+    folder: Path = given.page or given.out
+    failed, began, spent = 0, time.perf_counter(), 0.0
+    for name, rows, seconds in _results(partial(solve, pictures=folder), wanted, given.jobs):
         failed += told(f"{_EXAMPLES[name].title}: {name}, {seconds:.0f} s", rows)
-        done[name] = rows
-        print(f"picture: {(given.page or given.out) / _EXAMPLES[name].case}.png", flush=True)
-    print(f"{len(done)} examples, {failed} numbers beyond what is allowed")
+        spent += seconds
+        keep(folder, {name: rows})
+        if name == _pictured(_EXAMPLES[name].case):
+            print(f"picture: {folder / _EXAMPLES[name].case}.png", flush=True)
+    print(
+        f"{len(wanted)} examples, {failed} numbers beyond what is allowed; {spent:.0f} s of a processor, "
+        f"{time.perf_counter() - began:.0f} s in all"
+    )
     if given.page is not None:
-        write_page(given.page, {n: done[n] for n in wanted})
+        if missing := set(_EXAMPLES) - set(kept(folder)):
+            parser.error(f"no page: {folder / KEPT} has nothing of {', '.join(sorted(missing))}; run them too")
+        folder.with_suffix(".md").write_text(page(folder.name, kept(folder)), encoding="utf-8")
     return int(failed > 0)
 
 
 def _results(one: Callable[[str], Found], names: list[str], jobs: int) -> Iterator[Found]:
+    """What is found, in the order in which it is known; the longest begin first, so that no process waits for it at the end."""
     if jobs == 1:
         yield from map(one, names)
     else:
         with ProcessPoolExecutor(jobs) as pool:
-            yield from pool.map(one, names)
+            ordered = sorted(names, key=lambda n: not _EXAMPLES[n].long)
+            yield from (found.result() for found in as_completed([pool.submit(one, n) for n in ordered]))
+
+
+# ----------------------------------------------------------------------------------------------------- what was measured
+KEPT = "measured.json"  # rows by example, in the folder of the pictures
+
+
+def kept(folder: Path) -> dict[str, list[Row]]:
+    """Rows by example that runs left in a folder, in the order of the list."""
+    file = folder / KEPT
+    known = json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
+    return {name: [Row(**r) for r in known[name]] for name in _EXAMPLES if name in known}
+
+
+def keep(folder: Path, found: dict[str, list[Row]]) -> None:
+    """Put rows beside what other runs left in a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    known = kept(folder) | found
+    rows = {name: [asdict(r) for r in known[name]] for name in _EXAMPLES if name in known}
+    (folder / KEPT).write_text(json.dumps(rows, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
 
 
 # -------------------------------------------------------------------------------------------------------------- the page
@@ -392,8 +433,8 @@ Pictures show the equivalent plastic strain, under load.
 """
 
 
-def write_page(folder: Path, done: dict[str, list[Row]]) -> None:
-    """Write ``<folder>.md``: a section for each case, its comments, its picture, its comparisons."""
+def page(folder: str, done: dict[str, list[Row]]) -> str:
+    """The page beside a *folder* of pictures: a section for each case, its comments, its picture, its comparisons."""
     from prensa.verify.table import cells
 
     text = [OPENING]
@@ -401,7 +442,7 @@ def write_page(folder: Path, done: dict[str, list[Row]]) -> None:
         names = [n for n in done if _EXAMPLES[n].case == case]
         opening = (HERE / f"{case}.yaml").read_text(encoding="utf-8").splitlines()[0].removeprefix("# ")
         text += [f"## {_EXAMPLES[names[0]].title}", "", f"{opening} [`{case}.yaml`](../../examples/{case}.yaml)", ""]
-        text += [f"![{_EXAMPLES[names[0]].title}]({folder.name}/{case}.png)", ""]
+        text += [f"![{_EXAMPLES[names[0]].title}]({folder}/{case}.png)", ""]
         text += ["| quantity | reference | prensa | error | allowed |", "|---|---:|---:|---:|---:|"]
         for r in (r for n in names for r in done[n]):
             _, quantity, reference, ours, error, allowed, _ = cells(r)
@@ -411,7 +452,7 @@ def write_page(folder: Path, done: dict[str, list[Row]]) -> None:
                 allowed = ""
             text.append(f"| {quantity} | {reference} | {ours} | {error} | {allowed} |")
         text.append("")
-    folder.with_suffix(".md").write_text("\n".join(text), encoding="utf-8")
+    return "\n".join(text)
 
 
 if __name__ == "__main__":

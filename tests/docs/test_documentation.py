@@ -186,7 +186,7 @@ def test_settings_have_the_defaults_that_the_guide_says() -> None:
     given = dataclasses.asdict(pr.Numerics())
     assert said.keys() == given.keys()
     for key, value in given.items():
-        if isinstance(value, bool | str):
+        if value is None or isinstance(value, bool | str):
             assert said[key] == str(value).lower()
         else:
             assert float(said[key]) == value

@@ -34,11 +34,29 @@ def test_every_comparison_finds_its_measures(gallery) -> None:
 
 
 def test_the_page_shows_every_example(gallery) -> None:
-    """A section with title, picture and case file for each, and a row for every quantity."""
-    page = (ROOT / "docs" / "gallery" / "forming.md").read_text(encoding="utf-8")
+    """It is made of what runs left beside its pictures, all of it: a section with title and picture for each example."""
+    folder = ROOT / "docs" / "gallery" / "forming"
+    page = folder.with_suffix(".md").read_text(encoding="utf-8")
+    assert list(gallery.kept(folder)) == list(gallery._EXAMPLES)
+    assert page == gallery.page("forming", gallery.kept(folder))
     for example in gallery._EXAMPLES.values():
         assert f"## {example.title}" in page and f"(forming/{example.case}.png)" in page
         assert (ROOT / "docs" / "gallery" / "forming" / f"{example.case}.png").stat().st_size > 5000
+
+
+def test_what_was_measured_is_kept(gallery, tmp_path: Path, capsys) -> None:
+    """Rows of one run stand beside those of another, to the last bit; no page is written while an example is missing."""
+    names = list(gallery._EXAMPLES)
+    rows = [gallery.row("a", 1.0, 0.1 + 0.2, 0.5), gallery.beside("b", float("nan"), 2.0)]
+    gallery.keep(tmp_path / "page", {names[1]: rows[:1]})
+    gallery.keep(tmp_path / "page", {names[0]: rows})
+    there = gallery.kept(tmp_path / "page")
+    assert list(there) == names[:2] and there[names[1]] == rows[:1]
+    assert there[names[0]][0] == rows[0] and np.isnan(there[names[0]][1].reference)
+    with pytest.raises(SystemExit):
+        gallery.main(["thick_tube", "--page", str(tmp_path / "page")])
+    assert "has nothing of" in capsys.readouterr().err
+    assert list(gallery.kept(tmp_path / "page")) == [*names[:2], "thick_tube"]
 
 
 def test_a_case_that_ends_early_is_a_failure(gallery, tmp_path: Path, monkeypatch, capsys) -> None:

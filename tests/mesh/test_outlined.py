@@ -59,6 +59,25 @@ def test_holes_are_left_out() -> None:
         assert np.ptp(mesh.points[mesh.nodes("hole-1")], axis=0) == pytest.approx([1.0, 1.0])
 
 
+@pytest.mark.parametrize("seed", range(20))
+def test_long_narrow_corners(seed: int) -> None:
+    """Stars of few nodes, whose sides are none of a Delaunay triangulation of these (MMG alone looks for them for ever)."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(5, 14))
+    way, far = 2 * np.pi * (np.arange(n) + rng.uniform(0, 0.5, n)) / n, rng.uniform(0.3, 4.0, n)
+    x = np.column_stack([far * np.cos(way), far * np.sin(way)])
+    mesh = mesh_of(pr.Outline(tuple((a, b) for a, b in x.tolist()), size=2.0), "t6")
+    area = 0.5 * float((x[:, 0] * np.roll(x[:, 1], -1) - x[:, 1] * np.roll(x[:, 0], -1)).sum())
+    assert area_within(mesh) == pytest.approx(area, rel=1e-9)
+    assert areas(mesh.points, mesh.cells).min() > 0
+
+
+def test_a_hole_that_is_a_splinter() -> None:
+    """One that MMG alone never ends with."""
+    plate = pr.Outline(((2, 0), (6, 0), (6, 8), (2, 8)), 2.0, holes=(((3, 1), (4, 3), (4, 4)),))
+    assert area_within(mesh_of(plate, "t6")) == pytest.approx(32 - 0.5)
+
+
 def test_a_plate_with_a_hole_in_tension() -> None:
     """It is solved as any other body: the force of its ends is in balance, and the hole opens."""
     hole = tuple((1.5 + 0.5 * np.cos(a), 1.5 + 0.5 * np.sin(a)) for a in np.arange(16) * np.pi / 8)

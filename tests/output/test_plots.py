@@ -35,6 +35,21 @@ def test_an_unknown_field_is_answered_with_the_nearest(tmp_path):
         plot.deformed(synthetic.increment(n=(4, 2)), synthetic.problem(), "misses")
 
 
+def test_lines_leave_room_for_colours():
+    """Edges of elements are drawn where they can be told apart or are asked for; seen from afar an outline is thinner."""
+    increment, problem = synthetic.increment(n=(8, 4)), synthetic.problem()
+
+    def lines(**options) -> tuple[bool, float]:
+        found = plot.deformed(increment, problem, **options).axes[0].collections
+        widths = [float(c.get_linewidth()[0]) for c in found if c.zorder == 3]
+        return any(type(c).__name__ == "PolyCollection" for c in found), min(widths)
+
+    afar = (0.0, 8000.0, -4000.0, 100.0)
+    assert lines() == (True, plot.OUTLINE)
+    assert not lines(box=afar)[0] and lines(box=afar)[1] < 0.5 * plot.OUTLINE
+    assert lines(box=afar, mesh=True)[0] and not lines(mesh=False)[0]
+
+
 def test_axisymmetric_sections_are_mirrored():
     """In axisymmetry the picture reaches as far to the left of the axis as to the right."""
     figure = plot.deformed(synthetic.increment(n=(8, 4)), synthetic.problem(space="axisymmetric"))

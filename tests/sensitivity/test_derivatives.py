@@ -378,21 +378,45 @@ def test_what_has_no_derivative_is_refused() -> None:
         pr.solve(ring("friction.mu=0"), derivatives=["friction.mu"])
 
 
-def test_a_side_that_comes_to_a_line_of_symmetry_is_told() -> None:
-    """A lip that is pressed to the axis meets a plane there; with derivatives, both ways, that is refused."""
+def lip(s0: float = 10.0, plane: bool = False) -> Problem:
+    """A disc whose pointed lip is pressed to the axis, where a plane may stand."""
     disc = pr.Patch(((0.05, 0.0), (2.0, 0.0), (2.0, 0.5), (0.05, 0.1)), (4, 1))
-    lip = pr.Problem(
+    return pr.Problem(
         "bore",
-        bodies={"d": pr.Body(disc, pr.J2(1000.0, 0.3, pr.Linear(10, 20)))},
+        bodies={"d": pr.Body(disc, pr.J2(1000.0, 0.3, pr.Linear(s0, 20)))},
+        tools={"mandrel": pr.Plane(normal=(1.0, 0.0), at=(0.0, 0.0))} if plane else {},
         space="axisymmetric",
         fixed={"d.bottom": "y"},
         steps=[pr.Step("close", by={"d.right": pr.Motion(x=-0.3)}, increments=16)],
     )
-    path = "bodies.d.material.flow.s0"
+
+
+def test_derivatives_go_on_at_a_line_of_symmetry(caplog: pytest.LogCaptureFixture) -> None:
+    """A lip meets a plane at the axis: derivatives are those with a plane written by hand, and differences of whole runs; the
+    run goes on from a state with planes with the same ones.
+    """
+    path, name = "bodies.d.material.flow.s0", "d.top.y at x=1"
+    found = list(pr.solve(lip(), derivatives=[path]))
+    assert "symmetry_x" in found[-1].tools
+    by_hand = list(pr.solve(lip(plane=True), derivatives=[path]))
+    measure, same = parse(name, lip()), parse(name, lip(plane=True))
+    assert [i.derivative(measure)[path] for i in found] == pytest.approx(
+        [i.derivative(same)[path] for i in by_hand], rel=1e-8
+    )
+    above, below = (list(pr.solve(lip(10.0 + h))) for h in (1e-3, -1e-3))
+    by_differences = (measure.value(above[-1]) - measure.value(below[-1])) / 2e-3
+    assert found[-1].derivative(measure)[path] == pytest.approx(by_differences, rel=1e-6)
+    *_, resumed = pr.solve(lip(), start=found[12].state, derivatives=[path])
+    assert resumed.derivative(measure) == found[-1].derivative(measure)
+    assert "is not exact" not in caplog.text
+
+
+def test_planes_at_lines_of_symmetry_have_limits() -> None:
+    """A parameter that moves the line is refused, and so is the way back over its plane."""
+    with pytest.raises(ArgumentError, match=r"line of symmetry, which 'bodies.d.mesh.corners.1.1' moves"):
+        list(pr.solve(lip(), derivatives=["bodies.d.mesh.corners.1.1"]))
     with pytest.raises(ArgumentError, match="a free side comes to the line of symmetry"):
-        list(pr.solve(lip, derivatives=[path]))
-    with pytest.raises(ArgumentError, match="a free side comes to the line of symmetry"):
-        pr.gradient(lip, "d.top.y at x=1", [path])
+        pr.gradient(lip(), "d.top.y at x=1", ["bodies.d.material.flow.s0"])
 
 
 def test_boundaries_have_dots_in_their_names() -> None:

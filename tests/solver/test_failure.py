@@ -21,7 +21,8 @@ EACH = (
     f.Unevaluable(ElementFailed(3, "body", 1.0, 2.0, Why.INVERTED)), f.Unevaluable(FrictionTooSoft("top-tool")),
     f.Unevaluable("something else"), f.Diverged(), f.Stagnated(1e-3), f.NotConverged(25, 1e-3), f.Unsettled(40),
     f.Blocked("top-tool", 1.0, 2.0), f.Singular("a pivot is zero"), f.ToolRunaway("tool", "rz"), f.Runaway(),
-    f.LostSupport("body"), f.UnilaterallySupported("body", "tool"), f.Tunnelled("tool", 7, "body", 1.0, 2.0),
+    f.LostSupport("body"), f.UnilaterallySupported("body", "tool"),
+    f.TipsOver("tool", (1.0, 2.0), (0.0, -1.0), (3.0, 2.0), (4.0, 2.0)), f.Tunnelled("tool", 7, "body", 1.0, 2.0),
     f.CornerInverted(3, "body", 1.0, 2.0), f.Collapsed(3, "body", 1.0, 2.0, 1.5), f.Unstable(2), f.Jumped(),
     f.LimitPoint(f.Unstable(1)),
     f.MetalInside(Inside("tool", 7, "body", "body.right", 1.0, 2.0, 0.1)), f.TurnedThrough("tool", "body", 6.28),
@@ -64,6 +65,32 @@ def test_the_error_carries_the_reason():
         list(pr.solve(problem, pr.Numerics(max_cutbacks=0)))
     assert isinstance(caught.value.reason, f.Failure)
     assert f.sentence(caught.value.reason) in str(caught.value)
+
+
+@pytest.mark.parametrize("place", [13.0, 35.0])
+def test_a_tool_that_tips_over_is_told_so(place):
+    """A plate that is free to turn is pressed beside the sheet under it: the line of the force and the supports are told.
+
+    Opposite the sheet it stays, and with a moment that brings the line over the sheet.
+    """
+    elastic = pr.Body(pr.Rectangle((10.0, 1.0), (10, 1), (20.0, 0.0)), pr.Elastic(1000.0, 0.3))
+
+    def pressed(at: float, m: float = 0.0) -> pr.Problem:
+        plate = pr.Profile(((-40.0, 0.0), (40.0, 0.0)), at=(at, 1.0))
+        return pr.Problem(
+            "plate", bodies={"b": elastic}, tools={"plate": plate}, contacts=(pr.Contact("b.top", "plate"),),
+            friction=pr.Coulomb(0.1), fixed={"b.bottom": "xy"}, steps=(pr.Step("hold", push={"plate": pr.Push(y=-50.0, m=m)}),),
+        )  # fmt: skip
+
+    words = rf"along a line through \({place:g}, 1\), .* reaches from \(\d+, 1\) to \(\d+, 1\)"
+    with pytest.raises(SolveError, match=words) as told:
+        list(pr.solve(pressed(place), pr.Numerics(max_cutbacks=2)))
+    reason = told.value.reason
+    assert isinstance(reason, f.TipsOver)
+    assert {reason.first, reason.last} == {(20.0, 1.0), (30.0, 1.0)}
+    for stands in (pressed(25.0), pressed(place, 50.0 * (place - 25.0))):
+        *_, last = pr.solve(stands)
+        assert last.force("plate").y == pytest.approx(50.0)
 
 
 def test_the_solver_asks_no_words():

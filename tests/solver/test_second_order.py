@@ -13,6 +13,8 @@ from prensa.solver.policy import Policy
 from prensa.verify.forming import upsetting
 
 EULER, BDF2 = pr.Numerics(time_rule="backward_euler"), pr.Numerics(time_rule="bdf2")
+AUTO = pr.Numerics(time_rule="auto")
+WITHIN = pr.Numerics(time_rule="auto", time_tolerance=0.01)
 
 
 def forces(problem: pr.Problem, numerics: pr.Numerics, **policy: Any) -> dict[float, float]:
@@ -26,11 +28,13 @@ def test_errors_in_time_of_upsetting(space: str, mu: float) -> None:
     """Increments nearly twice as long, and errors at 10, 20 and 30 % less than a quarter of those of backward Euler."""
     problem = upsetting((8, 6), mu, space=space, reductions=(0.1, 0.2, 0.3))
     exact = forces(problem, BDF2, plastic=0.001)
-    first, second = forces(problem, EULER), forces(problem, BDF2)
-    assert len(second) < 0.7 * len(first)
-    for r in (0.1, 0.2, 0.3):
-        assert abs(second[r] - exact[r]) < 0.25 * abs(first[r] - exact[r])
-        assert exact[r] == pytest.approx(first[r], rel=3e-3)
+    first = forces(problem, EULER)
+    for rule in (BDF2, AUTO):
+        second = forces(problem, rule)
+        assert len(second) < 0.7 * len(first)
+        for r in (0.1, 0.2, 0.3):
+            assert abs(second[r] - exact[r]) < 0.25 * abs(first[r] - exact[r])
+            assert exact[r] == pytest.approx(first[r], rel=3e-3)
 
 
 @pytest.mark.parametrize(
@@ -57,13 +61,14 @@ def test_every_element_and_space(element: str, kinematics: str, space: str) -> N
     assert abs(c - b) < abs(b - a) / 2.6 or abs(b - a) < 1e-5 * abs(c)
 
 
-def test_a_run_resumes_bit_for_bit() -> None:
-    """From a checkpoint in the middle of a step: the flow of the increment before is in it."""
+@pytest.mark.parametrize("rule", [BDF2, AUTO, WITHIN], ids=["bdf2", "auto", "tolerance"])
+def test_a_run_resumes_bit_for_bit(rule: pr.Numerics) -> None:
+    """From a checkpoint in the middle of a step: the flow of the increment before is in it, and how steady it was."""
     problem = upsetting((6, 4), 0.1, reductions=(0.1, 0.2))
-    *states, last = (i.state for i in pr.solve(problem, BDF2))
+    *states, last = (i.state for i in pr.solve(problem, rule))
     start = State.from_arrays(states[5].arrays())
     assert 0.0 < start.clock.time < 1.0
-    *_, again = pr.solve(problem, BDF2, start=start)
+    *_, again = pr.solve(problem, rule, start=start)
     expected, got = last.arrays(), again.state.arrays()
     assert all(np.array_equal(a, got[k]) for k, a in expected.items())
 
@@ -84,3 +89,49 @@ def test_nothing_flows_on_where_a_table_turns_back_or_stops(last: float) -> None
     assert strains[0.5] > 0.04
     assert strains[1.0] == strains[0.5]
     assert sum(t > 0.5 for t in strains) > 1
+
+
+def test_how_much_flow_changes_is_measured() -> None:
+    """A block that is pulled evenly, ever faster: against the plastic strains of three states, which are the same everywhere.
+
+    These are lengths of a path that turns a little; what is measured goes from one end of an increment to the other.
+    """
+    path = ((0.0, 0.0), (0.4, 0.03), (0.7, 0.07), (1.0, 0.15))
+    states = [i.state for i in pr.solve(pulled(*path), AUTO)]
+    looked = 0
+    for a, b, c in zip(states, states[1:], states[2:]):
+        if c.clock.step > 0 or not (c.history[0][..., 4] > b.history[0][..., 4]).all():
+            continue
+        before, flow = (float(y.history[0][..., 4].mean() - x.history[0][..., 4].mean()) for x, y in ((a, b), (b, c)))
+        ratio = (c.clock.time - b.clock.time) / (b.clock.time - a.clock.time)
+        apart = ratio / (1.0 + ratio) * abs(flow - ratio * before) / flow
+        assert c.clock.unsteady * (c.clock.time - b.clock.time) == pytest.approx(apart, rel=0.02, abs=1e-4)
+        looked += apart > 0.01
+    assert looked > 2
+
+
+def test_increments_follow_the_tolerance() -> None:
+    """Differences of the two orders stay near what is asked for, and a force is nearer the converged one for it."""
+    problem = upsetting((6, 4), 0.1, reductions=(0.1, 0.2))
+    exact = forces(problem, BDF2, plastic=0.001)
+    states = [i.state for i in pr.solve(problem, WITHIN)]
+    spent = [s.clock.unsteady * s.dt_last for s in states if s.clock.dt > 0.0]
+    assert float(np.median(spent)) < 1.1 * 0.01 < float(np.max(spent))
+    coarse, close = forces(problem, AUTO), forces(problem, WITHIN)
+    assert len(close) > 1.5 * len(coarse)
+    assert abs(close[0.2] - exact[0.2]) < 0.3 * abs(coarse[0.2] - exact[0.2])
+
+
+def test_given_increments_are_of_first_order_unless_second_is_asked_for() -> None:
+    """To the last bit: they may be many times as long as automatic ones."""
+    body = pr.Body(pr.Rectangle((2.0, 2.0), (1, 1)), pr.J2(1000.0, 0.3, pr.Voce(4.0, 4.0, 20.0)))
+    step = pr.Step("pull", fixed={"b.top": pr.Fixed(y=0.1)}, increments=6)
+    problem = pr.Problem("block", bodies={"b": body}, fixed={"b.bottom": "y", "b.left": "x"}, steps=(step,))
+    first, auto, second = (list(pr.solve(problem, n))[-1].state.u for n in (EULER, AUTO, BDF2))
+    assert np.array_equal(first, auto)
+    assert not np.array_equal(first, second)
+
+
+def test_a_tolerance_of_backward_euler_is_refused() -> None:
+    with pytest.raises(pr.PrensaError, match="'time_tolerance' needs 'time_rule: auto' or bdf2"):
+        pr.Numerics(time_rule="backward_euler", time_tolerance=0.01)

@@ -46,7 +46,8 @@ WORDS: dict[str, tuple[Any, ...]] = {
     "follower": (True, False),
     "condense": ("auto", True, False),
     "remove_tools": (True,),
-    "time_rule": ("backward_euler", "bdf2"),
+    "time_rule": ("auto", "backward_euler", "bdf2"),
+    "time_tolerance": (1e-6, 0.01, 0.999),
 }  # fmt: skip
 
 
@@ -63,7 +64,7 @@ def runs(count: int, seed: int, folder: Path) -> Iterator[Attempt]:
         if rng.random() < 1 / 6:
             paths = list(paths_of(tree))
             by = tuple(paths[rng.integers(len(paths))] for _ in range(int(rng.integers(1, 3))))
-        yield f"{text}derivatives: {by}", functools.partial(answer, functools.partial(_begun, text, folder, by))
+        yield f"{text}derivatives: {by}", functools.partial(answer, functools.partial(begun, text, folder, by))
 
 
 def changed(rng: np.random.Generator, tree: Any) -> Any:
@@ -96,13 +97,13 @@ def _added(rng: np.random.Generator, tree: Any) -> tuple[dict[str, Any], str]:
     parts += [(body, ("element",)) for body in tree.get("bodies", {}).values()]
     parts += [(c, ("enforcement", "integration", "friction")) for c in tree.get("contacts", []) if isinstance(c, dict)]
     parts += [(s, ("increments", "stabilise", "duration", "remove_tools")) for s in tree.get("steps", [])]
-    parts.append((tree.setdefault("numerics", {}), ("time_rule", "condense")))
+    parts.append((tree.setdefault("numerics", {}), ("time_rule", "time_tolerance", "condense")))
     parts = [(part, keys) for part, keys in parts if isinstance(part, dict)]
     part, keys = parts[rng.integers(len(parts))]
     return part, keys[rng.integers(len(keys))]
 
 
-def _begun(text: str, folder: Path, by: tuple[str, ...] = ()) -> None:
+def begun(text: str, folder: Path, by: tuple[str, ...] = ()) -> None:
     """Read a case and solve its first increments; what is too large for that, or is refused, is a `PrensaError`.
 
     ``by``: paths in the case, by which derivatives are asked for, whatever stands there.

@@ -6,7 +6,7 @@ are tools and contacts that are added to the problem when a free node comes near
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -18,7 +18,7 @@ from prensa.fem.discretise import discretise
 from prensa.fem.outlines import symmetry_lines
 from prensa.fem.state import State
 from prensa.fem.system import System
-from prensa.mesh.mesh import boundary_edges, segments
+from prensa.mesh.mesh import segments
 from prensa.model import problem as model
 from prensa.model.names import SYMMETRY
 from prensa.registry import DOORS
@@ -142,7 +142,7 @@ def _stands(system: System, body: str, axis: int, at: float, side: float) -> boo
 
 def _free(system: System, line: Line, body: str, x: Array) -> Index:
     """Segments (k, 2) of a body's outline both ends of which are off a line."""
-    ends = segments(boundary_edges(system.meshes[body].cells)) + system.offsets[body]
+    ends = segments(system.meshes[body].boundary) + system.offsets[body]
     off = line.distance(x[ends]) > ON_LINE * system.length
     return np.asarray(ends[off.all(axis=1)])
 
@@ -179,10 +179,7 @@ def extended(state: State, old: System, new: System) -> State:
     """A state of a system as one of that with planes, which carry nothing yet."""
 
     def wider(values: Array) -> Array:
-        out = np.zeros(new.ndof)
-        for name, field in old.dofs.fields.items():
-            new.dofs.fields[name].of(out)[: field.count] = field.of(values)
-        return out
+        return _wider(values, np.zeros(new.ndof), old, new)
 
     first = new.undeformed().contact
     record = ContactRecord(**{
@@ -194,6 +191,27 @@ def extended(state: State, old: System, new: System) -> State:
         lam=lam, work=wider(state.work), step_start=wider(state.step_start),
         release=None if state.release is None else wider(state.release),
     )  # fmt: skip
+
+
+def extended_derivatives(
+    carried: Mapping[str, Array], initial: Mapping[str, Array], old: System, new: System
+) -> dict[str, Array]:
+    """Derivatives of `State.moving` arrays as those on the system with planes, where what is new has what it has initially."""
+    out = dict(carried)
+    for name, values in carried.items():
+        if values.shape == (old.ndof,):
+            out[name] = _wider(values, initial.get(name, np.zeros(new.ndof)), old, new)
+        elif name in initial and initial[name].shape != values.shape:  # of contact points
+            out[name] = np.concatenate([values, initial[name][len(values) :]])
+    return out
+
+
+def _wider(values: Array, rest: Array, old: System, new: System) -> Array:
+    """Values (ndof,) of the degrees of freedom of a system as those of the one with planes, of which the ``rest`` is."""
+    out = rest.copy()
+    for name, field in old.dofs.fields.items():
+        new.dofs.fields[name].of(out)[: field.count] = field.of(values)
+    return out
 
 
 def system_of(state: State, system: System) -> System:

@@ -22,9 +22,9 @@ from prensa.model.problem import Case
 
 CHECKPOINT = "checkpoint.h5"
 FORMAT = "prensa checkpoint"
-VERSION = 8
+VERSION = 9
 # 2: second difference of the increments; 3: named fields of contact points, clock and energies; 4: stability; 5: speed of slip;
-# 6: ends of the steps, meshes made during the run
+# 6: ends of the steps, meshes made during the run; 9: how steadily bodies flow
 
 log = logging.getLogger(__name__)
 

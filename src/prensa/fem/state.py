@@ -44,7 +44,8 @@ class Clock(NamedTuple):
     """Where a run stands: number of the step (from 0), increments so far, time, duration of the next increment.
 
     ``dt`` is 0 where nothing is known of the next increment. ``damping``: how well the second difference of one increment
-    predicted that of the next (0 … 1).
+    predicted that of the next (0 … 1). ``unsteady``: how much plastic flow changed in the last increment, per time (see
+    `prensa.fem.time_rule.unsteadiness`).
     """
 
     step: int = 0
@@ -52,6 +53,7 @@ class Clock(NamedTuple):
     time: float = 0.0
     dt: float = 0.0
     damping: float = 0.0
+    unsteady: float = 0.0
 
 
 class Energy(NamedTuple):

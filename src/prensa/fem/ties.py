@@ -231,8 +231,7 @@ def _integrals(X: Array, slave: _Side, master: _Side, axisymmetric: bool) -> Ite
     """
     a = slave.edges.shape[1]
     chain = ordered_nodes(master.edges)
-    middle = X[master.edges[:, :2]].mean(axis=1)
-    half = 0.5 * np.hypot(*(X[master.edges[:, 1]] - X[master.edges[:, 0]]).T)
+    middle, half = _circles(X, master.edges)
     for edge in slave.edges:
         y = X[edge]
         h = float(np.hypot(*(y[1] - y[0])))
@@ -248,17 +247,35 @@ def _integrals(X: Array, slave: _Side, master: _Side, axisymmetric: bool) -> Ite
                 N, dN = _shapes(0.5 * (lo + hi) + 0.5 * (hi - lo) * g, a)
                 x = N @ y
                 weight = 0.5 * (hi - lo) * w * float(np.hypot(*(dN @ y))) * (x[0] if axisymmetric else 1.0)
-                opposite, Nm = _opposite(X, candidates, x, h, slave, master)
+                at_least = np.hypot(*(middle[near] - x).T) - half[near]  # distances of the candidates
+                opposite, Nm = _opposite(X, candidates, at_least, x, h, slave, master)
                 d += weight * N
                 M += weight * np.outer(N, N)
                 B[:, [number[int(k)] for k in opposite]] += weight * np.outer(N, Nm)
         yield edge, d, M, nodes, B
 
 
-def _opposite(X: Array, candidates: Index, x: Array, h: float, slave: _Side, master: _Side) -> tuple[Index, Array]:
-    """The master edge opposite to a point x of the slave side and its shape functions there."""
+def _circles(X: Array, edges: Index) -> tuple[Array, Array]:
+    """Middles (k, 2) of the chords of edges and radii (k,) round them within which the edges lie."""
+    ends = X[edges[:, :2]]
+    middle, radius = ends.mean(axis=1), 0.5 * np.hypot(*(ends[:, 1] - ends[:, 0]).T)
+    if edges.shape[1] == 3:  # within the triangle of the ends and the point where the tangents at them meet
+        radius = np.maximum(radius, 2 * np.hypot(*(X[edges[:, 2]] - middle).T))
+    return middle, radius
+
+
+def _opposite(
+    X: Array, candidates: Index, at_least: Array, x: Array, h: float, slave: _Side, master: _Side
+) -> tuple[Index, Array]:  # fmt: skip
+    """The master edge opposite to a point x of the slave side and its shape functions there.
+
+    at_least (k,): a distance that none of the candidates (k, 2|3) is nearer than.
+    """
     best, where = np.inf, None
-    for e in candidates:
+    for k in np.argsort(at_least, kind="stable").tolist():
+        if at_least[k] > best:
+            break
+        e = candidates[k]
         xi = _foot(x, X[e])
         if abs(xi) > 1 + 1e-6:
             continue

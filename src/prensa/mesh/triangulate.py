@@ -28,8 +28,8 @@ class TriangulationError(PrensaError):
 
 
 def has_mesher() -> bool:
-    """Whether MMG is installed."""
-    return importlib.util.find_spec("mmgpy") is not None
+    """Whether MMG is installed, and what makes its first triangles where it cannot."""
+    return all(importlib.util.find_spec(name) is not None for name in ("mmgpy", "shapely"))
 
 
 def mesher() -> Any:
@@ -41,8 +41,12 @@ def mesher() -> Any:
         If it is not installed.
 
     """
+    return _library("mmgpy").MmgMesh2D
+
+
+def _library(name: str) -> Any:
     try:
-        return importlib.import_module("mmgpy").MmgMesh2D
+        return importlib.import_module(name)
     except ImportError:
         raise PrensaError(NO_MESHER) from None
 
@@ -80,28 +84,49 @@ def _triangles(points: Array, edges: Index, size: SizeOf) -> tuple[Array, Index]
     h = np.zeros(n)
     np.add.at(h, edges, 0.5 * length[:, None])
     try:
-        first = _given(points, None, edges, np.arange(1, n + 1), h)
-        first.remesh(hgrad=GROWTH, verbose=-1, nosurf=1)
-        vertices, triangles = first.get_vertices(), first.get_triangles()
-        some, refs = first.get_edges_with_refs()
-        refs = np.asarray(refs)
+        mesh = _given(points, _between(points, edges), edges, h)
+        mesh.remesh(hgrad=GROWTH, verbose=-1, nosurf=1)
+        vertices = mesh.get_vertices()
         target, number = size(vertices), _numbers(vertices, points)
         target[number] = h  # at the outline sizes are those of its sides
-        again = _given(vertices, triangles, some[refs > 0], refs[refs > 0], target)
-        again.remesh(hgrad=GROWTH, hgradreq=GROWTH, verbose=-1, nosurf=1)
+        mesh["metric"] = np.ascontiguousarray(target[:, None])  # MMG clears megabytes for every mesh: the same one goes on
+        mesh.remesh(hgrad=GROWTH, hgradreq=GROWTH, verbose=-1, nosurf=1)
     except RuntimeError as error:
         raise TriangulationError(f"MMG makes no mesh of the outline ({error})") from None
-    return _ordered(again.get_vertices(), again.get_triangles().astype(np.int64), points, edges)
+    return _ordered(mesh.get_vertices(), mesh.get_triangles().astype(np.int64), points, edges)
 
 
-def _given(vertices: Array, triangles: Index | None, edges: Index, refs: Index, h: Array) -> Any:
+def _between(points: Array, edges: Index) -> Index | None:
+    """Triangles between the nodes of outlines alone, where those that MMG begins with lack sides of the outlines; else None.
+
+    MMG (to 5.8) exchanges edges at random until the sides are there, for ever in long narrow corners.
+    """
+    from scipy.spatial import Delaunay
+
+    given = sides(Delaunay(points).simplices.astype(np.int64)).reshape(-1, 2)
+    n = len(points)
+    if np.isin(keys(edges, n), keys(given, n)).all():
+        return None
+    shapely = _library("shapely")
+    first = np.concatenate([[0], np.flatnonzero(edges[:, 1] < edges[:, 0]) + 1])
+    rings = sorted(
+        (shapely.LinearRing(points[edges[a:b, 0]]) for a, b in pairwise(first)),
+        key=lambda ring: -shapely.area(shapely.Polygon(ring)),
+    )
+    whole = shapely.Polygon(rings[0], rings[1:])
+    corners = shapely.get_coordinates(shapely.constrained_delaunay_triangles(whole)).reshape(-1, 4, 2)[:, :3]
+    number = {(x, y): k for k, (x, y) in enumerate(points.tolist())}
+    return np.array([[number[x, y] for x, y in corner] for corner in corners.tolist()], dtype=np.int64)
+
+
+def _given(vertices: Array, triangles: Index | None, edges: Index, h: Array) -> Any:
     """A mesh of MMG with the edges of the outline to be kept, and sizes h at the vertices."""
     mesh = mesher()()
     mesh.set_mesh_size(vertices=len(vertices), triangles=0 if triangles is None else len(triangles), edges=len(edges))
     mesh.set_vertices(np.ascontiguousarray(vertices))
     if triangles is not None:
         mesh.set_triangles(triangles.astype(np.int32))
-    mesh.set_edges(edges.astype(np.int32), refs)
+    mesh.set_edges(edges.astype(np.int32), np.arange(1, len(edges) + 1))
     mesh.set_required_edges(np.arange(len(edges), dtype=np.int32))
     mesh.set_required_vertices(np.unique(edges).astype(np.int32))
     mesh["metric"] = np.ascontiguousarray(h[:, None])

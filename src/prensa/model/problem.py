@@ -820,8 +820,10 @@ class Numerics:
     contact unknowns: ``auto`` where it pays, ``true`` wherever it can be done (refused elsewhere), ``false`` never.
     ``threads`` for elements and factorisations: ``auto`` takes the cores that are free, no more than OMP_NUM_THREADS where
     that is set, and one for small problems. Results are the same bit for bit with any number (PARDISO's may not be).
-    ``time_rule`` of J2 plasticity: ``backward_euler``, of first order in the increment, or ``bdf2``, the backward difference of
-    second order, whose automatic increments are twice as long where bodies flow.
+    ``time_rule`` of J2 plasticity: ``backward_euler``, of first order in the increment, ``bdf2``, the backward difference of
+    second order, whose automatic increments are twice as long where bodies flow, or ``auto``: ``bdf2`` in automatic increments
+    in which flow is steady. ``time_tolerance`` of the last two: automatic increments are as short as it takes for first and
+    second order to differ by no more than this share of the plastic flow; without it they go by plastic strain and travel alone.
     """
 
     tolerance: Annotated[Number, Field(gt=0, le=1e-4)] = 1e-9
@@ -834,7 +836,16 @@ class Numerics:
     condense: Literal["auto", True, False] = "auto"
     solver: Literal["auto", "pardiso", "rslab", "superlu"] = "auto"
     threads: Literal["auto"] | Annotated[Whole, Field(ge=1)] = "auto"
-    time_rule: Literal["backward_euler", "bdf2"] = "backward_euler"
+    time_rule: Literal["backward_euler", "bdf2", "auto"] = "backward_euler"
+    time_tolerance: Annotated[Number, Field(gt=0, lt=1)] | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> Numerics:
+        if self.time_tolerance is not None and self.time_rule == "backward_euler":
+            raise ValueError(
+                "'time_tolerance' needs 'time_rule: auto' or bdf2, which measure that: give one of them, or leave it out"
+            )
+        return self
 
 
 @described

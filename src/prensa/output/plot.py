@@ -28,7 +28,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
-MOST_EDGES = 2500  # elements whose sides can be told apart in a picture
+MOST_EDGES = 2500  # elements whose sides can be told apart in a picture …
+LEAST_EDGE = 1.5  # … if their sides are so many points of the page apart
+OUTLINE = 0.8  # width in points of a body's outline …
+OUTLINE_SHARE = 0.15  # … and that over the width of the body at most, so that its colour is seen between two of them
 Curve = tuple[Array, Array] | Callable[[Array], Array]
 STRESSES = ("xx", "yy", "zz", "xy")
 FIELDS = (
@@ -99,7 +102,7 @@ def deformed(
             sign = image.sign(field, problem)
             for body, value in zip(bodies, values):
                 mappable = _coloured(axes, image.of(body.x), body.cells, sign * value, ends, field_map(field))
-                _edges(axes, body, image, len(body.cells) <= MOST_EDGES if mesh is None else mesh, lines)
+                _edges(axes, body, image, mesh, lines, box)
             _draw_tools(axes, increment, problem, box, image)
         for axis, at in lines:
             draw = axes.axhline if axis else axes.axvline
@@ -122,7 +125,7 @@ def section(increment: Increment, problem: Problem, draw: Callable[[Axes, BodySt
         for image in images(lines):
             for body in increment.bodies.values():
                 draw(axes, body, image)
-                _edges(axes, body, image, mesh=False, lines=lines)
+                _edges(axes, body, image, mesh=False, lines=lines, box=box)
             _draw_tools(axes, increment, problem, box, image)
         _finish_section(axes, problem, box)
         axes.set_title(_moment(increment))
@@ -140,7 +143,7 @@ def new_meshes(pairs: Sequence[tuple[Increment, Increment]], problem: Problem) -
                 lines = mirror_lines(increment, problem, ())
                 for image in images(lines):
                     for body in increment.bodies.values():
-                        _edges(axes, body, image, mesh=True, lines=lines)
+                        _edges(axes, body, image, mesh=True, lines=lines, box=box)
                     _draw_tools(axes, increment, problem, box, image)
                 _finish_section(axes, problem, box)
                 axes.set_title(_moment(increment))
@@ -521,11 +524,20 @@ def _coloured(axes: Axes, x: Array, cells: NDArray[np.int64], value: Array, ends
     return axes.tripcolor(covered, value, shading="gouraud", vmin=ends[0], vmax=ends[1], cmap=name, rasterized=True)
 
 
-def _edges(axes: Axes, body: BodyState, image: Image, mesh: bool, lines: Sequence[tuple[int, float]]) -> None:
-    """Element edges (thin) and outline (thicker) of a body, its initial outline dashed; of no side on a line of symmetry."""
+def _edges(
+    axes: Axes, body: BodyState, image: Image, mesh: bool | None, lines: Sequence[tuple[int, float]], box: tuple[float, ...]
+) -> None:
+    """Element edges (thin) and outline (thicker) of a body, its initial outline dashed; of no side on a line of symmetry.
+
+    Where much of the plane is in the *box* both are thinner, and *mesh* None leaves edges out that would lie on one another.
+    """
     from matplotlib.collections import LineCollection, PolyCollection
 
     x, X = image.of(body.x), image.of(body.X)
+    point = _point(axes, box)
+    element, width = _widths(body)
+    if mesh is None:
+        mesh = len(body.cells) <= MOST_EDGES and element >= LEAST_EDGE * point
     if mesh:
         axes.add_collection(PolyCollection(list(x[around(body.cells)]), facecolors="none", edgecolors="k",
                                            linewidths=0.25, alpha=0.35))  # fmt: skip
@@ -536,7 +548,25 @@ def _edges(axes: Axes, body: BodyState, image: Image, mesh: bool, lines: Sequenc
     axes.add_collection(
         LineCollection(list(X[edges]), colors="0.45", linewidths=0.6, linestyles=[(0, (5, 4))], zorder=0.5)
     )
-    axes.add_collection(LineCollection(list(x[edges]), colors="0.1", linewidths=0.8, zorder=3))
+    thick = min(OUTLINE, OUTLINE_SHARE * width / point)
+    axes.add_collection(LineCollection(list(x[edges]), colors="0.1", linewidths=thick, zorder=3))
+
+
+def _point(axes: Axes, box: tuple[float, ...]) -> float:
+    """Length in a section that is a point (1/72 inch) wide on the page, about."""
+    page, place = axes.get_figure(root=True).get_size_inches(), axes.get_position()  # type: ignore[union-attr]
+    wide, high = 72.0 * page[0] * place.width, 72.0 * page[1] * place.height
+    return float(max((box[1] - box[0]) / wide, (box[3] - box[2]) / high))
+
+
+def _widths(body: BodyState) -> tuple[float, float]:
+    """Width of the middle element, area over longest side, and of a body, area over half of what is around it."""
+    ring = body.x[body.cells[:, : 4 if body.cells.shape[1] in (4, 8) else 3]]
+    after = np.roll(ring, -1, axis=1)
+    area = 0.5 * np.abs((ring[..., 0] * after[..., 1] - after[..., 0] * ring[..., 1]).sum(axis=1))
+    element = float(np.median(area / np.hypot(*(after - ring).T).max(axis=0)))
+    a, b = body.x[outline(body.cells)].transpose(1, 0, 2)
+    return element, float(2.0 * area.sum() / np.hypot(*(b - a).T).sum())
 
 
 def colour_range(values: list[Array], field: str) -> tuple[float, float]:

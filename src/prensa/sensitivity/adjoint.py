@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from prensa.errors import ArgumentError, take
 from prensa.fem.context import Context
 from prensa.fem.discretise import discretise
+from prensa.fem.mirrors import guard_of
 from prensa.fem.planning import plan_step
 from prensa.fem.state import State
 from prensa.fem.system import System
@@ -186,6 +187,17 @@ class Recorded(Followed):
         super().__init__(system, numerics, policy, messages, timer)
         self.kept: list[Converged] = []
         self.state: State | None = None
+        self.lines = guard_of(system)
+
+    def look_inside(self, c: Context, result: NewtonResult) -> None:
+        """As `TimeStepping.look_inside`; raises `ArgumentError` too where a free side comes to a line of symmetry."""
+        super().look_inside(c, result)
+        for line, (x, y) in self.lines.near(result.u) if self.lines is not None else ():
+            raise ArgumentError(
+                f"gradient: step {c.plan.name!r}, time {c.time:.6g}: a free side comes to the line of symmetry {line} near "
+                f"({x:.4g}, {y:.4g}), where a plane would stand from here on, behind which the way back does not lead; use "
+                "solve(derivatives=...), or describe it: a smooth plane among the tools, and a contact of the whole body with it"
+            )
 
     def until(self, step: int) -> Increment:
         """The last increment of a step (from 0), at which the run stops."""

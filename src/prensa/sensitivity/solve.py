@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from prensa.errors import ArgumentError, PrensaError, take
 from prensa.fem.context import Context
 from prensa.fem.discretise import discretise
-from prensa.fem.mirrors import guard_of
+from prensa.fem.mirrors import Guard, extended_derivatives, guard_of, system_of
 from prensa.fem.state import State
 from prensa.fem.system import System
 from prensa.measures.measure import Measure
@@ -29,7 +29,7 @@ from prensa.solver.policy import Policy
 from prensa.solver.reporting import Messages
 from prensa.solver.stabilisation import stabilised
 from prensa.solver.step_control import StepControl
-from prensa.solver.time_stepping import Timer, TimeStepping, told_before
+from prensa.solver.time_stepping import Timer, TimeStepping, belongs, told_before
 
 Array = NDArray[np.float64]
 
@@ -75,18 +75,35 @@ def solve(
     if not derivatives:
         return time_stepping.solve(problem, numerics, start, monitor, timer, policy, passages, times, stops)
     time_stepping.check_arguments(problem, numerics, start, monitor, timer, policy)
-    system = problem if isinstance(problem, System) else discretise(problem)
+    system = base = problem if isinstance(problem, System) else discretise(problem)
     refuse(system, start, derivatives)
     if start is None:
         told_before(system)
+    elif not belongs(start, system):
+        system = system_of(start, system)
     policy = policy or Policy()
     stepping = Differentiated(system, numerics or model.Numerics(), policy, Messages(system, monitor), timer or Timer())
     stepping.passages = passages or stepping.passages
+    stepping.guard = guard_of(system) if system is base else None
+    stepping.planes = list(system.problem.tools)[len(base.problem.tools) :]
     begin = start or system.initial()
     stepping.prescribe(begin, times, stops)
     share = policy.parameter_step
     stepping.directions = [Direction.of(system, path, share, policy, begin) for path in derivatives]
     return stepping.run(begin)
+
+
+def _refuse_to_move(guard: Guard | None, d: Direction) -> None:
+    """Tell where a line of symmetry lies elsewhere with another parameter."""
+    here = None if guard is None else guard.lines
+    for system in d.systems:
+        beside = guard_of(system)
+        if (None if beside is None else beside.lines) != here:
+            raise ArgumentError(
+                f"derivatives: a free side comes to a line of symmetry, which {d.parameter.path!r} moves, and the plane that "
+                "stands there from now on does not move with it; describe it: a smooth plane among the tools, and a contact of "
+                "the whole body with it"
+            )
 
 
 def refuse(system: System, start: State | None, derivatives: Sequence[str]) -> None:
@@ -187,23 +204,12 @@ class _Derivatives(Derivatives):
 
 
 class Followed(TimeStepping):
-    """A run whose increments derivatives follow: elastic bodies are not condensed, and lines of symmetry are no planes."""
+    """A run whose increments derivatives follow: elastic bodies are not condensed."""
 
     def __init__(
         self, system: System, numerics: model.Numerics, policy: Policy, messages: Messages, timer: Timer
     ) -> None:
         super().__init__(system, numerics, policy, messages, timer, condense=False)
-        self.lines = guard_of(system)
-
-    def look_inside(self, c: Context, result: NewtonResult) -> None:
-        """As `TimeStepping.look_inside`; raises `ArgumentError` too where a free side comes to a line of symmetry."""
-        super().look_inside(c, result)
-        for line, (x, y) in self.lines.near(result.u) if self.lines is not None else ():
-            raise ArgumentError(
-                f"derivatives: step {c.plan.name!r}, time {c.time:.6g}: a free side comes to the line of symmetry {line} near "
-                f"({x:.4g}, {y:.4g}), where a plane would stand from here on, which has no derivatives yet; describe it: a "
-                "smooth plane among the tools, and a contact of the whole body with it"
-            )
 
 
 class Differentiated(Followed):
@@ -217,6 +223,24 @@ class Differentiated(Followed):
         self.bundle: Bundle | None = None
         self.mixtures: dict[tuple[str, ...], Direction | None] = {}
         self.told: set[str] = set()
+
+    def onto(self, system: System) -> Differentiated:
+        """As `TimeStepping.onto`; derivatives go on from where they are.
+
+        Raises
+        ------
+        ArgumentError
+            If a parameter moves a line of symmetry, at which the plane stands still.
+
+        """
+        rest = Differentiated(system, self.numerics, self.policy, Messages(system, self.messages.monitor), self.timer)
+        rest.told, share = self.told, self.policy.parameter_step
+        for d in self.directions:
+            _refuse_to_move(self.guard, d)
+            there = Direction.of(system, d.parameter.path, share, self.policy, system.initial())
+            there.carried = extended_derivatives(d.carried, there.carried, self.system, system)
+            rest.directions = [*rest.directions, there]
+        return rest
 
     def equilibrium(self, c: Context) -> Equilibrium:
         """As `TimeStepping.equilibrium`, with the matrix at the solution."""

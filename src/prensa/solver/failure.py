@@ -89,6 +89,17 @@ class UnilaterallySupported:
 
 
 @dataclass(frozen=True)
+class TipsOver:
+    """A tool that is free to turn, whose ``force`` acts through ``at`` beside what it could rest on, ``first`` to ``last``."""
+
+    tool: str
+    at: tuple[float, float]
+    force: tuple[float, float]
+    first: tuple[float, float]
+    last: tuple[float, float]
+
+
+@dataclass(frozen=True)
 class Tunnelled:
     """A contact node (its number in the body; x, y at the start) on the far side of a tool after one increment."""
 
@@ -213,7 +224,7 @@ class NotReached:
     words: str
 
 
-FreeToMove = Singular | ToolRunaway | Runaway | LostSupport | UnilaterallySupported
+FreeToMove = Singular | ToolRunaway | Runaway | LostSupport | UnilaterallySupported | TipsOver
 """Some body or tool has nothing to hold it."""
 
 Failure = (
@@ -315,6 +326,11 @@ def _free(failure: FreeToMove) -> str:
             return f"body {body!r} is free to move, since its last contact has opened; support it"
         case UnilaterallySupported(body, tool):
             return f"body {body!r} is free to move: nothing but its contact with tool {tool!r} holds it"
+        case TipsOver(tool, (x, y), (fx, fy), (a, b), (c, d)):
+            return (
+                f"tool {tool!r} tips over: it is free to turn, its force ({fx:.4g}, {fy:.4g}) acts along a line through "
+                f"({x:.4g}, {y:.4g}), and what it can rest on reaches from ({a:.4g}, {b:.4g}) to ({c:.4g}, {d:.4g})"
+            )
 
 
 def in_degrees(angle: float) -> str:

@@ -164,7 +164,7 @@ def _turns(eq: Equilibrium, state: NewtonState) -> bool:
     """
     policy = eq.policy
     limit = policy.turning if state.iteration else policy.turned
-    if eq.numerics.time_rule == "bdf2":
+    if eq.context.rule.share:
         # in long increments flow turns in few elements too, whose share of all forces falls with their size
         few = policy.turning_elements
         limit *= max(few / max(sum(len(b) for b in eq.system.blocks), few), policy.least_turning)

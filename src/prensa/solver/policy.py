@@ -143,6 +143,8 @@ class Policy:
     """… that this share of the points stays below (a singular corner would rule the step otherwise)."""
     second_order: float = 2.0
     """Both, over that, where plastic flow is of second order in time."""
+    unsteady: float = 0.05
+    """Share of the flow by which first and second order may differ in an increment that is of second order by itself."""
     plastic_cut: float = 0.1
     """Share of an increment below which plastic strain alone does not shorten the next."""
     easy: int = 5
@@ -245,7 +247,13 @@ class Policy:
 
     # ---------------------------------------------------------------------------------------------------- remeshing
     remesh_travel: float = 2.5
-    """Way of a tool, in smallest elements, after which a mesh is made anew."""
+    """Way of a tool, in smallest elements, after which a mesh is looked at, and made anew if it can be better."""
+    good_shape: float = 0.6
+    """Least shape measure that new meshes begin with, or better: one that still has it has nothing to gain from another one."""
+    ill_sized: float = 0.05
+    """Share of the elements asked for that are missing where elements are much too large from which a mesh is made anew."""
+    too_many: float = 1.5
+    """Elements over those asked for from which a mesh is made anew."""
     too_coarse: float = 2.0
     """Size of an element of the first mesh over that asked for from which the run begins with a new mesh."""
     worn_share: float = 0.7
@@ -296,6 +304,8 @@ class Policy:
     """… but never to less than this part of it …"""
     most_forcing: float = 1e-4
     """… nor more than this."""
+    telling: float = 0.1
+    """Relative error of factors in single precision in the softest mode up to which they tell how many modes are negative."""
     alike: float = 0.02
     """Relative residual of an iterate up to which its matrix is expected to be close to the one before."""
 
@@ -333,6 +343,14 @@ class Policy:
     """Elastic strain whose forces are the size of a force that is to vanish."""
     gripped: float = 1e-6
     """Elastic strain with whose forces tools pull at a body that they have gripped."""
+
+    # ---------------------------------------------------------------------------------------------- tools that tip over
+    tip_reach: float = 0.5
+    """Gap over the depth of the elements up to which a point may come to bear a tool."""
+    tip_friction: float = 1.0
+    """Coefficient of friction beyond which no tool is helped to stand."""
+    tip_left: float = 1e-6
+    """Share of a tool's force from which it counts as not borne."""
 
 
 DEFAULT = Policy()

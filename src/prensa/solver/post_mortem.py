@@ -20,6 +20,7 @@ from prensa.solver.failure import (
     LimitPoint,
     MetalInside,
     StartsInside,
+    TipsOver,
     Tunnelled,
     TurnedThrough,
     Unevaluable,
@@ -32,6 +33,11 @@ from prensa.solver.limits import friction_limits, limits
 def hint(failure: Failure) -> str:
     """What to try against a failure."""
     match failure:
+        case TipsOver(tool=tool):
+            return (
+                f"the reference point of {tool!r} ('at') opposite what bears it, more of the contact surface under it, or no 'm' "
+                "in its 'push': without, it does not turn"
+            )
         case _ if isinstance(failure, FreeToMove):
             return (
                 "support the body or the tool in that direction, or hold it until contact does; a body that its tools leave "

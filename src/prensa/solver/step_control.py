@@ -19,14 +19,15 @@ class StepControl:
     """Increments of a step. ``speeds`` (contacts,): of the prescribed tools, where they bound increments.
 
     ``times``: ends of the increments, all of them; None: as long as they can be. ``stops``: times at which one ends besides.
-    ``second_order``: whether plastic flow is of second order in time.
+    ``second_order``: whether plastic flow is of second order in time, in all of them or only where it is ``steady``.
+    ``tolerance``: share of the flow by which first and second order may differ.
     """
 
     def __init__(
         self, system: System, plan: StepPlan, policy: Policy, times: Array | None = None, stops: Array | None = None,
-        second_order: bool = False,
+        second_order: bool = False, steady: bool = False, tolerance: float | None = None,
     ) -> None:  # fmt: skip
-        self.longer = policy.second_order if second_order and system.has_memory else 1.0
+        self.second_order, self.steady, self.tolerance = second_order, steady, tolerance
         self.system, self.plan, self.policy, self.times = system, plan, policy, times
         self.stops = [] if stops is None else stops[(stops > plan.t0) & (stops < plan.t1)].tolist()
         self.speeds = self._speeds()
@@ -46,15 +47,18 @@ class StepControl:
         longest = self.longest()
         return longest if self.plan.increments or self.path_independent else min(self.policy.first, longest)
 
-    def longest(self, e: Evaluation | None = None) -> float:
+    def longest(self, e: Evaluation | None = None, longer: float | None = None) -> float:
         """Duration of an increment at most: that was asked for, or that the tools' travel allows at the state of e.
 
-        No prescribed tool moves more than a share of the contact element size beyond the gap that is left before it.
+        No prescribed tool moves more than a share of the contact element size beyond the gap that is left before it;
+        ``longer``: that share over the one of first order in time.
         """
         if self.plan.increments:
             return self.length / self.plan.increments
         limit = self.policy.longest
-        travel = self.longer * self.policy.travel
+        if longer is None:
+            longer = self.policy.second_order if self.second_order else 1.0
+        travel = longer * self.policy.travel
         for number in np.flatnonzero(self.speeds).tolist():
             gap = 0.0 if e is None else max(float(np.nan_to_num(e.contacts[number].g, nan=0.0).min()), 0.0)
             depth = float(self.system.surfaces[number].points.depth.min())
@@ -114,9 +118,19 @@ class StepControl:
         """Whether an increment is so short that time would soon stand still."""
         return dt < self.policy.shortest * self.length
 
-    def next(self, c: Context, e: Evaluation, iterations: int, cutbacks: int) -> float:
-        """Duration of the next increment from what this one cost and did."""
-        policy, longest = self.policy, self.longest(e)
+    def next(self, c: Context, e: Evaluation, iterations: int, cutbacks: int, unsteady: float = 0.0) -> float:
+        """Duration of the next increment from what this one cost and did; ``unsteady``: see `unsteadiness`."""
+        longer = self.policy.second_order if self.second_order else 1.0
+        dt = self._next(c, e, iterations, cutbacks, longer)
+        if self.steady and unsteady * dt > self.policy.unsteady:
+            dt = self._next(c, e, iterations, cutbacks, 1.0)
+        if self.tolerance is not None and not self.plan.increments and unsteady * dt > self.tolerance:
+            dt = max(self.tolerance / unsteady, self.policy.plastic_cut * c.dt, min(dt, self.policy.least * self.length))
+        return dt
+
+    def _next(self, c: Context, e: Evaluation, iterations: int, cutbacks: int, longer: float) -> float:
+        """As `next`, without a look at how steadily bodies flow; ``longer``: lengths over those of first order in time."""
+        policy, longest = self.policy, self.longest(e, longer)
         full = longest
         tried = c.dt if cutbacks else max(c.dt, c.state.clock.dt)
         if self.plan.increments:
@@ -125,7 +139,7 @@ class StepControl:
             growth = self._growth(iterations, cutbacks)
             strain = self._strain(c.state, e)
             if strain > 0:
-                full = min(full, tried * max(self.longer * policy.plastic / strain, policy.plastic_cut))
+                full = min(full, tried * max(longer * policy.plastic / strain, policy.plastic_cut))
         # shorter increments are easier or better up to a point; beyond, they would not end
         least = min(policy.least * self.length, longest)
         if 0 < tried < least:

@@ -26,7 +26,7 @@ from prensa.fem.schedule import StepPlan
 from prensa.fem.state import Clock, State
 from prensa.fem.symmetry import is_symmetric
 from prensa.fem.system import Evaluation, System
-from prensa.fem.time_rule import BACKWARD_EULER, TimeRule
+from prensa.fem.time_rule import BACKWARD_EULER, TimeRule, all_follow, unsteadiness
 from prensa.model import problem as model
 from prensa.model.feed import ends_early
 from prensa.model.remeshing import remeshing_of
@@ -63,6 +63,7 @@ from prensa.solver.stability import at_limit, judged, looked, told
 from prensa.solver.step_control import StepControl
 from prensa.solver.stopping import Outcome, Stopping
 from prensa.solver.threads import threads_of
+from prensa.solver.tipping import tips_over
 from prensa.solver.validity import Validity
 
 log = logging.getLogger("prensa")
@@ -70,19 +71,27 @@ Array = NDArray[np.float64]
 
 
 class Timer:
-    """Seconds by section, of the wall unless ``clock`` is another (``time.process_time``: of the processor)."""
+    """Seconds by section, of the wall unless ``clock`` is another (``time.process_time``: of the processor).
+
+    Those of a section within another one are the outer one's: what a remeshing assembles and solves is remeshing.
+    """
 
     def __init__(self, clock: Callable[[], float] = clocks.perf_counter) -> None:
         self.seconds: dict[str, float] = {}
         self.clock = clock
+        self.inside = False
 
     @contextmanager
     def __call__(self, section: str) -> Iterator[None]:
         """Add the seconds of the block to a section."""
-        start = self.clock()
+        if self.inside:
+            yield
+            return
+        self.inside, start = True, self.clock()
         try:
             yield
         finally:
+            self.inside = False
             self.seconds[section] = self.seconds.get(section, 0.0) + self.clock() - start
 
 
@@ -123,6 +132,8 @@ def solve(
     numerics = replace(numerics, threads=threads_of(numerics, system.ndof, policy))
     condense = to_be_condensed(system, numerics, policy)
     timer, followed = timer or Timer(), passages or Passages(system)
+    if passages is None and start is not None:
+        followed.met.update(tool.name for tool in system.tools)  # before it, for all that is known
     state = start or system.initial()
 
     def stepping(system: System) -> TimeStepping:
@@ -224,7 +235,6 @@ class TimeStepping:
         self.remeshes = False
         self.guard: Guard | None = None  # of lines of symmetry that free outlines may come to
         self.planes: list[str] = []  # tools that stand for them, once one has
-        self.met: list[int] = []  # contact points that were closed before the run began here
         self.stopping: Stopping
         self.times: Array | None = None
         self.stops: Array | None = None
@@ -259,13 +269,12 @@ class TimeStepping:
 
     def run(self, state: State) -> Iterator[Increment]:
         """Increments from a committed state to the end of the last step."""
-        touched = state.contact.closed | (state.contact.slip > 0)
-        touched[self.met] = True
+        self.note_touch(state)
         steps = self.system.problem.steps
         for number in range(state.clock.step, len(steps)):
             if not self.system.gone and model.tools_removed(self.system.problem, number):
                 if state.clock.time <= number:
-                    self.messages.warn(untouched_tools(self.system, touched, self.planes))
+                    self.messages.warn(untouched_tools(self.system, self.passages.met, self.planes))
                 self.refuse_to_part(state, number)
                 yield from self.without_tools().run(state)
                 return
@@ -275,8 +284,11 @@ class TimeStepping:
             if state.clock.time <= plan.t0:
                 state = self.begin(state, plan)
             self.prepare(plan)
-            second = self.numerics.time_rule == "bdf2"
-            control = StepControl(self.system, plan, self.policy, self.times, self.stops, second)
+            second, steady = self.second_order(plan), self.numerics.time_rule == "auto"
+            tolerance = self.numerics.time_tolerance
+            control = StepControl(
+                self.system, plan, self.policy, self.times, self.stops, second, second and steady, tolerance if second else None
+            )
             self.distortion = Distortion(self.system, self.policy)
             while state.clock.step == number:
                 try:
@@ -284,21 +296,27 @@ class TimeStepping:
                 except _Nearing as nearing:
                     self.messages.note(state, plan, str(nearing))
                     rest = self.with_planes()
-                    rest.met, rest.validity = np.flatnonzero(touched).tolist(), self.validity
+                    rest.validity = self.validity
                     begun = state if state.clock.time > plan.t0 else entered
                     yield from rest.run(extended(begun, self.system, rest.system))
                     return
                 self.last = increment
-                touched |= state.contact.closed
+                self.note_touch(state)
                 yield increment
         if len(steps):
-            self.messages.warn([*untouched_tools(self.system, touched, self.planes), *self.validity.told()])
+            self.messages.warn([*untouched_tools(self.system, self.passages.met, self.planes), *self.validity.told()])
+
+    def note_touch(self, state: State) -> None:
+        """Note the tools that have touched something by a committed state."""
+        contact = state.contact
+        for s in self.system.surfaces:
+            name = self.system.tools[s.tool].name
+            if name not in self.passages.met and (contact.closed[s.rows].any() or (contact.slip[s.rows] > 0).any()):
+                self.passages.met.add(name)
 
     def without_tools(self) -> TimeStepping:
         """The rest of the run, when the tools are gone."""
-        system = self.system.without_tools()
-        messages = Messages(system, self.messages.monitor)
-        rest = TimeStepping(system, self.numerics, self.policy, messages, self.timer, condense=False)
+        rest = self.onto(self.system.without_tools())
         rest.passages, rest.remeshes, rest.last = self.passages, self.remeshes, self.last
         rest.times, rest.stops = self.times, self.stops
         return rest
@@ -306,13 +324,15 @@ class TimeStepping:
     def with_planes(self) -> TimeStepping:
         """The rest of the run, with planes at the lines of symmetry."""
         assert self.guard is not None
-        system = with_planes(self.guard)
-        rest = TimeStepping(
-            system, self.numerics, self.policy, Messages(system, self.messages.monitor), self.timer, condense=False
-        )
+        rest = self.onto(with_planes(self.guard))
         rest.passages, rest.last, rest.times, rest.stops = self.passages, self.last, self.times, self.stops
         rest.planes = names_of(self.system.problem, self.guard.lines)
         return rest
+
+    def onto(self, system: System) -> TimeStepping:
+        """Another part of the run, on a system with other tools."""
+        messages = Messages(system, self.messages.monitor)
+        return TimeStepping(system, self.numerics, self.policy, messages, self.timer, condense=False)
 
     def refuse_to_part(self, state: State, number: int) -> None:
         """Raise `SolveError` if tools are to be removed while a free side is pressed on a line of symmetry: all contacts end."""
@@ -421,15 +441,27 @@ class TimeStepping:
         jumps = self.policy.jump_cuts if self.numerics.max_cutbacks and state.stability.viscosity > 0 else 0
         return self.numerics.max_cutbacks + jumps
 
+    def second_order(self, plan: StepPlan) -> bool:
+        """Whether plastic flow is of second order in time in a step, where it is steady: by itself not in a number of increments.
+
+        They may be many times as long as automatic ones: flow turns far in them. Given times are often those of another run.
+        """
+        if self.numerics.time_rule == "auto" and plan.increments:
+            return False
+        return self.numerics.time_rule != "backward_euler" and all_follow(self.system.blocks)
+
     def rule(self, state: State, plan: StepPlan, end: float) -> TimeRule:
         """How plastic flow goes on from a state to the time ``end``, unless the increment is cut.
 
-        By backward Euler where what is prescribed turns back or stops: all flow of the last increment may end there at once.
+        By backward Euler where what is prescribed turns back or stops: all flow of the last increment may end there at once;
+        and, unless second order is asked for, where points go on to begin and end to flow.
         """
         now, last = state.clock.time, state.dt_last
-        if self.numerics.time_rule != "bdf2" or not self.system.has_memory or not last > 0.0:
+        if not last > 0.0 or not self.second_order(plan) or plan.turns(now - last, now, end):
             return BACKWARD_EULER
-        return BACKWARD_EULER if plan.turns(now - last, now, end) else TimeRule.of(end - now, last)
+        if self.numerics.time_rule == "auto" and state.clock.unsteady * (end - now) > self.policy.unsteady:
+            return BACKWARD_EULER
+        return TimeRule.of(end - now, last)
 
     def context(self, state: State, plan: StepPlan, end: float, rule: TimeRule = BACKWARD_EULER) -> Context:
         """Everything that an increment from a state to the time ``end`` needs, with plastic flow by a ``rule``."""
@@ -470,8 +502,10 @@ class TimeStepping:
         assert result.evaluation is not None
         e = result.evaluation._replace(data=None)  # increments that are kept must not keep their matrices
         ended = c.ends_step
-        dt = 0.0 if ended else control.next(c, e, result.iterations - result.vain, cutbacks)
+        unsteady = unsteadiness(c, self.system.blocks, e.history) if control.second_order and not ended else 0.0
+        dt = 0.0 if ended else control.next(c, e, result.iterations - result.vain, cutbacks, unsteady)
         state = committed(self.system, c, result, e, dt, self.stabilisation)
+        state = replace(state, clock=state.clock._replace(unsteady=unsteady))
         if self.reduced is not None and not ended:
             state = replace(state, made_from=self.reduced.factorisation.made_from)
         self.validity.look_at_friction(c, e)
@@ -534,8 +568,10 @@ class TimeStepping:
         """The error that says what failed, where, why, and what to try."""
         reason = result.reason
         assert reason is not None
-        if not isinstance(reason, FreeToMove | BeyondSmall):
-            reason = unilaterally_supported(self.system, c) or reason  # whatever came of it
+        if tipping := tips_over(self.system, c, self.policy):
+            reason = tipping  # whatever came of it
+        elif not isinstance(reason, FreeToMove | BeyondSmall):
+            reason = unilaterally_supported(self.system, c) or reason
         place = where(self.equilibrium(c), reason, result)
         self.messages.warn(self.validity.told())
         cut = f"The increment was cut {cutbacks} times without success."
