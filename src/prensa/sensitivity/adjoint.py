@@ -190,10 +190,10 @@ class Recorded(Followed):
         self.lines = guard_of(system)
 
     def look_inside(self, c: Context, result: NewtonResult) -> None:
-        """As `TimeStepping.look_inside`; raises `ArgumentError` too where a free side comes to a line of symmetry."""
+        """As `TimeStepping.look_inside`; raises `OnlyForwards` too where a free side comes to a line of symmetry."""
         super().look_inside(c, result)
         for line, (x, y) in self.lines.near(result.u) if self.lines is not None else ():
-            raise ArgumentError(
+            raise OnlyForwards(
                 f"gradient: step {c.plan.name!r}, time {c.time:.6g}: a free side comes to the line of symmetry {line} near "
                 f"({x:.4g}, {y:.4g}), where a plane would stand from here on, behind which the way back does not lead; use "
                 "solve(derivatives=...), or describe it: a smooth plane among the tools, and a contact of the whole body with it"

@@ -21,7 +21,7 @@ from prensa.sensitivity.change import Change, FlowChange
 Array = NDArray[np.float64]
 
 SHIFT = 1e-7  # over the size of the bodies, for differences of shapes
-NOTHING = np.empty((0, 4, PER_BEGUN))
+NOT_BEGUN = np.empty((0, 4, PER_BEGUN))
 NO_FLOW = (0, np.zeros(5), np.zeros(2), np.zeros((1, 4)))  # of a curve that nobody asks for
 
 
@@ -71,7 +71,7 @@ class Elements:
         at_fixed(
             self.block.cells, self.geometry, self.point, *moduli_of(self.block), self.block.mode.axisymmetric,
             self.block.volume, dxn, dx, dold, moduli, slopes, ways, r, dnew, energy,
-            NOTHING if self.begun is None else self.begun,
+            NOT_BEGUN if self.begun is None else self.begun,
         )  # fmt: skip
         return dnew, energy
 
