@@ -10,6 +10,7 @@ Processor time of one thread (set OMP_NUM_THREADS=1). ``run.py`` calls this for 
 * ``derivatives X Y [MU]``: upsetting on X × Y elements with derivatives by 1, 5, 6 and 10 parameters and a force in every
   increment, beside the run without; the least of three pairs;
 * ``remeshing FAR NEAR PER_RADIUS``: new meshes at the beginning of a can, sizes in mm, beside the increments of the same run;
+* ``share upsetting MU|can|FILE``: of a whole run that its new meshes take, with default sizes or as in a case file;
 * ``start``: seconds of ``import prensa``, and from the command to the first iteration with kernels compiled before or not.
 """
 
@@ -142,25 +143,46 @@ def of_elastic(unknowns: str, increments: str, whole: str = "") -> dict[str, Any
     return out
 
 
-def of_remeshing(far: str, near: str, per_radius: str) -> dict[str, Any]:
+def on_new_meshes(problem: pr.Problem) -> tuple[float, float, list[pr.Increment], int]:
+    """Seconds of a run and of its remeshings, its increments and the most elements that it had."""
     from prensa.solver.time_stepping import Timer
+
+    timer, begun, most = Timer(time.process_time), time.process_time(), 0
+    increments = []
+    for increment in pr.solve(problem, timer=timer):
+        increments.append(increment)
+        most = max(most, len(increment.state.history[0]))
+    return time.process_time() - begun, timer.seconds["remeshing"], increments, most
+
+
+def of_remeshing(far: str, near: str, per_radius: str) -> dict[str, Any]:
     from prensa.verify.remeshing import can
 
-    def solved(size: pr.Sizes, depth: float) -> tuple[float, float, list[pr.Increment], int]:
-        timer, begun, most = Timer(time.process_time), time.process_time(), 0
-        increments = []
-        for increment in pr.solve(can(1.0, 1.0, pr.Remesh(size), depth), timer=timer):
-            increments.append(increment)
-            most = max(most, len(increment.state.history[0]))
-        return time.process_time() - begun, timer.seconds["remeshing"], increments, most
-
-    solved(pr.Sizes(far=3.0, near_tools=1.0, per_radius=4.0), 0.3)
-    total, remeshing, increments, elements = solved(pr.Sizes(float(far), float(near), float(per_radius)), 0.6)
+    on_new_meshes(can(1.0, 1.0, pr.Remesh(pr.Sizes(far=3.0, near_tools=1.0, per_radius=4.0)), 0.3))
+    size = pr.Sizes(float(far), float(near), float(per_radius))
+    total, remeshing, increments, elements = on_new_meshes(can(1.0, 1.0, pr.Remesh(size), 0.6))
     one, usual = remeshing / increments[-1].remeshings, (total - remeshing) / len(increments)
     iterations = sum(i.statistics.iterations for i in increments)
     return {
         "elements": elements, "increments": len(increments), "iterations": iterations, "remeshings": increments[-1].remeshings,
         "total": total, "one": one, "usual": usual, "ratio": one / usual, "share": remeshing / total,
+    }  # fmt: skip
+
+
+def of_share(name: str, mu: str = "0.1") -> dict[str, Any]:
+    from prensa.verify.remeshing import billet, can
+
+    on_new_meshes(can(1.0, 1.0, pr.Remesh(pr.Sizes(far=3.0, near_tools=1.0, per_radius=4.0)), 0.3))
+    if name == "upsetting":
+        problem = replace(billet(float(mu), 1.0, pr.Remesh()), remesh="auto")
+    elif name == "can":
+        problem = replace(can(1.0, float(mu) / 0.1, pr.Remesh()), remesh="auto")
+    else:
+        problem = pr.load(name).problem
+    total, remeshing, increments, elements = on_new_meshes(problem)
+    return {
+        "elements": elements, "increments": len(increments), "remeshings": increments[-1].remeshings, "total": total,
+        "remeshing": remeshing, "share": remeshing / total,
     }  # fmt: skip
 
 
@@ -219,6 +241,7 @@ MEASURES = {
     "elastic": of_elastic,
     "derivatives": of_derivatives,
     "remeshing": of_remeshing,
+    "share": of_share,
     "start": of_start,
 }
 

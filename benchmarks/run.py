@@ -108,7 +108,29 @@ def remeshing(quick: bool) -> str:
         ])  # fmt: skip
     note = "A new mesh: mesher, transfer, equilibrium. Goal: 4 usual increments at 5000 elements, 15 % of a run."
     head = ["T6", "increments/iterations", "new meshes", "one, s", "an increment, s", "increments for one", "of the run"]
-    return table("Remeshing: the first 0.6 mm of a can", head, rows, note)
+    return table("Remeshing: the first 0.6 mm of a can", head, rows, note) + "\n" + shares(quick)
+
+
+def shares(quick: bool) -> str:
+    """What new meshes take of whole runs."""
+    rows: Rows = []
+    known = {
+        "upsetting, μ = 0.1, auto": ("upsetting", 0.1),
+        "upsetting, μ = 0.3, auto": ("upsetting", 0.3),
+        "can to 6 mm, auto": ("can",),
+        "closed die, as in examples": (str(HERE.parent / "examples/closed_die.yaml"),),
+    }
+    for name, words in list(known.items())[: 1 if quick else None]:
+        m = measured("measure.py", "share", *words)
+        if "skipped" in m:
+            rows.append([name, m["skipped"], "", "", "", ""])
+            continue
+        rows.append([
+            name, str(m["elements"]), str(m["increments"]), str(m["remeshings"]), f"{m['total']:.1f}",
+            f"**{100 * m['share']:.1f} %**",
+        ])  # fmt: skip
+    head = ["run", "T6, at most", "increments", "new meshes", "total, s", "new meshes of it"]
+    return table("Remeshing: its share of whole runs", head, rows, "Goal: at most 15 %.")
 
 
 def derivatives(quick: bool) -> str:

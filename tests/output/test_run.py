@@ -2,6 +2,7 @@ import json
 import logging
 import re
 import signal
+from dataclasses import replace
 
 import pytest
 
@@ -154,6 +155,15 @@ def test_resuming_a_completed_run_changes_nothing(tmp_path):
     before = files(tmp_path)
     result = resume(tmp_path, quiet=True)
     assert result.increment is None and result.status == "completed" and files(tmp_path) == before
+
+
+def test_a_tool_that_touched_before_the_run_was_continued_has_touched(tmp_path):
+    """Pressed and lifted off, then continued: nothing is told that was not told before, 'never touched' least of all."""
+    case, lift = small(increments=2), pr.Step("lift", by={"punch": pr.Motion(y=0.5)}, increments=2)
+    case = replace(case, problem=replace(case.problem, steps=(case.problem.steps[0], lift), friction=None))
+    first = run(case, tmp_path, quiet=True).summary["warnings"]
+    assert not any("never touched" in w for w in first)
+    assert resume(tmp_path, quiet=True).summary["warnings"] == first
 
 
 def test_a_failure_is_recorded_and_raised(tmp_path, monkeypatch):

@@ -13,10 +13,14 @@ import pytest
 
 import prensa as pr
 from prensa.errors import PrensaError, SolveError
+from prensa.fem.discretise import discretise
+from prensa.fem.sizes import SizeField, mismatch
+from prensa.fem.transfer import utilisation
 from prensa.mesh.mesh import boundary_edges, segments
 from prensa.output.checkpoint import read_checkpoint, write_checkpoint
 from prensa.output.history import read_history
 from prensa.output.run import run
+from prensa.solver.time_stepping import Timer
 
 ALUMINIUM = pr.J2(E=70e3, nu=0.33, flow=pr.Swift(K=200.0, e0=0.01, n=0.2))
 
@@ -105,6 +109,63 @@ def test_no_more_meshes_than_allowed(caplog: pytest.LogCaptureFixture) -> None:
     problem = indented(depth=0.3, when=pr.When(travel=0.08), at_most=2)
     assert [i.remeshings for i in pr.solve(problem)][-1] == 2
     assert sum("no more are allowed" in r.getMessage() for r in caplog.records) == 1
+
+
+def upset(**when: Any) -> pr.Problem:
+    """A billet between smooth flat dies: its elements stay good for long."""
+    billet = pr.Body(pr.Rectangle(size=(6.0, 6.0), n=(5, 5)), ALUMINIUM, element="t6")
+    return pr.Problem(
+        "upsetting", {"billet": billet}, (pr.Step("press", move={"die": pr.Motion(y=-2.6)}),),
+        {"die": pr.Plane(touching="billet.top")}, fixed={"billet.bottom": "y", "billet.left": "x"}, space="axisymmetric",
+        remesh=pr.Remesh(pr.Sizes(far=1.2, near_tools=0.5), pr.When(**when)),
+    )  # fmt: skip
+
+
+def test_travel_alone_makes_no_mesh_that_is_no_better(caplog: pytest.LogCaptureFixture) -> None:
+    """Where shapes and sizes are still right. A number for the way is kept to."""
+    caplog.set_level("INFO", logger="prensa")
+    for travel, meshes in (("auto", 2), (1.25, 3)):
+        done = list(pr.solve(upset(travel=travel)))
+        made = np.flatnonzero(np.diff([i.remeshings for i in done]))
+        assert done[-1].remeshings == meshes
+        if travel == 1.25:
+            assert [-done[k].tools["die"].place.y for k in made] == pytest.approx([1.25, 2.5], abs=0.1)
+    assert "remeshing 2 (travel 2.5, shape measure 0.5" in caplog.text
+
+
+def test_sizes_that_are_not_those_asked_for() -> None:
+    """Share of the elements that are missing, and those there are over those asked for."""
+    system = discretise(upset())
+
+    def of(far: float) -> tuple[float, float]:
+        sizes = pr.Sizes(far=far, near_tools=far, across=1.0, per_strain=0.0)
+        return mismatch(SizeField(system, system.initial(), "billet", sizes, 36.0))
+
+    missing, ratio = of(0.5)
+    assert missing == 1.0 and ratio == pytest.approx(50 * np.sqrt(3) / 4 * 0.5**2 / 36.0, rel=1e-12)
+    missing, ratio = of(5.0)
+    assert missing == 0.0 and ratio > 5.0
+
+
+def test_stresses_at_the_end_of_increments_on_new_meshes_do_not_exceed_yield() -> None:
+    """Those carried over may, between the increments."""
+    made = 0
+    for i in pr.solve(indented(depth=0.5, when=pr.When(travel=0.15))):
+        made = max(made, i.remeshings)
+        block = discretise(indented()).blocks[0]
+        assert utilisation(block.law, i.state.history[0]).max() < 1 + 1e-8
+    assert made >= 3
+
+
+def test_seconds_of_a_section_within_another_are_the_outer_ones() -> None:
+    """So that sections add up to the whole."""
+    ticks = iter(range(100))
+    timer = Timer(lambda: float(next(ticks)))
+    with timer("remeshing"), timer("assembly"):
+        pass
+    with timer("assembly"):
+        pass
+    assert timer.seconds == {"remeshing": 1.0, "assembly": 1.0}
 
 
 def test_files_of_a_run(tmp_path: Path) -> None:

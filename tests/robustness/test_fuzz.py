@@ -8,11 +8,13 @@ from functools import partial
 import numpy as np
 import pytest
 
-from prensa.bench import fuzz, fuzz_calls, fuzz_commands, fuzz_yaml
+import prensa as pr
+from prensa.bench import fuzz, fuzz_calls, fuzz_commands, fuzz_whole, fuzz_yaml
 from prensa.cli import app
 from prensa.errors import CaseError, PrensaError
 from prensa.mesh.imported import case_text
 from prensa.model.schema import loads
+from prensa.output.report import number
 
 
 def test_mutated_inputs_are_read_or_refused():
@@ -125,6 +127,16 @@ def test_changes_and_calls_are_read_or_refused(source, count):
     assert report.counts["refused"] > count / 2 and sum(report.counts.values()) == count
 
 
+@pytest.mark.parametrize(
+    ("source", "count"), [(fuzz_whole.crossed, 60), (fuzz_whole.named, 12), (partial(fuzz_whole.lines, app), 20)]
+)
+def test_odd_but_whole_inputs_are_read_or_refused(source, count):
+    """Cases with parts of others, parts with odd names, command lines that run: both answers occur, no defect does."""
+    report = fuzz.run(count, seed=6, source=source, time_to_answer=60.0, time_to_give_up=120.0)
+    assert report.defects == []
+    assert report.counts["refused"] > 1 and report.counts["read"] > count / 8 and sum(report.counts.values()) == count
+
+
 def test_sizes_as_small_as_numbers_are_divide_nothing(tmp_path):
     """A size of new elements that is no more than the least number: read or refused, no division by zero."""
     text = fuzz.FORMING[0].replace("far: 3.8", "far: 5e-324")
@@ -161,3 +173,15 @@ def test_functions_of_studies_and_gradients_refuse_hostile_values_in_words(funct
             continue
         assert fuzz_calls.answer(of[function], [value]) in ("read", "refused"), function
     assert fuzz_calls.answer(of["gradient of"], ["b.width"]) in ("read", "refused")
+
+
+def test_an_array_where_a_word_may_stand_is_refused():
+    """Arrays are compared item by item with a word: 'truth value … is ambiguous' was all that was said."""
+    for make in (lambda v: pr.When(travel=v), lambda v: pr.Step("a", fixed={"block.top": v})):
+        with pytest.raises(PrensaError):
+            make(np.ones(2))
+
+
+def test_what_is_no_number_has_no_digits():
+    """A damaged table has no numbers in places; the report shows that, and ends in no traceback."""
+    assert [number(v) for v in (float("nan"), float("inf"), 1e-12, -2.5)] == ["—", "—", "1.0000 · 10⁻¹²", "−2.5"]

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+import prensa as pr
 from prensa.bench import robustness
+from prensa.fem.discretise import discretise
 
 
 @pytest.mark.parametrize(("suite", "least"), [("elastic", 0.96), ("plastic", 0.86)])
@@ -33,7 +35,6 @@ def test_the_checks_can_fail():
     """Moving a contact force after the solution makes the check of equilibrium speak."""
     import dataclasses
 
-    from prensa.fem.discretise import discretise
     from prensa.solver.time_stepping import solve
 
     p = robustness.draw("elastic", 1, 4)
@@ -92,3 +93,37 @@ def test_drawn_problems_are_posed_by_their_drawing(suite):
             assert above > 0.999 * bore, p.name  # the normal at the edge of the bore is within 45° of the axis
     assert walls > 10
     assert bores > 3
+
+
+@pytest.mark.parametrize("offset", [-1.0, 0.0, 100.0])
+def test_what_places_resolve_bounds_the_balance_of_stiff_contacts(offset):
+    """A block under a stiff penalty is out of balance by what its distance from the origin says, and not by more."""
+    block = pr.Body(pr.Rectangle((1, 1), (4, 3), origin=(0.1, offset)), pr.Elastic(1000, 0.3))
+    problem = pr.Problem(
+        "stiff", space="axisymmetric", bodies={"b": block}, tools={"tool": pr.Plane(touching="b.top")},
+        contacts=(pr.Contact("b.top", "tool", enforcement=pr.Penalty(beta=1e6)),), fixed={"b.bottom": "y"},
+        steps=(pr.Step("press", move={"tool": pr.Motion(y=-0.01)}, increments=2),),
+    )  # fmt: skip
+    system = discretise(problem)
+    *_, inc = pr.solve(system)
+    force, resolved = abs(inc.force("tool").y), robustness.resolution(system, inc)
+    assert robustness.unbalanced(system, inc) < 3 * resolved + 1e-11 * force
+    assert {-1.0: 1e-9, 0.0: 1e-7, 100.0: 1e-4}[offset] * force > resolved > 0
+    assert offset < 100 or resolved > 1e-8 * force
+
+
+@pytest.mark.parametrize(("peaks", "verdict"), [
+    ((300.0, 325.0, 353.0, 354.0), "right"),  # begins far from where it closes in
+    ((300.0, 325.0, 330.0), "right"),
+    ((300.0, 325.0, 350.0, 375.0), "wrong"),
+    ((300.0, 325.0, 353.0, 380.0), "wrong"),
+    ((300.0, 301.0), "right"),
+])  # fmt: skip
+def test_peaks_that_close_in_are_coarse_answers_and_others_wrong(peaks, verdict, monkeypatch):
+    """The step is halved until peak forces close in, three times at most."""
+    from prensa.bench.robustness import increments
+
+    given = iter(peaks)
+    monkeypatch.setattr(increments, "solve_checked", lambda p: (next(given), 1, 0, ""))
+    assert increments.judge(robustness.draw("plastic", 3, 7), 7, compare=True).status == verdict
+    assert list(given) == []

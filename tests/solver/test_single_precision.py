@@ -98,6 +98,40 @@ def test_an_attempt_depends_on_the_values_its_factors_are_made_from_alone():
     assert not f.factored
 
 
+def column(n: int, load: float) -> csc_matrix:
+    """A hinged column of n + 1 links that bend at n joints, under a multiple of its load of buckling.
+
+    With D the second difference, D² − P D: eigenvalues μ (μ − P), the least 4 sin²(π/2(n + 1)) being the critical P.
+    """
+    D = diags_array([-np.ones(n - 1), 2.0 * np.ones(n), -np.ones(n - 1)], offsets=[-1, 0, 1])
+    out = csc_matrix(D @ D - load * 4.0 * np.sin(np.pi / (2 * n + 2)) ** 2 * D)
+    out.sort_indices()
+    return out
+
+
+@pytest.mark.parametrize("load", [0.0, 0.9, 0.999, 1.001, 1.1, 2.0])
+def test_slender_columns_are_not_called_stable_by_factors_of_single_precision_that_cannot_tell(load):
+    """Whatever the slenderness, no column that buckles is called stable; short ones are judged, long ones not by single ones."""
+    told = {}
+    for n in (10, 20, 40, 60, 80, 100, 150, 200, 400):
+        a = column(n, load)
+        f = factorisation(a, symmetric=True)
+        f.step(a.data, np.sin(np.arange(float(n))), 1e-4)
+        assert not (f.positive and load > 1.0), n
+        told[n] = f.positive
+        if f.made_from is not None and f.own:  # they say that they know
+            assert f.positive == (load < 1.0), n
+    assert told[10] == (load < 1.0)
+
+
+def test_factors_of_single_precision_alone_would_call_a_buckling_column_stable():
+    """What the check is for: believed, factors in single precision have no negative pivot for this one."""
+    a = column(400, 1.1)
+    believed = factorisation(a, True, Policy(worth_single=1, telling=np.inf))
+    believed.step(a.data, np.sin(np.arange(400.0)), 1e-4)
+    assert believed.made_from is not None and believed.positive
+
+
 def test_gmres_is_given_up_where_it_takes_too_long():
     """At its rate, or at the end."""
     a, b = grid(20), np.cos(np.arange(400.0))

@@ -94,6 +94,24 @@ def test_other_tools_are_placed_on_the_deformed_body(tmp_path):
     assert inc.force("plate").y > 0 and not inc.bodies["new"].displacement.any()
 
 
+@pytest.mark.parametrize("enforcement", [pr.Penalty(), pr.Exact()], ids=lambda e: e.type)
+def test_a_support_let_go_gives_the_contact_more_points(tmp_path, enforcement):
+    """The whole outline is in contact but where it is held: what is let go joins in, the other points go on as they were."""
+    whole = (pr.Contact("block", "punch", pr.Coulomb(0.2), enforcement=enforcement),)
+    run = pr.run(case(PRESS, contacts=whole), tmp_path / "press", quiet=True)
+    ended = run.increment.state
+    loose = case(RELEASE, contacts=whole, fixed={"block.bottom": "xy"}, start=pr.Start(str(tmp_path / "press")))
+    system = pr.discretise(loose.problem)
+    state = system.initial()
+    s, old = system.surfaces[0], pr.discretise(case(PRESS, contacts=whole).problem).surfaces[0]
+    assert len(s.points) > len(old.points)
+    for name in ("traction", "slip"):
+        new, before = getattr(state.contact, name), getattr(ended.contact, name)
+        assert np.abs(before).max() > 0 and np.sort(new[new != 0]).tolist() == np.sort(before[before != 0]).tolist(), name
+    after = pr.run(loose, tmp_path / "release", quiet=True).increment
+    assert after.tools["punch"].force[1] == pytest.approx(0.0, abs=1e-6) and np.abs(after.supports["block.bottom"]).max() < 1e-6
+
+
 def test_a_case_in_a_file_names_the_run_beside_it_and_resumes(tmp_path):
     """The folder is relative to the case file; a resumed second stage is the uninterrupted one; changed runs are noticed."""
     pr.run(case(PRESS), tmp_path / "press", quiet=True)

@@ -64,7 +64,7 @@ def runs(count: int, seed: int, folder: Path) -> Iterator[Attempt]:
         if rng.random() < 1 / 6:
             paths = list(paths_of(tree))
             by = tuple(paths[rng.integers(len(paths))] for _ in range(int(rng.integers(1, 3))))
-        yield f"{text}derivatives: {by}", functools.partial(answer, functools.partial(_begun, text, folder, by))
+        yield f"{text}derivatives: {by}", functools.partial(answer, functools.partial(begun, text, folder, by))
 
 
 def changed(rng: np.random.Generator, tree: Any) -> Any:
@@ -103,7 +103,7 @@ def _added(rng: np.random.Generator, tree: Any) -> tuple[dict[str, Any], str]:
     return part, keys[rng.integers(len(keys))]
 
 
-def _begun(text: str, folder: Path, by: tuple[str, ...] = ()) -> None:
+def begun(text: str, folder: Path, by: tuple[str, ...] = ()) -> None:
     """Read a case and solve its first increments; what is too large for that, or is refused, is a `PrensaError`.
 
     ``by``: paths in the case, by which derivatives are asked for, whatever stands there.

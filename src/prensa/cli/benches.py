@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from prensa.bench import fuzz as inputs
-from prensa.bench import fuzz_calls, fuzz_commands, fuzz_runs
+from prensa.bench import fuzz_calls, fuzz_commands, fuzz_runs, fuzz_whole
 from prensa.bench import robustness as problems
 from prensa.bench.robustness import Outcome, Tally
 from prensa.cli.voice import Voice, refuse_unknown
@@ -48,6 +48,10 @@ def fuzz(voice: Voice, app: Callable[..., Any], count: int, seed: str) -> bool:
         ("calls", fuzz_calls.calls, 4, ()),
         ("files and words of commands", partial(fuzz_commands.commands, app), 4, ()),
         ("runs", fuzz_runs.runs, 20, fuzz_runs.LIMITS),
+        ("cases with parts of others", fuzz_whole.crossed, 4, ()),
+        ("their runs", partial(fuzz_whole.crossed, solved=True), 40, fuzz_runs.LIMITS),
+        ("odd names", fuzz_whole.named, 40, fuzz_whole.LIMITS),
+        ("command lines that run", partial(fuzz_whole.lines, app), 40, fuzz_whole.LIMITS),
     ):
         tried = max(count // share, 1)
         report = inputs.run(tried, number, voice.remark, source, *limits)

@@ -270,10 +270,9 @@ def _assemble(Fn, Ft, P, T, dP, dT, F, K):
 @njit(cache=True)
 def _turn(n, e, arm, turn, moving, P, T, K):
     """Add to K what the turn of the frame and the change of the arm make of the forces P along n and T along e."""
-    v = np.empty(5)
     for k in range(len(P)):
-        v[0], v[1] = P[k] * e[k, 0] - T[k] * n[k, 0], P[k] * e[k, 1] - T[k] * n[k, 1]
-        v[2], v[3], v[4] = -v[0], -v[1], arm[k, 1] * v[0] - arm[k, 0] * v[1]
+        v0, v1 = P[k] * e[k, 0] - T[k] * n[k, 0], P[k] * e[k, 1] - T[k] * n[k, 1]
+        v = (v0, v1, -v0, -v1, arm[k, 1] * v0 - arm[k, 0] * v1)
         for i in range(5):
             for j in range(5):
                 K[k, i, j] -= v[i] * turn[k, j]

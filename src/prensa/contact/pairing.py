@@ -66,9 +66,11 @@ def _turn_into_space(g, c, n_tool, R, arm, n, e, Fn, Ft, ds, turn):
         n[k, 0] = R[0, 0] * n_tool[k, 0] + R[0, 1] * n_tool[k, 1]
         n[k, 1] = R[1, 0] * n_tool[k, 0] + R[1, 1] * n_tool[k, 1]
         e[k, 0], e[k, 1] = -n[k, 1], n[k, 0]
-        for v, F in ((n, Fn), (e, Ft)):
-            F[k, 0], F[k, 1], F[k, 2], F[k, 3] = v[k, 0], v[k, 1], -v[k, 0], -v[k, 1]
-            F[k, 4] = arm[k, 1] * v[k, 0] - arm[k, 0] * v[k, 1]
+        for i in range(2):
+            Fn[k, i], Ft[k, i] = n[k, i], e[k, i]
+            Fn[k, 2 + i], Ft[k, 2 + i] = -n[k, i], -e[k, i]
+        Fn[k, 4] = arm[k, 1] * n[k, 0] - arm[k, 0] * n[k, 1]
+        Ft[k, 4] = arm[k, 1] * e[k, 0] - arm[k, 0] * e[k, 1]
         for i in range(5):
             ds[k, i] = (1.0 - g[k] * c[k]) * Ft[k, i]
             turn[k, i] = c[k] * Ft[k, i]

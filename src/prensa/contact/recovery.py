@@ -16,6 +16,8 @@ traction (`at_free_edges`).
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,10 +32,11 @@ OWN_TERMS = {3: 1, 4: 4, 6: 3, 8: 4}  # as many as the points of one element det
 OUTER_TERMS = {3: 3, 4: 4, 6: 3, 8: 4}  # of patches about nodes of the outline alone: one layer does not determine t²
 FEWER = np.array([0, 0, 0, 1, 3, 0, 4])  # terms to try where the points do not determine so many
 NO_CORNER = 0.9  # cosine between the normals of two sides between which the outline has no corner
+ALL, ITSELF, OWN = range(3)  # what a patch reaches, see `_patches`
 RANK = 1e-10  # share of a term's square, summed over the points, that the terms before must leave for it to be determined
 
 
-@njit(cache=True)
+@njit(cache=True, no_cpython_wrapper=True)
 def _basis(s, t, out):
     out[0] = 1.0
     out[1] = s
@@ -43,7 +46,7 @@ def _basis(s, t, out):
     out[5] = t * t
 
 
-@njit(cache=True)
+@njit(cache=True, no_cpython_wrapper=True)
 def _solved(M, B, terms, L):
     """Whether the first terms of M (6, 6) x = B (6, v) are determined; B is then replaced by x. L (6, 6) is overwritten.
 
@@ -57,7 +60,7 @@ def _solved(M, B, terms, L):
             if i > j:
                 L[i, j] = left / L[j, j]
             elif left > RANK * M[j, j]:
-                L[j, j] = np.sqrt(left)
+                L[j, j] = math.sqrt(left)
             else:
                 return False
     for c in range(B.shape[1]):
@@ -72,13 +75,12 @@ def _solved(M, B, terms, L):
     return True
 
 
-@njit(cache=True)
-def _fit(members, begin, end, X, values, x, v, sx, sy, terms, work, coefs):
+@njit(cache=True, no_cpython_wrapper=True)
+def _fit(members, begin, end, X, values, x, v, sx, sy, terms, M, L, basis, coefs):
     """Least squares over the points of elements members[begin:end] about node v → coefs (6, values), missing terms zero.
 
-    work: M (6, 6), L (6, 6) and a basis (6,) on rows of (13, 6).
+    M, L (6, 6), basis (6,): scratch.
     """
-    M, L, basis = work[:6], work[6:12], work[12]
     for i in range(6):
         for j in range(6):
             M[i, j] = 0.0
@@ -102,60 +104,67 @@ def _fit(members, begin, end, X, values, x, v, sx, sy, terms, work, coefs):
 
 
 @njit(cache=True)
-def _patches(first, members, interior, cells, x, X, values, inner_terms, outer_terms, out, count):
-    n = x.shape[0]
-    coefs, work = np.empty((6, values.shape[2])), np.empty((13, 6))
-    basis = work[12]
-    for stage in range(2):
-        terms = inner_terms if stage == 0 else outer_terms
-        for v in range(n):
-            if (stage == 0 and not interior[v]) or (stage == 1 and count[v] > 0):
-                continue
-            begin, end = first[v], first[v + 1]
-            sx = sy = 0.0
-            for m in range(begin, end):
-                e = members[m]
-                for a in range(cells.shape[1]):
-                    sx = max(sx, abs(x[cells[e, a], 0] - x[v, 0]))
-                    sy = max(sy, abs(x[cells[e, a], 1] - x[v, 1]))
-            if sx == 0.0 or sy == 0.0:
-                continue
-            _fit(members, begin, end, X, values, x, v, sx, sy, terms, work, coefs)
-            for m in range(begin, end):
-                e = members[m]
-                for a in range(cells.shape[1]):
-                    w = cells[e, a]
-                    # an interior corner trusts its own patch alone; other nodes collect what reaches them
-                    if w != v and (interior[w] or stage == 1):
-                        continue
-                    seen = False
-                    for k in range(begin, m):  # count each outside node once
-                        f = members[k]
-                        for b in range(cells.shape[1]):
-                            if cells[f, b] == w:
-                                seen = True
-                    if seen:
-                        continue
-                    _basis((x[w, 0] - x[v, 0]) / sx, (x[w, 1] - x[v, 1]) / sy, basis)
-                    for c in range(values.shape[2]):
-                        for i in range(6):
-                            out[w, c] += coefs[i, c] * basis[i]
-                    count[w] += 1
+def _add_patches(nodes, first, members, interior, cells, x, X, values, terms, reach, out, count, M, L, basis, coefs):
+    """Add the values of the patches about some nodes (k,) to those ``out`` (n, v) of the nodes they reach, counted in count (n,).
 
-
-@njit(cache=True)
-def _own(nodes, first, members, x, X, values, terms, out):
-    """Values at nodes (k,) from the points of the elements that they belong to."""
-    coefs, work = np.empty((6, values.shape[2])), np.empty((13, 6))
+    reach: `ALL`, all nodes but those that have patches of their own; `ITSELF`, the node alone; `OWN`, the same, by the
+    elements that it belongs to, in the size of these. One kernel for all: each would have the fit compiled into it.
+    """
     for v in nodes:
-        size = 0.0
-        for m in range(first[v], first[v + 1]):
+        begin, end = first[v], first[v + 1]
+        sx = sy = 0.0
+        for m in range(begin, end):
             e = members[m]
-            for q in range(X.shape[1]):
-                size = max(size, abs(X[e, q, 0] - x[v, 0]), abs(X[e, q, 1] - x[v, 1]))
-        _fit(members, first[v], first[v + 1], X, values, x, v, size, size, terms, work, coefs)
-        for c in range(values.shape[2]):
-            out[v, c] = coefs[0, c]
+            if reach == OWN:
+                for q in range(X.shape[1]):
+                    sx = sy = max(sx, max(abs(X[e, q, 0] - x[v, 0]), abs(X[e, q, 1] - x[v, 1])))
+                continue
+            for a in range(cells.shape[1]):
+                sx = max(sx, abs(x[cells[e, a], 0] - x[v, 0]))
+                sy = max(sy, abs(x[cells[e, a], 1] - x[v, 1]))
+        if sx == 0.0 or sy == 0.0:
+            continue
+        _fit(members, begin, end, X, values, x, v, sx, sy, terms, M, L, basis, coefs)
+        for m in range(begin, end):
+            e = members[m]
+            for a in range(cells.shape[1]):
+                w = cells[e, a]
+                # an interior corner trusts its own patch alone; other nodes collect what reaches them
+                if w != v and (interior[w] or reach != ALL):
+                    continue
+                seen = False
+                for k in range(begin, m):  # count each outside node once
+                    f = members[k]
+                    for b in range(cells.shape[1]):
+                        if cells[f, b] == w:
+                            seen = True
+                if seen:
+                    continue
+                _basis((x[w, 0] - x[v, 0]) / sx, (x[w, 1] - x[v, 1]) / sy, basis)
+                for c in range(values.shape[2]):
+                    for i in range(6):
+                        out[w, c] += coefs[i, c] * basis[i]
+                count[w] += 1
+
+
+def _patches(
+    nodes: NDArray[np.int64],
+    first: NDArray[np.int64],
+    members: NDArray[np.int64],
+    interior: Flags,
+    cells: NDArray[np.int64],
+    x: Array,
+    X: Array,
+    values: Array,
+    terms: int,
+    reach: int,
+    out: Array,
+    count: NDArray[np.int64],
+) -> None:
+    """`_add_patches` with scratch, which takes longer to compile in there than it takes to make here."""
+    M, L = np.empty((2, 6, 6))
+    scratch = M, L, np.empty(6), np.empty((6, values.shape[2]))
+    _add_patches(nodes, first, members, interior, cells, x, X, values, terms, reach, out, count, *scratch)
 
 
 def _members(cells: NDArray[np.int64], n: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -189,17 +198,37 @@ def recover(
     interior[boundary] = False
     out, count = np.zeros((n, values.shape[2])), np.zeros(n, dtype=np.int64)
     X, values = np.ascontiguousarray(X), np.ascontiguousarray(values)
-    _patches(first, members, interior, cells, x, X, values, TERMS[a], OUTER_TERMS[a], out, count)
+    _smooth(first, members, interior, cells, x, X, values, out, count)
     out /= np.maximum(count, 1)[:, None]
     if kinked is not None and kinked.any():
         skin = np.unique(boundary)
-        _own(skin[_around(cells, n, kinked)[skin]], first, members, x, X, values, OWN_TERMS[a], out)
+        skin = skin[_around(cells, n, kinked)[skin]]
+        out[skin] = 0.0
+        _patches(skin, first, members, interior, cells, x, X, values, OWN_TERMS[a], OWN, out, count)
     if centred and interior.any():
         reached = np.zeros(n, dtype=np.bool_)
         reached[cells[interior[cells].any(axis=1)]] = True
         skin = np.unique(boundary)
         out[skin[reached[skin]]] = _of_centres(first, members, interior, cells, x, X, values)[skin[reached[skin]]]
     return out
+
+
+def _smooth(
+    first: NDArray[np.int64],
+    members: NDArray[np.int64],
+    interior: Flags,
+    cells: NDArray[np.int64],
+    x: Array,
+    X: Array,
+    values: Array,
+    out: Array,
+    count: NDArray[np.int64],
+) -> None:
+    """Sums ``out`` (n, v) over the patches that reach nodes, and how many these are: those about interior nodes, then others."""
+    a = cells.shape[1]
+    _patches(np.flatnonzero(interior), first, members, interior, cells, x, X, values, TERMS[a], ALL, out, count)
+    left = np.flatnonzero((count == 0) & ~interior)
+    _patches(left, first, members, interior, cells, x, X, values, OUTER_TERMS[a], ITSELF, out, count)
 
 
 def _of_centres(
@@ -214,8 +243,7 @@ def _of_centres(
     """Nodal values (n, v) of patches through the means of the elements, as far as patches about interior nodes reach."""
     out, count = np.zeros((len(x), values.shape[2])), np.zeros(len(x), dtype=np.int64)
     middle, mean = (np.ascontiguousarray(v.mean(axis=1, keepdims=True)) for v in (X, values))
-    a = cells.shape[1]
-    _patches(first, members, interior, cells, x, middle, mean, TERMS[a], OUTER_TERMS[a], out, count)
+    _smooth(first, members, interior, cells, x, middle, mean, out, count)
     return np.asarray(out / np.maximum(count, 1)[:, None])
 
 
@@ -247,8 +275,9 @@ def at_free_edges(
     flows, some_rest = np.asarray(yielded.any(axis=1)), np.asarray(~yielded.all(axis=1))
     nodes = np.flatnonzero(smooth & ~loaded & _around(cells, n, flows) & _around(cells, n, some_rest))
     members, first = _members(cells, n)
-    own = np.zeros_like(nodal)
-    _own(nodes, first, members, x, np.ascontiguousarray(X), np.ascontiguousarray(values), OWN_TERMS[a], own)
+    own, inside = np.zeros_like(nodal), np.zeros(n, dtype=np.bool_)
+    X, values = np.ascontiguousarray(X), np.ascontiguousarray(values)
+    _patches(nodes, first, members, inside, cells, x, X, values, OWN_TERMS[a], OWN, own, np.zeros(n, dtype=np.int64))
     xx, yy, zz, xy = own[nodes].T
     nx, ny = (normal[nodes] / length[nodes, None]).T
     across = xx * nx**2 + 2.0 * xy * nx * ny + yy * ny**2

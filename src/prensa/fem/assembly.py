@@ -21,7 +21,7 @@ from prensa.mesh.mesh import corner_cells
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-CHUNK = 512
+CHUNK = 1024
 
 
 class Pattern(NamedTuple):
@@ -74,24 +74,35 @@ def block_slots(indptr, indices, cells, out, d=2):
                 out[e, i, j] = _find(indptr, indices, d * cells[e, i], d * cells[e, j])
 
 
-@njit(cache=True)
-def scatter_stiffness(K, cells, slot, indptr, data):
+def scatter_stiffness(K: Array, cells: Index, slot: NDArray[np.int32], indptr: NDArray[np.int32], data: Array) -> None:
     """Add K (e, d a, d a) to the matrix values; slot (e, a, a) of `block_slots`, d degrees of freedom a node.
 
     The degrees of freedom of a node are coupled with the same ones: its columns all have the same rows.
     """
+    if K.shape[1] == 2 * cells.shape[1]:
+        _scatter_stiffness(K, cells, slot, indptr, data)
+    else:
+        _scatter_stiffness_in_space(K, cells, slot, indptr, data)
+
+
+@njit(cache=True)
+def _scatter_stiffness_in_space(K, cells, slot, indptr, data):
+    """`scatter_stiffness` for any number of degrees of freedom a node: most runs need not have it compiled."""
     d = K.shape[1] // cells.shape[1]
-    if d != 2:
-        for e in range(K.shape[0]):
-            for j in range(cells.shape[1]):
-                column = d * cells[e, j]
-                length = indptr[column + 1] - indptr[column]
-                for i in range(cells.shape[1]):
-                    k = slot[e, i, j]
-                    for n in range(d):
-                        for m in range(d):
-                            data[k + n * length + m] += K[e, d * i + m, d * j + n]
-        return
+    for e in range(K.shape[0]):
+        for j in range(cells.shape[1]):
+            column = d * cells[e, j]
+            length = indptr[column + 1] - indptr[column]
+            for i in range(cells.shape[1]):
+                k = slot[e, i, j]
+                for n in range(d):
+                    for m in range(d):
+                        data[k + n * length + m] += K[e, d * i + m, d * j + n]
+
+
+@njit(cache=True)
+def _scatter_stiffness(K, cells, slot, indptr, data):
+    """`scatter_stiffness` for two degrees of freedom a node."""
     for e in range(K.shape[0]):
         for j in range(cells.shape[1]):
             column = 2 * cells[e, j]
@@ -104,19 +115,9 @@ def scatter_stiffness(K, cells, slot, indptr, data):
                 data[k + length + 1] += K[e, 2 * i + 1, 2 * j + 1]
 
 
-@njit(cache=True)
-def gather(values, cells, out):
+def gather(values: Array, cells: Index, out: Array) -> None:
     """out[e, a] = values[cells[e, a]] for values (n, d), cells (m, a)."""
-    if values.shape[1] != 2:
-        for e in range(cells.shape[0]):
-            for a in range(cells.shape[1]):
-                for i in range(values.shape[1]):
-                    out[e, a, i] = values[cells[e, a], i]
-        return
-    for e in range(cells.shape[0]):
-        for a in range(cells.shape[1]):
-            out[e, a, 0] = values[cells[e, a], 0]
-            out[e, a, 1] = values[cells[e, a], 1]
+    np.take(values, cells, axis=0, out=out, mode="clip")  # "raise" would copy out
 
 
 @njit(cache=True)
@@ -127,16 +128,27 @@ def scatter_vector(r, dofs, out):
             out[dofs[e, i]] += r[e, i]
 
 
-@njit(cache=True)
-def scatter_forces(r, cells, out):
+def scatter_forces(r: Array, cells: Index, out: Array) -> None:
     """Add the forces r (e, d a) on the nodes of cells (e, a), d degrees of freedom each, to those of all degrees of freedom."""
+    if r.shape[1] == 2 * cells.shape[1]:
+        _scatter_forces(r, cells, out)
+    else:
+        _scatter_forces_in_space(r, cells, out)
+
+
+@njit(cache=True)
+def _scatter_forces_in_space(r, cells, out):
+    """`scatter_forces` for any number of degrees of freedom a node: most runs need not have it compiled."""
     d = r.shape[1] // cells.shape[1]
-    if d != 2:
-        for e in range(r.shape[0]):
-            for a in range(cells.shape[1]):
-                for i in range(d):
-                    out[d * cells[e, a] + i] += r[e, d * a + i]
-        return
+    for e in range(r.shape[0]):
+        for a in range(cells.shape[1]):
+            for i in range(d):
+                out[d * cells[e, a] + i] += r[e, d * a + i]
+
+
+@njit(cache=True)
+def _scatter_forces(r, cells, out):
+    """`scatter_forces` for two degrees of freedom a node."""
     for e in range(r.shape[0]):
         for a in range(cells.shape[1]):
             out[2 * cells[e, a]] += r[e, 2 * a]
@@ -289,8 +301,8 @@ def sweep(
         rows = slice(first, first + CHUNK)
         cells = block.cells[rows]
         k = len(cells)
-        gather(x_n, cells, room.x)
-        gather(du, cells, room.d)
+        gather(x_n, cells, room.x[:k])
+        gather(du, cells, room.d[:k])
         chunk = Chunk(block.X[rows], room.x[:k], room.d[:k], old[rows], new[rows])
         here = at if at.flows is None else at.of(np.arange(first * points, (first + k) * points))
         return block.element.respond(chunk, block.law, here, block.mode, room.first(k), data is not None)

@@ -144,7 +144,7 @@ def on_meshes(system: System, remeshed: Remeshed) -> System:
     offsets, total = {}, 0
     for name, mesh in meshes.items():
         offsets[name], total = total, total + len(mesh.points)
-    x, X = (np.concatenate(list(v)) for v in ([m.points for m in meshes.values()], remeshed.origin.values()))
+    x = np.concatenate([m.points for m in meshes.values()])
     candidates = [_candidates(problem, contact, meshes, offsets, x) for contact in problem.contacts]
     dofs = _dofs(problem, candidates, total, ())
     surfaces = _surfaces(problem, candidates, meshes, offsets, x, dofs)
@@ -152,12 +152,19 @@ def on_meshes(system: System, remeshed: Remeshed) -> System:
     cells = {name: m.cells + offsets[name] for name, m in meshes.items()}
     pattern = _pattern(cells, surfaces, dofs, (), couplings(dofs, _loaded(problem, meshes, offsets, dofs)))
     blocks = [_block(problem, name, cells[name], x, pattern) for name in problem.bodies]
-    blocks = [replace(b, X=X[b.cells], volume=remeshed.volume.get(b.body, b.volume)) for b in blocks]
-    surfaces = [replace(s, X=s.points.at(X)) for s in surfaces]
-    return System(
-        problem, meshes, offsets, X, blocks, system.tools, surfaces, pattern, dofs, courses=system.courses,
+    made = System(
+        problem, meshes, offsets, x, blocks, system.tools, surfaces, pattern, dofs, courses=system.courses,
         first=system.first or system,
     )  # fmt: skip
+    return with_origins(made, remeshed)
+
+
+def with_origins(system: System, remeshed: Remeshed) -> System:
+    """A system on other meshes with its nodes where they are, and the beginnings of the material there of ``remeshed``."""
+    X = np.concatenate(list(remeshed.origin.values()))
+    blocks = [replace(b, X=X[b.cells], volume=remeshed.volume.get(b.body, b.volume)) for b in system.blocks]
+    surfaces = [replace(s, X=s.points.at(X)) for s in system.surfaces]
+    return replace(system, X=X, blocks=blocks, surfaces=surfaces, _volumes={})
 
 
 def _meshes(problem: model.Problem) -> dict[str, Mesh]:

@@ -14,7 +14,7 @@ from prensa.contact.pairing import current_pairs
 from prensa.fem.outlines import contact_edges
 from prensa.fem.system import System
 from prensa.mesh.crossing import apart, left, near
-from prensa.mesh.mesh import boundary_edges, segments
+from prensa.mesh.mesh import segments
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -80,7 +80,7 @@ def outlines(system: System) -> list[Outline]:
     if system.dofs.dimension != 2:
         return []
     return [
-        Outline(body, segments(boundary_edges(mesh.cells)) + system.offsets[body])
+        Outline(body, segments(mesh.boundary) + system.offsets[body])
         for body, mesh in system.meshes.items()
     ]
 

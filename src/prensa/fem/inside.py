@@ -15,7 +15,7 @@ from prensa.contact.integration import depth_of
 from prensa.fem.outlines import named_edges, symmetric
 from prensa.fem.overlap import within
 from prensa.fem.system import System
-from prensa.mesh.mesh import boundary_edges, segments
+from prensa.mesh.mesh import segments
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -96,7 +96,7 @@ def _outlines(system: System) -> tuple[Index, Array, Index]:
     """Nodes (n,) of all outlines in order, the least length or depth (n,) of the elements at them, straight pieces (k, 2)."""
     nodes, sizes, pieces = [], [], []
     for body, mesh in system.meshes.items():
-        edges = boundary_edges(mesh.cells)
+        edges = mesh.boundary
         length = np.hypot(*(mesh.points[edges[:, 1]] - mesh.points[edges[:, 0]]).T)
         h = np.minimum(length, depth_of(edges, mesh.cells, mesh.points))
         size = np.full(len(mesh.points), np.inf)
@@ -189,7 +189,7 @@ def engulfed(system: System) -> list[tuple[str, str]]:
         place = middle + tool.at + system.place_of(t, u)[: system.dofs.dimension]
         meant = {name for entry in system.problem.no_contact if entry.against == tool.name for name in entry.surface}
         for body, mesh in system.meshes.items():
-            own, edges = x[system.offsets[body] :][: len(mesh.points)], segments(boundary_edges(mesh.cells))
+            own, edges = x[system.offsets[body] :][: len(mesh.points)], segments(mesh.boundary)
             if body not in meant and within(place, own[edges[:, 0]], own[edges[:, 1]]).all():
                 out.append((tool.name, body))
     return out

@@ -18,7 +18,7 @@ from prensa.fem.discretise import discretise
 from prensa.fem.outlines import symmetry_lines
 from prensa.fem.state import State
 from prensa.fem.system import System
-from prensa.mesh.mesh import boundary_edges, segments
+from prensa.mesh.mesh import segments
 from prensa.model import problem as model
 from prensa.model.names import SYMMETRY
 from prensa.registry import DOORS
@@ -142,7 +142,7 @@ def _stands(system: System, body: str, axis: int, at: float, side: float) -> boo
 
 def _free(system: System, line: Line, body: str, x: Array) -> Index:
     """Segments (k, 2) of a body's outline both ends of which are off a line."""
-    ends = segments(boundary_edges(system.meshes[body].cells)) + system.offsets[body]
+    ends = segments(system.meshes[body].boundary) + system.offsets[body]
     off = line.distance(x[ends]) > ON_LINE * system.length
     return np.asarray(ends[off.all(axis=1)])
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.mesh.mesh import Mesh, MeshError, boundary_edges, keys
+from prensa.mesh.mesh import Mesh, MeshError, keys
 from prensa.model import problem as model
 
 Array = NDArray[np.float64]
@@ -51,7 +51,7 @@ def named_edges(mesh: Mesh, names: tuple[str, ...]) -> Index:
     for s in names:
         _, dot, edge = s.partition(".")
         if not dot:
-            parts.append(boundary_edges(mesh.cells))
+            parts.append(mesh.boundary)
             continue
         mesh.nodes(edge, s)
         if edge not in mesh.edges:
@@ -66,7 +66,7 @@ def _keys(edges: Index, mesh: Mesh) -> Index:
 
 def _rest_of_outline(problem: model.Problem, contact: model.Contact, body: str, meshes: dict[str, Mesh]) -> Index:
     """The outline of a body without the sides that are named for the same tool, and without what can touch nothing."""
-    mesh, outline = meshes[body], boundary_edges(meshes[body].cells)
+    mesh, outline = meshes[body], meshes[body].boundary
     entries: tuple[model.Contact | model.NoContact, ...] = (*problem.contacts, *problem.no_contact)
     for entry in entries:
         named = tuple(s for s in entry.surface if s.startswith(f"{body}."))
@@ -83,7 +83,7 @@ def _rest_of_outline(problem: model.Problem, contact: model.Contact, body: str, 
 
 def symmetry_lines(problem: model.Problem, body: str, mesh: Mesh) -> set[tuple[int, float]]:
     """Lines (axis of the normal, place) all outline on which is held along the normal in all steps, and not along itself."""
-    edges, held = boundary_edges(mesh.cells)[:, :2], _held(problem, body, mesh)
+    edges, held = mesh.boundary[:, :2], _held(problem, body, mesh)
     ends, out, near = mesh.points[edges], set(), 1e-9 * float(np.ptp(mesh.points, axis=0).max())
     for axis in (0, 1):
         flat = np.ptp(ends[..., axis], axis=1) <= near

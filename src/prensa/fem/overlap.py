@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from prensa.fem.outlines import distance
 from prensa.fem.system import System
-from prensa.mesh.mesh import boundary_edges, segments
+from prensa.mesh.mesh import segments
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -75,7 +75,7 @@ def neighbours(system: System) -> Iterator[Overlap]:
 def _outline(system: System, body: str, x: Array) -> _Outline:
     mesh = system.meshes[body]
     own = x[system.offsets[body] :][: len(mesh.points)]
-    edges = segments(boundary_edges(mesh.cells))
+    edges = segments(mesh.boundary)
     places = np.concatenate([own[np.unique(edges)], own[mesh.cells].mean(axis=1)])
     return _Outline(body, places, own, edges, float(np.hypot(*(own[edges[:, 1]] - own[edges[:, 0]]).T).min()))
 

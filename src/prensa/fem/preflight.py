@@ -25,7 +25,6 @@ from prensa.fem.sizes import elements_asked, least_size, section_area
 from prensa.fem.surface import Surface
 from prensa.fem.system import System
 from prensa.materials.flow_curve import stress_at
-from prensa.mesh.mesh import boundary_edges
 from prensa.mesh.quality import quality
 from prensa.mesh.triangulate import NO_MESHER, has_mesher
 from prensa.model import problem as model
@@ -85,7 +84,7 @@ def _remeshing(system: System) -> Iterator[Notice]:
                 f"has {most} at most: write {0.02 * width:.2g}, say, or leave it out",
                 fatal=True,
             )
-        outline = boundary_edges(mesh.cells)
+        outline = mesh.boundary
         for name, node in mesh.corners.items():
             if node in outline:
                 continue

@@ -17,7 +17,7 @@ from prensa.contact.integration import node_normals
 from prensa.contact.pairing import current_pairs
 from prensa.contact.record import ContactRecord
 from prensa.fem.assembly import Block
-from prensa.fem.discretise import on_meshes
+from prensa.fem.discretise import on_meshes, with_origins
 from prensa.fem.planning import plan_step
 from prensa.fem.remeshed import Remeshed, stored
 from prensa.fem.schedule import Prescribed, StepPlan
@@ -103,7 +103,7 @@ def carried_over(system: System, state: State, meshes: dict[str, Mesh], bodies: 
         if s.multipliers is not None:
             s.multipliers.of(u)[:] = lam[s.rows] * (s.points.depth / s.modulus)[:, None]
     release = None if state.release is None else nodal.handed_over(state.release, new.positions(u))
-    return on_meshes(system, remeshed), replace(
+    return with_origins(new, remeshed), replace(
         state, u=u, du=nodal.carried(state.du), second_difference=np.zeros(new.ndof), history=histories, contact=record,
         lam=lam, work=np.zeros(new.ndof), step_start=nodal.carried(state.step_start), release=release,
         clock=state.clock._replace(damping=0.0), remeshed=remeshed,

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from prensa.contact.recovery import recover
 from prensa.fem.state import State
 from prensa.fem.system import System
-from prensa.mesh.mesh import areas, boundary_edges, corner_cells, segments
+from prensa.mesh.mesh import areas, corner_cells, segments
 from prensa.model.remeshing import Sizes, remeshing_of
 
 Array = NDArray[np.float64]
@@ -26,6 +26,7 @@ SMALLEST_SIZE = 1 / 8  # smallest elements over those at tools
 SLOPE = 0.25  # growth of sizes over the way
 NEIGHBOURS = 32  # nodes of the outline that are looked at for the size at a place
 BENT = 0.15  # turn (rad) of an outline between neighbouring sides from which its curvature counts
+LARGE = 1.5  # size of an element over that asked for from which it is much too large: new meshes have hardly any
 BACK = -0.7  # cosine between normals of sides that face away from each other
 
 
@@ -94,7 +95,7 @@ class SizeField:
     @cached_property
     def _outline(self) -> tuple[Array, Array]:
         """Places (k, 2) on the outline, and sizes (k,) that its curvature and the thickness of the body there ask for."""
-        x, edges = self.positions, boundary_edges(self.system.meshes[self.body].cells)
+        x, edges = self.positions, self.system.meshes[self.body].boundary
         h = np.minimum(_by_thickness(x, segments(edges), self.asked.across), self._by_curvature(x, edges))
         small = h < self.far
         return x[edges[small, 2]], np.maximum(h[small], self.least)
@@ -163,7 +164,7 @@ def elements_asked(system: System, body: str) -> tuple[float, str]:
     assert asked is not None
     sizes = SizeField(system, system.initial(), body, asked.size, section_area(system, body))
     mesh = system.meshes[body]
-    edges = boundary_edges(mesh.cells)
+    edges = mesh.boundary
     length = np.hypot(*(mesh.points[edges[:, 1]] - mesh.points[edges[:, 0]]).T)
     with np.errstate(over="ignore", divide="ignore"):
         inner = float(np.float64(sizes.area) / sizes.far / sizes.far) * 4 / np.sqrt(3)
@@ -171,17 +172,24 @@ def elements_asked(system: System, body: str) -> tuple[float, str]:
     return (inner, "far") if inner >= skin else (skin, "near_tools")
 
 
-def coarseness(field: SizeField) -> float:
-    """Largest size of an element over that asked for at its middle."""
+def coarseness(field: SizeField) -> Array:
+    """Sizes (m,) of the elements of a body over those asked for at their middles."""
     mesh = field.system.meshes[field.body]
     x = field.positions[corner_cells(mesh.cells)]
     size = np.sqrt(4 / np.sqrt(3) * areas(field.positions, mesh.cells))
-    return float((size / field(x.mean(axis=1))).max())
+    return np.asarray(size / field(x.mean(axis=1)))
+
+
+def mismatch(field: SizeField) -> tuple[float, float]:
+    """Share of the elements asked for that lie in ones more than `LARGE` times as large, and elements over those asked for."""
+    ratio = coarseness(field)
+    asked = ratio**2
+    return float(asked[ratio > LARGE].sum() / asked.sum()), len(ratio) / float(asked.sum())
 
 
 def least_at_tools(field: SizeField) -> float:
     """Smallest size that tools ask for on the outline of a body."""
-    nodes = np.unique(boundary_edges(field.system.meshes[field.body].cells))
+    nodes = np.unique(field.system.meshes[field.body].boundary)
     return float(field.by_tools(field.positions[nodes]).min())
 
 

@@ -30,6 +30,7 @@ from prensa.model import problem as model
 from prensa.tools.place import PlacedTool
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 NOTHING = 1e-8  # share of all forces below which there is nothing to let go: the residual of a converged state
 
@@ -92,10 +93,14 @@ class Earlier:
             if before is None:
                 contact.coordinate[s.rows] = system.pairs(s, u).s
                 continue
-            contact = contact.replaced(s.rows, self.state.contact.of(before.rows))
-            lam[s.rows] = self.state.lam[before.rows]
-            if s.exact:
-                u[s.unknowns] = self.state.u[before.unknowns]
+            here, there = _same_points(s, before)
+            if len(here) < len(s.points):
+                contact.coordinate[s.rows] = system.pairs(s, u).s
+            rows, old = s.first + here, before.first + there
+            contact = contact.replaced(rows, self.state.contact.of(old))
+            lam[rows] = self.state.lam[old]
+            if s.multipliers is not None and before.multipliers is not None:
+                u[s.multipliers.dofs(here)] = self.state.u[before.multipliers.dofs(there)]
         state = replace(new, u=u, step_start=u.copy(), history=tuple(history), contact=contact, lam=lam)
         return self._balanced(system, state)
 
@@ -157,6 +162,20 @@ class Earlier:
                 number = list(self.system.problem.tools).index(tool.name)
                 out[system.dofs.tool.dofs(t)] = self.system.place_of(number, values)
         return out
+
+
+def _same_points(s: Surface, before: Surface) -> tuple[Index, Index]:
+    """Numbers (k,), (k,) of the points that two contacts share, by place and normal; a support let go adds some to a side."""
+    old: dict[bytes, list[int]] = {}
+    for number, place in enumerate(np.hstack([before.X, before.normal])):
+        old.setdefault(place.tobytes(), []).append(number)
+    same = [
+        (number, old[key].pop(0))
+        for number, place in enumerate(np.hstack([s.X, s.normal]))
+        if old.get(key := place.tobytes())
+    ]
+    here, there = np.array(same, dtype=np.int64).reshape(-1, 2).T
+    return here, there
 
 
 def _at_rest(

@@ -75,7 +75,9 @@ def return_map(
 def _tractions(trial, size, tau, dtau_p, D, k_t, touching, slip, t, dt_dp, dt_dg):
     """Trial tractions → tractions on the bound or below it and their derivatives, which are zero where nothing touches."""
     d = trial.shape[1]
-    for k in np.flatnonzero(touching):
+    for k in range(len(touching)):
+        if not touching[k]:
+            continue
         theta = tau[k] / size[k] if slip[k] else 1.0
         for i in range(d):
             t[k, i] = theta * trial[k, i]

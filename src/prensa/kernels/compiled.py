@@ -36,15 +36,19 @@ event.register("numba:compile", _Uncollected())
 def njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """``numba.njit`` that lets other threads run meanwhile, and does without its cache where there is no place for it.
 
+    What is inlined by force and has a name with an underscore is called by kernels alone: the wrapper with which Python calls
+    it, a fifth of its compilation, is left out. Python must not call it.
+
     That is where neither the package nor the user's cache folder can be written: Numba refuses to define such a function, so that
     a package in a read-only place could not even be imported.
     """
-    options = {"nogil": True} | options
 
     def kernel(function: Callable[..., Any]) -> Any:
+        within = bool(options.get("forceinline")) and function.__name__.startswith("_")
+        own = {"nogil": True, "no_cfunc_wrapper": True, "no_cpython_wrapper": within} | options
         try:
-            return numba.njit(**options)(function)
+            return numba.njit(**own)(function)
         except RuntimeError:  # no place for the cache; anything else is raised again below
-            return numba.njit(**options | {"cache": False})(function)
+            return numba.njit(**own | {"cache": False})(function)
 
     return kernel

@@ -37,10 +37,8 @@ def principal(b11: float, b22: float, b12: float) -> tuple[float, float, float, 
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def push_forward(h, old, i):
-    """B = f B_n fᵀ + h + hᵀ + h hᵀ with B = b − I: 11, 22, 33, 12 at point i of h (n, 5), old (n, ≥4)."""
-    h11, h12, h21, h22, h33 = h[i, 0], h[i, 1], h[i, 2], h[i, 3], h[i, 4]
-    o11, o22, o33, o12 = old[i, 0], old[i, 1], old[i, 2], old[i, 3]
+def push_forward(h11, h12, h21, h22, h33, o11, o22, o33, o12):
+    """B = f B_n fᵀ + h + hᵀ + h hᵀ with B = b − I: 11, 22, 33, 12 of f = I + h, B_n = I + o."""
     f11, f22, f33 = 1.0 + h11, 1.0 + h22, 1.0 + h33
     a11 = f11 * o11 + h12 * o12
     a12 = f11 * o12 + h12 * o22
@@ -61,9 +59,9 @@ def trial_finite(h, old, eps, frame, failed):
     principal direction, b − I principal (3), J_n = √det b_n; failed (n,) is set where f or b has no positive determinant.
     """
     for i in range(h.shape[0]):
-        b11, b22, b33, b12 = push_forward(h, old, i)
         h11, h12, h21, h22, h33 = h[i, 0], h[i, 1], h[i, 2], h[i, 3], h[i, 4]
         f33, o11, o22, o33, o12 = 1.0 + h33, old[i, 0], old[i, 1], old[i, 2], old[i, 3]
+        b11, b22, b33, b12 = push_forward(h11, h12, h21, h22, h33, o11, o22, o33, o12)
         l1, l2, c, s = principal(b11, b22, b12)
         jac = det_minus_one(h11, h12, h21, h22, h33)
         d = (1.0 + o11) * (1.0 + o22) - o12 * o12
@@ -231,11 +229,13 @@ def keep_trial(h, old, first, new, finite):
                 new[i, 6 + k] = new[i, k]
             continue
         if finite:
-            new[i, 6], new[i, 7], new[i, 8], new[i, 9] = push_forward(h, old[:, first:], i)
+            new[i, 6], new[i, 7], new[i, 8], new[i, 9] = push_forward(
+                h[i, 0], h[i, 1], h[i, 2], h[i, 3], h[i, 4],
+                old[i, first], old[i, first + 1], old[i, first + 2], old[i, first + 3],
+            )  # fmt: skip
         else:
-            was = old[i, first:]
-            new[i, 6], new[i, 7], new[i, 8] = was[0] + h[i, 0], was[1] + h[i, 3], was[2] + h[i, 4]
-            new[i, 9] = was[3] + 0.5 * (h[i, 1] + h[i, 2])
+            new[i, 6], new[i, 7] = old[i, first] + h[i, 0], old[i, first + 1] + h[i, 3]
+            new[i, 8], new[i, 9] = old[i, first + 2] + h[i, 4], old[i, first + 3] + 0.5 * (h[i, 1] + h[i, 2])
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)

@@ -26,24 +26,28 @@ def _steps(f, slope, curvature):
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _return(todo, q, jac, G, kind, p, knots, coefs, old, column, dt, delta, y, dy):
+def _return(todo, left, q, jac, G, kind, p, knots, coefs, old, column, dt, delta, y, dy):
     """Roots Δ of f = q − 3GΔ − J σ_y(a₀ + Δ) = 0 in (0, q/3G) by safeguarded steps of Halley (1694), with σ_y and its slope.
 
-    todo: numbers of the points, overwritten; q, jac (n,); delta, y, dy (n,): starts, replaced by the roots (NaN if one does not
-    come), and the curve there. The last step is taken with the curve's Taylor polynomial of second degree at hand: on curves
-    without kinks when what it neglects, some σ_y′/x² of the step's third power, is round-off; on others below a relative 1e-8.
+    todo: numbers of the points, the first ``left`` of it, overwritten; q, jac (n,); delta, y, dy (n,): starts, replaced by the
+    roots (NaN if one does not come), and the curve there. The last step is taken with the curve's Taylor polynomial of second
+    degree at hand: on curves without kinks when what it neglects, some σ_y′/x² of the step's third power, is round-off; on others
+    below a relative 1e-8.
 
     A start Δ ≤ 0 is one of a point made to flow below the surface: its root is sought in (−q/3G, 0).
 
     Iterations go over all points, not the other way round: those of one point wait for each other, those of many overlap.
     """
-    lo, hi = np.zeros(len(q)), q / (3.0 * G)
-    for i in todo:
-        if delta[i] <= 0.0:
-            lo[i], hi[i] = -hi[i], 0.0
+    lo, hi = np.empty(len(q)), np.empty(len(q))
+    for k in range(left):
+        i = todo[k]
+        far = q[i] / (3.0 * G)
+        lo[i], hi[i] = (-far, 0.0) if delta[i] <= 0.0 else (0.0, far)
     for _ in range(200):
-        left = 0
-        for k in range(len(todo)):
+        if left == 0:
+            return
+        number, left = left, 0
+        for k in range(number):
             i = todo[k]
             x = delta[i]
             s, ds, dds = flow_stress(kind, p, knots, coefs, old[i, column] + x, x, dt)
@@ -64,11 +68,8 @@ def _return(todo, q, jac, G, kind, p, knots, coefs, old, column, dt, delta, y, d
             delta[i] = x + step if lo[i] < x + step < hi[i] else 0.5 * (lo[i] + hi[i])
             todo[left] = i
             left += 1
-        todo = todo[:left]
-        if left == 0:
-            return
-    for i in todo:
-        delta[i] = math.nan
+    for k in range(left):
+        delta[todo[k]] = math.nan
 
 
 @njit(cache=True, error_model="numpy")
@@ -85,7 +86,7 @@ def j2(
     """
     size = eps.shape[0]
     curve = (p[0], p[1], p[2], p[3], p[4])
-    qs, jacs, deltas = np.empty(size), np.empty(size), np.zeros(size)
+    qs, jacs, deltas = np.empty(size), np.empty(size), np.empty(size)
     y0s, ys, dys = np.empty(size), np.empty(size), np.empty(size)
     todo, flowing = np.empty(size, dtype=np.int64), 0
     for i in range(size):
@@ -94,7 +95,7 @@ def j2(
         q = 2.0 * G * math.sqrt(1.5 * (e0 * e0 + e1 * e1 + e2 * e2))
         jac = math.exp(tr) if cauchy else 1.0
         y0, dy0, ddy0 = flow_stress(kind, curve, knots, coefs, old[i, column], 0.0, dt)
-        qs[i], jacs[i], y0s[i], ys[i], dys[i] = q, jac, y0, y0, dy0
+        qs[i], jacs[i], deltas[i], y0s[i], ys[i], dys[i] = q, jac, 0.0, y0, y0, dy0
         f = q - jac * y0
         # a committed state that flowed is on the yield surface but for round-off, which is not to say whether it flows on
         flows = held[i] if len(held) else f > ON_SURFACE * q
@@ -106,7 +107,7 @@ def j2(
                 deltas[i] = min(f / slope, 0.0)
             todo[flowing] = i
             flowing += 1
-    _return(todo[:flowing], qs, jacs, G, kind, curve, knots, coefs, old, column, dt, deltas, ys, dys)
+    _return(todo, flowing, qs, jacs, G, kind, curve, knots, coefs, old, column, dt, deltas, ys, dys)
     for i in range(size):
         tr = eps[i, 0] + eps[i, 1] + eps[i, 2]
         s = (2.0 * G * (eps[i, 0] - tr / 3.0), 2.0 * G * (eps[i, 1] - tr / 3.0), 2.0 * G * (eps[i, 2] - tr / 3.0))

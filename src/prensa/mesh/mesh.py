@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from copy import copy
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -63,7 +64,19 @@ class Mesh:
             raise MeshError(
                 f"{f'{written!r}: ' * bool(written)}unknown boundary {name!r}{suggest(name, [*self.edges, *self.corners])}"
             )
-        return ordered_nodes(self.edges[name])
+        if name not in self._walked:
+            self._walked[name] = ordered_nodes(self.edges[name])
+        return self._walked[name].copy()
+
+    @cached_property
+    def _walked(self) -> dict[str, Index]:
+        """Nodes of boundaries in order, as they are asked for: at every step and by every check of it."""
+        return {}
+
+    @cached_property
+    def boundary(self) -> Index:
+        """`boundary_edges` of its cells."""
+        return boundary_edges(self.cells)
 
 
 def displaced(mesh: Mesh, points: Array) -> Mesh:
@@ -77,6 +90,7 @@ def renumbered(mesh: Mesh, cells: Index) -> Mesh:
     """The mesh with the nodes of each cell counted from another of its corners."""
     turned = copy(mesh)
     object.__setattr__(turned, "cells", cells)
+    turned.__dict__.pop("boundary", None)  # it begins elsewhere
     return turned
 
 

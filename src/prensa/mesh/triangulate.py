@@ -84,18 +84,16 @@ def _triangles(points: Array, edges: Index, size: SizeOf) -> tuple[Array, Index]
     h = np.zeros(n)
     np.add.at(h, edges, 0.5 * length[:, None])
     try:
-        first = _given(points, _between(points, edges), edges, np.arange(1, n + 1), h)
-        first.remesh(hgrad=GROWTH, verbose=-1, nosurf=1)
-        vertices, triangles = first.get_vertices(), first.get_triangles()
-        some, refs = first.get_edges_with_refs()
-        refs = np.asarray(refs)
+        mesh = _given(points, _between(points, edges), edges, h)
+        mesh.remesh(hgrad=GROWTH, verbose=-1, nosurf=1)
+        vertices = mesh.get_vertices()
         target, number = size(vertices), _numbers(vertices, points)
         target[number] = h  # at the outline sizes are those of its sides
-        again = _given(vertices, triangles, some[refs > 0], refs[refs > 0], target)
-        again.remesh(hgrad=GROWTH, hgradreq=GROWTH, verbose=-1, nosurf=1)
+        mesh["metric"] = np.ascontiguousarray(target[:, None])  # MMG clears megabytes for every mesh: the same one goes on
+        mesh.remesh(hgrad=GROWTH, hgradreq=GROWTH, verbose=-1, nosurf=1)
     except RuntimeError as error:
         raise TriangulationError(f"MMG makes no mesh of the outline ({error})") from None
-    return _ordered(again.get_vertices(), again.get_triangles().astype(np.int64), points, edges)
+    return _ordered(mesh.get_vertices(), mesh.get_triangles().astype(np.int64), points, edges)
 
 
 def _between(points: Array, edges: Index) -> Index | None:
@@ -121,14 +119,14 @@ def _between(points: Array, edges: Index) -> Index | None:
     return np.array([[number[x, y] for x, y in corner] for corner in corners.tolist()], dtype=np.int64)
 
 
-def _given(vertices: Array, triangles: Index | None, edges: Index, refs: Index, h: Array) -> Any:
+def _given(vertices: Array, triangles: Index | None, edges: Index, h: Array) -> Any:
     """A mesh of MMG with the edges of the outline to be kept, and sizes h at the vertices."""
     mesh = mesher()()
     mesh.set_mesh_size(vertices=len(vertices), triangles=0 if triangles is None else len(triangles), edges=len(edges))
     mesh.set_vertices(np.ascontiguousarray(vertices))
     if triangles is not None:
         mesh.set_triangles(triangles.astype(np.int32))
-    mesh.set_edges(edges.astype(np.int32), refs)
+    mesh.set_edges(edges.astype(np.int32), np.arange(1, len(edges) + 1))
     mesh.set_required_edges(np.arange(len(edges), dtype=np.int32))
     mesh.set_required_vertices(np.unique(edges).astype(np.int32))
     mesh["metric"] = np.ascontiguousarray(h[:, None])

@@ -32,7 +32,7 @@ class Sizes:
 
 
 def _travel_kind(value: Any) -> str:
-    return "word" if value == "auto" else "length"
+    return "word" if isinstance(value, str) and value == "auto" else "length"  # arrays are equal to a word in each item
 
 
 Travel = Annotated[
@@ -46,7 +46,8 @@ class When:
     """What makes a new mesh due.
 
     ``quality``: a shape measure (1: equilateral, 0: folded) of the worst element below this; ``travel``: of a tool since the
-    last mesh (``auto``: 2.5 of the smallest elements); ``failure``: an increment that fails is tried again with a new mesh.
+    last mesh (``auto``: after each 2.5 of the smallest elements, if shapes or sizes leave something to gain); ``failure``: an
+    increment that fails is tried again with a new mesh.
     """
 
     quality: Annotated[Number, Field(ge=0, le=0.5)] = 0.35

@@ -233,7 +233,7 @@ def _complete_rows(path: Path) -> tuple[list[str], list[list[str]]]:
         text = path.read_text(encoding="utf-8")
         rows = list(csv.reader(text[: text.rfind("\n") + 1].splitlines()))
     except (UnicodeDecodeError, csv.Error) as error:
-        raise PrensaError(f"{path}: the table is damaged ({error}); run the case again") from None
+        raise PrensaError(f"{path}: the table is damaged ({str(error)[:200]}); run the case again") from None
     if not rows:
         raise PrensaError(f"{path}: the table is empty, even of column names; run the case again")
     return rows[0], [r for r in rows[1:] if len(r) == len(rows[0])]
@@ -245,7 +245,7 @@ def _read(path: Path) -> dict[str, NDArray[Any]]:
     try:
         return Contents(path, {name: np.array(values, dtype=_kind(name)) for name, values in zip(header, columns)})
     except (ValueError, OverflowError) as error:
-        raise PrensaError(f"{path}: the table is damaged ({error}); run the case again") from None
+        raise PrensaError(f"{path}: the table is damaged ({str(error)[:200]}); run the case again") from None
 
 
 def _kind(name: str) -> type:

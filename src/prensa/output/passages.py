@@ -56,8 +56,12 @@ def restored(directory: Path, system: System, clock: Clock) -> Passages:
     """What has passed in the run in *directory* up to where its checkpoint stands, from its tables."""
     passages, last = Passages(system), clock.number
     number = {step.name: k for k, step in enumerate(system.problem.steps)}
+    table = read_history(directory)
+    done = table["increment"] <= last
+    for name in system.problem.tools:
+        if any(np.any(table[f"{name}.{c}"][done]) for c in ("fx", "fy") if f"{name}.{c}" in table):
+            passages.met.add(name)
     if passages.count and (directory / PASSAGES).is_file():
-        table = read_history(directory)
         more = read_passages(directory)
         rows = {int(n): k for k, n in enumerate(more["increment"])}
         after = [*(number[str(step)] for step in table["step"][1:]), clock.step]  # step of what follows each row

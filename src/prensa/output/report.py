@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import importlib.util
 import json
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 from importlib import resources
@@ -78,6 +79,8 @@ def stored_run(directory: Path) -> Stored:
 
 def number(value: float, digits: int = 5) -> str:
     """*value* for a reader: significant digits, powers of ten only where zeros would fill the cell, a true minus sign."""
+    if not math.isfinite(value):  # of a table that was damaged
+        return "—"
     if value == 0 or 1e-3 <= abs(value) < 1e7:
         text = f"{value:.{digits}g}" if abs(value) < 10**digits else f"{value:.0f}"
         return text.replace("-", "−")
@@ -175,6 +178,9 @@ def _words(summary: dict[str, Any], stored: Stored, case: Case) -> Iterator[str]
         )
     else:
         yield "Every increment converged at its full length."
+    if "remeshings" in history and (made := int(history["remeshings"][-1])):
+        spent, wall = summary["timings"].get("remeshing", 0.0), totals["wall_seconds"]
+        yield f"{made} new meshes took {100 * spent / wall if wall else 0:.0f} % of the time."
     asked, got = summary["convergence"]["tolerance"], summary["convergence"]["max_residual"]
     yield f"Forces balance to {number(got, 2)} of their size at worst ({number(asked, 2)} was asked for)."
     largest = max(float(np.abs(history[f"energy.{e}"]).max()) for e in energies_of(case.problem) if e != "imbalance")

@@ -206,7 +206,7 @@ class Factorisation:
     make all of one unit, so that pivots and residuals do not depend on it.
 
     ``made_from`` (nnz,): values in single precision, scaled, of the matrix whose factors are at hand; None where these are of
-    double precision. ``own``: whether they were made since `begin`.
+    double precision.
     """
 
     def __init__(
@@ -233,15 +233,18 @@ class Factorisation:
         self._factors: dict[tuple[str, str], Factor] = {}
         self._solve: Solve | None = None
         self.made_from: Single | None = None
-        self.own, self._single = False, True
+        self._own, self._single = False, True
         self._matrix: Any = None
+        self._to_check: Any = None  # the matrix of factors in single precision of which it is not known what they tell
+        self._telling = True
 
     def begin(self, made_from: Single | None = None) -> None:
         """Forget factors and fallbacks of earlier attempts, so that an attempt depends on its arguments alone.
 
         made_from: values of single precision whose factors an attempt begins with; if they are not at hand they are made again.
         """
-        self.order, self._single, self.own, self._matrix = list(self.first), True, False, None
+        self.order, self._single, self._own, self._matrix = list(self.first), True, False, None
+        self._to_check = None
         if made_from is not None and made_from is self.made_from and self._solve is not None:
             return
         self._solve, self.made_from = None, None
@@ -259,6 +262,15 @@ class Factorisation:
     def factored(self) -> bool:
         """Whether there are factors of an earlier `solve` of this attempt to use `again`."""
         return self._solve is not None
+
+    @property
+    def own(self) -> bool:
+        """Whether the factors were made since `begin`, and are so near their matrix that they tell its softest modes."""
+        if self._own and self._to_check is not None:
+            assert self._solve is not None
+            self._telling = departure(self._to_check, self._solve) <= self.policy.telling
+            self._to_check = None
+        return self._own and self._telling
 
     @property
     def positive(self) -> bool:
@@ -314,7 +326,7 @@ class Factorisation:
 
     def _in_single(self, A: Any, b: Array, share: float) -> Array | None:
         """As `step`, by factors in single precision, which stay; None where they do not lead to it."""
-        self._solve, self.made_from = None, None
+        self._solve, self.made_from, self._to_check = None, None, None
         with np.errstate(over="ignore"):
             single = A.data.astype(np.float32)
         if not np.isfinite(single).all():
@@ -322,7 +334,7 @@ class Factorisation:
         solve = self._of_single(single)
         x = None if solve is None else krylov(A, solve, b, self.policy.krylov, share)
         if x is not None:
-            self._solve, self.made_from, self.own = solve, single, True
+            self._solve, self.made_from, self._own, self._to_check = solve, single, True, A
         return x
 
     def _of_single(self, values: Single) -> Solve | None:
@@ -370,7 +382,8 @@ class Factorisation:
     def _checked(self, A: Any, norm: float, values: Array, b: Array) -> Array:
         """Solution by the solver in turn, refined as needed; raises `ArithmeticError` if its residual stays too large."""
         policy = self.policy
-        self._solve, self.made_from, self._matrix = None, None, None  # the old factors go before the new ones come
+        # the old factors go before the new ones come
+        self._solve, self.made_from, self._matrix, self._to_check = None, None, None, None
         solve = self._factor()(values)
         x = np.asarray(solve(b))
         for _ in range(policy.refinements):
@@ -381,7 +394,7 @@ class Factorisation:
             x = x + np.asarray(solve(r))
         if not error <= policy.backward_error:
             raise ArithmeticError(f"backward error {error:.1e}")
-        self._solve, self.own = solve, True
+        self._solve, self._own, self._telling = solve, True, True
         return x
 
 
@@ -419,6 +432,21 @@ def krylov(A: Any, solve: Solve, b: Array, most: int, share: float) -> Array | N
             return None
         V.append(w / H[j + 1, j])
     return None
+
+
+def departure(A: Any, solve: Solve, sweeps: int = 2) -> float:
+    """|A x − b| / |b| where factors of a matrix near A say A x = b and x is the softest of its modes, by inverse iteration.
+
+    Above 1 those factors may have the wrong sign of that mode's stiffness, far below it they have the right one.
+    """
+    x = np.random.default_rng(0).standard_normal(A.shape[0])
+    b = x
+    for _ in range(sweeps):
+        b = x / length(x)
+        x = solve(b)
+        if not np.isfinite(x).all() or not x.any():
+            return np.inf
+    return length(A @ x - b)
 
 
 def product(a: Array, b: Array) -> float:

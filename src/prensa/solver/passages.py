@@ -28,7 +28,8 @@ class Passages:
 
     Means weigh increments by what passed in them, so that neither their length nor a dwell enters; no window reaches over the
     beginning of a step, where what is prescribed changes. Where a quantity belongs to several contacts (supports, tools),
-    that with the longest window counts. ``count``: elements that have passed in the whole run, by contact.
+    that with the longest window counts. ``count``: elements that have passed in the whole run, by contact; ``met``: tools that
+    have touched something in it.
 
     Nothing here enters a solution: a run that is continued goes on from the rows that it has written (`restore`).
     """
@@ -36,6 +37,7 @@ class Passages:
     def __init__(self, system: System) -> None:
         surfaces = passable(system)
         self.count = {s.name: 0.0 for s in surfaces}
+        self.met: set[str] = set()
         self._contacts = {s.name: (system.tools[s.tool].name, plastic(system, s.body)) for s in surfaces}
         self._owners: dict[str, list[str]] = {}
         for s in surfaces:

@@ -247,7 +247,13 @@ class Policy:
 
     # ---------------------------------------------------------------------------------------------------- remeshing
     remesh_travel: float = 2.5
-    """Way of a tool, in smallest elements, after which a mesh is made anew."""
+    """Way of a tool, in smallest elements, after which a mesh is looked at, and made anew if it can be better."""
+    good_shape: float = 0.6
+    """Least shape measure that new meshes begin with, or better: one that still has it has nothing to gain from another one."""
+    ill_sized: float = 0.05
+    """Share of the elements asked for that are missing where elements are much too large from which a mesh is made anew."""
+    too_many: float = 1.5
+    """Elements over those asked for from which a mesh is made anew."""
     too_coarse: float = 2.0
     """Size of an element of the first mesh over that asked for from which the run begins with a new mesh."""
     worn_share: float = 0.7
@@ -298,6 +304,8 @@ class Policy:
     """… but never to less than this part of it …"""
     most_forcing: float = 1e-4
     """… nor more than this."""
+    telling: float = 0.1
+    """Relative error of factors in single precision in the softest mode up to which they tell how many modes are negative."""
     alike: float = 0.02
     """Relative residual of an iterate up to which its matrix is expected to be close to the one before."""
 

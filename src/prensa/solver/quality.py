@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,13 +39,13 @@ def quality_warnings(system: System, c: Context, e: Evaluation, residual: float,
             )
 
 
-def untouched_tools(system: System, ever: NDArray[np.bool_], planes: Sequence[str] = ()) -> Iterator[str]:
-    """Tools of contacts that met nothing in a whole run; ever (points,): points that were closed at some increment's end.
+def untouched_tools(system: System, met: Set[str], planes: Sequence[str] = ()) -> Iterator[str]:
+    """Tools of contacts that met nothing in a whole run; met: those that did.
 
     planes: tools that stand for lines of symmetry, of which nothing is to be said.
     """
     for t, tool in enumerate(system.tools):
         own = [s for s in system.surfaces if s.tool == t and tool.name not in planes]
-        if own and not any(ever[s.rows].any() for s in own):
+        if own and tool.name not in met:
             surfaces = ", ".join(repr("+".join(s.description.surface)) for s in own)
             yield f"tool {tool.name!r} never touched {surfaces}: its forces are zero because it met nothing"

@@ -96,7 +96,7 @@ class Factors(Protocol):
 
     @property
     def own(self) -> bool:
-        """Whether they were made in this attempt."""
+        """Whether they were made in this attempt, and are exact enough to tell the softest modes."""
 
     @property
     def made_from(self) -> Single | None:

@@ -20,7 +20,7 @@ from prensa.fem.discretise import on_meshes
 from prensa.fem.interaction import Branches, Overrides, Part, Request, Response
 from prensa.fem.renewal import check_mesher, least_shape, present_plan, renewed
 from prensa.fem.schedule import StepPlan
-from prensa.fem.sizes import SizeField, coarseness, least_at_tools, section_area
+from prensa.fem.sizes import SizeField, coarseness, least_at_tools, mismatch, section_area
 from prensa.fem.state import State
 from prensa.fem.system import Evaluation, System
 from prensa.fem.transfer import with_flow
@@ -160,8 +160,24 @@ class Remeshing:
         shape = least_shape(system, state.u, self.bodies)
         if shape < least:
             return f"shape measure {shape:.2f}"
-        way, limit = self._travel(system, state), self._travel_limit(state)
+        way, limit = self._travel(system, state, state.u), self._travel_limit(state)
+        if when.travel == "auto":
+            before = self._travel(system, state, state.u - state.du)
+            if way // limit == before // limit or not (reason := self._could_be_better(system, state, shape)):
+                return ""
+            return f"travel {way:.3g}, {reason}"
         return f"travel {way:.3g}" if way > limit else ""
+
+    def _could_be_better(self, system: System, state: State, shape: float) -> str:
+        """What a new mesh would do better than one of a least ``shape``, in words; '' if it would be much like this one."""
+        if shape < self.policy.good_shape:
+            return f"shape measure {shape:.2f}"
+        for missing, ratio in (mismatch(self._sizes(system, state, body)) for body in self.bodies):
+            if missing > self.policy.ill_sized:
+                return f"{missing:.0%} of the elements are missing"
+            if ratio > self.policy.too_many:
+                return f"{ratio:.1f} times the elements that are needed"
+        return ""
 
     @staticmethod
     def _count(state: State) -> int:
@@ -169,21 +185,21 @@ class Remeshing:
 
     def _too_coarse(self, system: System, state: State) -> bool:
         """Whether an element is much larger than what is asked for there."""
-        return any(coarseness(self._sizes(system, state, b)) > self.policy.too_coarse for b in self.bodies)
+        return any(coarseness(self._sizes(system, state, b)).max() > self.policy.too_coarse for b in self.bodies)
 
-    def _travel(self, system: System, state: State) -> float:
-        """Largest way of a tool since the last mesh, of its reference point or by its turn at the farthest contact point."""
+    def _travel(self, system: System, state: State, u: Array) -> float:
+        """Largest way of a tool from the last mesh to u (ndof,), of its reference point or by its turn at the farthest point."""
         then = 0.0 if state.remeshed is None else state.remeshed.tools
-        way = np.abs(system.dofs.tool.of(state.u) - then)
+        way = np.abs(system.dofs.tool.of(u) - then)
         most = 0.0
         for s in system.surfaces:
             if s.body in self.bodies:
-                reach = float(np.hypot(*(system.positions(state.u)[s.points.nodes] - system.tools[s.tool].at).T).max())
+                reach = float(np.hypot(*(system.positions(u)[s.points.nodes] - system.tools[s.tool].at).T).max())
                 most = max(most, float(np.hypot(way[s.tool, 0], way[s.tool, 1]) + reach * way[s.tool, 2]))
         return most
 
     def _travel_limit(self, state: State) -> float:
-        """Way of a tool after which a mesh is due."""
+        """Way of a tool after which a mesh is due, or looked at."""
         travel = self.asked.when.travel
         if travel != "auto":
             return travel

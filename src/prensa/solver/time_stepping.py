@@ -71,19 +71,27 @@ Array = NDArray[np.float64]
 
 
 class Timer:
-    """Seconds by section, of the wall unless ``clock`` is another (``time.process_time``: of the processor)."""
+    """Seconds by section, of the wall unless ``clock`` is another (``time.process_time``: of the processor).
+
+    Those of a section within another one are the outer one's: what a remeshing assembles and solves is remeshing.
+    """
 
     def __init__(self, clock: Callable[[], float] = clocks.perf_counter) -> None:
         self.seconds: dict[str, float] = {}
         self.clock = clock
+        self.inside = False
 
     @contextmanager
     def __call__(self, section: str) -> Iterator[None]:
         """Add the seconds of the block to a section."""
-        start = self.clock()
+        if self.inside:
+            yield
+            return
+        self.inside, start = True, self.clock()
         try:
             yield
         finally:
+            self.inside = False
             self.seconds[section] = self.seconds.get(section, 0.0) + self.clock() - start
 
 
@@ -124,6 +132,8 @@ def solve(
     numerics = replace(numerics, threads=threads_of(numerics, system.ndof, policy))
     condense = to_be_condensed(system, numerics, policy)
     timer, followed = timer or Timer(), passages or Passages(system)
+    if passages is None and start is not None:
+        followed.met.update(tool.name for tool in system.tools)  # before it, for all that is known
     state = start or system.initial()
 
     def stepping(system: System) -> TimeStepping:
@@ -225,7 +235,6 @@ class TimeStepping:
         self.remeshes = False
         self.guard: Guard | None = None  # of lines of symmetry that free outlines may come to
         self.planes: list[str] = []  # tools that stand for them, once one has
-        self.met: list[int] = []  # contact points that were closed before the run began here
         self.stopping: Stopping
         self.times: Array | None = None
         self.stops: Array | None = None
@@ -260,13 +269,12 @@ class TimeStepping:
 
     def run(self, state: State) -> Iterator[Increment]:
         """Increments from a committed state to the end of the last step."""
-        touched = state.contact.closed | (state.contact.slip > 0)
-        touched[self.met] = True
+        self.note_touch(state)
         steps = self.system.problem.steps
         for number in range(state.clock.step, len(steps)):
             if not self.system.gone and model.tools_removed(self.system.problem, number):
                 if state.clock.time <= number:
-                    self.messages.warn(untouched_tools(self.system, touched, self.planes))
+                    self.messages.warn(untouched_tools(self.system, self.passages.met, self.planes))
                 self.refuse_to_part(state, number)
                 yield from self.without_tools().run(state)
                 return
@@ -288,15 +296,23 @@ class TimeStepping:
                 except _Nearing as nearing:
                     self.messages.note(state, plan, str(nearing))
                     rest = self.with_planes()
-                    rest.met, rest.validity = np.flatnonzero(touched).tolist(), self.validity
+                    rest.validity = self.validity
                     begun = state if state.clock.time > plan.t0 else entered
                     yield from rest.run(extended(begun, self.system, rest.system))
                     return
                 self.last = increment
-                touched |= state.contact.closed
+                self.note_touch(state)
                 yield increment
         if len(steps):
-            self.messages.warn([*untouched_tools(self.system, touched, self.planes), *self.validity.told()])
+            self.messages.warn([*untouched_tools(self.system, self.passages.met, self.planes), *self.validity.told()])
+
+    def note_touch(self, state: State) -> None:
+        """Note the tools that have touched something by a committed state."""
+        contact = state.contact
+        for s in self.system.surfaces:
+            name = self.system.tools[s.tool].name
+            if name not in self.passages.met and (contact.closed[s.rows].any() or (contact.slip[s.rows] > 0).any()):
+                self.passages.met.add(name)
 
     def without_tools(self) -> TimeStepping:
         """The rest of the run, when the tools are gone."""

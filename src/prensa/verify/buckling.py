@@ -29,7 +29,7 @@ def column(E_scale: float, element: str, bend: float, layers: int, stabilise: st
     )  # fmt: skip
 
 
-@case("column beyond its buckling load", suite="bodies")
+@case("column beyond its buckling load", suite="bodies", told=("the bodies buckle",))
 def columns(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """Bent by 2 % of its thickness, by a millionth, or straight, a column follows the elastica, not the straight path beyond."""
     reference = elastica_clamped(SHORTENING, E=1e5 / (1 - 0.3**2), length=COLUMN_LENGTH, thickness=1.0)
@@ -95,7 +95,10 @@ def ironing(stabilise: str, E_scale: float, mu_scale: float) -> pr.Problem:
     )  # fmt: skip
 
 
-@case("ironing over its limit points", suite="bodies", slow=True)
+@case(
+    "ironing over its limit points", suite="bodies", slow=True,
+    told=("viscous forces of 'stabilise' have dissipated",),
+)  # fmt: skip
 def ironed(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """The static path ends where friction lets go at once, which is told; viscous forces carry the block on to the end."""
     told: object = None

@@ -1,7 +1,8 @@
 """The verification table: cases compared with references that owe nothing to this package's solver.
 
 A case is a function that yields `Row`s; ``@case`` puts it on the list, and its module is imported only when the list is
-asked for. A case that raises becomes a failing row, so that the table is always complete.
+asked for. A case that raises becomes a failing row, so that the table is always complete. So does a warning that a case gives
+and does not declare with ``told``: these are good problems, of which nothing else may be told.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import csv
 import importlib
 import inspect
+import logging
 import math
 import multiprocessing
 import pkgutil
@@ -72,12 +74,16 @@ def row(quantity: str, reference: float, ours: float, tolerance: float = 0.0, ki
 
 @dataclass(frozen=True)
 class Case:
-    """A case of the table: ``function(E_scale=1, mu_scale=1)`` yields its rows; ``slow`` ones take over ten seconds."""
+    """A case of the table: ``function(E_scale=1, mu_scale=1)`` yields its rows; ``slow`` ones take over ten seconds.
+
+    ``told``: parts of the warnings that its runs are meant to give.
+    """
 
     name: str
     suite: str
     slow: bool
     function: Callable[..., Iterable[Row]]
+    told: tuple[str, ...] = ()
 
     @property
     def title(self) -> str:
@@ -85,20 +91,42 @@ class Case:
         return (inspect.getdoc(self.function) or self.name).splitlines()[0]
 
     def run(self, **scales: float) -> list[Row]:
-        """Rows of the case; an exception ends it with a failing row that gives the reason."""
+        """Rows of the case; an exception ends it with a failing row that gives the reason, warnings not meant add one each."""
         rows: list[Row] = []
-        try:
-            rows += (replace(r, case=self.name) for r in self.function(**scales))
-        except Exception as error:  # whatever goes wrong in one case must not hide the others
-            reason = f"did not converge: {str(error) or type(error).__name__}"
-            rows.append(Row(self.name, reason, math.nan, math.nan, note=type(error).__name__))
+        with _Warnings() as warnings:
+            try:
+                rows += (replace(r, case=self.name) for r in self.function(**scales))
+            except Exception as error:  # whatever goes wrong in one case must not hide the others
+                reason = f"did not converge: {str(error) or type(error).__name__}"
+                rows.append(Row(self.name, reason, math.nan, math.nan, note=type(error).__name__))
+        for warning in dict.fromkeys(warnings.given):
+            if not any(part in warning for part in self.told):
+                rows.append(Row(self.name, f"told: {warning}", math.nan, math.nan, note="warning"))
         if not rows:
             rows.append(Row(self.name, "did not converge: the case gave no row", math.nan, math.nan))
         return rows
 
 
-def case(name: str, *, suite: str, slow: bool = False) -> Callable[[Function], Function]:
-    """Put a function that yields rows on the list.
+class _Warnings(logging.Handler):
+    """Warnings that the package gives inside a block."""
+
+    def __init__(self) -> None:
+        super().__init__(logging.WARNING)
+        self.given: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.given.append(record.getMessage())
+
+    def __enter__(self) -> _Warnings:
+        logging.getLogger("prensa").addHandler(self)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        logging.getLogger("prensa").removeHandler(self)
+
+
+def case(name: str, *, suite: str, slow: bool = False, told: tuple[str, ...] = ()) -> Callable[[Function], Function]:
+    """Put a function that yields rows on the list; ``told``: parts of the warnings that its runs are meant to give.
 
     Raises
     ------
@@ -111,7 +139,7 @@ def case(name: str, *, suite: str, slow: bool = False) -> Callable[[Function], F
         known = _CASES.get(name)
         if known is not None and known.function.__module__ != function.__module__:
             raise ValueError(f"two verification cases are called {name!r}")
-        _CASES[name] = Case(name, suite, slow, function)
+        _CASES[name] = Case(name, suite, slow, function, told)
         return function
 
     return register

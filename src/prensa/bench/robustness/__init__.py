@@ -11,13 +11,21 @@ from __future__ import annotations
 
 from prensa.bench.robustness.blocks import draw
 from prensa.bench.robustness.families import FAMILIES, drawn
-from prensa.bench.robustness.increments import BALANCE, ENFORCEMENTS, check, enforced, finer, judge, unbalanced
+from prensa.bench.robustness.increments import (
+    BALANCE,
+    ENFORCEMENTS,
+    check,
+    enforced,
+    finer,
+    judge,
+    resolution,
+    unbalanced,
+)
 from prensa.bench.robustness.outcome import VERDICTS, Outcome, Tally, bounds
 from prensa.bench.robustness.page import collected, commit_seed, write
 from prensa.bench.robustness.running import known, run
 
 __all__ = [
     "BALANCE", "ENFORCEMENTS", "FAMILIES", "VERDICTS", "Outcome", "Tally", "bounds", "check", "collected", "commit_seed",
-    "draw", "drawn",
-    "enforced", "finer", "judge", "known", "run", "unbalanced", "write",
+    "draw", "drawn", "enforced", "finer", "judge", "known", "resolution", "run", "unbalanced", "write",
 ]  # fmt: skip

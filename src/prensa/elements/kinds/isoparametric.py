@@ -26,12 +26,17 @@ class Isoparametric(Element, abstract=True):
 
     def volumes(self, X: Array, mode: Mode) -> tuple[Array, Flags]:
         """Initial volumes (k, q) and flags (k,) of folded elements."""
-        from prensa.elements import solid
-
-        h, w = np.empty((len(X), self.points, self.layout.components)), np.empty((len(X), self.points))
-        failed = np.zeros(len(X), dtype=np.bool_)
         t = self.table
-        solid.kinematics(X, np.zeros_like(X), t.N, t.dN, t.weight, mode.axisymmetric, False, mode.scale, h, w, failed)
+        w = np.empty((len(X), self.points))
+        failed = np.zeros(len(X), dtype=np.bool_)
+        for q, (N, dN) in enumerate(zip(t.N, t.dN)):  # as `solid.kinematics` has them, which need not be compiled for that
+            j11 = j12 = j21 = j22 = r = np.zeros(len(X))
+            for (x, y), n, (by_xi, by_eta) in zip(np.moveaxis(X, 0, -1), N, dN):
+                j11, j12, r = j11 + by_xi * x, j12 + by_xi * y, r + n * x
+                j21, j22 = j21 + by_eta * x, j22 + by_eta * y
+            det = j11 * j22 - j12 * j21
+            w[:, q] = mode.scale * t.weight[q] * det * (r if mode.axisymmetric else 1.0)
+            failed |= ~((det > 0.0) & ((r > 0.0) | (not mode.axisymmetric)))
         return w, failed
 
     def respond(self, c: Chunk, law: Material, at: At, mode: Mode, work: Work, stiffness: bool) -> Failure | None:
