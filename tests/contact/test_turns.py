@@ -60,3 +60,25 @@ def test_a_tool_that_is_not_round_does_not_turn_through_the_body():
     with pytest.raises(SolveError, match="turned by 360° in one increment, right through 'b'") as failed:
         list(pr.solve(p, pr.Numerics(max_cutbacks=0)))
     assert isinstance(failed.value.reason, TurnedThrough)
+
+
+TURNS = {
+    "by a speed, twice round": (pr.Step("a", velocity={"t": pr.Motion(rz=math.tau)}, duration=2.0),),
+    "in two steps": (pr.Step("a", by={"t": pr.Motion(rz=math.tau)}), pr.Step("b", by={"t": pr.Motion(rz=math.tau)})),
+    "there and back": (pr.Step("a", move={"t": pr.Motion(rz=math.tau)}), pr.Step("b", move={"t": pr.Motion(rz=0.0)})),
+    "there and back by a table": (pr.Step("a", move={"t": pr.Motion(rz=((1, 0), (1.5, math.tau), (2, 0)))}),),
+    "pressed by a force": (pr.Step("a", by={"t": pr.Motion(rz=math.tau)}, push={"t": pr.Push(y=-25.0)}),),
+}
+
+
+@pytest.mark.parametrize("how", TURNS)
+def test_a_full_turn_is_one_however_it_is_driven(how):
+    """Forces of one increment and of eight are the same, and friction opposes the last way that was gone."""
+    found = []
+    for n in (1, 8):
+        p = roller(1)
+        turned = tuple(dataclasses.replace(s, increments=n) for s in TURNS[how])
+        *_, last = pr.solve(dataclasses.replace(p, steps=(p.steps[0], *turned)))
+        found.append((last.force("t").x, last.force("t").y))
+    assert found[0] == pytest.approx(found[1], rel=1e-6)
+    assert found[0][0] * (1 if "back" in how else -1) > 0.2 * found[0][1]

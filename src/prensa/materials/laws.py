@@ -246,9 +246,10 @@ class J2(_Isotropic):
         Euler that starts there (Eckert, Baaser, Gross & Scherf 2004).
         """
         k, out = self.layout.kept, history.copy()
-        _KERNELS[self.layout].begin(history, self.finite, share, out)
-        if not share:
+        if not share:  # as `begin` has it, which need not be compiled for that
+            out[:, k + 2 : 2 * k + 2] = history[:, :k]
             return out
+        _KERNELS[self.layout].begin(history, self.finite, share, out)
         strain, more = np.ascontiguousarray(out[:, k]), out[:, k] - history[:, k]
         stress = self.flow_stress(np.ascontiguousarray(history[:, k])) + self.flow_stress(strain)
         out[:, k + 1] += 0.5 * self.of_cauchy(history) * stress * more
