@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from prensa.model import crank, feed, until
 from prensa.model.names import SYMMETRY, Finding, suggest
 from prensa.model.remeshing import remeshing_of
+from prensa.model.seconds import stated
 from prensa.model.units import factor
 from prensa.registry import DOORS
 
@@ -440,6 +441,7 @@ def _boundary_moved(p: Any, step: Any, path: tuple[str | int, ...], motion: Any)
 
 # ------------------------------------------------------------------------------------------------------------ warnings
 STIFFEST, STRONGEST = 2000.0, 20.0  # GPa: above the modulus of diamond, and above the strength of any metal
+SOFTEST = 1e-5  # flow stress over E, below that of metals at any temperature
 METALS = ((65.0, 75.0), (105.0, 125.0), (185.0, 215.0))  # GPa: aluminium and glass, copper and titanium, steel
 
 
@@ -457,8 +459,8 @@ def _stiffness(name: str, material: Any, first: float, units: Any) -> Iterator[s
         yield f"bodies.{name}.material: {amount}, is that of no material{meant}"
         return
     per = {("mm", "N"): 1e-3, ("m", "N"): 1e-9}.get((units.length, units.force))
-    if 0 < first < 1e-6 * E:
-        yield f"bodies.{name}.material: flow stress {first:g} is a millionth of E = {E:g}; check the units of both"
+    if 0 < first < SOFTEST * E:
+        yield f"bodies.{name}.material: flow stress {first:g} is {first / E:.1g} of E = {E:g}; check the units of both"
     elif per is not None and first <= E / 20 and material.poisson < 0.45:
         for unit, share in (("GPa", 1.0), ("MPa", 1e3)):
             in_gpa = E / share
@@ -483,6 +485,11 @@ def warnings_of(problem: Problem) -> list[str]:
         else:
             said += _stiffness(name, body.material, first, problem.units)
         said += [f"bodies.{name}.material.flow.{key}: {words}" for key, words in (flow.doubts() if flow else ())]
+        if flow is not None and (step := next((s for s in problem.steps if stated(s) is None), None)) and flow.rated():
+            said.append(
+                f"bodies.{name}.material.flow: it depends on the rate of strain, and step {step.name!r} does not say how long it "
+                "lasts: it is taken to last 1 s; give 'duration'"
+            )
     laws = [("friction", problem.friction)]
     laws += [(f"contacts.{i}.friction", c.friction) for i, c in enumerate(problem.contacts)]
     for where, law in laws:
