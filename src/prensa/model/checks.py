@@ -441,7 +441,6 @@ def _boundary_moved(p: Any, step: Any, path: tuple[str | int, ...], motion: Any)
 
 # ------------------------------------------------------------------------------------------------------------ warnings
 STIFFEST, STRONGEST = 2000.0, 20.0  # GPa: above the modulus of diamond, and above the strength of any metal
-SOFTEST = 1e-5  # flow stress over E, below that of metals at any temperature
 METALS = ((65.0, 75.0), (105.0, 125.0), (185.0, 215.0))  # GPa: aluminium and glass, copper and titanium, steel
 
 
@@ -459,8 +458,8 @@ def _stiffness(name: str, material: Any, first: float, units: Any) -> Iterator[s
         yield f"bodies.{name}.material: {amount}, is that of no material{meant}"
         return
     per = {("mm", "N"): 1e-3, ("m", "N"): 1e-9}.get((units.length, units.force))
-    if 0 < first < SOFTEST * E:
-        yield f"bodies.{name}.material: flow stress {first:g} is {first / E:.1g} of E = {E:g}; check the units of both"
+    if 0 < first < 1e-6 * E:
+        yield f"bodies.{name}.material: flow stress {first:g} is a millionth of E = {E:g}; check the units of both"
     elif per is not None and first <= E / 20 and material.poisson < 0.45:
         for unit, share in (("GPa", 1.0), ("MPa", 1e3)):
             in_gpa = E / share
