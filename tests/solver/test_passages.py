@@ -61,6 +61,20 @@ def test_a_tool_that_turns_about_another_point_carries_its_surface_along():
     assert passed(block(WEDGE), place=(0.0, 0.0, 0.001)).advance == pytest.approx(0.001 / 0.5, rel=0.1)
 
 
+def between_two_rolls() -> pr.Problem:
+    """A whole strip that both rolls draw in, and then one alone, with the other one free to turn."""
+    strip = pr.Body(pr.Strip(12.0, 2.0, (36, 4)), pr.J2(70e3, 0.33, pr.Voce(60, 120, 8)))
+    rolls = {name: pr.Circle(8.0, at=(0.0, y), touching="strip.right") for name, y in (("top", 8.9), ("bottom", -8.9))}
+    turn = {"top": pr.Motion(rz=0.3), "bottom": pr.Motion(rz=-0.3)}
+    return pr.Problem(
+        "rolls", bodies={"strip": strip}, tools=rolls, friction=pr.Coulomb(0.3),
+        steps=[
+            pr.Step("bite", feed={"strip.left": pr.Feed(x=3.0)}, by=turn),
+            pr.Step("one drives", by={"bottom": pr.Motion(rz=-0.2)}, push={"top": pr.Push(m=0.0)}),
+        ],
+    )  # fmt: skip
+
+
 def rows(passages: Passages, n, force, step="one") -> None:
     for count, value in zip(n, force):
         row = dict.fromkeys(passages.columns, 0.0)
@@ -113,6 +127,8 @@ def test_check_foretells_the_staircase():
     assert 6 <= int(notice.message.split()[1]) <= 9, notice.message
     (notice,) = staircase(discretise(rolling(0.5, 2, 2e5, 0.1)))
     assert 8 <= int(notice.message.split()[1]) <= 13, notice.message
+    both = [notice.message.split()[1] for notice in staircase(discretise(between_two_rolls()))]
+    assert len(both) == 2 and abs(int(both[0]) - int(both[1])) <= 1, both
     assert not staircase(discretise(drawing(1 / 20, 2, 1e6)))
     press = block()
     for motion in ({"y": -0.3}, {"y": -0.3, "x": 0.3}):

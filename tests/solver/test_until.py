@@ -327,6 +327,36 @@ def test_any_number_of_an_increment_ends_a_step():
         assert f"measure {name!r}" in end.stopped
 
 
+FORMING = (
+    "punch.force.y", "punch.moment", "billet.top-punch.area", "thinning(billet.top, billet.bottom)", "billet.right.barrel",
+    "billet.right.angle at Y=5", "change(billet.right.angle at Y=5)", "curvature(billet.right at Y=2, billet.right at Y=13)",
+    "billet.top-punch.max.pressure", "energy.friction", "billet.top-punch.friction_power", "billet.plastic_power",
+)  # fmt: skip
+
+
+def test_each_measure_of_forming_ends_a_step():
+    """Between two increments each is met exactly; a power that jumps there is met where an increment ends."""
+
+    def upset(until: pr.Until | None = None) -> list[Increment]:
+        billet = pr.Body(pr.Rectangle((10, 15), (4, 6)), pr.J2(70e3, 0.33, pr.Voce(60, 120, 8)))
+        step = pr.Step("press", move={"punch": pr.Motion(y=-1.5)}, increments=4, until=until)
+        return list(pr.solve(pr.Problem(
+            "upset", bodies={"billet": billet}, tools={"punch": pr.Plane(touching="billet.top")}, friction=pr.Coulomb(0.15),
+            contacts=[pr.Contact("billet.top", "punch")], fixed={"billet.bottom": "y", "billet.left": "x"}, steps=[step],
+        )))  # fmt: skip
+
+    whole = upset()
+    for name in FORMING:
+        before, after = whole[1].measure(name), whole[2].measure(name)
+        target = 0.5 * (before + after)
+        last = upset(pr.Until(measure={name: target}))[-1]
+        assert f"measure {name!r} has reached" in last.stopped, name
+        if name == "billet.plastic_power":  # a mean over the increment
+            assert target < last.measure(name) <= 1.01 * after
+        else:
+            assert last.measure(name) == pytest.approx(target, rel=2.0 * TOLERANCE), name
+
+
 WITH_MEASURE = """\
 name: pressed
 bodies: {b: {mesh: {type: rectangle, size: [4, 2], n: [4, 2]}, material: {type: elastic, E: 1000, nu: 0.3}}}

@@ -116,7 +116,7 @@ class _Track:
 def foretold(system: System, moments: Iterable[tuple[StepPlan, Array]]) -> Iterator[Notice]:
     """Notices on contacts through which few elements will pass; ``moments``: plans, and the bodies at rest (ndof,).
 
-    Bodies go as rigid ones, as far as supports lead them, or with a roll that has friction where no support holds them.
+    Bodies go as rigid ones, as far as supports lead them, or with the rolls that have friction where no support holds them.
     What a tool then overlaps on its leading side is what will lie in the contact.
     """
     wanted = [s for s in passable(system) if plastic(system, s.body)]
@@ -128,9 +128,12 @@ def foretold(system: System, moments: Iterable[tuple[StepPlan, Array]]) -> Itera
     for plan, u in moments:
         if last is not None:
             led = {body: _lead(system, body, plan, last, u) for body in feed}
+            for body, step in led.items():
+                offered = [way for s in wanted if s.body == body for way in _taken(system, s, plan, feed[body], last, u)]
+                if offered and np.isnan(step).any():
+                    led[body] = np.where(np.isnan(step), np.mean(offered, axis=0), step)
             for s in wanted:
-                friction = plan.friction[system.surfaces.index(s)]
-                led[s.body] = _follow(system, s, friction, feed[s.body], led[s.body], last, u, tracks[s.name])
+                _follow(system, s, feed[s.body], led[s.body], last, u, tracks[s.name])
             feed = {body: feed[body] + np.nan_to_num(step) for body, step in led.items()}
         last = u
     for s in wanted:
@@ -165,18 +168,25 @@ def _lead(system: System, body: str, plan: StepPlan, before: Array, after: Array
     return out
 
 
+def _taken(system: System, s: Surface, plan: StepPlan, feed: Array, before: Array, after: Array) -> Iterator[Array]:
+    """The motion (2,) in which a tool takes a body along that it touches with friction, unless it is free to turn itself."""
+    tool, turn = system.tools[s.tool], system.dofs.tool.dofs(s.tool)[-1]
+    p, q = system.place_of(s.tool, before), system.place_of(s.tool, after)
+    pairs = current_pairs(tool.shape, system.X[s.points.nodes] + feed, tool.at, p)
+    inside = pairs.g <= INSIDE * s.points.depth.min()
+    if plan.friction[system.surfaces.index(s)] is not None and inside.any() and turn not in plan.push:
+        yield q[:2] - p[:2] + (q[2] - p[2]) * (pairs.arm[inside].mean(axis=0) @ TURNED)
+
+
 def _follow(
-    system: System, s: Surface, friction: object, feed: Array, step: Array, before: Array, after: Array, track: _Track
-) -> Array:  # fmt: skip
-    """Add a motion of a body and its tool to a track; the motion (2,), with a roll that has friction where the body is free."""
+    system: System, s: Surface, feed: Array, step: Array, before: Array, after: Array, track: _Track
+) -> None:  # fmt: skip
+    """Add a motion of a body and its tool to a track; along an axis in which nothing leads the body it rests."""
     nodes, tool = s.points.nodes, system.tools[s.tool]
     x = system.X[nodes] + feed
     p, q = system.place_of(s.tool, before), system.place_of(s.tool, after)
     pairs = current_pairs(tool.shape, x, tool.at, p)
     inside = pairs.g <= INSIDE * s.points.depth.min()
-    if np.isnan(step).any() and friction is not None and inside.any():
-        across = pairs.arm[inside].mean(axis=0) @ TURNED
-        step = np.where(np.isnan(step), q[:2] - p[:2] + (q[2] - p[2]) * across, step)
     way = np.nan_to_num(step) - (q[:2] - p[:2]) + np.zeros_like(x)
     if not _turns_within(system, s, pairs.arm, pairs.n):
         way -= (q[2] - p[2]) * (pairs.arm @ TURNED)
@@ -187,4 +197,3 @@ def _follow(
         along = np.abs((way * pairs.e[:, 0]).sum(axis=1))
         track.passed += float((along / _lengths(system, s, system.X)[nodes])[leading].mean())
         track.lying = max(track.lying, np.count_nonzero(leading) / _pieces(system, s))
-    return step

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
+NAMING = 0.9  # height in inches of a panel's title and the names of its axis
 MOST_EDGES = 2500  # elements whose sides can be told apart in a picture …
 LEAST_EDGE = 1.5  # … if their sides are so many points of the page apart
 OUTLINE = 0.8  # width in points of a body's outline …
@@ -137,7 +138,7 @@ def new_meshes(pairs: Sequence[tuple[Increment, Increment]], problem: Problem) -
     boxes = [limits(before, problem) for before, _ in pairs]
     tall = max((b[3] - b[2]) / (b[1] - b[0]) for b in boxes)
     with style.styled():
-        figure, rows = _figure(7.2, min(3.3 * tall, 4.5) * len(pairs) + 0.6, rows=len(pairs), columns=2, squeeze=False)
+        figure, rows = _figure(8.0, (min(3.4 * tall, 4.0) + NAMING) * len(pairs), rows=len(pairs), columns=2, squeeze=False)
         for panels, pair, box in zip(rows, pairs, boxes):
             for axes, increment in zip(panels, pair):
                 lines = mirror_lines(increment, problem, ())

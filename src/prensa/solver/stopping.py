@@ -52,6 +52,8 @@ class Criterion:
     """+1 or −1: met from below or from above alone; 0: from where it is when the step begins."""
     fed: bool = False
     """Whether it is the force at which what is fed is held back."""
+    rate: bool = False
+    """Whether it is a mean over the increment, as a power is: it says nothing in an instant."""
 
     def at(self, value: float) -> str:
         """A value in words."""
@@ -137,6 +139,8 @@ class Stopping:
             unmet = f"{' and '.join(each)} {was} not met"
             other = any(k.target * v < 0 and not k.fed for k, v in zip(self.criteria, c.watched.tolist()))
             remedy = "check the sign, which is that of history.csv" if other else "let it go further, or ask for less"
+            if all(k.fed for k in self.criteria):
+                remedy = "let it go further, or feed less than the tools take along"
             yield f"step {self.plan.name!r} goes to its end: {unmet}; {remedy}"
 
     def refuse(self, c: Context) -> None:
@@ -191,6 +195,8 @@ class Stopping:
             instant = self.policy.instant * (self.plan.t1 - self.plan.t0)
             brentq(beyond, now, c.time, xtol=instant, maxiter=200, disp=False)
         within = [t for t, (value, _) in tried.items() if abs(value) <= least]
+        if not within and self.criteria[k].rate:
+            return end
         # what jumps over its target is met just behind the jump
         return tried[min(within or (t for t, (value, _) in tried.items() if value > 0.0))][1]
 
@@ -225,7 +231,7 @@ def _criteria(system: System, number: int, policy: Policy) -> Iterator[Criterion
         force, length = powers(measure.unit)
         unit = (policy.until_strain * system.stiffness) ** force * system.length**length
         words = f"measure {name!r} has reached {target:.6g}"
-        yield Criterion(f"until.measure.{name}", words, measured, target, abs(target) or unit)
+        yield Criterion(f"until.measure.{name}", words, measured, target, abs(target) or unit, rate=measure.unit.endswith("/s"))
 
 
 def _gripped(system: System, number: int, policy: Policy) -> Iterator[Criterion]:
