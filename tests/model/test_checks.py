@@ -60,9 +60,12 @@ def test_a_friction_table_is_read_beside_the_case_file(tmp_path):
 SLIPS = [
     ("70 GPa", "70", ["E = 70 in N/mm²", "flow stress 60", "70e3", "'70 GPa'"]),
     ("s0: 60", "s0: 60e6", ["flow stress 6e+07", "check the units"]),
+    ("{type: voce, s0: 60, Q: 120, b: 8}", "{type: swift, K: 200, e0: 0.1, n: 1.5}", ["an exponent of 1.5", "below 1"]),
+    ("{type: voce, s0: 60, Q: 120, b: 8}", "{type: johnson_cook, A: 60, B: 90, n: 0.3, C: 0.02, rate0: 1}",
+     ["rate of strain", "give 'duration'"]),
     ("mu: 0.3", "mu: 30", ["contacts.0.friction: mu = 30", "did you mean 0.3?"]),
     ("contacts:", "  die: {type: circle, radius: 1, at: [0, 0]}\ncontacts:", ["tools.die: no contact"]),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("old", "new", "words"), SLIPS, ids=[s[1][:20] for s in SLIPS])

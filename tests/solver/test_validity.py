@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -126,3 +127,20 @@ def test_a_soft_contact_is_told_where_a_tool_would_sink_in(material, k_n, told):
     )  # fmt: skip
     notices = [str(n) for n in preflight(pr.discretise(problem)) if "sinks in" in str(n)]
     assert bool(notices) == told
+
+
+@pytest.mark.parametrize(("material", "held", "words"), [
+    (pr.J2(70e3, 0.33, pr.Swift(K=200, e0=0.01, n=0.2)), "block.left", None),
+    (pr.J2(70e3, 0.33, pr.Swift(K=200, e0=0.01, n=0.2)), "block.right", "has lost more than 2. % of its volume"),
+    (pr.Elastic(70e3, 0.33), "block.left", "is elastic with the modulus of a metal"),
+    (pr.Elastic(700, 0.33), "block.left", None),
+])  # fmt: skip
+def test_metal_without_room_and_elastic_metal_are_told(material, held, words, caplog):
+    """Upset by a fifth: free to spread nothing is told; held round its rim, or without a flow curve, it is."""
+    problem = pr.Problem(
+        "upset", space="axisymmetric", bodies={"block": pr.Body(pr.Rectangle((4, 3), (4, 3)), material)},
+        tools={"die": pr.Plane(touching="block.top")}, contacts=(pr.Contact("block.top", "die"),),
+        fixed={"block.bottom": "y", held: "x"}, steps=(pr.Step("press", move={"die": pr.Motion(y=-0.75)}),),
+    )  # fmt: skip
+    list(pr.solve(problem))
+    assert [bool(words) and re.search(words, m) is not None for m in caplog.messages] == ([True] if words else [])

@@ -36,7 +36,8 @@ class FlowParameters(NamedTuple):
     knots: Array
     coefficients: Array
 
-MOST_EXPONENT = 2.0  # of a plastic strain, from which on it is likely in per cent
+MOST_EXPONENT = 1.0  # of hardening, above which metals do not lie …
+PERCENT = 2.0  # … and above which it is likely in per cent
 
 
 class FlowCurve(Member, abstract=True):
@@ -63,7 +64,13 @@ class FlowCurve(Member, abstract=True):
         """Field and words of each value that is allowed but likely a slip; they are told before the solve."""
         n = getattr(self, "n", None)  # of the laws that have one
         if isinstance(n, float) and n > MOST_EXPONENT:
-            yield "n", f"an exponent of {n:g}: metals harden with exponents below 1; did you mean {n / 100:g}?"
+            meant = f"; did you mean {n / 100:g}?" if n > PERCENT else ""
+            yield "n", f"an exponent of {n:g}: metals harden with exponents below 1{meant}"
+
+    def rated(self) -> bool:
+        """Whether the flow stress at a plastic strain of a tenth depends on the rate."""
+        slow, fast = (stress_at(self, np.full(1, 0.1), np.full(1, rate)) for rate in (1e-3, 1e3))
+        return bool(slow != fast)
 
     def first(self) -> float:
         """Flow stress of the virgin material at rest."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from prensa.model import crank, feed, until
 from prensa.model.names import SYMMETRY, Finding, suggest
 from prensa.model.remeshing import remeshing_of
+from prensa.model.seconds import stated
 from prensa.model.units import factor
 from prensa.registry import DOORS
 
@@ -483,6 +484,11 @@ def warnings_of(problem: Problem) -> list[str]:
         else:
             said += _stiffness(name, body.material, first, problem.units)
         said += [f"bodies.{name}.material.flow.{key}: {words}" for key, words in (flow.doubts() if flow else ())]
+        if flow is not None and (step := next((s for s in problem.steps if stated(s) is None), None)) and flow.rated():
+            said.append(
+                f"bodies.{name}.material.flow: it depends on the rate of strain, and step {step.name!r} does not say how long it "
+                "lasts: it is taken to last 1 s; give 'duration'"
+            )
     laws = [("friction", problem.friction)]
     laws += [(f"contacts.{i}.friction", c.friction) for i, c in enumerate(problem.contacts)]
     for where, law in laws:

@@ -285,6 +285,12 @@ class Policy:
     """… and that is refused, …"""
     small_share: float = 0.05
     """… if this share of a body's volume exceeds it: peaks under an edge depend on the mesh and hardly on anything else."""
+    squeezed: float = 0.1
+    """Loss of volume that flow, which keeps it, leaves to elasticity: pressures of a tenth of the bulk modulus are no metal's."""
+    metal: float = 20.0
+    """Modulus (GPa) of an elastic body from which on it is taken for a metal …"""
+    overstrained: float = 0.05
+    """… which yields long before this strain."""
 
     # ------------------------------------------------------------------------------------------------ linear solver
     backward_error: float = 1e-10

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from prensa.fem.assembly import Block
 from prensa.fem.context import Context
 from prensa.fem.system import Evaluation, System
+from prensa.model.units import factor
 from prensa.solver.failure import BeyondSmall, in_degrees
 from prensa.solver.policy import Policy
 
@@ -47,11 +48,17 @@ class Validity:
         self.seen: dict[str, Deformation] = {}
         self.used_to: dict[str, float] = {}
         self.rubbed: dict[tuple[str, str], tuple[float, float]] = {}
+        self.squeezed: dict[str, float] = {}
+        self.stretched: dict[str, float] = {}
         self._slopes: dict[str, Array] = {}
+        self.finite = system.dofs.dimension == 2 and p.kinematics == "finite" and p.remesh == "off"
 
     def look(self, u: Array, history: Sequence[Array]) -> BeyondSmall | None:
         """Note an increment that ends at dofs u (ndof,) with a ``history``; why it is refused, or None."""
         self._note_flow(history)
+        if self.finite:
+            for block in self.system.blocks:
+                self._note_shape(block, self.system.displacement(u))
         if not self.small:
             return None
         for block in self.system.blocks:
@@ -86,6 +93,16 @@ class Validity:
                     f"{in_degrees(d.rotation)}: 'kinematics: small' neglects terms of that size; use 'finite', or say "
                     "'allow_large_strain: true' as well"
                 )
+        for body, lost in self.squeezed.items():
+            yield (
+                f"body {body!r}: a twentieth of it has lost more than {100 * lost:.2g} % of its volume, and plastic flow keeps "
+                "volume: tools and supports leave it no room; check what is held, and how far tools go"
+            )
+        for body, strain in self.stretched.items():
+            yield (
+                f"body {body!r} is elastic with the modulus of a metal, and a twentieth of it is strained by more than "
+                f"{strain:.2g}: metals yield long before; give it a 'j2' material with its flow curve"
+            )
         for body, strain in self.used_to.items():
             end = self.system.problem.bodies[body].material.flow.known_to()
             yield (
@@ -98,6 +115,34 @@ class Validity:
                 f"the friction of contact {contact!r} has a table that ends at a {name} of {end:g} and was used up to "
                 f"{most:.3g}, where it stays at its last value; give values up to there"
             )
+
+    def _note_shape(self, block: Block, moved: Array) -> None:
+        """Note the loss of volume of a body that flows, and the strain of an elastic metal, where a share exceeds them."""
+        material = self.system.problem.bodies[block.body].material
+        if not block.law.plastic and material.modulus < self.policy.metal * self._gpa():
+            return
+        if block.body not in self._slopes:
+            self._slopes[block.body] = slopes(self.system.X[block.corners])
+        F = np.eye(2) + np.einsum("mai,maj->mij", moved[block.corners], self._slopes[block.body])
+        det, volume = np.linalg.det(F), block.volume.sum(axis=1)
+        if block.law.plastic and self.system.problem.space != "plane stress":
+            if self.system.axisymmetric:
+                det *= 1.0 + moved[block.corners, 0].sum(axis=1) / self.system.X[block.corners, 0].sum(axis=1)
+            lost = _exceeded(1.0 - det, volume, self.policy.small_share)
+            if lost > max(self.policy.squeezed, self.squeezed.get(block.body, 0.0)):
+                self.squeezed[block.body] = lost
+        elif not block.law.plastic:
+            middle = 0.5 * (F**2).sum(axis=(1, 2))  # mean square of the two principal stretches; their product is det F
+            apart = np.sqrt(np.maximum(middle**2 - det**2, 0.0))
+            stretch = np.sqrt(np.maximum(np.array([middle - apart, middle + apart]), 1e-300))
+            strain = _exceeded(np.abs(np.log(stretch)).max(axis=0), volume, self.policy.small_share)
+            if strain > max(self.policy.overstrained, self.stretched.get(block.body, 0.0)):
+                self.stretched[block.body] = strain
+
+    def _gpa(self) -> float:
+        """One GPa in the units of the problem."""
+        units = self.system.problem.units
+        return factor("1 GPa", units.length, units.force, (1, -2))
 
     def _note_flow(self, history: Sequence[Array]) -> None:
         if not self.system.has_memory:
