@@ -139,6 +139,7 @@ def test_transposes_are_transposes() -> None:
         q4_directions.at_fixed(
             cells, geometry, point, *moduli, axisymmetric, np.ones((1, 4)), dxn[0, ..., None], dx[0, ..., None],
             dold[0, ..., None], np.array([dbulk, dG]), dflow[0, ..., None], np.ones((1, 1)), r, dnew, energy,
+            np.empty((0, 4, 0)),
         )  # fmt: skip
         w, h = rng.normal(size=(1, 8)), rng.normal(size=dold.shape)
         h[..., 5] = 0.0  # plastic work

@@ -343,6 +343,50 @@ def calibrate(
 
 
 @app.command()
+def gradient(
+    case: CaseFile,
+    of: Annotated[
+        list[str],
+        typer.Option("--of", metavar="MEASURE", help="What to differentiate, as in die.force.y; repeatable.", show_default=False),
+    ],
+    by: Annotated[
+        list[str], typer.Option("--by", metavar="PATH", help="Parameter, as in friction.mu; repeatable.", show_default=False)
+    ],
+    step: Annotated[
+        str | None, typer.Option(help="Step at whose end measures are taken, where the run ends; the last one if not given.")
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write a table (CSV) of all increments; parameters are followed through the run then."),
+    ] = None,
+    changes: Changes = None,
+    quiet: Quiet = False,
+    verbose: Verbose = False,
+    json: Json = False,
+) -> None:  # fmt: skip
+    """Differentiate measures by numbers of a case: in one run, whatever their number, or in all increments."""
+    source = Source(case, changes)
+    with Voice(quiet, verbose, json, source=source) as voice:
+        from prensa.errors import PrensaError
+        from prensa.model.schema import warnings_of
+
+        loaded = source.read()
+        if out is not None and out.is_dir():
+            raise PrensaError(f"--out {out} is a folder; name a file, such as {out / 'gradient.csv'}")
+        for warning in warnings_of(loaded.problem):
+            voice.warn(warning)
+        from prensa.sensitivity.commands import asked
+
+        with voice.announcing_compilation():
+            found = asked(loaded, of, by, step, out is not None, voice.remark)
+        voice.say(str(found))
+        if out is not None:
+            found.write(out)
+            voice.confirm(str(out))
+        voice.give({**found.summary, "table": out})
+
+
+@app.command()
 def identify(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A calibration file, or a case with options.", show_default=False)],
     observe: Observed = None,

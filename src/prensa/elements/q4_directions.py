@@ -22,15 +22,16 @@ import numpy as np
 from prensa.elements.q4 import _DX, _DY, _N
 from prensa.kernels.compiled import njit
 from prensa.kernels.tensor import principal
-from prensa.materials.hardening import TABLE, flow_gradient, flow_stress, slope_before
+from prensa.materials.begun import LANES, begun_along
+from prensa.materials.hardening import TABLE, flow_gradient, flow_stress, slope_before, table_gradient
 
-LANES = 8  # directions at a time
 # where rows of so many begin in the array for the work on them: motions x_n′ and x′ (8 rows each), forces (8), history before
-# and after (10 each), what else a parameter changes, traces of l, gradients of x′ and l (5 each)
+# and after (10 each), what else a parameter changes, traces of l, gradients of x′ and l (5 each), flow stresses before
 _1, _2, _3, _4, _5, _6, _7, _8, _9 = (k * LANES for k in range(1, 10))
-_OLD, _PRESENT, _FORCE, _BEFORE, _AFTER, _NOW, _WAS, _LAME, _SHEAR, _ENERGY, _TRACE, _MIDDLE_TRACE, _GRADIENT, _RATE, _END = (
-    k * LANES for k in (0, 8, 16, 24, 34, 44, 45, 46, 47, 48, 49, 50, 51, 56, 61)
+_OLD, _PRESENT, _FORCE, _BEFORE, _AFTER, _NOW, _WAS, _LAME, _SHEAR, _ENERGY, _TRACE, _MIDDLE_TRACE, _GRADIENT, _RATE = (
+    k * LANES for k in (0, 8, 16, 24, 34, 44, 45, 46, 47, 48, 49, 50, 51, 56)
 )
+_COMMITTED, _END = 61 * LANES, 62 * LANES
 PER_PLACE = 17  # numbers a point: ∂N/∂x, ∂N/∂y, N/r (4 each) in the present places, F = ∂x/∂x_n (5: 11, 12, 21, 22, 33)
 PER_POINT = 48  # numbers a point of `prepare`, in the order in which it writes them
 _MIDDLE = 4
@@ -130,6 +131,17 @@ def prepare(x_n, x, cells, old, new, bulk, G, axisymmetric, scale, plastic, cauc
                 P[44], P[45], P[46], P[47] = 1.0 + new[e, q, 6], new[e, q, 9], 1.0 + new[e, q, 7], 1.0 + new[e, q, 8]
 
 
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _curve_gradient(kind, curve, knots, coefs, a, da, dt, dknots, dcoefs, out, first, kinds):
+    """Derivatives of a flow stress → ``kinds`` numbers of out from *first* on."""
+    if kind == TABLE:
+        for k in range(kinds):
+            out[first + k] = table_gradient(knots, coefs, a, dknots[k], dcoefs[k])
+    else:
+        by = flow_gradient(kind, curve, a, da, dt)
+        out[first], out[first + 1], out[first + 2], out[first + 3], out[first + 4] = by
+
+
 @njit(cache=True, error_model="numpy")
 def flow_gradients(kind, p, knots, coefs, committed, old, new, dt, dknots, dcoefs, out):
     """Derivatives of a flow stress → out (e, 4, 3, m): after the increment, as it begins and as committed, where those differ.
@@ -137,20 +149,19 @@ def flow_gradients(kind, p, knots, coefs, committed, old, new, dt, dknots, dcoef
     By its scalars p (5,), or of a table by what changes dknots (m, k), dcoefs (m, k − 1, 4) make of it. Plastic strains are
     column 4 of the histories (e, 4, h).
     """
-    curve, table = (p[0], p[1], p[2], p[3], p[4]), kind == TABLE
-    unused = np.empty(5)
+    curve, kinds = (p[0], p[1], p[2], p[3], p[4]), out.shape[3]
+    rows = out.reshape((out.shape[0], out.shape[1], 3 * kinds))
     for e in range(old.shape[0]):
         for q in range(old.shape[1]):
-            before, was, now = committed[e, q, 4], old[e, q, 4], new[e, q, 4]
-            for i in range(3):
-                a, da = (now, now - was) if i == 0 else (was, 0.0) if i == 1 else (before, 0.0)
-                if (i == 0 and now == was) or (i == 2 and was == before) or (now == was and was == before):
-                    out[e, q, i] = 0.0
-                elif table:
-                    for k in range(out.shape[3]):
-                        out[e, q, i, k] = flow_gradient(kind, curve, knots, coefs, a, da, dt, dknots[k], dcoefs[k], unused)
-                else:
-                    flow_gradient(kind, curve, knots, coefs, a, da, dt, dknots[0], dcoefs[0], out[e, q, i])
+            before, was, now, o = committed[e, q, 4], old[e, q, 4], new[e, q, 4], rows[e, q]
+            for k in range(3 * kinds):
+                o[k] = 0.0
+            if now != was:
+                _curve_gradient(kind, curve, knots, coefs, now, now - was, dt, dknots, dcoefs, o, 0, kinds)
+            if now != was or was != before:
+                _curve_gradient(kind, curve, knots, coefs, was, 0.0, dt, dknots, dcoefs, o, kinds, kinds)
+            if was != before:
+                _curve_gradient(kind, curve, knots, coefs, before, 0.0, dt, dknots, dcoefs, o, 2 * kinds, kinds)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -315,14 +326,15 @@ def _answer(w, P, B, bulk, G, part, hoop, volume):
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
 def at_fixed(
-    cells, geometry, point, bulk, G, axisymmetric, volume, dxn, dx, dold, moduli, slopes, dflow, r, dnew, energy
+    cells, geometry, point, bulk, G, axisymmetric, volume, dxn, dx, dold, moduli, slopes, dflow, r, dnew, energy, begun
 ):  # fmt: skip
     """Of directions d: dxn, dx (n, 2, d), dold (e, 4, h, d), moduli (2, d): bulk, shear → forces r (ndof, d), histories dnew.
 
-    dflow (m, d): changes of a flow curve, of which the stress has the slopes (e, 4, 3, m), see `flow_gradients`. r and energy
-    (d,), ∫ψ dV, are added to; volume (e, 4). Of no nodes dx (0, 2, d) no present place moves.
+    dold of the committed histories; begun (e, 4, n): see `slopes_of_begun`, (0, 4, n) where increments begin with these. dflow
+    (m, d): changes of a flow curve, of which the stress has the slopes (e, 4, 3, m), see `flow_gradients`. r and energy (d,),
+    ∫ψ dV, are added to; volume (e, 4). Of no nodes dx (0, 2, d) no present place moves.
     """
-    moves, fields, count, kinds = len(dx) > 0, dold.shape[2], dold.shape[3], dflow.shape[0]
+    moves, moved, fields, count, kinds = len(dx) > 0, len(begun) > 0, dold.shape[2], dold.shape[3], dflow.shape[0]
     part = 1.0 / 3.0 if axisymmetric else 0.5
     hoop = part if axisymmetric else 0.0
     w, at = np.zeros(_END), np.zeros(55 * LANES)
@@ -351,11 +363,18 @@ def at_fixed(
                     for d in range(lanes):
                         w[_BEFORE + k * LANES + d] = dold[e, q, k, first + d]
                 w[_NOW:_LAME] = 0.0
+                w[_COMMITTED:_END] = 0.0
                 for k in range(kinds):
                     now, was = slopes[e, q, 0, k], slopes[e, q, 1, k]
                     for d in range(lanes):
                         w[_NOW + d] += now * dflow[k, first + d]
                         w[_WAS + d] += was * dflow[k, first + d]
+                if moved:
+                    for k in range(kinds):
+                        both = slopes[e, q, 1, k] + slopes[e, q, 2, k]
+                        for d in range(lanes):
+                            w[_COMMITTED + d] += both * dflow[k, first + d]
+                    begun_along(begun[e, q], w, _BEFORE, _COMMITTED)
                 _answer(w, _values(point[e, q]), geometry[e, q], bulk, G, part, hoop, volume[e, q])
                 for k in range(fields):
                     for d in range(lanes):

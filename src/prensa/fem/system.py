@@ -472,7 +472,7 @@ class System:
         history, scale, floor = [], 0.0, ROUND_OFF * EPS * self.stiffness * self.nodes
         at = At(c.seconds, elapsed(self.problem, c.time, c.state.ends), data is not None, secant)
         for block, old, held in zip(self.blocks, base, flows or [None] * len(self.blocks)):
-            here = at._replace(dt=c.rule.seconds(block, c.seconds), flows=held)
+            here = at._replace(dt=c.rule.seconds(block, c.seconds), flows=held, begun=c.rule.share > 0.0)
             out = sweep(block, c.x_n, du, old, here, r, data, self.pattern, c.threads)
             if out.failed:
                 x, y = self.X[block.cells[out.failed.element]].mean(axis=0)[:2].tolist()

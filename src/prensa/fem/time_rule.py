@@ -51,8 +51,8 @@ class TimeRule(NamedTuple):
         return self.part * dt if self.part != 1.0 and block.flows else dt
 
     def begun(self, block: Block, history: Array) -> Array:
-        """The history (m, q, h) that a block's law begins with."""
-        if not block.flows:
+        """The history (m, q, h) that a block's law begins with: the committed one, if no flow is shifted."""
+        if not block.flows or not self.share:
             return history
         out = history.copy()
         law: Any = block.law

@@ -318,8 +318,8 @@ def stress_small(h, frame, sigma, dsigma, eps_e, P, A, new, tangent):
 
 
 @njit(cache=True, error_model="numpy")
-def keep_trial(h, old, new, finite):
-    """Elastic tensor that old tensors (columns 8 … 13) would have become if nothing had flowed → the same columns of new.
+def keep_trial(h, old, first, new, finite):
+    """Elastic tensor that old tensors (columns ``first`` …) would have become if nothing had flowed → columns 8 … 13 of new.
 
     h (n, 9); old, new (n, ≥14) as in `prensa.materials.laws.J2`. Points whose plastic strain (column 6) stayed keep what they
     are: in them nothing has flowed, and round-off is not to say otherwise.
@@ -329,13 +329,14 @@ def keep_trial(h, old, new, finite):
             for k in range(6):
                 new[i, 8 + k] = new[i, k]
         elif finite:
-            b11, b22, b33, b12, b13, b23 = push_forward(h, old[:, 8:], i)
+            b11, b22, b33, b12, b13, b23 = push_forward(h, old[:, first:], i)
             new[i, 8], new[i, 9], new[i, 10], new[i, 11], new[i, 12], new[i, 13] = b11, b22, b33, b12, b13, b23
         else:
-            new[i, 8], new[i, 9], new[i, 10] = old[i, 8] + h[i, 0], old[i, 9] + h[i, 4], old[i, 10] + h[i, 8]
-            new[i, 11] = old[i, 11] + 0.5 * (h[i, 1] + h[i, 3])
-            new[i, 12] = old[i, 12] + 0.5 * (h[i, 2] + h[i, 6])
-            new[i, 13] = old[i, 13] + 0.5 * (h[i, 5] + h[i, 7])
+            was = old[i, first:]
+            new[i, 8], new[i, 9], new[i, 10] = was[0] + h[i, 0], was[1] + h[i, 4], was[2] + h[i, 8]
+            new[i, 11] = was[3] + 0.5 * (h[i, 1] + h[i, 3])
+            new[i, 12] = was[4] + 0.5 * (h[i, 2] + h[i, 6])
+            new[i, 13] = was[5] + 0.5 * (h[i, 5] + h[i, 7])
 
 
 @njit(cache=True, error_model="numpy")

@@ -217,8 +217,8 @@ def stress_small(h, frame, sigma, dsigma, eps_e, P, A, new, tangent):
 
 
 @njit(cache=True, error_model="numpy")
-def keep_trial(h, old, new, finite):
-    """Elastic tensor that old tensors (columns 6 … 9) would have become if nothing had flowed → the same columns of new.
+def keep_trial(h, old, first, new, finite):
+    """Elastic tensor that old tensors (columns ``first`` …) would have become if nothing had flowed → columns 6 … 9 of new.
 
     h (n, 5); old, new (n, ≥10) as in `prensa.materials.laws.J2`. Points whose plastic strain (column 4) stayed keep what they
     are: in them nothing has flowed, and round-off is not to say otherwise.
@@ -230,11 +230,12 @@ def keep_trial(h, old, new, finite):
             continue
         if finite:
             new[i, 6], new[i, 7], new[i, 8], new[i, 9] = push_forward(
-                h[i, 0], h[i, 1], h[i, 2], h[i, 3], h[i, 4], old[i, 6], old[i, 7], old[i, 8], old[i, 9]
-            )
+                h[i, 0], h[i, 1], h[i, 2], h[i, 3], h[i, 4],
+                old[i, first], old[i, first + 1], old[i, first + 2], old[i, first + 3],
+            )  # fmt: skip
         else:
-            new[i, 6], new[i, 7], new[i, 8] = old[i, 6] + h[i, 0], old[i, 7] + h[i, 3], old[i, 8] + h[i, 4]
-            new[i, 9] = old[i, 9] + 0.5 * (h[i, 1] + h[i, 2])
+            new[i, 6], new[i, 7] = old[i, first] + h[i, 0], old[i, first + 1] + h[i, 3]
+            new[i, 8], new[i, 9] = old[i, first + 2] + h[i, 4], old[i, first + 3] + 0.5 * (h[i, 1] + h[i, 2])
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)

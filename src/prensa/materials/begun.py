@@ -10,8 +10,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from prensa.kernels.compiled import njit
 from prensa.kernels.tensor import principal
 from prensa.materials.hardening import flow_stress
@@ -98,51 +96,44 @@ def slopes_of_begun(history, begun, new, share, cauchy, kind, p, knots, coefs, o
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
-def _row(w, row, itself, strain, m):
-    """A row of the matrix of a point times the derivatives in the first ten rows of w → row 10 + *row*."""
+def _row(w, first, row, itself, strain, m):
+    """A row of the matrix of a point times ten rows of derivatives from ``first`` in w on → row 10 + *row* behind them."""
     m0, m1, m2, m3, m4, m5, m6, m7 = m
-    n = row * LANES
+    n = first + row * LANES
     for d in range(LANES):
         w[10 * LANES + n + d] = (
-            itself * w[n + d] + strain * w[4 * LANES + d]
-            + m0 * w[d] + m1 * w[LANES + d] + m2 * w[2 * LANES + d] + m3 * w[3 * LANES + d]
-            + m4 * w[6 * LANES + d] + m5 * w[7 * LANES + d] + m6 * w[8 * LANES + d] + m7 * w[9 * LANES + d]
+            itself * w[n + d] + strain * w[first + 4 * LANES + d]
+            + m0 * w[first + d] + m1 * w[first + LANES + d] + m2 * w[first + 2 * LANES + d] + m3 * w[first + 3 * LANES + d]
+            + m4 * w[first + 6 * LANES + d] + m5 * w[first + 7 * LANES + d] + m6 * w[first + 8 * LANES + d]
+            + m7 * w[first + 9 * LANES + d]
         )  # fmt: skip
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract"})
-def begun_along(slopes, old, stresses, ways, out):
-    """Derivatives old (e, q, 10, d) of committed histories → out (e, q, 10, d), of what the increment begins with.
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def begun_along(M, w, first, stress):
+    """Derivatives of a committed history, ten rows from ``first`` in w on → in place, of what the increment begins with.
 
-    ways (m, d): what directions change of a flow curve, of which ``stresses`` (e, q, 3, m) has the slopes at the end of the
-    increment, at its beginning, and as committed.
+    M (PER_BEGUN,) of the point; the ten rows behind are overwritten. ``stress``: where the row is that says what directions
+    change of the flow stress where the increment begins, and of that as committed, together.
     """
-    count, kinds, w = old.shape[3], ways.shape[0], np.zeros(16 * LANES)
-    for first in range(0, count, LANES):
-        lanes = min(LANES, count - first)
-        for e in range(old.shape[0]):
-            for q in range(old.shape[1]):
-                M = slopes[e, q]
-                for k in range(10):
-                    for d in range(lanes):
-                        w[k * LANES + d] = old[e, q, k, first + d]
-                now = 0  # where the rows of what it begins with are: those committed, or the ones behind them
-                if M[_MOVED] != 0.0:
-                    now = 10
-                    for row in range(6):
-                        n, itself, strain = 8 * row, 1.0 if row > 3 else 0.0, M[_BY_STRAIN] if row == 5 else 0.0
-                        _row(w, row, itself, strain, (M[n], M[n + 1], M[n + 2], M[n + 3], M[n + 4], M[n + 5], M[n + 6], M[n + 7]))
-                    for k in range(kinds):
-                        by = M[_BY_STRESS] * (stresses[e, q, 1, k] + stresses[e, q, 2, k])
-                        for d in range(lanes):
-                            w[15 * LANES + d] += by * ways[k, first + d]
-                trial = 0 if M[_FLOWS] != 0.0 else now
-                for k in range(6):
-                    for d in range(lanes):
-                        out[e, q, k, first + d] = w[(now + k) * LANES + d]
-                for k in range(4):
-                    for d in range(lanes):
-                        out[e, q, 6 + k, first + d] = w[(trial + k) * LANES + d]
+    if M[_MOVED] == 0.0:
+        for d in range(4 * LANES):
+            w[first + 6 * LANES + d] = w[first + d]
+        return
+    for row in range(6):
+        n, itself, strain = 8 * row, 1.0 if row > 3 else 0.0, M[_BY_STRAIN] if row == 5 else 0.0
+        _row(w, first, row, itself, strain, (M[n], M[n + 1], M[n + 2], M[n + 3], M[n + 4], M[n + 5], M[n + 6], M[n + 7]))
+    by, now = M[_BY_STRESS], first + 10 * LANES
+    for d in range(LANES):
+        w[now + 5 * LANES + d] += by * w[stress + d]
+    if M[_FLOWS] != 0.0:  # what it would be if nothing flowed goes on from the last commit
+        for d in range(4 * LANES):
+            w[first + 6 * LANES + d] = w[first + d]
+    else:
+        for d in range(4 * LANES):
+            w[first + 6 * LANES + d] = w[now + d]
+    for d in range(6 * LANES):
+        w[first + d] = w[now + d]
 
 
 @njit(cache=True, error_model="numpy")

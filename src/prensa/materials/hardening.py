@@ -115,50 +115,54 @@ def slope_before(kind, p, a, da, dt, slope):
 def _power_gradient(a, K, n):
     """Derivatives of K aⁿ by K and n, with the chord of `_ludwik` below `TINY`."""
     x, share = (TINY, a / TINY) if a < TINY else (a, 1.0)
-    power = share * _power(x, n)
-    return power, K * power * math.log(x)
+    log = math.log(x)
+    power = share * math.exp(n * log)
+    return power, K * power * log
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def flow_gradient(kind, p, a, da, dt):
+    """Derivatives of the flow stress by the five scalars p of a curve that is no table; arguments as of `flow_stress`."""
+    if kind == PERFECT:
+        return 1.0, 0.0, 0.0, 0.0, 0.0
+    if kind == LINEAR:
+        return 1.0, a, 0.0, 0.0, 0.0
+    if kind == LUDWIK:
+        by_K, by_n = _power_gradient(a, p[1], p[2])
+        return 1.0, by_K, by_n, 0.0, 0.0
+    if kind == SWIFT:
+        log = math.log(p[1] + a)
+        power = math.exp(p[2] * log)
+        return power, p[2] * p[0] * power / (p[1] + a), p[0] * power * log, 0.0, 0.0
+    if kind == VOCE:
+        decay = math.exp(-p[2] * a)
+        return 1.0, 1.0 - decay, p[1] * a * decay, a, 0.0
+    if kind == HOCKETT_SHERBY:
+        x, share = (TINY, a / TINY) if a < TINY else (a, 1.0)
+        log = math.log(x)
+        power = math.exp(p[3] * log)
+        decay = math.exp(-p[2] * power)
+        rise = (p[1] - p[0]) * decay * power * share
+        risen = share * (1.0 - decay)
+        return 1.0 - risen, risen, rise, p[2] * rise * log, 0.0
+    by_B, by_n = _power_gradient(a, p[1], p[2])
+    rate = da / dt / p[4] if dt > 0.0 else 0.0
+    if rate <= 1.0:
+        return 1.0, by_B, by_n, 0.0, 0.0
+    s, log = p[0] + p[1] * by_B, math.log(rate)
+    f = 1.0 + p[3] * log
+    return f, f * by_B, f * by_n, s * log, -s * p[3] / p[4]
 
 
 @njit(cache=True, error_model="numpy")
-def flow_gradient(kind, p, knots, coefs, a, da, dt, dknots, dcoefs, out):
-    """Derivatives of the flow stress by the scalars p → out (5,); what changes of a table's knots and coefficients make of it."""
-    out[:] = 0.0
-    if kind == PERFECT:
-        out[0] = 1.0
-    elif kind == LINEAR:
-        out[0], out[1] = 1.0, a
-    elif kind == LUDWIK:
-        by_K, by_n = _power_gradient(a, p[1], p[2])
-        out[0], out[1], out[2] = 1.0, by_K, by_n
-    elif kind == SWIFT:
-        power = _power(p[1] + a, p[2])
-        out[0], out[1], out[2] = power, p[2] * p[0] * power / (p[1] + a), p[0] * power * math.log(p[1] + a)
-    elif kind == VOCE:
-        decay = math.exp(-p[2] * a)
-        out[0], out[1], out[2], out[3] = 1.0, 1.0 - decay, p[1] * a * decay, a
-    elif kind == HOCKETT_SHERBY:
-        x, share = (TINY, a / TINY) if a < TINY else (a, 1.0)
-        power = _power(x, p[3])
-        decay = math.exp(-p[2] * power)
-        rise = (p[1] - p[0]) * decay * power * share
-        out[1] = share * (1.0 - decay)
-        out[0], out[2], out[3] = 1.0 - out[1], rise, p[2] * rise * math.log(x)
-    elif kind == JOHNSON_COOK:
-        by_B, by_n = _power_gradient(a, p[1], p[2])
-        rate = da / dt / p[4] if dt > 0.0 else 0.0
-        f = 1.0
-        if rate > 1.0:
-            s = p[0] + p[1] * by_B
-            f, out[3], out[4] = 1.0 + p[3] * math.log(rate), s * math.log(rate), -s * p[3] / p[4]
-        out[0], out[1], out[2] = f, f * by_B, f * by_n
-    else:
-        last = knots.shape[0] - 1
-        k = min(max(np.searchsorted(knots, a, side="right") - 1, 0), last - 1)
-        d = min(a, knots[last]) - knots[k]
-        slope = (3.0 * coefs[k, 0] * d + 2.0 * coefs[k, 1]) * d + coefs[k, 2]
-        moved = (dknots[last] if a >= knots[last] else 0.0) - dknots[k]
-        return ((dcoefs[k, 0] * d + dcoefs[k, 1]) * d + dcoefs[k, 2]) * d + dcoefs[k, 3] + slope * moved
-    return 0.0
+def table_gradient(knots, coefs, a, dknots, dcoefs):
+    """What changes dknots (k,), dcoefs (k − 1, 4) of a table make of its flow stress."""
+    last = knots.shape[0] - 1
+    k = min(max(np.searchsorted(knots, a, side="right") - 1, 0), last - 1)
+    d = min(a, knots[last]) - knots[k]
+    slope = (3.0 * coefs[k, 0] * d + 2.0 * coefs[k, 1]) * d + coefs[k, 2]
+    moved = (dknots[last] if a >= knots[last] else 0.0) - dknots[k]
+    return ((dcoefs[k, 0] * d + dcoefs[k, 1]) * d + dcoefs[k, 2]) * d + dcoefs[k, 3] + slope * moved
 
 
 @njit(cache=True)

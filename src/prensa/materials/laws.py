@@ -236,7 +236,8 @@ class J2(_Isotropic):
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:
         """H (n, c) = f − I, old (n, h) → out; see `Material`."""
         super().update(h, old, at, out)
-        _KERNELS[self.layout].keep_trial(h, old, out.new, self.finite)
+        # where no flow was shifted, what would have been carried along is the committed elastic tensor itself
+        _KERNELS[self.layout].keep_trial(h, old, self.layout.kept + 2 if at.begun else 0, out.new, self.finite)
 
     def begin(self, history: Array, share: float) -> Array:
         """What an increment begins with: a committed history (n, h) after a ``share`` of the last plastic strain more.

@@ -17,7 +17,8 @@ class At(NamedTuple):
     """Context of an update: seconds ``dt`` of the increment and ``time`` at its end, whether the ``tangent`` is wanted.
 
     ``secant``: how far A is to go from the tangent (0) to the secant moduli of plastic flow (1); a law may give the tangent.
-    ``flows`` (n,): which points flow plastically, whatever their trial stress; None: that decides.
+    ``flows`` (n,): which points flow plastically, whatever their trial stress; None: that decides. ``begun``: whether histories
+    come from `Flowing.begin`; else they are committed ones.
     """
 
     dt: float
@@ -25,6 +26,7 @@ class At(NamedTuple):
     tangent: bool = True
     secant: float = 0.0
     flows: NDArray[np.bool_] | None = None
+    begun: bool = True
 
     def of(self, rows: NDArray[Any]) -> At:
         """The same for some of the points: places (k,) or flags (n,) of rows."""

@@ -70,6 +70,10 @@ class Slopes:
         return ((path, self[path]) for path in self.parameters)
 
 
+class OnlyForwards(ArgumentError):
+    """What cannot be followed backwards, but forwards."""
+
+
 def gradient(
     problem: model.Problem,
     of: str | Sequence[str],
@@ -114,7 +118,7 @@ def gradient(
     check_arguments(problem, numerics, None, monitor, timer, policy)
     names = (of,) if isinstance(of, str) else tuple(of)
     measures = _measures(names, problem)
-    last, system, policy, timer = _number_of(problem, step), discretise(problem), policy or Policy(), timer or Timer()
+    last, system, policy, timer = number_of(problem, step), discretise(problem), policy or Policy(), timer or Timer()
     _refuse(system, by)
     run = Recorded(system, numerics or model.Numerics(), policy, Messages(system, monitor), timer)
     run.prescribe(system.initial(), times)
@@ -135,7 +139,7 @@ def _refuse(system: System, by: Sequence[str]) -> None:
     """Tell what has no derivative or none backwards, and what any run tells before it begins."""
     refuse(system, None, by)
     if not known(system):
-        raise ArgumentError(
+        raise OnlyForwards(
             "gradient: only F-bar quadrilaterals in finite strain, elastic or J2, and contacts on current geometry, by "
             "penalty or exact and with rounded tools, can be followed backwards; use solve(derivatives=...)"
         )
@@ -154,7 +158,8 @@ def _measure(name: object, problem: model.Problem) -> Measure:
     return parse(name, problem)
 
 
-def _number_of(problem: model.Problem, step: str | None) -> int:
+def number_of(problem: model.Problem, step: str | None) -> int:
+    """Number of a step, of the last one for None; raises `ArgumentError`."""
     names = [s.name for s in problem.steps]
     if step is None:
         return len(names) - 1
@@ -166,7 +171,7 @@ def _number_of(problem: model.Problem, step: str | None) -> int:
 def _slope(measure: Measure, increment: Increment) -> Gradient:
     slope = measure.gradient(increment)
     if slope is None:
-        raise ArgumentError(
+        raise OnlyForwards(
             f"gradient: {measure.name!r} has no derivative by places and forces, which the way back starts from; use "
             "solve(derivatives=...), which takes differences of it, or a measure of a place or a tool's force"
         )
@@ -185,10 +190,10 @@ class Recorded(Followed):
         self.lines = guard_of(system)
 
     def look_inside(self, c: Context, result: NewtonResult) -> None:
-        """As `TimeStepping.look_inside`; raises `ArgumentError` too where a free side comes to a line of symmetry."""
+        """As `TimeStepping.look_inside`; raises `OnlyForwards` too where a free side comes to a line of symmetry."""
         super().look_inside(c, result)
         for line, (x, y) in self.lines.near(result.u) if self.lines is not None else ():
-            raise ArgumentError(
+            raise OnlyForwards(
                 f"gradient: step {c.plan.name!r}, time {c.time:.6g}: a free side comes to the line of symmetry {line} near "
                 f"({x:.4g}, {y:.4g}), where a plane would stand from here on, behind which the way back does not lead; use "
                 "solve(derivatives=...), or describe it: a smooth plane among the tools, and a contact of the whole body with it"
@@ -206,7 +211,7 @@ class Recorded(Followed):
     ) -> tuple[State, Increment]:
         """As `TimeStepping.commit`."""
         if not covers(c):
-            raise ArgumentError(
+            raise OnlyForwards(
                 f"gradient: step {c.plan.name!r} has loads, springs, friction or forces let go that cannot be followed "
                 "backwards, as motions of tools, forces on them and constant coefficients of friction can; use "
                 "solve(derivatives=...)"
@@ -271,7 +276,7 @@ class _Parameter:
         above, below = (_with_shapes(s, system) for s in systems)
         change = None if shape else change_of(above, below, step)
         if not shape and change is None:
-            raise ArgumentError(f"gradient: what {path} changes cannot be followed backwards; use solve(derivatives=...)")
+            raise OnlyForwards(f"gradient: what {path} changes cannot be followed backwards; use solve(derivatives=...)")
         return cls(path, step, systems, change, shape)
 
     @property

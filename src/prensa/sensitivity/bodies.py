@@ -14,13 +14,14 @@ from prensa.elements.q4_directions import PER_PLACE, PER_POINT, along, at_fixed,
 from prensa.fem.assembly import Block, scatter_forces
 from prensa.fem.context import Context
 from prensa.fem.system import Evaluation, System
-from prensa.materials.begun import PER_BEGUN, begun_along, slopes_of_begun
+from prensa.materials.begun import PER_BEGUN, slopes_of_begun
 from prensa.materials.hardening import TABLE
 from prensa.sensitivity.change import Change, FlowChange
 
 Array = NDArray[np.float64]
 
 SHIFT = 1e-7  # over the size of the bodies, for differences of shapes
+NOT_BEGUN = np.empty((0, 4, PER_BEGUN))
 NO_FLOW = (0, np.zeros(5), np.zeros(2), np.zeros((1, 4)))  # of a curve that nobody asks for
 
 
@@ -65,15 +66,12 @@ class Elements:
         dold (e, 4, h, d): of the committed histories.
         """
         slopes, ways = self._flow([ch.flow[k] for ch in changes])
-        if self.begun is not None:
-            begins = np.empty_like(dold)
-            begun_along(self.begun, dold, slopes, ways, begins)
-            dold = begins
         dnew, energy = np.empty_like(dold), np.zeros(len(changes))
         moduli = np.array([[ch.bulk[k] for ch in changes], [ch.G[k] for ch in changes]])
         at_fixed(
             self.block.cells, self.geometry, self.point, *moduli_of(self.block), self.block.mode.axisymmetric,
             self.block.volume, dxn, dx, dold, moduli, slopes, ways, r, dnew, energy,
+            NOT_BEGUN if self.begun is None else self.begun,
         )  # fmt: skip
         return dnew, energy
 

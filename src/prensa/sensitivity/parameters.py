@@ -24,26 +24,30 @@ def part_of(problem: Problem, path: str) -> Any:
     """What stands at a path of a description; None if nothing."""
     found: Any = problem
     while path:
-        some = [(len(key), part, rest) for key, part in _below(found) if (rest := _inside(key, path)) is not None]
+        some = [
+            (len(key), part, rest) for keys, part in _below(found) for key in keys if (rest := _inside(key, path)) is not None
+        ]
         _, found, path = max(some, key=lambda one: one[0], default=(0, None, ""))
     return found
 
 
-def _below(value: Any) -> Iterator[tuple[str, Any]]:
-    """Parts of a part of a description, by their keys."""
+def _below(value: Any) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Parts of a part of a description, by their keys: an entry of a list has its number and its name, if it has one."""
     if is_dataclass(value):
-        yield from ((f.name, getattr(value, f.name)) for f in fields(value))
+        yield from (((f.name,), getattr(value, f.name)) for f in fields(value))
     elif isinstance(value, Mapping):
-        yield from value.items()
+        yield from (((key,), part) for key, part in value.items())
     elif isinstance(value, list | tuple):
-        yield from ((str(k), part) for k, part in enumerate(value))
+        for k, part in enumerate(value):
+            name = getattr(part, "name", None)
+            yield ((str(k), name) if isinstance(name, str) and name else (str(k),)), part
 
 
 def _leaves(path: str, value: Any) -> Iterator[tuple[str, float]]:
     if isinstance(value, float):
         yield path, value
         return
-    for key, part in _below(value):
+    for (key, *_), part in _below(value):
         yield from _leaves(f"{path}.{key}" if path else key, part)
 
 
@@ -99,10 +103,12 @@ def _replaced(part: Any, changes: Mapping[str, float]) -> Any:
     if "" in changes:
         return changes[""]
     below: dict[str, Any] = {}
-    for key, value in _below(part):
-        inside = {rest: number for path, number in changes.items() if (rest := _inside(key, path)) is not None}
+    for keys, value in _below(part):
+        inside = {
+            rest: number for path, number in changes.items() for key in keys if (rest := _inside(key, path)) is not None
+        }
         if inside:
-            below[key] = _replaced(value, inside)
+            below[keys[0]] = _replaced(value, inside)
     if is_dataclass(part):
         return replace(part, **below)  # type: ignore[type-var]
     if isinstance(part, Mapping):

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import nnls
 
 from prensa.contact.pairing import current_pairs
 from prensa.fem.context import Context
@@ -36,6 +35,8 @@ def _tips(system: System, c: Context, t: int, policy: Policy) -> TipsOver | None
     size = float(np.hypot(*force[:2]))
     if not free[2] or not size > 0.0:
         return None
+    from scipy.optimize import nnls  # takes a tenth of a second to import, for what few runs need
+
     tool, place = system.tools[t], system.place_of(t, c.state.u)
     at = tool.at + place[:2]
     places, normals = _near(system, c, t, policy.tip_reach)

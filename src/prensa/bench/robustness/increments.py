@@ -57,7 +57,8 @@ def resolution(system: Any, inc: Increment) -> float:
         pressed = (c.pressure > 0) & (c.gap < 0)
         if s.description.enforcement.type == "penalty" and pressed.any():
             stiffness = c.pressure[pressed] * c.weight[pressed] / -c.gap[pressed]
-            across = np.abs(c.force[pressed]) / np.hypot(*c.force[pressed].T)[:, None]
+            force = c.force[pressed]  # none at nodes of no weight, as on the axis
+            across = np.abs(force) / np.maximum(np.hypot(*force.T), np.finfo(float).tiny)[:, None]
             out += float((stiffness * (across * np.spacing(np.abs(c.x[pressed]))).sum(axis=1)).sum())
     return out
 
