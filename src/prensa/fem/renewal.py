@@ -86,7 +86,7 @@ def carried_over(system: System, state: State, meshes: dict[str, Mesh], bodies: 
     new = on_meshes(system, draft)  # its X are the places now, until those of the beginning are known
     nodal = _Nodal(system, state, new, bodies)
     places = _Places(system, state, new, nodal.carried(state.u), bodies)
-    points = {b: places.x[_own(new, b)] for b in meshes}
+    points = {b: places.x[own_nodes(new, b)] for b in meshes}
     shape = min(float(shape_measure(points[b], meshes[b].cells).min()) for b in bodies)
     if not shape > 0:
         raise TriangulationError(
@@ -97,7 +97,7 @@ def carried_over(system: System, state: State, meshes: dict[str, Mesh], bodies: 
     u = nodal.carried(state.u)
     origin = new.X - new.displacement(u)
     histories, volumes = _histories(system, state, new, bodies)
-    remeshed = replace(draft, origin={b: origin[_own(new, b)] for b in meshes}, volume=volumes)
+    remeshed = replace(draft, origin={b: origin[own_nodes(new, b)] for b in meshes}, volume=volumes)
     record, lam = places.records(new)
     for s in new.surfaces:
         if s.multipliers is not None:
@@ -110,7 +110,7 @@ def carried_over(system: System, state: State, meshes: dict[str, Mesh], bodies: 
     )  # fmt: skip
 
 
-def _own(system: System, body: str) -> slice:
+def own_nodes(system: System, body: str) -> slice:
     """The nodes of a body."""
     return slice(system.offsets[body], system.offsets[body] + len(system.meshes[body].points))
 
@@ -136,15 +136,15 @@ class _Nodal:
     def __init__(self, old: System, state: State, new: System, bodies: list[str]) -> None:
         self.old, self.new, self.bodies = old, new, bodies
         self.x = old.positions(state.u)
-        self.places = {b: located(self.x[_own(old, b)], old.meshes[b].cells, new.X[_own(new, b)]) for b in bodies}
+        self.places = {b: located(self.x[own_nodes(old, b)], old.meshes[b].cells, new.X[own_nodes(new, b)]) for b in bodies}
 
     def carried(self, values: Array) -> Array:
         """Values (ndof,) of the old degrees of freedom at the new ones."""
         out = np.zeros(self.new.ndof)
         before, after = self.old.displacement(values), self.new.displacement(out)
         for body, mesh in self.old.meshes.items():
-            nodal = before[_own(self.old, body)]
-            after[_own(self.new, body)] = (
+            nodal = before[own_nodes(self.old, body)]
+            after[own_nodes(self.new, body)] = (
                 at_places(nodal, mesh.cells, self.places[body]) if body in self.bodies else nodal
             )
         self.new.dofs.tool.of(out)[:] = self.old.dofs.tool.of(values)
@@ -155,12 +155,12 @@ class _Nodal:
         out = np.zeros(self.new.ndof)
         before, after = self.old.displacement(forces), self.new.displacement(out)
         for body, mesh in self.new.meshes.items():
-            own, nodal = after[_own(self.new, body)], before[_own(self.old, body)]
+            own, nodal = after[own_nodes(self.new, body)], before[own_nodes(self.old, body)]
             if body not in self.bodies:
                 own[:] = nodal
                 continue
             loaded = np.flatnonzero(nodal.any(axis=1))
-            there = located(x[_own(self.new, body)], mesh.cells, self.x[_own(self.old, body)][loaded])
+            there = located(x[own_nodes(self.new, body)], mesh.cells, self.x[own_nodes(self.old, body)][loaded])
             np.add.at(own, mesh.cells[there.element], there.N[:, :, None] * nodal[loaded, None, :])
         self.new.dofs.tool.of(out)[:] = self.old.dofs.tool.of(forces)
         return out

@@ -18,7 +18,8 @@ from prensa.errors import PrensaError, SolveError
 from prensa.fem.context import Context
 from prensa.fem.discretise import on_meshes
 from prensa.fem.interaction import Branches, Overrides, Part, Request, Response
-from prensa.fem.renewal import check_mesher, least_shape, present_plan, renewed
+from prensa.fem.mirrors import Line, guard_of
+from prensa.fem.renewal import check_mesher, least_shape, own_nodes, present_plan, renewed
 from prensa.fem.schedule import StepPlan
 from prensa.fem.sizes import SizeField, coarseness, least_at_tools, mismatch, section_area
 from prensa.fem.state import State
@@ -115,6 +116,8 @@ class Remeshing:
         self.bodies = [b.body for b in base.blocks if b.law.plastic]
         self.area = {body: section_area(base, body) for body in self.bodies}
         self.told_full = False
+        guard = guard_of(base)
+        self.lines: list[Line] = [] if guard is None else guard.lines
 
     def run(self, state: State) -> Iterator[Increment]:
         """Increments from a committed state to the end of the last step."""
@@ -127,6 +130,7 @@ class Remeshing:
             try:
                 for increment in stepping.run(state):
                     state, failures = increment.state, 0
+                    self._look_at_lines(stepping.system, state)
                     yield increment
                     if self.due(stepping.system, state):
                         break
@@ -219,6 +223,21 @@ class Remeshing:
             raise error
         if failures > len(self.policy.finer):
             raise SolveError(f"{error} New meshes have not helped here.", error.last, error.reason) from error
+
+    def _look_at_lines(self, system: System, state: State) -> None:
+        """Warn, once a line, of bodies that have come through a line of symmetry: no plane is put there on new meshes."""
+        x, left = system.positions(state.u), []
+        for line in self.lines:
+            most = -self.policy.through_line * system.length
+            bodies = [b for b in line.bodies if line.distance(x[own_nodes(system, b)]).min() < most]
+            if bodies:
+                log.warning(
+                    "time %.6g: body %r has come through its line of symmetry %s, which holds only what lay on it: add a plane "
+                    "there to 'tools', and a contact of the whole outline", state.clock.time, bodies[0], line,
+                )  # fmt: skip
+            else:
+                left.append(line)
+        self.lines = left
 
     # ------------------------------------------------------------------------------------------------------------- how
     def _sizes(self, system: System, state: State, body: str, share: float = 1.0) -> SizeField:
