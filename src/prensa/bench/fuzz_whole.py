@@ -162,6 +162,8 @@ def lines(app: App, count: int, seed: int, folder: Path) -> Iterator[Attempt]:
     here.mkdir()
     text = functools.reduce(lambda t, w: t.replace(w, USUAL_NAMES[w]), PLACEHOLDERS, PLAIN_CASE)
     (here / "good.yaml").write_text(text, encoding="utf-8")
+    for words in (["run", "good.yaml", "--out", "out"], ["plot", "out", "--out", "x.png"], ["report", "out"]):
+        _typed(app, words, here)  # loads the libraries of pictures: what they take is no input's fault
     for _ in range(count):
         verb = str(rng.choice(list(OPTIONS_OF)))
         words = [verb, "good.yaml" if verb not in ("plot", "report", "resume") else "out" if rng.random() < 0.8 else "study"]
