@@ -115,7 +115,7 @@ def rolling(length: float, rows: int, E: float, mu: float, turn: float = 0.15) -
     )  # fmt: skip
 
 
-@case("strip rolling (Karman)", suite="forming", slow=True)
+@case("strip rolling (Karman)", suite="forming", slow=True, told=("elements lie in the contact, forces step by",))
 def karman(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """Means over a passage: force within 3 % and torque within 1.5 % of the slab, steady to 0.5 %."""
     for over_yield in (290.0, 5800.0):
