@@ -116,8 +116,9 @@ def test_a_step_in_which_time_passes_may_repeat_what_is_there():
 
 def test_a_sensitivity_to_the_rate_in_per_cent_is_told():
     """As an exponent is; usual ones are not."""
+    press = (pr.Step("press", move={"die": pr.Motion(y=-0.1)}, duration=1.0),)
     for C, n, heard in ((2.0, 0.4, "material.flow.C"), (0.02, 40.0, "material.flow.n"), (0.02, 0.4, "")):
-        said = warnings_of(block(pr.J2(E=70e3, nu=0.3, flow=pr.JohnsonCook(A=60, B=100, n=n, C=C))))
+        said = warnings_of(block(pr.J2(E=70e3, nu=0.3, flow=pr.JohnsonCook(A=60, B=100, n=n, C=C)), steps=press))
         assert len(said) == bool(heard)
         assert all(heard in words and "did you mean" in words for words in said)
 

@@ -73,7 +73,7 @@ def _merge(rng: Generator, text: str) -> str:
 
 def _twice(rng: Generator, text: str) -> str:
     """A key of a flow mapping or a line twice, with the same or another value."""
-    spots = list(re.finditer(r"(\w+): ([^\s,\[\]{}:]+)", text))
+    spots = list(re.finditer(r"\b(\w+): ([^\s,\[\]{}:]+)", text))
     if spots and rng.random() < 0.5:
         spot = spots[rng.integers(len(spots))]
         value = spot.group(2) if rng.random() < 0.5 else str(rng.choice(np.array(SCALARS, dtype=object)))

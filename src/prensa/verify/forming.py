@@ -70,7 +70,7 @@ def upsetting(
             enforcement=enforcement or pr.Penalty(),
         ),),
         fixed={"billet.bottom": "y", "billet.left": "x"},
-        steps=(pr.Step("press", move=stroke("punch", 7.5, reductions), increments=increments),),
+        steps=(pr.Step("press", move=stroke("punch", 7.5, reductions), increments=increments, duration=1.0),),
     )  # fmt: skip
 
 

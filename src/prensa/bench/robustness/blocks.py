@@ -81,7 +81,8 @@ def draw(suite: str, seed: int, number: int) -> pr.Problem:
         f"{number}: {shape}, {motion}, {_name(law)}, {kinematics}-{geometry}, {space}, {material.type}, {element}, {system}",
         space=space, kinematics=kinematics, contact_geometry=geometry, allow_large_strain=kinematics == "small",
         bodies={"body": body}, tools={"tool": tool},
-        contacts=(pr.Contact(tuple(sides), "tool", friction=law),), fixed=fixed, steps=tuple(steps),
+        contacts=(pr.Contact(tuple(sides), "tool", friction=law),), fixed=fixed,
+        steps=tuple(replace(s, duration=1.0) for s in steps),  # metals whose flow depends on the rate need one
         units=pr.Units(*system.split("-")),
     )  # fmt: skip
 
