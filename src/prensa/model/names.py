@@ -33,8 +33,8 @@ def of_the_trade(word: str) -> str | None:
 def nearest(name: str, known: Iterable[str]) -> str | None:
     """The known name that is spelt most like a name, if one is near; letters may differ in case."""
     known = list(known)
-    close = difflib.get_close_matches(name, known, n=1)
-    return next(iter(close or [k for k in known if k.casefold() == name.casefold()]), None)
+    same = [k for k in known if k.casefold() == name.casefold()]
+    return next(iter(same or difflib.get_close_matches(name, known, n=1)), None)
 
 
 def meant(name: str, known: Iterable[str]) -> str | None:
