@@ -1,8 +1,11 @@
+import shutil
+
 import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.output.passages import read_passages
+from prensa.errors import PrensaError
+from prensa.output.passages import read_passages, restored
 from prensa.output.progress import ProgressBar
 from prensa.output.report import read_summary
 from prensa.output.run import resume, run
@@ -57,6 +60,24 @@ def test_a_stopped_run_ends_with_the_same_table(done, tmp_path, monkeypatch):
     resume(tmp_path, quiet=True)
     for name in ("passages.csv", "history.csv"):
         assert (tmp_path / name).read_bytes() == (done.directory / name).read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "words"),
+    [
+        ("history.csv", "press,", "mm,", "have a step 'mm', which the case has not"),
+        ("history.csv", "roller.mz", "roller.mx", "have no column 'roller.mz'"),
+        ("passages.csv", ".passages", ".passings", "have no column '.*passages'"),
+    ],
+)
+def test_tables_of_another_case_are_not_gone_on_with(done, tmp_path, file, old, new, words):
+    """Steps or columns that are not the case's are told before anything of a stopped run is taken over."""
+    shutil.copytree(done.directory, tmp_path / "run")
+    path = tmp_path / "run" / file
+    path.write_text(path.read_text().replace(old, new))
+    system = pr.discretise(dragged().problem)
+    with pytest.raises(PrensaError, match=words):
+        restored(tmp_path / "run", system, done.increment.state.clock)
 
 
 def test_a_plane_has_no_passages(tmp_path):

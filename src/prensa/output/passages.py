@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.errors import PrensaError
 from prensa.fem.state import Clock
 from prensa.fem.system import System
 from prensa.output.history import Table, read_history, read_table
@@ -63,6 +64,11 @@ def restored(directory: Path, system: System, clock: Clock) -> Passages:
             passages.met.add(name)
     if passages.count and (directory / PASSAGES).is_file():
         more = read_passages(directory)
+        needed = {*passages.columns, *(f"{name}.passages" for name in passages.count)}
+        for name in sorted(needed - {*more, *table}):
+            raise _changed(directory, f"no column {name!r}")
+        for name in sorted({*table["step"].tolist()} - {*number}):
+            raise _changed(directory, f"a step {name!r}, which the case has not")
         rows = {int(n): k for k, n in enumerate(more["increment"])}
         after = [*(number[str(step)] for step in table["step"][1:]), clock.step]  # step of what follows each row
         for k, n in enumerate(table["increment"]):
@@ -71,6 +77,10 @@ def restored(directory: Path, system: System, clock: Clock) -> Passages:
                 ended = (clock.step if n == last else after[k]) > number[str(table["step"][k])]
                 passages.restore(str(table["step"][k]), row | {name: v[k] for name, v in table.items()}, ended)
     return passages
+
+
+def _changed(directory: Path, what: str) -> PrensaError:
+    return PrensaError(f"{directory}: {PASSAGES} and history.csv have {what}; the folder was changed, run the case again")
 
 
 def read_passages(directory: str | Path) -> dict[str, NDArray[Any]]:
