@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Protocol, Unpack
 
 import numpy as np
@@ -27,6 +28,7 @@ from prensa.fem.system import Evaluation, System
 from prensa.fem.transfer import with_flow
 from prensa.model.problem import tools_removed
 from prensa.model.remeshing import remeshing_of
+from prensa.solver.approach import bisected
 from prensa.solver.attempt import attempt, attempt_from
 from prensa.solver.equilibrium import Equilibrium, NewtonResult
 from prensa.solver.failure import BeyondSmall, FreeToMove, MetalInside, sentence
@@ -44,6 +46,10 @@ class RemeshingError(PrensaError):
     """A state that could not be brought onto a new mesh."""
 
 
+Due = Callable[[State, StepPlan, float], float]
+"""Time up to a given one at which a tool will have gone the way after which a mesh is due or looked at; infinite: it will not."""
+
+
 class Stepping(Protocol):
     """The time stepping of a system, as `prensa.solver.time_stepping.TimeStepping`."""
 
@@ -51,6 +57,7 @@ class Stepping(Protocol):
     policy: Policy
     messages: Messages
     last: Increment | None
+    due: Due | None
 
     def run(self, state: State) -> Iterator[Increment]:
         """Increments from a state to the end of the last step."""
@@ -121,7 +128,7 @@ class Remeshing:
 
     def run(self, state: State) -> Iterator[Increment]:
         """Increments from a committed state to the end of the last step."""
-        stepping = self.make(self.base if state.remeshed is None else on_meshes(self.base, state.remeshed))
+        stepping = self._stepping(self.base if state.remeshed is None else on_meshes(self.base, state.remeshed))
         failures = 0
         while True:
             if failures or (why := self.due(stepping.system, state)):
@@ -140,7 +147,36 @@ class Remeshing:
                 failures += 1
                 self._refuse_hopeless(state, error, failures)
 
+    def _stepping(self, system: System) -> Stepping:
+        """Time stepping on the meshes of a system, whose increments end where a tool has gone the way that is asked for."""
+        stepping = self.make(system)
+        stepping.due = partial(self.due_at, system)
+        return stepping
+
     # ------------------------------------------------------------------------------------------------------------ when
+    def due_at(self, system: System, state: State, plan: StepPlan, until: float) -> float:
+        """See `Due`. Tools whose motion is not given are taken to go on as in the last increment."""
+        now, tools = state.clock.time, system.dofs.tool.slice
+        if self._count(state) >= self.asked.at_most:
+            return np.inf
+        rate = state.du[tools] / state.dt_last if state.dt_last > 0.0 else np.zeros(tools.stop - tools.start)
+        limit = self._travel_limit(state)
+        limit *= 1 + self._passed(self._travel(system, state, state.u), limit)
+
+        def short(t: float) -> bool:
+            u = state.u.copy()
+            u[tools] += rate * (t - now)
+            u[plan.fixed] = plan.values(t)
+            return self._travel(system, state, u) < limit
+
+        times = np.linspace(now, until, self.policy.due_looks + 1)
+        gone = next((k for k, t in enumerate(times[1:]) if not short(t)), None)
+        return np.inf if gone is None else bisected(short, float(times[gone]), float(times[gone + 1]))[1]
+
+    def _passed(self, way: float, limit: float) -> int:
+        """How often a way has passed a limit."""
+        return int(way / limit + self.policy.nearly_due)
+
     def due(self, system: System, state: State) -> str:
         """Why a new mesh is due in a state, in words; '' if none is."""
         problem, step = system.problem, state.clock.step
@@ -167,10 +203,10 @@ class Remeshing:
         way, limit = self._travel(system, state, state.u), self._travel_limit(state)
         if when.travel == "auto":
             before = self._travel(system, state, state.u - state.du)
-            if way // limit == before // limit or not (reason := self._could_be_better(system, state, shape)):
+            if self._passed(way, limit) == self._passed(before, limit) or not (reason := self._could_be_better(system, state, shape)):
                 return ""
             return f"travel {way:.3g}, {reason}"
-        return f"travel {way:.3g}" if way > limit else ""
+        return f"travel {way:.3g}" if self._passed(way, limit) else ""
 
     def _could_be_better(self, system: System, state: State, shape: float) -> str:
         """What a new mesh would do better than one of a least ``shape``, in words; '' if it would be much like this one."""
@@ -270,7 +306,7 @@ class Remeshing:
         new, there = renewed(system, state, self.bodies, lambda body: self._sizes(system, state, body, share))
         assert there.remeshed is not None
         remeshed = replace(there.remeshed, least=self._least(new, there))
-        following = self.make(new)
+        following = self._stepping(new)
         following.last = stepping.last
         if state.clock.number == 0 and self.base.beginning is None:
             return following, replace(new.undeformed(), remeshed=remeshed), "undeformed"

@@ -55,7 +55,7 @@ from prensa.solver.policy import Policy
 from prensa.solver.post_mortem import hint, where
 from prensa.solver.quality import quality_warnings, untouched_tools
 from prensa.solver.reduced import Reduced
-from prensa.solver.remeshing import Remeshing, fresh
+from prensa.solver.remeshing import Due, Remeshing, fresh
 from prensa.solver.reporting import Messages
 from prensa.solver.results import increment_of
 from prensa.solver.stabilisation import Stabilisation
@@ -235,6 +235,7 @@ class TimeStepping:
         self.remeshes = False
         self.guard: Guard | None = None  # of lines of symmetry that free outlines may come to
         self.planes: list[str] = []  # tools that stand for them, once one has
+        self.due: Due | None = None  # when a mesh is due, where that is known before
         self.stopping: Stopping
         self.times: Array | None = None
         self.stops: Array | None = None
@@ -377,7 +378,8 @@ class TimeStepping:
         spent: list[int] = []
         cutbacks, most = 0, self.most_cutbacks(state)
         while True:
-            end, notes = control.end(now, dt), list[str]()
+            due = np.inf if self.due is None else self.due(state, plan, min(now + 2.0 * dt, plan.t1))
+            end, notes = control.end(now, dt, due), list[str]()
             if self.times is None:
                 end, notes = first_touch(self.system, state, plan, end, self.policy)
             for message in notes:
