@@ -46,8 +46,15 @@ class RemeshingError(PrensaError):
     """A state that could not be brought onto a new mesh."""
 
 
-Due = Callable[[State, StepPlan, float], float]
-"""Time up to a given one at which a tool will have gone the way after which a mesh is due or looked at; infinite: it will not."""
+class Due(Protocol):
+    """Time at which a tool has gone the way after which a mesh is due."""
+
+    def __call__(self, state: State, plan: StepPlan, until: float, reached: Array | None = None) -> float:
+        """That after a committed state and up to the time ``until``, infinite where there is none.
+
+        Tools whose motion is not given are taken to go on as in the last increments, or to the dofs ``reached`` (ndof,) by then;
+        infinite too where these are hardly beyond that way.
+        """
 
 
 class Stepping(Protocol):
@@ -150,32 +157,33 @@ class Remeshing:
     def _stepping(self, system: System) -> Stepping:
         """Time stepping on the meshes of a system, whose increments end where a tool has gone the way that is asked for."""
         stepping = self.make(system)
-        stepping.due = partial(self.due_at, system)
+        if self.asked.when.travel != "auto":
+            stepping.due = partial(self.due_at, system)
         return stepping
 
     # ------------------------------------------------------------------------------------------------------------ when
-    def due_at(self, system: System, state: State, plan: StepPlan, until: float) -> float:
-        """See `Due`. Tools whose motion is not given are taken to go on as in the last increment."""
-        now, tools = state.clock.time, system.dofs.tool.slice
+    def due_at(self, system: System, state: State, plan: StepPlan, until: float, reached: Array | None = None) -> float:
+        """See `Due`."""
+        now, tools, limit = state.clock.time, system.dofs.tool.slice, self._travel_limit(state)
+        over = 1.0 + self.policy.nearly_due
         if self._count(state) >= self.asked.at_most:
             return np.inf
-        rate = state.du[tools] / state.dt_last if state.dt_last > 0.0 else np.zeros(tools.stop - tools.start)
-        limit = self._travel_limit(state)
-        limit *= 1 + self._passed(self._travel(system, state, state.u), limit)
+        if reached is not None and self._travel(system, state, reached) <= over * limit:
+            return np.inf
 
         def short(t: float) -> bool:
             u = state.u.copy()
-            u[tools] += rate * (t - now)
+            if reached is not None:
+                u[tools] += (t - now) / (until - now) * (reached - u)[tools]
+            elif state.dt_last > 0.0:
+                u[tools] += state.extrapolated(t - now)[tools]
             u[plan.fixed] = plan.values(t)
             return self._travel(system, state, u) < limit
 
         times = np.linspace(now, until, self.policy.due_looks + 1)
-        gone = next((k for k, t in enumerate(times[1:]) if not short(t)), None)
-        return np.inf if gone is None else bisected(short, float(times[gone]), float(times[gone + 1]))[1]
-
-    def _passed(self, way: float, limit: float) -> int:
-        """How often a way has passed a limit."""
-        return int(way / limit + self.policy.nearly_due)
+        if not short(now) or (gone := next((k for k, t in enumerate(times[1:]) if not short(t)), None)) is None:
+            return np.inf
+        return bisected(short, float(times[gone]), float(times[gone + 1]))[1]
 
     def due(self, system: System, state: State) -> str:
         """Why a new mesh is due in a state, in words; '' if none is."""
@@ -203,10 +211,10 @@ class Remeshing:
         way, limit = self._travel(system, state, state.u), self._travel_limit(state)
         if when.travel == "auto":
             before = self._travel(system, state, state.u - state.du)
-            if self._passed(way, limit) == self._passed(before, limit) or not (reason := self._could_be_better(system, state, shape)):
+            if way // limit == before // limit or not (reason := self._could_be_better(system, state, shape)):
                 return ""
             return f"travel {way:.3g}, {reason}"
-        return f"travel {way:.3g}" if self._passed(way, limit) else ""
+        return f"travel {way:.3g}" if way > (1.0 - self.policy.nearly_due) * limit else ""
 
     def _could_be_better(self, system: System, state: State, shape: float) -> str:
         """What a new mesh would do better than one of a least ``shape``, in words; '' if it would be much like this one."""

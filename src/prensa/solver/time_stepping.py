@@ -386,6 +386,9 @@ class TimeStepping:
                 self.messages.note(state, plan, message)
             solve = partial(self.solved, state, plan, control, cutbacks, spent)
             c, result = solve(end)
+            if result.converged and self.due is not None and self.times is None:
+                due = self.due(state, plan, c.time, result.u)
+                c, result = solve(due) if due < c.time else (c, result)
             if result.converged:
                 c, result = self.stopping.search((c, result), solve)
             if result.converged:
@@ -447,8 +450,10 @@ class TimeStepping:
         """Whether plastic flow is of second order in time in a step, where it is steady: by itself not in a number of increments.
 
         They may be many times as long as automatic ones: flow turns far in them. Given times are often those of another run.
+        Nor by itself on meshes that are made anew: their metal goes round corners of tools, for which such lengths are too long.
         """
-        if self.numerics.time_rule == "auto" and plan.increments:
+        asked = self.numerics.time_rule == "bdf2" or (self.remeshes and self.numerics.time_tolerance is not None)
+        if not asked and (plan.increments or self.remeshes):
             return False
         return self.numerics.time_rule != "backward_euler" and all_follow(self.system.blocks)
 
