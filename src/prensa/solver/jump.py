@@ -1,4 +1,4 @@
-"""A jump of bodies that remember nothing: overdamped motion from where their path ends to the stable equilibrium that it leads to.
+"""A jump of bodies that remember nothing: overdamped motion from where their path ends to the next stable equilibrium.
 
 What is elastic and smooth has a potential, and its equilibria depend on where the tools are alone. Where none of them
 follows on the last one, the bodies go on by themselves. They are let do so at standing tools, against viscous forces, by implicit
@@ -14,9 +14,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.fem.surface import ContactInteraction
 from prensa.fem.context import Context
 from prensa.fem.interaction import Part, Request, Response
+from prensa.fem.surface import ContactInteraction
 from prensa.fem.system import System
 from prensa.solver.attempt import attempt_from
 from prensa.solver.equilibrium import Equilibrium, NewtonResult
