@@ -234,6 +234,10 @@ class Policy:
     """Way beside what the last increments foretold, over that, of an increment that may have jumped …"""
     between: tuple[float, ...] = (0.25, 0.5, 0.75)
     """… and shares of its way at which stability is looked for then."""
+    jump_steps: int = 300
+    """Steps of the overdamped motion in which bodies without a memory jump, at most …"""
+    jump_change: float = 4.0
+    """… and what their drag is multiplied or divided by from one to the next."""
     at_limit: float = 1e-6
     """Share of a step below which an increment that ends in unstable iterates again and again is one at a limit point."""
     tool_alone: float = 10.0
