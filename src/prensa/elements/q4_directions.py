@@ -332,21 +332,27 @@ def at_fixed(
 
     dold of the committed histories; begun (e, 4, n): see `slopes_of_begun`, (0, 4, n) where increments begin with these. dflow
     (m, d): changes of a flow curve, of which the stress has the slopes (e, 4, 3, m), see `flow_gradients`. r and energy (d,),
-    ∫ψ dV, are added to; volume (e, 4). Of no nodes dx (0, 2, d) no present place moves.
+    ∫ψ dV, are added to; volume (e, 4). dx (n, 2, m) of the last m directions, along the others no present place moves.
     """
-    moves, moved, fields, count, kinds = len(dx) > 0, len(begun) > 0, dold.shape[2], dold.shape[3], dflow.shape[0]
+    moved, fields, count, kinds = len(begun) > 0, dold.shape[2], dold.shape[3], dflow.shape[0]
+    still = count - dx.shape[2]
     part = 1.0 / 3.0 if axisymmetric else 0.5
     hoop = part if axisymmetric else 0.0
     w, at = np.zeros(_END), np.zeros(55 * LANES)
-    for first in range(0, count, LANES):
-        lanes = min(LANES, count - first)
+    last = 0
+    while last < count:
+        first, moves = last, last >= still
+        lanes = min(LANES, (count if moves else still) - first)
+        last = first + lanes
+        if not moves:
+            w[_GRADIENT:_RATE] = 0.0
         for d in range(lanes):
             w[_LAME + d] = moduli[0, first + d] - 2.0 * moduli[1, first + d] / 3.0
             w[_SHEAR + d], w[_ENERGY + d] = moduli[1, first + d], 0.0
         for e in range(cells.shape[0]):
             _motions(dxn, cells, e, first, lanes, w, _OLD)
             if moves:
-                _motions(dx, cells, e, first, lanes, w, _PRESENT)
+                _motions(dx, cells, e, first - still, lanes, w, _PRESENT)
             w[_FORCE:_BEFORE] = 0.0
             for q in range(5):
                 if moves:
