@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces
 from prensa.contact.record import ContactRecord
+from prensa.elements.q4_directions import slots
 from prensa.fem.context import Context
 from prensa.fem.loads import ToolForce
 from prensa.fem.state import Stability, State
@@ -73,21 +74,31 @@ def prescribed(c: Context, directions: Sequence[Direction], n: int) -> Prescribe
 
 @dataclass
 class Bundle:
-    """Derivatives of committed states along directions, which are the last axis of each array."""
+    """Derivatives of committed states along directions, the last axis of each array, where histories have ``slots``."""
 
     directions: tuple[Direction, ...]
     arrays: Arrays
+    slots: list[int]
 
     @classmethod
     def of(cls, directions: Sequence[Direction]) -> Bundle:
-        """What the directions carry."""
-        first = directions[0].carried
-        return cls(tuple(directions), {k: np.stack([d.carried[k] for d in directions], axis=-1) for k in first})
+        """What the directions carry; those that move bodies come last."""
+        first, moving = directions[0].carried, sum(d.change is not None and d.change.X is not None for d in directions)
+        at, width = slots(len(directions), moving)
+        arrays = {}
+        for name in first:
+            stacked = np.stack([d.carried[name] for d in directions], axis=-1)
+            if name.startswith("history_"):
+                arrays[name] = np.zeros((*stacked.shape[:-1], width))
+                arrays[name][..., at] = stacked
+            else:
+                arrays[name] = stacked
+        return cls(tuple(directions), arrays, at)
 
     def hand_on(self) -> None:
         """Let each direction carry its own."""
         for k, d in enumerate(self.directions):
-            d.carried = {name: a[..., k] for name, a in self.arrays.items()}
+            d.carried = {n: a[..., self.slots[k] if n.startswith("history_") else k] for n, a in self.arrays.items()}
 
 
 @dataclass
@@ -139,12 +150,12 @@ def differentiate(
     r, x = r + columns.times(x), x + given.motion
     nodal = x[first].reshape(-1, 2, m)
     for b, (dnew, energy) in zip(elements, bodies):
-        b.along(nodal, dnew, energy)
+        b.along(nodal, dnew, energy, dx.shape[2])
     for p in points:
         p.follow(system, x)
     found = Closed(x, r, given.force, points)
     after = _carried_on(at, before, found, [b[0] for b in bodies], sum(b[1] for b in bodies), state, changes)
-    return Bundle(before.directions, after), found
+    return Bundle(before.directions, after, before.slots), found
 
 
 def _places(changes: Sequence[Change], shape: tuple[int, ...]) -> Array:
@@ -213,7 +224,7 @@ def _energies(
     plastic, friction, contact = np.zeros(len(changes)), was["energy.friction"].copy(), np.zeros(len(changes))
     for k, b in enumerate(system.blocks):
         if b.law.plastic:
-            plastic += np.einsum("eqd,eq->d", now[f"history_{k}"][:, :, 5], b.volume)
+            plastic += np.einsum("eqs,eq->s", now[f"history_{k}"][:, :, 5], b.volume)[before.slots]
         moving = [d for d, ch in enumerate(changes) if ch.X is not None]
         density = b.law.energy(b.at_law(state.history[k])) if moving else None
         for d in moving:
