@@ -226,7 +226,7 @@ def _energies(
         if b.law.plastic:
             plastic += np.einsum("eqs,eq->s", now[f"history_{k}"][:, :, 5], b.volume)[before.slots]
         moving = [d for d, ch in enumerate(changes) if ch.X is not None]
-        density = b.law.energy(b.at_law(state.history[k])) if moving else None
+        density = b.law.energy(b.at_law(state.history[k])) if moving else np.zeros(0)
         for d in moving:
             elastic[d] += np.vdot(changes[d].volume[k], density)
             if b.law.plastic:
