@@ -335,6 +335,45 @@ def _answer(w, P, B, bulk, G, part, hoop, volume):
         w[_FORCE + _7 + d] += m21 * x3 + m22 * y3
 
 
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _filled(dold, e, q, fields, slot, w):
+    """Histories of a point from a slot on → the rows before."""
+    if slot + LANES <= dold.shape[3]:  # of a number that the compiler knows
+        for k in range(fields):
+            for d in range(LANES):
+                w[_BEFORE + k * LANES + d] = dold[e, q, k, slot + d]
+    else:
+        for k in range(fields):
+            for d in range(dold.shape[3] - slot):
+                w[_BEFORE + k * LANES + d] = dold[e, q, k, slot + d]
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _put(w, fields, dnew, e, q, slot):
+    """The rows after → histories of a point from a slot on."""
+    if slot + LANES <= dnew.shape[3]:
+        for k in range(fields):
+            for d in range(LANES):
+                dnew[e, q, k, slot + d] = w[_AFTER + k * LANES + d]
+    else:
+        for k in range(fields):
+            for d in range(dnew.shape[3] - slot):
+                dnew[e, q, k, slot + d] = w[_AFTER + k * LANES + d]
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _add(w, fields, dnew, e, q, slot):
+    """The rows after are added to histories of a point from a slot on."""
+    if slot + LANES <= dnew.shape[3]:
+        for k in range(fields):
+            for d in range(LANES):
+                dnew[e, q, k, slot + d] += w[_AFTER + k * LANES + d]
+    else:
+        for k in range(fields):
+            for d in range(dnew.shape[3] - slot):
+                dnew[e, q, k, slot + d] += w[_AFTER + k * LANES + d]
+
+
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
 def at_fixed(
     cells, geometry, point, bulk, G, axisymmetric, volume, dxn, dx, dold, moduli, slopes, dflow, r, dnew, energy, begun
@@ -375,24 +414,22 @@ def at_fixed(
                     _gradients(w, _PRESENT, geometry[e, q], _GRADIENT)
                 _gradients(w, _OLD, geometry[e, q], _RATE)
                 _rates(w, geometry[e, q])
-                for k in range(fields):
-                    for d in range(LANES):
-                        w[_BEFORE + k * LANES + d] = dold[e, q, k, slot + d]
+                _filled(dold, e, q, fields, slot, w)
                 w[_NOW:_LAME] = 0.0
                 w[_COMMITTED:_END] = 0.0
                 for k in range(kinds):
                     now, was = slopes[e, q, 0, k], slopes[e, q, 1, k]
-                    both = was + slopes[e, q, 2, k]
                     for d in range(LANES):
                         w[_NOW + d] += now * flow[k * LANES + d]
                         w[_WAS + d] += was * flow[k * LANES + d]
-                        w[_COMMITTED + d] += both * flow[k * LANES + d]
                 if moved:
+                    for k in range(kinds):
+                        both = slopes[e, q, 1, k] + slopes[e, q, 2, k]
+                        for d in range(LANES):
+                            w[_COMMITTED + d] += both * flow[k * LANES + d]
                     begun_along(begun[e, q], w, _BEFORE, _COMMITTED)
                 _answer(w, _values(point[e, q]), geometry[e, q], bulk, G, part, hoop, volume[e, q])
-                for k in range(fields):
-                    for d in range(LANES):
-                        dnew[e, q, k, slot + d] = w[_AFTER + k * LANES + d]
+                _put(w, fields, dnew, e, q, slot)
             for k in range(4):
                 node = cells[e, k]
                 for d in range(lanes):
@@ -424,7 +461,7 @@ def _answer_along(w, P, G, part, hoop, volume):
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
-def along(cells, geometry, point, G, axisymmetric, volume, dx, dnew, energy, moving):
+def along(cells, geometry, point, G, axisymmetric, volume, dx, dnew, energy, moving=0):
     """What motions dx (n, 2, d) of the present nodes add to histories dnew (e, 4, h, s) and to ∫ψ dV, energy (d,).
 
     Histories in slots (see `slots`); those of the last *moving* directions have lanes of their own.
@@ -447,8 +484,6 @@ def along(cells, geometry, point, G, axisymmetric, volume, dx, dnew, energy, mov
             for q in range(4):
                 _gradients(w, _PRESENT, geometry[e, q], _GRADIENT)
                 _answer_along(w, _values(point[e, q]), G, part, hoop, volume[e, q])
-                for k in range(fields):
-                    for d in range(LANES):
-                        dnew[e, q, k, slot + d] += w[_AFTER + k * LANES + d]
+                _add(w, fields, dnew, e, q, slot)
         for d in range(lanes):
             energy[first + d] += w[_ENERGY + d]
