@@ -55,6 +55,8 @@ class Policy:
     """Share of the forces that substitutions with Newton's last factors may leave of the linear equations of a derivative …"""
     columns_enough: float = 1e-10
     """… and where round-off leaves more, this share."""
+    columns_alike: float = 1e-10
+    """Ways are taken for dependent where the Gram matrix of their residuals, scaled, has an eigenvalue below this share."""
 
     # ------------------------------------------------------------------------------------------------------- finish
     near: float = 1e-5
