@@ -28,11 +28,14 @@ def eliminated(eq: Equilibrium, u: Array, lam: Array, e: Evaluation) -> tuple[Ar
     whole, policy = eq.norm(e), eq.policy
     if not applies(eq) or not policy.local_from * e.scale < whole < np.inf:
         return None
+    worst = _worst(eq, e)
+    if len(worst) > _most(eq):
+        return None
     if e.data is None:
         e = eq.evaluate(u, lam)
     matrix = _matrix(eq, e)
-    own = _few(eq, e, matrix)
-    if own is None:
+    own = _with_those_beside(eq, matrix, worst)
+    if not 0 < len(own) <= _most(eq):
         return None
     first = least = _left(eq, e, own)
     for _ in range(policy.local_steps):
@@ -67,19 +70,23 @@ def _matrix(eq: Equilibrium, e: Evaluation) -> csc_matrix:
     return csc_matrix((restriction.values(e.data), restriction.indices, restriction.indptr), (n, n))
 
 
-def _few(eq: Equilibrium, e: Evaluation, matrix: csc_matrix) -> Index | None:
-    """Places among the free dofs of the few that make most of the residual and of those coupled with them; None: many."""
-    policy, free = eq.policy, eq.reduced.free
-    most = min(policy.local_most * len(free), policy.local_dofs)
+def _most(eq: Equilibrium) -> float:
+    """How many degrees of freedom are few."""
+    return min(eq.policy.local_most * len(eq.reduced.free), eq.policy.local_dofs)
+
+
+def _worst(eq: Equilibrium, e: Evaluation) -> Index:
+    """Places among the free dofs of those that make most of the residual."""
     r = np.abs(eq.reduced.weight * eq.reduced.restriction.part(e.r))
     order = np.argsort(-r)
-    count = int(np.searchsorted(np.cumsum(r[order]), policy.local_share * r.sum())) + 1
-    if count > most:
-        return None
-    nodal = eq.system.dofs.displacement.slice
-    beside = np.unique(matrix[:, order[:count]].indices)
-    own = beside[(free[beside] >= nodal.start) & (free[beside] < nodal.stop)]
-    return own if 0 < len(own) <= most else None
+    return order[: int(np.searchsorted(np.cumsum(r[order]), eq.policy.local_share * r.sum())) + 1]
+
+
+def _with_those_beside(eq: Equilibrium, matrix: csc_matrix, worst: Index) -> Index:
+    """Places among the free dofs of some and of all displacements that are coupled with them."""
+    free, nodal = eq.reduced.free, eq.system.dofs.displacement.slice
+    beside = np.unique(matrix[:, worst].indices)
+    return np.asarray(beside[(free[beside] >= nodal.start) & (free[beside] < nodal.stop)])
 
 
 def _left(eq: Equilibrium, e: Evaluation, own: Index) -> float:
