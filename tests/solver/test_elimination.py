@@ -29,13 +29,14 @@ bodies:
       corners: [[-7, 0], [1, 0], [1, 0.652], [-7, 1]]
       n: [48, 4]
       sides:
-        top: {type: spline, points: [[-6, 1], [-4, 1], [-2.5, 1], [-2.2, 1], [-2, 0.98], [-1.1, 0.67], [-0.9, 0.652]]}
+        top:
+          {type: spline, points: [[-6, 1], [-4, 1], [-2.5, 1], [-2.2, 1], [-2, 0.98], [-1.1, 0.67], [-0.9, 0.652], [-0.3, 0.652]]}
     material: {type: j2, E: 50 GPa, nu: 0.3, flow: {type: perfect, s0: 173.205 MPa}}
 tools:
   die: {type: profile, points: [[-10, 3.338411], [0, 0.658919], [0.1, 0.658919], [5.1, 5.658919]], at: [0, 0.0015]}
 contacts: [{surface: sheet.top, against: die}]
 fixed: {sheet.bottom: y}
-steps: [{name: draw, fixed: {sheet.right: {x: 0.3}}}]
+steps: [{name: draw, fixed: {sheet.right: {x: 0.6}}}]
 """
 
 
