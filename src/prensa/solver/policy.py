@@ -41,6 +41,12 @@ class Policy:
     """… down to this part of those residuals, …"""
     secant: float = 0.5
     """… and how far the matrix goes from its tangent to its secant there."""
+    long_turned: float = 0.04
+    """``turned`` in increments of second order, which are twice as long, …"""
+    long_secant: float = 0.75
+    """… ``secant`` in them, …"""
+    first_growth: float = 2.0
+    """… and growth of the residual above which the first step is shortened in them."""
     local_slow: float = 0.02
     """Share of the residual that is left by an iteration which a few nodes hold up: they find their equilibrium alone, …"""
     local_from: float = 1e-4
