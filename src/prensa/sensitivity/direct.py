@@ -14,8 +14,7 @@ from __future__ import annotations
 import pickle
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +32,7 @@ from prensa.fem.system import Evaluation, System
 from prensa.measures.measure import Gradient
 from prensa.sensitivity.change import Change, change_of, known
 from prensa.sensitivity.parameters import Parameter, neighbours
+from prensa.sensitivity.products import add_combination, add_product, nearest
 from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import Increment
 from prensa.solver.policy import Policy
@@ -40,9 +40,6 @@ from prensa.solver.reduced import Reduced
 from prensa.solver.results import increment_of
 from prensa.solver.stabilisation import Stabilisation
 from prensa.solver.time_stepping import committed
-
-if TYPE_CHECKING:
-    from scipy.sparse import csc_matrix
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -328,17 +325,14 @@ class Columns:
     def __init__(self, reduced: Reduced, e: Evaluation, pattern: Pattern) -> None:
         self.reduced, self.e, self.pattern = reduced, e, pattern
 
-    @cached_property
-    def whole(self) -> csc_matrix:
-        """K."""
-        from scipy.sparse import csc_matrix
-
-        n = len(self.e.r)
-        return csc_matrix((self.e.data, self.pattern.indices, self.pattern.indptr), (n, n))
-
     def times(self, x: Array) -> Array:
-        """K x for x (ndof,) or (ndof, d)."""
-        return np.asarray(self.whole @ x)
+        """K x for x (ndof, d)."""
+        out = np.zeros_like(x)
+        self._add_times(1.0, x, out)
+        return out
+
+    def _add_times(self, factor: float, x: Array, out: Array) -> None:
+        add_product(self.pattern.indptr, self.pattern.indices, self.e.data, factor, x, out)
 
     def begun(self, b: Array, ways: Sequence[Array]) -> tuple[Array, Array]:
         """Where the solution of K x = b (ndof, d) begins, and what that leaves of b.
@@ -346,25 +340,13 @@ class Columns:
         It is the combination of ways (ndof, d), by column, that leaves least of the free rows; they are zero where dofs are
         prescribed.
         """
-        k, d = len(ways), b.shape[1]
-        V = np.concatenate(ways, axis=1)
-        KV = self.times(V)
-        rows = self.reduced.weight[:, None] * self.reduced.restriction.part(np.concatenate([KV, b], axis=1))
-        W, target = [rows[:, i * d : (i + 1) * d] for i in range(k)], rows[:, k * d :]
-        M, right = np.empty((d, k, k)), np.empty((d, k, 1))
-        for i in range(k):
-            right[:, i, 0] = np.einsum("fd,fd->d", W[i], target)
-            for j in range(i + 1):
-                M[:, i, j] = M[:, j, i] = np.einsum("fd,fd->d", W[i], W[j])
-        size = np.sqrt(np.einsum("dii->di", M))
-        size[size == 0.0] = 1.0
-        scaled = M / (size[:, :, None] * size[:, None, :])
-        share = (np.linalg.pinv(scaled, self.reduced.policy.columns_alike, hermitian=True) @ (right / size[:, :, None]))[..., 0]
-        share = (share / size).T
+        reduced, V = self.reduced, np.concatenate(ways, axis=1)
+        KV, share = self.times(V), np.zeros((len(ways), b.shape[1]))
+        rows = reduced.restriction.part(np.concatenate([KV, b], axis=1))
+        nearest(rows, reduced.weight, reduced.policy.columns_alike, share)
         x, left = np.zeros_like(b), b.copy()
-        for i in range(k):
-            x += share[i] * ways[i]
-            left -= share[i] * KV[:, i * d : (i + 1) * d]
+        add_combination(V, share, 1.0, x)
+        add_combination(KV, share, -1.0, left)
         return x, left
 
     def solve(self, b: Array) -> Array:
@@ -376,33 +358,38 @@ class Columns:
             If no solver can factor K.
 
         """
-        x, left, done = np.zeros_like(b), b, False
+        x, left, done = np.zeros_like(b), b.copy(), False
         if self.reduced.factorisation.factored:
-            x, left, done = self._substituted(x, left)
+            done = self._substituted(x, left)
         if not done:
             # of exact contacts `determined` adds to the matrix, which substitutions take back
             self.reduced.solve(self.reduced.matrix(self.e, np.zeros(len(b))), b[:, 0])
-            x, left, _ = self._substituted(x, left)
+            self._substituted(x, left)
         return x
 
-    def _substituted(self, x: Array, left: Array) -> tuple[Array, Array, bool]:
-        """Dofs x, for which ``left`` is still to do, improved with the factors at hand; what is left then, and if that is enough.
+    def _substituted(self, x: Array, left: Array) -> bool:
+        """Improve dofs x, for which ``left`` is still to do, with the factors at hand; whether what is left then is enough.
 
         It ends where new factors would be cheaper than the substitutions that are still to come.
         """
-        policy, size = self.reduced.policy, self._share(left)
+        reduced, policy, n = self.reduced, self.reduced.policy, len(x)
+        part = reduced.restriction.part(left)
+        size = self._share(part)
         while True:
-            step = self.reduced.again(left)
-            rest = left - self.times(step)
-            before, size = size, self._share(rest)
+            step = reduced.restriction.whole(reduced.factorisation.again(part), n)
+            rest = left.copy()
+            self._add_times(-1.0, step, rest)
+            part = reduced.restriction.part(rest)
+            before, size = size, self._share(part)
             if not size < before:
-                return x, left, before <= policy.columns_enough
-            x, left = x + step, rest
+                return before <= policy.columns_enough
+            x += step
+            left[:] = rest
             if size <= policy.columns_fine:
-                return x, left, True
+                return True
             if size * (size / before) ** policy.corrections > policy.columns_fine:
-                return x, left, size <= policy.columns_enough
+                return size <= policy.columns_enough
 
-    def _share(self, r: Array) -> float:
-        """The largest norm of the free rows of columns r (ndof, d), moments divided by a length, over the forces."""
-        return float(np.max(self.reduced.weight @ np.abs(self.reduced.restriction.part(r)))) / self.e.scale
+    def _share(self, part: Array) -> float:
+        """The largest norm of free rows (f, d), moments divided by a length, over the forces."""
+        return float(np.max(self.reduced.weight @ np.abs(part))) / self.e.scale

@@ -56,7 +56,7 @@ class Policy:
     columns_enough: float = 1e-10
     """… and where round-off leaves more, this share."""
     columns_alike: float = 1e-10
-    """Ways are taken for dependent where the Gram matrix of their residuals, scaled, has an eigenvalue below this share."""
+    """A way that is this near to a combination of those before, in squares of residuals, says nothing more than they do."""
 
     # ------------------------------------------------------------------------------------------------------- finish
     near: float = 1e-5
