@@ -14,7 +14,8 @@ from __future__ import annotations
 import pickle
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,8 +32,8 @@ from prensa.fem.surface import Surface
 from prensa.fem.system import Evaluation, System
 from prensa.measures.measure import Gradient
 from prensa.sensitivity.change import Change, change_of, known
+from prensa.sensitivity.combinations import add_combination, nearest
 from prensa.sensitivity.parameters import Parameter, neighbours
-from prensa.sensitivity.products import add_combination, add_product, nearest
 from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import Increment
 from prensa.solver.policy import Policy
@@ -40,6 +41,9 @@ from prensa.solver.reduced import Reduced
 from prensa.solver.results import increment_of
 from prensa.solver.stabilisation import Stabilisation
 from prensa.solver.time_stepping import committed
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_matrix
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -325,14 +329,17 @@ class Columns:
     def __init__(self, reduced: Reduced, e: Evaluation, pattern: Pattern) -> None:
         self.reduced, self.e, self.pattern = reduced, e, pattern
 
+    @cached_property
+    def whole(self) -> csc_matrix:
+        """K."""
+        from scipy.sparse import csc_matrix
+
+        n = len(self.e.r)
+        return csc_matrix((self.e.data, self.pattern.indices, self.pattern.indptr), (n, n))
+
     def times(self, x: Array) -> Array:
         """K x for x (ndof, d)."""
-        out = np.zeros_like(x)
-        self._add_times(1.0, x, out)
-        return out
-
-    def _add_times(self, factor: float, x: Array, out: Array) -> None:
-        add_product(self.pattern.indptr, self.pattern.indices, self.e.data, factor, x, out)
+        return np.asarray(self.whole @ x)
 
     def begun(self, b: Array, ways: Sequence[Array]) -> tuple[Array, Array]:
         """Where the solution of K x = b (ndof, d) begins, and what that leaves of b.
@@ -377,18 +384,17 @@ class Columns:
         size = self._share(part)
         while True:
             step = reduced.restriction.whole(reduced.factorisation.again(part), n)
-            rest = left.copy()
-            self._add_times(-1.0, step, rest)
+            rest = left - self.times(step)
             part = reduced.restriction.part(rest)
             before, size = size, self._share(part)
             if not size < before:
-                return before <= policy.columns_enough
+                return before <= policy.columns_fine
             x += step
             left[:] = rest
             if size <= policy.columns_fine:
                 return True
             if size * (size / before) ** policy.corrections > policy.columns_fine:
-                return size <= policy.columns_enough
+                return False
 
     def _share(self, part: Array) -> float:
         """The largest norm of free rows (f, d), moments divided by a length, over the forces."""

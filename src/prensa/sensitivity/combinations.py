@@ -1,4 +1,4 @@
-"""Kernels for linear equations with many right-hand sides: products with a sparse matrix, and combinations of known columns."""
+"""Kernels that combine known columns: where the solutions of linear equations with many right-hand sides begin."""
 
 from __future__ import annotations
 
@@ -7,21 +7,6 @@ import math
 import numpy as np
 
 from prensa.kernels.compiled import njit
-
-
-@njit(cache=True, error_model="numpy")
-def add_product(indptr, indices, data, factor, x, out):
-    """Adds factor × K x to out (n, d) for x (n, d) and a matrix in compressed columns; rows of x that are zero cost nothing."""
-    for j in range(x.shape[0]):
-        none = True
-        for d in range(x.shape[1]):
-            none = none and x[j, d] == 0.0
-        if none:
-            continue
-        for p in range(indptr[j], indptr[j + 1]):
-            i, v = indices[p], factor * data[p]
-            for d in range(x.shape[1]):
-                out[i, d] += v * x[j, d]
 
 
 @njit(cache=True, error_model="numpy")
