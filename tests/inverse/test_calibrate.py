@@ -176,6 +176,20 @@ def test_bad_data_are_told_in_a_line(
     assert "\n" not in str(caught.value)
 
 
+def test_a_column_that_no_parameter_moves_is_told_before_the_fit(table: Path) -> None:
+    """The travel of the tool is prescribed: a column of it is told after the first run, before the steps of the fit."""
+    lines: list[str] = []
+    text = table.read_text(encoding="utf-8").splitlines()
+    rows = [f"{row},{-1e3 * float(row.split(',')[0]):.8g}" for row in text[2:]]
+    data = table.with_name("idle.csv")
+    data.write_text("\n".join([f"{text[1]},way [mm]", *rows]), encoding="utf-8")
+    seen = SEEN | {"way": pr.Observe("die.uy", sigma=0.01)}
+    fit = pr.calibrate(guessed(), data, seen, {MU: (0.02, 0.5)}, "-die.uy", refine=False, compare=False, told=lines.append)
+    assert "at the start no parameter moves 'way'" in lines[1]
+    assert sum("no parameter moves" in line for line in lines) == 1
+    assert any("no parameter moves 'way'" in w for w in fit.words)
+
+
 def test_what_the_fit_cannot_use_is_told(table: Path, tmp_path: Path) -> None:
     """A parameter that moves nothing is said to; starts outside bounds, no parameters and no file are refused."""
     along = "bodies.ring.mesh.origin.1"  # where the ring lies does not matter

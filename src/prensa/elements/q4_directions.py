@@ -37,15 +37,9 @@ PER_POINT = 48  # numbers a point of `prepare`, in the order in which it writes 
 _MIDDLE = 4
 
 
-def slots(count, moving):
-    """Where histories of directions (count,) stand along the last axis of their array, and how long that is.
-
-    That is by lanes that are full, those of the last *moving* directions, which move bodies, behind lanes of their own.
-    """
-    still = count - moving
-    first = -(-still // LANES) * LANES
-    at = [*range(still), *range(first, first + moving)]
-    return at, first + -(-moving // LANES) * LANES
+def slots(count: int) -> int:
+    """Lanes that a number of directions fill: how long the last axis of their histories is best."""
+    return -(-count // LANES) * LANES
 
 
 @njit(cache=True, error_model="numpy")
@@ -177,10 +171,10 @@ def flow_gradients(kind, p, knots, coefs, committed, old, new, dt, dknots, dcoef
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _motions(u, cells, e, first, lanes, w, row):
-    """Motions u (n, 2, d) of the nodes of element e along some directions → eight rows of w."""
+    """Motions u (n, 2, d) of the nodes of element e along some directions, from 0 on → eight rows of w."""
     for k in range(4):
         node = cells[e, k]
-        for d in range(lanes):
+        for d in range(max(0, -first), lanes):
             w[row + 2 * k * LANES + d] = u[node, 0, first + d]
             w[row + (2 * k + 1) * LANES + d] = u[node, 1, first + d]
 
@@ -336,42 +330,42 @@ def _answer(w, P, B, bulk, G, part, hoop, volume):
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _filled(dold, e, q, fields, slot, w):
-    """Histories of a point from a slot on → the rows before."""
-    if slot + LANES <= dold.shape[3]:  # of a number that the compiler knows
+def _filled(dold, e, q, fields, first, w):
+    """Histories of a point from a direction on → the rows before."""
+    if first + LANES <= dold.shape[3]:  # of a number that the compiler knows
         for k in range(fields):
             for d in range(LANES):
-                w[_BEFORE + k * LANES + d] = dold[e, q, k, slot + d]
+                w[_BEFORE + k * LANES + d] = dold[e, q, k, first + d]
     else:
         for k in range(fields):
-            for d in range(dold.shape[3] - slot):
-                w[_BEFORE + k * LANES + d] = dold[e, q, k, slot + d]
+            for d in range(dold.shape[3] - first):
+                w[_BEFORE + k * LANES + d] = dold[e, q, k, first + d]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _put(w, fields, dnew, e, q, slot):
-    """The rows after → histories of a point from a slot on."""
-    if slot + LANES <= dnew.shape[3]:
+def _put(w, fields, dnew, e, q, first):
+    """The rows after → histories of a point from a direction on."""
+    if first + LANES <= dnew.shape[3]:
         for k in range(fields):
             for d in range(LANES):
-                dnew[e, q, k, slot + d] = w[_AFTER + k * LANES + d]
+                dnew[e, q, k, first + d] = w[_AFTER + k * LANES + d]
     else:
         for k in range(fields):
-            for d in range(dnew.shape[3] - slot):
-                dnew[e, q, k, slot + d] = w[_AFTER + k * LANES + d]
+            for d in range(dnew.shape[3] - first):
+                dnew[e, q, k, first + d] = w[_AFTER + k * LANES + d]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _add(w, fields, dnew, e, q, slot):
-    """The rows after are added to histories of a point from a slot on."""
-    if slot + LANES <= dnew.shape[3]:
+def _add(w, fields, dnew, e, q, first):
+    """The rows after are added to histories of a point from a direction on."""
+    if first + LANES <= dnew.shape[3]:
         for k in range(fields):
             for d in range(LANES):
-                dnew[e, q, k, slot + d] += w[_AFTER + k * LANES + d]
+                dnew[e, q, k, first + d] += w[_AFTER + k * LANES + d]
     else:
         for k in range(fields):
-            for d in range(dnew.shape[3] - slot):
-                dnew[e, q, k, slot + d] += w[_AFTER + k * LANES + d]
+            for d in range(dnew.shape[3] - first):
+                dnew[e, q, k, first + d] += w[_AFTER + k * LANES + d]
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
@@ -380,20 +374,19 @@ def at_fixed(
 ):  # fmt: skip
     """Of directions d: dxn, dx (n, 2, d), dold (e, 4, h, s), moduli (2, d): bulk, shear → forces r (ndof, d), histories dnew.
 
-    dold of the committed histories, in slots: see `slots`; begun (e, 4, n): see `slopes_of_begun`, (0, 4, n) where increments
-    begin with these. dflow (m, d): changes of a flow curve, of which the stress has the slopes (e, 4, 3, m), see
+    dold of the committed histories, s ≥ d, best as many as `slots`; begun (e, 4, n): see `slopes_of_begun`, (0, 4, n) where
+    increments begin with these. dflow (m, d): changes of a flow curve, of which the stress has the slopes (e, 4, 3, m), see
     `flow_gradients`. r and energy (d,), ∫ψ dV, are added to; volume (e, 4). dx (n, 2, m) of the last m directions, along the
     others no present place moves.
     """
     moved, fields, count, kinds = len(begun) > 0, dold.shape[2], dxn.shape[2], dflow.shape[0]
-    still, last = count - dx.shape[2], 0
+    still = count - dx.shape[2]
     part = 1.0 / 3.0 if axisymmetric else 0.5
     hoop = part if axisymmetric else 0.0
     w, flow = np.zeros(_END), np.zeros(kinds * LANES)
-    for slot in range(0, dold.shape[3], LANES):
-        first, moves = last, last >= still
-        lanes = min(LANES, (count if moves else still) - first)
-        last = first + lanes
+    for first in range(0, count, LANES):
+        lanes = min(LANES, count - first)
+        moves = first + lanes > still
         w[:], flow[:] = 0.0, 0.0
         for d in range(lanes):
             w[_LAME + d] = moduli[0, first + d] - 2.0 * moduli[1, first + d] / 3.0
@@ -414,7 +407,7 @@ def at_fixed(
                     _gradients(w, _PRESENT, geometry[e, q], _GRADIENT)
                 _gradients(w, _OLD, geometry[e, q], _RATE)
                 _rates(w, geometry[e, q])
-                _filled(dold, e, q, fields, slot, w)
+                _filled(dold, e, q, fields, first, w)
                 w[_NOW:_LAME] = 0.0
                 w[_COMMITTED:_END] = 0.0
                 for k in range(kinds):
@@ -429,7 +422,7 @@ def at_fixed(
                             w[_COMMITTED + d] += both * flow[k * LANES + d]
                     begun_along(begun[e, q], w, _BEFORE, _COMMITTED)
                 _answer(w, _values(point[e, q]), geometry[e, q], bulk, G, part, hoop, volume[e, q])
-                _put(w, fields, dnew, e, q, slot)
+                _put(w, fields, dnew, e, q, first)
             for k in range(4):
                 node = cells[e, k]
                 for d in range(lanes):
@@ -461,21 +454,15 @@ def _answer_along(w, P, G, part, hoop, volume):
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
-def along(cells, geometry, point, G, axisymmetric, volume, dx, dnew, energy, moving=0):
-    """What motions dx (n, 2, d) of the present nodes add to histories dnew (e, 4, h, s) and to ∫ψ dV, energy (d,).
-
-    Histories in slots (see `slots`); those of the last *moving* directions have lanes of their own.
-    """
+def along(cells, geometry, point, G, axisymmetric, volume, dx, dnew, energy):
+    """What motions dx (n, 2, d) of the present nodes add to histories dnew (e, 4, h, s) and to ∫ψ dV, energy (d,)."""
     part = 1.0 / 3.0 if axisymmetric else 0.5
     hoop = part if axisymmetric else 0.0
     count, fields = dx.shape[2], dnew.shape[2]
-    still, last = count - moving, 0
     w = np.zeros(_END)
-    for slot in range(0, dnew.shape[3], LANES):
-        first = last
-        lanes = min(LANES, (count if last >= still else still) - first)
-        last = first + lanes
-        w[:] = 0.0
+    for first in range(0, count, LANES):
+        lanes = min(LANES, count - first)
+        w[_ENERGY:_TRACE] = 0.0
         for e in range(cells.shape[0]):
             _motions(dx, cells, e, first, lanes, w, _PRESENT)
             _gradients(w, _PRESENT, geometry[e, _MIDDLE], _GRADIENT)
@@ -484,6 +471,6 @@ def along(cells, geometry, point, G, axisymmetric, volume, dx, dnew, energy, mov
             for q in range(4):
                 _gradients(w, _PRESENT, geometry[e, q], _GRADIENT)
                 _answer_along(w, _values(point[e, q]), G, part, hoop, volume[e, q])
-                _add(w, fields, dnew, e, q, slot)
+                _add(w, fields, dnew, e, q, first)
         for d in range(lanes):
             energy[first + d] += w[_ENERGY + d]

@@ -19,7 +19,7 @@ from prensa.inverse.experiment import Experiment, Observe, Test, ready, refuse_s
 from prensa.inverse.meshes import finer
 from prensa.inverse.objective import Objective, Parameter, Residuals
 from prensa.inverse.profile import Profile, profile
-from prensa.inverse.result import IDLE, Finer, Fit, fit_of, half_widths
+from prensa.inverse.result import IDLE, Finer, Fit, fit_of, half_widths, idle_channels
 from prensa.inverse.rivals import compared
 from prensa.inverse.tables import DataError
 from prensa.model.problem import Case, Problem
@@ -175,6 +175,8 @@ def _best(objective: Objective, starts: int, seed: int) -> list[tuple[Array, Res
         models = iter(first.models)
         for e in objective.experiments:
             refuse_strange(e, [next(models) for _ in e.channels])
+        for name in idle_channels(objective, first):
+            objective.told(f"at the start no parameter moves {name!r}: look whether it is the column that you mean")
     for start in _started(objective.parameters, starts, seed):
         try:
             found.append(objective.minimise(np.array([*start, *more])))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -283,16 +283,22 @@ def _ways(n: int, k: int) -> float:
     return float(comb(n, k))
 
 
-def _idle(objective: Objective, at: Residuals) -> Any:
-    """Channels that no parameter moves, and parameters that move no channel."""
+def idle_channels(objective: Objective, at: Residuals) -> Iterator[str]:
+    """Names of the channels that no parameter moves."""
     k, row = len(objective.parameters), 0
     for e in objective.experiments:
         for c in e.channels:
             if np.abs(at.J[row : row + len(c.rows), :k]).max() < IDLE:
-                yield f"no parameter moves {c.name!r}: it tells nothing about them"
+                yield c.name
             row += len(c.rows)
+
+
+def _idle(objective: Objective, at: Residuals) -> Any:
+    """Channels that no parameter moves, and parameters that move no channel."""
+    yield from (f"no parameter moves {name!r}: it tells nothing about them" for name in idle_channels(objective, at))
+    rows = sum(len(c.rows) for e in objective.experiments for c in e.channels)
     for i, p in enumerate(objective.parameters):
-        if np.abs(at.J[:row, i]).max() < IDLE:
+        if np.abs(at.J[:rows, i]).max() < IDLE:
             yield f"{p.path} moves nothing that was measured: its value is that of the start"
 
 

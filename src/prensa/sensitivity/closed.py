@@ -74,31 +74,27 @@ def prescribed(c: Context, directions: Sequence[Direction], n: int) -> Prescribe
 
 @dataclass
 class Bundle:
-    """Derivatives of committed states along directions, the last axis of each array, where histories have ``slots``."""
+    """Derivatives of committed states along directions, the last axis of each array, which histories have of full lanes."""
 
     directions: tuple[Direction, ...]
     arrays: Arrays
-    slots: list[int]
 
     @classmethod
     def of(cls, directions: Sequence[Direction]) -> Bundle:
-        """What the directions carry; those that move bodies come last."""
-        first, moving = directions[0].carried, sum(d.change is not None and d.change.X is not None for d in directions)
-        at, width = slots(len(directions), moving)
-        arrays = {}
-        for name in first:
-            stacked = np.stack([d.carried[name] for d in directions], axis=-1)
+        """What the directions carry."""
+        arrays, count = {}, len(directions)
+        for name in directions[0].carried:
+            arrays[name] = np.stack([d.carried[name] for d in directions], axis=-1)
             if name.startswith("history_"):
-                arrays[name] = np.zeros((*stacked.shape[:-1], width))
-                arrays[name][..., at] = stacked
-            else:
-                arrays[name] = stacked
-        return cls(tuple(directions), arrays, at)
+                lanes = np.zeros((*arrays[name].shape[:-1], slots(count)))
+                lanes[..., :count] = arrays[name]
+                arrays[name] = lanes
+        return cls(tuple(directions), arrays)
 
     def hand_on(self) -> None:
         """Let each direction carry its own."""
         for k, d in enumerate(self.directions):
-            d.carried = {n: a[..., self.slots[k] if n.startswith("history_") else k] for n, a in self.arrays.items()}
+            d.carried = {name: a[..., k] for name, a in self.arrays.items()}
 
 
 @dataclass
@@ -150,12 +146,12 @@ def differentiate(
     r, x = r + columns.times(x), x + given.motion
     nodal = x[first].reshape(-1, 2, m)
     for b, (dnew, energy) in zip(elements, bodies):
-        b.along(nodal, dnew, energy, dx.shape[2])
+        b.along(nodal, dnew, energy)
     for p in points:
         p.follow(system, x)
     found = Closed(x, r, given.force, points)
     after = _carried_on(at, before, found, [b[0] for b in bodies], sum(b[1] for b in bodies), state, changes)
-    return Bundle(before.directions, after, before.slots), found
+    return Bundle(before.directions, after), found
 
 
 def _places(changes: Sequence[Change], shape: tuple[int, ...]) -> Array:
@@ -224,7 +220,7 @@ def _energies(
     plastic, friction, contact = np.zeros(len(changes)), was["energy.friction"].copy(), np.zeros(len(changes))
     for k, b in enumerate(system.blocks):
         if b.law.plastic:
-            plastic += np.einsum("eqs,eq->s", now[f"history_{k}"][:, :, 5], b.volume)[before.slots]
+            plastic += np.einsum("eqs,eq->s", now[f"history_{k}"][:, :, 5], b.volume)[: len(changes)]
         moving = [d for d, ch in enumerate(changes) if ch.X is not None]
         density = b.law.energy(b.at_law(state.history[k])) if moving else np.zeros(0)
         for d in moving:

@@ -32,6 +32,7 @@ from prensa.fem.surface import Surface
 from prensa.fem.system import Evaluation, System
 from prensa.measures.measure import Gradient
 from prensa.sensitivity.change import Change, change_of, known
+from prensa.sensitivity.combinations import add_combination, nearest
 from prensa.sensitivity.parameters import Parameter, neighbours
 from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import Increment
@@ -337,7 +338,7 @@ class Columns:
         return csc_matrix((self.e.data, self.pattern.indices, self.pattern.indptr), (n, n))
 
     def times(self, x: Array) -> Array:
-        """K x for x (ndof,) or (ndof, d)."""
+        """K x for x (ndof, d)."""
         return np.asarray(self.whole @ x)
 
     def begun(self, b: Array, ways: Sequence[Array]) -> tuple[Array, Array]:
@@ -346,25 +347,13 @@ class Columns:
         It is the combination of ways (ndof, d), by column, that leaves least of the free rows; they are zero where dofs are
         prescribed.
         """
-        k, d = len(ways), b.shape[1]
-        V = np.concatenate(ways, axis=1)
-        KV = self.times(V)
-        rows = self.reduced.weight[:, None] * self.reduced.restriction.part(np.concatenate([KV, b], axis=1))
-        W, target = [rows[:, i * d : (i + 1) * d] for i in range(k)], rows[:, k * d :]
-        M, right = np.empty((d, k, k)), np.empty((d, k, 1))
-        for i in range(k):
-            right[:, i, 0] = np.einsum("fd,fd->d", W[i], target)
-            for j in range(i + 1):
-                M[:, i, j] = M[:, j, i] = np.einsum("fd,fd->d", W[i], W[j])
-        size = np.sqrt(np.einsum("dii->di", M))
-        size[size == 0.0] = 1.0
-        scaled = M / (size[:, :, None] * size[:, None, :])
-        share = (np.linalg.pinv(scaled, self.reduced.policy.columns_alike, hermitian=True) @ (right / size[:, :, None]))[..., 0]
-        share = (share / size).T
+        reduced, V = self.reduced, np.concatenate(ways, axis=1)
+        KV, share = self.times(V), np.zeros((len(ways), b.shape[1]))
+        rows = reduced.restriction.part(np.concatenate([KV, b], axis=1))
+        nearest(rows, reduced.weight, reduced.policy.columns_alike, share)
         x, left = np.zeros_like(b), b.copy()
-        for i in range(k):
-            x += share[i] * ways[i]
-            left -= share[i] * KV[:, i * d : (i + 1) * d]
+        add_combination(V, share, 1.0, x)
+        add_combination(KV, share, -1.0, left)
         return x, left
 
     def solve(self, b: Array) -> Array:
@@ -376,33 +365,37 @@ class Columns:
             If no solver can factor K.
 
         """
-        x, left, done = np.zeros_like(b), b, False
+        x, left, done = np.zeros_like(b), b.copy(), False
         if self.reduced.factorisation.factored:
-            x, left, done = self._substituted(x, left)
+            done = self._substituted(x, left)
         if not done:
             # of exact contacts `determined` adds to the matrix, which substitutions take back
             self.reduced.solve(self.reduced.matrix(self.e, np.zeros(len(b))), b[:, 0])
-            x, left, _ = self._substituted(x, left)
+            self._substituted(x, left)
         return x
 
-    def _substituted(self, x: Array, left: Array) -> tuple[Array, Array, bool]:
-        """Dofs x, for which ``left`` is still to do, improved with the factors at hand; what is left then, and if that is enough.
+    def _substituted(self, x: Array, left: Array) -> bool:
+        """Improve dofs x, for which ``left`` is still to do, with the factors at hand; whether what is left then is enough.
 
         It ends where new factors would be cheaper than the substitutions that are still to come.
         """
-        policy, size = self.reduced.policy, self._share(left)
+        reduced, policy, n = self.reduced, self.reduced.policy, len(x)
+        part = reduced.restriction.part(left)
+        size = self._share(part)
         while True:
-            step = self.reduced.again(left)
+            step = reduced.restriction.whole(reduced.factorisation.again(part), n)
             rest = left - self.times(step)
-            before, size = size, self._share(rest)
+            part = reduced.restriction.part(rest)
+            before, size = size, self._share(part)
             if not size < before:
-                return x, left, before <= policy.columns_enough
-            x, left = x + step, rest
+                return before <= policy.columns_fine
+            x += step
+            left[:] = rest
             if size <= policy.columns_fine:
-                return x, left, True
+                return True
             if size * (size / before) ** policy.corrections > policy.columns_fine:
-                return x, left, size <= policy.columns_enough
+                return False
 
-    def _share(self, r: Array) -> float:
-        """The largest norm of the free rows of columns r (ndof, d), moments divided by a length, over the forces."""
-        return float(np.max(self.reduced.weight @ np.abs(self.reduced.restriction.part(r)))) / self.e.scale
+    def _share(self, part: Array) -> float:
+        """The largest norm of free rows (f, d), moments divided by a length, over the forces."""
+        return float(np.max(self.reduced.weight @ np.abs(part))) / self.e.scale

@@ -344,11 +344,11 @@ class Differentiated(Followed):
             if side.e.failed:
                 raise PrensaError(f"derivatives: the increment beside, with another {d.parameter.path}, cannot be evaluated")
         dr, given = d.equation(at, sides)
-        dr, size = dr + columns.times(given), d.parameter.size
-        x, left = columns.begun(-size * dr[:, None], d.ways(at))
-        x = (x + columns.solve(left))[:, 0] / size
-        reaction = dr + columns.times(x)
-        neighbours, rest = d.neighbours(at, sides, given + x, reaction, result, state.clock.dt)
+        size, r = d.parameter.size, dr[:, None] + columns.times(given[:, None])
+        x, left = columns.begun(-size * r, d.ways(at))
+        x = (x + columns.solve(left)) / size
+        reaction = (r + columns.times(x))[:, 0]
+        neighbours, rest = d.neighbours(at, sides, given + x[:, 0], reaction, result, state.clock.dt)
         return neighbours, self._proved(at, d, self.reduced.norm(rest))
 
     def _proved(self, at: Solution, d: Direction, rest: float) -> float:

@@ -73,12 +73,10 @@ class Policy:
     """Step over the size of a parameter for differences of the residual with held branches: smooth, so round-off decides."""
     flat: float = 1e-5
     """Share of the forces, beyond round-off, that may be left of the residual along a derivative."""
-    columns_fine: float = 1e-11
-    """Share of the forces that substitutions with Newton's last factors may leave of the linear equations of a derivative …"""
-    columns_enough: float = 1e-10
-    """… and where round-off leaves more, this share."""
+    columns_fine: float = 1e-10
+    """Share of the forces that substitutions with Newton's last factors may leave of the linear equations of a derivative."""
     columns_alike: float = 1e-10
-    """Ways are taken for dependent where the Gram matrix of their residuals, scaled, has an eigenvalue below this share."""
+    """A way that is this near to a combination of those before, in squares of residuals, says nothing more than they do."""
 
     # ------------------------------------------------------------------------------------------------------- finish
     near: float = 1e-5
