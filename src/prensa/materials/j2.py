@@ -30,7 +30,7 @@ def _start(f, elastic, slope, curvature):
     """Where the search for a root begins, from f, 3G and J σ_y′, J σ_y″ at a₀; not above 0 where f is not."""
     half, whole = 0.5 * f / elastic, elastic + slope
     newton, x = _steps(f, whole, curvature)
-    start = x if (3.0 * whole < 13.0 * elastic) & (0.0 < x) & (x < 2.0 * half) else half
+    start = x if (3.0 * whole < 13.0 * elastic) & (x > 0.0) & (x < 2.0 * half) else half
     return start if f > 0.0 else min(newton, 0.0)
 
 
@@ -46,10 +46,10 @@ def _converged(x, newton, step, q, slope, curvature, smooth):
 def _return(todo, left, q, jac, G, kind, p, knots, coefs, begin, dt, delta, y, dy):
     """Roots Δ of f = q − 3GΔ − J σ_y(a₀ + Δ) = 0 in (0, q/3G) by safeguarded steps of Halley (1694), with σ_y and its slope.
 
-    todo: numbers of the points, the first ``left`` of it, overwritten; q, jac, begin (n,), a₀; delta, y, dy (n,): starts, replaced
-    by the roots (NaN if one does not come), and the curve there. The last step is taken with the curve's Taylor polynomial of second
-    degree at hand: on curves without kinks when what it neglects, some σ_y′/x² of the step's third power, is round-off; on others
-    below a relative 1e-8.
+    todo: numbers of the points, the first ``left`` of it, overwritten; q, jac, begin (n,), a₀; delta, y, dy (n,): starts,
+    replaced by the roots (NaN if one does not come), and the curve there. The last step is taken with the curve's Taylor
+    polynomial of second degree at hand: on curves without kinks when what it neglects, some σ_y′/x² of the step's third power,
+    is round-off; on others below a relative 1e-8.
 
     A start Δ ≤ 0 is one of a point made to flow below the surface: its root is sought in (−q/3G, 0).
 

@@ -268,6 +268,9 @@ class J2(_Isotropic):
         """Kirchhoff stress over the one that the flow curve limits (n,), of a committed history (n, h)."""
         if not (self.finite and self.yield_on_cauchy):
             return np.ones(len(history))
+        if self.layout is PLANE:  # J without its logarithm
+            b11, b22, b33, b12 = history[:, :4].T
+            return np.asarray(np.sqrt(((1.0 + b11) * (1.0 + b22) - b12 * b12) * (1.0 + b33)))
         return np.exp(self.elastic_strains(history).sum(axis=-1))  # plastic flow is isochoric
 
     def flow_stress(self, strain: Array) -> Array:
