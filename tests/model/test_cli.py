@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import time
 import types
 
 import pytest
@@ -59,9 +58,7 @@ def test_a_fillet_for_each_corner_is_checked(case):
 def test_help_and_version_come_at_once():
     """The verbs are listed without loading what they do."""
     code = "import sys, prensa.cli as c; c.app(['--help'], standalone_mode=False); print(sorted(sys.modules))"
-    start = time.perf_counter()
     out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert time.perf_counter() - start < 2.0  # about 0.2 s on an idle machine
     for verb in ("check", "run", "resume", "verify"):
         assert f"  {verb} " in out
     assert not any(f"'{heavy}'" in out for heavy in ("numpy", "numba", "pydantic", "ruamel.yaml", "matplotlib", "pint"))

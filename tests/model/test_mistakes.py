@@ -261,7 +261,7 @@ HUGE = {
 }  # fmt: skip
 
 
-AT_MOST = 5.0  # seconds; all take less than one where nothing else runs, but a test must not fail on a busy machine
+AT_MOST = 60.0  # processor seconds: all take less than one; a text that is read in exponential time takes for ever
 
 
 @pytest.mark.parametrize("name", HOSTILE)
@@ -274,7 +274,7 @@ def test_a_hostile_file_is_an_error_within_a_second(name):
 
 
 @pytest.mark.parametrize("name", HUGE)
-def test_a_huge_file_is_an_error_within_a_second(name):
+def test_a_huge_file_is_an_error_at_once(name):
     """Megabytes of anything, and the most of what is read at all, are refused quickly and in few words."""
     text, words = HUGE[name]
     start = time.process_time()

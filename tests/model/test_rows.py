@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -68,7 +66,7 @@ def test_lines_of_a_text_that_look_like_rows_stay_text():
 
 
 def test_a_mesh_written_out_is_read_and_its_mistakes_have_their_lines():
-    """Thousands of nodes take no more than seconds, and an error in a row names its line."""
+    """Thousands of nodes come back as they were, and an error in a row names its line."""
     mesh = mesh_of(pr.Rectangle(size=(1.0, 1.0), n=(60, 60)))
     points = pr.Points(
         tuple(map(tuple, mesh.points.tolist())), tuple(map(tuple, mesh.cells.tolist())),
@@ -76,9 +74,7 @@ def test_a_mesh_written_out_is_read_and_its_mistakes_have_their_lines():
     )  # fmt: skip
     problem = pr.Problem("a", {"b": pr.Body(points, pr.Elastic(1.0, 0.3))}, (pr.Step("s"),))
     written = dump(problem)
-    start = time.process_time()
     assert loads(written).problem == problem
-    assert time.process_time() - start < 10.0
     lines = written.splitlines()
     at = next(k for k, line in enumerate(lines) if "cells:" in line) + 100
     lines[at] = lines[at].replace("[", "[0.5, ")

@@ -76,6 +76,17 @@ def test_a_history_of_another_case_is_not_continued(tmp_path):
         write(tmp_path, [2], keep=1)
 
 
+@pytest.mark.parametrize("end", ["\u2028", "\x0b", "\x85"])
+def test_names_with_other_ends_of_lines_do_not_end_a_row(end, tmp_path):
+    """A separator of lines that is no line feed, in a name, stands in the middle of the row of names."""
+    write(tmp_path, [1, 2])
+    path = tmp_path / "history.csv"
+    path.write_text(path.read_text(encoding="utf-8").replace("block.left", f"bl{end}ock.left"), encoding="utf-8")
+    table = history.read_history(tmp_path)
+    assert table["increment"].tolist() == [1, 2]
+    assert f"fixed.bl{end}ock.left.fy" in table
+
+
 def test_contact_table_has_the_stable_columns_and_reads_back(tmp_path):
     """contact/<surface>-<tool>/NNNN.csv holds the contact state, status in words, to the last bit."""
     contact = synthetic.increment(10).contacts[synthetic.CONTACT]

@@ -20,8 +20,6 @@ from prensa.mesh.mesh import boundary_edges, segments
 from prensa.output.checkpoint import read_checkpoint, write_checkpoint
 from prensa.output.history import read_history
 from prensa.output.run import run
-from prensa.solver.policy import Policy
-from prensa.solver.remeshing import Remeshing
 from prensa.solver.time_stepping import Timer
 
 ALUMINIUM = pr.J2(E=70e3, nu=0.33, flow=pr.Swift(K=200.0, e0=0.01, n=0.2))
@@ -133,18 +131,6 @@ def test_travel_alone_makes_no_mesh_that_is_no_better(caplog: pytest.LogCaptureF
         if travel == 1.25:
             assert [-done[k].tools["die"].place.y for k in made] == pytest.approx([1.25, 2.5], abs=0.1)
     assert "remeshing 2 (travel 2.5, shape measure 0.5" in caplog.text
-
-
-def test_a_body_that_comes_through_its_line_of_symmetry_is_told(caplog: pytest.LogCaptureFixture) -> None:
-    """Once, and not before it is there by more than 1 % of its size: only what lay on the line is held on it."""
-    system = discretise(upset())
-    run_of_it = Remeshing(system, lambda system: pytest.fail("nothing is solved"), Policy())
-    state = system.initial()
-    for way, told in ((0.0, 0), (-0.03, 0), (-0.1, 1), (-0.2, 1)):
-        u = state.u.copy()
-        system.displacement(u)[:, 1] = way
-        run_of_it._look_at_lines(system, replace(state, u=u))
-        assert caplog.text.count("come through its line of symmetry y = 0") == told
 
 
 def test_sizes_that_are_not_those_asked_for() -> None:

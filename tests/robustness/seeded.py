@@ -76,6 +76,11 @@ SEEDED = {
         Seeded("missing boundary", (("strip.top, str", "strip.tpo, str"),), "10:16", ("unknown boundary 'tpo'", "'top'")),
         Seeded("missing body", (("strip.left", "stirp.left"),), "11:26", ("unknown body 'stirp'", "'strip'")),
         Seeded("missing tool", (("{die: {y", "{dye: {y"),), "13:26", ("unknown tool 'dye'", "'die'")),
+        Seeded("name in capitals", (("{die: {y", "{Die: {y"),), "13:26", ("unknown tool 'Die'", "did you mean 'die'?")),
+        Seeded(
+            "space left out of a round part", (*[("strip", "billet")] * 6, ("space: plane strain\n", "")), "3:3",
+            ("'space' is left out", "half the section of a round body", "'space: axisymmetric'"), True,
+        ),
         Seeded("key written twice", (("steps:", "fixed: {}\nsteps:"),), "12:1", ("'fixed' appears twice",)),
         Seeded(
             "thickness of a body of revolution", (("plane strain", "axisymmetric\nthickness: 2"),), "3:1",
@@ -96,6 +101,8 @@ SEEDED = {
         Seeded("unit of another dimension", (("E: 70e3", "E: 70 kN"),), "6:29", ("is not a stress", "'10 GPa'")),
         Seeded("negative friction", (("mu: 0.1", "mu: -0.1"),), "10:85", ("at least 0",)),
         Seeded("softening friction without an end", (("mu: 0.1", "mu: {mu0: 0.3, slope: -1}"),), "10:81", ("'limit'",)),
+        Seeded("friction as a number", (("{type: coulomb, mu: 0.1}", "0.1"),), "10:65", ("0.1 is no friction", "{type: coulomb, …}")),
+        Seeded("flow stress as a number", ((FLOW, "60"),), "6:50", ("is 60; a mapping with 'type'", "voce")),
         Seeded("shear factor on an elastic body", (ELASTIC, ("coulomb, mu: 0.1", "shear, m: 0.5")), "10:55", ("give 'k'",)),
         Seeded(
             "table that goes back in time", (("y: -0.2", "y: [[0, 0], [1, -0.2], [0.5, -0.1]]"),), "13:32",
@@ -134,7 +141,8 @@ SEEDED = {
     "strips and wires": [
         Seeded("nose longer than the strip", ((POINTS, "mesh: {type: strip, length: 4, thickness: 2, n: [8, 4], nose: {length: 5, thickness: 1}}"),), "5:5",
                ("the nose is 5 long and all of it 4", "make the nose shorter")),
-        Seeded("wire in plane strain", ((POINTS, "mesh: {type: wire, length: 4, diameter: 2, n: [8, 4]}"),), "5:18", ("a wire is round; use 'strip'",)),
+        Seeded("wire in plane strain", ((POINTS, "mesh: {type: wire, length: 4, diameter: 2, n: [8, 4]}"),), "5:18",
+               ("a wire is round; use 'strip'", "'space: axisymmetric'")),
     ],
     "units": [
         Seeded("modulus in GPa", (("E: 70e3", "E: 70"),), "6:5", ("did you mean 70e3 or '70 GPa'?",), True),
@@ -149,6 +157,15 @@ SEEDED = {
                 ("{y: -0.2}", "{y: -0.002}"),
             ),
             "7:5", ("did you mean '210000 MPa'?",), True,
+        ),
+        Seeded("flow stress in GPa", (("E: 70e3", "E: 210e3"), ("s0: 60, Q: 120", "s0: 0.25, Q: 0.2")), "6:5", ("less than that of any metal", "did you mean '0.25 GPa'?"), True),
+        Seeded(
+            "thickness in metres, case in millimetres", (("plane strain", "plane strain\nthickness: 0.01"),), "3:1",
+            ("0.01 mm out of the plane", "is the unit right?"), True,
+        ),
+        Seeded(
+            "thickness of a sheet for its width", (("plane strain", "plane strain\nthickness: 0.5"), ("[4, 2]", "[4, 0.5]"), ("-0.2", "-0.05")), "3:1",
+            ("what body 'strip' measures across in the plane", "the width of a sheet"), True,
         ),
         Seeded("flow stress in Pa", (("s0: 60", "s0: 60e6"),), "6:5", ("flow stress 6e+07", "check the units"), True),
         Seeded("body in metres, case in millimetres", (("[4, 2]", "[0.004, 0.002]"), ("-0.2", "-0.0002")), "5:5", ("0.004 mm large",), True),
@@ -182,6 +199,14 @@ SEEDED = {
         Seeded(
             "exponent in per cent", ((FLOW, "{type: ludwik, s0: 60, K: 200, n: 22}"),), "6:81",
             ("an exponent of 22", "did you mean 0.22?"), True,
+        ),
+        Seeded(
+            "exponent above 1", ((FLOW, "{type: swift, K: 200, e0: 0.1, n: 1.5}"),), "6:81",
+            ("an exponent of 1.5", "metals harden with exponents below 1"), True,
+        ),
+        Seeded(
+            "rate of strain without a duration", ((FLOW, "{type: johnson_cook, A: 60, B: 90, n: 0.3, C: 0.02, rate0: 1}"),), "6:44",
+            ("depends on the rate of strain", "taken to last 1 s; give 'duration'"), True,
         ),
         Seeded(
             "table that begins where the tool is not",
@@ -355,6 +380,10 @@ SEEDED = {
             "11:26", ("it holds a bore of radius 4.5", "leave it out", "{x: 0}"), True,
         ),
         Seeded(
+            "clamped end under the tool", (("strip.left: x", "strip.left: xy"),), "10:5",
+            ("is held along the normal of tool 'die'", "hold 'strip.left', which meets the contact surface there, across the normal only"),
+        ),
+        Seeded(
             "held nodes under the tool", (("strip.bottom: y,", "strip.bottom: y, strip.top: y,"),), "10:5",
             ("is held along the normal of tool 'die'", "take the support off"),
         ),
@@ -440,6 +469,20 @@ SEEDED = {
             "free side that folds under the support beside it",
             (("[strip.top, strip.right]", "strip.top"), ("mu: 0.1", "mu: 3"), ("strip.bottom: y", "strip.bottom: xy"), ("y: -0.2", "y: -0.92"), ("increments: 4", "increments: 8")),
             "", ("folds over itself", "'strip.right' slides past the support 'strip.bottom'", "put a tool there"), True, "run",
+        ),
+        Seeded(
+            "metal without room", (("strip.left: x", "strip.left: x, strip.right: x"), ("[strip.top, strip.right]", "strip.top"), ("-0.2", "-0.4")), "",
+            ("has lost more than 20 % of its volume", "leave it no room"), True, "run",
+        ),
+        Seeded(
+            "metal without a flow curve", ((ELASTIC[0], "type: elastic, E: 70e3, nu: 0.3"), ("-0.2", "-0.4")), "",
+            ("is elastic with the modulus of a metal", "give it a 'j2' material"), True, "run",
+        ),
+        Seeded(
+            "plate that tips over the edge of the sheet",
+            (ELASTIC, ("[4, 2]", "[4, 1]"), ("strip.bottom: y, strip.left: x", "strip.bottom: xy"), ("strip.top, strip.right", "strip.top"), (CYLINDER[0], "type: profile, points: [[-9, 0], [9, 0]], at: [6, 1]"),
+             ("move: {die: {y: -0.2}}, increments: 4}", "push: {die: {y: -20, m: 0}}}\nnumerics: {max_cutbacks: 1}")),
+            "", ("along a line through (6, 1)", "reaches from"), False, "run",
         ),
         Seeded(
             "contact that is never made",

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import prensa as pr
 from prensa.errors import PreflightError, SolveError
+from prensa.fem.folds import least_on_sides
 from prensa.fem.preflight import preflight
 from prensa.model.schema import warnings_of
+from prensa.model.unsaid import space_left_out
 from prensa.solver.failure import MetalInside
 
 METAL = pr.J2(E=70e3, nu=0.3, flow=pr.Voce(s0=60, Q=120, b=8))
@@ -161,3 +164,84 @@ def test_small_strain_of_a_beam_that_is_bent_far_is_told():
     assert any("press 'b' in by 6 at 19" in words and "use 'finite'" in words for words in bent(6.0))
     assert bent(1.0) == []
     assert bent(6.0, allow_large_strain=True) == []
+
+
+def test_what_reads_like_half_a_round_body_is_told_and_others_are_not():
+    """By the name of the part, a section that begins at the axis or beside it, and how it is held."""
+    rectangle, held = pr.Rectangle(size=(8.0, 4.0), n=(4, 2)), {"NAME.left": "x", "NAME.bottom": "y"}
+    beside = pr.Rectangle(size=(8.0, 4.0), n=(4, 2), origin=(5.0, 0.0))
+    foot = {"NAME.bottom": "y"}
+
+    def reads(name: str, mesh: object = rectangle, fixed: dict[str, str] = held, **more: object) -> bool:
+        fixed = {k.replace("NAME", name): v for k, v in fixed.items()}
+        p = pr.Problem(
+            "p", {name: pr.Body(mesh, METAL)}, [pr.Step("s", move={"die": {"y": -0.1}})],
+            {"die": pr.Plane(touching=f"{name}.top")}, fixed=fixed, **more,
+        )  # fmt: skip
+        return bool(space_left_out(p))
+
+    assert all(reads(name) for name in ("billet", "Rod_2", "hot slug", "disc"))
+    assert reads("ring", beside, foot)
+    assert reads("tube", pr.Patch(((5, 0), (9, 0), (9, 4), (5, 4)), (4, 2)), foot)
+    for name in ("sheet", "strip", "block", "ringer", "scanner"):
+        assert not reads(name)
+        assert not reads(name, beside, foot)
+    assert not reads("billet", beside)  # a whole one, or one that begins anywhere
+    assert not reads("billet", fixed=foot)  # x = 0 is no line of symmetry
+    assert not reads("ring", pr.Rectangle((8.0, 4.0), (4, 2), (-4.0, 0.0)), foot)
+    assert not reads("billet", space="axisymmetric", fixed=held)
+    round_ = pr.Problem("p", {"rod": pr.Body(pr.Disc(3, (8, 2), part="right"), SOFT)}, [pr.Step("s")], fixed={"rod.left": "x"})
+    assert space_left_out(round_) == []  # the section of a rod seen from its end
+
+
+@pytest.mark.parametrize(("thickness", "length", "heard"), [
+    (0.01, "mm", "is the unit right"), (1e-5, "m", "is the unit right"), (4.0, "mm", ""), (1.0, "mm", ""), (1e-3, "m", ""),
+    (25.4, "mm", ""), (300.0, "mm", ""),
+])  # fmt: skip
+def test_a_thickness_that_no_long_body_has_is_told(thickness, length, heard):
+    """Slices of a millimetre or an inch, square bars and widths of sheets are left alone."""
+    size = (8.0, 4.0) if length == "mm" else (0.08, 0.04)
+    way = pr.Step("press", move={"die": pr.Motion(y=-0.01 * size[1])})
+    said = told(block(METAL, size=size, thickness=thickness, units=pr.Units(length, "N"), steps=(way,)))
+    assert [heard in words for words in said] == ([True] if heard else [])
+
+
+@pytest.mark.parametrize(("way", "heard"), [(0.2, False), (0.35, True)])
+def test_an_element_that_folds_between_its_corners_is_told(way, heard, caplog):
+    """The middle of a side of an eight-node element moved along it: beyond a quarter the side turns back at its end.
+
+    Its corners stay where they are and all four integration points have room: 0.5 - 0.91 way > 0.
+    """
+    points = ((0, 0), (1, 0), (1, 1), (0, 1), (0.5, 0), (1, 0.5), (0.5, 1), (0, 0.5))
+    mesh = pr.Points(points, ((0, 1, 2, 3, 4, 5, 6, 7),), {"low": (0, 4, 1), "top": (2, 6, 3), "a": (0,), "b": (1,), "m": (4,)})
+    p = pr.Problem(
+        "one", {"e": pr.Body(mesh, SOFT, "q8")}, [pr.Step("s", fixed={"e.m": pr.Fixed(x=way, y="held")}, increments=4)],
+        fixed={"e.top": "xy", "e.a": "xy", "e.b": "xy"},
+    )  # fmt: skip
+    list(pr.solve(p))
+    assert [m for m in caplog.messages if "folds over itself" in m] == caplog.messages
+    assert len(caplog.messages) == heard
+
+
+def test_the_least_jacobian_on_sides_is_that_of_the_mapping():
+    """By differences of places that are written down here: sides as parabolas through three points, blended into the element."""
+    rng = np.random.default_rng(3)
+    x = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [0, -1], [1, 0], [0, 1], [-1, 0]], dtype=float)
+    x += rng.uniform(-0.35, 0.35, x.shape)
+
+    def place(s: float, t: float) -> np.ndarray:
+        """Coons' patch of the four parabolas."""
+        def side(a, m, b, r):
+            return a * r * (r - 1) / 2 + m * (1 - r * r) + b * r * (r + 1) / 2
+
+        low, high = side(x[0], x[4], x[1], s), side(x[3], x[6], x[2], s)
+        left, right = side(x[0], x[7], x[3], t), side(x[1], x[5], x[2], t)
+        corners = ((1 - s) * (1 - t) * x[0] + (1 + s) * (1 - t) * x[1] + (1 + s) * (1 + t) * x[2] + (1 - s) * (1 + t) * x[3]) / 4
+        return ((1 - t) * low + (1 + t) * high + (1 - s) * left + (1 + s) * right) / 2 - corners
+
+    h, r = 1e-5, (-1.0, -0.5, 0.0, 0.5)
+    dets = []
+    for s, t in [*((s, -1.0) for s in r), *((1.0, t) for t in r), *((-s, 1.0) for s in r), *((-1.0, -t) for t in r)]:
+        a, b = (place(s + h, t) - place(s - h, t)) / (2 * h), (place(s, t + h) - place(s, t - h)) / (2 * h)
+        dets.append(a[0] * b[1] - a[1] * b[0])
+    assert least_on_sides(x[:, None])[0] == pytest.approx(min(dets) / np.mean(dets), rel=1e-6)

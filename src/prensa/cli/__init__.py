@@ -98,7 +98,7 @@ def check(
     """Validate a case, mesh it and place its tools, or a calibration with its tables; say what would run. Nothing is solved."""
     source = Source(case, changes)
     with Voice(quiet, verbose, json, source=source) as voice:
-        from prensa.model.schema import has_tests, warnings_of
+        from prensa.model.schema import has_tests
 
         if source.is_file and has_tests(case):
             from prensa.inverse.commands import lines_of as lines_of_calibration
@@ -121,7 +121,7 @@ def check(
         for line in lines_of(system):
             voice.confirm(line)
         notices = [*preflight(system), *staircase(system)]
-        warnings = [*warnings_of(problem), *(str(n) for n in notices if not n.fatal)]
+        warnings = [*source.doubts(problem), *(str(n) for n in notices if not n.fatal)]
         for warning in warnings:
             voice.warn(warning)
         refuse(notices)
@@ -148,11 +148,9 @@ def run(
     source = Source(case, changes)
     with Voice(quiet, verbose, json, source=source, folder=out) as voice:
         with _without_garbage_collection():
-            from prensa.model.schema import warnings_of
-
             loaded = source.read()
             voice.folder = folder = out or source.folder()
-            for warning in warnings_of(loaded.problem):
+            for warning in source.doubts(loaded.problem):
                 voice.warn(warning)
             from prensa.output.progress import ProgressBar
             from prensa.output.run import run as run_case
@@ -368,12 +366,11 @@ def gradient(
     source = Source(case, changes)
     with Voice(quiet, verbose, json, source=source) as voice:
         from prensa.errors import PrensaError
-        from prensa.model.schema import warnings_of
 
         loaded = source.read()
         if out is not None and out.is_dir():
             raise PrensaError(f"--out {out} is a folder; name a file, such as {out / 'gradient.csv'}")
-        for warning in warnings_of(loaded.problem):
+        for warning in source.doubts(loaded.problem):
             voice.warn(warning)
         from prensa.sensitivity.commands import asked
 

@@ -154,7 +154,7 @@ def on_meshes(system: System, remeshed: Remeshed) -> System:
     blocks = [_block(problem, name, cells[name], x, pattern) for name in problem.bodies]
     made = System(
         problem, meshes, offsets, x, blocks, system.tools, surfaces, pattern, dofs, courses=system.courses,
-        first=system.first or system,
+        first=system.first or system, mirrors=system.mirrors,
     )  # fmt: skip
     return with_origins(made, remeshed)
 

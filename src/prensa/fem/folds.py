@@ -5,12 +5,14 @@ Nothing keeps a body from passing through itself: there is no contact of a body 
 
 from __future__ import annotations
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.pairing import current_pairs
+from prensa.elements.shapes import table
 from prensa.fem.outlines import contact_edges
 from prensa.fem.system import System
 from prensa.mesh.crossing import apart, left, near
@@ -184,6 +186,26 @@ def free_sides(system: System, held: Index, body: str, nodes: Index) -> list[str
         if not touched and not supported:
             out.append(name)
     return out
+
+
+def least_on_sides(x: Array) -> Array:
+    """Least Jacobian on the sides of quadratic elements x (6|8, e, 2), quarter by quarter, over their mean there → (e,).
+
+    Between the corners it can be negative with every corner below 180°: where a side is bent far into its element, or its
+    middle lies nearer to an end than a quarter of its length.
+    """
+    J = np.einsum("pad,aec->pedc", _slopes_on_sides(len(x)), x)
+    det = J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
+    return np.asarray(det.min(axis=0) / np.maximum(np.abs(det.mean(axis=0)), 1e-300))
+
+
+@cache
+def _slopes_on_sides(nodes: int) -> Array:
+    """Slopes dN (p, nodes, 2) at the corners and the quarters of the sides of an element."""
+    corners = np.array([[0, 0], [1, 0], [0, 1]] if nodes == 6 else [[-1, -1], [1, -1], [1, 1], [-1, 1]], dtype=float)
+    after = np.roll(corners, -1, axis=0)
+    at = np.concatenate([(1 - s) * corners + s * after for s in (0.0, 0.25, 0.5, 0.75)])
+    return table(nodes, (at, np.ones(len(at)))).dN
 
 
 def _others(system: System, body: str) -> Index:

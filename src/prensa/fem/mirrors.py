@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.record import ContactRecord
-from prensa.fem.discretise import discretise
+from prensa.fem.discretise import discretise, on_meshes
 from prensa.fem.outlines import symmetry_lines
+from prensa.fem.remeshed import Remeshed
 from prensa.fem.state import State
 from prensa.fem.system import System
 from prensa.mesh.mesh import segments
@@ -48,10 +49,14 @@ class Line:
         return np.asarray(self.side * (x[..., self.axis] - self.at))
 
 
+class Nearing(Exception):
+    """An increment in which a free outline comes to a line of symmetry, to be done again with a plane there."""
+
+
 class Watched(NamedTuple):
     """Free outlines off a ``line``: ``ends`` (k, 2) of their segments.
 
-    ``room`` (n,): distances of their nodes at first from where they are close to it, ``dofs`` (n,) what changes these.
+    ``room`` (n,): distances of their nodes, before they moved, from where they are close to it, ``dofs`` (n,) what changes these.
     """
 
     line: Line
@@ -85,6 +90,10 @@ class Guard:
                 out.append((w.line, a[k]))
         return out
 
+    def on(self, system: System, u: Array) -> Guard:
+        """The same lines, to be looked at in the system on a new mesh, which begins with degrees of freedom u (ndof,)."""
+        return Guard(system, tuple(_watched(system, self.lines, u)))
+
 
 def guard_of(system: System) -> Guard | None:
     """What to look at in a system; None if it has no line that a free outline could come to.
@@ -94,9 +103,15 @@ def guard_of(system: System) -> Guard | None:
     p = system.problem
     if system.dofs.dimension != 2 or system.more or p.kinematics == "small" or p.contact_geometry == "reference":
         return None
-    x = system.positions(system.initial().u)
-    watched = []
-    for line in _lines(system, x):
+    u = system.initial().u
+    watched = _watched(system, _lines(system, system.positions(u)), u)
+    return Guard(system, tuple(watched)) if watched else None
+
+
+def _watched(system: System, lines: Sequence[Line], u: Array) -> list[Watched]:
+    """What to look at off some lines, on a mesh that begins with degrees of freedom u (ndof,)."""
+    x, watched = system.positions(u), []
+    for line in lines:
         ends = np.concatenate([_free(system, line, body, x) for body in line.bodies])
         if len(ends):
             nodes, place = np.unique(ends, return_inverse=True)
@@ -104,7 +119,7 @@ def guard_of(system: System) -> Guard | None:
             np.minimum.at(length, place.reshape(-1, 2), np.hypot(*(x[ends[:, 1]] - x[ends[:, 0]]).T)[:, None])
             dofs = system.dofs.displacement.dof(nodes, "xy"[line.axis])
             watched.append(Watched(line, ends, line.distance(system.X[nodes]) - WITHIN * length, dofs))
-    return Guard(system, tuple(watched)) if watched else None
+    return watched
 
 
 def _lines(system: System, x: Array) -> list[Line]:
@@ -172,7 +187,19 @@ def with_planes(guard: Guard) -> System:
         contacts += [model.Contact((body,), name, friction=smooth) for body in line.bodies]
         others = tuple(body for body in p.bodies if body not in line.bodies)
         beyond += [model.NoContact((body,), name) for body in others]
-    return discretise(replace(p, tools=tools, contacts=tuple(contacts), no_contact=(*p.no_contact, *beyond)))
+    system = discretise(replace(p, tools=tools, contacts=tuple(contacts), no_contact=(*p.no_contact, *beyond)))
+    return replace(system, mirrors=len(lines))
+
+
+def on_mesh_of(system: System, state: State) -> System:
+    """The system with planes on the mesh of a state: that of the description, or one made since."""
+    return system if state.remeshed is None else on_meshes(system, _wider_motions(state.remeshed, system))
+
+
+def _wider_motions(remeshed: Remeshed, new: System) -> Remeshed:
+    """Meshes made during a run, with the motions of the tools of a system that has planes too, which stand still."""
+    more = len(new.tools) - len(remeshed.tools)
+    return replace(remeshed, tools=np.concatenate([remeshed.tools, np.zeros((more, remeshed.tools.shape[1]))]))
 
 
 def extended(state: State, old: System, new: System) -> State:
@@ -190,6 +217,7 @@ def extended(state: State, old: System, new: System) -> State:
         state, u=wider(state.u), du=wider(state.du), second_difference=wider(state.second_difference), contact=record,
         lam=lam, work=wider(state.work), step_start=wider(state.step_start),
         release=None if state.release is None else wider(state.release),
+        remeshed=None if state.remeshed is None else _wider_motions(state.remeshed, new),
     )  # fmt: skip
 
 
@@ -216,8 +244,13 @@ def _wider(values: Array, rest: Array, old: System, new: System) -> Array:
 
 def system_of(state: State, system: System) -> System:
     """The system that a committed state belongs to: that of the description, or the one with planes at its lines."""
-    if state.remeshed is not None or state.u.shape == (system.ndof,):
+    if state.remeshed is None:
+        if state.u.shape == (system.ndof,):
+            return system
+    elif len(state.remeshed.tools) <= len(system.tools):  # none where the meshes are of an earlier run
         return system
     guard = guard_of(system)
     wider = None if guard is None else with_planes(guard)
-    return wider if wider is not None and state.u.shape == (wider.ndof,) else system
+    if wider is None or (state.remeshed is None and state.u.shape != (wider.ndof,)):
+        return system
+    return wider

@@ -31,6 +31,7 @@ from prensa.model import problem as model
 from prensa.model.feed import ends_early
 from prensa.model.problem import tools_removed
 from prensa.model.remeshing import remeshing_of
+from prensa.model.units import factor
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -44,6 +45,8 @@ BEHIND = 0.1  # depth over element depth in a tool of a node that is nearer to i
 REACH = 0.01  # depth over element depth by which a tool may press a held node
 ALONG = 0.9  # cosine from which a support acts along a tool's normal
 KINKED = 0.766  # cosine of the angle, 40°, by which an undeformed surface may bend at a node and still have a normal there
+SHEET = 5.0  # length of a sheet in the plane over its thickness, from which both are not those of a square bar
+THIN = 0.02  # thickness out of the plane, over the least extent in it, below which plane strain is unlikely to be meant
 TIP = 0.1  # distance from the end of a tool, over an element, at which its width is taken
 POINT_INSIDE = "the point lies inside the body, where new meshes ('remesh') keep no node; hold a side or a corner"
 STRAINS = np.concatenate([[0.0], np.geomspace(1e-4, 3.0, 200)])  # at which flow curves are looked at
@@ -184,6 +187,7 @@ def _lengths(system: System) -> Iterator[Notice]:
         low, high = {"mm": (0.05, 5e4), "m": (5e-5, 50.0)}.get(unit, (0.0, np.inf))
         if not low <= size <= high:
             yield Notice(f"bodies.{name}.mesh", f"the body is {size:.4g} {unit} large; is that the unit meant?")
+    yield from _thickness(system)
     size = system.length
     for name, tool in system.problem.tools.items():
         for key in ("radius", "width", "outer", "fillet"):
@@ -210,6 +214,33 @@ def _lengths(system: System) -> Iterator[Notice]:
                         yield Notice(
                             path, f"a travel of {most:.4g} {unit} past bodies of {size:.4g} {unit}; is the unit right?"
                         )
+
+
+def _thickness(system: System) -> Iterator[Notice]:
+    """A thickness out of the plane that is that of a sheet in it, or next to nothing, where strain out of the plane is zero.
+
+    A slice of one millimetre, centimetre, metre, inch or foot is the force per length of a long body.
+    """
+    p, unit = system.problem, system.problem.units.length
+    slices = [factor(f"1 {u}", unit, "N", (0, 1)) for u in ("mm", "cm", "m", "in", "ft")] + [1.0]
+    if p.space != "plane strain" or any(abs(p.thickness / s - 1.0) < 1e-6 for s in slices):
+        return
+    extents = {name: np.ptp(mesh.points, axis=0) for name, mesh in system.meshes.items()}
+    for name, extent in extents.items():
+        if abs(extent.min() / p.thickness - 1.0) < 1e-6 and extent.max() > SHEET * p.thickness:
+            yield Notice(
+                "thickness",
+                f"{p.thickness:.4g} {unit} is what body {name!r} measures across in the plane: 'thickness' is the length out of "
+                "it, the width of a sheet, which plane strain takes for large; give that, or leave it out for forces per length",
+            )
+            return
+    least = min(float(extent.min()) for extent in extents.values())
+    if p.thickness < THIN * least:
+        yield Notice(
+            "thickness",
+            f"{p.thickness:.4g} {unit} out of the plane, of bodies that measure {least:.4g} {unit} or more in it: plane strain "
+            "is for long bodies; is the unit right? For a thin sheet loaded in its plane use 'space: plane stress'",
+        )
 
 
 def _shapes(system: System) -> Iterator[Notice]:
@@ -431,6 +462,18 @@ def _inside(system: System, watched: list[Watch]) -> list[Notice]:
 
 
 # ------------------------------------------------------------------------------------------------------------ the passage
+class Pressed(NamedTuple):
+    """A held node that a tool presses in: the largest ``depth``, at time t, and the axis along which it is held."""
+
+    depth: float
+    t: float
+    node: int
+    axis: int
+
+
+NOT_PRESSED = Pressed(0.0, 0.0, 0, 0)
+
+
 class _Moment(NamedTuple):
     """Bodies at rest at time t: degrees of freedom u (ndof,), and which tools have a place that is prescribed up to here."""
 
@@ -464,7 +507,7 @@ def _passage(system: System, watched: list[Watch]) -> Iterator[Notice]:
     nearest = np.full(len(system.surfaces), np.inf)
     known = np.ones(len(system.surfaces), dtype=bool)
     moved = {name for name, body in system.problem.bodies.items() if _driven(system, name)}
-    pressed: dict[tuple[int, int], tuple[float, float, int]] = {}
+    pressed: dict[tuple[int, int], Pressed] = {}
     told: dict[str, Notice] = {}
     for m in _moments(system):
         x = system.positions(m.u)
@@ -498,13 +541,13 @@ def _passage(system: System, watched: list[Watch]) -> Iterator[Notice]:
             )
     yield from told.values()
     worst = _worst(pressed)
-    for (number, k), (depth, t, node) in worst.items():
+    for (number, k), most in worst.items():
         if k < 0 and not system.tools[system.surfaces[number].tool].shape.half_space:
             continue  # what is no half-space may stand beside them, or the body yield in between
         if k >= 0 and (number, -1) in worst:
             continue  # the tool goes beyond the supports: said once
         i, s = number, system.surfaces[number]
-        yield _overconstrained(system, s, i, depth, t, node, candidate=k >= 0)
+        yield _overconstrained(system, s, i, most, candidate=k >= 0)
 
 
 def _touched(system: System, nearest: Array, known: NDArray[np.bool_]) -> set[str]:
@@ -538,7 +581,7 @@ def _driven(system: System, body: str) -> bool:
 
 
 def _held(
-    system: System, s: Surface, i: int, m: _Moment, x: Array, pressed: dict[tuple[int, int], tuple[float, float, int]]
+    system: System, s: Surface, i: int, m: _Moment, x: Array, pressed: dict[tuple[int, int], Pressed]
 ) -> None:
     """Nodes of the body that are held along the normal of a tool which reaches into them."""
     first = system.offsets[s.body]
@@ -561,22 +604,21 @@ def _held(
     came |= np.isin(nodes, s.points.nodes) & (tool.shape.half_space | ~across)
     for k in np.flatnonzero(deep & came):
         key = (i, int(nodes[k]) if nodes[k] in s.points.nodes else -1 - int(nodes[k]))
-        if -pairs.g[k] > pressed.get(key, (0.0, 0.0, 0))[0]:
-            pressed[key] = (float(-pairs.g[k]), m.t, int(nodes[k]))
+        if -pairs.g[k] > pressed.get(key, NOT_PRESSED).depth:
+            pressed[key] = Pressed(float(-pairs.g[k]), m.t, int(nodes[k]), int(axis[k]))
 
 
-def _worst(
-    pressed: dict[tuple[int, int], tuple[float, float, int]],
-) -> dict[tuple[int, int], tuple[float, float, int]]:
+def _worst(pressed: dict[tuple[int, int], Pressed]) -> dict[tuple[int, int], Pressed]:
     """The deepest node of each contact, candidates and others apart."""
-    worst: dict[tuple[int, int], tuple[float, float, int]] = {}
+    worst: dict[tuple[int, int], Pressed] = {}
     for (i, k), entry in pressed.items():
         key = (i, 1 if k >= 0 else -1)
-        worst[key] = max(worst.get(key, (0.0, 0.0, 0)), entry)
+        worst[key] = max(worst.get(key, NOT_PRESSED), entry)
     return worst
 
 
-def _overconstrained(system: System, s: Surface, i: int, depth: float, t: float, node: int, candidate: bool) -> Notice:
+def _overconstrained(system: System, s: Surface, i: int, most: Pressed, candidate: bool) -> Notice:
+    depth, t, node, _ = most
     x, y = system.X[node]
     where = f"node {node - system.offsets[s.body]} of {s.body!r} at ({x:.4g}, {y:.4g})"
     tool = system.tools[s.tool].name
@@ -584,7 +626,7 @@ def _overconstrained(system: System, s: Surface, i: int, depth: float, t: float,
         return Notice(
             f"contacts.{i}",
             f"{where} is held along the normal of tool {tool!r}, which presses it in by {depth:.4g} until time {t:.4g}: it can "
-            "obey only one of them; take the support off the contact surface, or hold it across the normal only",
+            f"obey only one of them; {_let_go(system, s, most)}",
             True,
         )
     return Notice(
@@ -593,6 +635,25 @@ def _overconstrained(system: System, s: Surface, i: int, depth: float, t: float,
         "body?",
         system.problem.kinematics == "finite" and system.tools[s.tool].shape.half_space,
     )
+
+
+def _let_go(system: System, s: Surface, most: Pressed) -> str:
+    """What to do about a node of a contact surface that a support holds: by the support, which may be one beside the surface."""
+    mesh, own = system.meshes[s.body], most.node - system.offsets[s.body]
+    beside: dict[str, model.Fixed] = {}
+    begun: list[Any] = [system.problem, *system.problem.steps[: int(np.ceil(most.t))]]
+    for owner in begun:
+        for name, support in owner.fixed.items():
+            body, _, side = name.partition(".")
+            of_side = mesh.edges[side] if side in mesh.edges else np.array([mesh.corners.get(side, -1)])
+            if body == s.body and own in of_side and getattr(support, "xy"[most.axis]) is not None:
+                beside[name] = support
+    if len(beside) != 1 or s.body in s.description.surface or set(beside) & set(s.description.surface):
+        return "take the support off the contact surface, or hold it across the normal only"
+    ((name, support),) = beside.items()
+    if support.x is None or support.y is None:
+        return f"take the support {name!r} away, or keep the tool off it"
+    return f"hold {name!r}, which meets the contact surface there, across the normal only, or keep the tool off it"
 
 
 def _crossing(system: System, m: _Moment, x: Array) -> Iterator[Notice]:

@@ -76,7 +76,8 @@ class SizeField:
         """Sizes (n,) at places x (n, 2) that the tools alone ask for: their distance, and the radius that faces the place."""
         h = np.full(len(x), self.far)
         system = self.system
-        for t in sorted({s.tool for s in system.surfaces if s.body == self.body}):
+        own = len(system.tools) - system.mirrors  # lines of symmetry run through the metal, and ask for nothing
+        for t in sorted({s.tool for s in system.surfaces if s.body == self.body and s.tool < own}):
             tool, (dx, dy, turn) = system.tools[t], system.place_of(t, self.state.u)
             c, s = np.cos(turn), np.sin(turn)
             closest = tool.shape.closest((x - tool.at - [dx, dy]) @ np.array([[c, -s], [s, c]]))

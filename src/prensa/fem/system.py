@@ -97,7 +97,8 @@ class System:
     """The discretised problem. ``courses`` (system, step, start of the step) → plan of a step, if the description has none.
 
     ``gone``: whether its tools are, and ``removed`` the contacts that they had; their rows in the state stay. ``first``: the
-    system on the meshes of the description, where this one is on others.
+    system on the meshes of the description, where this one is on others. ``mirrors``: how many of its tools, the last ones, stand
+    for lines of symmetry.
     """
 
     problem: model.Problem
@@ -117,6 +118,7 @@ class System:
     gone: bool = False
     removed: Sequence[Surface] = ()
     first: System | None = None
+    mirrors: int = 0
     _places: dict[str, NDArray[np.int32]] = field(default_factory=dict)
     _volumes: dict[str, Array] = field(default_factory=dict)
 

@@ -81,7 +81,8 @@ def _whole(p: Any) -> Iterator[Finding]:
             continue
         if p.space is not None and body.mesh.type == ("strip" if p.space == "axisymmetric" else "wire"):
             other = "a strip is not round; use 'wire'" if p.space == "axisymmetric" else "a wire is round; use 'strip'"
-            yield Finding(("bodies", key, "mesh", "type"), f"{other} in {p.space}")
+            or_round = "" if p.space == "axisymmetric" else ", or write 'space: axisymmetric'"
+            yield Finding(("bodies", key, "mesh", "type"), f"{other} in {p.space}{or_round}")
         known = body.material.kinematics
         if p.kinematics is not None and p.kinematics not in known:
             other = "use 'elastic' or 'kinematics: finite'" if p.kinematics == "small" else "use 'kinematics: small'"
@@ -441,6 +442,8 @@ def _boundary_moved(p: Any, step: Any, path: tuple[str | int, ...], motion: Any)
 
 # ------------------------------------------------------------------------------------------------------------ warnings
 STIFFEST, STRONGEST = 2000.0, 20.0  # GPa: above the modulus of diamond, and above the strength of any metal
+WEAKEST = 1e-5  # of E: below the flow stress of any metal; lead has 3e-4, superplastic alloys 5e-5
+YIELDING = (1e-4, 0.03)  # of E: between these metals flow
 METALS = ((65.0, 75.0), (105.0, 125.0), (185.0, 215.0))  # GPa: aluminium and glass, copper and titanium, steel
 
 
@@ -458,8 +461,10 @@ def _stiffness(name: str, material: Any, first: float, units: Any) -> Iterator[s
         yield f"bodies.{name}.material: {amount}, is that of no material{meant}"
         return
     per = {("mm", "N"): 1e-3, ("m", "N"): 1e-9}.get((units.length, units.force))
-    if 0 < first < 1e-6 * E:
-        yield f"bodies.{name}.material: flow stress {first:g} is a millionth of E = {E:g}; check the units of both"
+    if 0 < first < WEAKEST * E:
+        meant = next((f"; did you mean '{first:g} {u}'?" for u in ("GPa", "MPa") if _of_a_metal(first, u, E, units)), "")
+        amount = f"flow stress {first:g} is {first / E:.1g} of E = {E:g}, less than that of any metal"
+        yield f"bodies.{name}.material: {amount}{meant or '; check the units of both'}"
     elif per is not None and first <= E / 20 and material.poisson < 0.45:
         for unit, share in (("GPa", 1.0), ("MPa", 1e3)):
             in_gpa = E / share
@@ -468,6 +473,12 @@ def _stiffness(name: str, material: Any, first: float, units: Any) -> Iterator[s
             if any(low <= in_gpa <= high for low, high in METALS):
                 stress = f"{units.force}/{units.length}²"
                 yield f"bodies.{name}.material: E = {E:g} in {stress}; did you mean '{E:g} {unit}'?"
+
+
+def _of_a_metal(stress: float, unit: str, E: float, units: Any) -> bool:
+    """Whether a flow stress, taken in another unit than the case's, is that of a metal with the modulus E."""
+    meant = factor(f"{stress:g} {unit}", units.length, units.force, (1, -2))
+    return YIELDING[0] * E <= meant <= YIELDING[1] * E
 
 
 def warnings_of(problem: Problem) -> list[str]:

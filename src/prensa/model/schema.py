@@ -238,6 +238,15 @@ def located_in(messages: str, text: str, name: str, overrides: Iterable[str] = (
     return "\n".join(lines)
 
 
+def keys_of(text: str | Path, name: str, overrides: Iterable[str] = ()) -> set[str]:
+    """Keys at the top of a case that can be read, a *text* that is called *name* or a file, with its overrides."""
+    tree, _ = yaml.read(_read(text) if isinstance(text, Path) else text, name)
+    start = root(tree)
+    for item in overrides:
+        override(start, item)
+    return set(tree.value)
+
+
 def _dotted(node: yaml.Node, dotted: str) -> Mark | None:
     """Place of a path whose keys, which may have dots themselves, are joined by dots: its key, or the value in a list."""
     mark = None

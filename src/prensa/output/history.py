@@ -7,6 +7,7 @@ is complete, so that a run that stops at any moment leaves tables that open; `fi
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, TextIO
@@ -231,7 +232,7 @@ def _complete_rows(path: Path) -> tuple[list[str], list[list[str]]]:
         raise PrensaError(f"{path}: there is no such table; was the folder written by 'prensa run'?")
     try:
         text = path.read_text(encoding="utf-8")
-        rows = list(csv.reader(text[: text.rfind("\n") + 1].splitlines()))
+        rows = list(csv.reader(io.StringIO(text[: text.rfind("\n") + 1], newline="")))  # names may have other ends of lines
     except (UnicodeDecodeError, csv.Error) as error:
         raise PrensaError(f"{path}: the table is damaged ({str(error)[:200]}); run the case again") from None
     if not rows:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from prensa.fem.assembly import Block
 from prensa.fem.contacts import contacts_of, were_closed
 from prensa.fem.context import Context
-from prensa.fem.folds import free_sides, past_support
+from prensa.fem.folds import free_sides, least_on_sides, past_support
 from prensa.fem.modes import free_to_move
 from prensa.fem.state import State
 from prensa.fem.surface import Surface
@@ -79,14 +79,21 @@ class Acceptance:
         corners = block.corners.T
         corner = least_corner(x.take(corners, axis=0))
         worst = int(np.argmin(corner))
-        if not corner[worst] < self.policy.inverted:
+        if corner[worst] < self.policy.inverted:
+            inverted = CornerInverted(worst, block.body, *self._centre(block, worst))
+            if corner[worst] < least_corner(c.x_n[corners[:, [worst]]])[0] - self.policy.inversion:
+                return inverted
+        elif not self.warned and block.cells.shape[1] > len(corners):
+            along = least_on_sides(x.take(block.cells.T, axis=0))
+            worst = int(np.argmin(along))
+            if not along[worst] < self.policy.inverted:
+                return None
+        else:
             return None
-        inverted = CornerInverted(worst, block.body, *self._centre(block, worst))
-        if corner[worst] < least_corner(c.x_n[corners[:, [worst]]])[0] - self.policy.inversion:
-            return inverted
         if not self.warned:
             self.warned = True
-            log.warning("%s folds over itself: %s", place_of(inverted), self._folding(block, worst, c))
+            where = place_of(CornerInverted(worst, block.body, *self._centre(block, worst)))
+            log.warning("%s folds over itself: %s", where, self._folding(block, worst, c))
         return None
 
     def _folding(self, block: Block, element: int, c: Context) -> str:

@@ -258,8 +258,6 @@ class Policy:
     """Size of an element of the first mesh over that asked for from which the run begins with a new mesh."""
     worn_share: float = 0.7
     """Share of the shape measure that a mesh began with below which it is worn, where that is less than what is asked for."""
-    through_line: float = 0.01
-    """Of the size of the bodies, by which one that is remeshed has come through a line of symmetry before that is told."""
     remesh_cuts: int = 3
     """Cuts of an increment after which a new mesh helps more than another cut."""
     finer: tuple[float, ...] = (1.0, 0.8)

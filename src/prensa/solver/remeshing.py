@@ -18,8 +18,8 @@ from prensa.errors import PrensaError, SolveError
 from prensa.fem.context import Context
 from prensa.fem.discretise import on_meshes
 from prensa.fem.interaction import Branches, Overrides, Part, Request, Response
-from prensa.fem.mirrors import Line, guard_of
-from prensa.fem.renewal import check_mesher, least_shape, own_nodes, present_plan, renewed
+from prensa.fem.mirrors import Guard, Nearing, extended, guard_of, on_mesh_of, with_planes
+from prensa.fem.renewal import check_mesher, least_shape, present_plan, renewed
 from prensa.fem.schedule import StepPlan
 from prensa.fem.sizes import SizeField, coarseness, least_at_tools, mismatch, section_area
 from prensa.fem.state import State
@@ -51,6 +51,7 @@ class Stepping(Protocol):
     policy: Policy
     messages: Messages
     last: Increment | None
+    guard: Guard | None
 
     def run(self, state: State) -> Iterator[Increment]:
         """Increments from a state to the end of the last step."""
@@ -116,13 +117,13 @@ class Remeshing:
         self.bodies = [b.body for b in base.blocks if b.law.plastic]
         self.area = {body: section_area(base, body) for body in self.bodies}
         self.told_full = False
-        guard = guard_of(base)
-        self.lines: list[Line] = [] if guard is None else guard.lines
+        self.guard = guard_of(base)  # until planes stand at its lines
 
     def run(self, state: State) -> Iterator[Increment]:
         """Increments from a committed state to the end of the last step."""
         stepping = self.make(self.base if state.remeshed is None else on_meshes(self.base, state.remeshed))
         failures = 0
+        self._watch(stepping, state)
         while True:
             if failures or (why := self.due(stepping.system, state)):
                 why = "an increment failed" if failures else why
@@ -130,12 +131,14 @@ class Remeshing:
             try:
                 for increment in stepping.run(state):
                     state, failures = increment.state, 0
-                    self._look_at_lines(stepping.system, state)
                     yield increment
                     if self.due(stepping.system, state):
                         break
                 else:
                     return
+            except Nearing as nearing:
+                stepping.messages.note(state, present_plan(stepping.system, state), str(nearing))
+                stepping, state = self._with_planes(stepping, state)
             except SolveError as error:
                 failures += 1
                 self._refuse_hopeless(state, error, failures)
@@ -224,20 +227,18 @@ class Remeshing:
         if failures > len(self.policy.finer):
             raise SolveError(f"{error} New meshes have not helped here.", error.last, error.reason) from error
 
-    def _look_at_lines(self, system: System, state: State) -> None:
-        """Warn, once a line, of bodies that have come through a line of symmetry: no plane is put there on new meshes."""
-        x, left = system.positions(state.u), []
-        for line in self.lines:
-            most = -self.policy.through_line * system.length
-            bodies = [b for b in line.bodies if line.distance(x[own_nodes(system, b)]).min() < most]
-            if bodies:
-                log.warning(
-                    "time %.6g: body %r has come through its line of symmetry %s, which holds only what lay on it: add a plane "
-                    "there to 'tools', and a contact of the whole outline", state.clock.time, bodies[0], line,
-                )  # fmt: skip
-            else:
-                left.append(line)
-        self.lines = left
+    # ------------------------------------------------------------------------------------------------ lines of symmetry
+    def _watch(self, stepping: Stepping, state: State) -> None:
+        """Let a time stepping look for free sides that come to a line of symmetry from a state on."""
+        stepping.guard = None if self.guard is None else self.guard.on(stepping.system, state.u)
+
+    def _with_planes(self, stepping: Stepping, state: State) -> tuple[Stepping, State]:
+        """Time stepping and state with planes at the lines of symmetry, on this mesh and on those that follow."""
+        assert self.guard is not None
+        self.base, self.guard = with_planes(self.guard), None
+        following = self.make(on_mesh_of(self.base, state))
+        following.last = stepping.last
+        return following, extended(state, stepping.system, following.system)
 
     # ------------------------------------------------------------------------------------------------------------- how
     def _sizes(self, system: System, state: State, body: str, share: float = 1.0) -> SizeField:
@@ -255,6 +256,7 @@ class Remeshing:
                 log.info("no new mesh at time %.6g: %s", state.clock.time, problem)
                 continue
             assert there.remeshed is not None
+            self._watch(following, there)
             elements = sum(len(m.cells) for m in there.remeshed.meshes.values())
             following.messages.note(
                 there, present_plan(following.system, there), f"remeshing {there.remeshed.count} ({why}): {elements} elements, "

@@ -18,7 +18,7 @@ from prensa.fem.discretise import discretise
 from prensa.fem.folds import fold, hanging, outlines
 from prensa.fem.inside import inside, watches
 from prensa.fem.letting_go import held_at, let_go, removed_tools, still_held, table_jumps
-from prensa.fem.mirrors import Guard, extended, guard_of, names_of, system_of, with_planes
+from prensa.fem.mirrors import Guard, Nearing, extended, guard_of, names_of, system_of, with_planes
 from prensa.fem.modes import free_to_move
 from prensa.fem.planning import plan_step
 from prensa.fem.preflight import preflight
@@ -187,7 +187,8 @@ def check_arguments(
 def belongs(state: State, system: System) -> bool:
     """Whether a state has the degrees of freedom of a system, on the meshes that it was on."""
     if state.remeshed is not None:
-        return remeshing_of(system.problem) is not None and list(state.remeshed.meshes) == list(system.meshes)
+        known = list(state.remeshed.meshes) == list(system.meshes) and len(state.remeshed.tools) <= len(system.tools)
+        return known and remeshing_of(system.problem) is not None
     return state.u.shape == (system.ndof,)
 
 
@@ -209,10 +210,6 @@ def _as_times(name: str, given: Sequence[float]) -> Array:
     if out.ndim != 1 or not np.isfinite(out).all() or (np.diff(out) <= 0).any():
         raise ArgumentError(f"solve: {name} is {shown(given)}; give a list of increasing times")
     return out
-
-
-class _Nearing(Exception):
-    """An increment in which a free outline comes to a line of symmetry, to be done again with a plane there."""
 
 
 class TimeStepping:
@@ -293,7 +290,9 @@ class TimeStepping:
             while state.clock.step == number:
                 try:
                     state, increment = self.advance(state, plan, control)
-                except _Nearing as nearing:
+                except Nearing as nearing:
+                    if self.remeshes:
+                        raise
                     self.messages.note(state, plan, str(nearing))
                     rest = self.with_planes()
                     rest.validity = self.validity
@@ -543,7 +542,7 @@ class TimeStepping:
         reason: Failure | None = None if node is None else MetalInside(node)
         if reason is None and self.guard is not None and result.recover is None:
             for line, (x, y) in self.guard.near(result.u):
-                raise _Nearing(
+                raise Nearing(
                     f"a free side comes to the line of symmetry {line} near ({x:.4g}, {y:.4g}), where it meets its mirror image: "
                     "from here on the line is a rigid smooth plane to it"
                 )

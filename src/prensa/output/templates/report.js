@@ -229,6 +229,7 @@ async function picture() {
   const view = await show(figure, "picture");
 
   let drawnFor = 0;  // width of the range at the last drawing
+  let named = null;  // field whose name stands at the bar
   function fit() {  // the box as large as the frame allows, lengths along x and y alike
     box = scene.box.slice();
     for (const lines of images()) for (const [axis, at] of lines) {
@@ -268,8 +269,11 @@ async function picture() {
     if (!(high > low)) high = low + 1;
     const tools = $("tools").checked ? copies.flatMap(lines => toolsNow().map(([x, y]) => [flip(x, lines, 0), flip(y, lines, 1)])) : [];
     mapper.setv({palette: scene.palettes[field.map], low, high});
-    bar.title = `${field.label} (${field.unit})`;
-    hover.tooltips = [[scene.axes[0], `$x ${U.length}`], [scene.axes[1], `$y ${U.length}`], [field.label, `@v ${field.unit}`]];
+    if (field !== named) {  // words of a bar and of a hover are laid out anew when they are set: not at every frame
+      named = field;
+      bar.title = `${field.label} (${field.unit})`;
+      hover.tooltips = [[scene.axes[0], `$x ${U.length}`], [scene.axes[1], `$y ${U.length}`], [field.label, `@v ${field.unit}`]];
+    }
     source.data = {xs, ys, v};
     lines.data = out; mesh.data = grid; first.data = undeformed;
     rigid.data = {xs: tools.map(t => t[0]), ys: tools.map(t => t[1])};
