@@ -291,6 +291,8 @@ class J2(_Isotropic):
 
     def cauchy(self, history: Array) -> Array:
         """Cauchy stress (n, k) from the elastic strains alone (a rate-dependent law at rest would flow)."""
+        if self.finite and self.layout is PLANE:  # without the kernels of an update, which would be compiled for it
+            return elastic.hencky_at_rest(history[:, : self.layout.kept], self.lam, self.mu)
         elastic_part = np.ascontiguousarray(history[:, : self.layout.kept])
         return Hencky(self.E, self.nu, self.finite, layout=self.layout).cauchy(elastic_part)
 
