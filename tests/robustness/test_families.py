@@ -14,6 +14,7 @@ from prensa.bench import robustness
 from prensa.bench.robustness import checks
 from prensa.bench.robustness.claims import let_go, sprung_back
 from prensa.bench.robustness.drawn import Drawn, Twin, chain, circle, plane, stamp
+from prensa.bench.robustness.families.cycles import unsettled
 from prensa.bench.robustness.files import Record, read, solve_into, solve_stages
 from prensa.bench.robustness.judging import judge_files, unlike
 from prensa.fem.preflight import preflight
@@ -221,6 +222,30 @@ def test_wrong_answers_of_bodies_of_revolution_are_found(element, tmp_path):
     assert "is left with displacements" in sprung_back(left)
     left.history["tool.fy"][-1] = 1.0
     assert "after its release" in let_go(left)
+
+
+@pytest.mark.parametrize(("falls", "settles"), [
+    ("0.02 * 0.7**k", True), ("0.02 / (k + 1)**2", True), ("0.0 * k", True), ("1e-9 * (k % 2)", True),
+    ("0.01 * 0.85**k", True), ("0.003 + 0.0 * k", False), ("0.006 / np.sqrt(k + 1)", False), ("0.0002 * 1.3**k", False),
+    ("0.004 * (k > 7)", False), ("0.2 * 0.7**k", False),
+])  # fmt: skip
+def test_peaks_that_go_on_falling_do_not_settle(falls, settles):
+    """Falls of ten cycles with and without a finite sum, growing, beginning late, and too large at the end."""
+    k = np.arange(9)
+    peaks = 1000.0 * np.concatenate([[1.0], 1.0 - np.cumsum(eval(falls, {"k": k, "np": np}))])
+    assert (unsettled(peaks) == "") == settles
+
+
+def test_tall_bodies_of_wide_ranges_are_pressed_by_less_than_what_buckles_them():
+    """The shortening of a plane body, by its drawing, is below half of Euler's for a column with a free head."""
+    pressed = 0
+    for number in range(60):
+        p = robustness.drawn("wide", 5, number).problem
+        (w, h), way = p.bodies["block"].mesh.size, -p.steps[0].move["tool"].y
+        if p.space == "plane strain":
+            pressed += 1
+            assert way / h <= 0.5 * np.pi**2 / 12 * (w / (2 * h)) ** 2 * (1 + 1e-12)
+    assert pressed > 20
 
 
 def test_a_crash_is_a_wrong_answer(tmp_path, monkeypatch):

@@ -78,6 +78,13 @@ def test_good_inputs_of_commands_are_read(tmp_path):
     assert not remarks and fuzz.read(text, tmp_path) == "read"
     for name in ("p.dxf", "p.csv"):
         assert fuzz.read(fuzz_commands.CASE.replace("POINTS", name), tmp_path) == "read"
+    (tmp_path / "mu.csv").write_text(fuzz_commands.SLIPS, encoding="utf-8")
+    assert fuzz.read(fuzz_commands.GOOD.replace("mu: 0.1", "mu: mu.csv"), tmp_path) == "read"
+    for name, content in (("a.msh", fuzz.GMSH), ("b.msh", fuzz.GMSH_4), ("c.inp", fuzz.ABAQUS)):
+        (tmp_path / name).write_text(content, encoding="utf-8")
+        assert fuzz.read(fuzz.FROM_FILE.replace("FILE", name), tmp_path) == "read"
+    far = fuzz.FORMING[3].replace("by: {base.bottom: {y: 0.1}", "by: {base.bottom: {y: -1e308}")
+    assert far != fuzz.FORMING[3] and fuzz.read(far, tmp_path) in ("read", "refused")  # sums of such places are no numbers
 
 
 DAMAGE = {

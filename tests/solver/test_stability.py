@@ -18,8 +18,9 @@ from prensa.fem.planning import plan_step
 from prensa.fem.state import Stability, State
 from prensa.reference.buckling import elastica_clamped
 from prensa.solver import failure
-from prensa.solver.equilibrium import NewtonResult
+from prensa.solver.equilibrium import Equilibrium, NewtonResult, Reporter
 from prensa.solver.increment import Increment
+from prensa.solver.jump import Drag, goes_by_itself
 from prensa.solver.policy import Policy
 from prensa.solver.reduced import Reduced
 from prensa.solver.stabilisation import Viscous, nodal_volumes
@@ -222,3 +223,66 @@ def test_a_jump_that_is_short_is_taken_and_told(caplog):
     *_, there = pr.solve(replace(problem, steps=led))
     assert abs(there.supports["part.top-left"].x) < 1e-6 * forces[-1]  # the support has nothing to do there
     assert there.tools["tool"].force.y == pytest.approx(forces[-1], rel=1e-6)
+
+
+def _crown(friction: pr.Coulomb | None = None, stabilise: str = "off", metal: bool = False) -> pr.Problem:
+    """Half an arch under a plane: its crown comes off the plane and gives way, at about 0.7 of the travel."""
+    R, half, solid = 30.0, 0.9, pr.Elastic(1000.0, 0.3)
+    mesh = pr.Annulus(R - 0.5, R + 0.5, (8, 1), angles=(np.pi / 2 - half, np.pi / 2))
+    material = pr.J2(1000.0, 0.3, pr.Perfect(1e4)) if metal else solid
+    return pr.Problem(
+        "arch", {"part": pr.Body(mesh, material, "q4_enhanced")},
+        (pr.Step("press", move={"tool": pr.Motion(y=-0.45 * R * (1 - np.cos(half)))}, increments=4),),
+        {"tool": pr.Plane(normal=(0, -1), at=(0, R + 0.5))}, (pr.Contact("part.outer", "tool", friction),),
+        fixed={"part.start": "xy", "part.end": "x"}, stabilise=stabilise,
+    )  # fmt: skip
+
+
+def test_elastic_bodies_without_friction_jump_by_themselves(caplog):
+    """To where viscous forces lead them too, and to less energy; tools and supports are in balance in every increment."""
+    taken = list(pr.solve(_crown()))
+    assert caplog.text.count("the bodies jump to another equilibrium") == 1
+    assert taken[-1].time == 1.0
+    energy = np.array([i.energy["elastic"] for i in taken])
+    at = int(np.argmin(np.diff(energy)))  # where work is done on the part it grows
+    assert taken[at + 1].time - taken[at].time < 1e-5
+    for i in taken:
+        up = i.supports["part.start"].y + i.supports["part.end"].y
+        assert i.force("tool").y == pytest.approx(up, rel=1e-6, abs=1e-9)
+        assert i.state.stability.negative == 0
+    *_, led = pr.solve(_crown(stabilise="auto"))
+    # what the jump sets free is what the viscous forces take there, and beside it 2e-4 of the work
+    assert led.energy["viscous"] == pytest.approx(energy[at] - energy[at + 1], abs=1e-3 * led.energy["external"])
+    assert energy[-1] == pytest.approx(led.energy["elastic"], rel=1e-5)
+    assert taken[-1].force("tool").y == pytest.approx(led.force("tool").y, rel=3e-3)
+
+
+@pytest.mark.parametrize(("way", "may"), [
+    ({}, True), ({"friction": pr.Coulomb(0.0)}, True), ({"friction": pr.Coulomb(0.01)}, False), ({"metal": True}, False),
+])  # fmt: skip
+def test_what_has_a_memory_does_not_jump_by_itself(way, may):
+    """Friction and plasticity ask for the way; forces (see the pushed arch above) for what bears them."""
+
+    def equations(problem: pr.Problem) -> Equilibrium:
+        system = discretise(problem)
+        plan = plan_step(system, 0, np.zeros(system.ndof))
+        reduced = Reduced.of(system, plan.fixed, pr.Numerics())
+        c = system.context(system.initial(), plan, 0.25)
+        return Equilibrium(system, c, reduced, pr.Numerics(), POLICY, Reporter(print, print))
+
+    problem = _crown(**way)
+    assert goes_by_itself(equations(problem)) == may
+    pushed = replace(problem, steps=(pr.Step("press", push={"tool": pr.Push(y=-1.0)}),))
+    assert not goes_by_itself(equations(pushed))
+
+
+def test_the_matrix_of_the_drag_is_exact():
+    """Its forces are linear in the displacements from where it begins."""
+    system = discretise(_crown())
+    rng = np.random.default_rng(0)
+    u, start = rng.standard_normal((2, system.ndof))
+    stiffness = rng.uniform(1.0, 2.0, system.nodes)
+    c = system.context(system.initial(), plan_step(system, 0, np.zeros(system.ndof)), 0.25)
+    (part,) = Drag(system, stiffness, start).respond(c, Request(u, np.zeros(0))).parts
+    assert part.r is not None and part.K is not None
+    assert np.allclose(part.r, np.einsum("kij,kj->ki", part.K, system.displacement(u - start)))

@@ -202,6 +202,47 @@ $Elements
 4 3 2 2 1 2 3 6 5
 $EndElements
 """
+GMSH_4 = """\
+$MeshFormat
+4.1 0 8
+$EndMeshFormat
+$PhysicalNames
+2
+1 1 "bottom"
+2 2 "body"
+$EndPhysicalNames
+$Entities
+0 1 1 0
+1 0 0 0 2 0 0 1 1 0
+1 0 0 0 2 1 0 1 2 0
+$EndEntities
+$Nodes
+2 6 1 6
+1 1 0 3
+1
+2
+3
+0 0 0
+1 0 0
+2 0 0
+2 1 0 3
+4
+5
+6
+0 1 0
+1 1 0
+2 1 0
+$EndNodes
+$Elements
+2 4 1 4
+1 1 1 2
+1 1 2
+2 2 3
+2 1 3 2
+3 1 2 5 4
+4 2 3 6 5
+$EndElements
+"""
 ABAQUS = """\
 *HEADING
 *NODE
@@ -428,7 +469,7 @@ def inputs(count: int, seed: int, folder: Path) -> Iterator[str]:
     texts = corpus()
     for number in range(count):
         if number % 10 == 9:
-            name, mesh = (("mesh.msh", GMSH), ("mesh.inp", ABAQUS))[rng.integers(2)]
+            name, mesh = (("mesh.msh", GMSH), ("mesh.msh", GMSH_4), ("mesh.inp", ABAQUS))[rng.integers(3)]
             changed = (mutate_size if number % 100 == 49 else mutate_text)(rng, mesh)
             (folder / name).write_text(changed, encoding="utf-8", errors="replace")
             yield FROM_FILE.replace("FILE", name)

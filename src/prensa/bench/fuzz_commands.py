@@ -199,6 +199,7 @@ DXF = """\
 0\nARC\n8\n0\n10\n-8\n20\n2\n40\n2\n50\n180\n51\n270\n0\nLINE\n8\n0\n10\n-8\n20\n0\n11\n10\n21\n0
 0\nLINE\n8\n0\n10\n10\n20\n30\n11\n10\n21\n0\n0\nENDSEC\n0\nEOF
 """
+SLIPS = "# measured\nslip (um), mu\n0, 0.1\n1.5; 0.2\n40, 0.12\n"
 READINGS = "travel [mm],force [N],width [mm]\n0,0,40\n0.02,1.5,40.1\n0.05,3,40.2\n0.08,,40.3\n0.1,6,\n"
 LISTED = ("-1", "0", "1e3", "1e400", "nan", "inf", "", " ", "x", "ö", "a" * 3000, "lin(0,0.3,7)", "lin(0,0.3,1000000000)", "lin(0,1)",
           "lin(1,1,3)", "log(0,1,5)", "log(0.1,10,5)", "normal(0.1,0.01)", "normal(0.1,-1)", "uniform(2,1)", "normal(nan,1)", "0,0.1,0.2", "0,,1",
@@ -249,9 +250,10 @@ no_contact: [{surface: more, against: punch}, {surface: more, against: other}]
 fixed: {block.bottom: xy, more.bottom: xy}
 steps: [{name: up, by: {punch: {y: 1}}, duration: 2 s}, {name: on, by: {other: {y: -0.2}}, until: {force: {other: {y: 5}}}}]
 """
-VERBS = ("check", "run", "resume", "sweep", "calibrate", "identify", "converge", "report", "plot", "new", "schema", "import", "verify", "bench")
+VERBS = ("check", "run", "resume", "sweep", "calibrate", "identify", "converge", "gradient", "report", "plot", "new", "schema", "import",
+         "verify", "bench")
 OPTIONS = ("--set", "--out", "--quiet", "-q", "--force", "--json", "--measure", "--samples", "--sampling", "--seed", "--jobs", "--memory", "--cluster", "--data",
-           "--observe", "--fit", "--along", "--sigma", "--starts", "--rows", "--mesh", "--step", "--field", "--film", "--only", "--count", "--family", "--x", "-x", "--")  # fmt: skip
+           "--observe", "--fit", "--along", "--sigma", "--starts", "--rows", "--mesh", "--step", "--field", "--film", "--only", "--count", "--family", "--of", "--by", "--x", "-x", "--")  # fmt: skip
 
 App = Callable[..., Any]
 Check = Callable[[], Any]
@@ -260,7 +262,7 @@ Check = Callable[[], Any]
 def commands(app: App, count: int, seed: int, folder: Path) -> Iterator[Attempt]:
     """Attempts of all kinds in turn, each with its input broken in a way of its own; *app*: what takes command lines."""
     rng = np.random.default_rng(seed)
-    kinds = (_deck, _profile, _readings, _options, functools.partial(_line, app), _folder, _calibration, _started)
+    kinds = (_deck, _profile, _slips, _readings, _options, functools.partial(_line, app), _folder, _calibration, _started)
     run = _a_run(folder / "run")
     for number in range(count):
         here = folder / "here"
@@ -326,6 +328,22 @@ def _profile(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Chec
             raise PrensaError("refused in words")
 
     return f"{points}: {told}", attempt
+
+
+def _slips(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Check]:
+    """A table of friction over slip, and what a case calls it."""
+    told = _written(rng, here / "mu.csv", SLIPS)
+    name = "mu.csv" if rng.random() < 0.8 else str(_one(rng, (*LISTED, *ODD_VALUES)))
+
+    def attempt() -> None:
+        import json
+
+        from prensa.bench.fuzz import read
+
+        if read(GOOD.replace("{mu: 0.1}", f"{{mu: {json.dumps(name)}}}"), here) == "refused":
+            raise PrensaError("refused in words")
+
+    return f"{name!r}: {told}", attempt
 
 
 def _readings(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Check]:
@@ -441,8 +459,8 @@ def _line(app: App, rng: np.random.Generator, here: Path, run: Path) -> tuple[st
         if rng.random() < 0.7:
             words.append(str(_one(rng, (*LISTED, *ODD_VALUES, *MEASURED))))
     out = here / "out"
-    if words[0] in ("run", "sweep", "calibrate", "converge", "plot", "new", "import") and "--out" not in words:
-        words += ["--out", str(out / "x.png" if words[0] == "plot" else out)]
+    if words[0] in ("run", "sweep", "calibrate", "converge", "gradient", "plot", "new", "import") and "--out" not in words:
+        words += ["--out", str(out / {"plot": "x.png", "gradient": "x.csv"}.get(words[0], ""))]
 
     def attempt() -> None:
         said = io.StringIO()

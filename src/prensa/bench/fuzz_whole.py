@@ -53,6 +53,10 @@ SET_IN_LINES = (
     "steps.0.by.punch.y=-0.1", "stabilise=auto", "space=plane stress", "kinematics=small", "units.length=m", "bodies.block.material.E=0", "steps.1=null",
 )  # fmt: skip
 MEASURED_IN_LINES = ("punch.fy", "max(punch.fy)", "force", "block.height", "block.top.x", "punch", "", "nothing", "mean(force)")
+DIFFERENTIATED = (
+    "friction.mu", "contacts.0.friction.mu", "bodies.block.material.E", "bodies.block.material.flow.K", "bodies.block.mesh.size.0", "bodies.block.mesh.n.0",
+    "steps.down.move.punch.y", "steps.0.increments", "tools.punch.points.1.1", "nothing", "", "name",
+)  # fmt: skip
 OPTIONS_OF = {
     "run": ("--force", "--json", "--quiet", "--out"),
     "check": ("--json", "--quiet"),
@@ -61,6 +65,7 @@ OPTIONS_OF = {
     "resume": ("--json", "--quiet"),
     "sweep": ("--measure", "--sampling", "--seed", "--retry", "--force", "--reports", "--json"),
     "converge": ("--measure", "--mesh", "--step", "--penalty", "--retry", "--force", "--json"),
+    "gradient": ("--of", "--by", "--step", "--out", "--json", "--quiet"),
 }
 
 App = Callable[..., Any]
@@ -167,7 +172,7 @@ def lines(app: App, count: int, seed: int, folder: Path) -> Iterator[Attempt]:
     for _ in range(count):
         verb = str(rng.choice(list(OPTIONS_OF)))
         words = [verb, "good.yaml" if verb not in ("plot", "report", "resume") else "out" if rng.random() < 0.8 else "study"]
-        if verb in ("run", "check", "sweep", "converge"):
+        if verb in ("run", "check", "sweep", "converge", "gradient"):
             for _ in range(int(rng.integers(0, 3))):
                 words += ["--set", _one(rng, SET_IN_LINES)]
         if verb == "sweep":
@@ -175,12 +180,14 @@ def lines(app: App, count: int, seed: int, folder: Path) -> Iterator[Attempt]:
             words += ["--samples", "2"] if "normal" in words[-1] else []  # more is no defect: its time is due to its size
         if verb in ("sweep", "converge"):
             words += ["--jobs", "1", "--out", "study", "--measure", _one(rng, MEASURED_IN_LINES)]
+        elif verb == "gradient":
+            words += ["--of", _one(rng, MEASURED_IN_LINES), "--by", _one(rng, DIFFERENTIATED)]
         elif verb == "run":
             words += ["--out", _one(rng, ("out", "out", "study", "new", "good.yaml"))]
         for _ in range(int(rng.choice([0, 0, 1, 2]))):
             option = _one(rng, OPTIONS_OF[verb])
             words.append(option)
-            if option in ("--out", "--field", "--step", "--measure", "--samples", "--sampling", "--seed", "--mesh", "--penalty", "--set"):
+            if option in ("--out", "--field", "--step", "--measure", "--samples", "--sampling", "--seed", "--mesh", "--penalty", "--set", "--of", "--by"):
                 words.append(_one(rng, ("0", "1", "2", "3", "0.5,1", "1,2", "auto", "lhs", "out", "stress", "plastic_strain", "down", "x.png", "", "-1", "x", *ODD_VALUES[:12])))
         yield f"prensa {words!r}", functools.partial(answer, functools.partial(_typed, app, words, here))
 

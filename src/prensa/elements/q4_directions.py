@@ -37,6 +37,17 @@ PER_POINT = 48  # numbers a point of `prepare`, in the order in which it writes 
 _MIDDLE = 4
 
 
+def slots(count, moving):
+    """Where histories of directions (count,) stand along the last axis of their array, and how long that is.
+
+    That is by lanes that are full, those of the last *moving* directions, which move bodies, behind lanes of their own.
+    """
+    still = count - moving
+    first = -(-still // LANES) * LANES
+    at = [*range(still), *range(first, first + moving)]
+    return at, first + -(-moving // LANES) * LANES
+
+
 @njit(cache=True, error_model="numpy")
 def prepare(x_n, x, cells, old, new, bulk, G, axisymmetric, scale, plastic, cauchy, kind, p, knots, coefs, dt, geometry, point):
     """Node positions x_n, x (n, 2), histories old, new (e, 4, h) → geometry (e, 5, 17), point (e, 4, 48)."""
@@ -324,61 +335,101 @@ def _answer(w, P, B, bulk, G, part, hoop, volume):
         w[_FORCE + _7 + d] += m21 * x3 + m22 * y3
 
 
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _filled(dold, e, q, fields, slot, w):
+    """Histories of a point from a slot on → the rows before."""
+    if slot + LANES <= dold.shape[3]:  # of a number that the compiler knows
+        for k in range(fields):
+            for d in range(LANES):
+                w[_BEFORE + k * LANES + d] = dold[e, q, k, slot + d]
+    else:
+        for k in range(fields):
+            for d in range(dold.shape[3] - slot):
+                w[_BEFORE + k * LANES + d] = dold[e, q, k, slot + d]
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _put(w, fields, dnew, e, q, slot):
+    """The rows after → histories of a point from a slot on."""
+    if slot + LANES <= dnew.shape[3]:
+        for k in range(fields):
+            for d in range(LANES):
+                dnew[e, q, k, slot + d] = w[_AFTER + k * LANES + d]
+    else:
+        for k in range(fields):
+            for d in range(dnew.shape[3] - slot):
+                dnew[e, q, k, slot + d] = w[_AFTER + k * LANES + d]
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _add(w, fields, dnew, e, q, slot):
+    """The rows after are added to histories of a point from a slot on."""
+    if slot + LANES <= dnew.shape[3]:
+        for k in range(fields):
+            for d in range(LANES):
+                dnew[e, q, k, slot + d] += w[_AFTER + k * LANES + d]
+    else:
+        for k in range(fields):
+            for d in range(dnew.shape[3] - slot):
+                dnew[e, q, k, slot + d] += w[_AFTER + k * LANES + d]
+
+
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
 def at_fixed(
     cells, geometry, point, bulk, G, axisymmetric, volume, dxn, dx, dold, moduli, slopes, dflow, r, dnew, energy, begun
 ):  # fmt: skip
-    """Of directions d: dxn, dx (n, 2, d), dold (e, 4, h, d), moduli (2, d): bulk, shear → forces r (ndof, d), histories dnew.
+    """Of directions d: dxn, dx (n, 2, d), dold (e, 4, h, s), moduli (2, d): bulk, shear → forces r (ndof, d), histories dnew.
 
-    dold of the committed histories; begun (e, 4, n): see `slopes_of_begun`, (0, 4, n) where increments begin with these. dflow
-    (m, d): changes of a flow curve, of which the stress has the slopes (e, 4, 3, m), see `flow_gradients`. r and energy (d,),
-    ∫ψ dV, are added to; volume (e, 4). Of no nodes dx (0, 2, d) no present place moves.
+    dold of the committed histories, in slots: see `slots`; begun (e, 4, n): see `slopes_of_begun`, (0, 4, n) where increments
+    begin with these. dflow (m, d): changes of a flow curve, of which the stress has the slopes (e, 4, 3, m), see
+    `flow_gradients`. r and energy (d,), ∫ψ dV, are added to; volume (e, 4). dx (n, 2, m) of the last m directions, along the
+    others no present place moves.
     """
-    moves, moved, fields, count, kinds = len(dx) > 0, len(begun) > 0, dold.shape[2], dold.shape[3], dflow.shape[0]
+    moved, fields, count, kinds = len(begun) > 0, dold.shape[2], dxn.shape[2], dflow.shape[0]
+    still, last = count - dx.shape[2], 0
     part = 1.0 / 3.0 if axisymmetric else 0.5
     hoop = part if axisymmetric else 0.0
-    w, at = np.zeros(_END), np.zeros(55 * LANES)
-    for first in range(0, count, LANES):
-        lanes = min(LANES, count - first)
+    w, flow = np.zeros(_END), np.zeros(kinds * LANES)
+    for slot in range(0, dold.shape[3], LANES):
+        first, moves = last, last >= still
+        lanes = min(LANES, (count if moves else still) - first)
+        last = first + lanes
+        w[:], flow[:] = 0.0, 0.0
         for d in range(lanes):
             w[_LAME + d] = moduli[0, first + d] - 2.0 * moduli[1, first + d] / 3.0
-            w[_SHEAR + d], w[_ENERGY + d] = moduli[1, first + d], 0.0
+            w[_SHEAR + d] = moduli[1, first + d]
+            for k in range(kinds):
+                flow[k * LANES + d] = dflow[k, first + d]
         for e in range(cells.shape[0]):
             _motions(dxn, cells, e, first, lanes, w, _OLD)
             if moves:
-                _motions(dx, cells, e, first, lanes, w, _PRESENT)
+                _motions(dx, cells, e, first - still, lanes, w, _PRESENT)
+                _gradients(w, _PRESENT, geometry[e, _MIDDLE], _GRADIENT)
             w[_FORCE:_BEFORE] = 0.0
-            for q in range(5):
+            _gradients(w, _OLD, geometry[e, _MIDDLE], _RATE)
+            _rates(w, geometry[e, _MIDDLE])
+            _copied(w, _TRACE, 1, w, _MIDDLE_TRACE)
+            for q in range(4):
                 if moves:
                     _gradients(w, _PRESENT, geometry[e, q], _GRADIENT)
                 _gradients(w, _OLD, geometry[e, q], _RATE)
                 _rates(w, geometry[e, q])
-                _copied(w, _GRADIENT, 10, at, 11 * q * LANES)
-                _copied(w, _TRACE, 1, at, (11 * q + 10) * LANES)
-            _copied(w, _TRACE, 1, w, _MIDDLE_TRACE)
-            for q in range(4):
-                _copied(at, 11 * q * LANES, 10, w, _GRADIENT)
-                _copied(at, (11 * q + 10) * LANES, 1, w, _TRACE)
-                for k in range(fields):
-                    for d in range(lanes):
-                        w[_BEFORE + k * LANES + d] = dold[e, q, k, first + d]
+                _filled(dold, e, q, fields, slot, w)
                 w[_NOW:_LAME] = 0.0
                 w[_COMMITTED:_END] = 0.0
                 for k in range(kinds):
                     now, was = slopes[e, q, 0, k], slopes[e, q, 1, k]
-                    for d in range(lanes):
-                        w[_NOW + d] += now * dflow[k, first + d]
-                        w[_WAS + d] += was * dflow[k, first + d]
+                    for d in range(LANES):
+                        w[_NOW + d] += now * flow[k * LANES + d]
+                        w[_WAS + d] += was * flow[k * LANES + d]
                 if moved:
                     for k in range(kinds):
                         both = slopes[e, q, 1, k] + slopes[e, q, 2, k]
-                        for d in range(lanes):
-                            w[_COMMITTED + d] += both * dflow[k, first + d]
+                        for d in range(LANES):
+                            w[_COMMITTED + d] += both * flow[k * LANES + d]
                     begun_along(begun[e, q], w, _BEFORE, _COMMITTED)
                 _answer(w, _values(point[e, q]), geometry[e, q], bulk, G, part, hoop, volume[e, q])
-                for k in range(fields):
-                    for d in range(lanes):
-                        dnew[e, q, k, first + d] = w[_AFTER + k * LANES + d]
+                _put(w, fields, dnew, e, q, slot)
             for k in range(4):
                 node = cells[e, k]
                 for d in range(lanes):
@@ -410,15 +461,21 @@ def _answer_along(w, P, G, part, hoop, volume):
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
-def along(cells, geometry, point, G, axisymmetric, volume, dx, dnew, energy):
-    """What motions dx (n, 2, d) of the present nodes add to histories dnew (e, 4, h, d) and to ∫ψ dV, energy (d,)."""
+def along(cells, geometry, point, G, axisymmetric, volume, dx, dnew, energy, moving=0):
+    """What motions dx (n, 2, d) of the present nodes add to histories dnew (e, 4, h, s) and to ∫ψ dV, energy (d,).
+
+    Histories in slots (see `slots`); those of the last *moving* directions have lanes of their own.
+    """
     part = 1.0 / 3.0 if axisymmetric else 0.5
     hoop = part if axisymmetric else 0.0
-    count, fields = dnew.shape[3], dnew.shape[2]
+    count, fields = dx.shape[2], dnew.shape[2]
+    still, last = count - moving, 0
     w = np.zeros(_END)
-    for first in range(0, count, LANES):
-        lanes = min(LANES, count - first)
-        w[_ENERGY:_TRACE] = 0.0
+    for slot in range(0, dnew.shape[3], LANES):
+        first = last
+        lanes = min(LANES, (count if last >= still else still) - first)
+        last = first + lanes
+        w[:] = 0.0
         for e in range(cells.shape[0]):
             _motions(dx, cells, e, first, lanes, w, _PRESENT)
             _gradients(w, _PRESENT, geometry[e, _MIDDLE], _GRADIENT)
@@ -427,8 +484,6 @@ def along(cells, geometry, point, G, axisymmetric, volume, dx, dnew, energy):
             for q in range(4):
                 _gradients(w, _PRESENT, geometry[e, q], _GRADIENT)
                 _answer_along(w, _values(point[e, q]), G, part, hoop, volume[e, q])
-                for k in range(fields):
-                    for d in range(lanes):
-                        dnew[e, q, k, first + d] += w[_AFTER + k * LANES + d]
+                _add(w, fields, dnew, e, q, slot)
         for d in range(lanes):
             energy[first + d] += w[_ENERGY + d]

@@ -37,6 +37,7 @@ def _chosen(system: System, body: str, held: Index, slaves: Index, u: Array) -> 
         [system.offsets[b] + np.arange(len(system.meshes[b].points)) for b in system.tied_bodies(body)]
     )
     x = (system.positions(u) if system.problem.kinematics == "finite" else system.X)[nodes]
+    x = x / float(np.abs(x).max())  # a sum of places as far away as numbers go is none
     arm = (x - x.mean(axis=0)) / float(np.ptp(x, axis=0).max())
     dofs = system.dofs.displacement.dofs(nodes)
     n = len(nodes)

@@ -822,7 +822,7 @@ class Numerics:
     that is set, and one for small problems. Results are the same bit for bit with any number (PARDISO's may not be).
     ``time_rule`` of J2 plasticity: ``backward_euler``, of first order in the increment, ``bdf2``, the backward difference of
     second order, whose automatic increments are twice as long where bodies flow, or ``auto``: ``bdf2`` in automatic increments
-    in which flow is steady. ``time_tolerance`` of the last two: automatic increments are as short as it takes for first and
+    in which flow is steady. ``time_tolerance``, not of the first: automatic increments are as short as it takes for first and
     second order to differ by no more than this share of the plastic flow; without it they go by plastic strain and travel alone.
     """
 
@@ -836,14 +836,14 @@ class Numerics:
     condense: Literal["auto", True, False] = "auto"
     solver: Literal["auto", "pardiso", "rslab", "superlu"] = "auto"
     threads: Literal["auto"] | Annotated[Whole, Field(ge=1)] = "auto"
-    time_rule: Literal["backward_euler", "bdf2", "auto"] = "backward_euler"
+    time_rule: Literal["auto", "backward_euler", "bdf2"] = "auto"
     time_tolerance: Annotated[Number, Field(gt=0, lt=1)] | None = None
 
     @model_validator(mode="after")
     def _check(self) -> Numerics:
         if self.time_tolerance is not None and self.time_rule == "backward_euler":
             raise ValueError(
-                "'time_tolerance' needs 'time_rule: auto' or bdf2, which measure that: give one of them, or leave it out"
+                "'time_tolerance' needs 'time_rule: auto' or bdf2, which measure that: leave one of the two out"
             )
         return self
 

@@ -61,9 +61,9 @@ class Elements:
         return cls(block, committed, old, new, seconds, geometry, point, begun)
 
     def at_fixed(self, changes: Sequence[Change], k: int, dxn: Array, dx: Array, dold: Array, r: Array) -> tuple[Array, Array]:
-        """Histories (e, 4, h, d) and energies (d,) of directions, with their forces added to r (ndof, d); k: the block.
+        """Histories (e, 4, h, s) and energies (d,) of directions, with their forces added to r (ndof, d); k: the block.
 
-        dold (e, 4, h, d): of the committed histories.
+        dold (e, 4, h, s): of the committed histories, in slots (see `slots`); dx (n, 2, m): of the last m directions.
         """
         slopes, ways = self._flow([ch.flow[k] for ch in changes])
         dnew, energy = np.empty_like(dold), np.zeros(len(changes))
@@ -96,10 +96,10 @@ class Elements:
         law: Any = self.block.law
         flow_gradients(*law.flow, self.committed, self.old, self.new, self.seconds, knots, coefficients, out)
 
-    def along(self, dx: Array, dnew: Array, energy: Array) -> None:
-        """Add what motions dx (n, 2, d) of the present nodes make of histories and energies."""
+    def along(self, dx: Array, dnew: Array, energy: Array, moving: int) -> None:
+        """Add what motions dx (n, 2, d) of the present nodes make of histories, in slots, and energies."""
         b = self.block
-        along(b.cells, self.geometry, self.point, moduli_of(b)[1], b.mode.axisymmetric, b.volume, dx, dnew, energy)
+        along(b.cells, self.geometry, self.point, moduli_of(b)[1], b.mode.axisymmetric, b.volume, dx, dnew, energy, moving)
 
 
 def moduli_of(block: Block) -> tuple[float, float]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces
 from prensa.contact.record import ContactRecord
+from prensa.elements.q4_directions import slots
 from prensa.fem.context import Context
 from prensa.fem.loads import ToolForce
 from prensa.fem.state import Stability, State
@@ -26,7 +27,7 @@ from prensa.measures.measure import Gradient
 from prensa.sensitivity.bodies import elements_of, unfolding
 from prensa.sensitivity.change import Change
 from prensa.sensitivity.contacts import Committed, Points
-from prensa.sensitivity.direct import LAST, Columns, Direction, Solution, onwards
+from prensa.sensitivity.direct import BEFORE, LAST, Columns, Direction, Solution, onwards
 from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import Increment
 from prensa.solver.results import increment_of
@@ -73,21 +74,31 @@ def prescribed(c: Context, directions: Sequence[Direction], n: int) -> Prescribe
 
 @dataclass
 class Bundle:
-    """Derivatives of committed states along directions, which are the last axis of each array."""
+    """Derivatives of committed states along directions, the last axis of each array, where histories have ``slots``."""
 
     directions: tuple[Direction, ...]
     arrays: Arrays
+    slots: list[int]
 
     @classmethod
     def of(cls, directions: Sequence[Direction]) -> Bundle:
-        """What the directions carry."""
-        first = directions[0].carried
-        return cls(tuple(directions), {k: np.stack([d.carried[k] for d in directions], axis=-1) for k in first})
+        """What the directions carry; those that move bodies come last."""
+        first, moving = directions[0].carried, sum(d.change is not None and d.change.X is not None for d in directions)
+        at, width = slots(len(directions), moving)
+        arrays = {}
+        for name in first:
+            stacked = np.stack([d.carried[name] for d in directions], axis=-1)
+            if name.startswith("history_"):
+                arrays[name] = np.zeros((*stacked.shape[:-1], width))
+                arrays[name][..., at] = stacked
+            else:
+                arrays[name] = stacked
+        return cls(tuple(directions), arrays, at)
 
     def hand_on(self) -> None:
         """Let each direction carry its own."""
         for k, d in enumerate(self.directions):
-            d.carried = {name: a[..., k] for name, a in self.arrays.items()}
+            d.carried = {n: a[..., self.slots[k] if n.startswith("history_") else k] for n, a in self.arrays.items()}
 
 
 @dataclass
@@ -115,39 +126,36 @@ class Closed:
 def differentiate(
     at: Solution, columns: Columns, before: Bundle, changes: Sequence[Change], state: State
 ) -> tuple[Bundle, Closed]:
-    """What is committed of an increment that led to ``state``, and its derivatives."""
+    """What is committed of an increment that led to ``state``, and its derivatives; ``changes`` that move bodies come last."""
     system, c, carried = at.system, at.c, before.arrays
     elements = elements_of(system, c, at.u, at.e)
     given = prescribed(c, before.directions, system.ndof)
     m, first = len(changes), system.dofs.displacement.slice
     du = carried["u"][first].reshape(-1, 2, m)
     X = None if all(ch.X is None for ch in changes) else _places(changes, du.shape)
-    dxn, dx = (du, np.empty((0, *du.shape[1:]))) if X is None else (du + X, X)
+    dxn = du if X is None else du + X
+    still = sum(ch.X is None for ch in changes)
+    dx = np.empty((len(du), 2, 0)) if X is None else np.ascontiguousarray(X[..., still:])
     r = -given.force
     bodies = [b.at_fixed(changes, k, dxn, dx, carried[f"history_{k}"], r) for k, b in enumerate(elements)]
     unfolding(system, c, at.u, changes, r)
     points = [Points.of(c, k, f, _committed(at, k, f, carried, changes, dxn, X, given)) for k, f in enumerate(at.e.contacts)]
     for p in points:
         p.add_to(r)
-    start, sizes = _started(carried, c, given.motion), np.array([d.parameter.size for d in before.directions])
-    r += columns.times(start)
-    x = columns.solve(-sizes * r) / sizes
-    r, x = r + columns.times(x), start + x
+    sizes = np.array([d.parameter.size for d in before.directions])
+    if given.motion.any():
+        r += columns.times(given.motion)
+    x, left = columns.begun(-sizes * r, onwards(carried, c.plan.fixed))
+    x = (x + columns.solve(left)) / sizes
+    r, x = r + columns.times(x), x + given.motion
     nodal = x[first].reshape(-1, 2, m)
     for b, (dnew, energy) in zip(elements, bodies):
-        b.along(nodal, dnew, energy)
+        b.along(nodal, dnew, energy, dx.shape[2])
     for p in points:
         p.follow(system, x)
     found = Closed(x, r, given.force, points)
     after = _carried_on(at, before, found, [b[0] for b in bodies], sum(b[1] for b in bodies), state, changes)
-    return Bundle(before.directions, after), found
-
-
-def _started(carried: Arrays, c: Context, motion: Array) -> Array:
-    """First guess (ndof, d) of the derivatives from those carried, with the prescribed ones as they will be."""
-    out = onwards(carried, c)
-    out[c.plan.fixed] = motion[c.plan.fixed]
-    return out
+    return Bundle(before.directions, after, before.slots), found
 
 
 def _places(changes: Sequence[Change], shape: tuple[int, ...]) -> Array:
@@ -192,7 +200,7 @@ def _carried_on(
     x, m = found.x, len(changes)
     work = found.force.copy()
     work[c.plan.fixed] += found.reaction[c.plan.fixed]
-    out: Arrays = {"u": x, LAST: was["u"]} | {f"history_{k}": h for k, h in enumerate(histories)}
+    out: Arrays = {"u": x, LAST: was["u"], BEFORE: was[LAST]} | {f"history_{k}": h for k, h in enumerate(histories)}
     out |= {k: was[k].copy() for k in (*CONTACT, "lam")}
     for p in found.points:
         rows = p.surface.rows
@@ -215,14 +223,14 @@ def _energies(
     external += 0.5 * (old.work + state.work) @ (now["u"] - was["u"])
     plastic, friction, contact = np.zeros(len(changes)), was["energy.friction"].copy(), np.zeros(len(changes))
     for k, b in enumerate(system.blocks):
-        density = b.law.energy(b.at_law(state.history[k])) if any(ch.X is not None for ch in changes) else None
         if b.law.plastic:
-            plastic += np.einsum("eqd,eq->d", now[f"history_{k}"][:, :, 5], b.volume)
-        for d, ch in enumerate(changes):
-            if density is not None:
-                elastic[d] += np.vdot(ch.volume[k], density)
-                if b.law.plastic:
-                    plastic[d] += np.vdot(ch.volume[k], state.history[k][..., 5])
+            plastic += np.einsum("eqs,eq->s", now[f"history_{k}"][:, :, 5], b.volume)[before.slots]
+        moving = [d for d, ch in enumerate(changes) if ch.X is not None]
+        density = b.law.energy(b.at_law(state.history[k])) if moving else np.zeros(0)
+        for d in moving:
+            elastic[d] += np.vdot(changes[d].volume[k], density)
+            if b.law.plastic:
+                plastic[d] += np.vdot(changes[d].volume[k], state.history[k][..., 5])
     for p in found.points:
         rows, f, by = p.surface.rows, p.f, p.before
         t0, t1 = old.contact.traction[rows, 0], f.t[:, 0]

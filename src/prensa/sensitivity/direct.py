@@ -45,15 +45,20 @@ if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 DROPPED = np.zeros(0)
-LAST = "u_last"  # what carries the derivative of the dofs an increment earlier, from which the next one is foretold
+LAST, BEFORE = "u_last", "u_before"
+"""What carries the derivatives of the dofs one and two increments earlier, from which the next ones are foretold."""
 
 
-def onwards(carried: dict[str, Array], c: Context) -> Array:
-    """First guess of the derivatives of the dofs after an increment: those carried, as they have changed in the last one."""
-    u, last = carried["u"], c.state.dt_last
-    return u + c.dt / last * (u - carried[LAST]) if last > 0.0 else np.array(u)
+def onwards(carried: dict[str, Array], fixed: Index) -> list[Array]:
+    """Of what the derivatives of the free dofs after an increment are expected to consist: those carried, and how they change."""
+    u, last, before = carried["u"], carried[LAST], carried[BEFORE]
+    out = [u.copy(), u - last, u - 2.0 * last + before]
+    for way in out:
+        way[fixed] = 0.0
+    return out
 
 
 class Solution(NamedTuple):
@@ -124,7 +129,7 @@ class Direction:
             return cls(parameter, step, systems, viscous, dict(start.derivatives[path]), change)
         above, below = (s.initial().moving() for s in systems)
         carried = {k: (a - below[k]) / (2 * step) for k, a in above.items()}
-        return cls(parameter, step, systems, viscous, carried | {LAST: carried["u"]}, change)
+        return cls(parameter, step, systems, viscous, carried | {LAST: carried["u"], BEFORE: carried["u"]}, change)
 
     @classmethod
     def together(cls, system: System, parameters: Sequence[Parameter], shares: Array, policy: Policy) -> Direction:
@@ -197,11 +202,9 @@ class Direction:
         given[at.c.plan.fixed] = self.difference(*(side.c.plan.values(side.c.time) for side in sides))
         return dr, system.with_slaves(given)
 
-    def guess(self, at: Solution) -> Array:
-        """What the derivatives of the free dofs (ndof,) are expected to be, 0 for the prescribed ones."""
-        out = onwards(self.carried, at.c)
-        out[at.c.plan.fixed] = 0.0
-        return at.system.with_slaves(out)
+    def ways(self, at: Solution) -> list[Array]:
+        """Of what the derivatives of the free dofs (ndof, 1) are expected to consist, 0 for the prescribed ones."""
+        return [at.system.with_slaves(way)[:, None] for way in onwards(self.carried, at.c.plan.fixed)]
 
     def _context(self, at: Solution, sign: float, system: System, stabilisation: Stabilisation) -> Context:
         """The increment beside, from the committed state that belongs to it."""
@@ -269,7 +272,8 @@ class Direction:
             states.append(committed(system, side.c, result, e, dt, stabilisation).moving())
             slim = tuple(f._replace(K=DROPPED, dp=DROPPED, dt=DROPPED) for f in e.contacts)
             out.append(Neighbour(system, side.c.plan, e._replace(contacts=slim, history=())))
-        self.carried = {k: self.difference(a, states[1][k]) for k, a in states[0].items()} | {LAST: self.carried["u"]}
+        earlier = {LAST: self.carried["u"], BEFORE: self.carried[LAST]}
+        self.carried = {k: self.difference(a, states[1][k]) for k, a in states[0].items()} | earlier
         return (out[0], out[1]), flat
 
     def _contact(
@@ -336,8 +340,35 @@ class Columns:
         """K x for x (ndof,) or (ndof, d)."""
         return np.asarray(self.whole @ x)
 
+    def begun(self, b: Array, ways: Sequence[Array]) -> tuple[Array, Array]:
+        """Where the solution of K x = b (ndof, d) begins, and what that leaves of b.
+
+        It is the combination of ways (ndof, d), by column, that leaves least of the free rows; they are zero where dofs are
+        prescribed.
+        """
+        k, d = len(ways), b.shape[1]
+        V = np.concatenate(ways, axis=1)
+        KV = self.times(V)
+        rows = self.reduced.weight[:, None] * self.reduced.restriction.part(np.concatenate([KV, b], axis=1))
+        W, target = [rows[:, i * d : (i + 1) * d] for i in range(k)], rows[:, k * d :]
+        M, right = np.empty((d, k, k)), np.empty((d, k, 1))
+        for i in range(k):
+            right[:, i, 0] = np.einsum("fd,fd->d", W[i], target)
+            for j in range(i + 1):
+                M[:, i, j] = M[:, j, i] = np.einsum("fd,fd->d", W[i], W[j])
+        size = np.sqrt(np.einsum("dii->di", M))
+        size[size == 0.0] = 1.0
+        scaled = M / (size[:, :, None] * size[:, None, :])
+        share = (np.linalg.pinv(scaled, self.reduced.policy.columns_alike, hermitian=True) @ (right / size[:, :, None]))[..., 0]
+        share = (share / size).T
+        x, left = np.zeros_like(b), b.copy()
+        for i in range(k):
+            x += share[i] * ways[i]
+            left -= share[i] * KV[:, i * d : (i + 1) * d]
+        return x, left
+
     def solve(self, b: Array) -> Array:
-        """Dofs of K x = b for b (ndof,) or (ndof, d), zero where prescribed; b: of parameters that change by their sizes.
+        """Dofs of K x = b for b (ndof, d), zero where prescribed; b: of parameters that change by their sizes.
 
         Raises
         ------
@@ -350,7 +381,7 @@ class Columns:
             x, left, done = self._substituted(x, left)
         if not done:
             # of exact contacts `determined` adds to the matrix, which substitutions take back
-            self.reduced.solve(self.reduced.matrix(self.e, np.zeros(len(b))), b if b.ndim == 1 else b[:, 0])
+            self.reduced.solve(self.reduced.matrix(self.e, np.zeros(len(b))), b[:, 0])
             x, left, _ = self._substituted(x, left)
         return x
 
@@ -373,5 +404,5 @@ class Columns:
                 return x, left, size <= policy.columns_enough
 
     def _share(self, r: Array) -> float:
-        """The largest norm of the free rows of columns r (ndof,) or (ndof, d), moments divided by a length, over the forces."""
+        """The largest norm of the free rows of columns r (ndof, d), moments divided by a length, over the forces."""
         return float(np.max(self.reduced.weight @ np.abs(self.reduced.restriction.part(r)))) / self.e.scale

@@ -283,6 +283,7 @@ class Differentiated(Followed):
         at = Solution(system, c, result.u, lam, e, branches)
         columns = Columns(self.reduced, at.e, system.pattern)
         known = [d for d in self.directions if d.is_known(c)] if covers(c) else []
+        known.sort(key=lambda d: d.change is not None and d.change.X is not None)  # those that move bodies go last
         found = self._closed(at, columns, known, state)
         for d in self.directions:
             if d.parameter.path not in found:
@@ -343,11 +344,11 @@ class Differentiated(Followed):
             if side.e.failed:
                 raise PrensaError(f"derivatives: the increment beside, with another {d.parameter.path}, cannot be evaluated")
         dr, given = d.equation(at, sides)
-        start, size = given + d.guess(at), d.parameter.size
-        dr += columns.times(start)
-        x = columns.solve(-size * dr) / size
+        dr, size = dr + columns.times(given), d.parameter.size
+        x, left = columns.begun(-size * dr[:, None], d.ways(at))
+        x = (x + columns.solve(left))[:, 0] / size
         reaction = dr + columns.times(x)
-        neighbours, rest = d.neighbours(at, sides, start + x, reaction, result, state.clock.dt)
+        neighbours, rest = d.neighbours(at, sides, given + x, reaction, result, state.clock.dt)
         return neighbours, self._proved(at, d, self.reduced.norm(rest))
 
     def _proved(self, at: Solution, d: Direction, rest: float) -> float:

@@ -19,7 +19,7 @@ from prensa.solver.policy import DEFAULT, Policy
 Array = NDArray[np.float64]
 
 
-def _bisect(below: Callable[[float], bool], lo: float, hi: float) -> tuple[float, float]:
+def bisected(below: Callable[[float], bool], lo: float, hi: float) -> tuple[float, float]:
     """Bracket of the argument at which the predicate *below* turns false."""
     for _ in range(60):
         mid = 0.5 * (lo + hi)
@@ -53,7 +53,7 @@ def first_touch(
         met = next((i for i, t in enumerate(times[1:]) if not apart(float(t))), None)
         if met is None:
             continue
-        touch, _ = _bisect(apart, float(times[met]), float(times[met + 1]))
+        touch, _ = bisected(apart, float(times[met]), float(times[met + 1]))
         # a touch at the very end, of the step say, needs no increment of its own after it
         if touch - now > policy.touch * (end - now) and end - touch > policy.sliver * (plan.t1 - plan.t0):
             notes = [f"{system.tools[s.tool].name} first touches {'+'.join(s.description.surface)} at time {touch:.6g}"]
@@ -123,7 +123,7 @@ def _brought_to_rest(
         far *= 2
         if far > limit:
             raise SolveError(_meets_nothing(system.tools[t].name, turns, force, direction))
-    _, rest = _bisect(yields, 0.0, far)
+    _, rest = bisected(yields, 0.0, far)
     v[dofs] = origin + rest * direction
     return v, rest
 

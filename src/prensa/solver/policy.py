@@ -55,6 +55,8 @@ class Policy:
     """Share of the forces that substitutions with Newton's last factors may leave of the linear equations of a derivative …"""
     columns_enough: float = 1e-10
     """… and where round-off leaves more, this share."""
+    columns_alike: float = 1e-10
+    """Ways are taken for dependent where the Gram matrix of their residuals, scaled, has an eigenvalue below this share."""
 
     # ------------------------------------------------------------------------------------------------------- finish
     near: float = 1e-5
@@ -234,6 +236,10 @@ class Policy:
     """Way beside what the last increments foretold, over that, of an increment that may have jumped …"""
     between: tuple[float, ...] = (0.25, 0.5, 0.75)
     """… and shares of its way at which stability is looked for then."""
+    jump_steps: int = 300
+    """Steps of the overdamped motion in which bodies without a memory jump, at most …"""
+    jump_change: float = 4.0
+    """… and what their drag is multiplied or divided by from one to the next."""
     at_limit: float = 1e-6
     """Share of a step below which an increment that ends in unstable iterates again and again is one at a limit point."""
     tool_alone: float = 10.0
@@ -248,6 +254,10 @@ class Policy:
     # ---------------------------------------------------------------------------------------------------- remeshing
     remesh_travel: float = 2.5
     """Way of a tool, in smallest elements, after which a mesh is looked at, and made anew if it can be better."""
+    due_looks: int = 8
+    """Times in the next two increments at which is looked whether a tool has gone the way after which a mesh is due."""
+    nearly_due: float = 1e-3
+    """Share of that way which may be missing: of tools that are driven by force it is foretold."""
     good_shape: float = 0.6
     """Least shape measure that new meshes begin with, or better: one that still has it has nothing to gain from another one."""
     ill_sized: float = 0.05

@@ -9,6 +9,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Protocol, Unpack
 
 import numpy as np
@@ -27,6 +28,7 @@ from prensa.fem.system import Evaluation, System
 from prensa.fem.transfer import with_flow
 from prensa.model.problem import tools_removed
 from prensa.model.remeshing import remeshing_of
+from prensa.solver.approach import bisected
 from prensa.solver.attempt import attempt, attempt_from
 from prensa.solver.equilibrium import Equilibrium, NewtonResult
 from prensa.solver.failure import BeyondSmall, FreeToMove, MetalInside, sentence
@@ -44,6 +46,17 @@ class RemeshingError(PrensaError):
     """A state that could not be brought onto a new mesh."""
 
 
+class Due(Protocol):
+    """Time at which a tool has gone the way after which a mesh is due."""
+
+    def __call__(self, state: State, plan: StepPlan, until: float, reached: Array | None = None) -> float:
+        """That after a committed state and up to the time ``until``, infinite where there is none.
+
+        Tools whose motion is not given are taken to go on as in the last increments, or to the dofs ``reached`` (ndof,) by then;
+        infinite too where these are hardly beyond that way.
+        """
+
+
 class Stepping(Protocol):
     """The time stepping of a system, as `prensa.solver.time_stepping.TimeStepping`."""
 
@@ -51,6 +64,7 @@ class Stepping(Protocol):
     policy: Policy
     messages: Messages
     last: Increment | None
+    due: Due | None
     guard: Guard | None
 
     def run(self, state: State) -> Iterator[Increment]:
@@ -121,7 +135,7 @@ class Remeshing:
 
     def run(self, state: State) -> Iterator[Increment]:
         """Increments from a committed state to the end of the last step."""
-        stepping = self.make(self.base if state.remeshed is None else on_meshes(self.base, state.remeshed))
+        stepping = self._stepping(self.base if state.remeshed is None else on_meshes(self.base, state.remeshed))
         failures = 0
         self._watch(stepping, state)
         while True:
@@ -143,7 +157,37 @@ class Remeshing:
                 failures += 1
                 self._refuse_hopeless(state, error, failures)
 
+    def _stepping(self, system: System) -> Stepping:
+        """Time stepping on the meshes of a system, whose increments end where a tool has gone the way that is asked for."""
+        stepping = self.make(system)
+        if self.asked.when.travel != "auto":
+            stepping.due = partial(self.due_at, system)
+        return stepping
+
     # ------------------------------------------------------------------------------------------------------------ when
+    def due_at(self, system: System, state: State, plan: StepPlan, until: float, reached: Array | None = None) -> float:
+        """See `Due`."""
+        now, tools, limit = state.clock.time, system.dofs.tool.slice, self._travel_limit(state)
+        over = 1.0 + self.policy.nearly_due
+        if self._count(state) >= self.asked.at_most:
+            return np.inf
+        if reached is not None and self._travel(system, state, reached) <= over * limit:
+            return np.inf
+
+        def short(t: float) -> bool:
+            u = state.u.copy()
+            if reached is not None:
+                u[tools] += (t - now) / (until - now) * (reached - u)[tools]
+            elif state.dt_last > 0.0:
+                u[tools] += state.extrapolated(t - now)[tools]
+            u[plan.fixed] = plan.values(t)
+            return self._travel(system, state, u) < limit
+
+        times = np.linspace(now, until, self.policy.due_looks + 1)
+        if not short(now) or (gone := next((k for k, t in enumerate(times[1:]) if not short(t)), None)) is None:
+            return np.inf
+        return bisected(short, float(times[gone]), float(times[gone + 1]))[1]
+
     def due(self, system: System, state: State) -> str:
         """Why a new mesh is due in a state, in words; '' if none is."""
         problem, step = system.problem, state.clock.step
@@ -173,7 +217,7 @@ class Remeshing:
             if way // limit == before // limit or not (reason := self._could_be_better(system, state, shape)):
                 return ""
             return f"travel {way:.3g}, {reason}"
-        return f"travel {way:.3g}" if way > limit else ""
+        return f"travel {way:.3g}" if way > (1.0 - self.policy.nearly_due) * limit else ""
 
     def _could_be_better(self, system: System, state: State, shape: float) -> str:
         """What a new mesh would do better than one of a least ``shape``, in words; '' if it would be much like this one."""
@@ -236,7 +280,7 @@ class Remeshing:
         """Time stepping and state with planes at the lines of symmetry, on this mesh and on those that follow."""
         assert self.guard is not None
         self.base, self.guard = with_planes(self.guard), None
-        following = self.make(on_mesh_of(self.base, state))
+        following = self._stepping(on_mesh_of(self.base, state))
         following.last = stepping.last
         return following, extended(state, stepping.system, following.system)
 
@@ -272,7 +316,7 @@ class Remeshing:
         new, there = renewed(system, state, self.bodies, lambda body: self._sizes(system, state, body, share))
         assert there.remeshed is not None
         remeshed = replace(there.remeshed, least=self._least(new, there))
-        following = self.make(new)
+        following = self._stepping(new)
         following.last = stepping.last
         if state.clock.number == 0 and self.base.beginning is None:
             return following, replace(new.undeformed(), remeshed=remeshed), "undeformed"

@@ -25,6 +25,7 @@ from prensa.solver.acceptance import Acceptance
 from prensa.solver.attempt import attempt_from
 from prensa.solver.equilibrium import Equilibrium, NewtonResult
 from prensa.solver.failure import Diverged, Jumped, LimitPoint, NotConverged, Stagnated, ToolRunaway, Unstable
+from prensa.solver.jump import goes_by_itself, jump
 from prensa.solver.linear import SingularError
 from prensa.solver.policy import Policy
 from prensa.solver.reduced import Reduced
@@ -85,8 +86,37 @@ def judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutbac
     An unstable equilibrium is refused as long as shorter increments may find the stable one, which an imperfection leads
     to. Then a stable one is looked for beside it: perfect structures have no other way to leave theirs. Where there is none
     the unstable one is kept, and from there on no more is asked. A jump to a stable one as near as those beside is taken at a
-    limit point and told; a farther one ends the run.
+    limit point and told; a farther one is, where the way there is no part of the answer, and ends the run elsewhere.
     """
+    found = _judged(eq, result, acceptance, cutbacks, may_cut)
+    ends = isinstance(found.reason, LimitPoint) and (at_limit(eq.context, eq.policy) or not may_cut)
+    if found.converged or not ends or not goes_by_itself(eq):
+        return found
+    return _jump(eq, found.iterations, acceptance) or found
+
+
+def _jump(eq: Equilibrium, spent: int, acceptance: Acceptance) -> NewtonResult | None:
+    """The stable equilibrium that bodies jump to by themselves (see `prensa.solver.jump`); None if it is not found."""
+    c = eq.context
+    u = c.state.u.copy()
+    u[c.plan.fixed] = c.plan.values(c.time)
+    modes = _at(eq, eq.system.with_slaves(u), c.state.lam)
+    if modes is None:
+        return None
+
+    def stable(other: NewtonResult) -> bool:
+        at = None if acceptance.refusal(c, other) else _of(eq, other)
+        other.softest = at.stiffness if at is not None else None
+        return at is not None and not at.negative
+
+    other = jump(eq, modes.mode, float(np.abs(modes.stiffness).max()), stable)
+    if other is not None:
+        other.iterations += spent
+    return other
+
+
+def _judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutbacks: int, may_cut: bool) -> NewtonResult:
+    """As `judged`, with every limit point told."""
     if not result.converged:
         return _failed(eq, result, cutbacks >= eq.policy.soften_after, not may_cut)
     positive = eq.reduced.factorisation.positive

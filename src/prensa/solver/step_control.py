@@ -89,12 +89,15 @@ class StepControl:
         way = reach[moved[own] - first] * np.abs(np.diff(path[:, own], axis=0))
         return float(way.max(initial=0.0)) / (t[1] - t[0])
 
-    def end(self, now: float, dt: float) -> float:
-        """End of the next increment: now + dt, but never beyond a grid time, a corner of a table, or the step's end."""
+    def end(self, now: float, dt: float, due: float = np.inf) -> float:
+        """End of the next increment: now + dt, but never beyond a grid time, a corner of a table, or the step's end.
+
+        ``due``: time at which a mesh is due before that.
+        """
         plan = self.plan
         if self.times is not None:
             return float(self.times[self.times > now][0])
-        stops = [plan.t1, *plan.corners(), *self.stops]
+        stops = [plan.t1, *plan.corners(), *self.stops, due]
         if plan.increments:
             grid = plan.t0 + np.arange(1, plan.increments + 1) / plan.increments * (plan.t1 - plan.t0)
             stops += grid[grid > now + 1e-9].tolist()[:1]

@@ -55,7 +55,7 @@ from prensa.solver.policy import Policy
 from prensa.solver.post_mortem import hint, where
 from prensa.solver.quality import quality_warnings, untouched_tools
 from prensa.solver.reduced import Reduced
-from prensa.solver.remeshing import Remeshing, fresh
+from prensa.solver.remeshing import Due, Remeshing, fresh
 from prensa.solver.reporting import Messages
 from prensa.solver.results import increment_of
 from prensa.solver.stabilisation import Stabilisation
@@ -232,6 +232,7 @@ class TimeStepping:
         self.remeshes = False
         self.guard: Guard | None = None  # of lines of symmetry that free outlines may come to
         self.planes: list[str] = []  # tools that stand for them, once one has
+        self.due: Due | None = None  # when a mesh is due, where that is known before
         self.stopping: Stopping
         self.times: Array | None = None
         self.stops: Array | None = None
@@ -376,13 +377,17 @@ class TimeStepping:
         spent: list[int] = []
         cutbacks, most = 0, self.most_cutbacks(state)
         while True:
-            end, notes = control.end(now, dt), list[str]()
+            due = np.inf if self.due is None else self.due(state, plan, min(now + 2.0 * dt, plan.t1))
+            end, notes = control.end(now, dt, due), list[str]()
             if self.times is None:
                 end, notes = first_touch(self.system, state, plan, end, self.policy)
             for message in notes:
                 self.messages.note(state, plan, message)
             solve = partial(self.solved, state, plan, control, cutbacks, spent)
             c, result = solve(end)
+            if result.converged and self.due is not None and self.times is None:
+                due = self.due(state, plan, c.time, result.u)
+                c, result = solve(due) if due < c.time else (c, result)
             if result.converged:
                 c, result = self.stopping.search((c, result), solve)
             if result.converged:
@@ -444,8 +449,10 @@ class TimeStepping:
         """Whether plastic flow is of second order in time in a step, where it is steady: by itself not in a number of increments.
 
         They may be many times as long as automatic ones: flow turns far in them. Given times are often those of another run.
+        Nor by itself on meshes that are made anew: their metal goes round corners of tools, for which such lengths are too long.
         """
-        if self.numerics.time_rule == "auto" and plan.increments:
+        asked = self.numerics.time_rule == "bdf2" or (self.remeshes and self.numerics.time_tolerance is not None)
+        if not asked and (plan.increments or self.remeshes):
             return False
         return self.numerics.time_rule != "backward_euler" and all_follow(self.system.blocks)
 

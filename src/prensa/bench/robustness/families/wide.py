@@ -16,6 +16,7 @@ UNITS = {
     "m-kN": (1e-3, 1e-3),
     "cm-N": (0.1, 1.0),
 }  # of a millimetre, of a newton
+BELOW_EULER = 0.5  # shortening of a body over that at which a column of its size with a free head buckles
 SAME_UNITS = 0.02  # allowed difference of the last forces in other units, of the largest
 
 
@@ -69,6 +70,8 @@ def _in_units(
         R = 1.5 * max(width, 2 * height)
         tool = circle((0.0, height + R), R)
     down = min(depth * height, 0.05 * width)
+    if not axisymmetric:  # a tall one whose head a narrow tool does not hold upright buckles at π²/12 (width / 2 height)² (Euler)
+        down = min(down, BELOW_EULER * np.pi**2 / 12 * (0.5 * width / height) ** 2 * height)
     steps = [pr.Step("press", move={"tool": pr.Motion(y=-down)})]
     if not axisymmetric:
         steps.append(pr.Step("slide", move={"tool": pr.Motion(x=way * down)}))

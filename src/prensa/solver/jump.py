@@ -1,0 +1,99 @@
+"""A jump of bodies that remember nothing: overdamped motion from where their path ends to the next stable equilibrium.
+
+What is elastic and smooth has a potential, and its equilibria depend on where the tools are alone. Where none of them
+follows on the last one, the bodies go on by themselves. They are let do so at standing tools, against viscous forces, by implicit
+Euler steps as long as these converge and move the bodies by little (pseudo-transient continuation: Kelley and Keyes 1998,
+SIAM J. Numer. Anal. 35, 508). None of these places is committed, so that viscous forces have no part in the answer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.fem.context import Context
+from prensa.fem.interaction import Part, Request, Response
+from prensa.fem.surface import ContactInteraction
+from prensa.fem.system import System
+from prensa.solver.attempt import attempt_from
+from prensa.solver.equilibrium import Equilibrium, NewtonResult
+from prensa.solver.stabilisation import nodal_volumes
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Drag:
+    """Forces −k (u − from) on the displacements of nodes, of ``stiffness`` k (n,) each, towards dofs ``start`` (ndof,)."""
+
+    system: System
+    stiffness: Array
+    start: Array
+
+    def couplings(self) -> list[Index]:
+        """Of each node with itself."""
+        return [self.system.dofs.displacement.dofs(np.arange(self.system.nodes))]
+
+    def respond(self, c: Context, ask: Request) -> Response:
+        """See `Interaction`."""
+        (dofs,) = self.couplings()
+        r = self.stiffness[:, None] * (ask.u - self.start)[dofs]
+        K = self.stiffness[:, None, None] * np.eye(dofs.shape[1]) if ask.stiffness else None
+        return Response([Part("viscous", dofs, r, K)], float(np.abs(r).sum()))
+
+
+def goes_by_itself(eq: Equilibrium) -> bool:
+    """Whether the way to an equilibrium is no part of it: elastic bodies, smooth contacts, and nothing but ways drives them.
+
+    Beyond a limit *force* a body goes as far as it takes to bear the force elsewhere: that is for the user to decide on.
+    """
+    c, system = eq.context, eq.system
+    return (
+        not system.has_memory
+        and not c.state.stability.viscosity > 0
+        and all(law is None for law in c.laws)
+        and all(isinstance(i, ContactInteraction) for i in c.interactions)
+    )
+
+
+def jump(eq: Equilibrium, mode: Array, stiff: float, stable: Callable[[NewtonResult], bool]) -> NewtonResult | None:
+    """The stable equilibrium that bodies come to from the last one, pushed along its softest ``mode`` (ndof,); None if none.
+
+    ``stiff``: stiffness of a mode that holds. The push goes the way that the bodies were going.
+    """
+    c, system, policy = eq.context, eq.system, eq.policy
+    nodal = system.dofs.displacement.slice
+    way = -1.0 if float(c.state.du[nodal] @ mode[nodal]) < 0 else 1.0
+    u = c.state.u.copy()
+    u[c.plan.fixed] = c.plan.values(c.time)
+    u = system.with_slaves(u + way * policy.branches[0] * system.length * mode)
+    volumes = nodal_volumes(system)
+    share, drag, spent = volumes / volumes.mean(), stiff, 0
+    for _ in range(policy.jump_steps):
+        dragged = replace(c, interactions=[*c.interactions, Drag(system, drag * share, u)])
+        found = attempt_from(replace(eq, context=dragged), u)
+        spent += found.iterations
+        moved = _apart(system, found.u, u) if found.converged else np.inf
+        if not moved <= policy.branches[-1]:
+            drag *= policy.jump_change
+            continue
+        u = found.u
+        if found.iterations <= policy.easy:
+            drag /= policy.jump_change
+        if moved > policy.branches[0]:
+            continue
+        at_rest = attempt_from(eq, u)
+        spent += at_rest.iterations
+        if at_rest.converged and _apart(system, at_rest.u, u) <= policy.branches[-1] and stable(at_rest):
+            at_rest.iterations, at_rest.jumped = spent, True
+            return at_rest
+    return None
+
+
+def _apart(system: System, u: Array, v: Array) -> float:
+    """Largest displacement of a node between dofs u and v (ndof,), over the size of the bodies."""
+    return float(np.abs(system.displacement(u) - system.displacement(v)).max()) / system.length
