@@ -78,7 +78,7 @@ def test_good_inputs_of_commands_are_read(tmp_path):
     assert not remarks and fuzz.read(text, tmp_path) == "read"
     for name in ("p.dxf", "p.csv"):
         assert fuzz.read(fuzz_commands.CASE.replace("POINTS", name), tmp_path) == "read"
-    (tmp_path / "mu.csv").write_text(fuzz_commands.SLIPS, encoding="utf-8")
+    (tmp_path / "mu.csv").write_text(fuzz_commands.SLIP_TABLE, encoding="utf-8")
     assert fuzz.read(fuzz_commands.GOOD.replace("mu: 0.1", "mu: mu.csv"), tmp_path) == "read"
     for name, content in (("a.msh", fuzz.GMSH), ("b.msh", fuzz.GMSH_4), ("c.inp", fuzz.ABAQUS)):
         (tmp_path / name).write_text(content, encoding="utf-8")

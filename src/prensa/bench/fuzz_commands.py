@@ -199,7 +199,7 @@ DXF = """\
 0\nARC\n8\n0\n10\n-8\n20\n2\n40\n2\n50\n180\n51\n270\n0\nLINE\n8\n0\n10\n-8\n20\n0\n11\n10\n21\n0
 0\nLINE\n8\n0\n10\n10\n20\n30\n11\n10\n21\n0\n0\nENDSEC\n0\nEOF
 """
-SLIPS = "# measured\nslip (um), mu\n0, 0.1\n1.5; 0.2\n40, 0.12\n"
+SLIP_TABLE = "# measured\nslip (um), mu\n0, 0.1\n1.5; 0.2\n40, 0.12\n"
 READINGS = "travel [mm],force [N],width [mm]\n0,0,40\n0.02,1.5,40.1\n0.05,3,40.2\n0.08,,40.3\n0.1,6,\n"
 LISTED = ("-1", "0", "1e3", "1e400", "nan", "inf", "", " ", "x", "ö", "a" * 3000, "lin(0,0.3,7)", "lin(0,0.3,1000000000)", "lin(0,1)",
           "lin(1,1,3)", "log(0,1,5)", "log(0.1,10,5)", "normal(0.1,0.01)", "normal(0.1,-1)", "uniform(2,1)", "normal(nan,1)", "0,0.1,0.2", "0,,1",
@@ -332,7 +332,7 @@ def _profile(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Chec
 
 def _slips(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Check]:
     """A table of friction over slip, and what a case calls it."""
-    told = _written(rng, here / "mu.csv", SLIPS)
+    told = _written(rng, here / "mu.csv", SLIP_TABLE)
     name = "mu.csv" if rng.random() < 0.8 else str(_one(rng, (*LISTED, *ODD_VALUES)))
 
     def attempt() -> None:
