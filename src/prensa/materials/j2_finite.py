@@ -22,7 +22,7 @@ GROUP = 64
 # where the rows of the scratch begin: what was committed, the trial state in its principal axes, the answer (a sum for each would
 # take a third of the time in which the kernel is compiled)
 _O, _O1, _O2, _O3, _T, _T1, _T2, _T3, _A0, _WORK, _C, _C1, _B, _B1, _B2, _JN = range(0, 16 * GROUP, GROUP)
-_E, _E1, _E2, _Q, _JAC, _DELTA, _Y0, _Y, _DY, _DDY, _START = range(16 * GROUP, 27 * GROUP, GROUP)
+_E, _E1, _E2, _Q, _JAC, _DELTA, _Y0, _Y, _SLOPE, _CURVATURE, _START = range(16 * GROUP, 27 * GROUP, GROUP)
 _NEW, _NEW1, _NEW2, _NEW3, _KEPT, _KEPT1, _KEPT2, _KEPT3 = range(27 * GROUP, 35 * GROUP, GROUP)
 _P, _P1, _P2, _P3, _P4, _H, _H1, _H2, _H3, _H4 = range(35 * GROUP, 45 * GROUP, GROUP)
 _A, _A24, _ROWS = 45 * GROUP, 69 * GROUP, 70 * GROUP
@@ -123,7 +123,7 @@ def j2_finite(
             for i in range(m):
                 x = w[_DELTA + i]
                 if turn == 0 or x != 0.0:
-                    w[_Y + i], w[_DY + i], w[_DDY + i] = flow_stress(
+                    w[_Y + i], w[_SLOPE + i], w[_CURVATURE + i] = flow_stress(
                         kind, curve, knots, coefs, w[_A0 + i] + x, x, dt
                     )
             if turn == 1:
@@ -132,7 +132,7 @@ def j2_finite(
                 q, jac, y0 = w[_Q + i], w[_JAC + i], w[_Y + i]
                 f = q - jac * y0
                 w[_Y0 + i] = y0
-                start = _start(f, 3.0 * G, jac * w[_DY + i], jac * w[_DDY + i])
+                start = _start(f, 3.0 * G, jac * w[_SLOPE + i], jac * w[_CURVATURE + i])
                 w[_START + i] = start
                 w[_DELTA + i] = start if f > ON_SURFACE * q else 0.0
             if len(held):
@@ -141,7 +141,7 @@ def j2_finite(
         left, smooth = 0, kind < JOHNSON_COOK
         for i in range(GROUP):
             x, q, jac = w[_DELTA + i], w[_Q + i], w[_JAC + i]
-            s, ds, dds = w[_Y + i], w[_DY + i], w[_DDY + i]
+            s, ds, dds = w[_Y + i], w[_SLOPE + i], w[_CURVATURE + i]
             newton, step = _steps(q - 3.0 * G * x - jac * s, 3.0 * G + jac * ds, jac * dds)
             done = _converged(x, newton, step, q, jac * ds, jac * dds, smooth & (w[_A0 + i] > TINY))
             flows = x != 0.0
@@ -150,7 +150,7 @@ def j2_finite(
             w[_START + i] = math.nan if goes_on else x
             step = step if flows & done else 0.0
             w[_DELTA + i] = x + step
-            w[_Y + i], w[_DY + i] = s + (ds + 0.5 * dds * step) * step, ds + dds * step
+            w[_Y + i], w[_SLOPE + i] = s + (ds + 0.5 * dds * step) * step, ds + dds * step
         if left:
             left = 0
             for i in range(m):
@@ -160,7 +160,7 @@ def j2_finite(
             _return(
                 todo, left, w[_Q : _Q + m], w[_JAC : _JAC + m], G, kind, curve, knots, coefs,
                 w[_A0 : _A0 + m], dt, w[_DELTA : _DELTA + m], w[_Y : _Y + m],
-                w[_DY : _DY + m],
+                w[_SLOPE : _SLOPE + m],
             )  # fmt: skip
         for i in range(m):
             if math.isnan(w[_DELTA + i]) or math.isnan(w[_JN + i]):
@@ -228,7 +228,7 @@ def j2_finite(
                 t1, t2 = K * tr + 2.0 * G * theta * (e0 - tr / 3.0), K * tr + 2.0 * G * theta * (e1 - tr / 3.0)
                 t3 = K * tr + 2.0 * G * theta * (e2 - tr / 3.0)
                 # ds = θ ds_tr − 3G (dΔ/q − Δ dq/q²) s_tr,  dq = 2G n·dε,  dΔ = (dq − J σ_y tr dε)/(3G + J σ_y′)
-                soft = 1.0 / (3.0 * G + jac * w[_DY + i])
+                soft = 1.0 / (3.0 * G + jac * w[_SLOPE + i])
                 volume = jac * y1 if cauchy else 0.0
                 part = (1.0 - secant) * 2.0 * G
                 dq0, dq1, dq2 = 2.0 * G * n0, 2.0 * G * n1, 2.0 * G * n2
