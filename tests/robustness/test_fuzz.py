@@ -98,6 +98,7 @@ DAMAGE = {
     "odd amplitude": ("0.5, 0.2, 1., 1.", "0.5, 0.2, 1.", "pairs of a time and a factor"),
     "words in an amplitude": ("0.5, 0.2, 1., 1.", "0.5, 0.2, 1., one", "'one' of .AMPLITUDE is no number"),
     "direction": ("9000, 2, 2, -3.", "9000, y, y, -3.", "'Y' is no number of a degree of freedom"),
+    "contact twice": ("TOP, PUNCH\n", "TOP, PUNCH\nTOP, PUNCH\n", "'TOP' and 'PUNCH' is written before"),
     "no segment": ("LINE, 30., 15.\nCIRCL, 20., 15., 25., 15.\nLINE, 0., 15.\n", "", "'PUNCH' has no segment"),
     "nowhere": ("LINE, 0., 15.\n", "LINE, nan, 15.\n", "not START, LINE or CIRCL"),
 }

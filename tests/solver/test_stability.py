@@ -225,14 +225,14 @@ def test_a_jump_that_is_short_is_taken_and_told(caplog):
     assert there.tools["tool"].force.y == pytest.approx(forces[-1], rel=1e-6)
 
 
-def _crown(friction: pr.Coulomb | None = None, stabilise: str = "off", metal: bool = False) -> pr.Problem:
-    """Half an arch under a plane: its crown comes off the plane and gives way, at about 0.7 of the travel."""
-    R, half, solid = 30.0, 0.9, pr.Elastic(1000.0, 0.3)
-    mesh = pr.Annulus(R - 0.5, R + 0.5, (8, 1), angles=(np.pi / 2 - half, np.pi / 2))
+def _crown(friction: pr.Coulomb | None = None, stabilise: str | float = "off", metal: bool = False) -> pr.Problem:
+    """Half an arch under a plane: its crown comes off the plane and gives way, at about 0.9 of the travel."""
+    R, half, solid = 20.0, 1.4, pr.Elastic(1000.0, 0.3)
+    mesh = pr.Annulus(R - 0.5, R + 0.5, (10, 1), angles=(np.pi / 2 - half, np.pi / 2))
     material = pr.J2(1000.0, 0.3, pr.Perfect(1e4)) if metal else solid
     return pr.Problem(
         "arch", {"part": pr.Body(mesh, material, "q4_enhanced")},
-        (pr.Step("press", move={"tool": pr.Motion(y=-0.45 * R * (1 - np.cos(half)))}, increments=4),),
+        (pr.Step("press", move={"tool": pr.Motion(y=-0.4 * R * (1 - np.cos(half)))}, increments=4),),
         {"tool": pr.Plane(normal=(0, -1), at=(0, R + 0.5))}, (pr.Contact("part.outer", "tool", friction),),
         fixed={"part.start": "xy", "part.end": "x"}, stabilise=stabilise,
     )  # fmt: skip
@@ -246,15 +246,17 @@ def test_elastic_bodies_without_friction_jump_by_themselves(caplog):
     energy = np.array([i.energy["elastic"] for i in taken])
     at = int(np.argmin(np.diff(energy)))  # where work is done on the part it grows
     assert taken[at + 1].time - taken[at].time < 1e-5
+    way = taken[at + 1].bodies["part"].x - taken[at].bodies["part"].x
+    assert np.abs(way).max() > 1.5 * POLICY.branches[-1] * 20.0  # farther than what is looked at beside every limit point
     for i in taken:
         up = i.supports["part.start"].y + i.supports["part.end"].y
         assert i.force("tool").y == pytest.approx(up, rel=1e-6, abs=1e-9)
         assert i.state.stability.negative == 0
-    *_, led = pr.solve(_crown(stabilise="auto"))
-    # what the jump sets free is what the viscous forces take there, and beside it 2e-4 of the work
-    assert led.energy["viscous"] == pytest.approx(energy[at] - energy[at + 1], abs=1e-3 * led.energy["external"])
-    assert energy[-1] == pytest.approx(led.energy["elastic"], rel=1e-5)
-    assert taken[-1].force("tool").y == pytest.approx(led.force("tool").y, rel=3e-3)
+    *_, led = pr.solve(_crown(stabilise=2e-6))
+    assert energy[-1] == pytest.approx(led.energy["elastic"], rel=1e-8)
+    assert taken[-1].force("tool").y == pytest.approx(led.force("tool").y, rel=1e-4)
+    # what the jump sets free is what the viscous forces take there
+    assert led.energy["viscous"] == pytest.approx(energy[at] - energy[at + 1], rel=0.03)
 
 
 @pytest.mark.parametrize(("way", "may"), [

@@ -43,6 +43,7 @@ class _Reader:
     def __init__(self, text: str, path: str) -> None:
         self.path, self.all = path, Assembly(text)
         self.deck = self.all.deck()
+        self.paired: set[tuple[str, str]] = set()
         self.case: dict[str, Any] = {"name": Path(path).stem, "bodies": {}, "tools": {}, "contacts": [], "ties": [], "fixed": {}}
         self.remarks: list[str] = []
         self.materials: dict[str, dict[str, Any]] = {}
@@ -360,6 +361,9 @@ class _Reader:
         for surface in self._support(line, slave, scope):
             tool.surfaces.append(surface)
             contact: dict[str, Any] = {"surface": surface, "against": tool.name}
+            if (surface, tool.name) in self.paired:
+                raise FileError.at(line, f"the contact of {slave!r} and {master!r} is written before; keep one")
+            self.paired.add((surface, tool.name))
             if friction := self.frictions.get(interaction):
                 contact["friction"] = friction
             self.case["contacts"].append(contact)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from prensa.fem.context import Context
 from prensa.fem.interaction import Part, Request, Response
 from prensa.fem.surface import ContactInteraction
-from prensa.fem.system import System
+from prensa.fem.system import Evaluation, System
 from prensa.solver.attempt import attempt_from
 from prensa.solver.equilibrium import Equilibrium, NewtonResult
 from prensa.solver.stabilisation import nodal_volumes
@@ -63,35 +63,59 @@ def goes_by_itself(eq: Equilibrium) -> bool:
 def jump(eq: Equilibrium, mode: Array, stiff: float, stable: Callable[[NewtonResult], bool]) -> NewtonResult | None:
     """The stable equilibrium that bodies come to from the last one, pushed along its softest ``mode`` (ndof,); None if none.
 
-    ``stiff``: stiffness of a mode that holds. The push goes the way that the bodies were going.
+    ``stiff``: stiffness of a mode that holds. They are pushed the way that they were going, the other way where that leads
+    back, and farther where both do: a contact point that just opens holds them against the least push. A jump sets energy free.
     """
-    c, system, policy = eq.context, eq.system, eq.policy
-    nodal = system.dofs.displacement.slice
+    c, policy = eq.context, eq.policy
+    nodal = eq.system.dofs.displacement.slice
     way = -1.0 if float(c.state.du[nodal] @ mode[nodal]) < 0 else 1.0
     u = c.state.u.copy()
     u[c.plan.fixed] = c.plan.values(c.time)
-    u = system.with_slaves(u + way * policy.branches[0] * system.length * mode)
-    volumes = nodal_volumes(system)
-    share, drag, spent = volumes / volumes.mean(), stiff, 0
-    for _ in range(policy.jump_steps):
-        dragged = replace(c, interactions=[*c.interactions, Drag(system, drag * share, u)])
-        found = attempt_from(replace(eq, context=dragged), u)
+    before, spent = _stored(eq, eq.evaluate(u, c.state.lam, stiffness=False)), 0
+    for push in [sign * share for share in policy.branches for sign in (way, -way)]:
+        found = _at_rest(eq, eq.system.with_slaves(u + push * eq.system.length * mode), stiff, stable)
         spent += found.iterations
-        moved = _apart(system, found.u, u) if found.converged else np.inf
+        e = found.evaluation
+        away = found.converged and _apart(eq.system, found.u, u) > policy.branches[0]
+        if away and e is not None and _stored(eq, e) < before:
+            found.iterations, found.jumped = spent, True
+            return found
+    return None
+
+
+def _at_rest(eq: Equilibrium, u: Array, drag: float, stable: Callable[[NewtonResult], bool]) -> NewtonResult:
+    """Where bodies come to rest from the dofs u (ndof,) on, in a stable equilibrium; the last attempt at one if nowhere."""
+    system, policy, spent = eq.system, eq.policy, 0
+    volumes = nodal_volumes(system)
+    share = volumes / volumes.mean()
+    found = NewtonResult(False, None, u, None, eq.context.state.lam, 0)
+    for _ in range(policy.jump_steps):
+        interactions = [*eq.context.interactions, Drag(system, drag * share, u)]
+        dragged = attempt_from(replace(eq, context=replace(eq.context, interactions=interactions)), u)
+        spent += dragged.iterations
+        moved = _apart(system, dragged.u, u) if dragged.converged else np.inf
         if not moved <= policy.branches[-1]:
             drag *= policy.jump_change
             continue
-        u = found.u
-        if found.iterations <= policy.easy:
+        u = dragged.u
+        if dragged.iterations <= policy.easy:
             drag /= policy.jump_change
         if moved > policy.branches[0]:
             continue
-        at_rest = attempt_from(eq, u)
-        spent += at_rest.iterations
-        if at_rest.converged and _apart(system, at_rest.u, u) <= policy.branches[-1] and stable(at_rest):
-            at_rest.iterations, at_rest.jumped = spent, True
-            return at_rest
-    return None
+        found = attempt_from(eq, u)
+        spent += found.iterations
+        if found.converged and _apart(system, found.u, u) <= policy.branches[-1] and stable(found):
+            break
+        found.converged = False
+    found.iterations = spent
+    return found
+
+
+def _stored(eq: Equilibrium, e: Evaluation) -> float:
+    """Energy of the bodies and of the contacts' penetration; without an end where it could not be evaluated."""
+    if e.failed:
+        return np.inf
+    return eq.system.elastic_energy(e.history) + eq.system.contact_energy(e.contacts, eq.context.scales)
 
 
 def _apart(system: System, u: Array, v: Array) -> float:

@@ -140,7 +140,7 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
         state.best, state.watch_from, state.watched = state.norm, (state.u, delta), 0
     moved = contact_corrected(eq.system, eq.context, e, state.u, delta, state.lam)
     wanted = not (state.relative <= eq.policy.close and state.settled)
-    full = eq.evaluate(moved, state.lam, wanted, secant=eq.policy.secant if _turns(eq, state) else 0.0)
+    full = eq.evaluate(moved, state.lam, wanted, secant=_secant(eq, state))
     size = eq.norm(full)
     if not decided and size > state.norm and (better := _decided(eq, state, e, full, result)) is not None:
         moved, full, decided = better
@@ -165,17 +165,24 @@ def _turns(eq: Equilibrium, state: NewtonState) -> bool:
     policy = eq.policy
     limit = policy.turning if state.iteration else policy.turned
     if eq.context.rule.share:
+        limit = limit if state.iteration else policy.long_turned
         # in long increments flow turns in few elements too, whose share of all forces falls with their size
         few = policy.turning_elements
         limit *= max(few / max(sum(len(b) for b in eq.system.blocks), few), policy.least_turning)
     return eq.flows_held and state.relative > limit
 
 
+def _secant(eq: Equilibrium, state: NewtonState) -> float:
+    """How far the matrix at an iterate goes from the tangent to the secant moduli."""
+    if not _turns(eq, state):
+        return 0.0
+    return eq.policy.long_secant if eq.context.rule.share else eq.policy.secant
+
+
 def _direction(eq: Equilibrium, state: NewtonState) -> tuple[Evaluation, Array]:
     """Newton's step (ndof,) from the state's iterate, and the evaluation that it is from, without its matrix."""
     e, state.evaluation = state.evaluation, None
-    turns = _turns(eq, state)
-    secant = eq.policy.secant if turns else 0.0
+    turns, secant = _turns(eq, state), _secant(eq, state)
     if e is None or e.data is None or state.secant != turns:
         e = eq.evaluate(state.u, state.lam, secant=secant)
     if state.reversed.any():
@@ -228,7 +235,7 @@ def _decided(
     if eq.runaway(delta) is not None:
         return None
     moved = contact_corrected(eq.system, eq.context, e, state.u, delta, state.lam)
-    better = eq.evaluate(moved, state.lam, secant=eq.policy.secant if _turns(eq, state) else 0.0)
+    better = eq.evaluate(moved, state.lam, secant=_secant(eq, state))
     if not eq.norm(better) < eq.norm(full):
         return None
     state.by_contact = not turns
@@ -242,8 +249,10 @@ def _accepted(eq: Equilibrium, state: NewtonState, full: Evaluation, size: float
 
     The watchdog lets no step grow that has ``decided`` itself which points are closed or slip.
     """
-    if state.iteration == 0 or size < state.best or not eq.numerics.line_search:
+    if size < state.best or not eq.numerics.line_search:
         return True
+    if state.iteration == 0:
+        return not eq.context.rule.share or size < eq.policy.first_growth * state.best
     if decided:
         return False
     now, after = state.status, signature(full)

@@ -41,6 +41,12 @@ class Policy:
     """… down to this part of those residuals, …"""
     secant: float = 0.5
     """… and how far the matrix goes from its tangent to its secant there."""
+    long_turned: float = 0.04
+    """``turned`` in increments of second order, which are twice as long, …"""
+    long_secant: float = 0.75
+    """… ``secant`` in them, …"""
+    first_growth: float = 2.0
+    """… and growth of the residual above which the first step is shortened in them."""
     far: float = 1e3
     """Way, over the size of the bodies, of a node or tool in one increment that nothing holds …"""
     spin: float = 10.0
