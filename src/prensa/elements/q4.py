@@ -349,8 +349,8 @@ def folding(x, d):
 
     Nearly always it is not: then nothing but this has to be compiled, and run.
     """
-    for e in range(x.shape[0]):
-        if _folds(x, d, e):  # noqa: SIM110 (kernels have no generators)
+    for e in range(x.shape[0]):  # noqa: SIM110 (kernels have no generators)
+        if _folds(x, d, e):
             return True
     return False
 
