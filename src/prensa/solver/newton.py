@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from prensa.fem.system import Evaluation
 from prensa.solver.contact_step import affordable, contact_step, decides_friction
+from prensa.solver.elimination import eliminated
 from prensa.solver.equilibrium import Equilibrium, NewtonResult, Signature, reversed_slip, signature
 from prensa.solver.failure import Diverged, Failure, NotConverged, Stagnated, Unevaluable
 from prensa.solver.finish import finish
@@ -145,9 +146,14 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     if not decided and size > state.norm and (better := _decided(eq, state, e, full, result)) is not None:
         moved, full, decided = better
         size = eq.norm(full)
+    alone = eliminated(eq, moved, state.lam, full) if size > eq.policy.local_slow * state.norm else None
+    if alone is not None:
+        moved, full = alone
+        size = eq.norm(full)
     if not full.failed and _accepted(eq, state, full, size, decided):
         state.watched += size >= state.best
-        state.came_by, state.secant = moved - state.u, _turns(eq, state)
+        state.came_by = moved - state.u if alone is None else None
+        state.secant = alone is None and _turns(eq, state)
         state.u, state.evaluation = moved, full
         return None
     _restart(eq, state, state.watch_from if state.watch_from is not None and not full.failed else (state.u, delta))

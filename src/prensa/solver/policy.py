@@ -47,6 +47,22 @@ class Policy:
     """… ``secant`` in them, …"""
     first_growth: float = 2.0
     """… and growth of the residual above which the first step is shortened in them."""
+    local_slow: float = 0.02
+    """Share of the residual that is left by an iteration which a few nodes hold up: they find their equilibrium alone, …"""
+    local_from: float = 1e-4
+    """… above this relative residual, …"""
+    local_share: float = 0.8
+    """… if they make this share of it, …"""
+    local_most: float = 0.15
+    """… and are, with those beside them, no more than this share of all dofs, …"""
+    local_dofs: int = 400
+    """… nor more than so many, …"""
+    local_steps: int = 6
+    """… in so many steps at most, …"""
+    local_search: tuple[float, ...] = (0.5, 0.25, 0.1)
+    """… whole ones or these parts of them, …"""
+    local_enough: float = 0.05
+    """… until this share of their residual is left."""
     far: float = 1e3
     """Way, over the size of the bodies, of a node or tool in one increment that nothing holds …"""
     spin: float = 10.0

@@ -1,0 +1,114 @@
+"""A few nodes that hold up Newton's iteration find their equilibrium alone: where, and what that changes."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import prensa as pr
+from prensa.fem.planning import plan_step
+from prensa.model.schema import loads
+from prensa.solver.elimination import eliminated
+from prensa.solver.equilibrium import Equilibrium, Reporter
+from prensa.solver.policy import Policy
+from prensa.solver.reduced import Reduced
+from prensa.solver.time_stepping import solve
+
+SOFT = pr.J2(1000.0, 0.3, pr.Linear(2.0, 5.0))
+
+
+DRAWN = """
+name: drawn
+bodies:
+  sheet:
+    mesh:
+      type: patch
+      corners: [[-7, 0], [1, 0], [1, 0.652], [-7, 1]]
+      n: [48, 4]
+      sides:
+        top:
+          {type: spline, points: [[-6, 1], [-4, 1], [-2.5, 1], [-2.2, 1], [-2, 0.98], [-1.1, 0.67], [-0.9, 0.652], [-0.3, 0.652]]}
+    material: {type: j2, E: 50 GPa, nu: 0.3, flow: {type: perfect, s0: 173.205 MPa}}
+tools:
+  die: {type: profile, points: [[-10, 3.338411], [0, 0.658919], [0.1, 0.658919], [5.1, 5.658919]], at: [0, 0.0015]}
+contacts: [{surface: sheet.top, against: die}]
+fixed: {sheet.bottom: y}
+steps: [{name: draw, fixed: {sheet.right: {x: 0.6}}}]
+"""
+
+
+def held(problem: pr.Problem) -> Equilibrium:
+    """A block that is pressed, at the end of its first increment."""
+    system = pr.discretise(problem)
+    state = system.initial()
+    plan = plan_step(system, 0, state.step_start)
+    report = Reporter(lambda *_: None, lambda _: nullcontext())
+    reduced = Reduced.of(system, plan.fixed, pr.Numerics(), policy=Policy())
+    return Equilibrium(system, system.context(state, plan, 1.0), reduced, pr.Numerics(), Policy(), report)
+
+
+def block(material: pr.Material = SOFT, element: str = "q4_fbar") -> pr.Problem:
+    """A block on a smooth table that is pressed by 1 % without a tool."""
+    return pr.Problem(
+        "block", bodies={"b": pr.Body(pr.Rectangle((24.0, 24.0), (24, 24)), material, element)},
+        fixed={"b.bottom": "y", "b.left": "x"}, steps=(pr.Step("press", fixed={"b.top": pr.Fixed(y=-0.24)}, increments=1),),
+    )  # fmt: skip
+
+
+def uniform(eq: Equilibrium) -> np.ndarray:
+    """Degrees of freedom of the pressed block in equilibrium: uniform strain, found by Newton's method from it without flow."""
+    u, lam = eq.context.state.u.copy(), eq.system.initial_multipliers(eq.context.state)
+    x = eq.system.displacement(u)
+    x[:, 1], x[:, 0] = -0.01 * eq.system.X[:, 1], 0.009 * eq.system.X[:, 0]
+    for _ in range(20):
+        e = eq.evaluate(u, lam)
+        u = u + eq.reduced.solve(eq.reduced.matrix(e, -e.r), -e.r)
+    assert eq.norm(eq.evaluate(u, lam)) < 1e-9 * e.scale
+    return u
+
+
+def test_a_node_that_was_moved_comes_back_and_no_far_one_moves():
+    """One node in equilibrium is displaced: it and those beside it go back, the others keep their places bit for bit."""
+    eq = held(block())
+    u = uniform(eq)
+    lam = eq.system.initial_multipliers(eq.context.state)
+    node = int(np.argmin(np.hypot(*(eq.system.X - [12.0, 12.0]).T)))
+    moved = u.copy()
+    eq.system.displacement(moved)[node] += [0.05, -0.03]
+    e = eq.evaluate(moved, lam)
+    found = eliminated(eq, moved, lam, e)
+    assert found is not None
+    there, after = found
+    far = np.hypot(*(eq.system.X - eq.system.X[node]).T) > 3.0
+    assert np.array_equal(eq.system.displacement(there)[far], eq.system.displacement(moved)[far])
+    assert np.hypot(*(eq.system.displacement(there) - eq.system.displacement(u))[node]) < 0.1 * np.hypot(0.05, 0.03)
+    assert eq.norm(after) < 0.1 * eq.norm(e)
+    assert eq.norm(eq.evaluate(there, lam)) == eq.norm(after)
+
+
+def test_where_it_is_not_asked_for():
+    """In equilibrium, where all nodes miss it, and in bodies that cannot flow, nothing is done."""
+    eq = held(block())
+    lam, u = eq.system.initial_multipliers(eq.context.state), uniform(eq)
+    assert eliminated(eq, u, lam, eq.evaluate(u, lam)) is None
+    shaken = u + 1e-3 * np.random.default_rng(1).normal(size=len(u)) * np.isin(np.arange(len(u)), eq.reduced.free)
+    assert eliminated(eq, shaken, lam, eq.evaluate(shaken, lam)) is None
+    for other in (block(pr.NeoHooke(1000.0, 0.3)), block(element="q4_enhanced")):
+        eq = held(other)
+        lam, bent = eq.system.initial_multipliers(eq.context.state), eq.context.state.u.copy()
+        eq.system.displacement(bent)[80] += 0.05
+        assert eliminated(eq, bent, lam, eq.evaluate(bent, lam)) is None
+
+
+def test_a_drawn_strip_takes_fewer_iterations_for_the_same_answer():
+    """Pull and places are those without it, in the same increments."""
+    times = np.arange(1, 16) / 15
+    runs = [list(solve(loads(DRAWN).problem, policy=replace(Policy(), local_steps=n), times=times)) for n in (0, 6)]
+    for a, b in zip(*runs, strict=True):
+        assert b.force("die").x == pytest.approx(a.force("die").x, rel=1e-6)
+        np.testing.assert_allclose(b.bodies["sheet"].x, a.bodies["sheet"].x, rtol=0, atol=1e-7)
+    before, after = (sum(i.statistics.iterations for i in run) for run in runs)
+    assert after < 0.95 * before
