@@ -29,8 +29,13 @@ KNOWN = {
 }
 
 # differences have the round-off of places, over the step: as slip, as its speed in a sixth of the time, and times the penalty
+# as pressure, a tenth of which is traction where points slip; the forces of all of those work along their slips
 ROUND_OFF = 2.2e-16 * 9.0 / 1e-5
-NOISE = {"contact.slip": 1.0, "contact.coordinate": 1.0, "contact.speed": 6.0, "lam": 100 * 220e3 / 1.0, "contact.traction": 6.0}
+PENALTY, MU, FORCE = 100 * 220e3 / 1.0, 0.1, 45e3
+NOISE = {
+    "contact.slip": 1.0, "contact.coordinate": 1.0, "contact.speed": 6.0, "lam": PENALTY, "contact.traction": MU * PENALTY,
+    "energy.friction": MU * FORCE,
+}  # fmt: skip
 COMPILED = [
     pr.Perfect(250.0), pr.Linear(250.0, 900.0), pr.Ludwik(250.0, 500.0, 0.3), pr.Swift(700.0, 0.02, 0.2),
     pr.Voce(250.0, 300.0, 5.0, 40.0), pr.HockettSherby(250.0, 800.0, 3.0, 0.6), pr.JohnsonCook(250.0, 400.0, 0.3, 0.02, 0.1),

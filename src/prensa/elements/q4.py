@@ -349,26 +349,23 @@ def folding(x, d):
 
     Nearly always it is not: then nothing but this has to be compiled, and run.
     """
-    S, v = np.empty((2, 2, 3)), np.empty((1, 4, 2))
-    for e in range(x.shape[0]):
-        for i in range(2):
-            for a in range(4):
-                v[0, a, i] = x[e, a, i] + d[e, a, i]
-        if _folds(v, S):
+    for e in range(x.shape[0]):  # noqa: SIM110 (kernels have no generators)
+        if _folds(x, d, e):
             return True
     return False
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _folds(v, S):
-    """Whether an element in node positions v (1, 4, 2) has such a point; S (2, 2, 3) is overwritten."""
-    for i in range(2):
-        _slopes(v, np.int64(0), i, S[i])
-    centre = S[0, 0, 2] * S[1, 1, 2] - S[1, 0, 2] * S[0, 1, 2]
-    least = centre
-    for q in range(4):
-        row, column = _ROW[q], _COLUMN[q]
-        least = min(least, S[0, 0, row] * S[1, 1, column] - S[1, 0, row] * S[0, 1, column])
+def _folds(x, d, e):
+    """Whether element e in node positions x + d (e, 4, 2) has such a point: its area is linear in ξ and η."""
+    x0, y0 = x[e, 0, 0] + d[e, 0, 0], x[e, 0, 1] + d[e, 0, 1]
+    x1, y1 = x[e, 1, 0] + d[e, 1, 0] - x0, x[e, 1, 1] + d[e, 1, 1] - y0
+    x2, y2 = x[e, 2, 0] + d[e, 2, 0] - x0, x[e, 2, 1] + d[e, 2, 1] - y0
+    x3, y3 = x[e, 3, 0] + d[e, 3, 0] - x0, x[e, 3, 1] + d[e, 3, 1] - y0
+    # along ξ and η at the centre, and what changes along both, each four times
+    ax, ay, bx, by, cx, cy = x1 + x2 - x3, y1 + y2 - y3, x3 + x2 - x1, y3 + y2 - y1, x2 - x3 - x1, y2 - y3 - y1
+    centre = ax * by - ay * bx
+    least = centre - _G * (abs(ax * cy - ay * cx) + abs(cx * by - cy * bx))
     # points of convex shapes have 0.42 to 1.58 of the area of their centre, initial ones too: most elements end here
     return not least > 1.6 * _LEAST_SHARE * centre
 
@@ -385,14 +382,13 @@ def unfold(X, x, d, axisymmetric, modulus, forces, stiffness, r_out, K_out):
     v = np.empty((1, 4, 2))
     B, B0 = np.empty((2, 5, 8))
     slope = np.empty(8)
-    S = np.empty((2, 2, 3))
     only, middle = np.int64(0), _centre()
     for e in range(X.shape[0]):
+        if not _folds(x, d, e):
+            continue
         for a in range(4):
             for i in range(2):
                 v[0, a, i] = x[e, a, i] + d[e, a, i]
-        if not _folds(v, S):
-            continue
         j0, J0 = _shape_gradients(v, only, middle, B), _shape_gradients(X, e, middle, B0)
         for q in range(4):
             j, J = _shape_gradients(v, only, q, B), _shape_gradients(X, e, q, B0)

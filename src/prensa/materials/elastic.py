@@ -182,3 +182,18 @@ def neo_hooke_energy(eps: np.ndarray, lam: float, mu: float) -> np.ndarray:
     """ψ of `neo_hooke` per initial volume; eps (..., 3) → (...)."""
     ln_j = eps @ np.ones(3)
     return np.asarray(0.5 * mu * np.expm1(2.0 * eps) @ np.ones(3) - mu * ln_j + 0.5 * lam * ln_j**2)
+
+
+def hencky_at_rest(b: np.ndarray, lam: float, mu: float) -> np.ndarray:
+    """Cauchy stresses (n, 4) xx, yy, zz, xy of Hencky's law for b_e − I (n, 4) as 11, 22, 33, 12."""
+    b11, b22, b33, b12 = b.T
+    half = 0.5 * (b11 - b22)
+    r = np.hypot(half, b12)
+    low = 0.5 * (b11 + b22) - r
+    # logarithmic strains ½ ln b: that of the lower principal value, what the upper one has more, and that out of the plane
+    e, more, e3 = 0.5 * np.log1p(low), 0.5 * np.log1p(2.0 * r / (1.0 + low)), 0.5 * np.log1p(b33)
+    trace = 2.0 * e + more + e3
+    J = np.exp(trace)
+    mean, apart = (lam * trace + mu * (2.0 * e + more)) / J, mu * more / J
+    over = np.where(r > 0.0, apart / np.where(r > 0.0, r, 1.0), 0.0)
+    return np.stack([mean + over * half, mean - over * half, (lam * trace + 2.0 * mu * e3) / J, over * b12], axis=1)

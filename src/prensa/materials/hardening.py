@@ -165,11 +165,12 @@ def table_gradient(knots, coefs, a, dknots, dcoefs):
     return ((dcoefs[k, 0] * d + dcoefs[k, 1]) * d + dcoefs[k, 2]) * d + dcoefs[k, 3] + slope * moved
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def flow_stresses(kind, p, knots, coefficients, a, out):
     """Quasi-static flow stresses (n,) at plastic strains a (n,)."""
+    curve = (p[0], p[1], p[2], p[3], p[4])
     for i in range(a.shape[0]):
-        out[i] = flow_stress(kind, p, knots, coefficients, a[i], 0.0, 0.0)[0]
+        out[i] = flow_stress(kind, curve, knots, coefficients, a[i], 0.0, 0.0)[0]
 
 
 def parameters(kind: int, *p: float) -> FlowParameters:

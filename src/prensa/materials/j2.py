@@ -26,13 +26,30 @@ def _steps(f, slope, curvature):
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _return(todo, left, q, jac, G, kind, p, knots, coefs, old, column, dt, delta, y, dy):
+def _start(f, elastic, slope, curvature):
+    """Where the search for a root begins, from f, 3G and J σ_y′, J σ_y″ at a₀; not above 0 where f is not."""
+    half, whole = 0.5 * f / elastic, elastic + slope
+    newton, x = _steps(f, whole, curvature)
+    start = x if (3.0 * whole < 13.0 * elastic) & (x > 0.0) & (x < 2.0 * half) else half
+    return start if f > 0.0 else min(newton, 0.0)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _converged(x, newton, step, q, slope, curvature, smooth):
+    """Whether Halley's ``step`` from x leads to the root; slope, curvature: J σ_y′, J σ_y″ at x; ``smooth``: see `_return`."""
+    neglected = max(abs(slope), abs(curvature) * x) * abs(step * step * step)
+    near = smooth & (abs(newton) <= 0.01 * abs(x)) & (neglected <= 1e-14 * q * x * x)
+    return near | (abs(newton) <= 1e-8 * abs(x))
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _return(todo, left, q, jac, G, kind, p, knots, coefs, begin, dt, delta, y, dy):
     """Roots Δ of f = q − 3GΔ − J σ_y(a₀ + Δ) = 0 in (0, q/3G) by safeguarded steps of Halley (1694), with σ_y and its slope.
 
-    todo: numbers of the points, the first ``left`` of it, overwritten; q, jac (n,); delta, y, dy (n,): starts, replaced by the
-    roots (NaN if one does not come), and the curve there. The last step is taken with the curve's Taylor polynomial of second
-    degree at hand: on curves without kinks when what it neglects, some σ_y′/x² of the step's third power, is round-off; on others
-    below a relative 1e-8.
+    todo: numbers of the points, the first ``left`` of it, overwritten; q, jac, begin (n,), a₀; delta, y, dy (n,): starts,
+    replaced by the roots (NaN if one does not come), and the curve there. The last step is taken with the curve's Taylor
+    polynomial of second degree at hand: on curves without kinks when what it neglects, some σ_y′/x² of the step's third power,
+    is round-off; on others below a relative 1e-8.
 
     A start Δ ≤ 0 is one of a point made to flow below the surface: its root is sought in (−q/3G, 0).
 
@@ -50,12 +67,10 @@ def _return(todo, left, q, jac, G, kind, p, knots, coefs, old, column, dt, delta
         for k in range(number):
             i = todo[k]
             x = delta[i]
-            s, ds, dds = flow_stress(kind, p, knots, coefs, old[i, column] + x, x, dt)
+            s, ds, dds = flow_stress(kind, p, knots, coefs, begin[i] + x, x, dt)
             f = q[i] - 3.0 * G * x - jac[i] * s
             newton, step = _steps(f, 3.0 * G + jac[i] * ds, jac[i] * dds)
-            smooth = kind < JOHNSON_COOK and old[i, column] > TINY
-            neglected = jac[i] * max(abs(ds), abs(dds) * x) * abs(step * step * step)
-            if abs(newton) <= 1e-8 * abs(x) or (smooth and abs(newton) <= 0.01 * abs(x) and neglected <= 1e-14 * q[i] * x * x):
+            if _converged(x, newton, step, q[i], jac[i] * ds, jac[i] * dds, (kind < JOHNSON_COOK) & (begin[i] > TINY)):
                 delta[i], y[i], dy[i] = x + step, s + (ds + 0.5 * dds * step) * step, ds + dds * step
                 continue
             if f > 0.0:
@@ -72,6 +87,26 @@ def _return(todo, left, q, jac, G, kind, p, knots, coefs, old, column, dt, delta
         delta[todo[k]] = math.nan
 
 
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _roots(q, jac, begin, G, kind, p, knots, coefs, dt, todo, delta, y0, y, dy, held, first):
+    """Plastic strain of each point from q, J and a₀ (n,) → delta (0 where nothing flows), σ_y(a₀), σ_y there and its slope (n,).
+
+    held (m,): whether points flow, that of ``first`` the first one here; of no length: the trial stress decides.
+    """
+    flowing = 0
+    for i in range(len(q)):
+        y0[i], slope, curvature = flow_stress(kind, p, knots, coefs, begin[i], 0.0, dt)
+        delta[i], y[i], dy[i] = 0.0, y0[i], slope
+        f = q[i] - jac[i] * y0[i]
+        # a committed state that flowed is on the yield surface but for round-off, which is not to say whether it flows on
+        flows = held[first + i] if len(held) else f > ON_SURFACE * q[i]
+        if flows:
+            delta[i] = _start(f, 3.0 * G, jac[i] * slope, jac[i] * curvature)
+            todo[flowing] = i
+            flowing += 1
+    _return(todo, flowing, q, jac, G, kind, p, knots, coefs, begin, dt, delta, y, dy)
+
+
 @njit(cache=True, error_model="numpy")
 def j2(
     eps, jn, old, column, K, G, cauchy, kind, p, knots, coefs, dt, tau, dtau, eps_e, new, failed, tangent, held=UNHELD, secant=0.0
@@ -86,28 +121,16 @@ def j2(
     """
     size = eps.shape[0]
     curve = (p[0], p[1], p[2], p[3], p[4])
-    qs, jacs, deltas = np.empty(size), np.empty(size), np.empty(size)
+    qs, jacs, deltas, begin = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
     y0s, ys, dys = np.empty(size), np.empty(size), np.empty(size)
-    todo, flowing = np.empty(size, dtype=np.int64), 0
+    todo = np.empty(size, dtype=np.int64)
     for i in range(size):
         tr = eps[i, 0] + eps[i, 1] + eps[i, 2]
         e0, e1, e2 = eps[i, 0] - tr / 3.0, eps[i, 1] - tr / 3.0, eps[i, 2] - tr / 3.0
         q = 2.0 * G * math.sqrt(1.5 * (e0 * e0 + e1 * e1 + e2 * e2))
         jac = math.exp(tr) if cauchy else 1.0
-        y0, dy0, ddy0 = flow_stress(kind, curve, knots, coefs, old[i, column], 0.0, dt)
-        qs[i], jacs[i], deltas[i], y0s[i], ys[i], dys[i] = q, jac, 0.0, y0, y0, dy0
-        f = q - jac * y0
-        # a committed state that flowed is on the yield surface but for round-off, which is not to say whether it flows on
-        flows = held[i] if len(held) else f > ON_SURFACE * q
-        if flows:
-            half, slope = 0.5 * f / (3.0 * G), 3.0 * G + jac * dy0
-            _, x = _steps(f, slope, jac * ddy0)
-            deltas[i] = x if slope < 13.0 * G and 0.0 < x < 2.0 * half else half
-            if f <= 0.0:
-                deltas[i] = min(f / slope, 0.0)
-            todo[flowing] = i
-            flowing += 1
-    _return(todo, flowing, qs, jacs, G, kind, curve, knots, coefs, old, column, dt, deltas, ys, dys)
+        qs[i], jacs[i], begin[i] = q, jac, old[i, column]
+    _roots(qs, jacs, begin, G, kind, curve, knots, coefs, dt, todo, deltas, y0s, ys, dys, held, 0)
     for i in range(size):
         tr = eps[i, 0] + eps[i, 1] + eps[i, 2]
         s = (2.0 * G * (eps[i, 0] - tr / 3.0), 2.0 * G * (eps[i, 1] - tr / 3.0), 2.0 * G * (eps[i, 2] - tr / 3.0))

@@ -21,6 +21,7 @@ from prensa.materials import elastic
 from prensa.materials.flow_curve import FlowCurve, FlowParameters, stress_at
 from prensa.materials.hardening import flow_stresses
 from prensa.materials.j2 import UNHELD, j2
+from prensa.materials.j2_finite import j2_finite
 from prensa.materials.protocol import At, Field, Material, Out
 from prensa.materials.return_map import return_map
 
@@ -235,9 +236,17 @@ class J2(_Isotropic):
 
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:
         """H (n, c) = f − I, old (n, h) → out; see `Material`."""
-        super().update(h, old, at, out)
         # where no flow was shifted, what would have been carried along is the committed elastic tensor itself
-        _KERNELS[self.layout].keep_trial(h, old, self.layout.kept + 2 if at.begun else 0, out.new, self.finite)
+        kept, f = self.layout.kept + 2 if at.begun else 0, self.flow
+        if f is not None and self.finite and self.layout is PLANE:
+            j2_finite(
+                h, old, kept, self.E / (3 * (1 - 2 * self.nu)), self.mu, self.yield_on_cauchy, f.kind, f.p, f.knots,
+                f.coefficients, at.dt, out.P, out.A.reshape(len(h), -1), out.new, out.failed, at.tangent,
+                UNHELD if at.flows is None else at.flows, at.secant,
+            )  # fmt: skip
+            return
+        super().update(h, old, at, out)
+        _KERNELS[self.layout].keep_trial(h, old, kept, out.new, self.finite)
 
     def begin(self, history: Array, share: float) -> Array:
         """What an increment begins with: a committed history (n, h) after a ``share`` of the last plastic strain more.
@@ -259,6 +268,9 @@ class J2(_Isotropic):
         """Kirchhoff stress over the one that the flow curve limits (n,), of a committed history (n, h)."""
         if not (self.finite and self.yield_on_cauchy):
             return np.ones(len(history))
+        if self.layout is PLANE:  # J without its logarithm
+            b11, b22, b33, b12 = history[:, :4].T
+            return np.asarray(np.sqrt(((1.0 + b11) * (1.0 + b22) - b12 * b12) * (1.0 + b33)))
         return np.exp(self.elastic_strains(history).sum(axis=-1))  # plastic flow is isochoric
 
     def flow_stress(self, strain: Array) -> Array:
@@ -279,6 +291,8 @@ class J2(_Isotropic):
 
     def cauchy(self, history: Array) -> Array:
         """Cauchy stress (n, k) from the elastic strains alone (a rate-dependent law at rest would flow)."""
+        if self.finite and self.layout is PLANE:  # without the kernels of an update, which would be compiled for it
+            return elastic.hencky_at_rest(history[:, : self.layout.kept], self.lam, self.mu)
         elastic_part = np.ascontiguousarray(history[:, : self.layout.kept])
         return Hencky(self.E, self.nu, self.finite, layout=self.layout).cauchy(elastic_part)
 

@@ -123,16 +123,22 @@ class Validity:
             return
         if block.body not in self._slopes:
             self._slopes[block.body] = slopes(self.system.X[block.corners])
-        F = np.eye(2) + np.einsum("mai,maj->mij", moved[block.corners], self._slopes[block.body])
-        det, volume = np.linalg.det(F), block.volume.sum(axis=1)
+        u, N = moved.take(block.corners, axis=0), self._slopes[block.body]
+        f11, f22 = 1.0 + np.einsum("ma,ma->m", u[..., 0], N[..., 0]), 1.0 + np.einsum("ma,ma->m", u[..., 1], N[..., 1])
+        f12, f21 = np.einsum("ma,ma->m", u[..., 0], N[..., 1]), np.einsum("ma,ma->m", u[..., 1], N[..., 0])
+        det, volume = f11 * f22 - f12 * f21, block.volume.sum(axis=1)
         if block.law.plastic and self.system.problem.space != "plane stress":
             if self.system.axisymmetric:
-                det *= 1.0 + moved[block.corners, 0].sum(axis=1) / self.system.X[block.corners, 0].sum(axis=1)
-            lost = _exceeded(1.0 - det, volume, self.policy.small_share)
-            if lost > max(self.policy.squeezed, self.squeezed.get(block.body, 0.0)):
-                self.squeezed[block.body] = lost
+                det *= 1.0 + u[..., 0].sum(axis=1) / self.system.X[:, 0].take(block.corners).sum(axis=1)
+            told = max(self.policy.squeezed, self.squeezed.get(block.body, 0.0))
+            kept = float(volume[1.0 - det <= told].sum())
+            if kept < (1.0 - self.policy.small_share) * float(volume.sum()):  # most increments need no sorting
+                lost = _exceeded(1.0 - det, volume, self.policy.small_share)
+                if lost > told:
+                    self.squeezed[block.body] = lost
         elif not block.law.plastic:
-            middle = 0.5 * (F**2).sum(axis=(1, 2))  # mean square of the two principal stretches; their product is det F
+            # mean square of the two principal stretches, whose product is det F
+            middle = 0.5 * (f11**2 + f12**2 + f21**2 + f22**2)
             apart = np.sqrt(np.maximum(middle**2 - det**2, 0.0))
             stretch = np.sqrt(np.maximum(np.array([middle - apart, middle + apart]), 1e-300))
             strain = _exceeded(np.abs(np.log(stretch)).max(axis=0), volume, self.policy.small_share)

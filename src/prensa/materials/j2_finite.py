@@ -1,0 +1,271 @@
+"""J2 plasticity of finite strain in the plane, from displacement gradients to stresses and tangents in one kernel.
+
+What `prensa.kernels.tensor` and `prensa.materials.j2` do one after the other, for a few points at a time, whose numbers stay in
+the nearest cache. But for the return map no pass over them has a branch or a function of a library, so that a compiler answers
+for as many points at once as the processor has lanes: logarithms and exponentials of small strains are polynomials, large ones
+are put right point by point.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from prensa.kernels.compiled import njit
+from prensa.kernels.tensor import det_minus_one, push_forward
+from prensa.materials.hardening import JOHNSON_COOK, TINY, flow_stress
+from prensa.materials.j2 import ON_SURFACE, _converged, _return, _start, _steps
+
+GROUP = 64
+"""Points at a time: their scratch is half of the nearest cache."""
+# where the rows of the scratch begin: what was committed, the trial state in its principal axes, the answer (a sum for each would
+# take a third of the time in which the kernel is compiled)
+_O, _O1, _O2, _O3, _T, _T1, _T2, _T3, _A0, _WORK, _C, _C1, _B, _B1, _B2, _JN = range(0, 16 * GROUP, GROUP)
+_E, _E1, _E2, _Q, _JAC, _DELTA, _Y0, _Y, _SLOPE, _CURVATURE, _START = range(16 * GROUP, 27 * GROUP, GROUP)
+_NEW, _NEW1, _NEW2, _NEW3, _KEPT, _KEPT1, _KEPT2, _KEPT3 = range(27 * GROUP, 35 * GROUP, GROUP)
+_P, _P1, _P2, _P3, _P4, _H, _H1, _H2, _H3, _H4 = range(35 * GROUP, 45 * GROUP, GROUP)
+_A, _A24, _ROWS = 45 * GROUP, 69 * GROUP, 70 * GROUP
+NO_STRESS = 1e-300
+SMALL_LOG, SMALL_EXP = 0.15, 0.12  # up to which the polynomials are right to the last digit
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _half_log(x):
+    """½ ln(1 + x) of |x| up to `SMALL_LOG`: artanh of x/(2 + x)."""
+    z = x / (2.0 + x)
+    s = z * z
+    tail = 1.0 / 3.0 + s * (1.0 / 5.0 + s * (1.0 / 7.0 + s * (1.0 / 9.0 + s * (1.0 / 11.0 + s * (1.0 / 13.0)))))
+    return z + z * s * tail
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _exp_minus_one(x):
+    """exp(x) − 1 of |x| up to `SMALL_EXP`."""
+    tail = 1.0 / 40320.0 + x * (1.0 / 362880.0 + x * (1.0 / 3628800.0))
+    tail = 1.0 / 24.0 + x * (1.0 / 120.0 + x * (1.0 / 720.0 + x * (1.0 / 5040.0 + x * tail)))
+    return x + x * x * (0.5 + x * (1.0 / 6.0 + x * tail))
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _row_of_tangent(w, i, k, r0, r1, r2, r3, p1, p2, p3, p4, q1, q2, q3, q4, M):
+    """Row k of A, of the row r of R, and the entry k of its last row; M: 00, 03, 30, 33, 11, 12, 21, 22, 04, 34, 40, 43."""
+    m00, m03, m30, m33, m11, m12, m21, m22, m04, m34, m40, m43 = M
+    w0, w1, w2, w3 = r0 * m00 + r3 * m30, r1 * m11 + r2 * m21, r1 * m12 + r2 * m22, r0 * m03 + r3 * m33
+    a = _A + 5 * k * GROUP + i
+    w[a] = w0 * p1 + w1 * p2 - w2 * q1 - w3 * q2
+    w[a + GROUP] = w0 * p3 + w1 * p4 - w2 * q3 - w3 * q4
+    w[a + 2 * GROUP] = w0 * q1 + w1 * q2 + w2 * p1 + w3 * p2
+    w[a + 3 * GROUP] = w0 * q3 + w1 * q4 + w2 * p3 + w3 * p4
+    w[a + 4 * GROUP] = r0 * m04 + r3 * m34
+    w[_A + (20 + k) * GROUP + i] = r0 * m40 + r3 * m43
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"})
+def j2_finite(
+    h, old, kept, K, G, cauchy, kind, p, knots, coefs, dt, P, A, new, failed, tangent, held, secant
+):  # fmt: skip
+    """Gradients h (n, 5) = f − I, old (n, ≥10) → P (n, 5), A (n, 25) if ``tangent``, new (n, ≥10), failed (n,).
+
+    Histories as in `prensa.materials.laws.J2`; ``kept``: first column of the tensor in old that goes on as if nothing flowed.
+    All else as in `prensa.materials.j2.j2`.
+    """
+    curve = (p[0], p[1], p[2], p[3], p[4])
+    w, todo = np.zeros(_ROWS), np.empty(GROUP, dtype=np.int64)
+    o = w.shape[0] - w.shape[0]  # 0: a function is compiled once for each constant that it is called with
+    for first in range(0, old.shape[0], GROUP):
+        m = min(GROUP, old.shape[0] - first)
+        for i in range(m):
+            for k in range(4):
+                w[_O + k * GROUP + i], w[_T + k * GROUP + i] = old[first + i, k], old[first + i, kept + k]
+            w[_A0 + i], w[_WORK + i] = old[first + i, 4], old[first + i, 5]
+            for k in range(5):
+                w[_H + k * GROUP + i] = h[first + i, k]
+        # trial strains, axes, q, J and J_n, NaN where f is no motion
+        far = 0
+        for i in range(GROUP):
+            h11, h12, h21 = w[_H + i], w[_H1 + i], w[_H2 + i]
+            h22, h33 = w[_H3 + i], w[_H4 + i]
+            o11, o22, o33, o12 = w[i], w[_O1 + i], w[_O2 + i], w[_O3 + i]
+            b11, b22, b33, b12 = push_forward(h11, h12, h21, h22, h33, o11, o22, o33, o12)
+            half = 0.5 * (b11 - b22)
+            r = math.sqrt(half * half + b12 * b12)
+            share, over = (abs(half) / r, r) if r > 0.0 else (1.0, 1.0)
+            large = math.sqrt(0.5 * (1.0 + share))
+            less = b12 / (2.0 * over * large)
+            up = half >= 0.0
+            l1, l2 = 0.5 * (b11 + b22) + r, 0.5 * (b11 + b22) - r
+            jac = det_minus_one(h11, h12, h21, h22, h33)
+            good = (jac > -1.0) & (1.0 + h33 > 0.0) & (l2 > -1.0) & (b33 > -1.0)
+            l1, l2, b33 = l1 if good else 0.0, l2 if good else 0.0, b33 if good else 0.0
+            w[_C + i] = large if up else abs(less)
+            w[_C1 + i] = less if up else math.copysign(large, b12)
+            w[_B + i], w[_B1 + i], w[_B2 + i] = l1, l2, b33
+            w[_JN + i] = math.sqrt(((1.0 + o11) * (1.0 + o22) - o12 * o12) * (1.0 + o33)) if good else math.nan
+            far += 1 if (i < m) & ((l1 > SMALL_LOG) | (l2 < -SMALL_LOG) | (abs(b33) > SMALL_LOG)) else 0
+        for n in range(3 * GROUP):
+            w[_E + n] = _half_log(w[_B + n])
+        if far:
+            for i in range(m):
+                for k in range(3):
+                    w[_E + k * GROUP + i] = 0.5 * math.log1p(w[_B + k * GROUP + i])
+        for i in range(GROUP):
+            e0, e1, e2 = w[_E + i], w[_E1 + i], w[_E2 + i]
+            third = (e0 + e1 + e2) / 3.0
+            e0, e1, e2 = e0 - third, e1 - third, e2 - third
+            w[_Q + i] = 2.0 * G * math.sqrt(1.5 * (e0 * e0 + e1 * e1 + e2 * e2))
+            J = math.sqrt((1.0 + w[_B + i]) * (1.0 + w[_B1 + i]) * (1.0 + w[_B2 + i]))
+            w[_JAC + i] = J if cauchy else 1.0
+        # plastic strain: nearly all points need one step from their start, taken for all at once; others go on in `_return`
+        for i in range(m):
+            w[_DELTA + i] = 0.0
+        for turn in range(2):
+            for i in range(m):
+                x = w[_DELTA + i]
+                if turn == 0 or x != 0.0:
+                    w[_Y + i], w[_SLOPE + i], w[_CURVATURE + i] = flow_stress(
+                        kind, curve, knots, coefs, w[_A0 + i] + x, x, dt
+                    )
+            if turn == 1:
+                break
+            for i in range(GROUP):
+                q, jac, y0 = w[_Q + i], w[_JAC + i], w[_Y + i]
+                f = q - jac * y0
+                w[_Y0 + i] = y0
+                start = _start(f, 3.0 * G, jac * w[_SLOPE + i], jac * w[_CURVATURE + i])
+                w[_START + i] = start
+                w[_DELTA + i] = start if f > ON_SURFACE * q else 0.0
+            if len(held):
+                for i in range(m):
+                    w[_DELTA + i] = w[_START + i] if held[first + i] else 0.0
+        left, smooth = 0, kind < JOHNSON_COOK
+        for i in range(GROUP):
+            x, q, jac = w[_DELTA + i], w[_Q + i], w[_JAC + i]
+            s, ds, dds = w[_Y + i], w[_SLOPE + i], w[_CURVATURE + i]
+            newton, step = _steps(q - 3.0 * G * x - jac * s, 3.0 * G + jac * ds, jac * dds)
+            done = _converged(x, newton, step, q, jac * ds, jac * dds, smooth & (w[_A0 + i] > TINY))
+            flows = x != 0.0
+            goes_on = flows & (not done) & (i < m)
+            left += 1 if goes_on else 0
+            w[_START + i] = math.nan if goes_on else x
+            step = step if flows & done else 0.0
+            w[_DELTA + i] = x + step
+            w[_Y + i], w[_SLOPE + i] = s + (ds + 0.5 * dds * step) * step, ds + dds * step
+        if left:
+            left = 0
+            for i in range(m):
+                if math.isnan(w[_START + i]):
+                    todo[left] = i
+                    left += 1
+            _return(
+                todo, left, w[_Q : _Q + m], w[_JAC : _JAC + m], G, kind, curve, knots, coefs,
+                w[_A0 : _A0 + m], dt, w[_DELTA : _DELTA + m], w[_Y : _Y + m],
+                w[_SLOPE : _SLOPE + m],
+            )  # fmt: skip
+        for i in range(m):
+            if math.isnan(w[_DELTA + i]) or math.isnan(w[_JN + i]):
+                failed[first + i] = True
+                w[_DELTA + i] = 0.0
+        # elastic tensors, plastic strain and work, P
+        far = 0
+        for i in range(GROUP):
+            delta, q = w[_DELTA + i], w[_Q + i]
+            e0, e1, e2 = w[_E + i], w[_E1 + i], w[_E2 + i]
+            third, less = (e0 + e1 + e2) / 3.0, 3.0 * G * delta / (q if q > NO_STRESS else NO_STRESS)
+            x0, x1, x2 = 2.0 * (e0 - less * (e0 - third)), 2.0 * (e1 - less * (e1 - third)), 2.0 * (e2 - less * (e2 - third))
+            w[_NEW + i], w[_NEW1 + i], w[_NEW2 + i] = x0, x1, x2
+            far += 1 if (i < m) & ((abs(x0) > SMALL_EXP) | (abs(x1) > SMALL_EXP) | (abs(x2) > SMALL_EXP)) else 0
+        if not far:
+            for n in range(3 * GROUP):
+                w[_NEW + n] = _exp_minus_one(w[_NEW + n])
+        else:
+            for i in range(m):
+                for k in range(3):
+                    w[_NEW + k * GROUP + i] = math.expm1(w[_NEW + k * GROUP + i])
+        for i in range(GROUP):
+            h11, h12, h21 = w[_H + i], w[_H1 + i], w[_H2 + i]
+            h22, h33 = w[_H3 + i], w[_H4 + i]
+            delta, q, jac, jn = w[_DELTA + i], w[_Q + i], w[_JAC + i], w[_JN + i]
+            c, s = w[_C + i], w[_C1 + i]
+            b1, b2, b3 = w[_NEW + i], w[_NEW1 + i], w[_NEW2 + i]
+            n11, n22, n12 = c * c * b1 + s * s * b2, s * s * b1 + c * c * b2, c * s * (b1 - b2)
+            w[_NEW + i], w[_NEW1 + i], w[_NEW3 + i] = n11, n22, n12
+            o11, o22, o33, o12 = w[_T + i], w[_T1 + i], w[_T2 + i], w[_T3 + i]
+            k11, k22, k33, k12 = push_forward(h11, h12, h21, h22, h33, o11, o22, o33, o12)
+            flows = delta != 0.0
+            w[_KEPT + i], w[_KEPT1 + i] = k11 if flows else n11, k22 if flows else n22
+            w[_KEPT2 + i], w[_KEPT3 + i] = k33 if flows else b3, k12 if flows else n12
+            theta = 1.0 - 3.0 * G * delta / (q if q > NO_STRESS else NO_STRESS)
+            e0, e1, e2 = w[_E + i], w[_E1 + i], w[_E2 + i]
+            tr = e0 + e1 + e2
+            shear, mean = 2.0 * G * theta, K * tr - 2.0 * G * theta * tr / 3.0
+            over = 1.0 / (jn * ((1.0 + h11) * (1.0 + h22) - h12 * h21))
+            t1, t2, t3 = shear * e0 + mean, shear * e1 + mean, shear * e2 + mean
+            # τ f⁻ᵀ / J_n of the plane, τ in the axes of space
+            t11, t22, t12 = c * c * t1 + s * s * t2, s * s * t1 + c * c * t2, c * s * (t1 - t2)
+            w[_P + i] = over * (t11 * (1.0 + h22) - t12 * h12)
+            w[_P1 + i] = over * (t12 * (1.0 + h11) - t11 * h21)
+            w[_P2 + i] = over * (t12 * (1.0 + h22) - t22 * h12)
+            w[_P3 + i] = over * (t22 * (1.0 + h11) - t12 * h21)
+            w[_P4 + i] = t3 / (jn * (1.0 + h33))
+            before = jn if cauchy else 1.0
+            w[_WORK + i] += 0.5 * (before * w[_Y0 + i] + jac * w[_Y + i]) * delta
+            w[_A0 + i] += delta
+        if tangent:
+            # ∂P/∂f; formulas as in `prensa.materials.j2` and `prensa.kernels.tensor`
+            for i in range(GROUP):
+                h11, h12, h21 = w[_H + i], w[_H1 + i], w[_H2 + i]
+                h22, h33 = w[_H3 + i], w[_H4 + i]
+                delta, q, jac, y1 = w[_DELTA + i], w[_Q + i], w[_JAC + i], w[_Y + i]
+                c, s = w[_C + i], w[_C1 + i]
+                l1, l2 = w[_B + i], w[_B1 + i]
+                e0, e1, e2 = w[_E + i], w[_E1 + i], w[_E2 + i]
+                tr, inverse = e0 + e1 + e2, 1.0 / (q if q > NO_STRESS else NO_STRESS)
+                unit = 3.0 * G * inverse
+                share, unit = delta * inverse, unit if delta != 0.0 else 0.0
+                theta = 1.0 - 3.0 * G * share
+                n0, n1, n2 = unit * (e0 - tr / 3.0), unit * (e1 - tr / 3.0), unit * (e2 - tr / 3.0)
+                t1, t2 = K * tr + 2.0 * G * theta * (e0 - tr / 3.0), K * tr + 2.0 * G * theta * (e1 - tr / 3.0)
+                t3 = K * tr + 2.0 * G * theta * (e2 - tr / 3.0)
+                # ds = θ ds_tr − 3G (dΔ/q − Δ dq/q²) s_tr,  dq = 2G n·dε,  dΔ = (dq − J σ_y tr dε)/(3G + J σ_y′)
+                soft = 1.0 / (3.0 * G + jac * w[_SLOPE + i])
+                volume = jac * y1 if cauchy else 0.0
+                part = (1.0 - secant) * 2.0 * G
+                dq0, dq1, dq2 = 2.0 * G * n0, 2.0 * G * n1, 2.0 * G * n2
+                g0, g1 = part * ((dq0 - volume) * soft - share * dq0), part * ((dq1 - volume) * soft - share * dq1)
+                g2 = part * ((dq2 - volume) * soft - share * dq2)
+                off, on = K - 2.0 * G * theta / 3.0, K + 4.0 * G * theta / 3.0
+                d00, d01, d02 = on - n0 * g0, off - n0 * g1, off - n0 * g2
+                d10, d11, d12 = off - n1 * g0, on - n1 * g1, off - n1 * g2
+                d20, d21, d22 = off - n2 * g0, off - n2 * g1, on - n2 * g2
+                b1, b2 = 1.0 + l1, 1.0 + l2
+                alike = abs(l1 - l2) <= 1e-7 * (abs(l1) + abs(l2)) + 1e-14
+                limit, apart = (d00 - d01) / (2.0 * b1), (t1 - t2) / (1.0 if alike else l1 - l2)
+                sh = limit if alike else apart
+                jn, g33 = 1.0 / w[_JN + i], 1.0 / (1.0 + h33)
+                M = (
+                    jn * (d00 - t1), jn * d01, jn * d10, jn * (d11 - t2),
+                    jn * sh * b2, jn * (sh * b1 - t1), jn * (sh * b2 - t2), jn * sh * b1,
+                    jn * g33 * d02, jn * g33 * d12, jn * g33 * d20, jn * g33 * d21,
+                )  # fmt: skip
+                inverse = 1.0 / ((1.0 + h11) * (1.0 + h22) - h12 * h21)
+                f11, f12, f21, f22 = (1.0 + h22) * inverse, -h12 * inverse, -h21 * inverse, (1.0 + h11) * inverse
+                T11, T12, T21, T22 = f11 * c + f12 * s, -f11 * s + f12 * c, f21 * c + f22 * s, -f21 * s + f22 * c
+                # R[(iJ)][(ab)] = Q_ia T_Jb, rows and columns 11, 12, 21, 22
+                p1, p2, p3, p4 = c * T11, c * T12, c * T21, c * T22
+                q1, q2, q3, q4 = s * T11, s * T12, s * T21, s * T22
+                _row_of_tangent(w, i, o, p1, p2, -q1, -q2, p1, p2, p3, p4, q1, q2, q3, q4, M)
+                _row_of_tangent(w, i, o + 1, p3, p4, -q3, -q4, p1, p2, p3, p4, q1, q2, q3, q4, M)
+                _row_of_tangent(w, i, o + 2, q1, q2, p1, p2, p1, p2, p3, p4, q1, q2, q3, q4, M)
+                _row_of_tangent(w, i, o + 3, q3, q4, p3, p4, p1, p2, p3, p4, q1, q2, q3, q4, M)
+                w[_A24 + i] = jn * g33 * g33 * (d22 - t3)
+        for i in range(m):
+            for k in range(4):
+                new[first + i, k], new[first + i, 6 + k] = w[_NEW + k * GROUP + i], w[_KEPT + k * GROUP + i]
+            new[first + i, 4], new[first + i, 5] = w[_A0 + i], w[_WORK + i]
+            for k in range(5):
+                P[first + i, k] = w[_P + k * GROUP + i]
+        if tangent:
+            for i in range(m):
+                for k in range(25):
+                    A[first + i, k] = w[_A + k * GROUP + i]

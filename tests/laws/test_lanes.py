@@ -1,0 +1,74 @@
+"""J2 plasticity of finite strain in the plane, many points at once: as the kernels answer that take points one by one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import prensa as pr
+from prensa.kernels import tensor
+from prensa.layout import PLANE
+from prensa.materials.laws import J2, At, Out, _Isotropic
+from prensa.materials.material import Material
+
+CURVES = [
+    pr.Perfect(250.0), pr.Ludwik(250.0, 500.0, 0.3), pr.Voce(250.0, 300.0, 5.0, 40.0),
+    pr.JohnsonCook(250.0, 400.0, 0.3, 0.02, 0.1),
+]  # fmt: skip
+
+
+def out_of(n: int, size: int) -> Out:
+    """Room for the answers of n points."""
+    return Out(np.zeros((n, 5)), np.zeros((n, 5, 5)), np.zeros((n, size)), np.zeros(n, dtype=np.bool_))
+
+
+def one_by_one(law: J2, h: np.ndarray, old: np.ndarray, at: At) -> Out:
+    """The answer of the kernels of all isotropic laws."""
+    out = out_of(len(h), law.size)
+    _Isotropic.update(law, h, old, at, out)
+    tensor.keep_trial(h, old, law.layout.kept + 2 if at.begun else 0, out.new, True)
+    return out
+
+
+@pytest.mark.parametrize("yield_on", ["cauchy", "kirchhoff"])
+@pytest.mark.parametrize("curve", CURVES, ids=lambda c: c.type)
+def test_many_points_at_once_answer_as_one_by_one(curve: pr.Ludwik, yield_on: str) -> None:
+    """Elastic and plastic, at rest, loaded and unloaded, strains from 1e-12 to 40 %, tangents and secants, held or not."""
+    described: Material = pr.J2(E=200e3, nu=0.3, flow=curve, yield_on=yield_on)
+    law = described.law("finite", "plane strain")
+    assert isinstance(law, J2) and law.layout is PLANE
+    rng = np.random.default_rng(3)
+    n = 331  # more than one group of points, and not a whole number of them
+    old = np.zeros((n, law.size))
+    size = 10.0 ** rng.uniform(-12, -0.7, (n, 1))
+    size[:40] = 0.0
+    last = None
+    for k in range(3):
+        h = size * rng.uniform(-1, 1, (n, 5))
+        flows = None if k < 2 or last is None else last
+        at = At(0.1, 1.0, True, 0.5 * (k == 1), flows, begun=k != 1)
+        expected, out = one_by_one(law, h, old, at), out_of(n, law.size)
+        law.update(h, old, at, out)
+        good = ~expected.failed
+        np.testing.assert_array_equal(out.failed, expected.failed)
+        assert good.mean() > 0.8
+        for name in ("P", "A", "new"):
+            a, b = getattr(out, name)[good], getattr(expected, name)[good]
+            np.testing.assert_allclose(a, b, rtol=1e-11, atol=3e-14 * np.abs(b).max(), err_msg=name)
+        last = expected.new[:, 4] != old[:, 4]
+        old = np.where(good[:, None], expected.new, old)
+    assert 0.1 < last.mean() < 0.95
+
+
+def test_a_point_turned_inside_out_fails_alone() -> None:
+    """The others answer as if it were not there."""
+    law = pr.J2(E=200e3, nu=0.3, flow=pr.Ludwik(250.0, 500.0, 0.3)).law("finite", "plane strain")
+    h = np.full((70, 5), 1e-3)
+    alone, beside = out_of(70, law.size), out_of(70, law.size)
+    law.update(h, np.zeros((70, law.size)), At(1.0, 1.0), alone)
+    h[66, 0] = -2.0
+    law.update(h, np.zeros((70, law.size)), At(1.0, 1.0), beside)
+    assert not alone.failed.any() and list(np.flatnonzero(beside.failed)) == [66]
+    rest = np.arange(70) != 66
+    for a, b in zip(alone[:3], beside[:3]):
+        np.testing.assert_array_equal(a[rest], b[rest])
