@@ -240,11 +240,11 @@ def test_what_cannot_be_remeshed_is_refused(what: str) -> None:
     ids=["moved", "increments", "pushed", "slowing down"],
 )
 def test_an_increment_ends_where_the_way_of_a_mesh_is_gone(driven: dict[str, Any]) -> None:
-    """Of a tool that is driven by force within a thousandth of it, as near as it is foretold."""
+    """Of a tool that is driven by force within a hundredth of it: what is nearer is not worth another solution."""
     problem = replace(upset(quality=0.0, travel=0.15), steps=(pr.Step("press", duration=1.0, **driven),))
     done = list(pr.solve(problem))
     assert done[-1].time == 1.0
     made = np.flatnonzero(np.diff([i.remeshings for i in done]))
     ways = np.diff([0.0, *(-done[k].tools["die"].place.y for k in made)])
     assert len(ways) >= 2
-    assert ways == pytest.approx(0.15, rel=2e-3 if "push" in driven else 1e-9)
+    assert ways == pytest.approx(0.15, rel=1.1e-2 if "push" in driven else 1e-9)

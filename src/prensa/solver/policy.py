@@ -276,8 +276,8 @@ class Policy:
     """Way of a tool, in smallest elements, after which a mesh is looked at, and made anew if it can be better."""
     due_looks: int = 8
     """Times in the next two increments at which is looked whether a tool has gone the way after which a mesh is due."""
-    nearly_due: float = 1e-3
-    """Share of that way which may be missing: of tools that are driven by force it is foretold."""
+    nearly_due: float = 1e-2
+    """Share of that way which may be missing or too much of tools that are driven by force: no increment is cut off for less."""
     good_shape: float = 0.6
     """Least shape measure that new meshes begin with, or better: one that still has it has nothing to gain from another one."""
     ill_sized: float = 0.05
