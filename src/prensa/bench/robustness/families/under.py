@@ -61,7 +61,9 @@ def block(rng: np.random.Generator, plastic: bool, nx: int, ny: int) -> Block:
     else:  # a wedge with a flat nose
         slope = number(rng, 0.15, 0.6)
         a, b = 0.5 * w, 2 * width
-        tool = chain(at, [(-b, slope * (b - a)), (-a, 0.0), (a, 0.0), (b, slope * (b - a))], number(rng, 2.0, 4.0) * h)
+        fits = 0.9 * a / np.tan(0.5 * np.arctan(slope))
+        corners = [(-b, slope * (b - a)), (-a, 0.0), (a, 0.0), (b, slope * (b - a))]
+        tool = chain(at, corners, min(number(rng, 2.0, 4.0) * h, float(fits)))
     mu = 0.0 if rng.random() < 0.2 else number(rng, 0.02, 0.6)
     grade = pr.Grade(y=(height,), ratio=number(rng, 1.5, 4.0)) if rng.random() < 0.5 else None
     mesh = pr.Rectangle(size=(width, height), n=(nx, ny), origin=(-0.5 * width, 0.0), grade=grade)
