@@ -17,6 +17,7 @@ traction (`at_free_edges`).
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -147,24 +148,23 @@ def _add_patches(nodes, first, members, interior, cells, x, X, values, terms, re
                 count[w] += 1
 
 
-def _patches(
-    nodes: NDArray[np.int64],
-    first: NDArray[np.int64],
-    members: NDArray[np.int64],
-    interior: Flags,
-    cells: NDArray[np.int64],
-    x: Array,
-    X: Array,
-    values: Array,
-    terms: int,
-    reach: int,
-    out: Array,
-    count: NDArray[np.int64],
-) -> None:
+class _Sampled(NamedTuple):
+    """What patches are fitted to: arguments of `_add_patches` in its order, see there and `recover`."""
+
+    first: NDArray[np.int64]
+    members: NDArray[np.int64]
+    interior: Flags
+    cells: NDArray[np.int64]
+    x: Array
+    X: Array
+    values: Array
+
+
+def _patches(nodes: NDArray[np.int64], at: _Sampled, terms: int, reach: int, out: Array, count: NDArray[np.int64]) -> None:
     """`_add_patches` with scratch, which takes longer to compile in there than it takes to make here."""
     M, L = np.empty((2, 6, 6))
-    scratch = M, L, np.empty(6), np.empty((6, values.shape[2]))
-    _add_patches(nodes, first, members, interior, cells, x, X, values, terms, reach, out, count, *scratch)
+    scratch = M, L, np.empty(6), np.empty((6, at.values.shape[2]))
+    _add_patches(nodes, *at, terms, reach, out, count, *scratch)
 
 
 def _members(cells: NDArray[np.int64], n: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
@@ -197,53 +197,35 @@ def recover(
     boundary = boundary_edges(cells)
     interior[boundary] = False
     out, count = np.zeros((n, values.shape[2])), np.zeros(n, dtype=np.int64)
-    X, values = np.ascontiguousarray(X), np.ascontiguousarray(values)
-    _smooth(first, members, interior, cells, x, X, values, out, count)
+    at = _Sampled(first, members, interior, cells, x, np.ascontiguousarray(X), np.ascontiguousarray(values))
+    _smooth(at, out, count)
     out /= np.maximum(count, 1)[:, None]
     if kinked is not None and kinked.any():
         skin = np.unique(boundary)
         skin = skin[_around(cells, n, kinked)[skin]]
         out[skin] = 0.0
-        _patches(skin, first, members, interior, cells, x, X, values, OWN_TERMS[a], OWN, out, count)
+        _patches(skin, at, OWN_TERMS[a], OWN, out, count)
     if centred and interior.any():
         reached = np.zeros(n, dtype=np.bool_)
         reached[cells[interior[cells].any(axis=1)]] = True
         skin = np.unique(boundary)
-        out[skin[reached[skin]]] = _of_centres(first, members, interior, cells, x, X, values)[skin[reached[skin]]]
+        out[skin[reached[skin]]] = _of_centres(at)[skin[reached[skin]]]
     return out
 
 
-def _smooth(
-    first: NDArray[np.int64],
-    members: NDArray[np.int64],
-    interior: Flags,
-    cells: NDArray[np.int64],
-    x: Array,
-    X: Array,
-    values: Array,
-    out: Array,
-    count: NDArray[np.int64],
-) -> None:
+def _smooth(at: _Sampled, out: Array, count: NDArray[np.int64]) -> None:
     """Sums ``out`` (n, v) over the patches that reach nodes, and how many these are: those about interior nodes, then others."""
-    a = cells.shape[1]
-    _patches(np.flatnonzero(interior), first, members, interior, cells, x, X, values, TERMS[a], ALL, out, count)
-    left = np.flatnonzero((count == 0) & ~interior)
-    _patches(left, first, members, interior, cells, x, X, values, OUTER_TERMS[a], ITSELF, out, count)
+    a = at.cells.shape[1]
+    _patches(np.flatnonzero(at.interior), at, TERMS[a], ALL, out, count)
+    left = np.flatnonzero((count == 0) & ~at.interior)
+    _patches(left, at, OUTER_TERMS[a], ITSELF, out, count)
 
 
-def _of_centres(
-    first: NDArray[np.int64],
-    members: NDArray[np.int64],
-    interior: Flags,
-    cells: NDArray[np.int64],
-    x: Array,
-    X: Array,
-    values: Array,
-) -> Array:
+def _of_centres(at: _Sampled) -> Array:
     """Nodal values (n, v) of patches through the means of the elements, as far as patches about interior nodes reach."""
-    out, count = np.zeros((len(x), values.shape[2])), np.zeros(len(x), dtype=np.int64)
-    middle, mean = (np.ascontiguousarray(v.mean(axis=1, keepdims=True)) for v in (X, values))
-    _smooth(first, members, interior, cells, x, middle, mean, out, count)
+    out, count = np.zeros((len(at.x), at.values.shape[2])), np.zeros(len(at.x), dtype=np.int64)
+    middle, mean = (np.ascontiguousarray(v.mean(axis=1, keepdims=True)) for v in (at.X, at.values))
+    _smooth(at._replace(X=middle, values=mean), out, count)
     return np.asarray(out / np.maximum(count, 1)[:, None])
 
 
@@ -276,8 +258,8 @@ def at_free_edges(
     nodes = np.flatnonzero(smooth & ~loaded & _around(cells, n, flows) & _around(cells, n, some_rest))
     members, first = _members(cells, n)
     own, inside = np.zeros_like(nodal), np.zeros(n, dtype=np.bool_)
-    X, values = np.ascontiguousarray(X), np.ascontiguousarray(values)
-    _patches(nodes, first, members, inside, cells, x, X, values, OWN_TERMS[a], OWN, own, np.zeros(n, dtype=np.int64))
+    at = _Sampled(first, members, inside, cells, x, np.ascontiguousarray(X), np.ascontiguousarray(values))
+    _patches(nodes, at, OWN_TERMS[a], OWN, own, np.zeros(n, dtype=np.int64))
     xx, yy, zz, xy = own[nodes].T
     nx, ny = (normal[nodes] / length[nodes, None]).T
     across = xx * nx**2 + 2.0 * xy * nx * ny + yy * ny**2
