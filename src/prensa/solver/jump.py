@@ -9,41 +9,18 @@ SIAM J. Numer. Anal. 35, 508). None of these places is committed, so that viscou
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.fem.context import Context
-from prensa.fem.interaction import Part, Request, Response
 from prensa.fem.surface import ContactInteraction
 from prensa.fem.system import Evaluation, System
 from prensa.solver.attempt import attempt_from
 from prensa.solver.equilibrium import Equilibrium, NewtonResult
-from prensa.solver.stabilisation import nodal_volumes
+from prensa.solver.stabilisation import Drag, nodal_volumes
 
 Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-
-
-@dataclass(frozen=True)
-class Drag:
-    """Forces −k (u − from) on the displacements of nodes, of ``stiffness`` k (n,) each, towards dofs ``start`` (ndof,)."""
-
-    system: System
-    stiffness: Array
-    start: Array
-
-    def couplings(self) -> list[Index]:
-        """Of each node with itself."""
-        return [self.system.dofs.displacement.dofs(np.arange(self.system.nodes))]
-
-    def respond(self, c: Context, ask: Request) -> Response:
-        """See `Interaction`."""
-        (dofs,) = self.couplings()
-        r = self.stiffness[:, None] * (ask.u - self.start)[dofs]
-        K = self.stiffness[:, None, None] * np.eye(dofs.shape[1]) if ask.stiffness else None
-        return Response([Part("viscous", dofs, r, K)], float(np.abs(r).sum()))
 
 
 def goes_by_itself(eq: Equilibrium) -> bool:

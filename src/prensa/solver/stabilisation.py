@@ -33,6 +33,31 @@ def nodal_volumes(system: System) -> Array:
     return out
 
 
+def _own_dofs(system: System) -> Index:
+    """Degrees of freedom (n, dimension) of the displacements of the nodes."""
+    return system.dofs.displacement.dofs(np.arange(system.nodes))
+
+
+@dataclass(frozen=True)
+class Drag:
+    """Forces −k (u − from) on the displacements of nodes, of ``stiffness`` k (n,) each, towards dofs ``start`` (ndof,)."""
+
+    system: System
+    stiffness: Array
+    start: Array
+
+    def couplings(self) -> list[Index]:
+        """Of each node with itself."""
+        return [_own_dofs(self.system)]
+
+    def respond(self, c: Context, ask: Request) -> Response:
+        """See `Interaction`."""
+        dofs = _own_dofs(self.system)
+        r = self.stiffness[:, None] * (ask.u - self.start)[dofs]
+        K = self.stiffness[:, None, None] * np.eye(dofs.shape[1]) if ask.stiffness else None
+        return Response([Part("viscous", dofs, r, K)], float(np.abs(r).sum()))
+
+
 @dataclass(frozen=True)
 class Viscous:
     """Viscous forces of a ``viscosity`` on nodes of ``volumes`` (n,)."""
@@ -43,15 +68,11 @@ class Viscous:
 
     def couplings(self) -> list[Index]:
         """Of each node with itself."""
-        return [self.system.dofs.displacement.dofs(np.arange(self.system.nodes))]
+        return [_own_dofs(self.system)]
 
     def respond(self, c: Context, ask: Request) -> Response:
         """See `Interaction`."""
-        (dofs,) = self.couplings()
-        stiffness = self.viscosity * self.volumes / c.dt
-        r = stiffness[:, None] * (ask.u - c.state.u)[dofs]
-        K = stiffness[:, None, None] * np.eye(dofs.shape[1]) if ask.stiffness else None
-        return Response([Part("viscous", dofs, r, K)], float(np.abs(r).sum()))
+        return Drag(self.system, self.viscosity * self.volumes / c.dt, c.state.u).respond(c, ask)
 
 
 class Stabilisation:
