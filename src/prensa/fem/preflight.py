@@ -29,6 +29,7 @@ from prensa.mesh.quality import quality
 from prensa.mesh.triangulate import NO_MESHER, has_mesher
 from prensa.model import problem as model
 from prensa.model.feed import ends_early
+from prensa.model.meshes import MOST_ELEMENTS
 from prensa.model.problem import tools_removed
 from prensa.model.remeshing import remeshing_of
 from prensa.model.units import factor
@@ -79,8 +80,8 @@ def _remeshing(system: System) -> Iterator[Notice]:
         yield Notice("remesh", NO_MESHER, fatal=True)
     for body, mesh in system.meshes.items():
         count, key = elements_asked(system, body)
-        if system.problem.bodies[body].material.plastic and count > model.MOST_ELEMENTS:
-            width, most = section_area(system, body) ** 0.5, f"{model.MOST_ELEMENTS:,}".replace(",", " ")
+        if system.problem.bodies[body].material.plastic and count > MOST_ELEMENTS:
+            width, most = section_area(system, body) ** 0.5, f"{MOST_ELEMENTS:,}".replace(",", " ")
             yield Notice(
                 f"remesh.size.{key}" if getattr(asked.size, key) is not None else "remesh.size",
                 f"it asks for {min(count, 1e300):.1e} elements of body {body!r}, whose section is about {width:.3g} wide; a body "

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from prensa.mesh.convert import Draft, Midpoints
 from prensa.mesh.mesh import COINCIDENT, Array, Index, MeshError, boundary_edges, edges_between, oriented
 from prensa.mesh.spacing import graded
-from prensa.model import problem as model
+from prensa.model import meshes as model
 
 CORE = 0.5  # half-width of the core of a disc on its axes, and …
 CORE_CORNER = 0.42  # … that of its corners, over the radius: angles near 90° at the rim and 120° at the corners

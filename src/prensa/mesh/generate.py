@@ -12,7 +12,7 @@ from prensa.mesh import blocks
 from prensa.mesh.convert import Draft, draft_of, mesh_from_draft, nodes_of
 from prensa.mesh.mesh import Array, Index, Mesh, MeshError, boundary_edges, edges_between
 from prensa.mesh.spacing import graded
-from prensa.model import problem as model
+from prensa.model import meshes as model
 
 
 def rectangle(m: model.Rectangle) -> Draft:

@@ -12,7 +12,7 @@ from prensa.mesh.convert import Draft, draft_of
 from prensa.mesh.mesh import MeshError
 from prensa.mesh.outline import Chain, SizeOf, resampled
 from prensa.mesh.triangulate import inside, triangulated
-from prensa.model import problem as model
+from prensa.model import meshes as model
 
 Array = NDArray[np.float64]
 

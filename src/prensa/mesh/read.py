@@ -23,7 +23,7 @@ from prensa.mesh.mesh import (
     keys,
     oriented,
 )
-from prensa.model import problem as model
+from prensa.model import meshes as model
 from prensa.model.names import suggest
 from prensa.model.units import factor
 

@@ -55,6 +55,11 @@ def described(cls: type[_T]) -> type[_T]:
     return made
 
 
+def as_names(value: Any) -> Any:
+    """Accept one name for a list of one."""
+    return (value,) if isinstance(value, str) else tuple(value) if isinstance(value, list) else value
+
+
 # --------------------------------------------------------------------------------------------- time-dependent values
 def as_table(value: Any) -> Any:
     """Accept lists of pairs as tables (YAML has no tuples)."""

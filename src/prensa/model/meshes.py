@@ -1,0 +1,370 @@
+"""Meshes of bodies as they are described: generated shapes, outlines, points and files."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import field
+from typing import Annotated, Any, Literal, TypeAlias
+
+from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
+
+from prensa.model.fields import as_names, described
+from prensa.model.units import Angle, Length, LengthUnit, Number, Whole
+
+MOST_ELEMENTS = 5_000_000  # of a body: some thirty gigabytes, told before they are asked for
+
+
+def _bounded(count: float) -> None:
+    if count > MOST_ELEMENTS:
+        raise ValueError(
+            f"{float(min(count, 1e300)):.3g} elements; a body has {MOST_ELEMENTS:,} at most".replace(",", " ")
+        )
+
+
+def _affordable(n: tuple[int, int]) -> tuple[int, int]:
+    _bounded(n[0] * n[1])
+    return n
+
+
+Counts: TypeAlias = Annotated[
+    tuple[Annotated[Whole, Field(ge=1)], Annotated[Whole, Field(ge=1)]], AfterValidator(_affordable)
+]
+
+
+@described
+class Grade:
+    """Where the elements of a rectangle are small.
+
+    ``x`` and ``y`` list the coordinates towards which elements shrink (each becomes a mesh line);
+    ``x_between`` and ``y_between`` are stretches along which all elements have the smallest size (both ends become mesh lines):
+    what will slide past a tool, which is the contact and the travel. ``ratio`` is the size of the largest element over that of
+    the smallest, per direction.
+    """
+
+    x: tuple[Length, ...] = ()
+    y: tuple[Length, ...] = ()
+    x_between: tuple[Length, Length] | None = None
+    y_between: tuple[Length, Length] | None = None
+    ratio: Annotated[Number, Field(ge=1)] = 8.0
+
+    @model_validator(mode="after")
+    def _check(self) -> Grade:
+        for key in ("x_between", "y_between"):
+            stretch = getattr(self, key)
+            if stretch is not None and not stretch[0] < stretch[1]:
+                raise ValueError(f"'{key}' must rise, got {stretch[0]:g} … {stretch[1]:g}: write it from its lower end")
+        return self
+
+
+GradeName = Literal["left", "right", "top", "bottom", "top-left", "top-right", "bottom-left", "bottom-right"]
+
+
+def _grade_kind(value: Any) -> str:
+    return "name" if isinstance(value, str) else "grade"
+
+
+GradeValue = Annotated[
+    Annotated[GradeName, Tag("name")] | Annotated[Grade, Tag("grade")],
+    Discriminator(_grade_kind),
+]
+
+
+@described
+class Rectangle:
+    """Structured rectangle of 4-node quadrilaterals.
+
+    ``size`` (width, height) and ``origin`` (lower left corner) are lengths, ``n`` the number of elements along x and y.
+    ``grade`` names an edge or a corner to refine towards, or is a `Grade`.
+    Boundaries: ``bottom``, ``right``, ``top``, ``left``; points: ``bottom-left`` and the other three corners.
+    """
+
+    size: tuple[Annotated[Length, Field(gt=0)], Annotated[Length, Field(gt=0)]]
+    n: Counts
+    origin: tuple[Length, Length] = (0.0, 0.0)
+    grade: GradeValue | None = None
+    type: Literal["rectangle"] = "rectangle"
+
+
+@described
+class Nose:
+    """Tapered end of a strip or wire: its ``length``, and the ``thickness`` (diameter of a wire) of its front face."""
+
+    length: Annotated[Length, Field(gt=0)]
+    thickness: Annotated[Length, Field(gt=0)]
+
+
+def _tapers(length: float, thickness: float, nose: Nose | None) -> None:
+    if nose is not None and not nose.length < length:
+        raise ValueError(f"the nose is {nose.length:g} long and all of it {length:g}; make the nose shorter")
+    if nose is not None and not nose.thickness < thickness:
+        raise ValueError(f"the front face, {nose.thickness:g}, is not thinner than the rest, {thickness:g}; leave the nose out")
+
+
+@described
+class Strip:
+    """A strip along x, to be fed to rolls or a die: ``length`` and ``thickness``, ``n`` elements along and across.
+
+    Its front looks ``toward`` the ``right`` or ``left``, tapered where it has a ``nose``; ``front``: the middle of the front
+    face. ``half``: only what lies above its middle line. Boundaries and points as those of a `Rectangle`.
+    """
+
+    length: Annotated[Length, Field(gt=0)]
+    thickness: Annotated[Length, Field(gt=0)]
+    n: Counts
+    nose: Nose | None = None
+    front: tuple[Length, Length] = (0.0, 0.0)
+    toward: Literal["right", "left"] = "right"
+    half: bool = False
+    type: Literal["strip"] = "strip"
+
+    @model_validator(mode="after")
+    def _check(self) -> Strip:
+        _tapers(self.length, self.thickness, self.nose)
+        if self.nose is not None and self.n[0] < 2:
+            raise ValueError("a strip with a nose needs two elements along it at least")
+        return self
+
+
+@described
+class Wire:
+    """A wire (or bar) along the axis of an axisymmetric problem, to be drawn or extruded through a die.
+
+    ``length`` and ``diameter``, ``n`` elements along and across the radius. Its front looks ``toward`` the ``top`` or
+    ``bottom``, tapered where it has a ``nose``; ``front``: height of the front face. Boundaries and points as those of a
+    `Rectangle`: ``left`` is the axis, ``right`` the skin.
+    """
+
+    length: Annotated[Length, Field(gt=0)]
+    diameter: Annotated[Length, Field(gt=0)]
+    n: Counts
+    nose: Nose | None = None
+    front: Length = 0.0
+    toward: Literal["top", "bottom"] = "top"
+    type: Literal["wire"] = "wire"
+
+    @model_validator(mode="after")
+    def _check(self) -> Wire:
+        _tapers(self.length, self.diameter, self.nose)
+        if self.nose is not None and self.n[0] < 2:
+            raise ValueError("a wire with a nose needs two elements along it at least")
+        return self
+
+
+@described
+class Points:
+    """Mesh given by its arrays: ``points`` (n, 2), ``cells`` (m, 3|4|6|8), ``boundaries`` name → node list.
+
+    Cells list their corners counter-clockwise, then the mid-side nodes if they have any; all are of one kind. The body's
+    ``element`` decides what is made of them: mid-side nodes are added or dropped, quadrilaterals split into triangles.
+    A boundary is the set of element edges both ends of which are in the list.
+    """
+
+    points: tuple[tuple[Length, Length], ...]
+    cells: tuple[tuple[int, ...], ...]
+    boundaries: Mapping[str, tuple[int, ...]]
+    type: Literal["points"] = "points"
+
+    @model_validator(mode="after")
+    def _check(self) -> Points:
+        kinds = {len(c) for c in self.cells}
+        if len(kinds) != 1 or not kinds <= {3, 4, 6, 8}:
+            e = next((i for i, c in enumerate(self.cells) if len(c) not in (3, 4, 6, 8)), None)
+            if e is not None:
+                raise ValueError(f"cell {e} has {len(self.cells[e])} nodes; cells have 3, 4, 6 or 8")
+            raise ValueError(
+                "cells must all have the same number of nodes (3, 4, 6 or 8); make two bodies and tie them"
+            )
+        return self
+
+
+@described
+class Disc:
+    """Disc of quadrilaterals, or a part of it: ``full``, a half (``right``, …) or a quarter (``top-right``, …).
+
+    ``n``: elements along a quarter of the rim (even), and layers between the core (half the radius) and the rim, which
+    shrink towards the rim in the ratio ``ratio`` (largest over smallest). In axisymmetry ``right`` and its quarters are
+    sections of a sphere. Boundaries: ``rim``, and the sides of a part by the side on which they close it (a half ``right``
+    has ``left``); points: ``centre``, ``rim-right``, ``rim-top``, ``rim-left``, ``rim-bottom``.
+    """
+
+    radius: Annotated[Length, Field(gt=0)]
+    n: tuple[Annotated[Whole, Field(ge=2)], Annotated[Whole, Field(ge=1)]]
+    centre: tuple[Length, Length] = (0.0, 0.0)
+    part: Literal["full", "left", "right", "top", "bottom", "top-left", "top-right", "bottom-left", "bottom-right"] = (
+        "full"
+    )
+    ratio: Annotated[Number, Field(ge=1)] = 1.0
+    type: Literal["disc"] = "disc"
+
+    @model_validator(mode="after")
+    def _check(self) -> Disc:
+        if self.n[0] % 2:
+            raise ValueError(f"the number of elements along a quarter of the rim must be even, not {self.n[0]}")
+        _bounded(4 * self.n[0] * self.n[1] + self.n[0] ** 2)  # layers around a core of squares
+        return self
+
+
+@described
+class Annulus:
+    """Ring of quadrilaterals between two radii, or the sector of it from one angle to another.
+
+    About ``centre``, between ``inner`` and ``outer`` and the two ``angles`` (default: all round). ``n``: elements round the
+    sector and through the thickness, which shrink towards ``grade`` in the ratio ``ratio``. Boundaries: ``inner``, ``outer``,
+    and of a sector ``start`` and ``end``; points: ``inner-start``, ``outer-start`` and, of a sector, ``inner-end``,
+    ``outer-end``.
+    """
+
+    inner: Annotated[Length, Field(gt=0)]
+    outer: Annotated[Length, Field(gt=0)]
+    n: Counts
+    centre: tuple[Length, Length] = (0.0, 0.0)
+    angles: tuple[Angle, Angle] = (0.0, math.tau)
+    grade: Literal["inner", "outer"] | None = None
+    ratio: Annotated[Number, Field(ge=1)] = 8.0
+    type: Literal["annulus"] = "annulus"
+
+    @model_validator(mode="after")
+    def _check(self) -> Annulus:
+        if self.outer <= self.inner:
+            raise ValueError(f"outer radius {self.outer:g} must exceed inner radius {self.inner:g}")
+        sweep = self.angles[1] - self.angles[0]
+        if not 0.0 < sweep <= math.tau * (1 + 1e-9):
+            raise ValueError(
+                "'angles' must increase by at most a whole turn (numbers are radians; '90 deg' is converted)"
+            )
+        if sweep / self.n[0] >= math.pi:
+            raise ValueError("too few elements round: an element must span less than half a turn")
+        return self
+
+
+@described
+class ArcSide:
+    """A side of a `Patch` that is an arc between its corners, through the point ``through`` or about ``centre``.
+
+    About a centre it is the shorter arc.
+    """
+
+    through: tuple[Length, Length] | None = None
+    centre: tuple[Length, Length] | None = None
+    type: Literal["arc"] = "arc"
+
+    @model_validator(mode="after")
+    def _check(self) -> ArcSide:
+        if (self.through is None) == (self.centre is None):
+            raise ValueError("give either 'through' or 'centre'")
+        return self
+
+
+@described
+class SplineSide:
+    """A side of a `Patch` that is a cubic spline from corner to corner through ``points``, in the direction of the side.
+
+    Bottom and top go from left to right, left and right from bottom to top.
+    """
+
+    points: Annotated[tuple[tuple[Length, Length], ...], Field(min_length=1)]
+    type: Literal["spline"] = "spline"
+
+
+Side = Annotated[ArcSide | SplineSide, Field(discriminator="type")]
+
+
+@described
+class Patch:
+    """Region of quadrilaterals between four sides, straight or curved, by transfinite interpolation (Gordon & Hall 1973).
+
+    ``corners``: bottom-left, bottom-right, top-right, top-left, counter-clockwise; ``n``: elements along bottom and left;
+    ``sides``: the curved ones by name. ``grade`` names a side or a corner to refine towards in the ratio ``ratio``.
+    Boundaries and points as those of a `Rectangle`.
+    """
+
+    corners: tuple[tuple[Length, Length], tuple[Length, Length], tuple[Length, Length], tuple[Length, Length]]
+    n: Counts
+    sides: Mapping[str, Side] = field(default_factory=dict)
+    grade: GradeName | None = None
+    ratio: Annotated[Number, Field(ge=1)] = 8.0
+    type: Literal["patch"] = "patch"
+
+    @model_validator(mode="after")
+    def _check(self) -> Patch:
+        for name in self.sides:
+            if name not in ("bottom", "right", "top", "left"):
+                raise ValueError(f"unknown side {name!r}; a patch has 'bottom', 'right', 'top' and 'left'")
+        return self
+
+
+def _fillet_kind(value: Any) -> str:
+    return "each" if isinstance(value, list | tuple) else "one"
+
+
+Radius = Annotated[Length, Field(ge=0)]
+Fillets = Annotated[
+    Annotated[Radius, Tag("one")] | Annotated[tuple[Radius, ...], Tag("each")], Discriminator(_fillet_kind)
+]
+Ring = Annotated[tuple[tuple[Length, Length], ...], Field(min_length=3)]
+
+
+@described
+class Outline:
+    """Triangles within a closed outline, straight from point to point: a billet of any shape.
+
+    ``size``: of the elements, smaller at fillets; ``fillet``: radius of all corners, or a list with one for each point;
+    ``sides``: names of the boundaries, one for each side from its point to the next (they may repeat; a fillet belongs to the
+    side after it; without: ``outline``); ``holes``: lists of points, whose boundaries are ``hole-1``, ``hole-2`` …
+    Made by MMG (``pip install prensa[remesh]``).
+    """
+
+    points: Ring
+    size: Annotated[Length, Field(gt=0)]
+    fillet: Fillets = 0.0
+    sides: tuple[str, ...] = ()
+    holes: tuple[Ring, ...] = ()
+    type: Literal["outline"] = "outline"
+
+    @model_validator(mode="after")
+    def _check(self) -> Outline:
+        if self.sides and len(self.sides) != len(self.points):
+            raise ValueError(f"{len(self.sides)} names in 'sides' for {len(self.points)} sides; give one for each point")
+        (x, y), (u, v) = zip(*self.points), zip(*(*self.points[1:], self.points[0]))
+        _bounded(abs(sum(a * d - b * c for a, b, c, d in zip(x, y, u, v))) / self.size / self.size)  # its square may be 0
+        return self
+
+
+def _mesh_file(path: Any, info: Any) -> Any:
+    from prensa.model.tables import found_file
+
+    return found_file(path, info.context, "mesh file") if isinstance(path, str) else path
+
+
+@described
+class File:
+    """Mesh of a file: gmsh's ``.msh`` (text, 2.2 or 4.1) or an Abaqus deck ``.inp``; ``path`` is relative to the case file.
+
+    Boundaries are the physical curves, node sets, surfaces and sets of line elements of the file, on the outline of the
+    body; points are physical points and sets of one node. ``part`` names the physical surfaces, element sets or parts that
+    make the body (default: all). ``unit`` is the file's unit of length (default: that of the case). ``merge`` joins nodes
+    at one place. ``digest`` is filled in by the program: a run is resumed only with the mesh that it began with.
+    """
+
+    path: Annotated[str, BeforeValidator(_mesh_file)]
+    part: Annotated[tuple[str, ...], BeforeValidator(as_names)] = ()
+    unit: LengthUnit | None = None
+    merge: bool = False
+    digest: str | None = None
+    type: Literal["file"] = "file"
+
+    @model_validator(mode="after")
+    def _check(self) -> File:
+        from prensa.model.tables import digest_of
+
+        if not self.path.lower().endswith((".msh", ".inp")):
+            raise ValueError(f"{self.path!r}: gmsh's .msh and Abaqus's .inp are read; export the mesh as one of them")
+        digest = digest_of(self.path)
+        if self.digest not in (None, digest):
+            raise ValueError(f"mesh file {self.path!r} has changed since this case was written; run the case again")
+        object.__setattr__(self, "digest", digest)
+        return self
+
+
+Mesh = Annotated[Rectangle | Strip | Wire | Disc | Annulus | Patch | Outline | Points | File, Field(discriminator="type")]
