@@ -12,7 +12,16 @@ from prensa.fem.failure import ElementFailed
 from prensa.fem.folds import Fold, fold, hanging, outlines
 from prensa.fem.planning import plan_step
 from prensa.solver.distortion import Distortion
-from prensa.solver.failure import Distorted, Folded, FreeToMove, StartsInside, Unevaluable, sentence
+from prensa.solver.failure import (
+    Distorted,
+    Folded,
+    FreeToMove,
+    MetalInside,
+    PastSupport,
+    StartsInside,
+    Unevaluable,
+    sentence,
+)
 from prensa.solver.policy import DEFAULT
 from prensa.solver.post_mortem import hint
 
@@ -76,9 +85,61 @@ def test_an_element_on_which_attempts_fail_again_and_again_ends_the_run():
 def test_a_side_that_has_slid_past_its_support_is_named():
     """A free side under the support beside it: told with both, and with the tool that should be there."""
     reason = worn(under)
-    assert isinstance(reason, Distorted) and reason.past == ("b.right", "b.bottom")
+    assert isinstance(reason, Distorted)
+    assert reason.past == ("b.right", "b.bottom", pytest.approx(0.1), pytest.approx(0.1))
     assert "'b.right' has slid past the support 'b.bottom'" in sentence(reason)
     assert "in place of the support 'b.bottom', with 'b.right' in its contact" in hint(reason)
+
+
+def sticking(increments=None, travel=-1.2, table=False):
+    """A block that sticks to what it stands on, flattened: its free side comes down past the end of its support."""
+    tools = {"die": pr.Plane(touching="b.top")} | ({"table": pr.Plane(touching="b.bottom", normal=(0, 1))} if table else {})
+    contacts = [pr.Contact(("b.top", "b.right"), "die", friction=pr.Coulomb(0.5))]
+    return pr.Problem(
+        "sticking", bodies={"b": pr.Body(pr.Rectangle(size=(4, 2), n=(8, 4)), METAL)}, tools=tools,
+        contacts=contacts + [pr.Contact("b.right", "table", friction=pr.Coulomb(1.0))] * table,
+        fixed={"b.bottom": "xy", "b.left": "x"},
+        steps=(pr.Step("press", move={"die": pr.Motion(y=travel)}, increments=increments),),
+    )  # fmt: skip
+
+
+def test_a_side_that_stays_past_its_support_ends_the_run(caplog):
+    """Told when its element folds, ended twenty increments later: it went on for 406, and stopped at a 'limit point'."""
+    done, error = failure_of(sticking())
+    reason = error.reason
+    assert isinstance(reason, PastSupport) and reason.past[:2] == ("b.right", "b.bottom") and reason.increments == DEFAULT.folded
+    assert len(done) < 100 and done[-1].time < 0.55
+    assert "side 'b.right' lies" in str(error) and "in place of the support 'b.bottom'" in str(error)
+    assert sum("slides past the support 'b.bottom'" in words for words in caplog.messages) == 1
+
+
+def test_a_step_that_ends_soon_after_a_side_is_past_its_support_is_told_alone(caplog):
+    """What was asked for is computed: half of the travel, few increments past the support."""
+    last = list(pr.solve(sticking(10, -0.55)))[-1]
+    assert last.time == 1.0 and any("slides past the support" in words for words in caplog.messages)
+
+
+def test_a_tool_in_place_of_the_support_lets_the_run_go_on():
+    """The remedy of the message: the same side in contact with a table goes on, and its force is more than a tenth above."""
+    done = {table: dict() for table in (False, True)}
+    for table, forces in done.items():
+        run = pr.solve(sticking(24, -0.6, table))
+        forces.update((round(inc.time, 9), inc.force("die").y) for inc in run)
+    assert done[True][1.0] > 1.1 * done[False][1.0]
+
+
+def test_a_free_side_that_creases_where_it_enters_a_tool_is_told_at_once():
+    """A quarter of what a node may lie inside a tool by itself is enough where its element folds over itself."""
+    body = pr.Body(pr.Rectangle(size=(3, 1.5), n=(9, 4)), METAL)
+    problem = pr.Problem(
+        "between", bodies={"b": body}, fixed={"b.left": "x"},
+        tools={"die": pr.Plane(touching="b.top"), "anvil": pr.Plane(touching="b.bottom", normal=(0, 1))},
+        contacts=tuple(pr.Contact(f"b.{s}", t, friction=pr.Coulomb(0.4)) for s, t in (("top", "die"), ("bottom", "anvil"))),
+        steps=(pr.Step("press", move={"die": pr.Motion(y=-0.9)}),),
+    )  # fmt: skip
+    done, error = failure_of(problem)
+    assert isinstance(error.reason, MetalInside) and error.reason.node.side == "b.right"
+    assert 0.01 < error.reason.node.depth / (1 / 3) < 0.05 and len(done) < 300
 
 
 def test_a_body_that_passes_through_itself_is_told():

@@ -11,7 +11,7 @@ import pytest
 import prensa as pr
 from prensa.errors import SolveError
 from prensa.fem.failure import ElementFailed, FrictionTooSoft, Why
-from prensa.fem.folds import Fold, Hang
+from prensa.fem.folds import Fold, Hang, Past
 from prensa.fem.inside import Inside
 from prensa.solver import failure as f
 from prensa.solver.policy import Policy
@@ -29,6 +29,7 @@ EACH = (
     f.BeyondSmall("body", 0.2, 0.1, 0.3, 0.2), f.Folded(Fold("body.right", "body.bottom", 1.0, 2.0, 0.1)),
     f.Folded(Fold("body.top", "body.top", 1.0, 2.0, 0.1), Hang("body.top", "tool", 1.0, 2.0, 0.1, 5.0)),
     f.Distorted(3, "body", 1.0, 2.0, -0.1, 7, ("body.top",), ("body.top-tool",)),
+    f.PastSupport(3, "body", 1.0, 2.0, Past("body.right", "body.bottom", 0.1, 0.2), 20),
     f.StartsInside("tool", "body.top", 0.5, 2.0), f.NotReached("until.force.punch.y is met when the step begins (3)"),
 )  # fmt: skip
 

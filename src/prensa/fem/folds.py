@@ -70,6 +70,18 @@ class Hang(NamedTuple):
         )
 
 
+class Past(NamedTuple):
+    """A ``side`` ('body.boundary') of an element that has slid past a straight ``support`` of its body, by ``depth`` at most.
+
+    ``share``: that over the shortest side of the element at first.
+    """
+
+    side: str
+    support: str
+    depth: float
+    share: float
+
+
 class Outline(NamedTuple):
     """A body: ends (k, 2) of the straight segments of its outline, node numbers of the whole system."""
 
@@ -149,7 +161,7 @@ def sides_of(system: System, body: str, nodes: Index) -> list[str]:
     return [f"{body}.{n}" for n in names] or [body]
 
 
-def past_support(system: System, held: Index, body: str, nodes: Index, u: Array) -> tuple[str, str] | None:
+def past_support(system: System, held: Index, body: str, nodes: Index, u: Array) -> Past | None:
     """A side of an element's ``nodes`` that has slid past a straight support of the body, and that support; None if none has.
 
     held: prescribed degrees of freedom. Beyond the end of a support nothing holds a free side off.
@@ -170,8 +182,14 @@ def past_support(system: System, held: Index, body: str, nodes: Index, u: Array)
                 deep = others[depth > FLAT * system.length]
                 side = [n for n in sides_of(system, body, deep) if n not in (body, f"{body}.{support}")]
                 if side:
-                    return side[0], f"{body}.{support}"
+                    return Past(side[0], f"{body}.{support}", float(depth.max()), float(depth.max()) / _shortest(system, nodes))
     return None
+
+
+def _shortest(system: System, nodes: Index) -> float:
+    """Length of the shortest side of an element at first, from corner to corner."""
+    x = system.X[nodes[:3] if len(nodes) in (3, 6) else nodes[:4]]
+    return float(np.hypot(*(np.roll(x, -1, axis=0) - x).T).min())
 
 
 def free_sides(system: System, held: Index, body: str, nodes: Index) -> list[str]:
@@ -180,12 +198,18 @@ def free_sides(system: System, held: Index, body: str, nodes: Index) -> list[str
     for name in sides_of(system, body, nodes):
         if name == body:
             continue
-        own = np.unique(system.meshes[body].edges[name.removeprefix(f"{body}.")]) + system.offsets[body]
+        own = side_nodes(system, name)
         touched = any(s.body == body and np.isin(own, s.points.nodes).all() for s in system.surfaces)
         supported = any(np.isin(system.dofs.displacement.dof(own, k), held).all() for k in "xy")
         if not touched and not supported:
             out.append(name)
     return out
+
+
+def side_nodes(system: System, side: str) -> Index:
+    """Nodes (k,) of a side 'body.boundary', as the whole system counts."""
+    body, _, name = side.partition(".")
+    return np.unique(system.meshes[body].edges[name]) + system.offsets[body]
 
 
 def least_on_sides(x: Array) -> Array:

@@ -22,6 +22,7 @@ Index = NDArray[np.int64]
 
 ALLOWED = 0.05  # depth over element size, beyond what the contacts of the tool sink in, that counts as a touch
 NARROW = 0.02  # the same between nodes, where what is reached by is no deeper than half the width of a narrow tool
+CREASED = 0.01  # of a node of an element that folds over itself: what makes it fold is found then
 ON_EDGE = np.arange(1, 8) / 8  # places on an edge at which a tool between its nodes is looked for
 
 
@@ -124,10 +125,13 @@ def sunk_in(system: System, u: Array) -> Array:
     return out
 
 
-def inside(system: System, watched: list[Watch], u: Array, sunk: Array | None = None) -> Inside | None:
+def inside(
+    system: System, watched: list[Watch], u: Array, sunk: Array | None = None, creased: Index | None = None
+) -> Inside | None:  # fmt: skip
     """The node that lies deepest inside a tool with which it is in no contact, over its element; None if none does.
 
     sunk (tools,): what the contacts of each tool sink in, which nodes beside them may too; computed where it matters if None.
+    creased (k,): nodes of elements that fold over themselves.
     """
     worst, found = 0.0, None
     for w in watched:
@@ -135,6 +139,8 @@ def inside(system: System, watched: list[Watch], u: Array, sunk: Array | None = 
         g = np.asarray(system.tools[w.tool].shape.closest(x).g)
         g, k, edge = _between(system, w, x, g)
         allowed = np.where(edge < 0, ALLOWED, NARROW)
+        if creased is not None:
+            allowed[(edge < 0) & np.isin(w.nodes[k], creased)] = CREASED
         if not (g < -allowed * w.size[k]).any():
             continue
         sunk = sunk_in(system, u) if sunk is None else sunk

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Iterator
 
 import numpy as np
@@ -11,7 +10,6 @@ from numpy.typing import NDArray
 from prensa.fem.assembly import Block
 from prensa.fem.contacts import contacts_of, were_closed
 from prensa.fem.context import Context
-from prensa.fem.folds import free_sides, least_on_sides, past_support
 from prensa.fem.modes import free_to_move
 from prensa.fem.state import State
 from prensa.fem.surface import Surface
@@ -25,20 +23,17 @@ from prensa.solver.failure import (
     Tunnelled,
     TurnedThrough,
     UnilaterallySupported,
-    place_of,
 )
 from prensa.solver.policy import DEFAULT, Policy
 
-log = logging.getLogger("prensa")
 Array = NDArray[np.float64]
 
 
 class Acceptance:
-    """The criteria that a converged increment has to meet; a warning is given once."""
+    """The criteria that a converged increment has to meet."""
 
     def __init__(self, system: System, policy: Policy) -> None:
         self.system, self.policy = system, policy
-        self.warned = False
 
     def refusal(self, c: Context, result: NewtonResult) -> Failure | None:
         """Why a converged increment is refused; None if it is not, or did not converge.
@@ -68,45 +63,22 @@ class Acceptance:
                 yield from self._collapse(block, strain - before)
 
     def _corner(self, block: Block, c: Context, x: Array) -> Failure | None:
-        """A corner beyond 180°: refused if it jumped there, told if it came there little by little.
+        """A corner that jumped beyond 180°; None if there is none.
 
-        A corner of 180° is no fold: a free side that rolls onto a die makes such elements, and they answer well. A corner
-        that passes 180° little by little slides past a support that has no contact: that is told, not refused. One that
-        jumps there in a single increment belongs to another, impossible solution.
+        A corner of 180° is no fold: a free side that rolls onto a die makes such elements, and they answer well. One that
+        passes 180° little by little is told (`Folding`). One that jumps there in a single increment belongs to another,
+        impossible solution.
         """
         if self.system.dofs.dimension != 2:  # bricks have det f > 0 at their points, and no more is asked of them yet
             return None
         corners = block.corners.T
         corner = least_corner(x.take(corners, axis=0))
         worst = int(np.argmin(corner))
-        if corner[worst] < self.policy.inverted:
-            inverted = CornerInverted(worst, block.body, *self._centre(block, worst))
-            if corner[worst] < least_corner(c.x_n[corners[:, [worst]]])[0] - self.policy.inversion:
-                return inverted
-        elif not self.warned and block.cells.shape[1] > len(corners):
-            along = least_on_sides(x.take(block.cells.T, axis=0))
-            worst = int(np.argmin(along))
-            if not along[worst] < self.policy.inverted:
-                return None
-        else:
+        if not corner[worst] < self.policy.inverted:
             return None
-        if not self.warned:
-            self.warned = True
-            where = place_of(CornerInverted(worst, block.body, *self._centre(block, worst)))
-            log.warning("%s folds over itself: %s", where, self._folding(block, worst, c))
-        return None
-
-    def _folding(self, block: Block, element: int, c: Context) -> str:
-        """What makes an element fold, and what to do."""
-        system, nodes = self.system, block.cells[element]
-        if past := past_support(system, c.plan.fixed, block.body, nodes, c.state.u):
-            return (
-                f"side {past[0]!r} slides past the support {past[1]!r}; put a tool there, with that side in its contact"
-            )
-        if free := free_sides(system, c.plan.fixed, block.body, nodes):
-            which = " and ".join(map(repr, free))
-            return f"{which}, in no contact, slides past its support or tool; make it part of a contact surface"
-        return "stresses there mean little; use a finer mesh, or a larger fillet of the tool"
+        if not corner[worst] < least_corner(c.x_n[corners[:, [worst]]])[0] - self.policy.inversion:
+            return None
+        return CornerInverted(worst, block.body, *self._centre(block, worst))
 
     def _collapse(self, block: Block, growth: Array) -> Iterator[Failure]:
         """A point whose equivalent plastic strain grew (elements, points) too much."""

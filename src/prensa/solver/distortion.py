@@ -11,6 +11,7 @@ import numpy as np
 from prensa.fem.context import Context
 from prensa.fem.failure import ElementFailed
 from prensa.fem.folds import past_support, sides_of
+from prensa.fem.inside import ALLOWED
 from prensa.fem.limits import shapes
 from prensa.fem.system import System
 from prensa.solver.failure import Collapsed, CornerInverted, Distorted, Failure, Unevaluable
@@ -31,13 +32,16 @@ class Distortion:
             return None
         self.failed[where] = self.failed.get(where, 0) + 1
         usual = min(longest, self.policy.longest * (c.plan.t1 - c.plan.t0))
-        if self.failed[where] < self.policy.worn_out or c.dt > self.policy.worn_dt * usual:
+        if self.failed[where] < self.policy.worn_out:
             return None
         body, element = where
         shape = float(shapes(self.system, body, c.state.u)[element])
         if shape > self.policy.worn_shape:
             return None
-        return self._described(c, body, element, shape)
+        worn = self._described(c, body, element, shape)
+        # a side past a support is cause enough: increments of any length meet it
+        past = worn.past is not None and worn.past.share > ALLOWED
+        return worn if past or c.dt <= self.policy.worn_dt * usual else None
 
     def _described(self, c: Context, body: str, element: int, shape: float) -> Distorted:
         system = self.system

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from prensa.fem.failure import NotEvaluated
-from prensa.fem.folds import Fold, Hang
+from prensa.fem.folds import Fold, Hang, Past
 from prensa.fem.inside import Inside
 
 
@@ -195,7 +195,19 @@ class Distorted:
     attempts: int
     sides: tuple[str, ...]
     contacts: tuple[str, ...]
-    past: tuple[str, str] | None = None
+    past: Past | None = None
+
+
+@dataclass(frozen=True)
+class PastSupport:
+    """An element (x, y: its centre now) folded over for so many ``increments``: a side of it lies past a support."""
+
+    element: int
+    body: str
+    x: float
+    y: float
+    past: Past
+    increments: int
 
 
 @dataclass(frozen=True)
@@ -229,7 +241,7 @@ FreeToMove = Singular | ToolRunaway | Runaway | LostSupport | UnilaterallySuppor
 
 Failure = (
     Unevaluable | Diverged | Stagnated | NotConverged | Unsettled | Blocked | Tunnelled | TurnedThrough | CornerInverted
-    | Collapsed | BeyondSmall | MetalInside | Folded | Distorted | StartsInside | Unstable | Jumped | LimitPoint
+    | Collapsed | BeyondSmall | MetalInside | Folded | Distorted | PastSupport | StartsInside | Unstable | Jumped | LimitPoint
     | NotReached | FreeToMove
 )  # fmt: skip
 
@@ -289,18 +301,29 @@ def sentence(failure: Failure) -> str:
             return words
         case Distorted():
             return _distorted(failure)
+        case PastSupport():
+            return _past(failure)
         case _:
             return _free(failure)
 
 
 def _distorted(failure: Distorted) -> str:
     at = f" at {' and '.join(map(repr, failure.sides))}" if failure.sides else ""
-    past = f"; side {failure.past[0]!r} has slid past the support {failure.past[1]!r}" if failure.past else ""
+    past = f"; side {failure.past.side!r} has slid past the support {failure.past.support!r}" if failure.past else ""
     contact = f", in contact {' and '.join(failure.contacts)}" if failure.contacts else ", which is in no contact"
     return (
         f"element {failure.element} of {failure.body}, now near ({failure.x:.4g}, {failure.y:.4g}){at}{contact * bool(at)}, is "
         f"worn out: {failure.attempts} attempts failed on it, and its scaled Jacobian is {failure.shape:.2g} (1 is a rectangle, "
         f"0 a corner of 180°){past}"
+    )
+
+
+def _past(failure: PastSupport) -> str:
+    past = failure.past
+    return (
+        f"element {failure.element} of {failure.body}, now near ({failure.x:.4g}, {failure.y:.4g}), has been folded over for "
+        f"{failure.increments} increments: side {past.side!r} lies {past.depth:.3g} past the support {past.support!r}, where "
+        "nothing holds it off; forces from there on are not those of a body that has no room there"
     )
 
 

@@ -207,6 +207,8 @@ class Policy:
     """… down to increments of this share of the longest, which counts as no longer than an automatic one …"""
     worn_shape: float = 0.2
     """… with a scaled Jacobian below this, after which it is said that nothing can go on."""
+    folded: int = 20
+    """Increments for which an element may stay folded over, a free side of it past a support, before the run ends."""
     alone: float = 10.0
     """Plastic strain of an element over that of nearly all others in a failed increment, from which the element is named …"""
     noticed: float = 1e-6

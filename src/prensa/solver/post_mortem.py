@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from prensa.fem.failure import ElementFailed, FrictionTooSoft, Why
+from prensa.fem.folds import Past
 from prensa.fem.modes import free_to_move
 from prensa.fem.system import Evaluation, System
 from prensa.solver.equilibrium import Equilibrium, NewtonResult
@@ -19,6 +20,7 @@ from prensa.solver.failure import (
     Jumped,
     LimitPoint,
     MetalInside,
+    PastSupport,
     StartsInside,
     TipsOver,
     Tunnelled,
@@ -72,10 +74,10 @@ def hint(failure: Failure) -> str:
             )
         case Folded():
             return "a tool between the two sides, or a step that ends before they meet: bodies have no contact with themselves"
-        case Distorted(past=(side, support)):
+        case Distorted(past=Past(side, support)) | PastSupport(past=Past(side, support)):
             return (
-                f"a tool (a plane, say) in place of the support {support!r}, with {side!r} in its contact too; a step that ends "
-                "before"
+                f"a tool (a plane, say, or a stamp where the support ends) in place of the support {support!r}, with {side!r} in "
+                "its contact too; a step that ends before"
             )
         case Distorted():
             return (

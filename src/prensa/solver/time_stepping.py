@@ -48,6 +48,7 @@ from prensa.solver.failure import (
     StartsInside,
     sentence,
 )
+from prensa.solver.folding import Folding
 from prensa.solver.increment import Increment, Monitor
 from prensa.solver.ledger import ledger, nodal_work
 from prensa.solver.passages import Passages, passing_of
@@ -222,7 +223,7 @@ class TimeStepping:
         self.messages, self.timer, self.condense = messages, timer, condense
         self.acceptance, self.validity = Acceptance(system, policy), Validity(system, policy)
         self.watched, self.outlines = watches(system), outlines(system)
-        self.distortion = Distortion(system, policy)
+        self.distortion, self.folding = Distortion(system, policy), Folding(system, policy)
         self.stabilisation = Stabilisation(system, policy)
         self.reduced: Reduced | None = None
         self.condensed: Condensation | None = None
@@ -543,7 +544,8 @@ class TimeStepping:
         sunk = np.zeros(len(self.system.tools))
         for s, f in zip(self.system.surfaces, result.evaluation.contacts):
             sunk[s.tool] = max(sunk[s.tool], -float(f.g.min()))
-        node = inside(self.system, self.watched, result.u, sunk)
+        folded = self.folding.folded(result.u) if result.recover is None else []
+        node = inside(self.system, self.watched, result.u, sunk, self.folding.creased(c, folded))
         if result.recover is not None and (node is not None or c.ends_step):  # displacements not yet computed
             node = inside(self.system, self.watched, result.recover(), sunk)
         reason: Failure | None = None if node is None else MetalInside(node)
@@ -555,8 +557,9 @@ class TimeStepping:
                 )
         if reason is None and (result.recover is None or c.ends_step):
             u = result.u if result.recover is None else result.recover()
-            folded = fold(self.system, self.outlines, u)
-            reason = None if folded is None else Folded(folded, hanging(self.system, u))
+            through = fold(self.system, self.outlines, u)
+            reason = None if through is None else Folded(through, hanging(self.system, u))
+            reason = reason or self.folding.look(c, u, folded)
         if reason is not None:
             raise SolveError(
                 f"step {c.plan.name!r}, time {c.time:.6g}: {sentence(reason)}. {self.last_good()} What to try: {hint(reason)}.",
