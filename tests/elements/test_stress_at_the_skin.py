@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import prensa as pr
 from prensa import reference as ref
@@ -19,22 +20,46 @@ E, NU = 200e3, 0.3
 FLOW = pr.Ludwik(250.0, 500.0, 0.3)
 
 
-def self_stress(curvature: float, y: float) -> float:
-    """Closed form: plane-strain fibre stress at height y less the elastic bending of the release.
+Found = tuple[float, Drive, Evaluation, list[int]]
+"""A curvature, the strip, its state there, and the middle of both skins."""
 
-    The fibre's stress is its share of the moment's change: σ(κ t/2) = d(M κ²)/dκ / (κ t²/2) by the moment's integral.
+
+def fibre_stress(curvature: float, y: float) -> float:
+    """Closed form: plane-strain fibre stress at height y.
+
+    It is its share of the moment's change: σ(κ t/2) = d(M κ²)/dκ / (κ t²/2) by the moment's integral.
     """
     step = 1e-4 * curvature
     both = np.array([curvature - step, curvature + step])
-    bent = ref.bend_strip([*both, curvature], thickness=2 * y, flow=curve(FLOW), E=E, nu=NU)
-    outer = np.diff(bent.moment[:2] * both**2)[0] / (2 * step) / (2 * curvature * y**2)
-    return float(outer - E / (1 - NU**2) * y * (curvature - bent.released_curvature[2]))
+    bent = ref.bend_strip(both, thickness=2 * y, flow=curve(FLOW), E=E, nu=NU)
+    return float(np.diff(bent.moment * both**2)[0] / (2 * step) / (2 * curvature * y**2))
 
 
-def released(element: str, curvatures: tuple[float, ...]) -> Iterator[tuple[float, Drive, Evaluation, list[int]]]:
-    """A strip of four layers bent to each curvature and let go: the curvature, the state after it, the middle of both skins."""
+def self_stress(curvature: float, y: float) -> float:
+    """Closed form: plane-strain fibre stress at height y less the elastic bending of the release."""
+    bent = ref.bend_strip(curvature, thickness=2 * y, flow=curve(FLOW), E=E, nu=NU)
+    return float(fibre_stress(curvature, y) - E / (1 - NU**2) * y * (curvature - bent.released_curvature))
+
+
+def bent(element: str, curvatures: tuple[float, ...], layers: int = 4) -> Iterator[Found]:
+    """A strip bent to each curvature."""
+    for loaded, found in bent_and_released(element, curvatures, layers):
+        if loaded:
+            yield found
+
+
+def released(element: str, curvatures: tuple[float, ...], layers: int = 4) -> Iterator[Found]:
+    """A strip bent to each curvature and let go."""
+    for loaded, found in bent_and_released(element, curvatures, layers):
+        if not loaded:
+            yield found
+
+
+def bent_and_released(element: str, curvatures: tuple[float, ...], layers: int) -> Iterator[tuple[bool, Found]]:
+    """A strip bent to each curvature, and let go: whether it is loaded, and what is found."""
     length = 1.0
-    drive = Drive(pr.Body(quadrilaterals((4, 4), (length, 1.0)), pr.J2(E, NU, FLOW), element), "plane strain", "small")
+    mesh = quadrilaterals((layers, layers), (length, 1.0))
+    drive = Drive(pr.Body(mesh, pr.J2(E, NU, FLOW), element), "plane strain", "small")
     left, right = (np.flatnonzero(np.abs(drive.X[:, 0] - x) < 1e-9) for x in (0.0, length))
     foot = left[np.argmin(np.abs(drive.X[left, 1] - 0.5))]
     dofs = np.concatenate([2 * left, 2 * right, [2 * foot + 1]])
@@ -48,13 +73,14 @@ def released(element: str, curvatures: tuple[float, ...]) -> Iterator[tuple[floa
         values = np.concatenate([np.zeros(len(left)), -to * length * heights, [0.0]])
         return drive.to(drive.state.clock.time + 1e-3, dofs, values)
 
-    for bent in curvatures:
-        for to in np.linspace(kappa, bent, 6)[1:]:
-            bend(to)
+    for curvature in curvatures:
+        for to in np.linspace(kappa, curvature, 6)[1:]:
+            e = bend(to)
+        yield True, (curvature, drive, e, skin)
         held = drive.state, kappa
         for _ in range(3):
             e = bend(kappa + 12 * (1 - NU**2) / E * float(drive.reaction[right, 0] @ heights))
-        yield bent, drive, e, skin
+        yield False, (curvature, drive, e, skin)
         drive.state, kappa = held
 
 
@@ -70,15 +96,78 @@ def test_self_stress_of_a_strip_of_four_layers(element):
         )
 
 
-def test_free_edges_of_a_strip_of_default_elements_have_no_traction_and_more_of_the_self_stress():
-    """With an elastic core the skin's self-stress is the closed form's to 25 %, of which patches miss more than a third."""
-    for bent, drive, e, skin in released("q4_fbar", (0.005, 0.0075)):
+@pytest.mark.parametrize("layers, within", [(4, 0.1), (8, 0.05)])
+def test_free_edges_of_a_strip_of_default_elements_have_no_traction_and_the_self_stress(layers, within):
+    """With an elastic core the skin's self-stress is the closed form's to 10 %, of which patches miss up to nine tenths.
+
+    The strip of four layers itself releases 3 % too much bending, which is 11 % of what remains.
+    """
+    for bent, drive, e, skin in released("q4_fbar", (0.004, 0.005, 0.0075), layers):
         exact = np.array([1.0, -1.0]) * self_stress(bent, 0.5)
         patches = nodal_stress(drive.system, drive.state, e)[skin]
-        assert (np.abs(patches[:, 0] / exact - 1.0) > 1 / 3).all()
+        assert (np.abs(patches[:, 0] / exact - 1.0) > 1 / 3).all() or layers > 4
         stress = skin_stress(drive.system, drive.state, e, drive.plan)[skin]
-        assert stress[:, 0] == pytest.approx(exact, rel=0.25)
-        assert np.abs(stress[:, [1, 3]]).max() <= 1e-9 * np.abs(exact).max()
+        assert stress[:, 0] == pytest.approx(exact, rel=within)
+        if layers == 4:
+            assert np.abs(stress[:, [1, 3]]).max() <= 1e-9 * np.abs(exact).max()
+
+
+def test_skin_of_a_strip_of_default_elements_while_it_is_bent():
+    """With an elastic core the skin's stress in four layers is the closed form's to 3 % under load, where patches have +20 %."""
+    for curvature, drive, e, skin in bent("q4_fbar", (0.004, 0.005, 0.0075)):
+        exact = fibre_stress(curvature, 0.5)
+        stress = skin_stress(drive.system, drive.state, e, drive.plan)[skin]
+        assert stress[:, 0] == pytest.approx([exact, -exact], rel=0.03)
+
+
+def test_self_stress_of_sheet_elements_with_an_elastic_core():
+    """Points near the skin count most there: with 9 points across a layer, four layers have it to 1 % (24 % was missing)."""
+    for bent, drive, e, skin in released("q4_sheet", (0.004, 0.005, 0.0075)):
+        exact = self_stress(bent, 0.5)
+        assert nodal_stress(drive.system, drive.state, e)[skin, 0] == pytest.approx([exact, -exact], rel=0.01)
+
+
+def test_free_edges_of_a_plate_of_default_elements_bent_about_its_axis():
+    """Radial and hoop stress at the skin of a round plate, bent to a sphere and let go: 20 % with an elastic core (36 missed).
+
+    Each fibre has equal strains along and stress σ = flow(2 (ε - (1 - ν) σ/E)) both ways; its release is elastic.
+    """
+    radius, flow = 5.0, curve(FLOW)
+    drive = Drive(
+        pr.Body(quadrilaterals((10, 4), (radius, 1.0)), pr.J2(E, NU, FLOW), "q4_fbar"), "axisymmetric", "small"
+    )
+    axis, rim = (np.flatnonzero(np.abs(drive.X[:, 0] - r) < 1e-9) for r in (0.0, radius))
+    foot = axis[np.argmin(np.abs(drive.X[axis, 1] - 0.5))]
+    dofs = np.concatenate([2 * axis, 2 * rim, [2 * foot + 1]])
+    heights = drive.X[rim, 1] - 0.5
+    skin = [int(np.argmin(np.hypot(drive.X[:, 0] - 0.5 * radius, drive.X[:, 1] - y))) for y in (0.0, 1.0)]
+
+    def bend(to: float) -> tuple[Evaluation, float]:
+        values = np.concatenate([np.zeros(len(axis)), -to * radius * heights, [0.0]])
+        e = drive.to(drive.state.clock.time + 1e-3, dofs, values)
+        return e, float(drive.reaction[rim, 0] @ heights)
+
+    def fibre(strain: float) -> float:
+        elastic = E / (1 - NU) * strain
+        return elastic if elastic < flow(0.0) else brentq(
+            lambda s: s - flow(2 * (strain - (1 - NU) * s / E)), float(flow(0.0)), elastic
+        )  # fmt: skip
+
+    kappa = 0.004
+    for to in np.linspace(0.0, kappa, 6)[1:]:
+        _, moment = bend(to)
+    other = 0.999 * kappa
+    e, left = bend(other)
+    for _ in range(3):  # the release is elastic: linear
+        kappa, moment, other = other, left, other - left * (kappa - other) / (moment - left)
+        e, left = bend(other)
+    z, w = np.polynomial.legendre.leggauss(200)
+    y = 0.25 * (z + 1.0)
+    per_width = 2.0 * float(0.25 * w @ (y * [fibre(0.004 * v) for v in y]))
+    exact = fibre(0.002) - 12.0 * per_width * 0.5
+    stress = skin_stress(drive.system, drive.state, e, drive.plan)[skin]
+    for component in (0, 2):
+        assert stress[:, component] == pytest.approx([exact, -exact], rel=0.2)
 
 
 def test_self_stress_of_default_elements_that_have_yielded_throughout():
@@ -128,12 +217,14 @@ def test_pressures_at_free_edges_come_from_the_traction():
     nodal = np.full((len(x), 4), 7.0)
     none, ends = np.zeros(len(x), dtype=bool), (drive.X[:, 0] < 1e-9) | (drive.X[:, 0] > 6.0 - 1e-9)
     sides = (drive.X[:, 1] < 1e-9) | (drive.X[:, 1] > 4.0 - 1e-9)
-    out = at_free_edges(x, block.cells, X, exact + wrong, nodal, none, ends, yielded)
-    np.testing.assert_allclose(out[sides], np.tile(exact, (int(sides.sum()), 1)), atol=1e-9)
-    np.testing.assert_array_equal(out[~sides], 7.0)
-    np.testing.assert_array_equal(at_free_edges(x, block.cells, X, exact + wrong, nodal, sides, ends, yielded), 7.0)
+    where = x, block.cells, X, exact + wrong, nodal
+    for revolved in (False, True):
+        out = at_free_edges(*where, none, ends, yielded, NU, revolved)
+        np.testing.assert_allclose(out[sides], np.tile(exact, (int(sides.sum()), 1)), atol=1e-9)
+        np.testing.assert_array_equal(out[~sides], 7.0)
+    np.testing.assert_array_equal(at_free_edges(*where, sides, ends, yielded, NU, False), 7.0)
     for all_alike in (yielded | True, yielded & False):  # where nothing ends the patches are better
-        np.testing.assert_array_equal(at_free_edges(x, block.cells, X, exact + wrong, nodal, none, ends, all_alike), 7.0)
+        np.testing.assert_array_equal(at_free_edges(*where, none, ends, all_alike, NU, False), 7.0)
 
 
 @pytest.mark.parametrize("element", ["q4_enhanced", "q4_sheet", "q8", "t6"])
@@ -146,8 +237,9 @@ def test_a_linear_field_is_recovered_at_the_skin_of_yielded_distorted_elements(e
     X = block.positions(drive.X)
     for some in (np.arange(len(block)) % 3 == 0, np.ones(len(block), dtype=bool)):
         for centred in (False, True):
-            nodal = recover(drive.X, block.cells, X, (1.0 + X @ [2.0, -3.0])[..., None], some, centred)
-            assert nodal[:, 0] == pytest.approx(1.0 + drive.X @ [2.0, -3.0], abs=1e-9)
+            for near in (None, block.element.N):
+                nodal = recover(drive.X, block.cells, X, (1.0 + X @ [2.0, -3.0])[..., None], some, centred, near)
+                assert nodal[:, 0] == pytest.approx(1.0 + drive.X @ [2.0, -3.0], abs=1e-9)
 
 
 @pytest.mark.parametrize("element", ["q4_enhanced", "q4_sheet", "q8", "t6"])
@@ -163,7 +255,8 @@ def test_a_kink_below_the_outer_layer_is_not_carried_to_the_skin(element):
     yielded = X[..., 1].mean(axis=1) > 3.0
     top = np.abs(drive.X[:, 1] - 4.0) < 1e-9
     values = field(X)[..., None]
-    assert recover(drive.X, block.cells, X, values, yielded)[top, 0] == pytest.approx(-1.0, abs=1e-9)
+    for near in (None, block.element.N):
+        assert recover(drive.X, block.cells, X, values, yielded, N=near)[top, 0] == pytest.approx(-1.0, abs=1e-9)
     assert np.abs(recover(drive.X, block.cells, X, values)[top, 0] + 1.0).max() > 0.3  # what the flag is for
 
 

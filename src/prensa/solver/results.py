@@ -292,7 +292,8 @@ def skin_stress(system: System, state: State, e: Evaluation, plan: StepPlan) -> 
             own = _own(b)
             values = b.law.cauchy(b.at_law(h).reshape(-1, b.law.size)).reshape(len(b), -1, 4)
             where = x[own], b.cells - own.start, b.positions(x), values
-            out[own] = at_free_edges(*where, out[own], loaded[own], held[own], _yielded(b, h))
+            revolved = system.problem.space == "axisymmetric"
+            out[own] = at_free_edges(*where, out[own], loaded[own], held[own], _yielded(b, h), b.law.nu, revolved)
     return out
 
 
@@ -328,7 +329,7 @@ def _recovered(x: Array, b: Any, values: Array, history: Array, recovery: Recove
     if b.law.plastic and b.element.follows_gradients:
         yielded = np.asarray(_yielded(b, history).any(axis=1))
     centred = b.cells.shape[1] == 4 and not b.element.follows_gradients
-    return recover(*where, kinked=yielded, centred=centred)
+    return recover(*where, kinked=yielded, centred=centred, N=b.element.N)
 
 
 def body_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> dict[str, BodyState]:
