@@ -112,6 +112,26 @@ def test_what_places_resolve_bounds_the_balance_of_stiff_contacts(offset):
     assert offset < 100 or resolved > 1e-8 * force
 
 
+def test_round_off_of_places_is_that_of_three_roundings():
+    """Against fractions, which are exact: never more than half a unit of each, and nearly that; more than a unit of the node."""
+    from fractions import Fraction as Exact
+
+    import numpy as np
+
+    from prensa.bench.robustness.increments import rounded
+
+    rng = np.random.default_rng(5)
+    X, at, of_bound, over_node = 0.0052, 0.0248, [], []
+    for u, U in rng.uniform(-1e-5, 1e-5, (4000, 2)):
+        x, centre = np.array([[X + u, 0.0]]), np.array([at + U, 0.0])
+        exact = Exact(X) + Exact(u) - Exact(at) - Exact(U)
+        off = abs(float(Exact(float((x - centre)[0, 0])) - exact))
+        of_bound.append(off / rounded(x, centre)[0, 0])
+        over_node.append(off / np.spacing(x[0, 0]))
+    assert 0.8 < max(of_bound) <= 1.0
+    assert max(over_node) > 3.0
+
+
 @pytest.mark.parametrize(("peaks", "verdict"), [
     ((300.0, 325.0, 353.0, 354.0), "right"),  # begins far from where it closes in
     ((300.0, 325.0, 330.0), "right"),

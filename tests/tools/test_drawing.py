@@ -140,6 +140,17 @@ def test_what_is_no_chain_is_told_with_its_place(tmp_path, draw, points, message
     assert str(caught.value).startswith("case.yaml:8:")
 
 
+def test_names_that_are_no_text_are_told(tmp_path):
+    """A layer and a kind of entity with bytes that are no characters stand escaped in the message."""
+    drawing(tmp_path, two)
+    file = tmp_path / "punch.dxf"
+    damaged = file.read_bytes().replace(b"LINE", b"AR\xca\x9d\x9d")
+    file.write_bytes(damaged)
+    with pytest.raises(CaseError, match="the drawing 'punch.dxf'") as caught:
+        case(tmp_path, "punch.dxf")
+    str(caught.value).encode("utf-8")
+
+
 def test_a_layer_of_a_drawing_is_taken(tmp_path):
     """Punch and die in one drawing; the whole runs."""
     drawing(tmp_path, lambda s: (punch(s, "PUNCH"), s.add_line((-50, -20), (50, -20), {"layer": "DIE"})))

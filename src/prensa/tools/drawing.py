@@ -43,6 +43,13 @@ def vertices(drawing: Any, context: Any) -> list[Any]:
         For a file that is not there or cannot be read, and for lines that make no chain.
 
     """
+    try:
+        return _vertices(drawing, context)
+    except ValueError as error:  # names in a damaged file may hold halves of characters, which no message can
+        raise ValueError(str(error).encode("utf-8", "backslashreplace").decode("utf-8")) from None
+
+
+def _vertices(drawing: Any, context: Any) -> list[Any]:
     path = found_file(drawing.file, context, "the drawing")
     what = f"the drawing {drawing.file!r}"
     unit = drawing.unit

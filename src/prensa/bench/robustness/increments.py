@@ -46,10 +46,13 @@ def unbalanced(system: Any, inc: Increment) -> float:
 
 
 def resolution(system: Any, inc: Increment) -> float:
-    """Force of one unit in the last place of the coordinates at all closed penalty contacts: no state balances better.
+    """Force of the round-off of places at all closed penalty contacts: what no state need balance better than.
 
-    A gap is a difference of places. At ten times the penalty it may have few digits left: moved so that the surface lies at
-    the origin, such a problem balances to 1e-12 of its forces, moved away from it in proportion to the distance.
+    A gap is one of three numbers rounded to the nearest: the place of the point, that of the tool's reference point, and their
+    difference, from which a shape tells distances. The state may have places between those: the gap does not follow it, but goes
+    in steps of the coarsest of the three, and differs from the true one by half a unit in the last place of each at most.
+    At ten times the penalty it may have few digits left: moved so that the surface lies at the origin, a problem under a tool
+    whose reference point lies in its face balances to 1e-12 of its forces, moved away in proportion to the distance.
     """
     out = 0.0
     for s in system.surfaces:
@@ -59,8 +62,14 @@ def resolution(system: Any, inc: Increment) -> float:
             stiffness = c.pressure[pressed] * c.weight[pressed] / -c.gap[pressed]
             force = c.force[pressed]  # none at nodes of no weight, as on the axis
             across = np.abs(force) / np.maximum(np.hypot(*force.T), np.finfo(float).tiny)[:, None]
-            out += float((stiffness * (across * np.spacing(np.abs(c.x[pressed]))).sum(axis=1)).sum())
+            tool = inc.tools[c.tool]
+            out += float((stiffness * (across * rounded(c.x[pressed], tool.at + np.array(tool.place[:2]))).sum(axis=1)).sum())
     return out
+
+
+def rounded(x: np.ndarray[Any, Any], centre: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """Largest round-off (k, 2) of x − centre, x (k, 2), ``centre`` (2,): half a unit in the last place of all three."""
+    return np.asarray(0.5 * sum(np.spacing(np.abs(part)) for part in (x, centre, x - centre)))
 
 
 def check(system: Any, inc: Increment) -> str:
