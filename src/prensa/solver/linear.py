@@ -337,6 +337,16 @@ class Factorisation:
             self._solve, self.made_from, self._own, self._to_check = solve, single, True, A
         return x
 
+    def coarse(self, values: Array) -> bool:
+        """Factors in single precision for use `again`, unchecked; whether there are any."""
+        self._solve, self.made_from, self._matrix, self._to_check = None, None, None, None
+        if self.order[0][0] in SINGLE:
+            with np.errstate(over="ignore"):
+                single = self._scaled(values).astype(np.float32)
+            self._solve = self._of_single(single) if np.isfinite(single).all() else None
+            self.made_from = single if self._solve is not None else None
+        return self._solve is not None
+
     def _of_single(self, values: Single) -> Solve | None:
         """Factors of values in single precision, scaled; None if there are none."""
         try:
@@ -480,6 +490,10 @@ class DenseFactors:
     def correction(self, b: Array) -> Array:
         """As `again`."""
         return self.again(b)
+
+    def coarse(self, values: Array) -> bool:
+        """False: dense factors are of double precision."""
+        return False
 
     @property
     def factored(self) -> bool:

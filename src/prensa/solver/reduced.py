@@ -111,6 +111,9 @@ class Factors(Protocol):
     def correction(self, b: Array) -> Array:
         """Solution (f,) to a few digits, of the last matrix, with whatever factors are at hand."""
 
+    def coarse(self, matrix: Array) -> bool:
+        """Factors of a matrix in single precision for use `again`, unchecked; whether there are any."""
+
     def solve(self, matrix: Array, b: Array) -> Array:
         """Solution (f,) with the matrix of `Restriction.values`."""
 
