@@ -55,12 +55,12 @@ def test_factors_of_a_matrix_before_are_taken_where_it_is_alike_and_new_ones_whe
     f, b = factorisation(a), np.cos(np.arange(400.0))
     f.step(a.data, b, 1e-7)
     first = f.made_from
-    x = f.step(near.data, b, 1e-7, alike=True)
+    x = f.step(near.data, b, 1e-7, changed=0)
     assert f.made_from is first
     assert np.linalg.norm(b - near @ x) <= 2e-7 * np.linalg.norm(b)
     assert np.linalg.norm(b - near @ f.correction(b)) <= 2e-3 * np.linalg.norm(b)
     assert np.linalg.norm(b - near @ f.again(b)) > 2e-3 * np.linalg.norm(b)  # what those factors alone would leave
-    f.step(other.data, b, 1e-7, alike=True)
+    f.step(other.data, b, 1e-7, changed=0)
     assert f.made_from is not first
     f.step(near.data, b, 1e-7)  # not said to be alike
     np.testing.assert_array_equal(f.made_from, near.data.astype(np.float32))
@@ -92,7 +92,7 @@ def test_an_attempt_depends_on_the_values_its_factors_are_made_from_alone():
     kept = f.made_from
     f.begin(kept)
     other.begin(kept.copy())
-    assert f.step(near, b, 1e-7, alike=True).tobytes() == other.step(near, b, 1e-7, alike=True).tobytes()
+    assert f.step(near, b, 1e-7, changed=0).tobytes() == other.step(near, b, 1e-7, changed=0).tobytes()
     assert not f.own and not f.positive
     f.begin(kept[:-1])  # of another pattern
     assert not f.factored

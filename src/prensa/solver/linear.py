@@ -235,6 +235,7 @@ class Factorisation:
         self.made_from: Single | None = None
         self._own, self._single = False, True
         self._matrix: Any = None
+        self._apart = 0  # contact points that have another status in that matrix than in that of the factors
         self._to_check: Any = None  # the matrix of factors in single precision of which it is not known what they tell
         self._telling = True
 
@@ -244,7 +245,7 @@ class Factorisation:
         made_from: values of single precision whose factors an attempt begins with; if they are not at hand they are made again.
         """
         self.order, self._single, self._own, self._matrix = list(self.first), True, False, None
-        self._to_check = None
+        self._to_check, self._apart = None, 0
         if made_from is not None and made_from is self.made_from and self._solve is not None:
             return
         self._solve, self.made_from = None, None
@@ -275,7 +276,7 @@ class Factorisation:
     @property
     def positive(self) -> bool:
         """Whether the last factors show that all eigenvalues of their matrix are positive; False where they cannot tell."""
-        return self.own and bool(getattr(self._solve, "positive", False))
+        return bool(getattr(self._solve, "positive", False)) and self.own
 
     def again(self, b: Array) -> Array:
         """Solution of b (n,) or (n, k) with the factors of the last `solve`; its residual is not checked."""
@@ -289,7 +290,8 @@ class Factorisation:
         """Solution of b (n,) to a few digits, of the matrix of the last `step` or `solve`, whatever that of the factors."""
         if self._matrix is not None and self._solve is not None:
             scale = 1.0 if self.scale is None else self.scale
-            x = krylov(self._matrix, self._solve, scale * b, self.policy.krylov, self.policy.usual_rate)
+            outliers = self.policy.outliers * self._apart
+            x = krylov(self._matrix, self._solve, scale * b, self.policy.krylov, self.policy.usual_rate, outliers)
             if x is not None:
                 return scale * x
         return self.again(b)
@@ -301,10 +303,11 @@ class Factorisation:
             self._factors[name, kind] = BACKENDS[name](self.structure._replace(kind=kind))
         return self._factors[name, kind]
 
-    def step(self, values: Array, b: Array, share: float, alike: bool = False) -> Array:
+    def step(self, values: Array, b: Array, share: float, changed: int | None = None) -> Array:
         """As `solve`, but for a ``share`` of b that may be left of it; raises `SingularError`.
 
-        alike: whether the factors at hand are likely to be of a matrix close to this one.
+        changed: contact points but for which the factors at hand are likely to be of a matrix close to this one; None where
+        they are not.
         """
         from scipy.sparse import csc_matrix
 
@@ -314,9 +317,13 @@ class Factorisation:
         scale = 1.0 if self.scale is None else self.scale
         A = csc_matrix((self._scaled(values), indices, indptr), (n, n))
         x, self._matrix = None, None
-        if alike and self._solve is not None:
-            x = krylov(A, self._solve, scale * b, policy.krylov, share)
-            self._matrix = None if x is None else A
+        apart = None if changed is None else self._apart + changed
+        # factors LDLᵀ are too cheap to be replaced by as many iterations as points apart take
+        few = policy.few_changed if self.order[0][1] == GENERAL else 0
+        if apart is not None and apart <= few and self._solve is not None:
+            x = krylov(A, self._solve, scale * b, policy.krylov, share, policy.outliers * apart)
+            if x is not None:
+                self._matrix, self._apart = A, apart
         if x is None:
             x = self._in_single(A, scale * b, share)
         if x is None:
@@ -326,7 +333,7 @@ class Factorisation:
 
     def _in_single(self, A: Any, b: Array, share: float) -> Array | None:
         """As `step`, by factors in single precision, which stay; None where they do not lead to it."""
-        self._solve, self.made_from, self._to_check = None, None, None
+        self._solve, self.made_from, self._to_check, self._apart = None, None, None, 0
         with np.errstate(over="ignore"):
             single = A.data.astype(np.float32)
         if not np.isfinite(single).all():
@@ -393,7 +400,7 @@ class Factorisation:
         """Solution by the solver in turn, refined as needed; raises `ArithmeticError` if its residual stays too large."""
         policy = self.policy
         # the old factors go before the new ones come
-        self._solve, self.made_from, self._matrix, self._to_check = None, None, None, None
+        self._solve, self.made_from, self._matrix, self._to_check, self._apart = None, None, None, None, 0
         solve = self._factor()(values)
         x = np.asarray(solve(b))
         for _ in range(policy.refinements):
@@ -408,10 +415,11 @@ class Factorisation:
         return x
 
 
-def krylov(A: Any, solve: Solve, b: Array, most: int, share: float) -> Array | None:
+def krylov(A: Any, solve: Solve, b: Array, most: int, share: float, outliers: int = 0) -> Array | None:
     """Solution x (n,) of A x = b but for a ``share`` of b, by GMRES (Saad & Schultz 1986) with ``solve`` as preconditioner.
 
-    None where ``most`` iterations are not enough or, at the rate of those so far, would not be. Flexible (Saad 1993): with
+    None where ``most`` iterations are not enough or, at the rate of those so far, would not be. ``outliers``: eigenvalues that
+    are expected to lie apart, each of which takes an iteration more, that says nothing of the rate. Flexible (Saad 1993): with
     factors of single precision the preconditioner is not quite linear.
     """
     size = length(b)
@@ -419,6 +427,7 @@ def krylov(A: Any, solve: Solve, b: Array, most: int, share: float) -> Array | N
         return None
     if size == 0.0:
         return np.zeros_like(b)
+    most += outliers
     V, Z, H = [b / size], list[Array](), np.zeros((most + 1, most))
     for j in range(most):
         Z.append(solve(V[j]))
@@ -438,7 +447,8 @@ def krylov(A: Any, solve: Solve, b: Array, most: int, share: float) -> Array | N
             for z, factor in zip(Z, y):
                 x += factor * z
             return x if length(b - A @ x) <= 2.0 * share * size else None
-        if j and (j + 1) * np.log(share) < (most + 1) * np.log(left):
+        told = j + 1 - outliers
+        if j and told > 0 and told * np.log(share) < (most + 1 - outliers) * np.log(left):
             return None
         V.append(w / H[j + 1, j])
     return None
@@ -483,7 +493,7 @@ class DenseFactors:
         """Forget the factors of earlier attempts."""
         self._factors = None
 
-    def step(self, values: Array, b: Array, share: float, alike: bool = False) -> Array:
+    def step(self, values: Array, b: Array, share: float, changed: int | None = None) -> Array:
         """As `solve`."""
         return self.solve(values, b)
 

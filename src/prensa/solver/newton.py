@@ -25,7 +25,8 @@ class NewtonState:
     """Where an iteration stands: dofs u (ndof,), multipliers lam (points, 2), and what is known of them.
 
     evaluation: that at u, the only holder of its matrix; None before it is made. ``status``: signature at u, ``reversed``
-    (points,) those that slip against their last direction, ``settled``: no point has opened or closed since the last iterate.
+    (points,) those that slip against their last direction, ``changed``: how many points have another status than at the last
+    iterate (at the first: have opened or closed since the increment began), ``settled``: none of them has opened or closed.
     ``best``, ``watch_from``, ``watched``: least residual of the watchdog, dofs and step there, full steps accepted since.
     ``came_by``: the last step, if its factors are at hand; ``least``: least residual up to each iteration. ``secant``: whether
     the matrix of the evaluation is the one for iterates where flow turns (see `_turns`).
@@ -41,6 +42,7 @@ class NewtonState:
     relative: float = np.inf
     status: Signature | None = None
     reversed: Flags = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    changed: int = 0
     settled: bool = False
     by_contact: bool = False
     best: float = np.inf
@@ -86,11 +88,13 @@ def observe(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> None:
     state.norm = eq.norm(e)
     state.relative = state.norm / e.scale if e.scale > 0 else 0.0
     state.reversed = reversed_slip(before, now)
-    state.settled = np.array_equal(now > 0, state.closed if before is None else before > 0)
+    flipped = (now > 0) != (state.closed if before is None else before > 0)
+    state.settled = not flipped.any()
+    state.changed = int(np.count_nonzero(flipped if before is None else now != before))
     result.u = state.u
     result.affordable = result.affordable if state.iteration else affordable(eq, e)
     result.residuals.append(state.relative)
-    result.changes.append(int((now != before).sum()) if before is not None else len(now))
+    result.changes.append(state.changed if before is not None else len(now))
     eq.report.iteration(result, e)
 
 
@@ -118,10 +122,16 @@ def terminate(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> Eval
 
 
 def _near(eq: Equilibrium, state: NewtonState, e: Evaluation) -> bool:
-    """Whether the iterate has converged, or is so near that the factors at hand may finish the work."""
+    """Whether the iterate has converged, or is so near that the factors at hand may finish the work.
+
+    They seldom do where contact points have another status than in their matrix: in large problems, where trying costs a quarter
+    of a step, that is left out.
+    """
     first = state.iteration == 0
     opened = first and state.assumed is not None and (state.assumed & ~e.resting).any()
-    limit = max(eq.numerics.tolerance, eq.policy.near if not first and eq.numerics.reuse_factors else 0.0)
+    may = eq.numerics.reuse_factors and not first
+    may = may and not (state.changed and len(eq.reduced.free) >= eq.policy.worth_single)
+    limit = max(eq.numerics.tolerance, eq.policy.near if may else 0.0)
     return bool((state.relative <= limit or state.norm <= e.floor) and not opened)
 
 
@@ -140,7 +150,7 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     if state.norm < state.best:
         state.best, state.watch_from, state.watched = state.norm, (state.u, delta), 0
     moved = contact_corrected(eq.system, eq.context, e, state.u, delta, state.lam)
-    wanted = not (state.relative <= eq.policy.close and state.settled)
+    wanted = not (state.relative <= eq.policy.close and state.settled and not (state.iteration and state.changed))
     full = eq.evaluate(moved, state.lam, wanted, secant=_secant(eq, state))
     size = eq.norm(full)
     if not decided and size > state.norm and (better := _decided(eq, state, e, full, result)) is not None:
@@ -197,10 +207,13 @@ def _direction(eq: Equilibrium, state: NewtonState) -> tuple[Evaluation, Array]:
         if not stuck.failed:
             e = stuck
         del stuck
-    alike = state.settled and not turns and not state.reversed.any() and state.relative <= eq.policy.alike
+    # a multiplier's equation is another one where its point has another status, and the digits of its force count
+    same = not (state.changed and eq.reduced.equations)
+    alike = same and not turns and not state.reversed.any() and state.relative <= eq.policy.alike
+    changed = state.changed if alike and eq.numerics.reuse_factors else None
     with eq.report.timed("factorisation and solve"):
         matrix, e = eq.reduced.matrix(e, -e.r), e._replace(data=None)
-        return e, eq.reduced.step(matrix, -e.r, state.relative, alike and eq.numerics.reuse_factors)
+        return e, eq.reduced.step(matrix, -e.r, state.relative, changed)
 
 
 def _contact_direction(eq: Equilibrium, state: NewtonState, by_contact: bool) -> tuple[Evaluation, Array, bool]:

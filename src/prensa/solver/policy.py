@@ -349,7 +349,11 @@ class Policy:
     telling: float = 0.1
     """Relative error of factors in single precision in the softest mode up to which they tell how many modes are negative."""
     alike: float = 0.02
-    """Relative residual of an iterate up to which its matrix is expected to be close to the one before."""
+    """Relative residual of an iterate up to which its matrix is expected to be close to the one before …"""
+    few_changed: int = 2
+    """… if no more contact points have another status than there (none where factors LDLᵀ are as cheap as what they cost); …"""
+    outliers: int = 2
+    """… each of them may cost so many iterations of GMRES more."""
 
     shared_products: int = 10000
     """Length of vectors from which BLAS may share out products among threads, whose sums then depend on how many there are."""

@@ -105,8 +105,8 @@ class Factors(Protocol):
     def begin(self, made_from: Single | None = None) -> None:
         """Forget the factors of earlier attempts; ``made_from``: values whose factors the next one begins with."""
 
-    def step(self, matrix: Array, b: Array, share: float, alike: bool = False) -> Array:
-        """As `solve`, but for a ``share`` of b; ``alike``: whether factors at hand are nearly those of the matrix."""
+    def step(self, matrix: Array, b: Array, share: float, changed: int | None = None) -> Array:
+        """As `solve`, but for a ``share`` of b; ``changed``: points in which alone factors at hand are of another matrix."""
 
     def correction(self, b: Array) -> Array:
         """Solution (f,) to a few digits, of the last matrix, with whatever factors are at hand."""
@@ -258,14 +258,14 @@ class Reduced:
         """Free dofs (ndof,) with K_ff x_f = b_f, zero where prescribed."""
         return self.restriction.whole(self.factorisation.solve(matrix, self.restriction.part(b)), len(b))
 
-    def step(self, matrix: Array, b: Array, relative: float, alike: bool = False) -> Array:
+    def step(self, matrix: Array, b: Array, relative: float, changed: int | None = None) -> Array:
         """As `solve`, to the digits that Newton's step needs from an iterate with such a ``relative`` residual.
 
-        alike: whether the factors at hand are nearly those of the matrix.
+        changed: contact points but for which the factors at hand are nearly those of the matrix; None where they are not.
         """
         policy = self.policy
         share = min(max(policy.forcing * relative, policy.least_forcing), policy.most_forcing)
-        return self.restriction.whole(self.factorisation.step(matrix, self.restriction.part(b), share, alike), len(b))
+        return self.restriction.whole(self.factorisation.step(matrix, self.restriction.part(b), share, changed), len(b))
 
     def correction(self, b: Array) -> Array:
         """As `again`, of the last matrix even where the factors at hand are of one before."""
