@@ -146,7 +146,7 @@ def test_names_that_are_no_text_are_told(tmp_path):
     file = tmp_path / "punch.dxf"
     damaged = file.read_bytes().replace(b"LINE", b"AR\xca\x9d\x9d")
     file.write_bytes(damaged)
-    with pytest.raises(CaseError, match="the drawing 'punch.dxf'") as caught:
+    with pytest.raises(CaseError, match=r"the drawing 'punch\.dxf'") as caught:
         case(tmp_path, "punch.dxf")
     str(caught.value).encode("utf-8")
 
