@@ -77,6 +77,19 @@ def test_a_layer_of_bricks_is_the_problem_in_plane_strain(kinematics, enforcemen
     assert {1, 2} <= seen
 
 
+@pytest.mark.parametrize(("deep", "edges"), [(0.2, 0.2), (1.0, 1.0), (9.0, 2.0)])
+def test_bricks_press_in_what_elements_of_the_plane_do(deep, edges):
+    """Their depth, and two edges at most, as under points of the plane."""
+    X, cells, top = bricks((6, 3, 1), (3.0, 1.5 * deep, 0.7))
+    problem = BricksUnderPlane(
+        X, cells, SWIFT, top, (1.0, 2.0 * deep, 0.3), (0.0, -1.0, 0.0), {"bottom": (where(X[:, 1] == 0.0), "xyz")},
+        (PlaneStep("press", {"y": -0.05}, 4),),
+    )  # fmt: skip
+    (s,) = discretise_bricks(problem).surfaces
+    assert np.allclose(s.points.depth, 0.5 * deep)
+    assert np.allclose(s.unit, s.modulus / (0.5 * edges))
+
+
 # ------------------------------------------------------------------------------------------------------- (2) an upset cube
 def test_an_upset_cube_converges_quadratically_and_balances():
     """An eighth of a plastic cube under the plane with friction: contact forces, tool and supports agree to 1e-9."""

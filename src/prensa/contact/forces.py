@@ -100,9 +100,9 @@ class ContactForces(NamedTuple):
 
 @dataclass(frozen=True)
 class Scale:
-    """Stiffnesses per area k_n, k_t (k,) of the points and lengths h (k,) against which penetration is small.
+    """Stiffnesses per area k_n, k_t (k,) of the points and depths h (k,) of elements, against which penetration is small.
 
-    unit (k,) = E*/h: pressure per length by which multipliers, as degrees of freedom, are divided.
+    unit (k,): pressure per length by which multipliers, as degrees of freedom, are divided, and that β multiplies.
     """
 
     k_n: Array

@@ -21,6 +21,8 @@ from prensa.mesh.mesh import areas, corner_cells, segments, sides
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+SPREAD = 2.0  # edge lengths of material that one point presses in, however deep the elements behind are: docs/decisions/0226
+
 
 class Shares(NamedTuple):
     """Parts of edges that points stand for: (s,) point, edge, factor of its length.
@@ -50,8 +52,9 @@ class Points:
 
     ``nodes`` (n,) global numbers in walking order, ``edges`` (m, 2) with the body on the left (of quadratic ones the two
     pieces between neighbouring nodes); ``support`` (k, a) nodes that carry a point and ``N`` (k, a) their shape values;
-    ``depth`` (k,) size of the adjacent elements into the body, in the initial mesh; ``shares``: the parts of the edges that
-    make the weights, ``lumped`` those of the nodes. ``with_neighbours``: whether the points are nodes that share what a sharp
+    ``depth`` (k,) size of the adjacent elements into the body, in the initial mesh, and ``pressed`` (m,) the share of it that
+    an edge presses in alone; ``shares``: the parts of the edges that make the weights, ``lumped`` those of the nodes.
+    ``with_neighbours``: whether the points are nodes that share what a sharp
     corner covers with their neighbours (`prensa.contact.cut`).
     """
 
@@ -61,6 +64,7 @@ class Points:
     support: Index
     N: Array
     depth: Array
+    pressed: Array
     shares: Shares
     lumped: Shares
     axisymmetric: bool
@@ -107,6 +111,13 @@ class Points:
         if self.N.shape[1] == 1:  # points that are nodes
             return values.take(self.support[:, 0], axis=0)
         return np.asarray(np.einsum("ka,ka...->k...", self.N, values[self.support]))
+
+    @cached_property
+    def pressed_length(self) -> Array:
+        """Length (k,) of material that a point presses in: the depth, or `SPREAD` edges where that is less."""
+        s = self.shares
+        mean = np.bincount(s.point, self.pressed[s.edge], len(self)) / np.bincount(s.point, minlength=len(self))
+        return self.depth * mean
 
     @cached_property
     def are_nodes(self) -> bool:
@@ -230,8 +241,9 @@ class Candidates:
     """A surface on which a rule places its points.
 
     ``X`` (all nodes, 2) initial positions; ``nodes`` (n,) in walking order; ``edges`` (m, 2) of straight edges or of the two
-    pieces of quadratic ones, body on the left, and the ``depth`` (m,) of the elements behind them; ``node_depth`` (n,) the
-    same at the nodes; ``nodal``: the shares of the nodes; ``middle`` (n,): whether a node is the middle of a quadratic edge.
+    pieces of quadratic ones, body on the left, and the ``depth`` (m,) of the elements behind them, of which they press in the
+    share ``pressed`` (m,); ``node_depth`` (n,) the depth at the nodes; ``nodal``: the shares of the nodes; ``middle`` (n,):
+    whether a node is the middle of a quadratic edge.
     """
 
     rule: IntegrationRule
@@ -239,6 +251,7 @@ class Candidates:
     nodes: Index
     edges: Index
     depth: Array
+    pressed: Array
     node_depth: Array
     nodal: Shares
     middle: NDArray[np.bool_]
@@ -257,8 +270,9 @@ class Candidates:
     def all_of(self, support: Index, N: Array, depth: Array, shares: Shares) -> Points:
         """Points carried by the nodes ``support`` (k, a) with shape values N (k, a), whose weights are ``shares``."""
         return Points(
-            self.rule, self.nodes, self.edges, support, N, depth, shares, self.nodal, self.axisymmetric, self.thickness
-        )
+            self.rule, self.nodes, self.edges, support, N, depth, self.pressed, shares, self.nodal, self.axisymmetric,
+            self.thickness,
+        )  # fmt: skip
 
     def with_area(self, support: Index, N: Array, depth: Array, shares: Shares, along: Index | None = None) -> Points:
         """As `all_of`, but those that have an area alone, in the order ``along``."""
@@ -276,10 +290,11 @@ def points_of(
     number[nodes] = np.arange(len(nodes))
     quadratic = edges.shape[1] == 3
     middle = edges[:, 2:].ravel()
+    pressed = np.minimum(1.0, SPREAD * np.hypot(*(X[edges[:, 1]] - X[edges[:, 0]]).T) / depth)
     if quadratic:
-        edges, depth = segments(edges), np.repeat(depth, 2)
+        edges, depth, pressed = segments(edges), np.repeat(depth, 2), np.repeat(pressed, 2)
     walking = np.argsort(number[edges[:, 0]], kind="stable")
-    edges, depth = edges[walking], depth[walking]
+    edges, depth, pressed = edges[walking], depth[walking], pressed[walking]
     m = len(edges)
     ends = edges.T.ravel()  # first ends, then second ends
     total = np.bincount(ends, np.tile(depth, 2), len(number))
@@ -289,7 +304,10 @@ def points_of(
     if quadratic:
         # Simpson's points are the nodes: the product of a quadratic N_A and a linear radius is integrated exactly
         nodal = nodal._replace(factor=np.where(np.isin(ends, middle), 2 / 3, 1 / 3), at=nodal.place)
-    return rule.points(Candidates(rule, X, nodes, edges, depth, at_nodes, nodal, np.isin(nodes, middle), axisymmetric, thickness))
+    at_middle = np.isin(nodes, middle)
+    return rule.points(
+        Candidates(rule, X, nodes, edges, depth, pressed, at_nodes, nodal, at_middle, axisymmetric, thickness)
+    )
 
 
 def _with_area(points: Points, X: Array, along: Index | None = None) -> Points:

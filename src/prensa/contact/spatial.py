@@ -66,12 +66,14 @@ def _generalised(v: Array, arm: Array) -> Array:
 class FacePoints:
     """Contact points that are the ``nodes`` (k,) of quadrilateral ``faces`` (m, 4), seen from outside counter-clockwise.
 
-    ``depth`` (k,) size of the elements behind, in the initial mesh. It answers as `prensa.contact.integration.Points` does.
+    ``depth`` (k,) size of the elements behind, in the initial mesh, ``pressed_length`` (k,) what of it a point presses in.
+    It answers as `prensa.contact.integration.Points` does.
     """
 
     nodes: Index
     faces: Index
     depth: Array
+    pressed_length: Array
 
     rule = Nodal()
     are_nodes = True

@@ -267,7 +267,7 @@ def _sizes(system: System) -> Iterator[Notice]:
             )
         yield from _corners(system, s)
         k_n = getattr(s.description.enforcement, "k_n", None)
-        beta = s.description.enforcement.beta_of(s.modulus / s.points.depth)
+        beta = s.description.enforcement.beta_of(s.unit)
         if beta > 1e4 or (beta < 1 and _gives_way(system, s, beta)):
             which = f"k_n = {k_n:.3g}, beta = {beta:.2g}" if k_n is not None else f"beta = {beta:.2g}"
             result = "iterations suffer and pressures oscillate" if beta > 1 else "the tool sinks in by whole elements"

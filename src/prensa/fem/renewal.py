@@ -101,7 +101,7 @@ def carried_over(system: System, state: State, meshes: dict[str, Mesh], bodies: 
     record, lam = places.records(new)
     for s in new.surfaces:
         if s.multipliers is not None:
-            s.multipliers.of(u)[:] = lam[s.rows] * (s.points.depth / s.modulus)[:, None]
+            s.multipliers.of(u)[:] = lam[s.rows] / s.unit[:, None]
     release = None if state.release is None else nodal.handed_over(state.release, new.positions(u))
     return with_origins(new, remeshed), replace(
         state, u=u, du=nodal.carried(state.du), second_difference=np.zeros(new.ndof), history=histories, contact=record,

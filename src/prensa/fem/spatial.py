@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.contact.integration import SPREAD
 from prensa.contact.spatial import FacePoints, HalfSpace, face_measures
 from prensa.elements.element import Mode, element_of
 from prensa.errors import PrensaError
@@ -133,10 +134,7 @@ def discretise_bricks(problem: BricksUnderPlane) -> System:
         raise PrensaError(f"element {int(np.argmax(folded))} is folded (negative Jacobian at an integration point)")
     law = material_of(problem.material, problem.kinematics, "3d")
     block = Block("body", cells, X[cells], law, element, mode, slot, volume)
-    into = volume[behind].sum(axis=1) / face_measures(X[faces]).sum(axis=1)
-    ends = faces.ravel()
-    depth = (np.bincount(ends, np.repeat(into, 4)) / np.maximum(np.bincount(ends), 1))[nodes]
-    points: Any = FacePoints(nodes, faces, depth)
+    points: Any = FacePoints(nodes, faces, *_depths(X, faces, volume[behind].sum(axis=1), nodes))
     normal = points.normals(X)
     surface = Surface(
         contact.name, contact, "body", 0, points, 0, X[nodes], dofs.pairs(points.support, 0), normal, normal, law.modulus(),
@@ -147,6 +145,19 @@ def discretise_bricks(problem: BricksUnderPlane) -> System:
     tool = PlacedTool("plane", shape, np.array(problem.at, dtype=np.float64), shape.frame[0], description)
     given: Any = problem
     return System(given, {}, {"body": 0}, X, [block], [tool], [surface], pattern, dofs, courses=_plan)
+
+
+def _depths(X: Array, faces: Index, volume: Array, nodes: Index) -> tuple[Array, Array]:
+    """Means at the nodes (k,) of the size of elements into the body, volume (m,) over area, and of what of it a point presses in.
+
+    That is no more than `SPREAD` times the width of the face, its area over its longest side.
+    """
+    area, x, ends = face_measures(X[faces]).sum(axis=1), X[faces], faces.ravel()
+    longest = np.linalg.norm(np.roll(x, -1, axis=1) - x, axis=2).max(axis=1)
+    into = volume / area
+    sums = [np.bincount(ends, np.repeat(h, 4)) for h in (into, np.minimum(into, SPREAD * area / longest))]
+    depth, pressed = (total[nodes] / np.bincount(ends)[nodes] for total in sums)
+    return depth, pressed
 
 
 def _outward(surface: Index, cells: Index) -> tuple[Index, Index]:

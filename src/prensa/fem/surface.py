@@ -83,12 +83,16 @@ class Surface:
             return self.dofs
         return np.hstack([self.dofs, self.multipliers.dofs(np.arange(len(self.points)))])
 
+    @property
+    def unit(self) -> Array:
+        """E*/h (k,) of the points: what β multiplies, h what they press in; of multipliers the unit, h the depth there."""
+        return self.modulus / (self.points.depth if self.exact else self.points.pressed_length)
+
     def scale(self, k_t_least: Array) -> Scale:
         """Penalty stiffnesses of the points: k_n = β E*/h, k_T = β_T E*/h, not below ``k_t_least`` (k,)."""
-        h = self.points.depth
-        unit = self.modulus / h
+        unit = self.unit
         k_n, k_t = self.description.enforcement.stiffness(unit)
-        return Scale(k_n, np.maximum(k_t, k_t_least), h, unit)
+        return Scale(k_n, np.maximum(k_t, k_t_least), self.points.depth, unit)
 
 
 @dataclass(frozen=True)

@@ -191,7 +191,7 @@ class System:
         out = lam.copy()
         for s in self.surfaces:
             if s.multipliers is not None:
-                out[s.rows] = s.multipliers.of(u) * (s.modulus / s.points.depth)[:, None]
+                out[s.rows] = s.multipliers.of(u) * s.unit[:, None]
         return out
 
     def initial_multipliers(self, state: State) -> Array:

@@ -310,7 +310,7 @@ def _pair_motions(system: System, s: Surface, x: Array) -> tuple[Array, Array]:
     t = system.dofs.dimension - 1
     lam = np.zeros((len(q), 1 + t))
     if s.multipliers is not None:
-        lam = s.multipliers.of(x) * (s.modulus / s.points.depth)[:, None]
+        lam = s.multipliers.of(x) * s.unit[:, None]
     return q, lam
 
 

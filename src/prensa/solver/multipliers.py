@@ -57,7 +57,7 @@ def determined(e: Evaluation, b: Array, equations: list[Equations], policy: Poli
         left = np.stack([np.sqrt(n2), np.sqrt(((t - along[:, None] * n) ** 2).sum(axis=1))], axis=1)
         constraint = own <= policy.weak * size
         held = constraint & (left <= policy.weak * size)
-        unit = s.modulus / s.points.depth
+        unit = s.unit
         assert s.multipliers is not None
         asked = np.abs(s.multipliers.of(b))
         unmet = held & (asked > (policy.met * s.points.depth * f.weight * unit)[:, None])

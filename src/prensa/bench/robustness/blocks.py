@@ -214,6 +214,7 @@ def _tool(
         return _polygon(rng, width, h, L), False, 0.12
     if kind == "stamp":
         w = float(rng.uniform(0.4, 1.2)) * width
+        w += 2 * x0 if w <= 2 * x0 else 0.0  # as narrow as a bore it would go into it and meet nothing
         fillet = float(rng.uniform(1.0, 2.0)) * h
         return pr.Stamp(width=w * L, fillet=min(fillet, 0.4 * w) * L, touching="body.top"), False, 0.1
     inner = float(rng.uniform(0.3, 0.5)) * width

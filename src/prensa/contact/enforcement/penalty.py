@@ -20,7 +20,9 @@ Array = NDArray[np.float64]
 
 
 class Penalty(Enforcement):
-    """Penalty enforcement; k_n = beta E*/h and k_T = beta_T E*/h with E* = E/(1 − ν²), h the depth of the elements behind.
+    """Penalty enforcement; k_n = beta E*/h and k_T = beta_T E*/h with E* = E/(1 − ν²).
+
+    h is the depth of the elements behind, or two of their edges where these are shorter.
 
     ``k_n`` and ``k_T`` set absolute stiffnesses (pressure per length) instead, to reproduce published work.
     ``continuation``: after two cut-backs, an attempt that fails is repeated from beta = 10 and beta_T = 1 upwards by this
