@@ -88,7 +88,8 @@ def observe(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> None:
     state.norm = eq.norm(e)
     state.relative = state.norm / e.scale if e.scale > 0 else 0.0
     state.reversed = reversed_slip(before, now)
-    flipped = (now > 0) != (state.closed if before is None else before > 0)
+    was = state.closed if before is None else before > 0
+    flipped = (now > 0) != was if len(now) == len(was) else was  # tools that are taken away leave no points
     state.settled = not flipped.any()
     state.changed = int(np.count_nonzero(flipped if before is None else now != before))
     result.u = state.u
