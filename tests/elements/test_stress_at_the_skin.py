@@ -12,6 +12,7 @@ import prensa as pr
 from prensa import reference as ref
 from prensa.contact.recovery import at_free_edges, recover
 from prensa.fem.system import Evaluation
+from prensa.mesh.mesh import boundary_edges
 from prensa.solver.results import nodal_stress, skin_stress
 from prensa.verify.drive import Drive
 from prensa.verify.elements import curve, quadrilaterals
@@ -246,6 +247,21 @@ def test_pressures_at_free_edges_come_from_the_traction():
     np.testing.assert_array_equal(at_free_edges(*where, sides, ends, yielded, NU, False), 7.0)
     for all_alike in (yielded | True, yielded & False):  # where nothing ends the patches are better
         np.testing.assert_array_equal(at_free_edges(*where, none, ends, all_alike, NU, False), 7.0)
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.3, 0.7853, np.pi / 4, 2.0])
+def test_means_of_elements_are_fitted_alike_however_the_mesh_lies(turn):
+    """A field with curvature, fitted by means at the skin: the same when mesh and field are turned, by 45° too."""
+    drive = Drive(pr.Body(quadrilaterals((6, 4), (6.0, 4.0)), pr.Elastic(E, NU), "q4_fbar"), "plane strain", "small")
+    (block,) = drive.system.blocks
+    c, s = np.cos(turn), np.sin(turn)
+    X, Q = block.positions(drive.X), np.array([[c, s], [-s, c]])
+    field = (1.0 + X @ [0.3, 0.2] + 0.05 * X[..., 1] ** 2 - 0.02 * X[..., 0] * X[..., 1])[..., None]
+    as_it_lies = recover(drive.X, block.cells, X, field, centred=True)
+    skin = np.unique(boundary_edges(block.cells))
+    np.testing.assert_allclose(
+        recover(drive.X @ Q, block.cells, X @ Q, field, centred=True)[skin], as_it_lies[skin], atol=1e-9
+    )
 
 
 @pytest.mark.parametrize("element", ["q4_enhanced", "q4_sheet", "q8", "t6"])

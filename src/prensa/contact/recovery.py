@@ -78,11 +78,11 @@ def _solved(M, B, terms, L):
 
 
 @njit(cache=True, no_cpython_wrapper=True)
-def _fit(members, begin, end, cells, X, values, x, v, sx, sy, terms, counts, M, L, basis, coefs):
+def _fit(members, begin, end, cells, X, values, x, v, ux, uy, sx, sy, terms, counts, M, L, basis, coefs):
     """Least squares over the points of elements members[begin:end] about node v → coefs (6, values), missing terms zero.
 
-    counts (a, q): how much the points count for each node of their element, or (0, q) where all count alike. M, L (6, 6),
-    basis (6,): scratch.
+    (ux, uy): direction of s, along which sx is the size of the patch. counts (a, q): how much the points count for each node
+    of their element, or (0, q) where all count alike. M, L (6, 6), basis (6,): scratch.
     """
     for i in range(6):
         for j in range(6):
@@ -95,7 +95,8 @@ def _fit(members, begin, end, cells, X, values, x, v, sx, sy, terms, counts, M, 
         while counts.shape[0] and cells[e, own] != v:
             own += 1
         for q in range(X.shape[1]):
-            _basis((X[e, q, 0] - x[v, 0]) / sx, (X[e, q, 1] - x[v, 1]) / sy, basis)
+            dx, dy = X[e, q, 0] - x[v, 0], X[e, q, 1] - x[v, 1]
+            _basis((dx * ux + dy * uy) / sx, (dy * ux - dx * uy) / sy, basis)
             w = counts[own, q] if counts.shape[0] else 1.0
             for i in range(6):
                 for j in range(i + 1):
@@ -121,7 +122,15 @@ def _add_patches(nodes, first, members, interior, cells, x, X, values, counts, t
     """
     for v in nodes:
         begin, end = first[v], first[v + 1]
-        sx = sy = 0.0
+        ux, uy, sx, sy = 1.0, 0.0, 0.0, 0.0
+        if X.shape[1] == 1 and cells.shape[1] == 4:  # four points: the bilinear term has to be that of their own square
+            e, a = members[begin], 0
+            while cells[e, a] != v:
+                a += 1
+            w = cells[e, (a + 1) % 4]
+            length = math.hypot(x[w, 0] - x[v, 0], x[w, 1] - x[v, 1])
+            if length > 0.0:
+                ux, uy = (x[w, 0] - x[v, 0]) / length, (x[w, 1] - x[v, 1]) / length
         for m in range(begin, end):
             e = members[m]
             if reach == OWN:
@@ -129,11 +138,11 @@ def _add_patches(nodes, first, members, interior, cells, x, X, values, counts, t
                     sx = sy = max(sx, max(abs(X[e, q, 0] - x[v, 0]), abs(X[e, q, 1] - x[v, 1])))
                 continue
             for a in range(cells.shape[1]):
-                sx = max(sx, abs(x[cells[e, a], 0] - x[v, 0]))
-                sy = max(sy, abs(x[cells[e, a], 1] - x[v, 1]))
+                dx, dy = x[cells[e, a], 0] - x[v, 0], x[cells[e, a], 1] - x[v, 1]
+                sx, sy = max(sx, abs(dx * ux + dy * uy)), max(sy, abs(dy * ux - dx * uy))
         if sx == 0.0 or sy == 0.0:
             continue
-        _fit(members, begin, end, cells, X, values, x, v, sx, sy, terms, counts, M, L, basis, coefs)
+        _fit(members, begin, end, cells, X, values, x, v, ux, uy, sx, sy, terms, counts, M, L, basis, coefs)
         for m in range(begin, end):
             e = members[m]
             for a in range(cells.shape[1]):
@@ -149,7 +158,8 @@ def _add_patches(nodes, first, members, interior, cells, x, X, values, counts, t
                             seen = True
                 if seen:
                     continue
-                _basis((x[w, 0] - x[v, 0]) / sx, (x[w, 1] - x[v, 1]) / sy, basis)
+                dx, dy = x[w, 0] - x[v, 0], x[w, 1] - x[v, 1]
+                _basis((dx * ux + dy * uy) / sx, (dy * ux - dx * uy) / sy, basis)
                 for c in range(values.shape[2]):
                     for i in range(6):
                         out[w, c] += coefs[i, c] * basis[i]
