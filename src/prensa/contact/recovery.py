@@ -34,7 +34,7 @@ OUTER_TERMS = {3: 3, 4: 4, 6: 3, 8: 4}  # of patches about nodes of the outline 
 FEWER = np.array([0, 0, 0, 1, 3, 0, 4])  # terms to try where the points do not determine so many
 NO_CORNER = 0.9  # cosine between the normals of two sides between which the outline has no corner
 ALL, ITSELF, OWN = range(3)  # what a patch reaches, see `_patches`
-BY_SHARE = 4  # power of a node's share in a point by which the point counts at the skin: beyond a kink it hardly does
+BY_SHARE = 8  # power of a node's share in a point by which the point counts at the skin: beyond a kink it hardly does
 RANK = 1e-10  # share of a term's square, summed over the points, that the terms before must leave for it to be determined
 
 
@@ -78,11 +78,11 @@ def _solved(M, B, terms, L):
 
 
 @njit(cache=True, no_cpython_wrapper=True)
-def _fit(members, begin, end, cells, X, values, x, v, sx, sy, terms, counts, M, L, basis, coefs):
+def _fit(members, begin, end, cells, X, values, x, v, ux, uy, sx, sy, terms, counts, M, L, basis, coefs):
     """Least squares over the points of elements members[begin:end] about node v → coefs (6, values), missing terms zero.
 
-    counts (a, q): how much the points count for each node of their element, or (0, q) where all count alike. M, L (6, 6),
-    basis (6,): scratch.
+    (ux, uy): direction of s, along which sx is the size of the patch. counts (a, q): how much the points count for each node
+    of their element, or (0, q) where all count alike. M, L (6, 6), basis (6,): scratch.
     """
     for i in range(6):
         for j in range(6):
@@ -95,7 +95,8 @@ def _fit(members, begin, end, cells, X, values, x, v, sx, sy, terms, counts, M, 
         while counts.shape[0] and cells[e, own] != v:
             own += 1
         for q in range(X.shape[1]):
-            _basis((X[e, q, 0] - x[v, 0]) / sx, (X[e, q, 1] - x[v, 1]) / sy, basis)
+            dx, dy = X[e, q, 0] - x[v, 0], X[e, q, 1] - x[v, 1]
+            _basis((dx * ux + dy * uy) / sx, (dy * ux - dx * uy) / sy, basis)
             w = counts[own, q] if counts.shape[0] else 1.0
             for i in range(6):
                 for j in range(i + 1):
@@ -121,7 +122,15 @@ def _add_patches(nodes, first, members, interior, cells, x, X, values, counts, t
     """
     for v in nodes:
         begin, end = first[v], first[v + 1]
-        sx = sy = 0.0
+        ux, uy, sx, sy = 1.0, 0.0, 0.0, 0.0
+        if X.shape[1] == 1 and cells.shape[1] == 4:  # four points: the bilinear term has to be that of their own square
+            e, a = members[begin], 0
+            while cells[e, a] != v:
+                a += 1
+            w = cells[e, (a + 1) % 4]
+            length = math.hypot(x[w, 0] - x[v, 0], x[w, 1] - x[v, 1])
+            if length > 0.0:
+                ux, uy = (x[w, 0] - x[v, 0]) / length, (x[w, 1] - x[v, 1]) / length
         for m in range(begin, end):
             e = members[m]
             if reach == OWN:
@@ -129,11 +138,11 @@ def _add_patches(nodes, first, members, interior, cells, x, X, values, counts, t
                     sx = sy = max(sx, max(abs(X[e, q, 0] - x[v, 0]), abs(X[e, q, 1] - x[v, 1])))
                 continue
             for a in range(cells.shape[1]):
-                sx = max(sx, abs(x[cells[e, a], 0] - x[v, 0]))
-                sy = max(sy, abs(x[cells[e, a], 1] - x[v, 1]))
+                dx, dy = x[cells[e, a], 0] - x[v, 0], x[cells[e, a], 1] - x[v, 1]
+                sx, sy = max(sx, abs(dx * ux + dy * uy)), max(sy, abs(dy * ux - dx * uy))
         if sx == 0.0 or sy == 0.0:
             continue
-        _fit(members, begin, end, cells, X, values, x, v, sx, sy, terms, counts, M, L, basis, coefs)
+        _fit(members, begin, end, cells, X, values, x, v, ux, uy, sx, sy, terms, counts, M, L, basis, coefs)
         for m in range(begin, end):
             e = members[m]
             for a in range(cells.shape[1]):
@@ -149,7 +158,8 @@ def _add_patches(nodes, first, members, interior, cells, x, X, values, counts, t
                             seen = True
                 if seen:
                     continue
-                _basis((x[w, 0] - x[v, 0]) / sx, (x[w, 1] - x[v, 1]) / sy, basis)
+                dx, dy = x[w, 0] - x[v, 0], x[w, 1] - x[v, 1]
+                _basis((dx * ux + dy * uy) / sx, (dy * ux - dx * uy) / sy, basis)
                 for c in range(values.shape[2]):
                     for i in range(6):
                         out[w, c] += coefs[i, c] * basis[i]
@@ -195,8 +205,11 @@ def _counts(N: Array) -> Array:
     """How much the points of an element count for each of its nodes (a, q), from its shape functions at the points N (q, a).
 
     The power `BY_SHARE` of the share that the node has in the point when the element's sides are straight, or that the two ends
-    of its side have together. An affine field of any shape of element is fitted exactly whatever the points count.
+    of its side have together. An affine field of any shape of element is fitted exactly whatever the points count. Where
+    only two stand each way there is none to spare, and all count alike: (0, q).
     """
+    if len(N) == 4:
+        return np.empty((0, 4))
     sides = 4 if N.shape[1] in (4, 8) else 3
     at = np.eye(3) if sides == 3 else np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     ends = np.roll(np.arange(sides), -1)
@@ -216,26 +229,73 @@ def recover(
     functions at the points, by which near ones count more beside a kink; without, all count alike.
     """
     n, a = len(x), cells.shape[1]
-    members, first = _members(cells, n)
-    interior = np.zeros(n, dtype=np.bool_)
-    interior[corner_cells(cells)] = True
-    boundary = boundary_edges(cells)
-    interior[boundary] = False
+    at = _sampled(x, cells, X, values)
     out, count = np.zeros((n, values.shape[2])), np.zeros(n, dtype=np.int64)
-    alike = np.empty((0, X.shape[1]))
-    at = _Sampled(first, members, interior, cells, x, np.ascontiguousarray(X), np.ascontiguousarray(values), alike)
     _smooth(at, out, count)
     out /= np.maximum(count, 1)[:, None]
+    skin = np.unique(boundary_edges(cells))
     if kinked is not None and kinked.any():
-        skin = np.unique(boundary)
-        skin = skin[_around(cells, n, kinked)[skin]]
-        out[skin] = 0.0
-        _patches(skin, at._replace(counts=alike if N is None else _counts(N)), OWN_TERMS[a], OWN, out, count)
-    if centred and interior.any():
-        reached = np.zeros(n, dtype=np.bool_)
-        reached[cells[interior[cells].any(axis=1)]] = True
-        skin = np.unique(boundary)
-        out[skin[reached[skin]]] = _of_centres(at)[skin[reached[skin]]]
+        near = skin[_around(cells, n, kinked)[skin]]
+        out[near] = 0.0
+        _patches(near, at if N is None else at._replace(counts=_counts(N)), OWN_TERMS[a], OWN, out, count)
+    if centred and at.interior.any():
+        reached, alike = skin[_reached(at)[skin]], np.ones(X.shape[1])
+        middle = at._replace(X=_mean(X, alike), values=_mean(values, alike), counts=np.empty((0, 1)))
+        out[reached] = _of_centres(middle)[reached]
+    return out
+
+
+def with_tractions_of_centres(
+    x: Array, cells: NDArray[np.int64], X: Array, values: Array, nodal: Array, yielded: Flags, poisson: float, weight: Array
+) -> Array:  # fmt: skip
+    """Nodal stresses (n, 4) xx, yy, zz, xy in which the normal stress at the outline is that of the means of the elements.
+
+    An incompatible mode whose strain varies in ξ along ξ makes the stress along ξ the same throughout the element: in
+    bending the strain along the normal is right then, but where a pressure decreases inwards its points lack that, an
+    error of first order at the skin. Near elements that have not yielded everything is fitted by means (see `recover`).
+    Near such that have, what is fitted may end in a kink within the layer: there the normal stress alone is, and the strain
+    along the normal that it lacked comes with the others, metal that flows being incompressible: the same pressure more;
+    else ν/(1 - ν) of it. Corners between two sides have no normal: near yielded elements they are left as they are.
+
+    yielded (e,): elements that have yielded; weight (q,) of the points in a mean; the rest as in `recover`.
+    """
+    at, out = _sampled(x, cells, X, values), nodal.copy()
+    if not at.interior.any():
+        return out
+    at = at._replace(X=_mean(X, weight), values=_mean(values, weight), counts=np.empty((0, 1)))
+    centres, reached = _of_centres(at), _reached(at)
+    near = _around(cells, len(x), yielded)
+    skin = np.unique(boundary_edges(cells))
+    smooth = skin[reached[skin] & ~near[skin]]
+    out[smooth] = centres[smooth]
+    none = np.zeros(len(x), dtype=np.bool_)
+    nodes, (nx, ny) = _smooth_sides(x, cells, none, none)
+    kept = (reached & near)[nodes]
+    nodes, nx, ny = nodes[kept], nx[kept], ny[kept]
+    xx, yy, _, xy = (centres - nodal)[nodes].T
+    more = xx * nx**2 + 2.0 * xy * nx * ny + yy * ny**2
+    flows = none.copy()
+    flows[cells[yielded]] = True
+    along = np.where(flows[nodes], 1.0, poisson / (1.0 - poisson))
+    share = np.column_stack([nx**2 + along * ny**2, ny**2 + along * nx**2, along, (1.0 - along) * nx * ny])
+    out[nodes] += more[:, None] * share
+    return out
+
+
+def _sampled(x: Array, cells: NDArray[np.int64], X: Array, values: Array) -> _Sampled:
+    """What patches about interior nodes are fitted to, all points counting alike."""
+    members, first = _members(cells, len(x))
+    interior = np.zeros(len(x), dtype=np.bool_)
+    interior[corner_cells(cells)] = True
+    interior[boundary_edges(cells)] = False
+    alike = np.empty((0, X.shape[1]))
+    return _Sampled(first, members, interior, cells, x, np.ascontiguousarray(X), np.ascontiguousarray(values), alike)
+
+
+def _reached(at: _Sampled) -> Flags:
+    """Nodes (n,) that a patch about an interior node reaches."""
+    out = np.zeros(len(at.x), dtype=np.bool_)
+    out[at.cells[at.interior[at.cells].any(axis=1)]] = True
     return out
 
 
@@ -247,11 +307,15 @@ def _smooth(at: _Sampled, out: Array, count: NDArray[np.int64]) -> None:
     _patches(left, at, OUTER_TERMS[a], ITSELF, out, count)
 
 
+def _mean(values: Array, weight: Array) -> Array:
+    """Means (e, 1, v) of values at the points (e, q, v)."""
+    return np.ascontiguousarray((weight / weight.sum()) @ values)[:, None]
+
+
 def _of_centres(at: _Sampled) -> Array:
-    """Nodal values (n, v) of patches through the means of the elements, as far as patches about interior nodes reach."""
+    """Nodal values (n, v) of patches through the one point that elements have, as far as patches about interior nodes reach."""
     out, count = np.zeros((len(at.x), at.values.shape[2])), np.zeros(len(at.x), dtype=np.int64)
-    middle, mean = (np.ascontiguousarray(v.mean(axis=1, keepdims=True)) for v in (at.X, at.values))
-    _smooth(at._replace(X=middle, values=mean, counts=np.empty((0, 1))), out, count)
+    _smooth(at, out, count)
     return np.asarray(out / np.maximum(count, 1)[:, None])
 
 
@@ -278,11 +342,9 @@ def at_free_edges(
     flows, some_rest = np.asarray(yielded.any(axis=1)), np.asarray(~yielded.all(axis=1))
     near = (~loaded & _around(cells, n, flows) & _around(cells, n, some_rest))[nodes]
     nodes, nx, ny = nodes[near], nx[near], ny[near]
-    members, first = _members(cells, n)
     both = np.concatenate([values, values - values.mean(axis=1, keepdims=True)], axis=2)
-    own, inside = np.zeros((n, 2 * values.shape[2])), np.zeros(n, dtype=np.bool_)
-    at = _Sampled(first, members, inside, cells, x, np.ascontiguousarray(X), both, np.empty((0, X.shape[1])))
-    _patches(nodes, at, OWN_TERMS[a], OWN, own, np.zeros(n, dtype=np.int64))
+    own = np.zeros((n, 2 * values.shape[2]))
+    _patches(nodes, _sampled(x, cells, X, both), OWN_TERMS[a], OWN, own, np.zeros(n, dtype=np.int64))
     xx, yy, zz, xy = own[nodes].reshape(-1, 2, 4).T  # (2, nodes) each: the values, and what is within the elements of them
     across = xx * nx**2 + 2.0 * xy * nx * ny + yy * ny**2
     along, hoop = xx + yy - 2.0 * across, zz - across  # less σ_nn

@@ -94,6 +94,9 @@ class Element(Member, abstract=True):
     follows_gradients: ClassVar[bool] = False
     """Whether its points have the stress of where they are when it is bent, so that it can be carried on to the skin."""
 
+    even_along_itself: ClassVar[bool] = False
+    """Whether its stress along ξ or η does not vary in that direction, so that only its mean is that of its middle."""
+
     for_sheets: ClassVar[bool] = False
     """Whether η has to be the direction in which the body is thin; the nodes of its cells are then counted so."""
 
@@ -111,6 +114,11 @@ class Element(Member, abstract=True):
     def N(self) -> Array:
         """Shape functions at the points (q, a)."""
         raise NotImplementedError(f"{self.type!r} has no shape functions: define N")
+
+    @property
+    def weight(self) -> Array:
+        """Weights (q,) of the points in a mean over the square or triangle."""
+        raise NotImplementedError(f"{self.type!r} has no weights of its points: define weight")
 
     def extra(self, mode: Mode) -> int:
         """History columns of the element itself, which follow the law's."""

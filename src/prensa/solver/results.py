@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces
-from prensa.contact.recovery import at_free_edges, recover, smoothed
+from prensa.contact.recovery import at_free_edges, recover, smoothed, with_tractions_of_centres
 from prensa.fem.context import Context
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
@@ -274,7 +274,12 @@ def nodal_stress(system: System, state: State, e: Evaluation, recovery: Recovery
     out = np.zeros((system.nodes, 4))
     for b, h in zip(system.blocks, e.history):
         values = b.law.cauchy(b.at_law(h).reshape(-1, b.law.size)).reshape(len(b), -1, 4)
-        out[_own(b)] = _recovered(x, b, values, h, recovery)
+        own = _own(b)
+        out[own] = _recovered(x, b, values, h, recovery)
+        if recovery is None and b.element.even_along_itself:
+            where = x[own], b.cells - own.start, b.positions(x), values
+            yielded = np.asarray(_yielded(b, h).any(axis=1)) if b.law.plastic else np.zeros(len(b), dtype=bool)
+            out[own] = with_tractions_of_centres(*where, out[own], yielded, b.law.nu, b.element.weight)
     return out
 
 

@@ -24,6 +24,11 @@ class Isoparametric(Element, abstract=True):
         """Shape functions at the points (q, a)."""
         return self.table.N
 
+    @property
+    def weight(self) -> Array:
+        """Weights (q,) of the points."""
+        return self.table.weight
+
     def volumes(self, X: Array, mode: Mode) -> tuple[Array, Flags]:
         """Initial volumes (k, q) and flags (k,) of folded elements."""
         t = self.table

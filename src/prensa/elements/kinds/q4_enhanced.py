@@ -26,6 +26,7 @@ class Enhanced(Isoparametric, abstract=True):
     """
 
     follows_gradients: ClassVar[bool] = True
+    even_along_itself: ClassVar[bool] = True
     across: ClassVar[int] = 0
     """Further modes of the strain across: Legendre polynomials in η from the second degree on."""
 
