@@ -28,6 +28,7 @@ from prensa.fem.symmetry import is_symmetric
 from prensa.fem.system import Evaluation, System
 from prensa.fem.time_rule import BACKWARD_EULER, TimeRule, all_follow, unsteadiness
 from prensa.model import problem as model
+from prensa.model.checks import warnings_of
 from prensa.model.feed import ends_early
 from prensa.model.remeshing import remeshing_of
 from prensa.solver.acceptance import Acceptance, unilaterally_supported
@@ -154,8 +155,9 @@ def told_before(system: System) -> None:
     """Refuse what cannot be solved, and log what there is to say of the rest, before a run."""
     notices = preflight(system)
     refuse(notices)
-    for notice in notices:
-        log.warning("%s", notice)
+    doubts = warnings_of(system.problem) if system.courses is None else []
+    for words in [*doubts, *map(str, notices)]:
+        log.warning("%s", words)
 
 
 def check_arguments(
