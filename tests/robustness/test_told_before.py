@@ -295,3 +295,22 @@ def test_a_case_called_round_that_says_no_space_is_told():
     for name, heard in (("billet upsetting", 1), ("round_bar", 1), ("axisymmetric", 1), ("cylinder on a block", 0), ("ring", 0)):
         p = pr.Problem(name, body, (pr.Step("s"),), fixed={"b.bottom": "y", "b.left": "x"})
         assert len(space_left_out(p)) == heard
+
+
+def test_a_node_on_a_bore_goes_down_with_a_fillet_that_comes_along_it():
+    """Held across, free along: the fillet of a stamp takes it along, its normal mostly across where the body stood before.
+
+    Refused before, though it runs; a node that is held both ways is refused still.
+    """
+    def pressed(fixed):
+        return pr.Problem(
+            "bore", {"b": pr.Body(pr.Rectangle(size=(4.0, 4.0), n=(8, 8), origin=(1.0, 0.0)), SOFT)},
+            (pr.Step("press", move={"t": pr.Motion(y=-0.3)}, increments=4),),
+            {"t": pr.Stamp(width=2.2, fillet=0.44, touching="b.top")}, (pr.Contact("b.top", "t"),),
+            fixed={"b.bottom": "y", "b.left": fixed}, space="axisymmetric",
+        )  # fmt: skip
+
+    assert not any("held along the normal" in words for words in told(pressed(pr.Fixed(x=0.0))))
+    *_, last = pr.solve(pressed(pr.Fixed(x=0.0)))
+    assert last.time == 1.0 and last.force("t").y > 0
+    assert any("held along the normal" in words for words in told(pressed(pr.Fixed(x=0.0, y=0.0))))

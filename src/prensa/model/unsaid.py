@@ -11,7 +11,9 @@ if TYPE_CHECKING:
 SOLID = frozenset(["billet", "slug", "rod", "wire", "bolt", "rivet", "shaft", "disc", "disk", "cylinder", "cup", "can"])
 HOLLOW = frozenset(["ring", "tube", "pipe", "sleeve", "bush", "bushing", "washer"])
 
-ROUND_CASES = frozenset(["axisymmetric", "axisymmetrical", "round", "billet", "slug", "rod", "wire", "bolt", "rivet", "tube", "pipe"])
+ROUND_CASES = frozenset(
+    ["axisymmetric", "axisymmetrical", "round", "billet", "slug", "rod", "wire", "bolt", "rivet", "tube", "pipe"]
+)
 """Words of a case's name that no name of a plane one has."""
 
 

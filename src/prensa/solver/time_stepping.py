@@ -54,7 +54,7 @@ from prensa.solver.increment import Increment, Monitor
 from prensa.solver.ledger import ledger, nodal_work
 from prensa.solver.passages import Passages, passing_of
 from prensa.solver.policy import Policy
-from prensa.solver.post_mortem import hint, where
+from prensa.solver.post_mortem import hint, remedy, where
 from prensa.solver.quality import quality_warnings, untouched_tools
 from prensa.solver.reduced import Reduced
 from prensa.solver.remeshing import Due, Remeshing, fresh
@@ -583,7 +583,8 @@ class TimeStepping:
             reason = tipping  # whatever came of it
         elif not isinstance(reason, FreeToMove | BeyondSmall):
             reason = unilaterally_supported(self.system, c) or reason
-        place = where(self.equilibrium(c), reason, result)
+        eq = self.equilibrium(c)
+        place = where(eq, reason, result)
         self.messages.warn(self.validity.told())
         cut = f"The increment was cut {cutbacks} times without success."
         if self.times is not None:
@@ -603,7 +604,7 @@ class TimeStepping:
             last += f" {held}"
         return SolveError(
             f"step {c.plan.name!r}, time {c.time:.6g}: {sentence(reason)}{'; ' + place if place else ''}. {cut} "
-            f"{last} What to try: {hint(reason)}.",
+            f"{last} What to try: {remedy(eq, reason)}.",
             self.last,
             reason,
         )
