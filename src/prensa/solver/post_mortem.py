@@ -39,21 +39,8 @@ from prensa.solver.limits import friction_limits, limits, mostly_sheared
 def hint(failure: Failure) -> str:
     """What to try against a failure."""
     match failure:
-        case TipsOver(tool=tool):
-            return (
-                f"the reference point of {tool!r} ('at') opposite what bears it, more of the contact surface under it, or no 'm' "
-                "in its 'push': without, it does not turn"
-            )
-        case ToolRunaway(axis="rz"):
-            return (
-                "its turn in 'move' ('rz'), or on a spring; of one that rolls along what it presses: shorter elements there, "
-                "some of whose points stick, or more friction"
-            )
         case _ if isinstance(failure, FreeToMove):
-            return (
-                "support the body or the tool in that direction, or hold it until contact does; a body that its tools leave "
-                "springs back without supports in a step with 'remove_tools: true'"
-            )
+            return _what_holds(failure)
         case Unevaluable(ElementFailed(why=Why.INVERTED)):
             return (
                 "more 'increments', a mesh that is coarser or better shaped there, another 'element' (q4_fbar, q4, "
@@ -101,6 +88,24 @@ def hint(failure: Failure) -> str:
         case Unsettled():
             return "a larger 'beta', or 'penalty'"
     return "more 'increments', a smaller motion per step, a larger fillet or a finer mesh where it happens, or less softening"
+
+
+def _what_holds(failure: FreeToMove) -> str:
+    match failure:
+        case TipsOver(tool=tool):
+            return (
+                f"the reference point of {tool!r} ('at') opposite what bears it, more of the contact surface under it, or no 'm' "
+                "in its 'push': without, it does not turn"
+            )
+        case ToolRunaway(axis="rz"):
+            return (
+                "its turn in 'move' ('rz'), or on a spring; of one that rolls along what it presses: shorter elements there, "
+                "some of whose points stick, or more friction"
+            )
+    return (
+        "support the body or the tool in that direction, or hold it until contact does; a body that its tools leave "
+        "springs back without supports in a step with 'remove_tools: true'"
+    )
 
 
 def remedy(eq: Equilibrium, failure: Failure) -> str:
