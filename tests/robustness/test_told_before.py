@@ -245,3 +245,72 @@ def test_the_least_jacobian_on_sides_is_that_of_the_mapping():
         a, b = (place(s + h, t) - place(s - h, t)) / (2 * h), (place(s, t + h) - place(s, t - h)) / (2 * h)
         dets.append(a[0] * b[1] - a[1] * b[0])
     assert least_on_sides(x[:, None])[0] == pytest.approx(min(dets) / np.mean(dets), rel=1e-6)
+
+
+@pytest.mark.parametrize(("increments", "table", "half"), [
+    (4, ((0.0, -0.1), (1.0, -0.3)), -0.2),  # as the table stands from the first increment on
+    (None, ((0.0, -0.1), (1.0, -0.3)), -0.2),
+    (4, ((0.0, 0.2), (1.0, -0.3)), -0.05),  # drawn away at first
+])  # fmt: skip
+def test_a_table_that_begins_elsewhere_is_told_and_reached_over_the_first_increment(increments, table, half, caplog):
+    """A jump is as long in any increment, however short, and was cut again and again; now each cut makes it shorter."""
+    p = block(METAL, steps=(pr.Step("press", move={"die": pr.Motion(y=table)}, increments=increments),))
+    foretold = [words for words in told(p) if "would jump" in words]
+    assert len(foretold) == 1 and "it comes there over the first" in foretold[0]
+    done = list(pr.solve(p))
+    assert [words for words in caplog.messages if "begins" in words] == foretold
+    places = {round(inc.time, 9): inc.tools["die"].place.y for inc in done}
+    assert places[1.0] == pytest.approx(-0.3) and sum(inc.statistics.cutbacks for inc in done) <= 2
+    at = np.array(sorted(places))
+    assert np.interp(0.5, at, [places[t] for t in at]) == pytest.approx(half, abs=1e-9)
+
+
+def test_a_table_that_begins_where_a_pushed_tool_is_not_is_told_in_the_run(caplog):
+    """Where a tool is that was pushed nobody knows before: told once, when the step begins, with its place; `by` moves it on."""
+    steps = (pr.Step("push", push={"die": pr.Push(y=-800.0)}), pr.Step("back", move={"die": pr.Motion(y=((1, 0.0), (2, 0.2)))}))
+    p = block(METAL, steps=steps)
+    assert not any("would jump" in words for words in told(p))
+    *_, last = pr.solve(p)
+    (said,) = [words for words in caplog.messages if "comes there" in words]
+    assert "step 'back', move.die.y: the table has 0 at time 1, where tool 'die' is at -0." in said and "'by'" in said
+    assert last.force("die").y == 0.0 and last.tools["die"].place.y == pytest.approx(0.2)
+
+
+def test_scripts_hear_of_what_a_case_file_is_told(caplog):
+    """What `prensa check` says of units, friction and a missing 'space' stands in the log of `prensa.solve` too, once each."""
+    body = {"billet": pr.Body(pr.Rectangle(size=(4, 2), n=(4, 2)), pr.Elastic(E=210.0, nu=0.3))}
+    tools, fixed = {"die": pr.Plane(touching="billet.top")}, {"billet.bottom": "y", "billet.left": "x"}
+    steps = (pr.Step("press", move={"die": pr.Motion(y=-0.01)}, increments=1),)
+    list(pr.solve(pr.Problem("p", body, steps, tools, fixed=fixed, friction=pr.Coulomb(mu=10.0))))
+    for words in ("'210 GPa'", "did you mean 0.1?", "'space' is left out"):
+        assert sum(words in m for m in caplog.messages) == 1
+    caplog.clear()
+    list(pr.solve(pr.Problem("p", body, steps, tools, fixed=fixed, space="plane strain")))
+    assert not any("'space'" in m for m in caplog.messages)
+
+
+def test_a_case_called_round_that_says_no_space_is_told():
+    """The name of the case counts with words that no plane one has; 'cylinder on a block' is plane."""
+    body = {"b": pr.Body(pr.Rectangle(size=(4, 2), n=(4, 2)), METAL)}
+    for name, heard in (("billet upsetting", 1), ("round_bar", 1), ("axisymmetric", 1), ("cylinder on a block", 0), ("ring", 0)):
+        p = pr.Problem(name, body, (pr.Step("s"),), fixed={"b.bottom": "y", "b.left": "x"})
+        assert len(space_left_out(p)) == heard
+
+
+def test_a_node_on_a_bore_goes_down_with_a_fillet_that_comes_along_it():
+    """Held across, free along: the fillet of a stamp takes it along, its normal mostly across where the body stood before.
+
+    Refused before, though it runs; a node that is held both ways is refused still.
+    """
+    def pressed(fixed):
+        return pr.Problem(
+            "bore", {"b": pr.Body(pr.Rectangle(size=(4.0, 4.0), n=(8, 8), origin=(1.0, 0.0)), SOFT)},
+            (pr.Step("press", move={"t": pr.Motion(y=-0.3)}, increments=4),),
+            {"t": pr.Stamp(width=2.2, fillet=0.44, touching="b.top")}, (pr.Contact("b.top", "t"),),
+            fixed={"b.bottom": "y", "b.left": fixed}, space="axisymmetric",
+        )  # fmt: skip
+
+    assert not any("held along the normal" in words for words in told(pressed(pr.Fixed(x=0.0))))
+    *_, last = pr.solve(pressed(pr.Fixed(x=0.0)))
+    assert last.time == 1.0 and last.force("t").y > 0
+    assert any("held along the normal" in words for words in told(pressed(pr.Fixed(x=0.0, y=0.0))))

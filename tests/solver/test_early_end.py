@@ -267,6 +267,22 @@ def test_friction_as_strong_as_the_metal_is_named():
     assert "friction of b.top-t is as strong as the metal at" in str(error)
 
 
+@pytest.mark.parametrize(("mu", "heard"), [(1.9, True), (0.1, False)])
+def test_friction_that_the_metal_does_not_bear_is_what_to_change(mu, heard):
+    """A cylinder that sticks to the metal shears it as it turns; where no increment converges, less friction would help."""
+    body = pr.Body(pr.Rectangle(size=(4, 2), n=(16, 8)), pr.J2(70e3, 0.3, pr.Perfect(100.0)))
+    ways = (pr.Motion(y=-0.1), pr.Motion(rz=0.1), pr.Motion(rz=0.4))
+    steps = tuple(pr.Step(str(i), move={"t": way}, increments=4) for i, way in enumerate(ways))
+    problem = pr.Problem(
+        "turned", bodies={"b": body}, tools={"t": pr.Circle(radius=1.0, touching="b.top")}, fixed={"b.bottom": "xy"},
+        contacts=(pr.Contact("b.top", "t", friction=pr.Coulomb(mu)),), steps=steps,
+    )  # fmt: skip
+    *_, turned = (inc for inc in pr.solve(problem) if inc.time <= 2.0)
+    with pytest.raises(SolveError) as caught:
+        list(pr.solve(problem, pr.Numerics(max_iterations=2, max_cutbacks=0), start=turned.state))
+    assert ("What to try: friction that the metal bears ('shear' with m below 1" in str(caught.value)) is heard
+
+
 @pytest.mark.parametrize("rule", ["simpson", "gauss3"])
 def test_stiff_penalties_at_more_points_than_nodes_are_solved_in_one_increment(rule):
     """More closed points than displacements of a stiff penalty: hundreds of iterations before, in a hundred increments."""

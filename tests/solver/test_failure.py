@@ -52,6 +52,7 @@ def test_remedies_do_not_follow_names():
         assert hint(plain) == hint(named)
         assert f.sentence(plain) != f.sentence(named)
     assert hint(f.Singular("x")) == hint(f.LostSupport("b")) != hint(f.Stagnated(1.0))
+    assert hint(f.ToolRunaway("t", "y")) == hint(f.LostSupport("b")) != hint(f.ToolRunaway("t", "rz"))
 
 
 def test_the_error_carries_the_reason():

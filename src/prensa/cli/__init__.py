@@ -116,12 +116,13 @@ def check(
         from prensa.errors import refuse
         from prensa.fem.discretise import discretise
         from prensa.fem.preflight import preflight, staircase
+        from prensa.model.checks import warnings_of
 
         system = discretise(problem)
         for line in lines_of(system):
             voice.confirm(line)
         notices = [*preflight(system), *staircase(system)]
-        warnings = [*source.doubts(problem), *(str(n) for n in notices if not n.fatal)]
+        warnings = [*warnings_of(problem), *(str(n) for n in notices if not n.fatal)]
         for warning in warnings:
             voice.warn(warning)
         refuse(notices)
@@ -150,7 +151,9 @@ def run(
         with _without_garbage_collection():
             loaded = source.read()
             voice.folder = folder = out or source.folder()
-            for warning in source.doubts(loaded.problem):
+            from prensa.model.checks import warnings_of
+
+            for warning in warnings_of(loaded.problem):
                 voice.warn(warning)
             from prensa.output.progress import ProgressBar
             from prensa.output.run import run as run_case
@@ -370,7 +373,9 @@ def gradient(
         loaded = source.read()
         if out is not None and out.is_dir():
             raise PrensaError(f"--out {out} is a folder; name a file, such as {out / 'gradient.csv'}")
-        for warning in source.doubts(loaded.problem):
+        from prensa.model.checks import warnings_of
+
+        for warning in warnings_of(loaded.problem):
             voice.warn(warning)
         from prensa.sensitivity.commands import asked
 

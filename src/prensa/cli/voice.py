@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Self
 import typer
 
 if TYPE_CHECKING:
-    from prensa.model.problem import Case, Problem
+    from prensa.model.problem import Case
 
 BAD_INPUT, FAILED, INTERRUPTED = 2, 1, 130
 STANDARD_INPUT = Path("-")
@@ -47,16 +47,6 @@ class Source:
         from prensa.model.schema import load, loads
 
         return load(self.path, self.changes) if self.is_file else loads(self._text, self.name, Path(), self.changes)
-
-    def doubts(self, problem: Problem) -> list[str]:
-        """Sentences about what is allowed but likely a slip, and about what the file leaves out."""
-        from prensa.model.schema import keys_of, warnings_of
-        from prensa.model.unsaid import space_left_out
-
-        round_ones = space_left_out(problem)
-        if round_ones and "space" in keys_of(self.path if self.is_file else self._text, self.name, self.changes):
-            round_ones = []
-        return [*warnings_of(problem), *round_ones]
 
     def located(self, message: str) -> str:
         """A message with file, line and column before each of its lines that names a part of the case."""

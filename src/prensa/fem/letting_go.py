@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.fem.motions import jumps
 from prensa.fem.planning import plan_step
 from prensa.fem.schedule import Course, StepPlan
 from prensa.fem.state import State
@@ -129,7 +130,8 @@ def _rolling(system: System, state: State, plan: StepPlan) -> list[int]:
 
 
 def table_jumps(system: System, state: State, plan: StepPlan) -> Iterator[str]:
-    """Sentences on tables of forces that do not begin a step with what is carried then: the difference is let go."""
+    """Sentences on tables that do not begin a step with what is carried then, or where tools are: the difference is let go."""
+    yield from jumps(system, plan)
     before = plan_step(system, plan.number - 1, state.step_start, state.ends)
     ended = state.clock.time
     for dof, course in plan.push.items():

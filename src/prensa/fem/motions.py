@@ -60,21 +60,20 @@ def _beginnings(
     system: System, plan: StepPlan, at_start: Array, known: Flags, before: StepPlan | None
 ) -> Iterator[Notice]:
     """Tables of displacement whose value at the start of their step is not where the tool or the support is."""
-    now = dict(zip(plan.fixed.tolist(), plan.values(plan.t0).tolist()))
+    fixed = set(plan.fixed.tolist())
     h = min((float(s.points.depth.min()) for s in system.surfaces), default=system.length)
     for path, name, axis, value, dofs in _tables(system, plan.number):
         least = JUMP * (h if axis != "rz" else 1.0)
+        relative = path.split(".")[2] == "by"
+        first = float(np.interp(plan.t0, *np.array(value, dtype=np.float64).T))
         for dof in dofs:
             if dof in plan.springs:
                 start = before.springs[dof][1](plan.t0) if before is not None and dof in before.springs else 0.0
-                jump = plan.springs[dof][1](plan.t0) - start
-            elif known[dof] and dof in now:
-                start, jump = float(at_start[dof]), now[dof] - float(at_start[dof])
+            elif known[dof] and dof in fixed:
+                start = float(at_start[dof])
             else:
                 continue
-            if abs(jump) > least:
-                relative = path.split(".")[2] == "by"
-                first = float(np.interp(plan.t0, *np.array(value, dtype=np.float64).T))
+            if abs(first if relative else first - start) > least:
                 yield Notice(
                     path,
                     f"{name} would jump: the table has {first:.6g} at time {plan.t0:g}, where the step begins, and "
@@ -83,9 +82,41 @@ def _beginnings(
                         if relative
                         else f"it is at {start:.6g} then: begin the table with [{plan.t0:g}, {start:.6g}], or measure it from "
                         "there with 'by'"
-                    ),
+                    )
+                    + f"; as it stands, it comes there over the first {_first(plan)}",
                 )
                 break
+
+
+def jumps(system: System, plan: StepPlan) -> Iterator[str]:
+    """Sentences on tables of displacement that begin elsewhere than where their tool or support has come to.
+
+    plan: with the true start of its step. What `motions` foretold, which knows it where nothing was driven by force, is left out.
+    """
+    if system.courses is not None:  # the description has no tables
+        return
+    here = dict(zip(plan.fixed.tolist(), plan.values(plan.t0).tolist()))
+    missing = {int(dof): way for g in plan.groups for dof, way in zip(g.dofs, g.missing(plan.t0).tolist())}
+    h = min((float(s.points.depth.min()) for s in system.surfaces), default=system.length)
+    found = []
+    for path, name, axis, value, dofs in _tables(system, plan.number):
+        way = max(dofs, key=lambda dof: abs(missing.get(dof, 0.0)), default=-1)
+        if abs(missing.get(way, 0.0)) > JUMP * (h if axis != "rz" else 1.0):
+            found.append((path, name, float(np.interp(plan.t0, *np.array(value, dtype=np.float64).T)), here[way]))
+    foretold = {n.path for n in motions(system)} if found else set()
+    for path, name, first, place in found:
+        if path not in foretold:
+            relative = path.split(".")[2] == "by"
+            yield (
+                f"step {plan.name!r}, {path.split('.', 2)[2]}: the table has {first:.6g} at time {plan.t0:g}, where {name} is at "
+                f"{0.0 if relative else place:.6g}: it comes there over the first {_first(plan)} (let the table begin with "
+                f"{0.0 if relative else place:.6g}" + (")" if relative else ", or measure it from there with 'by')")
+            )
+
+
+def _first(plan: StepPlan) -> str:
+    """The part of a step in which what lies elsewhere comes to its table, in words."""
+    return "tenth of the step" if plan.increments is None else "increment"
 
 
 def _tables(system: System, number: int) -> Iterator[tuple[str, str, str, Any, list[int]]]:

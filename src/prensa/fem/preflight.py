@@ -603,6 +603,11 @@ def _held(
     # deep in a tool that is as narrow as its travel is long, its side may be nearer than the face that came
     across = np.abs(pairs.n @ place[:2]) < 0.5 * np.hypot(*place[:2])
     came |= np.isin(nodes, s.points.nodes) & (tool.shape.half_space | ~across)
+    # what is free across its support goes along with a tool that comes that way, down a bore under a fillet, say
+    other, beside = 1 - axis, x[nodes].copy()
+    free = ~np.isin(field.dofs(nodes)[np.arange(len(nodes)), other], m.plan.fixed)
+    beside[np.arange(len(nodes)), other] += place[other] * free
+    came &= ~free | (current_pairs(tool.shape, beside, tool.at, place).g < -REACH * h)
     for k in np.flatnonzero(deep & came):
         key = (i, int(nodes[k]) if nodes[k] in s.points.nodes else -1 - int(nodes[k]))
         if -pairs.g[k] > pressed.get(key, NOT_PRESSED).depth:

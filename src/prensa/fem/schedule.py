@@ -14,6 +14,7 @@ from prensa.model.crank import Crank
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
+JOINED = 0.1  # share of a step without a number of increments in which tools and supports come to tables that begin elsewhere
 STILL = 1e-9  # of its values: what changes by less stays
 
 
@@ -39,6 +40,16 @@ class Course:
     def __call__(self, t: float) -> float:
         """Value at time t."""
         return float(np.interp(t, self.times, self.values))
+
+    def joined(self, start: float, t0: float, t1: float, increments: int | None) -> Course:
+        """The same over the step t0 … t1 from *start* on, which comes to it over the first increment."""
+        missing = start - self(t0)
+        if missing == 0.0:
+            return self
+        there = meeting(t0, t1, increments, self.stops)
+        t = np.union1d(self.times, [t0, there])
+        left = np.clip((there - t) / (there - t0), 0.0, 1.0)
+        return Course(t, np.interp(t, self.times, self.values) + missing * left, corners=np.union1d(self.stops, [there]))
 
     def held(self, t: float) -> Course:
         """The same up to time t, and its value there ever after."""
@@ -106,6 +117,7 @@ def integrated(value: Any, start: float, t0: float, t1: float, seconds: float = 
 class Prescribed:
     """Boundary condition: dofs that follow one course, a ramp or a relative one each from its own start.
 
+    What lies elsewhere when a table begins comes to it over the first increment: a jump is as long in any increment.
     ``support``: name of the boundary and axis, 'x' or 'y', that it holds; None for tools and the axis of revolution.
     ``found``: it was found for a released body, see `fem/determinate.py`.
     """
@@ -116,17 +128,22 @@ class Prescribed:
     support: tuple[str, str] | None = None
     found: bool = False
 
-    def at(self, t: float, t0: float, t1: float) -> Array:
-        """Values (k,) at time t."""
+    def at(self, t: float, t0: float, t1: float, there: float) -> Array:
+        """Values (k,) at time t; ``there``: time at which what lay elsewhere has come to its table."""
         if self.course is None:
             return self.start
-        if self.course.relative:
-            return self.start + self.course(t)
+        s = min(max((t - t0) / (t1 - t0), 0.0), 1.0)
         if self.course.ramp:
             # a ramp brings every unknown from where it is to the target
-            s = min(max((t - t0) / (t1 - t0), 0.0), 1.0)
             return (1.0 - s) * self.start + s * self.course.values[1]
-        return np.full(len(self.dofs), self.course(t))
+        way = self.start + self.course(t) if self.course.relative else np.full(len(self.dofs), self.course(t))
+        return way if t >= there else way + (there - t) / (there - t0) * self.missing(t0)
+
+    def missing(self, t0: float) -> Array:
+        """Way (k,) from where a table begins at t0 to where the unknowns are then; zero of what begins wherever they are."""
+        if self.course is None or self.course.ramp:
+            return np.zeros(len(self.dofs))
+        return np.full(len(self.dofs), -self.course(t0)) if self.course.relative else self.start - self.course(t0)
 
 
 @dataclass(frozen=True)
@@ -179,6 +196,8 @@ class StepPlan:
     fixed: Index = field(init=False)
 
     def __post_init__(self) -> None:
+        stops = [g.course.stops for g in self.groups if g.course is not None and not g.course.ramp]
+        self._there = meeting(self.t0, self.t1, self.increments, np.concatenate([np.zeros(0), *stops]))
         dofs = np.concatenate([g.dofs for g in self.groups]) if self.groups else np.zeros(0, dtype=np.int64)
         self._order = np.argsort(dofs, kind="stable")
         self.fixed = dofs[self._order]
@@ -187,7 +206,7 @@ class StepPlan:
         """Values (k,) of the prescribed degrees of freedom at time t, in the order of ``fixed``."""
         if not self.groups:
             return np.zeros(0)
-        return np.concatenate([g.at(t, self.t0, self.t1) for g in self.groups])[self._order]
+        return np.concatenate([g.at(t, self.t0, self.t1, self._there) for g in self.groups])[self._order]
 
     @property
     def held(self) -> Index:
@@ -233,8 +252,18 @@ class StepPlan:
         for load in self.loads.values():
             times += [c.times for c in (load.pressure, load.shear, load.tx, load.ty)]
         times += [c.times for pair in self.body_force.values() for c in pair]
+        times += [np.array([self._there])] * any(g.missing(self.t0).any() for g in self.groups)
         t = np.unique(np.concatenate(times)) if times else np.zeros(0)
         return t[(t > self.t0 + 1e-9) & (t < self.t1 - 1e-9)]
+
+
+def meeting(t0: float, t1: float, increments: int | None, stops: Array) -> float:
+    """Time at which what lies elsewhere when a table begins, with the step t0 … t1, has come to it: after the first increment.
+
+    Of a step without a number of increments that is the first `JOINED` of it; ``stops``: times at which increments end anyway.
+    """
+    first = t0 + (t1 - t0) * (JOINED if increments is None else 1.0 / increments)
+    return float(min([first, *stops[stops > t0 + 1e-9 * (t1 - t0)]]))
 
 
 def zero_course() -> Course:

@@ -11,6 +11,7 @@ from prensa.model.names import SYMMETRY, Finding, suggest
 from prensa.model.remeshing import remeshing_of
 from prensa.model.seconds import stated
 from prensa.model.units import factor
+from prensa.model.unsaid import space_left_out
 from prensa.registry import DOORS
 
 if TYPE_CHECKING:
@@ -482,7 +483,7 @@ def _of_a_metal(stress: float, unit: str, E: float, units: Any) -> bool:
 
 
 def warnings_of(problem: Problem) -> list[str]:
-    """Sentences about what is allowed but likely a slip: units of stiffness, friction in percent, idle tools."""
+    """Sentences about what is allowed but likely a slip: units of stiffness, friction in percent, idle tools, no 'space'."""
     said = []
     stress = f"{problem.units.force}/{problem.units.length}²"
     in_mpa = (problem.units.force, problem.units.length) == ("N", "mm")
@@ -511,4 +512,4 @@ def warnings_of(problem: Problem) -> list[str]:
     said += [
         f"tools.{t}: no contact is against this tool; it will meet nothing" for t in problem.tools if t not in used
     ]
-    return said
+    return said + space_left_out(problem)

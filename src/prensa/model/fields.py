@@ -6,7 +6,7 @@ Laws of other packages describe themselves with these, so nothing of the vocabul
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import field
+from dataclasses import field, fields
 from functools import wraps
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypeVar, dataclass_transform
@@ -40,7 +40,10 @@ def explain_with(words: Words) -> None:
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))
 def described(cls: type[_T]) -> type[_T]:
-    """Make *cls* a frozen, strictly checked dataclass; wrong arguments are a `CaseError` in the words of a case file."""
+    """Make *cls* a frozen, strictly checked dataclass; wrong arguments are a `CaseError` in the words of a case file.
+
+    One with a class variable ``stated`` gets it on its instances: the names of the fields that were given.
+    """
     made: Any = dataclass(frozen=True, config=_FROZEN)(cls)
     check = made.__init__
 
@@ -50,6 +53,9 @@ def described(cls: type[_T]) -> type[_T]:
             check(self, *arguments, **named)
         except ValidationError as error:
             raise _words[-1](made, error, arguments, named) from None
+        if hasattr(made, "stated"):
+            names = [f.name for f in fields(made) if f.init]
+            object.__setattr__(self, "stated", frozenset([*names[: len(arguments)], *named]))
 
     made.__init__ = __init__
     return made

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, Discriminator, Field, Tag, model_validator
 
@@ -412,6 +412,9 @@ class Problem:
     units: Units = field(default_factory=Units)
     start: Start | None = None
     measures: Mapping[str, str] = field(default_factory=dict)
+
+    stated: ClassVar[frozenset[str]] = frozenset()
+    """Fields that the script or the file which described it names; the others have their defaults."""
 
     def __repr__(self) -> str:
         many = {"body": list(self.bodies), "tool": list(self.tools), "step": [s.name for s in self.steps]}

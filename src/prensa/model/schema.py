@@ -101,6 +101,7 @@ def loads(
         raise CaseError(mistakes(errors, findings, start, known)) from None
     if known:
         raise CaseError(sorted(known))
+    object.__setattr__(case.problem, "stated", frozenset(data))
     return case
 
 
@@ -236,15 +237,6 @@ def located_in(messages: str, text: str, name: str, overrides: Iterable[str] = (
         mark = _dotted(tree, dotted) if colon and " " not in dotted else None
         lines.append(f"{mark}: {line}" if mark is not None else line)
     return "\n".join(lines)
-
-
-def keys_of(text: str | Path, name: str, overrides: Iterable[str] = ()) -> set[str]:
-    """Keys at the top of a case that can be read, a *text* that is called *name* or a file, with its overrides."""
-    tree, _ = yaml.read(_read(text) if isinstance(text, Path) else text, name)
-    start = root(tree)
-    for item in overrides:
-        override(start, item)
-    return set(tree.value)
 
 
 def _dotted(node: yaml.Node, dotted: str) -> Mark | None:

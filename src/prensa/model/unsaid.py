@@ -1,4 +1,4 @@
-"""What a case file leaves out though its words ask for it: a body of revolution in a file that does not say its space."""
+"""What a description leaves out though its words ask for it: a body of revolution where nothing says its space."""
 
 from __future__ import annotations
 
@@ -11,19 +11,25 @@ if TYPE_CHECKING:
 SOLID = frozenset(["billet", "slug", "rod", "wire", "bolt", "rivet", "shaft", "disc", "disk", "cylinder", "cup", "can"])
 HOLLOW = frozenset(["ring", "tube", "pipe", "sleeve", "bush", "bushing", "washer"])
 
+ROUND_CASES = frozenset(
+    ["axisymmetric", "axisymmetrical", "round", "billet", "slug", "rod", "wire", "bolt", "rivet", "tube", "pipe"]
+)
+"""Words of a case's name that no name of a plane one has."""
+
 
 def space_left_out(problem: Problem) -> list[str]:
-    """A sentence for each body that reads like half the section of a round one, for a file that does not say its 'space'.
+    """A sentence for each body that reads like half the section of a round one, of a problem that does not say its 'space'.
 
-    Its name is that of a round part, its section begins at x = 0, where it is held along x, or, of a hollow part, beside it.
+    Its name is that of a round part, or that of the whole case says so; its section begins at x = 0, where it is held along
+    x, or, of a hollow part, beside it.
     """
-    if problem.space != "plane strain":
+    if problem.space != "plane strain" or "space" in problem.stated:
         return []
     said = []
     for name, body in problem.bodies.items():
-        words = set(re.split(r"[\W\d_]+", name.lower()))
+        words = _words(name) | (_words(problem.name) & ROUND_CASES)
         left = _least_x(body.mesh)
-        if left is None or not words & (SOLID | HOLLOW):
+        if left is None or not words & (SOLID | HOLLOW | ROUND_CASES):
             continue
         held = [side for side in _held_along_x(problem) if side.partition(".")[0] == name]
         axis = next((side for side in held if side.endswith(".left")), "") if left == 0 else ""
@@ -34,6 +40,10 @@ def space_left_out(problem: Problem) -> list[str]:
                 "of a round body; write 'space: axisymmetric', or 'space: plane strain' if that is meant"
             )
     return said
+
+
+def _words(name: str) -> set[str]:
+    return set(re.split(r"[\W\d_]+", name.lower()))
 
 
 def _held_along_x(problem: Problem) -> list[str]:

@@ -10,6 +10,7 @@ from prensa.contact.forces import ContactForces
 from prensa.fem.assembly import Block
 from prensa.fem.context import Context
 from prensa.fem.limits import friction_bound, shapes
+from prensa.fem.state import State
 from prensa.fem.surface import Surface
 from prensa.fem.system import Evaluation, System
 from prensa.solver.policy import Policy
@@ -70,6 +71,18 @@ def _friction(
                 f"friction of {s.name} is as strong as the metal at {int(full.sum())} of {count} closed points (more than "
                 f"{policy.full_shear:g} of its shear strength): the skin flows instead of sliding"
             )
+
+
+def mostly_sheared(system: System, state: State, policy: Policy) -> bool:
+    """Whether in a committed state the skin under a contact flows instead of sliding, at half of its closed points or more."""
+    for s in system.surfaces if system.dofs.dimension == 2 else ():
+        closed = state.contact.closed[s.rows]
+        if closed.any() and system.problem.bodies[s.body].material.plastic:
+            shear = np.abs(state.contact.traction[s.rows]).reshape(len(closed), -1).max(axis=1)
+            full = closed & (shear > policy.full_shear * system.shear_strength(s, state))
+            if 2 * full.sum() >= closed.sum():
+                return True
+    return False
 
 
 def _element(system: System, block: Block, element: int) -> str:

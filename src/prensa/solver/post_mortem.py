@@ -14,37 +14,33 @@ from prensa.solver.failure import (
     Collapsed,
     CornerInverted,
     Distorted,
+    Diverged,
     Failure,
     Folded,
     FreeToMove,
     Jumped,
     LimitPoint,
     MetalInside,
+    NotConverged,
     PastSupport,
+    Stagnated,
     StartsInside,
     TipsOver,
+    ToolRunaway,
     Tunnelled,
     TurnedThrough,
     Unevaluable,
     Unsettled,
     Unstable,
 )
-from prensa.solver.limits import friction_limits, limits
+from prensa.solver.limits import friction_limits, limits, mostly_sheared
 
 
 def hint(failure: Failure) -> str:
     """What to try against a failure."""
     match failure:
-        case TipsOver(tool=tool):
-            return (
-                f"the reference point of {tool!r} ('at') opposite what bears it, more of the contact surface under it, or no 'm' "
-                "in its 'push': without, it does not turn"
-            )
         case _ if isinstance(failure, FreeToMove):
-            return (
-                "support the body or the tool in that direction, or hold it until contact does; a body that its tools leave "
-                "springs back without supports in a step with 'remove_tools: true'"
-            )
+            return _what_holds(failure)
         case Unevaluable(ElementFailed(why=Why.INVERTED)):
             return (
                 "more 'increments', a mesh that is coarser or better shaped there, another 'element' (q4_fbar, q4, "
@@ -92,6 +88,33 @@ def hint(failure: Failure) -> str:
         case Unsettled():
             return "a larger 'beta', or 'penalty'"
     return "more 'increments', a smaller motion per step, a larger fillet or a finer mesh where it happens, or less softening"
+
+
+def _what_holds(failure: FreeToMove) -> str:
+    match failure:
+        case TipsOver(tool=tool):
+            return (
+                f"the reference point of {tool!r} ('at') opposite what bears it, more of the contact surface under it, or no 'm' "
+                "in its 'push': without, it does not turn"
+            )
+        case ToolRunaway(axis="rz"):
+            return (
+                "its turn in 'move' ('rz'), or on a spring; of one that rolls along what it presses: shorter elements there, "
+                "some of whose points stick, or more friction"
+            )
+    return (
+        "support the body or the tool in that direction, or hold it until contact does; a body that its tools leave "
+        "springs back without supports in a step with 'remove_tools: true'"
+    )
+
+
+def remedy(eq: Equilibrium, failure: Failure) -> str:
+    """What to try against a failure, and against friction beyond what the metal bears where the skin flows in its stead."""
+    words, state = hint(failure), eq.context.state
+    without_way_on = LimitPoint | Unstable | Jumped | Stagnated | NotConverged | Diverged | Collapsed
+    if isinstance(failure, without_way_on) and mostly_sheared(eq.system, state, eq.policy):
+        return f"friction that the metal bears ('shear' with m below 1, or 'capped'), with which the skin slides; {words}"
+    return words
 
 
 def where(eq: Equilibrium, failure: Failure, result: NewtonResult) -> str:

@@ -28,6 +28,7 @@ from prensa.fem.symmetry import is_symmetric
 from prensa.fem.system import Evaluation, System
 from prensa.fem.time_rule import BACKWARD_EULER, TimeRule, all_follow, unsteadiness
 from prensa.model import problem as model
+from prensa.model.checks import warnings_of
 from prensa.model.feed import ends_early
 from prensa.model.remeshing import remeshing_of
 from prensa.solver.acceptance import Acceptance, unilaterally_supported
@@ -53,7 +54,7 @@ from prensa.solver.increment import Increment, Monitor
 from prensa.solver.ledger import ledger, nodal_work
 from prensa.solver.passages import Passages, passing_of
 from prensa.solver.policy import Policy
-from prensa.solver.post_mortem import hint, where
+from prensa.solver.post_mortem import hint, remedy, where
 from prensa.solver.quality import quality_warnings, untouched_tools
 from prensa.solver.reduced import Reduced
 from prensa.solver.remeshing import Due, Remeshing, fresh
@@ -154,8 +155,9 @@ def told_before(system: System) -> None:
     """Refuse what cannot be solved, and log what there is to say of the rest, before a run."""
     notices = preflight(system)
     refuse(notices)
-    for notice in notices:
-        log.warning("%s", notice)
+    doubts = warnings_of(system.problem) if system.courses is None else []
+    for words in [*doubts, *map(str, notices)]:
+        log.warning("%s", words)
 
 
 def check_arguments(
@@ -581,7 +583,8 @@ class TimeStepping:
             reason = tipping  # whatever came of it
         elif not isinstance(reason, FreeToMove | BeyondSmall):
             reason = unilaterally_supported(self.system, c) or reason
-        place = where(self.equilibrium(c), reason, result)
+        eq = self.equilibrium(c)
+        place = where(eq, reason, result)
         self.messages.warn(self.validity.told())
         cut = f"The increment was cut {cutbacks} times without success."
         if self.times is not None:
@@ -601,7 +604,7 @@ class TimeStepping:
             last += f" {held}"
         return SolveError(
             f"step {c.plan.name!r}, time {c.time:.6g}: {sentence(reason)}{'; ' + place if place else ''}. {cut} "
-            f"{last} What to try: {hint(reason)}.",
+            f"{last} What to try: {remedy(eq, reason)}.",
             self.last,
             reason,
         )
