@@ -33,78 +33,11 @@ _DX = 0.25 * _CORNER_XI * (1.0 + _CORNER_ETA * _AT[1][:, None])
 _DY = 0.25 * _CORNER_ETA * (1.0 + _CORNER_XI * _AT[0][:, None])
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
-def _gradients(x, e, q, axisymmetric, G):
-    """∂N/∂x, ∂N/∂y and N/r (zero in plane problems) of element e at point q → G[q] (3, 4); Jacobian times radius (or 1)."""
-    j11 = j12 = j21 = j22 = r = 0.0
-    for a in range(4):
-        dx, dy = _DX[q, a], _DY[q, a]
-        xa, ya = x[e, a, 0], x[e, a, 1]
-        j11 += dx * xa
-        j12 += dx * ya
-        j21 += dy * xa
-        j22 += dy * ya
-        r += _N[q, a] * xa
-    det = j11 * j22 - j12 * j21
-    inverse = 1.0 / det
-    j11, j12, j21, j22 = j11 * inverse, j12 * inverse, j21 * inverse, j22 * inverse
-    hoop = 1.0 / r if axisymmetric else 0.0
-    for a in range(4):
-        dx, dy = _DX[q, a], _DY[q, a]
-        G[q, 0, a] = j22 * dx - j12 * dy
-        G[q, 1, a] = j11 * dy - j21 * dx
-        G[q, 2, a] = _N[q, a] * hoop
-    return det * r if axisymmetric else det
-
-
-@njit(cache=True, error_model="numpy", forceinline=True)
-def _gradient_of(e, du, q, G):
-    """Components 11, 12, 21, 22, 33 of the displacement gradient of element e at point q."""
-    h11 = h12 = h21 = h22 = h33 = 0.0
-    for a in range(4):
-        ux, uy = du[e, a, 0], du[e, a, 1]
-        h11 += ux * G[q, 0, a]
-        h12 += ux * G[q, 1, a]
-        h21 += uy * G[q, 0, a]
-        h22 += uy * G[q, 1, a]
-        h33 += ux * G[q, 2, a]
-    return h11, h12, h21, h22, h33
-
-
-@njit(cache=True, error_model="numpy", forceinline=True)
-def _divergence(h11, h12, h21, h22, h33, q, G, g):
-    """G[q] = f⁻ᵀ : ∂f/∂u → g[q] (8,), the derivative of ln det f with respect to the nodal increments (of the trace at h = 0)."""
-    inverse = 1.0 / ((1.0 + h11) * (1.0 + h22) - h12 * h21)
-    i11, i12, i21, i22 = (1.0 + h22) * inverse, -h12 * inverse, -h21 * inverse, (1.0 + h11) * inverse
-    i33 = 1.0 / (1.0 + h33)
-    for a in range(4):
-        dx, dy, hoop = G[q, 0, a], G[q, 1, a], G[q, 2, a]
-        g[q, 2 * a] = i11 * dx + i21 * dy + i33 * hoop
-        g[q, 2 * a + 1] = i12 * dx + i22 * dy
-
-
-# `_gradients` and its like are compiled once for each constant that they are called with, and once more for a number: the
+# `_increment` and its like are compiled once for each constant that they are called with, and once more for a number: the
 # kernels read the number of the centre where no compiler of types sees that it is a constant
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _centre():
     return _DX.shape[0] - 1
-
-
-# inlined by force: else the process that compiles the kernels rounds otherwise than those that find them in the cache
-@njit(cache=True, error_model="numpy", forceinline=True)
-def _mean_divergence(x, e, axisymmetric, G, g):
-    """Volume average of the virtual divergence of small strain → g[4] (8,), of the points → g[:4]; G (5, 3, 4) of the points."""
-    for i in range(8):
-        g[_CENTRE, i] = 0.0
-    total = 0.0
-    for q in range(4):
-        volume = _gradients(x, e, q, axisymmetric, G)
-        _divergence(0.0, 0.0, 0.0, 0.0, 0.0, q, G, g)
-        total += volume
-        for i in range(8):
-            g[_CENTRE, i] += volume * g[q, i]
-    for i in range(8):
-        g[_CENTRE, i] /= total
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -171,24 +104,24 @@ def kinematics(x, du, axisymmetric, finite, scale, h, w, alpha, failed):
     ``scale`` multiplies the volumes (thickness, or 2π in axisymmetry). h is that of f̄ and alpha − 1 is what F-bar
     added. failed marks elements with det f ≤ 0 (or an inverted committed shape) at a point.
     """
-    G = np.empty((5, 3, 4))
-    g = np.empty((5, 8))
     S = np.empty((4, 2, 3))
     middle = _centre()
     for e in range(x.shape[0]):
         for i in range(2):
             _slopes(x, e, i, S[i])
             _slopes(du, e, i, S[2 + i])
-        # finite strain: det f − 1 at the centre; small strain: the mean dilatation
-        centre, bad = 0.0, False
-        if finite:
-            _, h11, h12, h21, h22, h33 = _increment(x, du, e, middle, axisymmetric, S)
-            centre = det_minus_one(h11, h12, h21, h22, h33)
-            bad = not centre > -1.0
-        else:
-            _mean_divergence(x, e, axisymmetric, G, g)
-            for a in range(4):
-                centre += g[_CENTRE, 2 * a] * du[e, a, 0] + g[_CENTRE, 2 * a + 1] * du[e, a, 1]
+        # finite strain: det f − 1 at the centre; small strain: the mean dilatation, by the volumes of the points
+        centre, total, bad = 0.0, 0.0, False
+        for q in range(middle if finite else 0, middle + 1 if finite else 4):
+            volume, h11, h12, h21, h22, h33 = _increment(x, du, e, q, axisymmetric, S)
+            if finite:
+                centre = det_minus_one(h11, h12, h21, h22, h33)
+                bad = not centre > -1.0
+            else:
+                centre += volume * (h11 + h22 + h33)
+                total += volume
+        if not finite:
+            centre /= total
         for q in range(4):
             volume, h11, h12, h21, h22, h33 = _increment(x, du, e, q, axisymmetric, S)
             volume *= scale
@@ -218,6 +151,72 @@ def kinematics(x, du, axisymmetric, finite, scale, h, w, alpha, failed):
             failed[e] = True
 
 
+ABREAST = 16
+"""Elements at a time in `integrate`: their scratch lies in the nearest cache."""
+# where the rows of the scratch begin: positions, increments; of a point gradients (x, y, hoop), f, weighted stress, tangent,
+# divergence; divergence of the centre; tangent times gradients, forces, their sum, stiffness
+_X, _U, _GX, _GY, _GR, _F, _P, _A, _D = (ABREAST * k for k in (0, 8, 16, 20, 24, 28, 33, 38, 63))
+_D0, _AG, _R, _SUM, _K, _SCRATCH = (ABREAST * k for k in (71, 79, 119, 127, 128, 192))
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"}, forceinline=True)
+def _at_point(s, i, q, axisymmetric):
+    """Gradients of lane i at point q → their rows; Jacobian times radius (or 1), displacement gradient 11, 12, 21, 22, 33."""
+    j11 = j12 = j21 = j22 = r = 0.0
+    for a in range(4):
+        x, y = s[_X + 2 * a * ABREAST + i], s[_X + (2 * a + 1) * ABREAST + i]
+        j11 += _DX[q, a] * x
+        j12 += _DX[q, a] * y
+        j21 += _DY[q, a] * x
+        j22 += _DY[q, a] * y
+        r += _N[q, a] * x
+    det = j11 * j22 - j12 * j21
+    inverse = 1.0 / det
+    j11, j12, j21, j22 = j11 * inverse, j12 * inverse, j21 * inverse, j22 * inverse
+    r = r if axisymmetric else 1.0
+    hoop = 1.0 / r if axisymmetric else 0.0
+    h11 = h12 = h21 = h22 = h33 = 0.0
+    for a in range(4):
+        dx, dy, dr = j22 * _DX[q, a] - j12 * _DY[q, a], j11 * _DY[q, a] - j21 * _DX[q, a], _N[q, a] * hoop
+        ux, uy = s[_U + 2 * a * ABREAST + i], s[_U + (2 * a + 1) * ABREAST + i]
+        s[_GX + a * ABREAST + i], s[_GY + a * ABREAST + i], s[_GR + a * ABREAST + i] = dx, dy, dr
+        h11 += ux * dx
+        h12 += ux * dy
+        h21 += uy * dx
+        h22 += uy * dy
+        h33 += ux * dr
+    return det * r, h11, h12, h21, h22, h33
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"}, forceinline=True)
+def _into_rows(s, i, to, h11, h12, h21, h22, h33):
+    """G = f⁻ᵀ : ∂f/∂u of lane i at the point of its rows → rows from ``to`` on, two a node.
+
+    The derivative of ln det f with respect to the nodal increments (of the trace at h = 0).
+    """
+    inverse = 1.0 / ((1.0 + h11) * (1.0 + h22) - h12 * h21)
+    i11, i12, i21, i22 = (1.0 + h22) * inverse, -h12 * inverse, -h21 * inverse, (1.0 + h11) * inverse
+    i33 = 1.0 / (1.0 + h33)
+    for a in range(4):
+        dx, dy = s[_GX + a * ABREAST + i], s[_GY + a * ABREAST + i]
+        s[to + 2 * a * ABREAST + i] = i11 * dx + i21 * dy + i33 * s[_GR + a * ABREAST + i]
+        s[to + (2 * a + 1) * ABREAST + i] = i12 * dx + i22 * dy
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"}, forceinline=True)
+def _tangent_row(s, i, k, less):
+    """Row k of the tangent times the gradients of lane i, G + f ⊗ g; ``less``: 1 − m of F-bar, 0 in small strain."""
+    row = _A + 5 * k * ABREAST + i
+    a0, a1, a2, a3, a4 = s[row], s[row + ABREAST], s[row + 2 * ABREAST], s[row + 3 * ABREAST], s[row + 4 * ABREAST]
+    t = a0 * s[_F + i] + a1 * s[_F + ABREAST + i] + a2 * s[_F + 2 * ABREAST + i] + a3 * s[_F + 3 * ABREAST + i]
+    t += a4 * s[_F + 4 * ABREAST + i] + less * s[_P + k * ABREAST + i]
+    to = _AG + 8 * k * ABREAST + i
+    for a in range(4):
+        dx, dy = s[_GX + a * ABREAST + i], s[_GY + a * ABREAST + i]
+        s[to + 2 * a * ABREAST] = a0 * dx + a1 * dy + a4 * s[_GR + a * ABREAST + i] + t * s[_D + 2 * a * ABREAST + i]
+        s[to + (2 * a + 1) * ABREAST] = a2 * dx + a3 * dy + t * s[_D + (2 * a + 1) * ABREAST + i]
+
+
 @njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"})
 def integrate(x, du, axisymmetric, finite, w, alpha, P, A, forces, stiffness, r_out, K_out):
     """P (e, 4, 5), A (e, 4, 5, 5) → r_out (e, 8) internal forces, and with ``stiffness`` K_out (e, 8, 8), exact.
@@ -225,104 +224,111 @@ def integrate(x, du, axisymmetric, finite, w, alpha, P, A, forces, stiffness, r_
     forces (e,) receives Σ |r| before the points cancel each other: the scale against which a residual is small.
 
     With f̄ = α f, ∂f̄/∂u = α (G + f ⊗ g) and ∂c/∂u = c (1 − m) g, g = ∂ ln α/∂u (8,); rows of the virtual gradients G are
-    sparse (node a: 11, 12, 33 with u_x and 21, 22 with u_y), which the products use.
+    sparse (node a: 11, 12, 33 with u_x and 21, 22 with u_y), which the products use. B-bar is variational: its virtual
+    gradients carry g too; F-bar integrates the true virtual work.
 
-    Products are written out over the nodes on numbers read before: as far as a compiler knows, what is stored in one array
-    may be in another, and in a loop every number would be read again after every store.
+    `ABREAST` elements are answered for at a time, row by row of one array, in loops that a compiler makes into instructions for
+    several of them.
     """
-    G = np.empty((5, 3, 4))
-    g = np.empty((5, 8))
-    AG = np.empty((4, 5, 8))
-    middle = _centre()
-    part = 1.0 / 3.0 if axisymmetric else 0.5
-    one_less_m = -2.0 if axisymmetric else -1.0
-    for e in range(x.shape[0]):
-        if not finite:
-            _mean_divergence(x, e, axisymmetric, G, g)
-        elif stiffness:
-            _gradients(x, e, middle, axisymmetric, G)
-            h11, h12, h21, h22, h33 = _gradient_of(e, du, middle, G)
-            _divergence(h11, h12, h21, h22, h33, middle, G, g)
-        for i in range(8):
-            r_out[e, i] = 0.0
-        total = 0.0
-        for q in range(4):
-            f0, f1, f2, f3, f4 = 1.0, 0.0, 0.0, 1.0, 1.0 if axisymmetric else 0.0
-            al, wc = 1.0, w[e, q]
-            if finite:
-                _gradients(x, e, q, axisymmetric, G)
-                al = alpha[e, q]
-                wc /= al * al if axisymmetric else al
-            if finite and stiffness:
-                h11, h12, h21, h22, h33 = _gradient_of(e, du, q, G)
-                _divergence(h11, h12, h21, h22, h33, q, G, g)
-                f0, f1, f2, f3 = 1.0 + h11, h12, h21, 1.0 + h22
-                if axisymmetric:
-                    f4 = 1.0 + h33
-            if stiffness or not finite:
-                for i in range(8):
-                    g[q, i] = (g[_CENTRE, i] - g[q, i]) * part
-            p = (wc * P[e, q, 0], wc * P[e, q, 1], wc * P[e, q, 2], wc * P[e, q, 3], wc * P[e, q, 4])
-            # B-bar is variational: its virtual gradients carry g too; F-bar integrates the true virtual work
-            trace = 0.0 if finite else p[0] + p[3] + (p[4] if axisymmetric else 0.0)
+    s = np.zeros(_SCRATCH)
+    o = s.shape[0] - s.shape[0]  # 0: a function is compiled once for each constant that it is called with
+    part, third = (1.0 / 3.0, 1.0) if axisymmetric else (0.5, 0.0)
+    less = 0.0 if not finite else -2.0 if axisymmetric else -1.0
+    slopes = stiffness or not finite
+    for first in range(0, x.shape[0], ABREAST):
+        lanes = min(ABREAST, x.shape[0] - first)
+        for i in range(lanes):
             for a in range(4):
-                dx, dy, hoop = G[q, 0, a], G[q, 1, a], G[q, 2, a]
-                rx = dx * p[0] + dy * p[1] + hoop * p[4]
-                ry = dx * p[2] + dy * p[3]
+                for k in range(2):
+                    row = (2 * a + k) * ABREAST + i
+                    s[_X + row], s[_U + row] = x[first + i, a, k], du[first + i, a, k]
+        for n in range(_R, _SCRATCH):
+            s[n] = 0.0
+        # the divergence whose rise over that of a point α follows: of the centre; in small strain the mean of the points
+        if slopes:
+            for i in range(8 * ABREAST):
+                s[_D0 + i] = 0.0
+            for q in range(4 if finite else 0, 5 if finite else 4):
+                for i in range(ABREAST):
+                    volume, h11, h12, h21, h22, h33 = _at_point(s, i, q, axisymmetric)
+                    if not finite:
+                        h11, h12, h21, h22, h33 = 0.0, 0.0, 0.0, 0.0, 0.0
+                    volume = 1.0 if finite else volume
+                    _into_rows(s, i, _D, h11, h12, h21, h22, h33)
+                    s[_SUM + i] += volume
+                    for j in range(8):
+                        s[_D0 + j * ABREAST + i] += volume * s[_D + j * ABREAST + i]
+            for i in range(ABREAST):
+                inverse = 1.0 / s[_SUM + i]
+                s[_SUM + i] = 0.0
+                for j in range(8):
+                    s[_D0 + j * ABREAST + i] *= inverse
+        for q in range(4):
+            for i in range(lanes):
+                e = first + i
+                al = alpha[e, q] if finite else 1.0
+                wc = w[e, q] / (al * al if axisymmetric else al)
+                for k in range(5):
+                    s[_P + k * ABREAST + i] = wc * P[e, q, k]
+                if stiffness:
+                    for k in range(5):
+                        for m in range(5):
+                            s[_A + (5 * k + m) * ABREAST + i] = wc * al * A[e, q, k, m]
+            for i in range(ABREAST):
+                _, h11, h12, h21, h22, h33 = _at_point(s, i, q, axisymmetric)
                 if not finite:
-                    rx += g[q, 2 * a] * trace
-                    ry += g[q, 2 * a + 1] * trace
-                r_out[e, 2 * a] += rx
-                r_out[e, 2 * a + 1] += ry
-                total += abs(rx) + abs(ry)
+                    h11, h12, h21, h22, h33 = 0.0, 0.0, 0.0, 0.0, 0.0
+                s[_F + i], s[_F + ABREAST + i], s[_F + 2 * ABREAST + i] = 1.0 + h11, h12, h21
+                s[_F + 3 * ABREAST + i], s[_F + 4 * ABREAST + i] = 1.0 + h22, third * (1.0 + h33)
+                if slopes:
+                    _into_rows(s, i, _D, h11, h12, h21, h22, h33)
+                p0, p1, p2 = s[_P + i], s[_P + ABREAST + i], s[_P + 2 * ABREAST + i]
+                p3, p4 = s[_P + 3 * ABREAST + i], s[_P + 4 * ABREAST + i]
+                trace = 0.0 if finite else p0 + p3 + third * p4
+                for a in range(4):
+                    dx, dy = s[_GX + a * ABREAST + i], s[_GY + a * ABREAST + i]
+                    rx = dx * p0 + dy * p1 + s[_GR + a * ABREAST + i] * p4
+                    ry = dx * p2 + dy * p3
+                    if slopes:
+                        gx, gy = _D + 2 * a * ABREAST + i, _D + (2 * a + 1) * ABREAST + i
+                        s[gx] = (s[_D0 + 2 * a * ABREAST + i] - s[gx]) * part
+                        s[gy] = (s[_D0 + (2 * a + 1) * ABREAST + i] - s[gy]) * part
+                        rx += s[gx] * trace
+                        ry += s[gy] * trace
+                    s[_R + 2 * a * ABREAST + i] += rx
+                    s[_R + (2 * a + 1) * ABREAST + i] += ry
+                    s[_SUM + i] += abs(rx) + abs(ry)
             if not stiffness:
                 continue
-            wa = wc * al
-            x0, x1, x2, x3 = G[q, 0, 0], G[q, 0, 1], G[q, 0, 2], G[q, 0, 3]
-            y0, y1, y2, y3 = G[q, 1, 0], G[q, 1, 1], G[q, 1, 2], G[q, 1, 3]
-            r0, r1, r2, r3 = G[q, 2, 0], G[q, 2, 1], G[q, 2, 2], G[q, 2, 3]
-            g0, g1, g2, g3, g4, g5, g6, g7 = g[q, 0], g[q, 1], g[q, 2], g[q, 3], g[q, 4], g[q, 5], g[q, 6], g[q, 7]
-            for k in range(5):
-                a0, a1, a2, a3, a4 = (
-                    wa * A[e, q, k, 0], wa * A[e, q, k, 1], wa * A[e, q, k, 2], wa * A[e, q, k, 3], wa * A[e, q, k, 4],
-                )  # fmt: skip
-                s = a0 * f0 + a1 * f1 + a2 * f2 + a3 * f3 + a4 * f4
-                if finite:
-                    s += one_less_m * p[k]
-                AG[q, k, 0] = a0 * x0 + a1 * y0 + a4 * r0 + s * g0
-                AG[q, k, 1] = a2 * x0 + a3 * y0 + s * g1
-                AG[q, k, 2] = a0 * x1 + a1 * y1 + a4 * r1 + s * g2
-                AG[q, k, 3] = a2 * x1 + a3 * y1 + s * g3
-                AG[q, k, 4] = a0 * x2 + a1 * y2 + a4 * r2 + s * g4
-                AG[q, k, 5] = a2 * x2 + a3 * y2 + s * g5
-                AG[q, k, 6] = a0 * x3 + a1 * y3 + a4 * r3 + s * g6
-                AG[q, k, 7] = a2 * x3 + a3 * y3 + s * g7
-        forces[e] = total
-        if not stiffness:
-            continue
-        for a in range(4):
-            x0, x1, x2, x3 = G[0, 0, a], G[1, 0, a], G[2, 0, a], G[3, 0, a]
-            y0, y1, y2, y3 = G[0, 1, a], G[1, 1, a], G[2, 1, a], G[3, 1, a]
-            r0, r1, r2, r3 = G[0, 2, a], G[1, 2, a], G[2, 2, a], G[3, 2, a]
+            for i in range(ABREAST):
+                _tangent_row(s, i, o, less)
+                _tangent_row(s, i, o + 1, less)
+                _tangent_row(s, i, o + 2, less)
+                _tangent_row(s, i, o + 3, less)
+                _tangent_row(s, i, o + 4, less)
+            for a in range(4):
+                for i in range(ABREAST):
+                    dx, dy, dr = s[_GX + a * ABREAST + i], s[_GY + a * ABREAST + i], s[_GR + a * ABREAST + i]
+                    for j in range(8):
+                        row, to = _AG + j * ABREAST + i, _K + (16 * a + j) * ABREAST + i
+                        s[to] += dx * s[row] + dy * s[row + 8 * ABREAST] + dr * s[row + 32 * ABREAST]
+                        s[to + 8 * ABREAST] += dx * s[row + 16 * ABREAST] + dy * s[row + 24 * ABREAST]
+            if not finite:
+                for m in range(8):
+                    for i in range(ABREAST):
+                        g = s[_D + m * ABREAST + i]
+                        for j in range(8):
+                            row = _AG + j * ABREAST + i
+                            t = s[row] + s[row + 24 * ABREAST] + third * s[row + 32 * ABREAST]
+                            s[_K + (8 * m + j) * ABREAST + i] += g * t
+        for i in range(lanes):
+            forces[first + i] = s[_SUM + i]
             for j in range(8):
-                K_out[e, 2 * a, j] = (
-                    (x0 * AG[0, 0, j] + y0 * AG[0, 1, j] + r0 * AG[0, 4, j])
-                    + (x1 * AG[1, 0, j] + y1 * AG[1, 1, j] + r1 * AG[1, 4, j])
-                    + (x2 * AG[2, 0, j] + y2 * AG[2, 1, j] + r2 * AG[2, 4, j])
-                    + (x3 * AG[3, 0, j] + y3 * AG[3, 1, j] + r3 * AG[3, 4, j])
-                )
-                K_out[e, 2 * a + 1, j] = (
-                    (x0 * AG[0, 2, j] + y0 * AG[0, 3, j])
-                    + (x1 * AG[1, 2, j] + y1 * AG[1, 3, j])
-                    + (x2 * AG[2, 2, j] + y2 * AG[2, 3, j])
-                    + (x3 * AG[3, 2, j] + y3 * AG[3, 3, j])
-                )
-        if not finite:
-            for q in range(4):
-                for j in range(8):
-                    t = AG[q, 0, j] + AG[q, 3, j] + (AG[q, 4, j] if axisymmetric else 0.0)
-                    for i in range(8):
-                        K_out[e, i, j] += g[q, i] * t
+                r_out[first + i, j] = s[_R + j * ABREAST + i]
+            if stiffness:
+                for m in range(8):
+                    for j in range(8):
+                        K_out[first + i, m, j] = s[_K + (8 * m + j) * ABREAST + i]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)

@@ -138,7 +138,7 @@ def j2_finite(
             if len(held):
                 for i in range(m):
                     w[_DELTA + i] = w[_START + i] if held[first + i] else 0.0
-        left, smooth = 0, kind < JOHNSON_COOK
+        left, smooth = o, kind < JOHNSON_COOK
         for i in range(GROUP):
             x, q, jac = w[_DELTA + i], w[_Q + i], w[_JAC + i]
             s, ds, dds = w[_Y + i], w[_SLOPE + i], w[_CURVATURE + i]
@@ -152,7 +152,7 @@ def j2_finite(
             w[_DELTA + i] = x + step
             w[_Y + i], w[_SLOPE + i] = s + (ds + 0.5 * dds * step) * step, ds + dds * step
         if left:
-            left = 0
+            left = o
             for i in range(m):
                 if math.isnan(w[_START + i]):
                     todo[left] = i

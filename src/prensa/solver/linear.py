@@ -341,7 +341,7 @@ class Factorisation:
         solve = self._of_single(single)
         x = None if solve is None else krylov(A, solve, b, self.policy.krylov, share)
         if x is not None:
-            self._solve, self.made_from, self._own, self._to_check = solve, single, True, A
+            self._solve, self.made_from, self._own, self._to_check, self._matrix = solve, single, True, A, A
         return x
 
     def coarse(self, values: Array) -> bool:

@@ -1,0 +1,34 @@
+"""Elements that are answered for sixteen at a time."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from prensa.elements import q4
+
+
+@pytest.mark.parametrize("finite", [False, True])
+@pytest.mark.parametrize("axisymmetric", [False, True])
+def test_an_element_answers_the_same_whoever_stands_beside_it(axisymmetric: bool, finite: bool) -> None:
+    """Forces and stiffnesses of an element have the same bits alone and among any number of others."""
+    rng, n = np.random.default_rng(0), 2 * q4.ABREAST + 3
+    x = np.array([[3.0, 0.0], [4.0, 0.0], [4.0, 1.0], [3.0, 1.0]]) + 0.1 * rng.standard_normal((n, 4, 2))
+    d = 0.03 * rng.standard_normal((n, 4, 2))
+    P, A = rng.standard_normal((n, 4, 5)), rng.standard_normal((n, 4, 5, 5))
+    h, w, alpha, failed = np.empty((n, 4, 5)), np.empty((n, 4)), np.empty((n, 4)), np.zeros(n, dtype=np.bool_)
+    q4.kinematics(x, d, axisymmetric, finite, 1.0, h, w, alpha, failed)
+    assert not failed.any()
+
+    def answer(rows: slice, stiffness: bool) -> list[np.ndarray]:
+        k = len(x[rows])
+        out = [np.empty(k), np.empty((k, 8)), np.zeros((k, 8, 8))]
+        at = [a[rows].copy() for a in (w, alpha, P, A)]
+        q4.integrate(x[rows].copy(), d[rows].copy(), axisymmetric, finite, *at, out[0], stiffness, *out[1:])
+        return out
+
+    for stiffness in (False, True):
+        every = answer(slice(None), stiffness)
+        for first, last in ((0, 1), (5, 20), (q4.ABREAST, q4.ABREAST + 1), (7, n)):
+            for some, others in zip(answer(slice(first, last), stiffness), every):
+                assert some.tobytes() == others[first:last].tobytes()
