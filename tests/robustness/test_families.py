@@ -298,6 +298,47 @@ def test_stages_go_on_from_one_another(tmp_path):
     assert checks.wrong_with(replace(d, stages=stages), chained) == ""
 
 
+def test_a_problem_and_itself_turned_are_told_from_others(tmp_path):
+    """A block and the same turned, moved and numbered anew have the same forces; half a degree or more friction is seen."""
+    d = next(d for d in (robustness.drawn("posed", 7, k) for k in range(40)) if "turned, wedge, moved" in d.kind)
+    (one,) = solve_stages(tmp_path / "one", d.stages, np.inf, d.numerics)
+    (twin,) = d.twins
+    solve_into(tmp_path / "other", twin.problem, np.inf, d.numerics)
+    other = read(tmp_path / "other", twin.problem)
+    assert abs(np.sin(twin.angle)) > 1e-3
+    assert unlike(one, other, twin) == ""
+    assert "fx" in unlike(one, other, replace(twin, angle=twin.angle + np.radians(0.5)))
+    (contact,) = twin.problem.contacts
+    rougher = replace(twin.problem, contacts=(replace(contact, friction=pr.Coulomb(1.02 * d.mu[contact.name] + 0.01)),))
+    solve_into(tmp_path / "rougher", rougher, np.inf, d.numerics)
+    assert unlike(one, read(tmp_path / "rougher", rougher), twin) != ""
+
+
+def test_a_half_is_half_of_the_whole(tmp_path):
+    """Forces of a whole are twice those of its half; cells of the mirror image have areas."""
+    d = next(d for d in (robustness.drawn("posed", 7, k) for k in range(40)) if d.kind.startswith("half"))
+    (one,) = solve_stages(tmp_path / "one", d.stages, np.inf, d.numerics)
+    (twin,) = d.twins
+    solve_into(tmp_path / "whole", twin.problem, np.inf, d.numerics)
+    whole = read(tmp_path / "whole", twin.problem)
+    assert unlike(one, whole, twin) == ""
+    assert unlike(one, whole, replace(twin, scale=0.5001)) != ""
+    half, both = (next(iter(r.bodies.values()))["block"] for r in (one, whole))
+    assert len(both.cells) == 2 * len(half.cells)
+    assert checks.areas(both.cells, both.X).sum() == pytest.approx(2.0 * checks.areas(half.cells, half.X).sum())
+
+
+def test_elastic_bodies_that_stay_elsewhere_are_found(tmp_path):
+    """Under the same forces tools are where they were; a millionth of the size off is told."""
+    d = next(d for d in (robustness.drawn("loaded", 7, k) for k in range(60)) if d.claims)
+    (record,) = solve_stages(tmp_path, d.stages, np.inf, d.numerics)
+    (claim,) = d.claims
+    assert claim(record) == ""
+    moved = record.history["press.uy"].copy()
+    moved[-1] += 1e-4
+    assert "press.uy is off by" in claim(replace(record, history={**record.history, "press.uy": moved}))
+
+
 @pytest.mark.parametrize("family", robustness.FAMILIES)
 def test_a_family_is_drawn_by_its_seed(family):
     """The same seed and number give the same problem, others another; what is drawn can be set up and is refused nothing."""

@@ -605,7 +605,7 @@ def bench(
         list[Path] | None,
         typer.Option("--from", help="Solve nothing, take the outcomes from this .csv of an earlier run; repeatable."),
     ] = None,
-    enforcement: Annotated[str, typer.Option(help="Of all contacts: penalty, augmented or exact.")] = "penalty",
+    enforcement: Annotated[str, typer.Option(help="Of all contacts: penalty, augmented, exact or as drawn.")] = "drawn",
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,

@@ -20,7 +20,7 @@ def robustness(
     tables: Sequence[Path], enforcement: str,
 ) -> bool:  # fmt: skip
     """Solve random problems, or read what was solved; whether an answer was wrong."""
-    refuse_unknown(voice, "enforcement", [enforcement], problems.ENFORCEMENTS)
+    refuse_unknown(voice, "enforcement", [enforcement], (problems.AS_DRAWN, *problems.ENFORCEMENTS))
     refuse_unknown(voice, "family", family, problems.known())
     number, commit = _seed_of(seed)
     names = list(dict.fromkeys(family or problems.known()))

@@ -3,8 +3,9 @@
 The families `elastic` and `plastic` (`prensa.bench.robustness.blocks`) put one body under one tool of any kind; their answers
 are checked at every increment as the solver holds them. The others (`prensa.bench.robustness.families`) draw what forming
 does: thin strips between binder, punch and die, sliding and letting go, cycles, chains of runs, tied bodies, rolls, thin
-sheets, slender parts, and the ends of the ranges of numbers; their answers are checked in the files that a run leaves, by
-code that shares nothing with the solver (`prensa.bench.robustness.checks`).
+sheets, slender parts, the ends of the ranges of numbers, combinations posed in two ways, and free bodies under forces; their
+answers are checked in the files that a run leaves, by code that shares nothing with the solver
+(`prensa.bench.robustness.checks`).
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from __future__ import annotations
 from prensa.bench.robustness.blocks import draw
 from prensa.bench.robustness.families import FAMILIES, drawn
 from prensa.bench.robustness.increments import (
+    AS_DRAWN,
     BALANCE,
     ENFORCEMENTS,
     check,
@@ -26,6 +28,6 @@ from prensa.bench.robustness.page import collected, commit_seed, write
 from prensa.bench.robustness.running import known, run
 
 __all__ = [
-    "BALANCE", "ENFORCEMENTS", "FAMILIES", "VERDICTS", "Outcome", "Tally", "bounds", "check", "collected", "commit_seed",
-    "draw", "drawn", "enforced", "finer", "judge", "known", "resolution", "run", "unbalanced", "write",
+    "AS_DRAWN", "BALANCE", "ENFORCEMENTS", "FAMILIES", "VERDICTS", "Outcome", "Tally", "bounds", "check", "collected",
+    "commit_seed", "draw", "drawn", "enforced", "finer", "judge", "known", "resolution", "run", "unbalanced", "write",
 ]  # fmt: skip

@@ -160,6 +160,14 @@ def touchings(d: Drawn, record: Record) -> Iterator[tuple[int, str, pr.Contact, 
             yield row, c.name, c, Touching(nodes, at_node, place, gap, n, area, force, size, same)
 
 
+def tells_forces(problem: pr.Problem) -> bool:
+    """Whether pressures at nodes, times areas of the outline, are the forces.
+
+    In plane stress areas have a thickness that changes; rules of other points have other normals than those at nodes.
+    """
+    return problem.space != "plane stress" and all(c.integration == "nodal" for c in problem.contacts)
+
+
 def remeshed(record: Record) -> bool:
     """Whether every increment may have a mesh of its own."""
     return record.problem.remesh != "off"
@@ -184,21 +192,25 @@ def outlines(d: Drawn, record: Record) -> str:
     """The outlines against the tools: gaps are what they are said to be, no node lies inside a tool, no pressure across a gap."""
     if not record.bodies:
         return "no fields were written"
+    longest = max(float(np.ptp(s.x[s.cells], axis=1).max()) for shapes in record.bodies.values() for s in shapes.values())
     size, E = size_of(record), d.E or min(body.material.modulus for body in d.problem.bodies.values())
-    for row, name, _, t in touchings(d, record):
+    for row, name, c, t in touchings(d, record):
         table = record.contacts[name][int(record.history["increment"][row])]
         at, p = f"time {record.history['time'][row]:.4g}: {name}", table["pressure"]
         near = np.isfinite(table["gap"]) & (np.abs(t.at_node) < 0.5 * t.size)
         if near.any() and (off := float(np.abs(table["gap"] - t.at_node)[near].max())) > SAME_GAP * size:
             return f"{at}: a gap is {off:.2g} off the distance of its node to the tool"
         allowed = DEEP * t.size + DEEP_BY_PRESSURE * np.maximum(p, 0.0) / E * t.size
+        if (p < 0).any():
+            return f"{at}: negative pressure"
+        if c.integration != "nodal":  # what other rules ask for holds at their points, which the tables by node do not tell
+            continue
         if (t.gap < -allowed).any():
             k = int(np.argmin(t.gap + allowed))
             return f"{at}: node {t.nodes[k]} lies {-t.gap[k]:.3g} inside the tool"
-        if (p < 0).any():
-            return f"{at}: negative pressure"
         least = np.minimum(t.gap, t.gap[t.told_with])
-        if (least[p > 0] > SAME_GAP * size).any():
+        slack = getattr(c.enforcement, "tolerance", 0.0) * longest  # what the augmented form leaves
+        if (least[p > 0] > SAME_GAP * size + slack).any():
             return f"{at}: pressure across an open gap of {least[p > 0].max():.3g}"
     return _bodies_outside(d, record)
 
@@ -206,11 +218,14 @@ def outlines(d: Drawn, record: Record) -> str:
 def _bodies_outside(d: Drawn, record: Record) -> str:
     """Every outline node of every body, listed in a contact or not, against every tool."""
     rows = {int(n): k for k, n in enumerate(record.history["increment"])}
+    between = {c.against for c in record.problem.contacts if c.integration != "nodal"}  # nodes beside their points go deeper
     for number, shapes in record.bodies.items():
         for body, s in shapes.items():
             outer = outer_edges(s.cells)
             nodes, h = np.unique(outer), _beside(outer, s.x)
             for name, tool in d.tools.items():
+                if name in between:
+                    continue
                 gap, _ = seen_by(tool, name, record, rows[number], s.x[nodes])
                 # pressures of nodes of contacts are known and judged there: what is meant here is a missing contact
                 if (gap < -10 * DEEP * h[nodes]).any():
@@ -222,8 +237,9 @@ def _bodies_outside(d: Drawn, record: Record) -> str:
 # ------------------------------------------------------------------------------------------------------------------ statics
 def friction(d: Drawn, record: Record) -> str:
     """|shear| is at most the coefficient times the pressure."""
-    for name, tables in record.contacts.items():
-        for number, t in tables.items():
+    for c in record.problem.contacts:
+        name = c.name
+        for number, t in record.contacts[name].items() if c.integration == "nodal" else ():
             bound = d.mu[name] * t["pressure"]
             over = np.abs(t["shear"]) - bound
             if (over > 1e-6 * max(float(bound.max(initial=0.0)), 1e-9 * float(t["pressure"].max(initial=0.0)))).any():
@@ -245,7 +261,7 @@ def balance(d: Drawn, record: Record) -> str:
         nodal[c.against][row] += t.force.sum(axis=0)[1 if axi else 0 :]
     largest = np.maximum.accumulate(np.max([np.abs(v).max(axis=1) for v in tool.values()], axis=0))
     allowed = FORCES * largest + FORCES_WHOLE * largest.max()
-    for name, f in tool.items():
+    for name, f in tool.items() if tells_forces(record.problem) else ():
         off = np.abs(nodal[name] + f).max(axis=1)
         if (off > allowed).any():
             k = int(np.argmax(off / np.maximum(allowed, 1e-300)))
@@ -274,7 +290,7 @@ def moments(d: Drawn, record: Record) -> str:
     reach = max([size, *(float(np.hypot(*d.tools[t].at)) for t in on_tool)])
     largest = np.maximum.accumulate(force)
     allowed = (MOMENTS * largest + FORCES_WHOLE * largest.max()) * reach
-    for name in on_tool:
+    for name in on_tool if tells_forces(record.problem) else ():
         off = np.abs(on_tool[name] + told[name])
         if (off > allowed).any():
             k = int(np.argmax(off / np.maximum(allowed, 1e-300)))
@@ -400,7 +416,7 @@ def volume(d: Drawn, record: Record) -> str:
     flow stress (σxx = σyy: a body unloaded from all sides but that one).
     """
     p = record.problem
-    if d.E == 0.0 or p.space == "plane stress":
+    if d.E == 0.0 or not tells_forces(p):
         return ""
     axi = p.space == "axisymmetric"
     rows = {int(v): k for k, v in enumerate(record.history["increment"])}

@@ -29,11 +29,24 @@ class Placed:
 
 @dataclass(frozen=True)
 class Twin:
-    """Another problem with the same answer: its last forces times ``scale`` are those of the first, to ``tolerance``."""
+    """Another problem with the same answer: its last forces times ``scale`` are those of the first, to ``tolerance``.
+
+    ``angle``: by which it is turned; ``axes``: of the forces that are the same, where not all are; ``each_step``: whether those
+    at the ends of all steps are.
+    """
 
     problem: pr.Problem
     scale: float = 1.0
     tolerance: float = 1e-5
+    angle: float = 0.0
+    axes: tuple[str, ...] = ("fx", "fy")
+    each_step: bool = False
+
+    def forces(self, history: Mapping[str, Any], tool: str) -> dict[str, Any]:
+        """Forces of a tool by axis in the history of the twin, as those of the first problem."""
+        c, s = np.cos(self.angle), np.sin(self.angle)
+        fx, fy = (np.asarray(history[f"{tool}.{a}"]) * self.scale for a in ("fx", "fy"))
+        return {"fx": c * fx + s * fy, "fy": c * fy - s * fx}
 
 
 @dataclass(frozen=True)
@@ -41,7 +54,7 @@ class Drawn:
     """A problem in one or several ``stages``, each started from the run of the one before, all with the same bodies.
 
     ``tools``: by name; ``mu``: coefficient by contact; ``E``, ``nu``, ``strength`` (largest flow stress; 0 if elastic) of
-    the one material, or E = 0 where there are several; ``limit``: seconds of processor time.
+    the one material, or E = 0 where there are several or its law is another; ``limit``: seconds of processor time.
     """
 
     stages: tuple[pr.Problem, ...]
@@ -54,6 +67,7 @@ class Drawn:
     twins: tuple[Twin, ...] = ()
     limit: float = 20.0
     kind: str = field(default="")
+    numerics: pr.Numerics = field(default_factory=lambda: pr.Numerics())
 
     @property
     def problem(self) -> pr.Problem:

@@ -51,7 +51,7 @@ class Record:
     bodies: dict[int, dict[str, Shape]]
 
 
-def solve_into(folder: Path, problem: pr.Problem, until: float) -> None:
+def solve_into(folder: Path, problem: pr.Problem, until: float, numerics: pr.Numerics | None = None) -> None:
     """Solve a problem and leave its tables, fields and checkpoint in a folder; ``until``: processor time to stop at.
 
     Raises
@@ -72,7 +72,7 @@ def solve_into(folder: Path, problem: pr.Problem, until: float) -> None:
     last = None
     with closing(History(folder, problem)) as tables:
         fields = Fields(folder)
-        for last in pr.solve(system, monitor=watch):
+        for last in pr.solve(system, numerics, monitor=watch):
             for name, contact in last.contacts.items():
                 write_contact(folder, name, last.number, contact)
             tables.append(last)
@@ -83,13 +83,15 @@ def solve_into(folder: Path, problem: pr.Problem, until: float) -> None:
         checkpoint.write_checkpoint(folder / checkpoint.CHECKPOINT, text, last.state)
 
 
-def solve_stages(folder: Path, stages: tuple[pr.Problem, ...], until: float) -> list[Record]:
+def solve_stages(
+    folder: Path, stages: tuple[pr.Problem, ...], until: float, numerics: pr.Numerics | None = None
+) -> list[Record]:
     """Solve stages one after the other, each from the run of the one before, and read their files."""
     records = []
     for k, stage in enumerate(stages):
         here = folder / f"{k}"
         problem = stage if k == 0 else replace(stage, start=pr.Start(run=str((folder / f"{k - 1}").resolve())))
-        solve_into(here, problem, until)
+        solve_into(here, problem, until, numerics)
         records.append(read(here, problem))
     return records
 

@@ -156,12 +156,16 @@ def finer(p: pr.Problem, factor: int = 2) -> pr.Problem:
     return replace(p, steps=steps, contacts=contacts)
 
 
+AS_DRAWN = "drawn"
 ENFORCEMENTS = {"penalty": pr.Penalty(), "augmented": pr.Augmented(), "exact": pr.Exact()}
 
 
 def enforced(p: pr.Problem, enforcement: str) -> pr.Problem:
-    """The problem with all its contacts enforced in one of the forms of `ENFORCEMENTS`; what is remeshed keeps penalties."""
-    if p.remesh != "off":
+    """The problem with all its contacts enforced in one of the forms of `ENFORCEMENTS`, or as it was drawn.
+
+    What is remeshed keeps penalties.
+    """
+    if p.remesh != "off" or enforcement == AS_DRAWN:
         return p
     return replace(p, contacts=tuple(replace(c, enforcement=ENFORCEMENTS[enforcement]) for c in p.contacts))
 

@@ -33,7 +33,7 @@ def judge_files(d: Drawn, number: int, folder: Path | None = None) -> Outcome:
 
 def _verdict(d: Drawn, folder: Path, until: float) -> tuple[str, str, str]:
     try:
-        records = solve_stages(folder / "run", d.stages, until)
+        records = solve_stages(folder / "run", d.stages, until, d.numerics)
     except OutOfTime:
         return "time", f"not ended after {d.limit:g} s, {_how_far(folder / 'run')}", ""
     except PrensaError as error:
@@ -44,7 +44,7 @@ def _verdict(d: Drawn, folder: Path, until: float) -> tuple[str, str, str]:
         return "wrong", wrong, ""
     for k, twin in enumerate(d.twins):
         try:
-            solve_into(folder / f"twin{k}", twin.problem, until + d.limit)
+            solve_into(folder / f"twin{k}", twin.problem, until + d.limit, d.numerics)
         except OutOfTime:
             return "right", "(the twin used for comparison did not end in time)", ""
         except PrensaError as error:
@@ -83,7 +83,7 @@ def _in_step(folder: Path, d: Drawn, twin: Twin, until: float) -> tuple[Record, 
         for p in (d.stages[-1], twin.problem)
     ]
     for name, p in zip("ab", given):
-        solve_into(folder / name, p, until)
+        solve_into(folder / name, p, until, d.numerics)
     return read(folder / "a", given[0]), read(folder / "b", given[1])
 
 
@@ -98,12 +98,19 @@ def _how_far(folder: Path) -> str:
 
 
 def unlike(one: Record, other: Record, twin: Twin) -> str:
-    """What differs in the last forces of the tools, relative to the largest force of the whole run; '' if nothing."""
+    """What differs in the last forces of the tools, or of every step, relative to the largest of all; '' if nothing."""
+    whole = max(float(np.abs(other.history[f"{t}.{k}"]).max()) for t in one.problem.tools for k in ("fx", "fy"))
+    whole *= abs(twin.scale)
     for tool in one.problem.tools:
-        for c in ("fx", "fy"):
-            a, b = one.history[f"{tool}.{c}"], other.history[f"{tool}.{c}"] * twin.scale
-            whole = max(float(np.abs(other.history[f"{t}.{k}"]).max()) for t in one.problem.tools for k in ("fx", "fy"))
-            whole *= abs(twin.scale)
-            if abs(a[-1] - b[-1]) > twin.tolerance * whole:
-                return f"last {tool}.{c} {a[-1]:.6g}, of {twin.problem.name} {b[-1]:.6g}; largest force {whole:.4g}"
+        forces = twin.forces(other.history, tool)
+        for c in twin.axes:
+            a, b = one.history[f"{tool}.{c}"], forces[c]
+            for i, j in zip(_ends(one, twin), _ends(other, twin), strict=True):
+                if abs(a[i] - b[j]) > twin.tolerance * whole:
+                    return f"last {tool}.{c} {a[i]:.6g}, of {twin.problem.name} {b[j]:.6g}; largest force {whole:.4g}"
     return ""
+
+
+def _ends(record: Record, twin: Twin) -> list[int]:
+    """Rows of a history at which forces are compared: the last one, or the last one of each step."""
+    return list({step: k for k, step in enumerate(record.steps)}.values()) if twin.each_step else [-1]

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from prensa.bench.robustness.blocks import draw
 from prensa.bench.robustness.families import FAMILIES, drawn
-from prensa.bench.robustness.increments import RERUN_EVERY, enforced, judge
+from prensa.bench.robustness.increments import AS_DRAWN, RERUN_EVERY, enforced, judge
 from prensa.bench.robustness.judging import judge_files
 from prensa.bench.robustness.outcome import Outcome, Tally
 
@@ -21,7 +21,7 @@ def known() -> tuple[str, ...]:
     return (*BLOCKS, *FAMILIES)
 
 
-def judged(family: str, seed: int, number: int, enforcement: str = "penalty") -> Outcome:
+def judged(family: str, seed: int, number: int, enforcement: str = AS_DRAWN) -> Outcome:
     """Draw and judge one problem."""
     if family in BLOCKS:
         return judge(enforced(draw(family, seed, number), enforcement), number, number % RERUN_EVERY == 0)
@@ -32,10 +32,11 @@ def judged(family: str, seed: int, number: int, enforcement: str = "penalty") ->
 
 def run(
     suite: str, count: int, seed: int, report: Callable[[Tally, Outcome], None] = lambda *_: None, first: int = 0,
-    enforcement: str = "penalty", jobs: int = 1,
+    enforcement: str = AS_DRAWN, jobs: int = 1,
 ) -> Tally:  # fmt: skip
-    """Draw and judge *count* problems of a family, beginning with number *first*; ``enforcement``: one of `ENFORCEMENTS`.
+    """Draw and judge *count* problems of a family, beginning with number *first*.
 
+    ``enforcement``: of all contacts, one of `ENFORCEMENTS`, or as drawn.
     ``jobs`` > 1: in as many processes. Outcomes are in the order of their numbers, ``report`` sees them as they
     come, beside those before.
     """

@@ -12,6 +12,8 @@ from prensa.bench.robustness.families import (
     chains,
     cycles,
     forgings,
+    loaded,
+    posed,
     rolls,
     slender,
     slide_release,
@@ -32,6 +34,8 @@ FAMILIES: Mapping[str, Callable[[np.random.Generator], Drawn]] = {
     "slender": slender.problem,
     "wide": wide.problem,
     "forgings": forgings.problem,
+    "posed": posed.problem,
+    "loaded": loaded.problem,
 }
 
 
