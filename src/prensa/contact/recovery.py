@@ -246,7 +246,8 @@ def recover(
 
 
 def with_tractions_of_centres(
-    x: Array, cells: NDArray[np.int64], X: Array, values: Array, nodal: Array, yielded: Flags, poisson: float, weight: Array
+    x: Array, cells: NDArray[np.int64], X: Array, values: Array, nodal: Array, yielded: Flags, poisson: float | None,
+    weight: Array,
 ) -> Array:  # fmt: skip
     """Nodal stresses (n, 4) xx, yy, zz, xy in which the normal stress at the outline is that of the means of the elements.
 
@@ -255,9 +256,11 @@ def with_tractions_of_centres(
     error of first order at the skin. Near elements that have not yielded everything is fitted by means (see `recover`).
     Near such that have, what is fitted may end in a kink within the layer: there the normal stress alone is, and the strain
     along the normal that it lacked comes with the others, metal that flows being incompressible: the same pressure more;
-    else ν/(1 - ν) of it. Corners between two sides have no normal: near yielded elements they are left as they are.
+    else ν/(1 - ν) of it. Corners between two sides have no normal: near yielded elements they are left as they are, and
+    in plane stress all nodes are, where sheets that flow get thinner.
 
-    yielded (e,): elements that have yielded; weight (q,) of the points in a mean; the rest as in `recover`.
+    yielded (e,): elements that have yielded; ``poisson``: ν, None in plane stress; weight (q,) of the points in a mean; the
+    rest as in `recover`.
     """
     at, out = _sampled(x, cells, X, values), nodal.copy()
     if not at.interior.any():
@@ -268,6 +271,8 @@ def with_tractions_of_centres(
     skin = np.unique(boundary_edges(cells))
     smooth = skin[reached[skin] & ~near[skin]]
     out[smooth] = centres[smooth]
+    if poisson is None:
+        return out
     none = np.zeros(len(x), dtype=np.bool_)
     nodes, (nx, ny) = _smooth_sides(x, cells, none, none)
     kept = (reached & near)[nodes]

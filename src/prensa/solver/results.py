@@ -279,7 +279,8 @@ def nodal_stress(system: System, state: State, e: Evaluation, recovery: Recovery
         if recovery is None and b.element.even_along_itself:
             where = x[own], b.cells - own.start, b.positions(x), values
             yielded = np.asarray(_yielded(b, h).any(axis=1)) if b.law.plastic else np.zeros(len(b), dtype=bool)
-            out[own] = with_tractions_of_centres(*where, out[own], yielded, b.law.nu, b.element.weight)
+            poisson = None if system.problem.space == "plane stress" else b.law.nu
+            out[own] = with_tractions_of_centres(*where, out[own], yielded, poisson, b.element.weight)
     return out
 
 
