@@ -176,8 +176,11 @@ def test_bad_data_are_told_in_a_line(
     assert "\n" not in str(caught.value)
 
 
-def test_a_column_that_no_parameter_moves_is_told_before_the_fit(table: Path) -> None:
-    """The travel of the tool is prescribed: a column of it is told after the first run, before the steps of the fit."""
+def test_a_column_that_no_parameter_moves_is_told_before_the_fit(table: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """The travel of the tool is prescribed: a column of it is told after the first run, before the steps of the fit.
+
+    Who gives nothing to tell it to sees it as a warning.
+    """
     lines: list[str] = []
     text = table.read_text(encoding="utf-8").splitlines()
     rows = [f"{row},{-1e3 * float(row.split(',')[0]):.8g}" for row in text[2:]]
@@ -188,6 +191,9 @@ def test_a_column_that_no_parameter_moves_is_told_before_the_fit(table: Path) ->
     assert "at the start no parameter moves 'way'" in lines[1]
     assert sum("no parameter moves" in line for line in lines) == 1
     assert any("no parameter moves 'way'" in w for w in fit.words)
+    pr.calibrate(guessed(), data, seen, {MU: (0.02, 0.5)}, "-die.uy", refine=False, compare=False, profiles=False)
+    told = [r for r in caplog.records if "no parameter moves 'way'" in r.getMessage()]
+    assert [r.levelname for r in told] == ["WARNING"]
 
 
 def test_what_the_fit_cannot_use_is_told(table: Path, tmp_path: Path) -> None:

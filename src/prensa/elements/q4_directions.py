@@ -35,11 +35,12 @@ _COMMITTED, _END = 61 * LANES, 62 * LANES
 PER_PLACE = 17  # numbers a point: ∂N/∂x, ∂N/∂y, N/r (4 each) in the present places, F = ∂x/∂x_n (5: 11, 12, 21, 22, 33)
 PER_POINT = 48  # numbers a point of `prepare`, in the order in which it writes them
 _MIDDLE = 4
+_HALF = LANES // 2
 
 
 def slots(count: int) -> int:
-    """Lanes that a number of directions fill: how long the last axis of their histories is best."""
-    return -(-count // LANES) * LANES
+    """Half or full lanes that a number of directions fill: how long the last axis of their histories is best."""
+    return -(-count // _HALF) * _HALF
 
 
 @njit(cache=True, error_model="numpy")
@@ -336,6 +337,10 @@ def _filled(dold, e, q, fields, first, w):
         for k in range(fields):
             for d in range(LANES):
                 w[_BEFORE + k * LANES + d] = dold[e, q, k, first + d]
+    elif first + _HALF == dold.shape[3]:
+        for k in range(fields):
+            for d in range(_HALF):
+                w[_BEFORE + k * LANES + d] = dold[e, q, k, first + d]
     else:
         for k in range(fields):
             for d in range(dold.shape[3] - first):
@@ -349,6 +354,10 @@ def _put(w, fields, dnew, e, q, first):
         for k in range(fields):
             for d in range(LANES):
                 dnew[e, q, k, first + d] = w[_AFTER + k * LANES + d]
+    elif first + _HALF == dnew.shape[3]:
+        for k in range(fields):
+            for d in range(_HALF):
+                dnew[e, q, k, first + d] = w[_AFTER + k * LANES + d]
     else:
         for k in range(fields):
             for d in range(dnew.shape[3] - first):
@@ -361,6 +370,10 @@ def _add(w, fields, dnew, e, q, first):
     if first + LANES <= dnew.shape[3]:
         for k in range(fields):
             for d in range(LANES):
+                dnew[e, q, k, first + d] += w[_AFTER + k * LANES + d]
+    elif first + _HALF == dnew.shape[3]:
+        for k in range(fields):
+            for d in range(_HALF):
                 dnew[e, q, k, first + d] += w[_AFTER + k * LANES + d]
     else:
         for k in range(fields):

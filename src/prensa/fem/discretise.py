@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -50,10 +50,11 @@ class Extension:
     interactions: Callable[[DofMap, Array, dict[str, Index]], Sequence[Interaction]]
 
 
-def discretise(problem: model.Problem, extensions: Sequence[Extension] = ()) -> System:
+def discretise(problem: model.Problem, extensions: Sequence[Extension] = (), beside: System | None = None) -> System:
     """Arrays of a problem: meshes, placed tools, contact candidates, sparsity pattern.
 
-    ``extensions``: further fields at the nodes, with what acts on them.
+    ``extensions``: further fields at the nodes, with what acts on them. ``beside``: a system of the same problem with other
+    numbers; where elements and contact points join the same nodes in it, its pattern is taken over.
 
     Raises
     ------
@@ -87,8 +88,12 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = ()) -> 
             _refuse_edges_on_points(tools[surface.tool], surface.points, surface.X, surface.normal)
     cells = {name: m.cells + offsets[name] for name, m in meshes.items()}
     more = [i for e in extensions for i in e.interactions(dofs, X, cells)]
-    pattern = _pattern(cells, surfaces, dofs, more, couplings(dofs, _loaded(problem, meshes, offsets, dofs)))
-    blocks = [_block(problem, name, cells[name], X, pattern) for name in problem.bodies]
+    if beside is not None and not more and _joined_alike(beside, cells, surfaces):
+        pattern, slots = beside.pattern, [b.slots for b in beside.blocks]
+    else:
+        pattern = _pattern(cells, surfaces, dofs, more, couplings(dofs, _loaded(problem, meshes, offsets, dofs)))
+        slots = [_slots(cells[name], pattern) for name in problem.bodies]
+    blocks = [_block(problem, name, cells[name], X, slot) for name, slot in zip(problem.bodies, slots)]
     system = System(problem, meshes, offsets, X, blocks, tools, surfaces, pattern, dofs, ties, more=more)
     for name in [*problem.fixed, *(k for s in problem.steps for k in (*s.fixed, *problem.driven(s)))]:
         system.boundary_nodes(name)
@@ -151,7 +156,7 @@ def on_meshes(system: System, remeshed: Remeshed) -> System:
     surfaces = [_sharpened(s, system.tools[s.tool], dofs) for s in surfaces]
     cells = {name: m.cells + offsets[name] for name, m in meshes.items()}
     pattern = _pattern(cells, surfaces, dofs, (), couplings(dofs, _loaded(problem, meshes, offsets, dofs)))
-    blocks = [_block(problem, name, cells[name], x, pattern) for name in problem.bodies]
+    blocks = [_block(problem, name, cells[name], x, _slots(cells[name], pattern)) for name in problem.bodies]
     made = System(
         problem, meshes, offsets, x, blocks, system.tools, surfaces, pattern, dofs, courses=system.courses,
         first=system.first or system, mirrors=system.mirrors,
@@ -265,12 +270,25 @@ def _pattern(
     return make_pattern(list(cells.values()), dofs, near, coupled)
 
 
-def _block(problem: model.Problem, name: str, cells: Index, X: Array, pattern: Pattern) -> Block:
+def _joined_alike(system: System, cells: Mapping[str, Index], surfaces: Sequence[Surface]) -> bool:
+    """Whether cells and contact points join the nodes that they join in a system: the rest of its pattern is of words."""
+    own = [*(b.cells for b in system.blocks), *(a for s in system.surfaces for a in (s.coupled, s.points.nodes))]
+    others = [*cells.values(), *(a for s in surfaces for a in (s.coupled, s.points.nodes))]
+    alike = not system.more and [s.sharp for s in system.surfaces] == [s.sharp for s in surfaces]
+    return alike and all(np.array_equal(a, b) for a, b in zip(own, others, strict=True))
+
+
+def _slots(cells: Index, pattern: Pattern) -> NDArray[np.int32]:
+    """Where couplings (e, a, a) of the nodes of elements begin among the values of a matrix."""
+    slot = np.empty((*cells.shape, cells.shape[1]), dtype=np.int32)
+    block_slots(pattern.indptr, pattern.indices, cells, slot, 2)
+    return slot
+
+
+def _block(problem: model.Problem, name: str, cells: Index, X: Array, slot: NDArray[np.int32]) -> Block:
     """The elements of a body."""
     body, axisymmetric = problem.bodies[name], problem.space == "axisymmetric"
     element = element_of(body.element_in(problem.space))
-    slot = np.empty((*cells.shape, cells.shape[1]), dtype=np.int32)
-    block_slots(pattern.indptr, pattern.indices, cells, slot, element.layout.dimension)
     mode = Mode(axisymmetric, problem.kinematics == "finite", 2 * np.pi if axisymmetric else problem.thickness)
     volume, folded = element.volumes(X[cells], mode)
     if folded.any():

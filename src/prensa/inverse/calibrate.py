@@ -92,7 +92,7 @@ def calibrate(
     compare: bool = True,
     profiles: bool = True,
     keep: str | Path | None = None,
-    told: Callable[[str], None] = log.info,
+    told: Callable[[str], None] | None = None,
 ) -> Fit:
     """Find the parameters with which a case says what was measured.
 
@@ -119,7 +119,8 @@ def calibrate(
     keep
         Folder in which runs are kept, so that a fit that was interrupted goes on.
     told
-        Receives a line for every run.
+        Receives a line for every run, and what looks wrong before the fit; if not given, they go to the log, the latter as
+        warnings, which Python shows.
 
     Raises
     ------
@@ -132,8 +133,8 @@ def calibrate(
             raise ArgumentError("calibrate: a test needs its case, data and observe; or give tests=[Test(…), …]")
         tests = [Test(case, data, observe, along), *tests]
     experiments, known = _checked(tests, parameters)
-    objective = Objective(experiments, known, Path(keep) if keep is not None else None, told)
-    found = _best(objective, starts, seed)
+    objective = Objective(experiments, known, Path(keep) if keep is not None else None, told or log.info)
+    found = _best(objective, starts, seed, told or log.warning)
     fine = _refined(objective, *found[0]) if refine else None
     bends = _bends(objective, *found[0]) if profiles else []
     rival = compared(objective, *found[0]) if compare else None
@@ -166,8 +167,10 @@ def _bends(objective: Objective, x: Array, at: Residuals) -> list[Profile | None
     ]
 
 
-def _best(objective: Objective, starts: int, seed: int) -> list[tuple[Array, Residuals]]:
-    """Fits from all starts that have an answer, the best first."""
+def _best(
+    objective: Objective, starts: int, seed: int, doubted: Callable[[str], None]
+) -> list[tuple[Array, Residuals]]:  # fmt: skip
+    """Fits from all starts that have an answer, the best first; ``doubted`` receives what looks wrong before the first step."""
     found, failed = [], None
     more = [0.0] * len(objective.nuisances)
     first = objective.at(np.array([*(p.inner(p.start) for p in objective.parameters), *more]))
@@ -176,7 +179,7 @@ def _best(objective: Objective, starts: int, seed: int) -> list[tuple[Array, Res
         for e in objective.experiments:
             refuse_strange(e, [next(models) for _ in e.channels])
         for name in idle_channels(objective, first):
-            objective.told(f"at the start no parameter moves {name!r}: look whether it is the column that you mean")
+            doubted(f"at the start no parameter moves {name!r}: look whether it is the column that you mean")
     for start in _started(objective.parameters, starts, seed):
         try:
             found.append(objective.minimise(np.array([*start, *more])))

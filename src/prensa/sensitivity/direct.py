@@ -259,7 +259,7 @@ class Direction:
         That is zero if all is right. x (ndof,): derivative of the dofs beyond what they differ by at the sides already;
         reaction (ndof,): ∂r + K x.
         """
-        moved = []
+        moved, x = [], _with_areas(at, x)
         for (sign, system, _), side in zip(self.sides, fixed):
             u = side.u + sign * self.step * x
             e = system.evaluate(side.c, u, side.lam, stiffness=False, like=at.branches)
@@ -301,6 +301,25 @@ class Direction:
             F = (g.weight * p)[:, None] * g.pairs.Fn + np.einsum("k,kt,ktm->km", g.area, t, g.pairs.Ft)
             out.append(g._replace(p=p, t=t, F=F, pairs=g.pairs._replace(s=f.s + step * ds)))
         return out
+
+
+def _with_areas(at: Solution, x: Array) -> Array:
+    """A derivative x (ndof,) of the dofs with what areas do to the bounds of laws that are not proportional to pressure.
+
+    Nothing but the tangential multipliers of points that slip follows from these, so that the matrix leaves it out.
+    """
+    for s, f, scale in zip(at.c.surfaces, at.e.contacts, at.c.scales):
+        if f.stretched is None or s.multipliers is None:
+            continue
+        system, shares = at.system, s.points.shares
+        nodal = system.displacement(x)[s.points.edges[shares.edge]]
+        parts = np.einsum("sax,sax->s", nodal, s.points.slopes(system.positions(at.u)))
+        growth = np.bincount(shares.point, parts, len(f.area)) * s.points.at(system.share(at.c.depth)) / f.area
+        rates = s.multipliers.of(x).copy()
+        rates[:, 1:] -= (f.t - f.stretched) * growth[:, None] / scale.unit[:, None]
+        x = x.copy()
+        x[s.multipliers.slice] = rates.ravel()
+    return x
 
 
 def _pair_motions(system: System, s: Surface, x: Array) -> tuple[Array, Array]:
@@ -377,25 +396,27 @@ class Columns:
     def _substituted(self, x: Array, left: Array) -> bool:
         """Improve dofs x, for which ``left`` is still to do, with the factors at hand; whether what is left then is enough.
 
-        It ends where new factors would be cheaper than the substitutions that are still to come.
+        Columns of which enough is done stay as they are. It ends where new factors would be cheaper than the substitutions that
+        are still to come.
         """
         reduced, policy, n = self.reduced, self.reduced.policy, len(x)
-        part = reduced.restriction.part(left)
-        size = self._share(part)
-        while True:
-            step = reduced.restriction.whole(reduced.factorisation.again(part), n)
-            rest = left - self.times(step)
-            part = reduced.restriction.part(rest)
-            before, size = size, self._share(part)
-            if not size < before:
-                return before <= policy.columns_fine
-            x += step
-            left[:] = rest
-            if size <= policy.columns_fine:
-                return True
-            if size * (size / before) ** policy.corrections > policy.columns_fine:
+        sizes = self._shares(reduced.restriction.part(left))
+        todo = np.flatnonzero(~(sizes <= policy.columns_fine))
+        rest, sizes = left[:, todo], sizes[todo]
+        while len(todo):
+            step = reduced.restriction.whole(reduced.factorisation.again(reduced.restriction.part(rest)), n)
+            rest = rest - self.times(step)
+            before, sizes = sizes, self._shares(reduced.restriction.part(rest))
+            if not sizes.max() < before.max():
                 return False
+            x[:, todo] += step
+            left[:, todo] = rest
+            if sizes.max() * (sizes.max() / before.max()) ** policy.corrections > policy.columns_fine:
+                return False
+            on = ~(sizes <= policy.columns_fine)
+            todo, rest, sizes = todo[on], rest[:, on], sizes[on]
+        return True
 
-    def _share(self, part: Array) -> float:
-        """The largest norm of free rows (f, d), moments divided by a length, over the forces."""
-        return float(np.max(self.reduced.weight @ np.abs(part))) / self.e.scale
+    def _shares(self, part: Array) -> Array:
+        """Norms (d,) of free rows (f, d), moments divided by a length, over the forces."""
+        return np.asarray(self.reduced.weight @ np.abs(part)) / self.e.scale

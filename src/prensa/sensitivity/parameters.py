@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass, replace
-from functools import partial
 from typing import Any
 
 from prensa.errors import ArgumentError, PrensaError, take
@@ -191,8 +190,10 @@ def neighbours(system: System, parameters: Sequence[Parameter], steps: Sequence[
 
 def _with_values(system: System, values: Mapping[str, float]) -> System:
     """The system of other numbers at some paths."""
-    make = partial(with_laws, system) if all(map(LEAVES_MESHES.match, values)) else discretise
-    return make(with_values(system.problem, values))
+    problem = with_values(system.problem, values)
+    if all(map(LEAVES_MESHES.match, values)):
+        return with_laws(system, problem)
+    return discretise(problem, beside=system)
 
 
 def refuse_other_mesh(system: System, other: System, path: str) -> None:
