@@ -240,7 +240,7 @@ def _pushes(system: System) -> Iterator[Notice]:
                 if not most or not own:
                     continue
                 bears = sum(_area(system, s, 1 - axis) * _strength(p.bodies[s.body].material) for s in own)
-                if most > CRUSHED * bears:
+                if most > CRUSHED * bears > 0:  # along a flat surface nothing is pressed
                     yield Notice(
                         f"steps.{i}.push.{name}.{key}",
                         f"a push of {most:.4g} {p.units.force} is {most / bears:.2g} times what "
