@@ -158,6 +158,7 @@ SEEDED = {
             ),
             "7:5", ("did you mean '210000 MPa'?",), True,
         ),
+        Seeded("modulus in MPa, case in centimetres", (("space:", "units: {length: cm, force: N}\nspace:"),), "7:5", ("did you mean '70000 MPa'?",), True),
         Seeded("flow stress in GPa", (("E: 70e3", "E: 210e3"), ("s0: 60, Q: 120", "s0: 0.25, Q: 0.2")), "6:5", ("less than that of any metal", "did you mean '0.25 GPa'?"), True),
         Seeded(
             "thickness in metres, case in millimetres", (("plane strain", "plane strain\nthickness: 0.01"),), "3:1",
@@ -170,6 +171,10 @@ SEEDED = {
         Seeded("flow stress in Pa", (("s0: 60", "s0: 60e6"),), "6:5", ("flow stress 6e+07", "check the units"), True),
         Seeded("body in metres, case in millimetres", (("[4, 2]", "[0.004, 0.002]"), ("-0.2", "-0.0002")), "5:5", ("0.004 mm large",), True),
         Seeded("radius in metres", (CYLINDER, ("radius: 2", "radius: 0.002")), "8:23", ("same unit",)),
+        Seeded(
+            "push in mN", (("move: {die: {y: -0.2}}, increments: 4", "push: {die: {y: -300e3}}"),), "13:32",
+            ("a push of 3e+05 N is", "times what 'strip' bears", "is the unit right?"), True,
+        ),
         Seeded("travel in micrometres", (("y: -0.2", "y: 200"),), "13:32", ("a travel of 200 mm",), True),
         Seeded(
             "turn in degrees", (CYLINDER, ("{y: -0.2}", "{y: -0.2, rz: 90}")), "13:41", ("90 radians", "'90 deg'"), True
@@ -212,6 +217,11 @@ SEEDED = {
             "table that begins where the tool is not",
             (("increments: 4}", "increments: 4}\n  - {name: back, move: {die: {y: [[1, 0], [2, 0.1]]}}}"),), "14:31",
             ("tool 'die' would jump", "it is at -0.2 then", "[1, -0.2]", "'by'"), True,
+        ),
+        Seeded(
+            "table in seconds",
+            (("{y: -0.2}}, increments: 4", "{y: [[0, 0], [10, -0.2]]}}, duration: 10"),), "13:32",
+            ("the table goes on to time 10", "ends at 1, at -0.02 of -0.2", "times count steps"), True,
         ),
         Seeded(
             "step that repeats the travel of the one before",

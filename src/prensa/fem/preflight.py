@@ -46,6 +46,8 @@ BEHIND = 0.1  # depth over element depth in a tool of a node that is nearer to i
 REACH = 0.01  # depth over element depth by which a tool may press a held node
 ALONG = 0.9  # cosine from which a support acts along a tool's normal
 KINKED = 0.766  # cosine of the angle, 40°, by which an undeformed surface may bend at a node and still have a normal there
+IN_SECONDS = 2.0  # times the length of the run, from which on the time of a table that is not gone to its end is told
+CRUSHED = 50.0  # mean pressure of a push over what the metal bears at a strain of 1, beyond any that a die holds in
 SHEET = 5.0  # length of a sheet in the plane over its thickness, from which both are not those of a square bar
 THIN = 0.02  # thickness out of the plane, over the least extent in it, below which plane strain is unlikely to be meant
 TIP = 0.1  # distance from the end of a tool, over an element, at which its width is taken
@@ -62,7 +64,8 @@ def preflight(system: System) -> list[Notice]:
     if not any(n.fatal for n in beginning):
         beginning += _inside(system, watched)
     found = [
-        *_remeshing(system), *_flow_curves(system), *_tables(system), *_lengths(system), *_shapes(system),
+        *_remeshing(system), *_flow_curves(system), *_tables(system), *_lengths(system), *_pushes(system),
+        *_shapes(system),
         *motions(system), *beginning,
         *([] if any(n.fatal for n in beginning) else _passage(system, watched)), *modes(system),
     ]  # fmt: skip
@@ -152,6 +155,14 @@ def _tables(system: System) -> Iterator[Notice]:
     for prefix, owner, t0, t1, what in sources:
         for path, table in _tables_of(owner):
             first, last = table[0][0], table[-1][0]
+            ends, end = float(len(p.steps)), table[-1][1]
+            reached = float(np.interp(ends, *np.array(table, dtype=np.float64).T))
+            if first <= t0 + 1e-9 and last >= IN_SECONDS * ends and abs(reached - end) > 1e-3 * abs(end):
+                yield Notice(
+                    prefix + path,
+                    f"the table goes on to time {last:g}, and the run ends at {ends:g}, at {reached:.4g} of {end:g}: times count "
+                    "steps, each of them 1 long whatever its 'duration', not seconds",
+                )
             if first <= t0 + 1e-9 and last >= t1 - 1e-9:
                 continue
             held = (
@@ -215,6 +226,41 @@ def _lengths(system: System) -> Iterator[Notice]:
                         yield Notice(
                             path, f"a travel of {most:.4g} {unit} past bodies of {size:.4g} {unit}; is the unit right?"
                         )
+
+
+def _pushes(system: System) -> Iterator[Notice]:
+    """Forces under which no body could stand: of another unit than they are meant in."""
+    p = system.problem
+    for i, step in enumerate(p.steps):
+        for name, push in step.push.items():
+            for axis, key in enumerate("xy"):
+                value = getattr(push, key)
+                most = max(abs(v) for _, v in value) if isinstance(value, tuple) else abs(value or 0.0)
+                own = [s for s in system.surfaces if system.tools[s.tool].name == name]
+                if not most or not own:
+                    continue
+                bears = sum(_area(system, s, 1 - axis) * _strength(p.bodies[s.body].material) for s in own)
+                if most > CRUSHED * bears > 0:  # along a flat surface nothing is pressed
+                    yield Notice(
+                        f"steps.{i}.push.{name}.{key}",
+                        f"a push of {most:.4g} {p.units.force} is {most / bears:.2g} times what "
+                        f"{' and '.join(dict.fromkeys(repr(s.body) for s in own))} bears over the whole contact surface; is the "
+                        "unit right?",
+                    )
+
+
+def _area(system: System, s: Surface, across: int) -> float:
+    """Area of a contact surface as seen along an axis; ``across``: the other one."""
+    low, high = (float(v) for v in (system.X[s.points.nodes, across].min(), system.X[s.points.nodes, across].max()))
+    if system.axisymmetric and across == 0:
+        return float(np.pi * (high**2 - low**2))
+    return (high - low) * system.problem.thickness
+
+
+def _strength(material: Any) -> float:
+    """Flow stress at a plastic strain of 1, of an elastic body its modulus."""
+    flow = getattr(material, "flow", None)
+    return float(material.modulus if flow is None else stress_at(flow, np.ones(1), np.zeros(1))[0])
 
 
 def _thickness(system: System) -> Iterator[Notice]:

@@ -461,17 +461,14 @@ def _stiffness(name: str, material: Any, first: float, units: Any) -> Iterator[s
         amount = f"{what} = {value:g}{both} in {stress}, {value / gpa:.3g} GPa"
         yield f"bodies.{name}.material: {amount}, is that of no material{meant}"
         return
-    per = {("mm", "N"): 1e-3, ("m", "N"): 1e-9}.get((units.length, units.force))
     if 0 < first < WEAKEST * E:
         meant = next((f"; did you mean '{first:g} {u}'?" for u in ("GPa", "MPa") if _of_a_metal(first, u, E, units)), "")
         amount = f"flow stress {first:g} is {first / E:.1g} of E = {E:g}, less than that of any metal"
         yield f"bodies.{name}.material: {amount}{meant or '; check the units of both'}"
-    elif per is not None and first <= E / 20 and material.poisson < 0.45:
+    elif units.force == "N" and units.length in ("mm", "cm", "m") and first <= E / 20 and material.poisson < 0.45:
         for unit, share in (("GPa", 1.0), ("MPa", 1e3)):
-            in_gpa = E / share
-            if unit == "MPa" and per == 1e-3:
-                continue
-            if any(low <= in_gpa <= high for low, high in METALS):
+            own = abs(factor(f"1 {unit}", units.length, units.force, (1, -2)) - 1.0) < 1e-9
+            if not own and any(low <= E / share <= high for low, high in METALS):
                 stress = f"{units.force}/{units.length}²"
                 yield f"bodies.{name}.material: E = {E:g} in {stress}; did you mean '{E:g} {unit}'?"
 
