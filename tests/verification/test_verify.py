@@ -103,3 +103,16 @@ def test_an_unknown_case_is_an_exit_code(capsys: pytest.CaptureFixture[str]) -> 
     """A name that no case answers to is explained, and the exit code is 1."""
     assert table.main("no such case") == 1
     assert "'sliding wedge'" in " ".join(capsys.readouterr().out.split())
+
+
+def test_tolerances_of_any_kind_of_number_are_written_as_json():
+    """A tolerance that comes out of an array makes a verdict that the document can hold."""
+    import json
+
+    import numpy as np
+
+    from prensa.verify.table import as_json, row
+
+    document = json.loads(as_json([row("force", np.float64(1.0), np.float64(1.01), np.float64(0.02))]))
+    assert document["passed"] is True
+    assert document["rows"][0]["tolerance"] == 0.02

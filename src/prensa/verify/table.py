@@ -69,7 +69,7 @@ class Row:
 
 def row(quantity: str, reference: float, ours: float, tolerance: float = 0.0, kind: Kind = "relative") -> Row:
     """A `Row` whose case the table fills in."""
-    return Row("", quantity, float(reference), float(ours), tolerance, kind)
+    return Row("", quantity, float(reference), float(ours), float(tolerance), kind)
 
 
 @dataclass(frozen=True)
