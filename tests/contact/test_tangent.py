@@ -57,6 +57,7 @@ FRICTION = {
     "softening": pr.Coulomb(pr.MuExponential(0.5, 0.1, 0.5)),
     "table": pr.Coulomb(pr.MuTable((0.0, 0.02, 0.2), (0.1, 0.3, 0.4))),
     "shear": pr.Shear(0.5, k=20.0),
+    "levanov": pr.Levanov(0.6, k=20.0),
 }
 MODES = [("small", "reference"), ("small", "current"), ("finite", "current")]
 

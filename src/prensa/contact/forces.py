@@ -285,21 +285,36 @@ def _turn(n, e, arm, turn, moving, P, T, K):
         K[k, 4, 3] += x
 
 
-def stretching(t: Array, pairs: Pairs, points: Points, slopes: Array) -> Array:
-    """Stiffness (s, 2a + 7, 2a + 7) of the areas of the shares where forces grow by t (k,) per area.
+def stretching(f: ContactForces, points: Points, share: Array, slopes: Array) -> Array:
+    """Stiffness (s, 2a + 7, 2a + 7) of the areas of the shares of edges, with which the forces of tangential tractions grow.
 
-    On the a nodes that carry the point, both nodes of the share's edge, the tool. slopes (s, 2, 2) as `Points.slopes`.
-    F_T = a t(P/a) F_t, so −∂F_T/∂x has −(t − (P/a) ∂t/∂p) F_t ⊗ ∂a/∂x, which reaches over the edge: all of t where the law says
-    m k, nothing of it where it says μ p.
+    On the a nodes that carry the point, both nodes of the share's edge, the tool. share (k,) of their area that points have;
+    slopes (s, 2, 2) as `Points.slopes`. F_T = a t(P/a) F_t, so −∂F_T/∂x has −(t − (P/a) ∂t/∂p) F_t ⊗ ∂a/∂x, which reaches over
+    the edge: all of t where the law says m k, nothing of it where it says μ p.
     """
+    assert f.stretched is not None
     point = points.shares.point
-    force, N = t[point, None] * pairs.Ft[point, 0], points.N[point]
+    force, N = (f.stretched[:, 0] * share)[point, None] * f.pairs.Ft[point, 0], points.N[point]
     a = 2 * N.shape[1]
     columns = slopes.reshape(-1, 1, 4)
     K = np.zeros((len(force), a + 7, a + 7))
     K[:, :a, a : a + 4] = -(N[:, :, None] * force[:, None, :2]).reshape(-1, a, 1) * columns
     K[:, a + 4 :, a : a + 4] = -force[:, 2:, None] * columns
     return K
+
+
+def with_stretched_bounds(K: Array, f: ContactForces, points: Points, share: Array, slopes: Array, scale: Scale) -> Array:
+    """K of `stretching` (s, m, m) with the row of the point's tangential multiplier (see `multiplier_rows`) after the others.
+
+    ∂t/∂x of a point that slides has −(P/a) ∂t/∂p ∂a/∂x / a: its pressure falls as its area grows.
+    """
+    assert f.stretched is not None
+    m, point, edge = K.shape[1], points.shares.point, 2 * points.N.shape[1]
+    falls = (f.stretched - f.t)[:, 0] / f.area * share * f.weight * scale.unit / scale.k_t
+    out = np.zeros((len(K), m + 1, m + 1))
+    out[:, :m, :m] = K
+    out[:, m, edge : edge + 4] = falls[point, None] * slopes.reshape(-1, 4)
+    return out
 
 
 def multiplier_rows(f: ContactForces, pairs: Pairs, lam: Array, scale: Scale) -> tuple[Array, Array]:

@@ -91,7 +91,7 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = (), bes
     if beside is not None and not more and _joined_alike(beside, cells, surfaces):
         pattern, slots = beside.pattern, [b.slots for b in beside.blocks]
     else:
-        pattern = _pattern(cells, surfaces, dofs, more, couplings(dofs, _loaded(problem, meshes, offsets, dofs)))
+        pattern = _pattern(cells, surfaces, dofs, more, _sets(problem, meshes, offsets, dofs, surfaces))
         slots = [_slots(cells[name], pattern) for name in problem.bodies]
     blocks = [_block(problem, name, cells[name], X, slot) for name, slot in zip(problem.bodies, slots)]
     system = System(problem, meshes, offsets, X, blocks, tools, surfaces, pattern, dofs, ties, more=more)
@@ -155,7 +155,7 @@ def on_meshes(system: System, remeshed: Remeshed) -> System:
     surfaces = _surfaces(problem, candidates, meshes, offsets, x, dofs)
     surfaces = [_sharpened(s, system.tools[s.tool], dofs) for s in surfaces]
     cells = {name: m.cells + offsets[name] for name, m in meshes.items()}
-    pattern = _pattern(cells, surfaces, dofs, (), couplings(dofs, _loaded(problem, meshes, offsets, dofs)))
+    pattern = _pattern(cells, surfaces, dofs, (), _sets(problem, meshes, offsets, dofs, surfaces))
     blocks = [_block(problem, name, cells[name], x, _slots(cells[name], pattern)) for name in problem.bodies]
     made = System(
         problem, meshes, offsets, x, blocks, system.tools, surfaces, pattern, dofs, courses=system.courses,
@@ -243,6 +243,22 @@ def _sharpened(s: Surface, tool: PlacedTool, dofs: DofMap) -> Surface:
         return s
     points = with_neighbours(s.points)
     return replace(s, points=points, dofs=dofs.pairs(points.support, s.tool))
+
+
+def _sets(
+    problem: model.Problem, meshes: dict[str, Mesh], offsets: dict[str, int], dofs: DofMap, surfaces: Sequence[Surface]
+) -> list[Index]:
+    """Sets of degrees of freedom (k, m) that loads couple, and areas with the bounds of multipliers."""
+    stretched = [s.stretched_dofs(dofs) for s in surfaces if s.exact and _bounded_by_area(problem, s.description)]
+    return [*couplings(dofs, _loaded(problem, meshes, offsets, dofs)), *stretched]
+
+
+def _bounded_by_area(problem: model.Problem, contact: model.Contact) -> bool:
+    """Whether the friction of a contact may depend on the areas of its points: not where it is always the same share of p."""
+    laws = [problem.friction if contact.friction is None else contact.friction]
+    laws += [s.friction[contact.name] for s in problem.steps if contact.name in s.friction]
+    fades = any(law != laws[0] for law in laws)
+    return problem.kinematics == "finite" and (fades or any(law is not None and not law.proportional for law in laws))
 
 
 def _loaded(problem: model.Problem, meshes: dict[str, Mesh], offsets: dict[str, int], dofs: DofMap) -> list[Index]:

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.forces import ContactForces, Scale, forces, multiplier_rows, stretching
+from prensa.contact.forces import ContactForces, Scale, forces, multiplier_rows, stretching, with_stretched_bounds
 from prensa.contact.integration import Points
 from prensa.contact.pairing import Pairs
 from prensa.fem.context import Context
 from prensa.fem.failure import FrictionTooSoft
 from prensa.fem.interaction import Part, Request, Response
-from prensa.layout import Field
+from prensa.layout import DofMap, Field
 from prensa.model import problem as model
 
 if TYPE_CHECKING:
@@ -83,6 +83,16 @@ class Surface:
             return self.dofs
         return np.hstack([self.dofs, self.multipliers.dofs(np.arange(len(self.points)))])
 
+    def stretched_dofs(self, dofs: DofMap) -> Index:
+        """Degrees of freedom (shares, 2a + 7) of the nodes that carry the shares' points, those of their edges, and the tool.
+
+        Followed by the tangential multiplier of the point where that is a degree of freedom.
+        """
+        part = self.points.shares
+        nodes = np.hstack([self.points.support[part.point], self.points.edges[part.edge]])
+        pairs = dofs.pairs(nodes, self.tool)
+        return pairs if self.multipliers is None else np.hstack([pairs, self.multipliers.dofs(part.point)[:, 1:]])
+
     @property
     def unit(self) -> Array:
         """E*/h (k,) of the points: what β multiplies, h what they press in; of multipliers the unit, h the depth there."""
@@ -106,7 +116,7 @@ class ContactInteraction:
     def couplings(self) -> list[Index]:
         """Of each pair, and of both nodes of an edge where areas change with them."""
         s = self.surface
-        return [s.coupled, self._stretched_dofs()]
+        return [s.coupled, s.stretched_dofs(self.system.dofs)]
 
     def respond(self, c: Context, ask: Request) -> Response:
         """See `Interaction`."""
@@ -152,7 +162,7 @@ class ContactInteraction:
         r = -F if rows is None else np.hstack([-F, rows])
         parts = [Part(s.name, s.coupled, r, K if ask.stiffness else None)]
         if f.stretched is not None and ask.stiffness and not c.lagged:
-            parts.append(self._stretching(c, f, ask.u))
+            parts.append(self._stretching(c, f, scale, ask.u))
         out.parts = parts
         return out
 
@@ -171,21 +181,14 @@ class ContactInteraction:
         size = max(reach, float(np.abs(system.X).max()), float(at))
         return float(((lengths - ROUND * EPS * size) / scale.h).max(initial=0.0))
 
-    def _stretching(self, c: Context, f: ContactForces, u: Array) -> Part:
+    def _stretching(self, c: Context, f: ContactForces, scale: Scale, u: Array) -> Part:
         """How the areas of tangential tractions change with both nodes of their edges."""
         system, s = self.system, self.surface
-        assert f.stretched is not None
-        t = f.stretched[:, 0] * s.points.at(system.share(c.depth))
-        slopes = s.points.slopes(system.positions(u))
-        K = stretching(t, f.pairs, s.points, slopes)
-        return Part(f"stretch {s.name}", self._stretched_dofs(), None, K)
-
-    def _stretched_dofs(self) -> Index:
-        """Degrees of freedom (shares, 2a + 7) of the nodes that carry the shares' points, those of their edges, and the tool."""
-        s = self.surface
-        part = s.points.shares
-        nodes = np.hstack([s.points.support[part.point], s.points.edges[part.edge]])
-        return self.system.dofs.pairs(nodes, s.tool)
+        share, slopes = s.points.at(system.share(c.depth)), s.points.slopes(system.positions(u))
+        K = stretching(f, s.points, share, slopes)
+        if s.exact:
+            K = with_stretched_bounds(K, f, s.points, share, slopes, scale)
+        return Part(f"stretch {s.name}", s.stretched_dofs(system.dofs), None, K)
 
 
 def _usual_sum(most: Array) -> float:

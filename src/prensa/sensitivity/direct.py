@@ -259,7 +259,7 @@ class Direction:
         That is zero if all is right. x (ndof,): derivative of the dofs beyond what they differ by at the sides already;
         reaction (ndof,): ∂r + K x.
         """
-        moved, x = [], _with_areas(at, x)
+        moved = []
         for (sign, system, _), side in zip(self.sides, fixed):
             u = side.u + sign * self.step * x
             e = system.evaluate(side.c, u, side.lam, stiffness=False, like=at.branches)
@@ -301,25 +301,6 @@ class Direction:
             F = (g.weight * p)[:, None] * g.pairs.Fn + np.einsum("k,kt,ktm->km", g.area, t, g.pairs.Ft)
             out.append(g._replace(p=p, t=t, F=F, pairs=g.pairs._replace(s=f.s + step * ds)))
         return out
-
-
-def _with_areas(at: Solution, x: Array) -> Array:
-    """A derivative x (ndof,) of the dofs with what areas do to the bounds of laws that are not proportional to pressure.
-
-    Nothing but the tangential multipliers of points that slip follows from these, so that the matrix leaves it out.
-    """
-    for s, f, scale in zip(at.c.surfaces, at.e.contacts, at.c.scales):
-        if f.stretched is None or s.multipliers is None:
-            continue
-        system, shares = at.system, s.points.shares
-        nodal = system.displacement(x)[s.points.edges[shares.edge]]
-        parts = np.einsum("sax,sax->s", nodal, s.points.slopes(system.positions(at.u)))
-        growth = np.bincount(shares.point, parts, len(f.area)) * s.points.at(system.share(at.c.depth)) / f.area
-        rates = s.multipliers.of(x).copy()
-        rates[:, 1:] -= (f.t - f.stretched) * growth[:, None] / scale.unit[:, None]
-        x = x.copy()
-        x[s.multipliers.slice] = rates.ravel()
-    return x
 
 
 def _pair_motions(system: System, s: Surface, x: Array) -> tuple[Array, Array]:
