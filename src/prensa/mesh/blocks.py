@@ -200,7 +200,12 @@ class _SplineCurve(_Curve):
 def _curve(name: str, side: model.ArcSide | model.SplineSide | None, a: Array, b: Array) -> _Curve:
     if isinstance(side, model.SplineSide):
         points = np.vstack([a, np.array(side.points), b])
-        if (np.hypot(*np.diff(points, axis=0).T) == 0).any():
+        with np.errstate(over="ignore"):
+            chords = np.hypot(*np.diff(points, axis=0).T)
+            far = not np.isfinite(chords.sum() * len(chords))
+        if far:
+            raise MeshError(f"side {name!r}: points of the spline are too far apart to be computed with")
+        if (chords == 0).any():
             raise MeshError(f"side {name!r}: two points of the spline are at one place")
         return _SplineCurve(points)
     if not isinstance(side, model.ArcSide):
