@@ -7,6 +7,7 @@ import pytest
 
 import prensa as pr
 from prensa.errors import PrensaError
+from prensa.tools.shapes.circle import Hollow
 from prensa.verify.balance import Balance
 
 ELASTIC = pr.Elastic(1000.0, 0.3)
@@ -164,3 +165,8 @@ def test_a_boundary_all_around_has_no_side_to_touch():
     with pytest.raises(PrensaError, match=r"'above: ring\.outer'"):
         pr.discretise(on(touching="ring.outer"))
     assert pr.discretise(on(above="ring.outer")).tools[0].at[1] == pytest.approx(4.0)
+
+
+def test_a_ray_within_a_cavity_as_large_as_numbers_go_meets_nothing_near():
+    """Its square is no number: that is an answer, not an error."""
+    assert np.isinf(Hollow(1e308).along(np.array([[0.0, 1.0]]), np.array([0.0, 1.0]), 10.0)).all()

@@ -67,7 +67,8 @@ def flash_die(E_scale: float) -> pr.Problem:
         "flash", {"billet": pr.Body(pr.Rectangle((half, height), (8, 9)), metal, "t6")},
         (pr.Step("forge", move={"die": pr.Motion(y=-(height - deep - 0.9))}),),
         {"die": pr.Profile(points=points, fillet=(0, 1.0, 0.6, 0.5, 0, 0), above="billet.top")},
-        (pr.Contact(("billet.top", "billet.right"), "die"),), fixed={"billet.left": "x", "billet.bottom": "y"},
+        (pr.Contact(("billet.top", "billet.right"), "die"),),
+        space="plane strain", fixed={"billet.left": "x", "billet.bottom": "y"},
         remesh=pr.Remesh(size=pr.Sizes(far=1.0, near_tools=0.5, per_radius=4.0)),
     )  # fmt: skip
 

@@ -116,6 +116,7 @@ class Hollow(Analytic):
     def along(self, xi: Array, direction: Array, limit: float) -> Array:
         """To the far side of the circle, the only one that a ray from a body can meet from within."""
         b, off = xi @ direction, xi[:, 0] * direction[1] - xi[:, 1] * direction[0]
-        rest = self.R**2 - off**2
-        h = np.sqrt(np.maximum(rest, 0.0)) - b
+        off = off / self.R  # the square of R may be beyond the largest number
+        rest = (1.0 - off) * (1.0 + off)
+        h = self.R * np.sqrt(np.maximum(rest, 0.0)) - b
         return np.where((rest < 0) | (h > limit), np.inf, h)
