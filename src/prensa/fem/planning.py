@@ -192,10 +192,10 @@ def _mount(p: model.Problem, tool: str, key: str, number: int, ends: Ends) -> Co
         start, t0 = now(float(k)), float(k)
         if (by := getattr(step.by.get(tool), key, None)) is not None:
             onward = way(by, t0, t0 + 1.0)
-            now = Course(onward.times, start + onward.values).joined(start, t0, t0 + 1.0, step.increments)
+            now = Course(onward.times, start + onward.values)
         else:
             now = _absolute(step, tool, key, start, t0) or Course(np.array([t0]), np.array([start]))
-            now = now.joined(start, t0, t0 + 1.0, step.increments)
+        now = now.joined(start, t0, t0 + 1.0, step.increments)
         if k < number:
             now = ends.cut(now, k)
     return now
