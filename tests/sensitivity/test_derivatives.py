@@ -199,6 +199,28 @@ steps: [{name: press, move: {die: {y: -0.2}}, increments: 4}]
         pr.solve(problem, derivatives=["bodies.low.mesh.size.0"])
 
 
+def test_work_of_friction_where_a_point_just_touches() -> None:
+    """A roll that is one hundred-thousandth deep: a step of its place turns the traction round, and its size has a kink there."""
+    text = """
+name: grazed
+bodies:
+  block:
+    mesh: {type: rectangle, size: [4, 2], n: [5, 3]}
+    material: {type: j2, E: 1000, nu: 0.3, flow: {type: ludwik, s0: 10, K: 20, n: 0.3}}
+    element: q4_enhanced
+tools: {roll: {type: circle, radius: 3, at: [2.1, 5]}}
+friction: {type: coulomb, mu: 0.2}
+fixed: {block.bottom: xy}
+steps: [{name: press, move: {roll: {y: -1e-5, x: 0.3}}, increments: 1}]
+"""
+    problem, path = loads(text).problem, "tools.roll.at.1"
+    (found,) = pr.solve(problem, times=[1.0], derivatives=[path])
+    beside = [next(iter(pr.solve(with_values(problem, {path: 5.0 + h}), times=[1.0]))) for h in (1e-8, -1e-8)]
+    for name in ("friction", "imbalance"):
+        secant = (beside[0].energy[name] - beside[1].energy[name]) / 2e-8
+        assert found.derivative(lambda i, name=name: i.energy[name])[path] == pytest.approx(secant, rel=1e-5)
+
+
 def punch(width: float, fillet: float, travel: float) -> Problem:
     """A block under a stamp."""
     return loads(f"""

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces
+from prensa.contact.record import magnitude
 from prensa.fem.assembly import Pattern, scatter_vector
 from prensa.fem.context import Context
 from prensa.fem.interaction import Branches
@@ -271,11 +272,26 @@ class Direction:
             e = side.e._replace(r=at.e.r + sign * self.step * reaction, contacts=tuple(pair[k] for pair in contacts))
             result = replace(how, u=side.u, lam=side.lam.copy(), evaluation=e, recover=None)
             states.append(committed(system, side.c, result, e, dt, stabilisation).moving())
+            beyond = self._folded(at, side.c, e)
+            states[k]["energy.friction"] -= beyond
+            states[k]["energy.imbalance"] += beyond
             slim = tuple(f._replace(K=DROPPED, dp=DROPPED, dt=DROPPED) for f in e.contacts)
             out.append(Neighbour(system, side.c.plan, e._replace(contacts=slim, history=())))
         earlier = {LAST: self.carried["u"], BEFORE: self.carried[LAST]}
         self.carried = {k: self.difference(a, states[1][k]) for k, a in states[0].items()} | earlier
         return (out[0], out[1]), flat
+
+    def _folded(self, at: Solution, side: Context, e: Evaluation) -> float:
+        """What the work of friction on a side has from sizes of tractions that a step turns round: of points that just touch.
+
+        The increment's tractions keep their directions, as all branches are kept, and so sizes go on below zero.
+        """
+        out = 0.0
+        for s, f, g in zip(side.surfaces, at.e.contacts, e.contacts):
+            was, then = at.c.state.contact.of(s.rows), side.state.contact.of(s.rows)
+            excess = _beyond(was.traction, then.traction) + _beyond(f.t, g.t)
+            out += 0.5 * float((g.area * excess * (g.kappa - then.slip)).sum())
+        return out
 
     def _contact(
         self, at: Solution, fixed: tuple[Side, Side], moved: tuple[Side, Side], x: Array, k: int
@@ -312,6 +328,13 @@ def _pair_motions(system: System, s: Surface, x: Array) -> tuple[Array, Array]:
     if s.multipliers is not None:
         lam = s.multipliers.of(x) * s.unit[:, None]
     return q, lam
+
+
+def _beyond(here: Array, beside: Array) -> Array:
+    """Sizes (k,) of tractions (k, t) beside these, less their parts along these."""
+    size = magnitude(here)
+    along = (here * beside).sum(axis=1) / np.where(size > 0.0, size, 1.0)
+    return np.asarray(np.where(size > 0.0, magnitude(beside) - along, 0.0))
 
 
 def _tangential(f: ContactForces, lam: Array) -> Array:
