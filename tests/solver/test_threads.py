@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import multiprocessing
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +16,8 @@ from prensa.fem import assembly
 from prensa.fem.planning import plan_step
 from prensa.output.checkpoint import read_checkpoint, write_checkpoint
 from prensa.solver import threads as of_threads
+from prensa.solver import time_stepping
+from prensa.solver.ahead import Ahead
 from prensa.solver.policy import DEFAULT
 from prensa.verify.forming import upsetting
 
@@ -96,3 +100,67 @@ def test_auto_is_one_thread_where_others_share_out_the_cores(monkeypatch):
     assert of_threads.threads_of(pr.Numerics(), 10**5) == 4
     monkeypatch.setattr(multiprocessing, "parent_process", lambda: object())
     assert of_threads.threads_of(pr.Numerics(), 10**5) == 1
+
+
+def test_the_first_matrix_is_made_by_another_thread_meanwhile(monkeypatch):
+    """With two threads the first step takes the matrix that another thread has analysed: nothing is analysed twice."""
+    made = []
+
+    class Noted(Ahead):
+        def __init__(self, *given):
+            super().__init__(*given)
+            made.append(self)
+
+    monkeypatch.setattr(time_stepping, "Ahead", Noted)
+    taken, prepare = [], time_stepping.TimeStepping.prepare
+
+    def noted(self, plan):
+        prepare(self, plan)
+        taken.append(self.reduced)
+
+    monkeypatch.setattr(time_stepping.TimeStepping, "prepare", noted)
+    problem = upsetting((8, 6), 0.1, increments=1, reductions=(0.02,))
+    for count in (1, 2):
+        list(pr.solve(problem, pr.Numerics(threads=count)))
+    assert len(made) == 1 and taken[1] is made[0].matrix() and taken[0] is not taken[1]
+
+
+def test_what_cannot_be_prepared_is_told_as_with_one_thread():
+    """A description that is refused is refused in the same words, whoever has begun with its matrix."""
+    fixed = {"billet.bottom": "y", "billet.left": "x", "billet.right": pr.Fixed(y=0.5)}
+    problem = replace(upsetting((4, 3), 0.1), fixed=fixed)
+    words = []
+    for count in (1, 2):
+        with pytest.raises(pr.PrensaError) as caught:
+            list(pr.solve(problem, pr.Numerics(threads=count)))
+        words.append(str(caught.value))
+    assert words[0] == words[1]
+
+
+SOLVED_BY_THREADS = """
+import threading
+import numpy as np
+from scipy.sparse import csc_matrix, diags_array, eye_array, kron
+from prensa.solver.linear import Factorisation
+
+line = diags_array([-np.ones(19), 2.1 * np.ones(20), -np.ones(19)], offsets=[-1, 0, 1])
+a = csc_matrix(kron(line, eye_array(20)) + kron(eye_array(20), line))
+a.sort_indices()
+
+def solve():
+    for _ in range(3):
+        Factorisation(400, a.indptr, a.indices, "rslab").solve(a.data, np.ones(400))
+
+for _ in range(5):
+    thread = threading.Thread(target=solve)
+    thread.start()
+    thread.join()
+print("solved")
+"""
+
+
+def test_threads_that_end_leave_the_solver_usable():
+    """One thread after the other solves and ends, in a process that has not loaded rslab before: none crashes."""
+    pytest.importorskip("rslab")
+    done = subprocess.run([sys.executable, "-c", SOLVED_BY_THREADS], capture_output=True, text=True, timeout=120)
+    assert (done.returncode, done.stdout) == (0, "solved\n"), done.stderr

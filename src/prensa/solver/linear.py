@@ -13,8 +13,11 @@ not symmetric would fail the check and go to LU.
 
 from __future__ import annotations
 
+import importlib
 import logging
 import os
+import sys
+import threading
 import weakref
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -73,17 +76,36 @@ def _superlu(a: Structure) -> Factor:
 # rslab races fill-reducing orderings. On plane meshes of up to a million dofs nested dissection never won over minimum
 # degree and minimum fill, and takes four fifths of the analysis: it stays out
 RACE = {"race_nd_min_n": 10**9, "race_eager_nd_min_nnz": 10**12}
+# scaling, done by one thread, takes a twentieth of a factorisation; factors that GMRES goes on from are as good without
+UNSCALED = {"scaling": "identity"}
+
+
+def _load_rslab() -> Any:
+    """rslab, loaded by a thread that does not end before the process: its memory goes with that thread, and then runs crash."""
+    if "rslab" not in sys.modules and threading.current_thread() is not threading.main_thread():
+        loaded = threading.Event()
+
+        def load_and_stay() -> None:
+            try:
+                importlib.import_module("rslab")
+            finally:
+                loaded.set()
+            threading.Event().wait()
+
+        threading.Thread(target=load_and_stay, name="rslab", daemon=True).start()
+        loaded.wait()
+    return importlib.import_module("rslab")
 
 
 def _rslab(a: Structure) -> Factor:
-    import rslab
     from scipy.sparse import csc_matrix
 
+    rslab = _load_rslab()
     if a.kind == SYMMETRIC:
         indptr, indices, inside = a.lower()
         lower = csc_matrix((np.ones(len(indices)), indices, indptr), (a.n, a.n))
         ldlt = rslab.analyze(lower, path="ldlt", threads=a.threads, **RACE)
-        return lambda values: _ldlt(ldlt.factor(values[inside]))
+        return lambda values: _ldlt(ldlt.factor(values[inside], **(UNSCALED if values.dtype == np.float32 else {})))
     pattern = csc_matrix((np.ones(len(a.indices)), a.indices, a.indptr), (a.n, a.n))
     symbolic = rslab.analyze(pattern, path="lu", threads=a.threads, matching=False, **RACE)
     return lambda values: _columns(symbolic.factor(values))
@@ -303,6 +325,10 @@ class Factorisation:
             self._factors[name, kind] = BACKENDS[name](self.structure._replace(kind=kind))
         return self._factors[name, kind]
 
+    def analyse(self) -> None:
+        """Analyse the pattern now, for the solver that is tried first: the first matrix need not wait for it then."""
+        self._factor()
+
     def step(self, values: Array, b: Array, share: float, changed: int | None = None) -> Array:
         """As `solve`, but for a ``share`` of b that may be left of it; raises `SingularError`.
 
@@ -500,6 +526,9 @@ class DenseFactors:
     def correction(self, b: Array) -> Array:
         """As `again`."""
         return self.again(b)
+
+    def analyse(self) -> None:
+        """Nothing: there is no pattern."""
 
     def coarse(self, values: Array) -> bool:
         """False: dense factors are of double precision."""

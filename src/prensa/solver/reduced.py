@@ -102,6 +102,9 @@ class Factors(Protocol):
     def made_from(self) -> Single | None:
         """Values of single precision whose factors they are; None where they are of double precision."""
 
+    def analyse(self) -> None:
+        """Make ready what depends on the pattern alone."""
+
     def begin(self, made_from: Single | None = None) -> None:
         """Forget the factors of earlier attempts; ``made_from``: values whose factors the next one begins with."""
 

@@ -32,6 +32,7 @@ from prensa.model.checks import warnings_of
 from prensa.model.feed import ends_early
 from prensa.model.remeshing import remeshing_of
 from prensa.solver.acceptance import Acceptance, unilaterally_supported
+from prensa.solver.ahead import Ahead
 from prensa.solver.approach import approach, first_touch
 from prensa.solver.attempt import attempt
 from prensa.solver.condensation import Condensation, condensed, to_be_condensed
@@ -126,12 +127,14 @@ def solve(
     check_arguments(problem, numerics, start, monitor, timer, policy)
     system = problem if isinstance(problem, System) else discretise(problem)
     base = system
+    numerics, policy = numerics or model.Numerics(), policy or Policy()
+    threads = threads_of(numerics, system.ndof, policy)
+    numerics = replace(numerics, threads=threads)
+    ahead = Ahead(system, numerics, policy) if start is None and threads > 1 else None
     if start is None:
         told_before(system)
     elif not belongs(start, system):
         system = system_of(start, system)
-    numerics, policy = numerics or model.Numerics(), policy or Policy()
-    numerics = replace(numerics, threads=threads_of(numerics, system.ndof, policy))
     condense = to_be_condensed(system, numerics, policy)
     timer, followed = timer or Timer(), passages or Passages(system)
     if passages is None and start is not None:
@@ -141,6 +144,7 @@ def solve(
     def stepping(system: System) -> TimeStepping:
         made = TimeStepping(system, numerics, policy, Messages(system, monitor), timer, condense)
         made.passages, made.remeshes = followed, remeshing_of(system.problem) is not None
+        made.ahead = ahead if ahead is not None and ahead.system is system else None
         made.prescribe(state, times, stops)
         made.guard = None if made.remeshes or system is not base else guard_of(system)
         made.planes = list(system.problem.tools)[len(base.problem.tools) :]
@@ -228,6 +232,7 @@ class TimeStepping:
         self.distortion, self.folding = Distortion(system, policy), Folding(system, policy)
         self.stabilisation = Stabilisation(system, policy)
         self.reduced: Reduced | None = None
+        self.ahead: Ahead | None = None  # who makes the matrix of the first step meanwhile
         self.condensed: Condensation | None = None
         self.last: Increment | None = None
         self.passages = Passages(system)
@@ -368,6 +373,8 @@ class TimeStepping:
                 self.condensed = condensed(self.system, plan, self.numerics, self.condensed, self.policy)
         if self.condensed is not None:
             return
+        if self.ahead is not None:
+            self.reduced, self.ahead = self.ahead.matrix(), None
         symmetric, reduced = is_symmetric(self.system, plan), self.reduced
         same = reduced is not None and reduced.symmetric == symmetric and reduced.control == plan.control
         if reduced is None or not same or not np.array_equal(reduced.fixed, plan.fixed):
