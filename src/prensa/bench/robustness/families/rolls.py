@@ -77,15 +77,16 @@ def _on_block(rng: np.random.Generator, kind: str) -> Drawn:
 
 
 def dragged(h: Mapping[str, Array], R: float, bear: float) -> str:
-    """What a free roll of radius R on an elastic block feels over a passage, of which ``h`` are rows; ``bear``: see `UNEXPLAINED`.
+    """What drags at a free roll of radius R over a passage, of which ``h`` are rows, in words; friction could bear ``bear``.
 
     Force and torque have either sign within the passage, in which nodes land and leave one by one. Over all of it they do no work
     but what friction takes and springs store. How far the mean may be off is told by that of every other increment.
     """
     x, resisting = h["roll.ux"], h["roll.fx"] - h["roll.mz"] / R
     drag, doubt = mean_of(x, resisting)
-    friction, elastic, contact = (float((h[f"energy.{e}"][-1] - h[f"energy.{e}"][0]) / (x[-1] - x[0])) for e in ("friction", "elastic", "contact"))
-    if (off := abs(drag + friction + elastic + contact)) > UNEXPLAINED * bear + doubt:
+    taken = {e: float((v[-1] - v[0]) / (x[-1] - x[0])) for e, v in h.items() if e.startswith("energy.")}
+    friction = taken["energy.friction"]
+    if (off := abs(drag + friction + taken["energy.elastic"] + taken["energy.contact"])) > UNEXPLAINED * bear + doubt:
         return f"a free roll feels {off:.3g} (±{doubt:.1g}) that no energy accounts for, friction could bear {bear:.3g}"
     if abs(friction) > SLIPPING * bear + FEW * float(np.abs(resisting).max()):
         return f"friction takes {abs(friction):.3g} from a free roll, it could bear {bear:.3g}"
