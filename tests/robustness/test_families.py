@@ -14,6 +14,7 @@ from prensa.bench import robustness
 from prensa.bench.robustness import checks
 from prensa.bench.robustness.claims import let_go, sprung_back
 from prensa.bench.robustness.drawn import Drawn, Twin, chain, circle, plane, stamp
+from prensa.bench.robustness.families import drawn
 from prensa.bench.robustness.families.cycles import unsettled
 from prensa.bench.robustness.files import Record, read, solve_into, solve_stages
 from prensa.bench.robustness.judging import judge_files, unlike
@@ -234,6 +235,28 @@ def test_peaks_that_go_on_falling_do_not_settle(falls, settles):
     k = np.arange(9)
     peaks = 1000.0 * np.concatenate([[1.0], 1.0 - np.cumsum(eval(falls, {"k": k, "np": np}))])
     assert (unsettled(peaks) == "") == settles
+
+
+@pytest.mark.parametrize("element", ["q8", "q4_fbar"])
+def test_what_drags_at_a_free_roll_is_found(element, tmp_path):
+    """A right roll passes that has 2.5 elements beneath it; one does not whose torque drags by 1e-3 of what friction bears.
+
+    Nor does friction of which no work of the tool tells, nor a load that was to be let go.
+    """
+    d = drawn("rolls", 401396437, 8)
+    body = replace(d.problem.bodies["block"], element=element)
+    (record,) = solve_stages(tmp_path, (replace(d.problem, bodies={"block": body}),), np.inf)
+    (claim,) = d.claims
+    assert claim(record) == ""
+    h = record.history
+    R, on = d.problem.tools["roll"].radius, np.array([step == "pass" for step in record.steps])
+    bear = d.mu["block.top-roll"] * h["roll.fy"][on][-1]
+    for sign in (-1.0, 1.0):
+        wrong = replace(record, history={**h, "roll.mz": h["roll.mz"] + sign * 1e-3 * bear * R})
+        assert "no energy accounts for" in claim(wrong)
+    rubbed = h["energy.friction"] + np.where(on, 1e-3 * bear * (h["roll.ux"] - h["roll.ux"][on][0]), 0.0)
+    assert "no energy accounts for" in claim(replace(record, history={**h, "energy.friction": rubbed}))
+    assert "is left of a load" in claim(replace(record, history={**h, "roll.fx": h["roll.fx"] + 1e-5 * bear}))
 
 
 def test_tall_bodies_of_wide_ranges_are_pressed_by_less_than_what_buckles_them():

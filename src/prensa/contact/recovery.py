@@ -111,11 +111,35 @@ def _fit(members, begin, end, cells, X, values, x, v, ux, uy, sx, sy, terms, cou
             coefs[i, c] = 0.0
 
 
+@njit(cache=True, no_cpython_wrapper=True)
+def _along(members, begin, end, cells, x):
+    """Direction (2,) that is most nearly that of all sides of quadrilaterals members[begin:end], or at right angles to it.
+
+    Sides dx + i dy, turned to four times their angle, are the same for all four of a square: their sum has four times the
+    angle of the direction. It turns with the body, and does not depend on the order of nodes and elements.
+    """
+    real, imaginary = 0.0, 0.0
+    for m in range(begin, end):
+        e = members[m]
+        for a in range(4):
+            v, w = cells[e, a], cells[e, (a + 1) % 4]
+            dx, dy = x[w, 0] - x[v, 0], x[w, 1] - x[v, 1]
+            length = dx * dx + dy * dy
+            if length > 0.0:
+                c, s = dx * dx - dy * dy, 2.0 * dx * dy
+                real += (c * c - s * s) / length
+                imaginary += 2.0 * c * s / length
+    angle = 0.25 * math.atan2(imaginary, real)
+    return math.cos(angle), math.sin(angle)
+
+
 @njit(cache=True)
-def _add_patches(nodes, first, members, interior, cells, x, X, values, counts, terms, reach, out, count, M, L, basis, coefs):
+def _add_patches(
+    nodes, first, members, interior, cells, x, X, values, counts, by_sides, terms, reach, out, count, M, L, basis, coefs
+):
     """Add the values of the patches about some nodes (k,) to those ``out`` (n, v) of the nodes they reach, counted in count (n,).
 
-    counts: see `_fit`.
+    counts: see `_fit`. by_sides: whether s and t go along the sides of quadrilaterals instead of the axes.
 
     reach: `ALL`, all nodes but those that have patches of their own; `ITSELF`, the node alone; `OWN`, the same, by the
     elements that it belongs to, in the size of these. One kernel for all: each would have the fit compiled into it.
@@ -123,7 +147,9 @@ def _add_patches(nodes, first, members, interior, cells, x, X, values, counts, t
     for v in nodes:
         begin, end = first[v], first[v + 1]
         ux, uy, sx, sy = 1.0, 0.0, 0.0, 0.0
-        if X.shape[1] == 1 and cells.shape[1] == 4:  # four points: the bilinear term has to be that of their own square
+        if by_sides:
+            ux, uy = _along(members, begin, end, cells, x)
+        elif X.shape[1] == 1 and cells.shape[1] == 4:  # four points: the bilinear term has to be that of their own square
             e, a = members[begin], 0
             while cells[e, a] != v:
                 a += 1
@@ -177,6 +203,7 @@ class _Sampled(NamedTuple):
     X: Array
     values: Array
     counts: Array
+    by_sides: bool
 
 
 def _patches(nodes: NDArray[np.int64], at: _Sampled, terms: int, reach: int, out: Array, count: NDArray[np.int64]) -> None:
@@ -220,16 +247,17 @@ def _counts(N: Array) -> Array:
 
 def recover(
     x: Array, cells: NDArray[np.int64], X: Array, values: Array, kinked: Flags | None = None, centred: bool = False,
-    N: Array | None = None,
+    N: Array | None = None, by_sides: bool = False,
 ) -> Array:  # fmt: skip
     """Nodal values (n, v) from point values (e, q, v) at positions X (e, q, 2); x (n, 2) nodes, cells (e, 3|4|6|8).
 
     kinked (e,): elements in or between which the values may have a kink, such as those that have yielded. ``centred``: the
     points of an element do not have the values of where they are, only their mean has that of their middle. N (q, a): shape
-    functions at the points, by which near ones count more beside a kink; without, all count alike.
+    functions at the points, by which near ones count more beside a kink; without, all count alike. ``by_sides``: the bilinear
+    term of a patch is that of the sides of its quadrilaterals, not of the axes: values that enter a solution turn with it.
     """
     n, a = len(x), cells.shape[1]
-    at = _sampled(x, cells, X, values)
+    at = _sampled(x, cells, X, values)._replace(by_sides=by_sides and a in (4, 8))
     out, count = np.zeros((n, values.shape[2])), np.zeros(n, dtype=np.int64)
     _smooth(at, out, count)
     out /= np.maximum(count, 1)[:, None]
@@ -294,7 +322,7 @@ def _sampled(x: Array, cells: NDArray[np.int64], X: Array, values: Array) -> _Sa
     interior[corner_cells(cells)] = True
     interior[boundary_edges(cells)] = False
     alike = np.empty((0, X.shape[1]))
-    return _Sampled(first, members, interior, cells, x, np.ascontiguousarray(X), np.ascontiguousarray(values), alike)
+    return _Sampled(first, members, interior, cells, x, np.ascontiguousarray(X), np.ascontiguousarray(values), alike, False)
 
 
 def _reached(at: _Sampled) -> Flags:

@@ -249,7 +249,8 @@ class System:
             first, last = int(b.cells.min()), int(b.cells.max()) + 1
             ratio = b.law.thickness(b.at_law(h))
             assert ratio is not None
-            nodal = recover(self.X[first:last], b.cells - first, b.positions(self.X), ratio[..., None])[:, 0]
+            at = self.X[first:last], b.cells - first, b.positions(self.X)
+            nodal = recover(*at, ratio[..., None], by_sides=True)[:, 0]
             # a patch may overshoot at a corner, no point's thickness is outside what the points have
             out[first:last] = self.problem.thickness * np.clip(nodal, ratio.min(), ratio.max())
         return out

@@ -41,7 +41,7 @@ def initial_guess(eq: Equilibrium, start: Array, lam: Array) -> Guess:
 
 
 def _extrapolated(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Guess | None:
-    """The last increments extrapolated, contact nodes projected; None if that is poor or there are none."""
+    """The last increments extrapolated, contact nodes projected where that is better; None if that is poor or there are none."""
     system, c, fixed = eq.system, eq.context, eq.reduced.fixed
     if not eq.numerics.predictor or not c.state.dt_last > 0:
         return None
@@ -49,10 +49,15 @@ def _extrapolated(eq: Equilibrium, start: Array, values: Array, lam: Array) -> G
     u[fixed] = values
     overlaps = [system.pairs(s, u).g < 0.0 for s in system.surfaces]
     landed = np.concatenate([np.zeros(0, dtype=bool), *overlaps])
+    # what contact holds are gaps of points: with nodes put at theirs, those of points between them may be anywhere
+    between = not all(s.points.are_nodes for s in system.surfaces)
+    as_it_is = system.with_slaves(u.copy()) if between else None
     project_prediction(system, c, u, eq.policy)
     u[fixed] = values
     u = system.with_slaves(u)
     e = eq.evaluate(u, lam, landed=landed)
+    if as_it_is is not None and eq.norm(eq.evaluate(as_it_is, lam, stiffness=False)) < eq.norm(e):
+        u, e = as_it_is, eq.evaluate(as_it_is, lam)
     # plastic points answer to a linear start as if they were elastic: even a poor extrapolation is better there
     if not e.failed and (system.has_memory or eq.norm(e) <= eq.policy.good_start * e.scale):
         return Guess(u, e)

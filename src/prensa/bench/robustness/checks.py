@@ -27,6 +27,7 @@ FORCES_WHOLE = 1e-7  # and of the largest force of the whole run
 WORK = 1e-6  # allowed difference of the work, and fall of a dissipation, of the largest energy
 LOST = 1e-3  # of an energy at a new mesh, and of the work by the jumps of forces at all of them
 DRIFT = 2e-3  # of the volume by what integration points know of it, on meshes that are made anew
+ENHANCED = 0.5  # of the square of an hourglass: volume that enhanced strains give it, a third of it and what is of higher order
 REACHED = 1e-6  # allowed distance from the asked place or force, of the largest
 LONG = {3: (0, 1, 2), 4: (0, 1, 2, 3), 6: (0, 3, 1, 4, 2, 5), 8: (0, 4, 1, 5, 2, 6, 3, 7)}
 
@@ -402,6 +403,16 @@ def strains(s: Shape) -> Array:
     return np.maximum(mean, np.abs(np.log(now / before)).max(axis=1))
 
 
+def hourglass(s: Shape) -> Array:
+    """Squares (m,) of the strains that vary within quadrilaterals: A⁻¹h of x = A ξ + h ξη, without the h they began with."""
+    corner = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    X, x = (v[s.cells] - v[s.cells].mean(axis=1, keepdims=True) for v in (s.X, s.x))
+    F = deformation(s)
+    A = F @ np.einsum("mai,aj->mij", X, corner) / 4
+    h = np.einsum("mai,a->mi", x - np.einsum("mij,maj->mai", F, X), corner.prod(axis=1)) / 4
+    return np.asarray((np.linalg.solve(A, h[..., None]) ** 2).sum(axis=(1, 2)))
+
+
 def uneven(s: Shape) -> float:
     """What the volume of a body of revolution is from the middles of its cells less what it is, relative: its mesh's doubt."""
     middle = np.linalg.det(deformation(s)) * s.x[s.cells, 0].mean(axis=1) / s.X[s.cells, 0].mean(axis=1)
@@ -444,6 +455,8 @@ def volume(d: Drawn, record: Record) -> str:
                 second = 3.0 * float((strains(s) ** 2).mean()) * (1 - 2 * d.nu if d.strength == 0 else 0.0)
                 second += 2.0 * uneven(s) if axi else 0.0  # a cell's integration points know its volume as its middle does
             second += 3.0 * (per * V * d.strength) ** 2
+            if p.bodies[body].element == "q4_enhanced":
+                second += ENHANCED * float(np.average(hourglass(s), weights=volumes(s.cells, s.X, axi)))
             off, allowed = V / V0 - 1 - per * trace, per * (free + 0.1 * abs(trace)) + second + 1e-9
             if abs(off) > allowed:
                 return (

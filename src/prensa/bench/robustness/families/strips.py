@@ -8,7 +8,7 @@ import numpy as np
 
 import prensa as pr
 from prensa.bench.robustness.claims import let_go, sprung_back
-from prensa.bench.robustness.drawn import Drawn, chain, friction, metal, number
+from prensa.bench.robustness.drawn import Drawn, Metal, chain, friction, metal, number
 
 
 def problem(rng: np.random.Generator) -> Drawn:
@@ -40,7 +40,7 @@ def problem(rng: np.random.Generator) -> Drawn:
     mu = 0.0 if rng.random() < 0.2 else number(rng, 0.01, 0.3)
     force = number(rng, 1e-5, 3e-4) * m.E * 0.3 * (half - edge)
     push = {"binder": pr.Push(y=-force)}
-    away = {"punch": pr.Motion(y=2 * t), "die": pr.Motion(y=-depth - 4 * t)}
+    away = {"punch": pr.Motion(y=2 * t), "die": pr.Motion(y=-depth - 4 * t - sprung(m, half, t))}
     contacts = (
         pr.Contact(("strip.top",), "punch"), pr.Contact(("strip.top",), "binder"), pr.Contact(("strip.bottom",), "die"),
     )  # fmt: skip
@@ -59,3 +59,11 @@ def problem(rng: np.random.Generator) -> Drawn:
     claims = (let_go,) if m.strength else (let_go, sprung_back)
     mus = {c.name: mu for c in contacts}
     return Drawn((p,), tools, mus, m.E, m.nu, m.strength, claims=claims, limit=40.0, kind=kind)
+
+
+def sprung(m: Metal, length: float, t: float) -> float:
+    """How far the end of a strip may spring at most: by the elastic curvature of its plastic moment over all its length.
+
+    That is 3σ/(E t), and σ half of what the metal bears at a strain of 1: bent about twice its thickness it has a quarter.
+    """
+    return 0.5 * 3.0 * (0.5 * m.strength) / (m.E * t) * length**2
