@@ -297,7 +297,7 @@ def _at(eq: Equilibrium, u: Array, lam: Array, mode: bool = True) -> Modes | Non
     if e.failed:
         return None
     try:
-        eq.reduced.solve(eq.reduced.matrix(e, -e.r), -e.r)
+        eq.reduced.solve(eq.reduced.matrix(e, -e.r, spent=True), -e.r)
     except SingularError:
         return None
     if eq.reduced.factorisation.positive and not mode:
