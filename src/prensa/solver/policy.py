@@ -347,7 +347,9 @@ class Policy:
     most_forcing: float = 1e-4
     """… nor more than this."""
     telling: float = 0.1
-    """Relative error of factors in single precision in the softest mode up to which they tell how many modes are negative."""
+    """Relative error of factors in single precision in the softest mode up to which they tell how many modes are negative, …"""
+    modes_share: float = 1e-4
+    """… and what is left of the residuals where they do not, and modes are looked for with the matrix itself."""
     alike: float = 0.02
     """Relative residual of an iterate up to which its matrix is expected to be close to the one before …"""
     few_changed: int = 2

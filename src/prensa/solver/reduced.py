@@ -115,6 +115,9 @@ class Factors(Protocol):
     def correction(self, b: Array) -> Array:
         """Solution (f,) to a few digits, of the last matrix, with whatever factors are at hand."""
 
+    def exactly(self, b: Array, share: float) -> Array | None:
+        """Solutions (f, k) of the last matrix but for a ``share``, by factors of this attempt; None if they are not to be had."""
+
     def coarse(self, matrix: Array) -> bool:
         """Factors of a matrix in single precision for use `again`, unchecked; whether there are any."""
 
