@@ -82,7 +82,7 @@ UNSCALED = {"scaling": "identity"}
 
 def _load_rslab() -> Any:
     """rslab, loaded by a thread that does not end before the process: its memory goes with that thread, and then runs crash."""
-    if "rslab" not in sys.modules and threading.current_thread() is not threading.main_thread():
+    if sys.modules.get("rslab") is None and threading.current_thread() is not threading.main_thread():
         loaded = threading.Event()
 
         def load_and_stay() -> None:

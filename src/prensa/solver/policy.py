@@ -357,6 +357,8 @@ class Policy:
     outliers: int = 2
     """… each of them may cost so many iterations of GMRES more."""
 
+    stretch: int = 2**15
+    """Values that are moved at once within a matrix: they stay in the cache."""
     shared_products: int = 10000
     """Length of vectors from which BLAS may share out products among threads, whose sums then depend on how many there are."""
     worth_threads: int = 5000

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
-STRETCH = 1 << 15  # values that are moved at once: they stay in the cache
 
 
 def weights_of(system: System) -> Array:
@@ -176,9 +175,9 @@ class Selected:
         """See `Restriction`."""
         if not spent:
             return data[self.entries]
-        end = 0
-        for first in range(0, len(data), STRETCH):
-            kept = data[first : first + STRETCH][self.entries[first : first + STRETCH]]
+        end, stretch = 0, DEFAULT.stretch
+        for first in range(0, len(data), stretch):
+            kept = data[first : first + stretch][self.entries[first : first + stretch]]
             data[end : end + len(kept)] = kept
             end += len(kept)
         return data[:end]
