@@ -10,11 +10,13 @@ from scipy.sparse import csc_matrix, diags_array
 
 import prensa as pr
 from prensa.fem.state import State
+from prensa.solver import linear
 from prensa.solver.linear import Factorisation, krylov
 from prensa.solver.policy import Policy
 from prensa.verify.forming import upsetting
 
 pytest.importorskip("rslab")
+NUMERICS = pr.Numerics(solver="rslab")
 ALWAYS, NEVER = Policy(worth_single=1), Policy(worth_single=10**9)
 
 
@@ -130,6 +132,52 @@ def test_factors_of_single_precision_alone_would_call_a_buckling_column_stable()
     believed = factorisation(a, True, Policy(worth_single=1, telling=np.inf))
     believed.step(a.data, np.sin(np.arange(400.0)), 1e-4)
     assert believed.made_from is not None and believed.positive
+
+
+@pytest.mark.parametrize("load", [0.0, 0.5, 0.9, 1.1, 1.5])
+def test_what_such_factors_cannot_tell_the_matrix_tells_with_their_help(load):
+    """Inverse iteration with the matrix itself finds the sign of the softest mode where GMRES leads to it, else nothing."""
+    answered = 0
+    for n in (60, 80, 100, 150, 200, 400):
+        a = column(n, load)
+        f = factorisation(a, symmetric=True)
+        x: np.ndarray | None = np.random.default_rng(0).standard_normal((n, 1))
+        f.step(a.data, np.sin(np.arange(float(n))), 1e-4)
+        for _ in range(3):
+            b = x / np.linalg.norm(x)
+            x = f.exactly(b, 1e-4)
+            if x is None:
+                break
+            assert np.linalg.norm(b - a @ x) <= 2e-4
+        if x is not None:
+            assert (float((x.T @ b).item()) < 0.0) == (load > 1.0)
+            answered += not f.own
+    assert answered >= 1 or load > 1.0  # what pivots show is left to them
+
+
+def test_modes_take_no_factors_of_double_precision_where_single_ones_help(monkeypatch):
+    """Factors that cannot tell the modes: the same stiffness of the softest ones, no factor of double precision."""
+    kinds = []
+    plain = linear.BACKENDS["rslab"]
+
+    def noted(structure):
+        factor = plain(structure)
+
+        def noting(values):
+            kinds.append(values.dtype)
+            return factor(values)
+
+        return noting
+
+    monkeypatch.setitem(linear.BACKENDS, "rslab", noted)
+    problem = upsetting((8, 6), 0.1, increments=3, reductions=(0.05,))
+    sure, unsure = (Policy(worth_single=1, telling=telling) for telling in (0.1, 0.0))
+    known = list(pr.solve(problem, NUMERICS, policy=sure))
+    kinds.clear()
+    found = list(pr.solve(problem, NUMERICS, policy=unsure))
+    assert set(kinds) == {np.dtype(np.float32)}
+    for a, b in zip(known, found, strict=True):
+        assert a.force("punch").y == b.force("punch").y and a.state.stability.negative == b.state.stability.negative == 0
 
 
 def test_gmres_is_given_up_where_it_takes_too_long():

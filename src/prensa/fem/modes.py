@@ -7,7 +7,7 @@ friction, of its tangent; what is left of the three modes is free.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from prensa.fem.system import System
 from prensa.model.problem import tools_removed
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 CLOSED = 1e-6  # gap over element depth below which a tool counts as touching, or as reaching into the body
 
@@ -28,14 +29,17 @@ def modes(system: System) -> Iterator[Notice]:
     """Rigid-body motions of each body that nothing resists: named, fatal when not even a contact can."""
     at_start = system.initial().u
     told: set[str] = set()
+    frames = {name: _Frame.of(system, name) for name in (system.tied_bodies(b)[0] for b in system.problem.bodies)}
     for number in range(len(system.problem.steps)):
         plan = plan_step(system, number, at_start)
-        for name in dict.fromkeys(system.tied_bodies(b)[0] for b in system.problem.bodies):
-            held = _support_rows(system, name, plan)
+        for name, frame in frames.items():
+            held = _support_rows(system, frame, plan)
             gone = tools_removed(system.problem, number)
-            resting = [np.zeros((0, 3)) if gone else _contact_rows(system, name, plan, touching) for touching in (True, False)]
+            resting = [
+                np.zeros((0, 3)) if gone else _contact_rows(system, name, frame, plan, touching) for touching in (True, False)
+            ]
             for rows, fatal in ((resting[1], True), (resting[0], False)):
-                words = _free(system, name, np.concatenate([held, rows]))
+                words = _free(system, frame, np.concatenate([held, rows]))
                 if not words or name in told or (not fatal and number):
                     continue
                 told.add(name)
@@ -59,45 +63,54 @@ def free_to_move(system: System, body: str, c: Any, contacts: bool = True) -> st
     """
     if system.dofs.dimension != 2:  # rigid motions in space are not looked for yet
         return ""
-    rows = [_support_rows(system, body, c.plan)]
+    frame = _Frame.of(system, body)
+    rows = [_support_rows(system, frame, c.plan)]
     for s, law in zip(system.surfaces, c.laws):
         if s.body in system.tied_bodies(body) and contacts:
             closed = c.state.contact.closed[s.rows]
             pairs = system.pairs(s, c.state.u)
             x = s.X[closed]
-            rows.append(_rows(system, body, x, pairs.n[closed]))
+            rows.append(_rows(frame, x, pairs.n[closed]))
             if law is not None:
-                rows.append(_rows(system, body, x, pairs.e[closed, 0]))
-    return _free(system, body, np.concatenate(rows))
+                rows.append(_rows(frame, x, pairs.e[closed, 0]))
+    return _free(system, frame, np.concatenate(rows))
 
 
-def _nodes(system: System, body: str) -> NDArray[np.int64]:
+def _nodes(system: System, body: str) -> Index:
     """Nodes of a body and of those tied to it: they move as one."""
     return np.concatenate(
         [system.offsets[b] + np.arange(len(system.meshes[b].points)) for b in system.tied_bodies(body)]
     )
 
 
-def _frame(system: System, body: str) -> tuple[Array, Array, float]:
-    x = system.X[_nodes(system, body)]
-    return x, x.mean(axis=0), float(np.ptp(x, axis=0).max())
+class _Frame(NamedTuple):
+    """A body with those tied to it: its ``nodes``, their ``centre`` (2,) and ``size``, by which turns are told."""
+
+    nodes: Index
+    centre: Array
+    size: float
+
+    @classmethod
+    def of(cls, system: System, body: str) -> _Frame:
+        nodes = _nodes(system, body)
+        x = system.X[nodes]
+        return cls(nodes, x.mean(axis=0), float(np.ptp(x, axis=0).max()))
 
 
-def _rows(system: System, body: str, x: Array, n: Array) -> Array:
+def _rows(frame: _Frame, x: Array, n: Array) -> Array:
     """Rigid-body modes (k, 3) seen at points x along directions n, each (k, 2): translations, turn over the size."""
-    _, centre, size = _frame(system, body)
-    arm = (x - centre) / size
+    arm = (x - frame.centre) / frame.size
     return np.column_stack([n, arm[:, 0] * n[:, 1] - arm[:, 1] * n[:, 0]])
 
 
-def _support_rows(system: System, body: str, plan: StepPlan) -> Array:
+def _support_rows(system: System, frame: _Frame, plan: StepPlan) -> Array:
     field = system.dofs.displacement
     nodes, axis = field.split(plan.fixed[field.owns(plan.fixed)])
-    mine = np.isin(nodes, _nodes(system, body))
-    return _rows(system, body, system.X[nodes[mine]], np.eye(field.width)[axis[mine]])
+    mine = np.isin(nodes, frame.nodes)
+    return _rows(frame, system.X[nodes[mine]], np.eye(field.width)[axis[mine]])
 
 
-def _contact_rows(system: System, body: str, plan: StepPlan, touching: bool) -> Array:
+def _contact_rows(system: System, body: str, frame: _Frame, plan: StepPlan, touching: bool) -> Array:
     """Rows of the contacts of a body: normals and, with friction, tangents; of all of them, or of those that touch at first.
 
     Tools that are pushed are brought to touch before the solve.
@@ -116,13 +129,13 @@ def _contact_rows(system: System, body: str, plan: StepPlan, touching: bool) -> 
             seen = pairs.g <= CLOSED * float(s.points.depth.min())
         if pushed and not touching:
             seen = pairs.g <= np.inf
-        rows.append(_rows(system, body, x[seen], pairs.n[seen]))
+        rows.append(_rows(frame, x[seen], pairs.n[seen]))
         if not system.frictionless(law):
-            rows.append(_rows(system, body, x[seen], pairs.e[seen, 0]))
+            rows.append(_rows(frame, x[seen], pairs.e[seen, 0]))
     return np.concatenate(rows)
 
 
-def _free(system: System, body: str, rows: Array) -> str:
+def _free(system: System, frame: _Frame, rows: Array) -> str:
     """The rigid-body motions outside the span of the rows, in words; '' if there is none."""
     if system.axisymmetric:
         return "" if (np.abs(rows[:, 1]) > 1e-6).any() else "move along the axis y"
@@ -130,7 +143,7 @@ def _free(system: System, body: str, rows: Array) -> str:
     null = v[values <= 1e-6 * max(float(values[0]), 1e-300)] if values[0] > 0 else np.eye(3)
     if len(null) == 3:
         return "move along x and y and to turn"
-    _, centre, size = _frame(system, body)
+    centre, size = frame.centre, frame.size
     words = []
     if len(null) == 2:  # the turn first, then what is left of translations
         q = null[:, 2]

@@ -149,9 +149,9 @@ def edges_between(edges: Index, nodes: Index) -> Index:
 
 def areas(points: Array, cells: Index) -> Array:
     """Signed areas (m,) of the polygons of the corners, positive counter-clockwise."""
-    x = points[corner_cells(cells)]
-    y = np.roll(x, -1, axis=1)
-    return np.asarray(0.5 * (x[..., 0] * y[..., 1] - x[..., 1] * y[..., 0]).sum(axis=1))
+    corners = corner_cells(cells)
+    x, y = points[:, 0][corners], points[:, 1][corners]
+    return np.asarray(0.5 * (x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum(axis=1))
 
 
 def oriented(points: Array, cells: Index) -> Index:

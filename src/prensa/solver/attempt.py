@@ -76,7 +76,7 @@ def _by_contact(eq: Equilibrium, start: Array, lam: Array, result: NewtonResult)
         # the foundation of contact steps hides a body that is free to move
         here = eq.evaluate(result.u, result.lam)
         with eq.report.timed("factorisation and solve"):
-            eq.reduced.solve(eq.reduced.matrix(here, -here.r), -here.r)
+            eq.reduced.solve(eq.reduced.matrix(here, -here.r, spent=True), -here.r)
     return reason
 
 

@@ -256,7 +256,7 @@ class CondensedMatrix:
         out[self.bodies.held] += free.held + self.P @ q
         return out
 
-    def values(self, data: Array) -> Array:
+    def values(self, data: Array, spent: bool = False) -> Array:
         """K_ff, dense."""
         M = (self.G.T @ self._contact(data) @ self.G).toarray()
         a = len(self.A)

@@ -101,7 +101,7 @@ def _step_of(
     friction = rubbed(eq, base, rubbing, all_lam) if rubbing.any() else None
     r = base.r
     with eq.report.timed("factorisation and solve"):
-        matrix, base = eq.reduced.matrix(base, -r), base._replace(data=None)
+        matrix, base = eq.reduced.matrix(base, -r, spent=True), base._replace(data=None)
         alone = eq.reduced.solve(matrix, -r)
         forces, slopes = points.forces, points.slopes
         if friction is not None:

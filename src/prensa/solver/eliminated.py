@@ -50,7 +50,7 @@ class Tied:
         self.indices = (places % m).astype(np.int32)
         self.indptr = np.searchsorted(places, np.arange(m + 1) * np.int64(m)).astype(np.int32)
 
-    def values(self, data: Array) -> Array:
+    def values(self, data: Array, spent: bool = False) -> Array:
         """Values of the small matrix from those of the large one."""
         return np.asarray(self.sums @ data)
 

@@ -120,7 +120,7 @@ def _refactor(eq: Equilibrium, done: Finish, lam: Array) -> None:
     reduced = eq.reduced
     here = eq.evaluate(done.u, lam)
     with eq.report.timed("factorisation and solve"):
-        step = reduced.step(reduced.matrix(here, -here.r), -here.r, done.residual)
+        step = reduced.step(reduced.matrix(here, -here.r, spent=True), -here.r, done.residual)
     done.factorisations += 1
     better = eq.evaluate(done.u + step, lam, stiffness=False)
     if (size := eq.norm(better)) < done.norm:

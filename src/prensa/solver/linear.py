@@ -82,7 +82,7 @@ UNSCALED = {"scaling": "identity"}
 
 def _load_rslab() -> Any:
     """rslab, loaded by a thread that does not end before the process: its memory goes with that thread, and then runs crash."""
-    if "rslab" not in sys.modules and threading.current_thread() is not threading.main_thread():
+    if sys.modules.get("rslab") is None and threading.current_thread() is not threading.main_thread():
         loaded = threading.Event()
 
         def load_and_stay() -> None:
@@ -318,6 +318,22 @@ class Factorisation:
                 return scale * x
         return self.again(b)
 
+    def exactly(self, b: Array, share: float) -> Array | None:
+        """Solutions (n, k) of b (n, k), but for a ``share``, of the last matrix by factors of single precision of this attempt.
+
+        None where there are none, they have a negative pivot, or GMRES does not lead there.
+        """
+        if self._matrix is None or self._solve is None or not (self._own and getattr(self._solve, "positive", True)):
+            return None
+        scale = np.ones(len(b)) if self.scale is None else self.scale
+        out = np.empty_like(b)
+        for k in range(b.shape[1]):
+            x = krylov(self._matrix, self._solve, scale * b[:, k], self.policy.krylov, share)
+            if x is None:
+                return None
+            out[:, k] = scale * x
+        return out
+
     def _factor(self) -> Factor:
         """Factoriser of the solver in turn, analysed when first asked for: that depends on the pattern alone."""
         name, kind = self.order[0]
@@ -529,6 +545,10 @@ class DenseFactors:
 
     def analyse(self) -> None:
         """Nothing: there is no pattern."""
+
+    def exactly(self, b: Array, share: float) -> Array | None:
+        """As `again`."""
+        return self.again(b)
 
     def coarse(self, values: Array) -> bool:
         """False: dense factors are of double precision."""

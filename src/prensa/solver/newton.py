@@ -213,7 +213,7 @@ def _direction(eq: Equilibrium, state: NewtonState) -> tuple[Evaluation, Array]:
     alike = same and not turns and not state.reversed.any() and state.relative <= eq.policy.alike
     changed = state.changed if alike and eq.numerics.reuse_factors else None
     with eq.report.timed("factorisation and solve"):
-        matrix, e = eq.reduced.matrix(e, -e.r), e._replace(data=None)
+        matrix, e = eq.reduced.matrix(e, -e.r, spent=True), e._replace(data=None)
         return e, eq.reduced.step(matrix, -e.r, state.relative, changed)
 
 

@@ -347,7 +347,9 @@ class Policy:
     most_forcing: float = 1e-4
     """… nor more than this."""
     telling: float = 0.1
-    """Relative error of factors in single precision in the softest mode up to which they tell how many modes are negative."""
+    """Relative error of factors in single precision in the softest mode up to which they tell how many modes are negative, …"""
+    modes_share: float = 1e-4
+    """… and what is left of the residuals where they do not, and modes are looked for with the matrix itself."""
     alike: float = 0.02
     """Relative residual of an iterate up to which its matrix is expected to be close to the one before …"""
     few_changed: int = 2
@@ -355,6 +357,8 @@ class Policy:
     outliers: int = 2
     """… each of them may cost so many iterations of GMRES more."""
 
+    stretch: int = 2**15
+    """Values that are moved at once within a matrix: they stay in the cache."""
     shared_products: int = 10000
     """Length of vectors from which BLAS may share out products among threads, whose sums then depend on how many there are."""
     worth_threads: int = 5000

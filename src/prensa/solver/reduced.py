@@ -79,8 +79,8 @@ class Restriction(Protocol):
     def whole(self, x: Array, n: int) -> Array:
         """All dofs (n,) or (n, k) from the free ones, zero where prescribed."""
 
-    def values(self, data: Array) -> Array:
-        """Values of K_ff for the matrix values of an evaluation; a copy."""
+    def values(self, data: Array, spent: bool = False) -> Array:
+        """Values of K_ff for the matrix values of an evaluation; a copy, or in the place of those that are ``spent``."""
 
 
 class Factors(Protocol):
@@ -113,6 +113,9 @@ class Factors(Protocol):
 
     def correction(self, b: Array) -> Array:
         """Solution (f,) to a few digits, of the last matrix, with whatever factors are at hand."""
+
+    def exactly(self, b: Array, share: float) -> Array | None:
+        """Solutions (f, k) of the last matrix but for a ``share``, by factors of this attempt; None if they are not to be had."""
 
     def coarse(self, matrix: Array) -> bool:
         """Factors of a matrix in single precision for use `again`, unchecked; whether there are any."""
@@ -168,13 +171,20 @@ class Selected:
         out[self.free] = x
         return out
 
-    def values(self, data: Array) -> Array:
+    def values(self, data: Array, spent: bool = False) -> Array:
         """See `Restriction`."""
-        return data[self.entries]
+        if not spent:
+            return data[self.entries]
+        end, stretch = 0, DEFAULT.stretch
+        for first in range(0, len(data), stretch):
+            kept = data[first : first + stretch][self.entries[first : first + stretch]]
+            data[end : end + len(kept)] = kept
+            end += len(kept)
+        return data[:end]
 
 
 class Controlled(Selected):
-    """As `Selected`, with the equation of the lead in the place of that of the factor."""
+    """As `Selected`, with the equation of the lead in the place of that of the factor; ``entries`` are places, out of order."""
 
     def __init__(self, pattern: Pattern, fixed: Index, control: Control) -> None:
         self.free = np.setdiff1d(np.arange(pattern.n), fixed)
@@ -186,6 +196,10 @@ class Controlled(Selected):
         self.entries = kept[np.lexsort((i[kept], j[kept]))]
         self.indices = i[self.entries]
         self.indptr = np.searchsorted(j[self.entries], np.arange(len(self.free) + 1)).astype(np.int32)
+
+    def values(self, data: Array, spent: bool = False) -> Array:
+        """See `Restriction`."""
+        return data[self.entries]
 
 
 @dataclass(frozen=True)
@@ -248,14 +262,15 @@ class Reduced:
         """Sum of the absolute free residuals, moments divided by a length."""
         return float(np.abs(self.weight * self.restriction.part(r)).sum())
 
-    def matrix(self, e: Evaluation, b: Array) -> Array:
-        """Values of K_ff for the matrix of an evaluation and the right-hand side b (ndof,) it is for; a copy.
+    def matrix(self, e: Evaluation, b: Array, spent: bool = False) -> Array:
+        """Values of K_ff for the matrix of an evaluation and the right-hand side b (ndof,) it is for.
 
-        With it the evaluation can let its own go before the factors come: a tenth of what a run takes at its peak.
+        A copy; of an evaluation whose matrix is ``spent``, which nobody looks at again, they take its place: two matrices
+        would be a tenth of what a run takes at its peak.
         """
         assert e.data is not None
         data = determined(e, b, self.equations, self.policy) if self.equations else e.data
-        return self.restriction.values(data)
+        return self.restriction.values(data, spent or data is not e.data)
 
     def solve(self, matrix: Array, b: Array) -> Array:
         """Free dofs (ndof,) with K_ff x_f = b_f, zero where prescribed."""

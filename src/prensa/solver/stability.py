@@ -49,8 +49,11 @@ class Modes(NamedTuple):
 STABLE = Modes(0, np.inf, np.zeros(0), np.zeros(0))
 
 
-def softest_modes(system: System, reduced: Reduced, policy: Policy) -> Modes | None:
-    """The softest modes of the matrix of the last factors; None if there are no factors or nothing is free."""
+def softest_modes(system: System, reduced: Reduced, policy: Policy, exactly: bool = False) -> Modes | None:
+    """The softest modes of the matrix of the last factors; None if there are no factors or nothing is free.
+
+    exactly: of the last matrix itself, to which factors that do not tell them are only a help; None where that is too little.
+    """
     factors, free = reduced.factorisation, reduced.free
     bodily = free < system.dofs.tool.slice.stop  # multipliers come last
     if not factors.factored or not bodily.any():
@@ -59,19 +62,20 @@ def softest_modes(system: System, reduced: Reduced, policy: Policy) -> Modes | N
     forces = np.where(bodily[:, None], np.random.default_rng(0).standard_normal((len(free), columns)), 0.0)
     for sweep in range(policy.mode_sweeps):
         basis = np.linalg.qr(forces)[0]
-        forces = np.where(bodily[:, None], factors.again(basis), 0.0)
-        if not np.isfinite(forces).all():
+        found = factors.exactly(basis, policy.modes_share) if exactly else factors.again(basis)
+        if found is None or not np.isfinite(found).all():
             return None
+        forces = np.where(bodily[:, None], found, 0.0)
         compliance, vectors = np.linalg.eig(basis.T @ forces)
         negative = (compliance.real < 0) & (np.abs(compliance.imag) <= policy.mode_error * np.abs(compliance))
         if sweep > 0 and not negative.any():
             break
         # a negative one counts when it is an eigenvalue, not only a Ritz value of a block that is not there yet
         error = np.linalg.norm(forces @ vectors - (basis @ vectors) * compliance, axis=0)
-        found = negative & (error <= policy.mode_error * np.abs(compliance))
-        if sweep > 0 and found.any() and (found == negative).all():
+        sure = negative & (error <= policy.mode_error * np.abs(compliance))
+        if sweep > 0 and sure.any() and (sure == negative).all():
             break
-        negative = found
+        negative = sure
     stiffness = 1.0 / np.where(compliance == 0, np.inf, compliance).real
     at = int(np.argmin(np.where(negative, compliance.real, np.inf)) if negative.any() else np.argmax(compliance.real))
     mode = reduced.restriction.whole((basis @ vectors[:, at]).real, system.ndof)
@@ -280,11 +284,14 @@ def at_limit(c: Context, policy: Policy) -> bool:
 def _of(eq: Equilibrium, result: NewtonResult) -> Modes | None:
     """The modes of a converged attempt, from its last factors where there are any.
 
-    A contact step may have left none, and those at hand may be of an increment before: then of the matrix at the end.
+    A contact step may have left none, and those at hand may be of an increment before: then of the matrix at the end, whose
+    factors, of double precision, take twice the room.
     """
     factors = eq.reduced.factorisation
     if factors.factored and factors.own:
         return softest_modes(eq.system, eq.reduced, eq.policy)
+    if factors.factored and (modes := softest_modes(eq.system, eq.reduced, eq.policy, exactly=True)) is not None:
+        return modes
     return _at(eq, result.u, result.lam, mode=False)
 
 
@@ -297,7 +304,7 @@ def _at(eq: Equilibrium, u: Array, lam: Array, mode: bool = True) -> Modes | Non
     if e.failed:
         return None
     try:
-        eq.reduced.solve(eq.reduced.matrix(e, -e.r), -e.r)
+        eq.reduced.solve(eq.reduced.matrix(e, -e.r, spent=True), -e.r)
     except SingularError:
         return None
     if eq.reduced.factorisation.positive and not mode:
