@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import prensa as pr
+from prensa.errors import PrensaError
 from prensa.materials.laws import At, Out, material_of
 
 FLOWS = [
@@ -247,3 +248,10 @@ def test_a_strained_sheet_of_hencky_material_thins_by_poisson():
     jacobian = np.exp(0.4 * stretch.sum())
     assert np.allclose(law.cauchy(history)[0], [200e3 * stretch.sum() / jacobian, 0, 0, 0], atol=1e-6)
     assert law.modulus() == 200e3
+
+
+@pytest.mark.parametrize("points", [((0.0, 100.0), (0.1, 200.0), (1e308, 300.0)), ((0.0, 1e308), (0.1, 2e307), (0.2, 1e307))])
+def test_tables_that_no_curve_leads_through_are_refused(points):
+    """Slopes of a table whose numbers come near the largest there are overflow."""
+    with pytest.raises(PrensaError, match="above 1e\\+100"):
+        pr.FlowTable(points)

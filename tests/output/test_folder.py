@@ -261,6 +261,15 @@ def test_a_collection_cut_in_pieces_is_continued(tmp_path):
     assert [name for _, name in vtk.read_collection(path)] == ["fields/0001.vtu", "fields/0002.vtu"]
 
 
+def test_a_collection_with_a_damaged_time_is_continued(tmp_path):
+    """Of a list of fields in which a time is no number, the other entries are kept."""
+    run(small(), tmp_path, quiet=True)
+    path = tmp_path / vtk.COLLECTION
+    path.write_text(path.read_text().replace('timestep="0', 'timestep="0ˇ', 1), encoding="utf-8")
+    vtk.Fields(tmp_path, keep=3)
+    assert len(vtk.read_collection(path)) == 2
+
+
 def test_a_folder_in_the_place_of_a_file_is_told_by_name(tmp_path):
     """A folder that has the name of a file to be written, or of its temporary one, is said to be in the way, and stays."""
     for taken in ("fields.pvd", "fields.pvd.part"):

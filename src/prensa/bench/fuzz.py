@@ -28,6 +28,7 @@ import numpy as np
 
 from prensa.bench.fuzz_yaml import mutate_yaml, no_text
 from prensa.errors import PrensaError
+from prensa.model.meshes import Disc
 
 TIME_TO_ANSWER = 1.0  # processor seconds that reading or refusing an input may take
 TIME_TO_GIVE_UP = 10.0  # seconds of processor time after which an input is abandoned
@@ -453,6 +454,8 @@ def elements(mesh: Any) -> float:
     if isinstance(size, float):  # of triangles in an outline
         x, y = np.array(mesh.points, dtype=np.float64).T
         return 4.0 * float(np.ptp(x) * np.ptp(y) / size / size)  # over twice as many, and each dearer than one in rows
+    if isinstance(mesh, Disc):  # a core of squares in each quarter, and what is round it
+        return float(n[0]) * (float(n[0]) + 4.0 * float(n[1]))
     if isinstance(n, tuple):
         return float(np.prod([float(k) for k in n]))
     return float(n) ** 2 if isinstance(n, int) else 0.0

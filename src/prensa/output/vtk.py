@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import re
 import xml.etree.ElementTree as ET
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -173,5 +174,9 @@ def _times_until(directory: Path, last: int) -> dict[str, float]:
             path.unlink()
     collection = directory / COLLECTION
     text = collection.read_text(encoding="utf-8", errors="replace") if collection.is_file() else ""
-    entries = _ENTRY.findall(text)  # whole ones only: a power cut may have left a later one in pieces
-    return {name: float(time) for time, name in entries if (directory / name).is_file()}
+    out: dict[str, float] = {}
+    for time, name in _ENTRY.findall(text):  # whole ones only: a power cut may have left a later one in pieces
+        with suppress(ValueError):  # or what is no number in its place
+            if (directory / name).is_file():
+                out[name] = float(time)
+    return out

@@ -21,6 +21,8 @@ from prensa.model.units import Length, Number, Pressure, Speed
 
 Array = NDArray[np.float64]
 
+LARGEST = 1e100  # beyond it interpolation overflows
+
 __all__ = ["FrictionTable"]
 
 Value = Annotated[Number, Field(ge=0)]
@@ -63,6 +65,8 @@ class FrictionTable(FrictionLaw):
             first = [x for x, _ in table]
             if len(first) < 2 or first[0] < 0.0 or any(b <= a for a, b in pairwise(first)):
                 raise ValueError(f"the {name} must increase strictly from 0 or above (at least two pairs)")
+            if max(map(max, table)) > LARGEST:
+                raise ValueError(f"no number in the table over {name} may be above {LARGEST:g}: no curve leads through it")
         return self
 
     @property

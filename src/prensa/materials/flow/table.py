@@ -21,6 +21,9 @@ MOST_SECOND, MOST_LAST = (
 )  # strains of the second and of the last pair from which on they are likely in per cent
 
 
+LARGEST = 1e100  # beyond it interpolation overflows
+
+
 class FlowTable(FlowCurve):
     """Flow stress from ``points`` (ε̄, σ_y), interpolated by a monotone C¹ cubic, constant slope zero beyond the last."""
 
@@ -34,6 +37,8 @@ class FlowTable(FlowCurve):
             raise ValueError("points must start at plastic strain 0 and increase strictly (at least two pairs)")
         if any(p[1] <= 0 for p in self.points):
             raise ValueError("flow stresses must be positive")
+        if max(e) > LARGEST or max(p[1] for p in self.points) > LARGEST:
+            raise ValueError(f"no metal has strains or flow stresses above {LARGEST:g}, and no curve leads through them")
         if any(abs(t / 1e150 - s / 1e150) > b - a for (a, s), (b, t) in pairwise(self.points)):
             raise ValueError("points lie so close together that the slope between them is no number that can be used")
         return self
