@@ -12,6 +12,7 @@ from typing import Any
 import prensa as pr
 from prensa.fem.system import System
 from prensa.solver import linear
+from prensa.solver.policy import Policy
 from prensa.verify import example1
 from prensa.verify.forming import upsetting
 
@@ -127,13 +128,15 @@ class Cost:
         return self.total - self.limit.seconds
 
 
-def cost(problem: pr.Problem, numerics: pr.Numerics | None = None, most: int | None = None) -> Cost:
+def cost(
+    problem: pr.Problem, numerics: pr.Numerics | None = None, most: int | None = None, policy: Policy | None = None
+) -> Cost:
     """Solve a problem (its first ``most`` increments) and count."""
     with limit() as spent:
         start = time.process_time()
         system: System = pr.discretise(problem)
         increments = iterations = 0
-        for inc in pr.solve(system, numerics):
+        for inc in pr.solve(system, numerics, policy=policy):
             increments += 1
             iterations += inc.statistics.iterations
             if increments == most:
