@@ -455,7 +455,7 @@ def elements(mesh: Any) -> float:
         x, y = np.array(mesh.points, dtype=np.float64).T
         return 4.0 * float(np.ptp(x) * np.ptp(y) / size / size)  # over twice as many, and each dearer than one in rows
     if isinstance(mesh, Disc):  # a core of squares in each quarter, and what is round it
-        return float(n[0]) * (float(n[0]) + 4.0 * float(n[1]))
+        return float(mesh.n[0]) * (float(mesh.n[0]) + 4.0 * float(mesh.n[1]))
     if isinstance(n, tuple):
         return float(np.prod([float(k) for k in n]))
     return float(n) ** 2 if isinstance(n, int) else 0.0
