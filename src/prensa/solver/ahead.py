@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 
 from prensa.fem.planning import plan_step
 from prensa.fem.symmetry import is_symmetric
@@ -19,12 +19,16 @@ class Ahead:
     def __init__(self, system: System, numerics: model.Numerics, policy: Policy) -> None:
         self.system = system
         pool = ThreadPoolExecutor(1, "analysis")
-        self._made = pool.submit(first_matrix, system, numerics, policy)
+        self._made: Future[Reduced | None] | None = pool.submit(first_matrix, system, numerics, policy)
         pool.shutdown(wait=False)
 
     def matrix(self) -> Reduced | None:
-        """The matrix, waited for; None where bodies are condensed, or making it failed, which it will again where it is told."""
-        return None if self._made.exception() is not None else self._made.result()
+        """The matrix, waited for and handed over: it is held nowhere else.
+
+        None where bodies are condensed, or making it failed, which it will again where that is told.
+        """
+        made, self._made = self._made, None
+        return None if made is None or made.exception() is not None else made.result()
 
 
 def first_matrix(system: System, numerics: model.Numerics, policy: Policy) -> Reduced | None:
