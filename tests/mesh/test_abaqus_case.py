@@ -92,6 +92,14 @@ def test_arcs_amplitudes_loads_and_pushes_are_read(tmp_path):
     assert step.loads["BILLET.TOP"].pressure == 2.0 and problem.contacts[0].friction is None
 
 
+def test_a_side_that_an_amplitude_moves_is_read(tmp_path):
+    """The motion of a side is a table over the step, beside which nothing is held."""
+    text = deck(more="*AMPLITUDE, NAME=RAMP\n0., 0., 0.5, 0.2, 1., 1.")
+    text = text.replace("9000, 2, 2, -3.", "9000, 2, 2, -3.\n*BOUNDARY, AMPLITUDE=RAMP\nBOTTOM, 2, 2, 0.5")
+    (step,) = imported(tmp_path, text).steps
+    assert step.fixed["BILLET.BOTTOM"].y == ((0.0, 0.0), (0.5, 0.1), (1.0, 0.5))
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [

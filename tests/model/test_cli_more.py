@@ -76,7 +76,7 @@ def test_pictures_films_and_json_of_a_run(tmp_path, monkeypatch):
     assert prensa("plot", "results/small", "--film", "--out", "film.gif").exit_code == 0
     assert Path("film.gif").read_bytes()[:3] == b"GIF" and Path("results/small/mises.png").stat().st_size > 1000
     assert prensa("plot", "results/small", "--field", "force_stroke", "--out", "f.svg").exit_code == 0
-    for wrong in (("--field", "nonsense"), ("--step", "never")):
+    for wrong in (("--field", "nonsense"), ("--step", "never"), ("--out", "picture.txt")):
         done = prensa("plot", "results/small", *wrong)
         assert done.exit_code == 2 and wrong[1] in done.output
     opened = []

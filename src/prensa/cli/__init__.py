@@ -467,7 +467,14 @@ def plot(
             run.animate(field, target)
         else:
             target = out or folder / f"{field.replace('.', '_')}.png"
-            run.plot(field, at=int(step) if step.isdecimal() else step).savefig(target, bbox_inches="tight")
+            figure = run.plot(field, at=int(step) if step.isdecimal() else step)
+            kinds = figure.canvas.get_supported_filetypes()
+            if target.suffix and target.suffix[1:].lower() not in kinds:  # without one it is a .png
+                from prensa.errors import PrensaError
+
+                endings = ", ".join(f".{kind}" for kind in kinds)
+                raise PrensaError(f"{target}: no picture ends in {target.suffix!r}; give one of {endings}, .gif, .mp4")
+            figure.savefig(target, bbox_inches="tight")
         voice.confirm(str(target))
         voice.give({"picture": target})
 

@@ -256,7 +256,7 @@ def _whole(line: int, word: str) -> int:
 def _short(fixed: dict[str, dict[str, Any]]) -> dict[str, Any]:
     """'x', 'y' and 'xy' in the place of held components."""
     return {
-        name: "".join(sorted(entry)) if set(entry) <= {"x", "y"} and set(entry.values()) == {"held"} else entry
+        name: "".join(sorted(entry)) if set(entry) <= {"x", "y"} and all(value == "held" for value in entry.values()) else entry
         for name, entry in fixed.items()
         if entry
     }
