@@ -135,7 +135,7 @@ def test_transposes_are_transposes() -> None:
         )  # fmt: skip
         dxn, dx, motion = rng.normal(size=(3, 1, 4, 2))
         dold, dflow, dbulk, dG = rng.normal(size=old.shape)[None], rng.normal(size=(1, 1, 4, 2)), *rng.normal(size=(2, 1))
-        r, dnew, energy = np.zeros((8, 1)), np.zeros((*old.shape, 1)), np.zeros(1)
+        r, dnew, energy = np.zeros((8, 1)), np.zeros((*old.shape, 1)), np.zeros((2, 1))
         q4_directions.at_fixed(
             cells, geometry, point, *moduli, axisymmetric, np.ones((1, 4)), dxn[0, ..., None], dx[0, ..., None],
             dold[0, ..., None], np.array([dbulk, dG]), dflow[0, ..., None], np.ones((1, 1)), r, dnew, energy,

@@ -26,12 +26,13 @@ from prensa.materials.begun import LANES, begun_along
 from prensa.materials.hardening import TABLE, flow_gradient, flow_stress, slope_before, table_gradient
 
 # where rows of so many begin in the array for the work on them: motions x_n′ and x′ (8 rows each), forces (8), history before
-# and after (10 each), what else a parameter changes, traces of l, gradients of x′ and l (5 each), flow stresses before
+# and after (10 each), what else a parameter changes, energy and plastic work, traces of l, gradients of x′ and l (5 each), flow
+# stresses before
 _1, _2, _3, _4, _5, _6, _7, _8, _9 = (k * LANES for k in range(1, 10))
 _OLD, _PRESENT, _FORCE, _BEFORE, _AFTER, _NOW, _WAS, _LAME, _SHEAR, _ENERGY, _TRACE, _MIDDLE_TRACE, _GRADIENT, _RATE = (
-    k * LANES for k in (0, 8, 16, 24, 34, 44, 45, 46, 47, 48, 49, 50, 51, 56)
+    k * LANES for k in (0, 8, 16, 24, 34, 44, 45, 46, 47, 48, 50, 51, 52, 57)
 )
-_COMMITTED, _END = 61 * LANES, 62 * LANES
+_COMMITTED, _END = 62 * LANES, 63 * LANES
 PER_PLACE = 17  # numbers a point: ∂N/∂x, ∂N/∂y, N/r (4 each) in the present places, F = ∂x/∂x_n (5: 11, 12, 21, 22, 33)
 PER_POINT = 48  # numbers a point of `prepare`, in the order in which it writes them
 _MIDDLE = 4
@@ -303,6 +304,7 @@ def _answer(w, P, B, bulk, G, part, hoop, volume):
             w[_BEFORE + _5 + d] + P[33] * dp + P[34] * strain + P[35] * (d1 + d2 + d3) + P[36] * lnJn + P[37] * now
             + P[38] * w[_WAS + d]
         )  # fmt: skip
+        w[_ENERGY + _1 + d] += volume * w[_AFTER + _5 + d]
         w[_ENERGY + d] += volume * (P[27] * e1 + P[28] * e2 + P[29] * e3 + 0.5 * dlame * trace * trace + dG * squares)
         w[_AFTER + d], w[_AFTER + _3 + d], w[_AFTER + _1 + d] = _rotated(P, P[30] * e1, P[31] * e2, P[26] * d12)
         w[_AFTER + _2 + d] = P[32] * e3
@@ -389,8 +391,8 @@ def at_fixed(
 
     dold of the committed histories, s ≥ d, best as many as `slots`; begun (e, 4, n): see `slopes_of_begun`, (0, 4, n) where
     increments begin with these. dflow (m, d): changes of a flow curve, of which the stress has the slopes (e, 4, 3, m), see
-    `flow_gradients`. r and energy (d,), ∫ψ dV, are added to; volume (e, 4). dx (n, 2, m) of the last m directions, along the
-    others no present place moves.
+    `flow_gradients`. r and energy (2, d), ∫ψ dV and plastic work, are added to; volume (e, 4). dx (n, 2, m) of the last m
+    directions, along the others no present place moves.
     """
     moved, fields, count, kinds = len(begun) > 0, dold.shape[2], dxn.shape[2], dflow.shape[0]
     still = count - dx.shape[2]
@@ -442,7 +444,8 @@ def at_fixed(
                     r[2 * node, first + d] += w[_FORCE + (2 * k) * LANES + d]
                     r[2 * node + 1, first + d] += w[_FORCE + (2 * k + 1) * LANES + d]
         for d in range(lanes):
-            energy[first + d] += w[_ENERGY + d]
+            energy[0, first + d] += w[_ENERGY + d]
+            energy[1, first + d] += w[_ENERGY + _1 + d]
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
@@ -464,11 +467,12 @@ def _answer_along(w, P, G, part, hoop, volume):
         w[_AFTER + d], w[_AFTER + _3 + d], w[_AFTER + _1 + d] = _rotated(P, P[30] * e1, P[31] * e2, P[26] * d12)
         w[_AFTER + _2 + d] = P[32] * e3
         w[_AFTER + _4 + d], w[_AFTER + _5 + d] = dp, P[33] * dp + P[35] * (d1 + d2 + d3)
+        w[_ENERGY + _1 + d] += volume * w[_AFTER + _5 + d]
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
 def along(cells, geometry, point, G, axisymmetric, volume, dx, dnew, energy):
-    """What motions dx (n, 2, d) of the present nodes add to histories dnew (e, 4, h, s) and to ∫ψ dV, energy (d,)."""
+    """Add what motions dx (n, 2, d) of the present nodes make of histories dnew (e, 4, h, s) and of energy (2, d)."""
     part = 1.0 / 3.0 if axisymmetric else 0.5
     hoop = part if axisymmetric else 0.0
     count, fields = dx.shape[2], dnew.shape[2]
@@ -486,4 +490,5 @@ def along(cells, geometry, point, G, axisymmetric, volume, dx, dnew, energy):
                 _answer_along(w, _values(point[e, q]), G, part, hoop, volume[e, q])
                 _add(w, fields, dnew, e, q, first)
         for d in range(lanes):
-            energy[first + d] += w[_ENERGY + d]
+            energy[0, first + d] += w[_ENERGY + d]
+            energy[1, first + d] += w[_ENERGY + _1 + d]

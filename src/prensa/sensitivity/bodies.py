@@ -61,12 +61,14 @@ class Elements:
         return cls(block, committed, old, new, seconds, geometry, point, begun)
 
     def at_fixed(self, changes: Sequence[Change], k: int, dxn: Array, dx: Array, dold: Array, r: Array) -> tuple[Array, Array]:
-        """Histories (e, 4, h, s) and energies (d,) of directions, with their forces added to r (ndof, d); k: the block.
+        """Histories (e, 4, h, s) and energies (2, d) of directions, with their forces added to r (ndof, d); k: the block.
+
+        The energies are what is stored and the plastic work.
 
         dold (e, 4, h, s): of the committed histories, s ≥ d; dx (n, 2, m): of the last m directions.
         """
         slopes, ways = self._flow([ch.flow[k] for ch in changes])
-        dnew, energy = np.empty_like(dold), np.zeros(len(changes))
+        dnew, energy = np.empty_like(dold), np.zeros((2, len(changes)))
         moduli = np.array([[ch.bulk[k] for ch in changes], [ch.G[k] for ch in changes]])
         at_fixed(
             self.block.cells, self.geometry, self.point, *moduli_of(self.block), self.block.mode.axisymmetric,
@@ -121,7 +123,7 @@ def unfolding(system: System, c: Context, u: Array, changes: Sequence[Change], r
     """
     du = system.displacement(u - c.state.u)
     for k, b in enumerate(system.blocks):
-        if not q4.folding(c.x_n[b.cells], du[b.cells]):
+        if not q4.folding(c.x_n.take(b.cells, axis=0), du.take(b.cells, axis=0)):
             continue
         forces = _unfolding(system, b, c.x_n, du, system.X)
         for out, ch in zip(r.T, changes):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -45,6 +46,30 @@ class Change(NamedTuple):
     def moves(self) -> bool:
         """Whether bodies or tools begin elsewhere."""
         return self.X is not None or bool(self.at.any())
+
+
+class Changes(NamedTuple):
+    """Those of d parameters at once, which are the last axis of each array: ``each`` of them, those that move bodies last.
+
+    ``X`` (n, 2, d) of the initial places, (0, 2, d) where all stay, and ``moving`` (n, 2, m) of the last m alone; ``place``
+    (tools, 2, d); ``scale`` (3, k, d) by contact.
+    """
+
+    each: tuple[Change, ...]
+    X: Array
+    moving: Array
+    place: Array
+    scale: tuple[Array, ...]
+
+    @classmethod
+    def of(cls, each: Sequence[Change]) -> Changes:
+        """From those of the parameters."""
+        own = [ch.X for ch in each if ch.X is not None]
+        moving = np.stack(own, axis=-1) if own else np.zeros((0, 2, 0))
+        X = np.zeros((len(moving), 2, len(each)))
+        X[:, :, len(each) - len(own) :] = moving
+        scale = tuple(np.stack(parts, axis=-1) for parts in zip(*(ch.scale for ch in each)))
+        return cls(tuple(each), X, moving, np.stack([ch.at for ch in each], axis=-1), scale)
 
 
 def known(system: System) -> bool:

@@ -8,13 +8,12 @@ all of them, and a second pass gives what is committed.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.forces import ContactForces
 from prensa.contact.record import ContactRecord
 from prensa.elements.q4_directions import slots
 from prensa.fem.context import Context
@@ -25,7 +24,7 @@ from prensa.fem.system import System
 from prensa.friction.laws.coulomb import Coulomb
 from prensa.measures.measure import Gradient
 from prensa.sensitivity.bodies import elements_of, unfolding
-from prensa.sensitivity.change import Change
+from prensa.sensitivity.change import Changes
 from prensa.sensitivity.contacts import Committed, Points
 from prensa.sensitivity.direct import BEFORE, LAST, Columns, Direction, Solution, onwards
 from prensa.solver.equilibrium import NewtonResult
@@ -57,31 +56,41 @@ class Prescribed(NamedTuple):
     mu: Array
 
 
-def prescribed(c: Context, directions: Sequence[Direction], n: int) -> Prescribed:
+def prescribed(c: Context, before: Bundle) -> Prescribed:
     """Of the plans of both sides of each direction."""
-    out = Prescribed(np.zeros((n, len(directions))), np.zeros((n, len(directions))), np.zeros((len(directions), len(c.laws))))
-    for k, d in enumerate(directions):
-        if d.leaves_plan(c):
+    plans = [d.plans(c) for d in before.directions]
+    mu = np.zeros_like(before.nothing.mu)
+    for row, d, (a, b) in zip(mu, before.directions, plans):
+        for i, (law, p, q) in enumerate(zip(c.laws, a.friction, b.friction)):
+            row[i] = 0.0 if law is None else (p.mu - q.mu) / (2.0 * d.step)
+    out = before.nothing._replace(mu=mu)
+    for k, (d, (a, b)) in enumerate(zip(before.directions, plans)):
+        if d.leaves_motions(c):
             continue
-        a, b = d.plans(c)
+        if out.motion is before.nothing.motion:
+            out = out._replace(motion=out.motion.copy(), force=out.force.copy())
         out.motion[c.plan.fixed, k] = d.difference(a.values(c.time), b.values(c.time))
         for dof, course in a.push.items():
             out.force[dof, k] = (course(c.time) - b.push[dof](c.time)) / (2.0 * d.step)
-        for i, (law, p, q) in enumerate(zip(c.laws, a.friction, b.friction)):
-            out.mu[k, i] = 0.0 if law is None else (p.mu - q.mu) / (2.0 * d.step)
     return out
 
 
 @dataclass
 class Bundle:
-    """Derivatives of committed states along directions, the last axis of each array, which histories have of full lanes."""
+    """Derivatives of committed states along directions, the last axis of each array, which histories have of full lanes.
+
+    ``sizes`` (d,) of the parameters; ``changes``: what these change of the system; ``nothing``: of plans that they leave.
+    """
 
     directions: tuple[Direction, ...]
+    sizes: Array
+    changes: Changes
+    nothing: Prescribed
     arrays: Arrays
 
     @classmethod
     def of(cls, directions: Sequence[Direction]) -> Bundle:
-        """What the directions carry."""
+        """What the directions carry, all of which the closed derivatives know."""
         arrays, count = {}, len(directions)
         for name in directions[0].carried:
             arrays[name] = np.stack([d.carried[name] for d in directions], axis=-1)
@@ -89,7 +98,11 @@ class Bundle:
                 lanes = np.zeros((*arrays[name].shape[:-1], slots(count)))
                 lanes[..., :count] = arrays[name]
                 arrays[name] = lanes
-        return cls(tuple(directions), arrays)
+        sizes = np.array([d.parameter.size for d in directions])
+        changes = Changes.of([d.change for d in directions if d.change is not None])
+        motion, force = np.zeros((2, *arrays["u"].shape))
+        nothing = Prescribed(motion, force, np.zeros((count, len(changes.scale))))
+        return cls(tuple(directions), sizes, changes, nothing, arrays)
 
     def hand_on(self) -> None:
         """Let each direction carry its own."""
@@ -114,129 +127,82 @@ class Closed:
             out, tools = slopes @ self.x[dofs], system.dofs.tool
             for dof, slope in zip(*of.reactions(system)):
                 tool, axis = divmod(int(dof) - tools.first, tools.width)
-                out += slope * sum(p.F[:, :, 2 + axis].sum(axis=1) for p in self.points if p.surface.tool == tool)
+                out += slope * sum(p.F[:, 2 + axis].sum(axis=0) for p in self.points if p.surface.tool == tool)
             self._slopes = of, out
         return self._slopes[1]
 
 
-def differentiate(
-    at: Solution, columns: Columns, before: Bundle, changes: Sequence[Change], state: State
-) -> tuple[Bundle, Closed]:
-    """What is committed of an increment that led to ``state``, and its derivatives; ``changes`` that move bodies come last."""
-    system, c, carried = at.system, at.c, before.arrays
+def differentiate(at: Solution, columns: Columns, before: Bundle, state: State) -> tuple[Bundle, Closed]:
+    """What is committed of an increment that led to ``state``, and its derivatives; directions that move bodies come last."""
+    system, c, carried, changes = at.system, at.c, before.arrays, before.changes
     elements = elements_of(system, c, at.u, at.e)
-    given = prescribed(c, before.directions, system.ndof)
-    m, first = len(changes), system.dofs.displacement.slice
-    du = carried["u"][first].reshape(-1, 2, m)
-    X = None if all(ch.X is None for ch in changes) else _places(changes, du.shape)
-    dxn = du if X is None else du + X
-    still = sum(ch.X is None for ch in changes)
-    dx = np.empty((len(du), 2, 0)) if X is None else np.ascontiguousarray(X[..., still:])
+    given = prescribed(c, before)
+    m, first = len(before.sizes), system.dofs.displacement.slice
+    dxn = carried["u"][first].reshape(-1, 2, m)
+    if len(changes.X):
+        dxn = dxn + changes.X
     r = -given.force
-    bodies = [b.at_fixed(changes, k, dxn, dx, carried[f"history_{k}"], r) for k, b in enumerate(elements)]
-    unfolding(system, c, at.u, changes, r)
-    points = [Points.of(c, k, f, _committed(at, k, f, carried, changes, dxn, X, given)) for k, f in enumerate(at.e.contacts)]
-    for p in points:
-        p.add_to(r)
-    sizes = np.array([d.parameter.size for d in before.directions])
-    if given.motion.any():
+    bodies = [b.at_fixed(changes.each, k, dxn, changes.moving, carried[f"history_{k}"], r) for k, b in enumerate(elements)]
+    unfolding(system, c, at.u, changes.each, r)
+    points = []
+    for k, (s, f) in enumerate(zip(c.surfaces, at.e.contacts)):
+        area = Points.grown(c, k, dxn)
+        slip, coordinate, traction = (carried[f"contact.{name}"][s.rows] for name in ("slip", "coordinate", "traction"))
+        scale, mu, place = changes.scale[k], given.mu[:, k], changes.place[s.tool]
+        was = Committed(slip, area, coordinate, traction, scale, mu, place, changes.X)
+        points.append(Points.of(c, k, f, was, carried["lam"][s.rows].copy(), at.u, r))
+    if given.motion is not before.nothing.motion:
         r += columns.times(given.motion)
-    x, left = columns.begun(-sizes * r, onwards(carried, c.plan.fixed))
-    x = (x + columns.solve(left)) / sizes
-    r, x = r + columns.times(x), x + given.motion
-    nodal = x[first].reshape(-1, 2, m)
+    x, left = columns.begun(-before.sizes * r, onwards(carried, c.plan.fixed))
+    x = (x + columns.solve(left)) / before.sizes + given.motion
+    reaction = left / -before.sizes  # r + K x
     for b, (dnew, energy) in zip(elements, bodies):
-        b.along(nodal, dnew, energy)
+        b.along(x[first].reshape(-1, 2, m), dnew, energy)
     for p in points:
-        p.follow(system, x)
-    found = Closed(x, r, given.force, points)
-    after = _carried_on(at, before, found, [b[0] for b in bodies], sum(b[1] for b in bodies), state, changes)
-    return Bundle(before.directions, after), found
-
-
-def _places(changes: Sequence[Change], shape: tuple[int, ...]) -> Array:
-    out = np.zeros(shape)
-    for k, ch in enumerate(changes):
-        if ch.X is not None:
-            out[:, :, k] = ch.X
-    return out
-
-
-def _committed(
-    at: Solution, k: int, f: ContactForces, carried: Arrays, changes: Sequence[Change], dxn: Array, X: Array | None,
-    given: Prescribed,
-) -> Committed:  # fmt: skip
-    """What directions change of contact number k before the increment; dxn, X (n, 2, d): of committed, initial places."""
-    c, s, m = at.c, at.c.surfaces[k], len(changes)
-    scale = np.stack([ch.scale[k] for ch in changes])
-    lam = np.moveaxis(carried["lam"][s.rows], -1, 0).copy()
-    lam[:, :, 0] = 0.0
-    if s.multipliers is not None:
-        lam = scale[:, 2, :, None] * s.multipliers.of(at.u)
-    shares = s.points.shares
-    growth = np.einsum("saxd,sax->ds", dxn[s.points.edges[shares.edge]], s.points.slopes(c.x_n))
-    area = np.empty((m, len(s.points)))
-    for out, parts in zip(area, growth):
-        out[:] = np.bincount(shares.point, parts, len(out))
-    q = None
-    if X is not None or any(ch.at.any() for ch in changes):
-        q = np.zeros((m, len(s.points), 5))
-        if X is not None:
-            q[:, :, :2] = np.einsum("kaxd,ka->dkx", X[s.points.support], s.points.N)
-        q[:, :, 2:4] = np.stack([ch.at[s.tool] for ch in changes])[:, None]
-    slip, coordinate = carried["contact.slip"][s.rows].T, carried["contact.coordinate"][s.rows, 0].T
-    return Committed(lam, slip, coordinate, area, scale[:, 0], scale[:, 1], given.mu[:, k], q)
+        p.follow(x)
+    found = Closed(x, reaction, given.force, points)
+    after = _carried_on(at, before, found, [b[0] for b in bodies], np.sum([b[1] for b in bodies], axis=0), state)
+    return replace(before, arrays=after), found
 
 
 def _carried_on(
-    at: Solution, before: Bundle, found: Closed, histories: list[Array], elastic: Any, state: State, changes: Sequence[Change]
+    at: Solution, before: Bundle, found: Closed, histories: list[Array], stored: Array, state: State
 ) -> Arrays:  # fmt: skip
-    """The derivatives of the committed state."""
+    """The derivatives of the committed state; ``stored`` (2, d): of what the bodies store, and of their plastic work."""
     c, was = at.c, before.arrays
-    x, m = found.x, len(changes)
+    x, m = found.x, len(before.sizes)
     work = found.force.copy()
     work[c.plan.fixed] += found.reaction[c.plan.fixed]
     out: Arrays = {"u": x, LAST: was["u"], BEFORE: was[LAST]} | {f"history_{k}": h for k, h in enumerate(histories)}
     out |= {k: was[k].copy() for k in (*CONTACT, "lam")}
     for p in found.points:
         rows = p.surface.rows
-        out["contact.traction"][rows, 0], out["contact.slip"][rows] = p.t.T, p.kappa.T
-        out["contact.coordinate"][rows, 0] = p.s.T
-        out["contact.speed"][rows] = (p.kappa - p.before.kappa).T / c.seconds
-        out["lam"][rows, 0], out["lam"][rows, 1] = p.p.T, p.t.T
-    energy = _energies(at, before, found, out | {"work": work}, elastic, state, changes)
+        out["contact.traction"][rows, 0], out["contact.slip"][rows] = p.t, p.kappa
+        out["contact.coordinate"][rows, 0] = p.s
+        out["contact.speed"][rows] = (p.kappa - p.before.slip) / c.seconds
+        out["lam"][rows, 0], out["lam"][rows, 1] = p.p, p.t
+    energy = _energies(at, before, found, x, work, stored, state)
     out |= {f"energy.{k}": v for k, v in energy.items()}
     out |= {"work": work, "step_start": x if c.ends_step else was["step_start"]}
     return out | {f"stability.{k}": np.zeros(m) for k in Stability._fields if k != "negative"}
 
 
-def _energies(
-    at: Solution, before: Bundle, found: Closed, now: Arrays, elastic: Array, state: State, changes: Sequence[Change]
-) -> Arrays:
-    """Derivatives (d,) of the ledger of energies, term by term as in `prensa.solver.ledger`."""
+def _energies(at: Solution, before: Bundle, found: Closed, u: Array, work: Array, stored: Array, state: State) -> Arrays:
+    """Derivatives (d,) of the ledger of energies, term by term as in `prensa.solver.ledger`; u, work (ndof, d) as committed."""
     system, was, old = at.system, before.arrays, at.c.state
-    external = was["energy.external"] + 0.5 * ((state.u - old.u) @ (was["work"] + now["work"]))
-    external += 0.5 * (old.work + state.work) @ (now["u"] - was["u"])
-    plastic, friction, contact = np.zeros(len(changes)), was["energy.friction"].copy(), np.zeros(len(changes))
+    external = was["energy.external"] + 0.5 * ((state.u - old.u) @ (was["work"] + work))
+    external += 0.5 * (old.work + state.work) @ (u - was["u"])
+    (elastic, plastic), friction, contact = stored, was["energy.friction"].copy(), np.zeros(len(before.sizes))
     for k, b in enumerate(system.blocks):
-        if b.law.plastic:
-            plastic += np.einsum("eqs,eq->s", now[f"history_{k}"][:, :, 5], b.volume)[: len(changes)]
-        moving = [d for d, ch in enumerate(changes) if ch.X is not None]
+        moving = [d for d, ch in enumerate(before.changes.each) if ch.X is not None]
         density = b.law.energy(b.at_law(state.history[k])) if moving else np.zeros(0)
         for d in moving:
-            elastic[d] += np.vdot(changes[d].volume[k], density)
+            volume = before.changes.each[d].volume[k]
+            elastic[d] += np.vdot(volume, density)
             if b.law.plastic:
-                plastic[d] += np.vdot(changes[d].volume[k], state.history[k][..., 5])
+                plastic[d] += np.vdot(volume, state.history[k][..., 5])
     for p in found.points:
-        rows, f, by = p.surface.rows, p.f, p.before
-        t0, t1 = old.contact.traction[rows, 0], f.t[:, 0]
-        total = np.abs(t0) + np.abs(t1)
-        change = np.sign(t0) * was["contact.traction"][rows, 0].T + np.sign(t1) * p.t
-        friction += 0.5 * ((by.area * total + f.weight * change) * p.slid + f.weight * total * (p.kappa - by.kappa)).sum(axis=1)
-        if not p.surface.exact:
-            for value, rate, k_, dk in ((f.p, p.p, p.scale.k_n, by.k_n), (t1, p.t, p.scale.k_t, by.k_t)):
-                stored = 0.5 * (by.area - f.weight * dk / k_) * value**2 + f.weight * value * rate
-                contact += (stored / k_).sum(axis=1)
+        p.add_energies(old.contact.traction[p.surface.rows], friction, contact)
     viscous = was["energy.viscous"]
     imbalance = external - (elastic + plastic + friction + contact + viscous)
     names = ("external", "elastic", "plastic", "friction", "contact", "imbalance", "viscous")
@@ -267,12 +233,12 @@ class Beside(NamedTuple):
         contacts = []
         for p in found.points:
             f, s = p.f, self.system.surfaces[self.at.c.surfaces.index(p.surface)]
-            pairs = self.system.pairs(s, state.u, before)._replace(s=f.s + step * p.s[k][:, None])
-            area = f.weight + step * p.before.area[k]
+            pairs = self.system.pairs(s, state.u, before)._replace(s=f.s + step * p.s[:, k, None])
+            area = f.weight + step * p.before.area[:, k]
             contacts.append(
                 f._replace(
-                    pairs=pairs, p=f.p + step * p.p[k], t=f.t + step * p.t[k][:, None], kappa=f.kappa + step * p.kappa[k],
-                    F=f.F + step * p.F[k], weight=area, area=area, points=s.points,
+                    pairs=pairs, p=f.p + step * p.p[:, k], t=f.t + step * p.t[:, k, None], kappa=f.kappa + step * p.kappa[:, k],
+                    F=f.F + step * p.F[:, :, k], weight=area, area=area, points=s.points,
                 )
             )  # fmt: skip
         e = self.at.e._replace(

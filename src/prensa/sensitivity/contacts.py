@@ -12,38 +12,39 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.contact.directions import along, at_fixed, energies, grown
 from prensa.contact.forces import ContactForces, Scale
 from prensa.fem.context import Context
 from prensa.fem.surface import Surface
-from prensa.fem.system import System
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Committed:
-    """What directions change of the points of a contact before an increment, and of its laws, each (d, k).
+    """What directions change of the points of a contact before an increment, and of its laws; directions d are the last axis.
 
-    ``lam`` (d, k, 2) multipliers at fixed degrees of freedom; ``kappa`` slip and ``s`` coordinate as committed; ``area``;
-    ``k_n``, ``k_t``; ``mu`` (d,); ``q`` (d, k, 5) motions of body points and tool at fixed degrees of freedom, or None.
+    ``slip``, ``area`` (k, d); ``coordinate``, ``traction`` (k, 1, d); ``scale`` (3, k, d) of k_n, k_T and the unit of
+    multipliers; ``mu`` (d,); ``place`` (2, d) of the tool; ``X`` (n, 2, d) of the initial places of nodes, (0, 2, d) where all
+    stay.
     """
 
-    lam: Array
-    kappa: Array
-    s: Array
+    slip: Array
     area: Array
-    k_n: Array
-    k_t: Array
+    coordinate: Array
+    traction: Array
+    scale: Array
     mu: Array
-    q: Array | None
+    place: Array
+    X: Array
 
 
 @dataclass
 class Points:
     """A contact in an increment and its directions: the rates at fixed dofs, then those along a solution too (`follow`).
 
-    ``way``, ``slid`` (k,): along the tool in the increment, and of that the slip. ``p``, ``t``, ``s``, ``kappa`` (d, k);
-    ``F`` (d, k, 5) forces on the pairs; ``rows`` (d, k, 2) equations of its multipliers, ``lam`` (d, k, 2) these.
+    ``way``, ``slid`` (k,): along the tool in the increment, and of that the slip. ``p``, ``t``, ``s``, ``kappa`` (k, d);
+    ``F`` (k, 5, d) forces on the pairs; ``lam`` (k, 2, d) multipliers.
     """
 
     surface: Surface
@@ -56,66 +57,51 @@ class Points:
     t: Array
     s: Array
     F: Array
-    rows: Array | None
     kappa: Array
     lam: Array
 
     @classmethod
-    def of(cls, c: Context, number: int, f: ContactForces, before: Committed) -> Points:
-        """At fixed degrees of freedom."""
+    def of(cls, c: Context, number: int, f: ContactForces, before: Committed, lam: Array, u: Array, r: Array) -> Points:
+        """At fixed degrees of freedom u (ndof,), with their forces taken off residuals r (ndof, d).
+
+        lam (k, 2, d): of the committed multipliers, to be changed.
+        """
         s, scale = c.surfaces[number], c.scales[number]
         way = f.s[:, 0] - c.committed[number].coordinate[:, 0]
-        p = f.dp[:, 0] * (before.lam[:, :, 0] - before.k_n * f.g)
-        trial = before.lam[:, :, 1] - before.k_t * way + scale.k_t * before.s
-        slides = f.slip * np.sign(f.t[:, 0]) * f.p
-        t = f.dt[:, 0, 0] * p + f.dt[:, 0, 1] * trial + before.mu[:, None] * slides
-        P, T = before.area * f.p + f.weight * p, before.area * f.t[:, 0] + f.weight * t
-        F = P[:, :, None] * f.pairs.Fn + T[:, :, None] * f.pairs.Ft[:, 0]
-        slid = f.kappa - c.committed[number].slip
-        out = cls(s, f, scale, way, slid, before, p, t, np.zeros_like(p), F, None, np.zeros_like(p), before.lam)
-        if before.q is not None:
-            out._move(before.q)
-        if s.exact:
-            gaps = np.stack([(out.p - out.lam[:, :, 0]) / scale.k_n, (out.t - out.lam[:, :, 1]) / scale.k_t], axis=2)
-            out.rows = (f.weight * scale.unit)[:, None] * gaps  # what the rows' factors change multiplies zero
+        p, t, moved, kappa = np.empty((4, *before.area.shape))
+        F = np.empty((len(f.p), 5, before.area.shape[1]))
+        own, first = (np.empty((0, 2)), -1) if s.multipliers is None else (s.multipliers.of(u), s.unknowns.start)
+        at_fixed(
+            f.p, f.t, f.g, f.slip, way, f.dp, f.dt, f.pairs.ds, f.pairs.Fn, f.pairs.Ft, f.K, f.weight,
+            scale.k_n, scale.k_t, scale.unit, own, s.points.N, s.points.support, s.dofs, first,
+            before.area, lam, before.coordinate, before.scale, before.mu, before.X, before.place, p, t, moved, F, r,
+        )  # fmt: skip
+        return cls(s, f, scale, way, f.kappa - c.committed[number].slip, before, p, t, moved, F, kappa, lam)
+
+    @staticmethod
+    def grown(c: Context, number: int, dxn: Array) -> Array:
+        """Rates (k, d) of the areas of contact ``number`` as an increment begins, from motions dxn (n, 2, d) of nodes."""
+        points = c.surfaces[number].points
+        out = np.empty((len(points), dxn.shape[2]))
+        share = points.shares
+        grown(
+            c.x_n, points.edges, share.point, share.edge, share.factor, share.at, points.axisymmetric, points.thickness, dxn, out
+        )
         return out
 
-    def _move(self, q: Array) -> None:
-        """Add what motions q (d, k, 5) of the pairs make."""
-        f = self.f
-        self.p = self.p + (f.dp[:, 2:] * q).sum(axis=2)
-        self.t = self.t + (f.dt[:, 0, 2:] * q).sum(axis=2)
-        self.s = self.s + (f.pairs.ds[:, 0] * q).sum(axis=2)
-        self.F = self.F - (f.K @ q[..., None])[..., 0]
-
-    def add_to(self, r: Array) -> None:
-        """Take the forces off residuals r (ndof, d), and add the equations of the multipliers."""
-        s = self.surface
-        forces = self.F if s.points.N.shape[1] == 1 else np.stack([s.points.on_dofs(F) for F in self.F])
-        np.subtract.at(r, s.dofs, np.moveaxis(forces, 0, -1))
-        if self.rows is not None:
-            r[s.unknowns] += self.rows.reshape(r.shape[1], -1).T
-
-    def follow(self, system: System, x: Array) -> None:
+    def follow(self, x: Array) -> None:
         """Add what motions x (ndof, d) of the degrees of freedom make."""
-        x = x.T
-        f, s = self.f, self.surface
-        q = np.empty((len(x), len(f.p), 5))
-        nodal = x[:, system.dofs.displacement.slice].reshape(len(x), -1, 2)
-        at = nodal[:, s.points.support]
-        q[:, :, :2] = at[:, :, 0] if at.shape[2] == 1 else (s.points.N[:, :, None] * at).sum(axis=2)
-        q[:, :, 2:] = x[:, None, system.dofs.tool.dofs(s.tool)]
-        self._move(q)
-        if s.multipliers is not None:
-            lam = x[:, s.unknowns].reshape(len(x), -1, 2) * self.scale.unit[:, None]
-            p, t = (f.dp[:, :2] * lam).sum(axis=2), (f.dt[:, 0, :2] * lam).sum(axis=2)
-            self.p, self.t, self.lam = self.p + p, self.t + t, self.lam + lam
-            self.F = self.F + (f.weight * p)[:, :, None] * f.pairs.Fn + (f.weight * t)[:, :, None] * f.pairs.Ft[:, 0]
-        self.kappa = self._slip()
+        f, s, b = self.f, self.surface, self.before
+        along(
+            f.p, f.t, f.slip, self.way, self.slid, f.dp, f.dt, f.pairs.ds, f.pairs.Fn, f.pairs.Ft, f.K, f.weight,
+            self.scale.k_t, self.scale.unit, s.points.N, s.dofs, -1 if s.multipliers is None else s.unknowns.start, x,
+            self.lam, b.slip, b.coordinate, b.scale, self.p, self.t, self.s, self.F, self.kappa,
+        )  # fmt: skip
 
-    def _slip(self) -> Array:
-        """Of the accumulated slip (d, k): κ_n + (|t_tr| − |t|)/k_T where a point slips."""
-        f, k_t, b = self.f, self.scale.k_t, self.before
-        sign = np.sign(f.t[:, 0])
-        trial = self.lam[:, :, 1] - b.k_t * self.way - k_t * (self.s - b.s)
-        return b.kappa + f.slip * (sign * (trial - self.t) - self.slid * b.k_t) / k_t
+    def add_energies(self, was: Array, friction: Array, stored: Array) -> None:
+        """Add derivatives of the work of friction and of the energy in springs, (d,); ``was`` (k, 1): committed tractions."""
+        f, b = self.f, self.before
+        energies(
+            f.p, f.t, was, self.slid, f.weight, self.scale.k_n, self.scale.k_t, self.surface.exact, b.area, b.scale,
+            self.p, self.t, b.traction, b.slip, self.kappa, friction, stored,
+        )  # fmt: skip

@@ -15,7 +15,7 @@ import pickle
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,15 +63,19 @@ def onwards(carried: dict[str, Array], fixed: Index) -> list[Array]:
     return out
 
 
-class Solution(NamedTuple):
-    """A converged increment: its context, dofs u (ndof,), multipliers lam, evaluation with its matrix, and its branches."""
+@dataclass
+class Solution:
+    """A converged increment: its context, dofs u (ndof,), evaluation with its matrix."""
 
     system: System
     c: Context
     u: Array
-    lam: Array
     e: Evaluation
-    branches: Branches
+
+    @cached_property
+    def branches(self) -> Branches:
+        """Sides of the kinks on which its points are, for those that look beside it."""
+        return self.system.branches(self.c, self.e)
 
 
 class Side(NamedTuple):
@@ -168,10 +172,10 @@ class Direction:
             self._plans = c.plan.number, (above, below)
         return self._plans[1]
 
-    def leaves_plan(self, c: Context) -> bool:
-        """Whether the step of an increment has the same plan on both sides, so that nothing that it prescribes changes."""
+    def leaves_motions(self, c: Context) -> bool:
+        """Whether the step of an increment has the same plan on both sides but for friction: no motion, no force changes."""
         if self._leaves is None or self._leaves[0] != c.plan.number:
-            above, below = (pickle.dumps(plan) for plan in self.plans(c))
+            above, below = (pickle.dumps(vars(plan) | {"friction": None}) for plan in self.plans(c))
             self._leaves = c.plan.number, above == below
         return self._leaves[1]
 
@@ -379,8 +383,10 @@ class Columns:
         add_combination(KV, share, -1.0, left)
         return x, left
 
-    def solve(self, b: Array) -> Array:
-        """Dofs of K x = b for b (ndof, d), zero where prescribed; b: of parameters that change by their sizes.
+    def solve(self, left: Array) -> Array:
+        """Dofs x of K x = b for b (ndof, d), zero where prescribed; ``left`` is b, and becomes b − K x.
+
+        b: of parameters that change by their sizes.
 
         Raises
         ------
@@ -388,12 +394,12 @@ class Columns:
             If no solver can factor K.
 
         """
-        x, left, done = np.zeros_like(b), b.copy(), False
+        x, done = np.zeros_like(left), False
         if self.reduced.factorisation.factored:
             done = self._substituted(x, left)
         if not done:
             # of exact contacts `determined` adds to the matrix, which substitutions take back
-            self.reduced.solve(self.reduced.matrix(self.e, np.zeros(len(b))), b[:, 0])
+            self.reduced.solve(self.reduced.matrix(self.e, np.zeros(len(left))), left[:, 0])
             self._substituted(x, left)
         return x
 
@@ -404,21 +410,23 @@ class Columns:
         are still to come.
         """
         reduced, policy, n = self.reduced, self.reduced.policy, len(x)
-        sizes = self._shares(reduced.restriction.part(left))
-        todo = np.flatnonzero(~(sizes <= policy.columns_fine))
-        rest, sizes = left[:, todo], sizes[todo]
-        while len(todo):
-            step = reduced.restriction.whole(reduced.factorisation.again(reduced.restriction.part(rest)), n)
-            rest = rest - self.times(step)
-            before, sizes = sizes, self._shares(reduced.restriction.part(rest))
-            if not sizes.max() < before.max():
+        part = reduced.restriction.part(left)
+        sizes = self._shares(part)
+        todo: Any = slice(None)  # nearly always all columns: those are views
+        while not (fine := sizes <= policy.columns_fine).all():
+            if fine.any():
+                on = np.flatnonzero(~fine)
+                todo, sizes, part = on if isinstance(todo, slice) else todo[on], sizes[on], part[:, on]
+            step = reduced.restriction.whole(reduced.factorisation.again(part), n)
+            rest = left[:, todo] - self.times(step)
+            part = reduced.restriction.part(rest)
+            before, sizes = sizes.max(), self._shares(part)
+            if not sizes.max() < before:
                 return False
             x[:, todo] += step
             left[:, todo] = rest
-            if sizes.max() * (sizes.max() / before.max()) ** policy.corrections > policy.columns_fine:
+            if sizes.max() * (sizes.max() / before) ** policy.corrections > policy.columns_fine:
                 return False
-            on = ~(sizes <= policy.columns_fine)
-            todo, rest, sizes = todo[on], rest[:, on], sizes[on]
         return True
 
     def _shares(self, part: Array) -> Array:

@@ -276,11 +276,9 @@ class Differentiated(Followed):
         assert self.reduced is not None
         assert result.evaluation is not None
         lagged, c, system = c.lagged, replace(c, lagged=False), self.system
-        branches = system.branches(c, result.evaluation)
-        lam, e = system.initial_multipliers(c.state), result.evaluation
-        if e.data is None or lagged:  # else it has its own branches
-            e = system.evaluate(c, result.u, lam, like=branches)
-        at = Solution(system, c, result.u, lam, e, branches)
+        at = Solution(system, c, result.u, result.evaluation)
+        if at.e.data is None or lagged:  # else it has its own branches
+            at.e = system.evaluate(c, result.u, system.initial_multipliers(c.state), like=at.branches)
         columns = Columns(self.reduced, at.e, system.pattern)
         known = [d for d in self.directions if d.is_known(c)] if covers(c) else []
         known.sort(key=lambda d: d.change is not None and d.change.X is not None)  # those that move bodies go last
@@ -298,7 +296,7 @@ class Differentiated(Followed):
         bundle = self.bundle
         if bundle is None or bundle.directions != tuple(known):
             bundle = Bundle.of(known)
-        self.bundle, found = differentiate(at, columns, bundle, [d.change for d in known if d.change is not None], state)
+        self.bundle, found = differentiate(at, columns, bundle, state)
         assert self.reduced is not None
         look, beside = at.c.ends_step or at.c.state.clock.number == 0, {}
         looked = self._looked(at, known, found.x) if look else np.zeros(len(known))
@@ -347,7 +345,7 @@ class Differentiated(Followed):
         size, r = d.parameter.size, dr[:, None] + columns.times(given[:, None])
         x, left = columns.begun(-size * r, d.ways(at))
         x = (x + columns.solve(left)) / size
-        reaction = (r + columns.times(x))[:, 0]
+        reaction = left[:, 0] / -size  # r + K x
         neighbours, rest = d.neighbours(at, sides, given + x[:, 0], reaction, result, state.clock.dt)
         return neighbours, self._proved(at, d, self.reduced.norm(rest))
 

@@ -299,7 +299,7 @@ def _unfolding(system: System, c: Context, u: Array, r: Array, owed: Owed) -> No
     """What the forces that unfold elements owe to moduli and to the initial places, along which they are differenced."""
     du = system.displacement(u - c.state.u)
     for k, b in enumerate(system.blocks):
-        if not q4.folding(c.x_n[b.cells], du[b.cells]):
+        if not q4.folding(c.x_n.take(b.cells, axis=0), du.take(b.cells, axis=0)):
             continue
         W = r[:, system.dofs.displacement.dofs(b.cells).reshape(len(b), -1)]  # (m, e, 8)
         X, x_n, d = system.X[b.cells], c.x_n[b.cells], du[b.cells]

@@ -163,7 +163,7 @@ class Selected:
 
     def part(self, r: Array) -> Array:
         """See `Restriction`."""
-        return r[self.rows]
+        return r.take(self.rows, axis=0)
 
     def whole(self, x: Array, n: int) -> Array:
         """See `Restriction`."""
