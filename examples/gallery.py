@@ -35,7 +35,7 @@ from prensa.measures import parse_all
 from prensa.output import plot, style
 from prensa.reference.drawing import cup_force, slab_drawing, strip_upper_bound, wire_upper_bound
 from prensa.reference.rolling import orowan_rolling
-from prensa.verify.table import Row, row
+from prensa.verify.table import Row, cells, row
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
@@ -435,8 +435,6 @@ Pictures show the equivalent plastic strain, under load.
 
 def page(folder: str, done: dict[str, list[Row]]) -> str:
     """The page beside a *folder* of pictures: a section for each case, its comments, its picture, its comparisons."""
-    from prensa.verify.table import cells
-
     text = [OPENING]
     for case in dict.fromkeys(_EXAMPLES[n].case for n in done):
         names = [n for n in done if _EXAMPLES[n].case == case]
@@ -445,14 +443,20 @@ def page(folder: str, done: dict[str, list[Row]]) -> str:
         text += [f"![{_EXAMPLES[names[0]].title}]({folder}/{case}.png)", ""]
         text += ["| quantity | reference | prensa | error | allowed |", "|---|---:|---:|---:|---:|"]
         for r in (r for n in names for r in done[n]):
-            _, quantity, reference, ours, error, allowed, _ = cells(r)
-            if r.kind == "report":
-                reference = "" if math.isnan(r.reference) else reference
-                error = "" if math.isnan(r.reference) else f"{100 * (r.ours / r.reference - 1):+.2g} %"
-                allowed = ""
-            text.append(f"| {quantity} | {reference} | {ours} | {error} | {allowed} |")
+            text.append("| " + " | ".join(_written(r)) + " |")
         text.append("")
     return "\n".join(text)
+
+
+def _written(r: Row) -> tuple[str, ...]:
+    """Cells of a row of the page: as many digits as tell something, and none of an error that is round-off."""
+    values = ("" if math.isnan(v) else f"{v:.4g}" for v in (r.reference, r.ours))
+    allowed = "" if r.kind == "report" else cells(r)[5]
+    if r.kind in ("at most", "at least") or math.isnan(r.error):
+        return r.quantity, *values, "", allowed
+    of, unit = (1.0, "") if r.kind == "absolute" else (0.01 * abs(r.reference), " %")
+    error = round((r.ours - r.reference) / of, 4)
+    return r.quantity, *values, f"{error:+.2g}{unit}" if error else f"0{unit}", allowed
 
 
 if __name__ == "__main__":
