@@ -336,6 +336,10 @@ SEEDED = {
             "8:3", ("reverse the order of its 'points'",),
         ),
         Seeded(
+            "container whose points go counter-clockwise", ((CYLINDER[0], "type: profile, points: [[-1, -1], [5, -1], [5, 2.5], [-1, 2.5]], closed: true, at: [0, 0]"),),
+            "8:3", ("points are in the wrong order", "reverse them", "reverse: true"),
+        ),
+        Seeded(
             "body that does not fit into its cavity", ((CYLINDER[0], "type: circle, radius: 3, concave: true, touching: strip.top"),),
             "8:3", ("does not fit into it",),
         ),
