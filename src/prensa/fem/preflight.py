@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from prensa.contact.pairing import current_pairs
 from prensa.errors import Notice
+from prensa.fem.feeding import feeding
 from prensa.fem.inside import Watch, engulfed, inside, watches
 from prensa.fem.modes import CLOSED, modes
 from prensa.fem.motions import motions
@@ -66,7 +67,7 @@ def preflight(system: System) -> list[Notice]:
     found = [
         *_remeshing(system), *_flow_curves(system), *_tables(system), *_lengths(system), *_pushes(system),
         *_shapes(system),
-        *motions(system), *beginning,
+        *motions(system), *feeding(system), *beginning,
         *([] if any(n.fatal for n in beginning) else _passage(system, watched)), *modes(system),
     ]  # fmt: skip
     return sorted(found, key=lambda n: not n.fatal)
