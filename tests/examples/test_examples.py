@@ -11,10 +11,16 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.verify.table import row
+from prensa.verify.table import heard, row
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CASES = sorted(EXAMPLES.glob("*.yaml"))
+# by script, what is said of it and is true: meshes graded to a contact have needles far from it; the paper's penalty is tried
+TOLD = {
+    "cattaneo_mindlin": ("element 60 near (0.04669, -94.51) is 118 times longer than wide",),
+    "contact_integration": ("iterations suffer and pressures oscillate; leave it out (beta = 100)",),
+    "hertz_depth": ("element 3599 near (77.55, 39.97) is 75.2 times longer than wide",),
+}
 SCRIPTS = sorted(p for p in EXAMPLES.glob("*.py") if p.stem != "common")
 
 
@@ -43,7 +49,10 @@ def test_script(
     module: ModuleType = example(path.stem)  # type: ignore[operator]
     out = tmp_path / "out"
     monkeypatch.chdir(tmp_path)
-    assert module.main(["--quick", "--out", str(out)]) == 0
+    with heard() as warnings:
+        assert module.main(["--quick", "--out", str(out)]) == 0
+    parts = TOLD.get(path.stem, ())
+    assert [w for w in warnings if not any(p in w for p in parts)] == [], "a good example has nothing told of it"
     printed = capsys.readouterr().out
     errors = list(_errors(printed))
     assert errors, "no comparison with a reference was printed"

@@ -9,10 +9,20 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.fem.preflight import preflight
+from prensa.fem.preflight import preflight, staircase
 from prensa.measures import parse_all
+from prensa.model.checks import warnings_of
+from prensa.output.starters import STARTERS, starter
+from prensa.verify.table import heard
 
 ROOT = Path(__file__).parents[2]
+CASES = sorted((ROOT / "examples").glob("*.yaml"))
+# what `check` says of an example: true of each, and its description says that means over a passage are meant
+TOLD = {
+    "drawbead": ["contacts.2: about 6 elements lie in the contact, forces step by 12 %"],
+    "flat_rolling": ["contacts.0: about 15 elements lie in the contact, forces step by 5 %"],
+    "wire_drawing": ["contacts.0: about 8 elements lie in the contact, forces step by 9 %"],
+}
 
 
 @pytest.fixture
@@ -73,3 +83,39 @@ def test_no_example_is_refused_before_it_begins(gallery) -> None:
         changes = ("steps.1.move.punch.y=-45",) if case == "cup_drawing" else ()
         notices = preflight(pr.discretise(pr.load(ROOT / "examples" / f"{case}.yaml", changes).problem))
         assert [str(n) for n in notices if n.fatal] == []
+
+
+@pytest.mark.parametrize("path", CASES, ids=lambda p: p.stem)
+def test_check_says_of_an_example_what_is_true_and_nothing_else(path: Path) -> None:
+    """An example, and the case that ``prensa new`` makes of it, is doubted in nothing but what is known of it."""
+    problem = pr.load(path).problem
+    system = pr.discretise(problem)
+    said = [*warnings_of(problem), *map(str, preflight(system)), *map(str, staircase(system))]
+    assert [words.partition(" as ")[0] for words in said] == TOLD.get(path.stem, [])
+
+
+def test_every_starter_is_an_example() -> None:
+    """What ``prensa new`` writes is one of the cases whose warnings are known."""
+    texts = {p.read_text(encoding="utf-8") for p in CASES}
+    assert all(starter(kind) in texts for kind in STARTERS)
+
+
+@pytest.mark.parametrize("path", CASES, ids=lambda p: p.stem)
+def test_an_example_that_is_not_compared_runs_to_its_end_and_nothing_is_told(gallery, path: Path) -> None:
+    """What no comparison of the gallery runs is run here: all of it, without a warning."""
+    if path.stem in {e.case for e in gallery._EXAMPLES.values()}:
+        return
+    case = pr.load(path)
+    with heard() as warnings:
+        *_, last = pr.solve(case.problem, case.numerics)
+    assert last.time == len(case.problem.steps) and warnings == []
+
+
+def test_a_warning_that_is_not_meant_is_a_failing_row(gallery, monkeypatch) -> None:
+    """A run of the gallery that tells something which its example does not declare fails; what is declared does not."""
+    changes = ("bodies.tube.material.E=70", "steps.0.increments=1")
+    for told, passed in (((), False), (("E = 70 in N/mm²", "the energy ledger"), True)):
+        doubted = gallery.Example("doubted", "thick_tube", lambda run: [], changes, told=told)
+        monkeypatch.setitem(gallery._EXAMPLES, "doubted", doubted)
+        _, rows, _ = gallery.solve("doubted")
+        assert all(r.passed for r in rows) is passed and (passed or any("did you mean" in r.quantity for r in rows))

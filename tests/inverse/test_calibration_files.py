@@ -132,6 +132,56 @@ def test_units_and_signs_that_cannot_be_are_told(folder: Path, old: str, new: st
         pr.calibrate(tests=found.tests, parameters=found.parameters)
 
 
+HABITS = {
+    "time first": ("time,travel [mm],force [kN]\n1,0.1,24\n2,0.2,26\n", r"is 'time', .* give 'column', .* column: travel, or"),
+    "nothing but time": ("time,force [kN]\n1,24\n2,26\n", r"first column is 'time', .* '-die.uy', or write 'along: time'"),
+    "columns swapped": ("force [kN],travel [mm]\n24,0.1\n26,0.2\n", r"'force' is in 'kN', but mm is measured .* column: travel"),
+    "strokes in metres": ("travel,force [kN]\n1e-4,24\n5e-4,26\n", r"has no unit and goes to 0.0005 mm .*'travel \[m\]'"),
+}
+
+
+@pytest.mark.parametrize(("table", "message"), HABITS.values(), ids=HABITS)
+def test_columns_taken_for_others_are_told_with_the_key_that_names_them(folder: Path, table: str, message: str) -> None:
+    """A table that runs along something else than its first column, and strokes without their unit."""
+    (folder / "data.csv").write_text(table, encoding="utf-8")
+    with pytest.raises(CaseError, match=message):
+        read_calibration(folder / "fit.yaml")
+
+
+def test_a_small_stroke_with_its_unit_is_taken_at_its_word(folder: Path) -> None:
+    """Rows of the first elastic micrometres are no mistake where the table says that they are in millimetres."""
+    (folder / "data.csv").write_text("travel [mm],force [kN]\n1e-4,1\n5e-4,5\n", encoding="utf-8")
+    assert read_calibration(folder / "fit.yaml").experiments[0].stroke == pytest.approx([-1e-4, -5e-4])
+
+
+def test_a_column_of_times_is_what_is_asked_for_where_it_is_named(folder: Path) -> None:
+    """'column' names the column that a table runs along, wherever it stands."""
+    (folder / "data.csv").write_text("time [s],travel [mm],force [kN]\n1,0.1,24\n2,0.2,26\n", encoding="utf-8")
+    (folder / "fit.yaml").write_text(FIT.replace("    along:", "    column: travel\n    along:"), encoding="utf-8")
+    assert read_calibration(folder / "fit.yaml").experiments[0].stroke == pytest.approx([-0.1, -0.2])
+
+
+@pytest.mark.parametrize("sigma", ["200 %", "40"])
+def test_an_error_as_large_as_what_is_read_is_refused(folder: Path, sigma: str) -> None:
+    """A share written as a number, or a number in another unit, would leave every value as good as another."""
+    (folder / "fit.yaml").write_text(FIT.replace("sigma: 1 %", f"sigma: {sigma}"), encoding="utf-8")
+    with pytest.raises(CaseError, match=r"the error of 'force' is .* not less than its largest reading, 32000"):
+        read_calibration(folder / "fit.yaml")
+
+
+def test_the_same_readings_do_not_count_twice(folder: Path) -> None:
+    """A test copied to make another, its data left as they were, is refused; another column of the same table is not."""
+    test = FIT[FIT.index("  - case") : FIT.index("parameters:")]
+    (folder / "fit.yaml").write_text(FIT.replace("parameters:", test + "parameters:"), encoding="utf-8")
+    with pytest.raises(CaseError, match=r"tests 1 \(data\) and 2 \(data\) have the same readings of 'force'.* leave one out"):
+        read_calibration(folder / "fit.yaml")
+    rows = [row + (",bulge [mm]" if k == 0 else f",{4 + 0.01 * k}") for k, row in enumerate(TABLE.splitlines())]
+    (folder / "data.csv").write_text("\n".join(rows), encoding="utf-8")
+    other = test.replace("{force: {measure: die.force.y, sigma: 1 %}}", "{bulge: {measure: die.uy, sigma: 0.1}}")
+    (folder / "fit.yaml").write_text(FIT.replace("parameters:", other + "parameters:"), encoding="utf-8")
+    assert len(read_calibration(folder / "fit.yaml").experiments) == 2
+
+
 def test_rows_that_go_back_come_twice_or_come_by_thousands(folder: Path) -> None:
     """Noise of the travel is borne, unloading refused where the case has none; doubles count once; records are thinned."""
 

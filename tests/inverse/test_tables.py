@@ -30,6 +30,7 @@ BAD = {
     "underscores": (b"a,b\n1,1_000\n", "a number is expected"),
     "decimal commas between commas": (b"a,b\n0,5,1,25\n", "separate the columns by semicolons"),
     "thousands": (b"a;b\n1.5;1,000\n", "have decimal points; write all alike"),
+    "spaces": (b"travel [mm] force [kN]\n0.1 24\n0.2 26\n", "2: its numbers are separated by spaces; separate columns"),
     "names twice": (b"a,a\n1,2\n", "name every column once"),
     "no names": (b"1;2\n3;4\n", "name every column once"),
     "workbook": (b"PK\x03\x04...", "save its sheet as CSV"),

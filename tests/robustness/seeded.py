@@ -43,6 +43,12 @@ BRIDGE = (
 )  # fmt: skip
 
 
+ROLLED = (
+    (CYLINDER[0], "type: circle, radius: 20, at: [9, 21.7]"), (", strip.left: x}", "}"),
+    ("move: {die: {y: -0.2}}", "feed: {strip.left: {x: 4}}, by: {die: {rz: 0.3}}"),
+)  # fmt: skip
+
+
 class Seeded(NamedTuple):
     """``what`` in words, ``changes`` (old, new) of the case, ``place`` line:column or '' (a run's), ``words`` it must say.
 
@@ -248,6 +254,11 @@ SEEDED = {
             ("step 'back' 1 … 2", "stays at 0", "times are counted over all steps"), True,
         ),
     ],
+    "rolls": [
+        Seeded("roll that turns against the feed", (*ROLLED, ("rz: 0.3", "rz: -0.3")), "13:58", ("goes against the feed of 'strip.left'", "reverse the sign of 'rz'"), True),
+        Seeded("feed away from the roll", (*ROLLED, ("x: 4}", "x: -4}")), "13:39", ("a way of -4 brings 'strip' to no tool", "check its sign"), True),
+        Seeded("gap larger than the strip", (*ROLLED, ("21.7]", "22.5]")), "13:39", ("brings 'strip' to no tool", "nearer than 0.5244 to 'die'", "the room between the tools"), True),
+    ],
     "tools and contacts": [
         Seeded(
             "tool inside the body", (("touching: strip.top", "normal: [0, -1], at: [0, 1.9]"),), "8:3",
@@ -334,6 +345,10 @@ SEEDED = {
         Seeded(
             "profile placed the wrong way round", ((CYLINDER[0], "type: profile, points: [[9, 0], [-9, 0]], at: [0, 0]"), ("[strip.top, strip.right]", "strip.top")),
             "8:3", ("reverse the order of its 'points'",),
+        ),
+        Seeded(
+            "container whose points go counter-clockwise", ((CYLINDER[0], "type: profile, points: [[-1, -1], [5, -1], [5, 2.5], [-1, 2.5]], closed: true, at: [0, 0]"),),
+            "8:3", ("points are in the wrong order", "reverse them", "reverse: true"),
         ),
         Seeded(
             "body that does not fit into its cavity", ((CYLINDER[0], "type: circle, radius: 3, concave: true, touching: strip.top"),),

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from prensa.contact.pairing import current_pairs
 from prensa.errors import Notice
+from prensa.fem.feeding import feeding
 from prensa.fem.inside import Watch, engulfed, inside, watches
 from prensa.fem.modes import CLOSED, modes
 from prensa.fem.motions import motions
@@ -66,7 +67,7 @@ def preflight(system: System) -> list[Notice]:
     found = [
         *_remeshing(system), *_flow_curves(system), *_tables(system), *_lengths(system), *_pushes(system),
         *_shapes(system),
-        *motions(system), *beginning,
+        *motions(system), *feeding(system), *beginning,
         *([] if any(n.fatal for n in beginning) else _passage(system, watched)), *modes(system),
     ]  # fmt: skip
     return sorted(found, key=lambda n: not n.fatal)
@@ -414,7 +415,10 @@ def _beginning(system: System) -> Iterator[Notice]:
             key = tool.description.direction_key
             how = f"reverse '{key}'" if key else "put it on the other side"
             if getattr(tool.description, "type", "") == "profile":
-                how = "reverse the order of its 'points': who walks along them has the tool on the left"
+                how = (
+                    "reverse the order of its 'points' (those of a file with 'points: {file: …, reverse: true}'): who walks "
+                    "along them has the tool on the left"
+                )
             yield Notice(
                 f"tools.{name}" + (f".{key}" if key and getattr(tool.description, key) is not None else ""),
                 f"its normal points the same way as that of {surface!r}: it stands behind the surface and would pull it through "
@@ -431,7 +435,7 @@ def _beginning(system: System) -> Iterator[Notice]:
             yield Notice(
                 f"tools.{name}",
                 f"it starts so deep inside {surface!r} that node {nodes[k] - system.offsets[s.body]} ({x:.4g}, {y:.4g}) is "
-                f"nearer to its far side, through which it would be pulled: move the tool out{to_touch}",
+                f"nearer to its far side, through which it would be pulled: move the tool out{to_touch}{tool.description.hint()}",
                 True,
             )
             continue
@@ -449,7 +453,8 @@ def _beginning(system: System) -> Iterator[Notice]:
                     if system.axisymmetric
                     else f"move the tool by ({pairs.g[k] * n[0] + 0.0:.4g}, {pairs.g[k] * n[1] + 0.0:.4g})"
                     + _to_touch(system, s, int(nodes[k]))
-                ),
+                )
+                + (tool.description.hint() if depth[k] > SUNK else ""),
                 bool(plastic and depth[k] > SUNK),
             )
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import ArgumentError, PrensaError, shown, take
-from prensa.inverse.experiment import Experiment, Observe, Test, ready, refuse_strange
+from prensa.inverse.experiment import Experiment, Observe, Test, ready, refuse_strange, refuse_twice, refuse_vague
 from prensa.inverse.meshes import finer
 from prensa.inverse.objective import Objective, Parameter, Residuals
 from prensa.inverse.profile import Profile, profile
@@ -61,6 +61,9 @@ def _checked(
     for t in tests:
         take("calibrate", "a test", t, Test, "give Test(case, data, observe, along)")
     experiments = _named_apart([ready(t, k) for k, t in enumerate(tests, 1)])
+    for e in experiments:
+        refuse_vague(e)
+    refuse_twice(experiments)
     if len({(e.problem.units.length, e.problem.units.force) for e in experiments}) > 1:
         raise ArgumentError("calibrate: cases have different units, in which no parameter can be one number; write them alike")
     known = [Parameter.of(p, value_of(experiments[0].problem, p), b) for p, b in parameters.items()]

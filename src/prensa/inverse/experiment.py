@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
+from itertools import combinations, pairwise, product
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +31,7 @@ FALL_BACK = 0.02  # share of the stroke by which rows may fall back: the noise o
 MOST_READINGS = 100  # rows of a fit, each an increment of every run; more of a machine's record are hardly independent readings
 EACH = "of reading"
 OFF = 100.0  # ratio of readings and case from which one of the units is wrong
+CLOCKS = ("t", "time", "sec", "seconds", "zeit")  # names of columns that run along the time, in small letters
 
 
 @dataclass(frozen=True)
@@ -204,21 +205,39 @@ def ready(test: Test, which: int) -> Experiment:
     if not np.isfinite(given).all():
         row = int(np.flatnonzero(~np.isfinite(given))[0])
         raise DataError(f"{table.place(row)}: column {column!r} has empty cells; every row needs it")
+    _refuse_a_clock(test, table, column)
     sign, along = (-1.0, test.along[1:]) if test.along.startswith("-") else (1.0, test.along)
     stroke, by = given / test.scale, 1.0
     if along != "time":
-        by = _factor(table, column, _motion(problem, along), problem)
+        by = _factor(table, column, _motion(problem, along), problem, _others(test, table, column))
         stroke = sign * stroke * by
+    seen = {name: table.column(name) for name in test.observe}
     times, pace = _times(problem, table, column, along, stroke, notes)
     if (times <= STEADY).any():
         notes.append(f"{table.path}: rows at the beginning, where nothing has happened yet, are left out")
-    seen = {name: table.column(name) for name in test.observe}
     used = _rows_used(table, times, list(seen.values()), notes)
     channels = [_channel(problem, table, name, what, used) for name, what in test.observe.items()]
     offset = abs(test.offset * by / test.scale)
     name = test.name or Path(table.path).stem or f"test {which}"
     numerics = test.case.numerics if isinstance(test.case, Case) else Numerics()
     return Experiment(name, problem, stroke, times, pace, channels, offset, test.along, notes, numerics)
+
+
+def _refuse_a_clock(test: Test, table: Table, column: str) -> None:
+    """Refuse a first column of times that nobody named where the table runs along a motion; raises `DataError`."""
+    if test.column is None and test.along != "time" and column.lower() in CLOCKS:
+        raise DataError(
+            f"{table.path}: its first column is {column!r}, and it is to run along {test.along!r}{_others(test, table, column)}, "
+            "or write 'along: time'"
+        )
+
+
+def _others(test: Test, table: Table, column: str) -> str:
+    """The remedy where a first column that nobody named is not what a table runs along; '' if there is no other."""
+    left = [name for name in table.columns if name != column and name not in test.observe]
+    if test.column is not None or not left:
+        return ""
+    return f"; give 'column', which is the first one where it is left out: {' or '.join(f'column: {n}' for n in left[:3])}"
 
 
 def _rows_used(table: Table, times: Array, columns: list[Array], notes: list[str]) -> NDArray[np.int64]:
@@ -247,8 +266,8 @@ def _equal(a: Array, b: Array) -> bool:
     return bool(((a == b) | (np.isnan(a) & np.isnan(b))).all())
 
 
-def _factor(table: Table, column: str, unit: str, problem: Problem) -> float:
-    """Readings of a column in units of the case over those of the table."""
+def _factor(table: Table, column: str, unit: str, problem: Problem, remedy: str = "") -> float:
+    """Readings of a column in units of the case over those of the table; ``remedy`` ends the message if there is no such."""
     given = table.units[column]
     if not given:
         return 1.0
@@ -256,7 +275,7 @@ def _factor(table: Table, column: str, unit: str, problem: Problem) -> float:
         return float(factor(f"1 {given}", problem.units.length, problem.units.force, powers(unit)))
     except ValueError as error:
         raise DataError(
-            f"{table.path}: column {column!r} is in {given!r}, but {unit or 'a plain number'} is measured ({error})"
+            f"{table.path}: column {column!r} is in {given!r}, but {unit or 'a plain number'} is measured ({error}){remedy}"
         ) from None
 
 
@@ -299,6 +318,29 @@ def _channel(problem: Problem, table: Table, name: str, what: Observe | str, use
     return Channel(name, measure, of.scale, rows, by * given[rows], sigma, gain, by * of.shift)
 
 
+def refuse_vague(e: Experiment) -> None:
+    """Refuse readings that are not known better than nothing at all; raises `DataError`."""
+    for c in e.channels:
+        least, most = float(c.sigma.min()), float(np.abs(c.readings).max())
+        if least >= most:
+            raise DataError(
+                f"{e.name}: the error of {c.name!r} is {least:g} in units of the case, not less than its largest reading, "
+                f"{most:g}: such readings tell nothing; write it in the unit of the column, or as a share such as '1 %'"
+            )
+
+
+def refuse_twice(experiments: Sequence[Experiment]) -> None:
+    """Refuse tests that have the same readings, which would count twice and narrow every interval; raises `DataError`."""
+    for (i, a), (j, b) in combinations(enumerate(experiments, 1), 2):
+        for c, d in product(a.channels, b.channels):
+            alike = c.name == d.name and len(c.rows) > 1 and np.array_equal(c.readings, d.readings)
+            if alike and np.array_equal(a.stroke[c.rows], b.stroke[d.rows]):
+                raise DataError(
+                    f"tests {i} ({a.name}) and {j} ({b.name}) have the same readings of {c.name!r}, which would count twice: "
+                    "give each its own 'data', or leave one out"
+                )
+
+
 def refuse_strange(e: Experiment, models: Sequence[Array]) -> None:
     """Refuse readings that a case with its first values misses by orders of magnitude or by their sign.
 
@@ -339,6 +381,12 @@ def _times(
         return _together(stroke), np.ones(len(stroke))
     t, way = _course(discretise(problem), along)
     reach = float(np.ptp(way)) or 1.0
+    most = float(np.abs(stroke).max())
+    if not table.units[column] and 0.0 < most < np.abs(way).max() / OFF:
+        raise DataError(
+            f"{table.path}: {column!r} has no unit and goes to {most:g} {problem.units.length} at most, {along} to "
+            f"{np.abs(way).max():g}: give its unit in the first row, as in '{column} [m]' or '{column} [{problem.units.length}]'"
+        )
     out, now, back = np.zeros(len(stroke)), 0.0, 0.0
     for k, s in enumerate(stroke):
         found = _reached(t, way, s)

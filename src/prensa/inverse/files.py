@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from prensa.errors import CaseError, Mark, Mistake, PrensaError
-from prensa.inverse.experiment import Experiment, Observe, Test, ready
+from prensa.inverse.experiment import Experiment, Observe, Test, ready, refuse_twice, refuse_vague
 from prensa.inverse.objective import Parameter
 from prensa.model import text as yaml
 from prensa.model.names import suggest
@@ -165,7 +165,10 @@ class _Reader:
     # ------------------------------------------------------------------------------------------------- what fits together
     def experiment(self, test: Test, node: Node, number: int) -> Experiment | None:
         """A test with its table; None, with the reason kept, where they do not fit."""
-        return self.kept(node, lambda: ready(test, number))
+        found: Experiment | None = self.kept(node, lambda: ready(test, number))
+        if found is not None:
+            self.kept(node, lambda: refuse_vague(found))
+        return found
 
     def against(self, experiments: list[Experiment], bounds: dict[str, tuple[float, float] | None], node: Node) -> None:
         """Parameters that do not exist or start outside their bounds, and too few readings."""
@@ -173,6 +176,7 @@ class _Reader:
             mark = node.keys.get(path, node.mark)
             for e in experiments:
                 self.kept(mark, partial(_parameter, e, path, pair))
+        self.kept(node, lambda: refuse_twice(experiments))
         readings = sum(e.count for e in experiments)
         if bounds and readings <= len(bounds):
             self.wrong(node, f"{readings} readings cannot tell {len(bounds)} parameters; take more, or fit fewer")

@@ -94,6 +94,11 @@ def read_table(path: str | Path) -> Table:
         separator, lines = match[1], lines[1:]
     if len(lines) < 2:
         raise DataError(f"{path}: there are no rows; the first names the columns, as in {EXAMPLE}")
+    if not separator and not any(s in line for _, line in lines for s in "\t;,") and (at := _spaced(lines)):
+        raise DataError(
+            f"{path}:{at}: its numbers are separated by spaces; separate columns by commas, semicolons or tabulators, "
+            f"as in {EXAMPLE}"
+        )
     longest = max(lines, key=lambda line: len(line[1]))
     if len(longest[1]) > LONGEST:
         raise DataError(f"{path}:{longest[0]}: a row of {len(longest[1])} characters is none of a table")
@@ -107,6 +112,12 @@ def read_table(path: str | Path) -> Table:
     return Table(
         str(path), {n: numbers[:, k] for k, n in enumerate(names)}, dict(zip(names, units)), [k for k, _ in cells]
     )
+
+
+def _spaced(lines: list[tuple[int, str]]) -> int:
+    """Number of the first line with several numbers and nothing but spaces between them; 0 if there is none."""
+    rows = ((k, line.split()) for k, line in lines)
+    return next((k for k, cells in rows if len(cells) > 1 and all(_POINT.fullmatch(c) for c in cells)), 0)
 
 
 def _text(path: Path) -> str:

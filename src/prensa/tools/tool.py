@@ -136,7 +136,7 @@ class ToolShape(Member, abstract=True):
         return ""
 
     def hint(self) -> str:
-        """What to add to the message that the tool cannot be placed."""
+        """What to add to the message that the tool cannot be placed, or starts inside a body."""
         return ""
 
     # ----------------------------------------------------------------------------------------------- words and pictures

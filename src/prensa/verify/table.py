@@ -17,6 +17,7 @@ import pkgutil
 import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypeVar
@@ -93,36 +94,43 @@ class Case:
     def run(self, **scales: float) -> list[Row]:
         """Rows of the case; an exception ends it with a failing row that gives the reason, warnings not meant add one each."""
         rows: list[Row] = []
-        with _Warnings() as warnings:
+        with heard() as warnings:
             try:
                 rows += (replace(r, case=self.name) for r in self.function(**scales))
             except Exception as error:  # whatever goes wrong in one case must not hide the others
                 reason = f"did not converge: {str(error) or type(error).__name__}"
                 rows.append(Row(self.name, reason, math.nan, math.nan, note=type(error).__name__))
-        for warning in dict.fromkeys(warnings.given):
-            if not any(part in warning for part in self.told):
-                rows.append(Row(self.name, f"told: {warning}", math.nan, math.nan, note="warning"))
+        rows += (replace(r, case=self.name) for r in not_meant(warnings, self.told))
         if not rows:
             rows.append(Row(self.name, "did not converge: the case gave no row", math.nan, math.nan))
         return rows
 
 
-class _Warnings(logging.Handler):
-    """Warnings that the package gives inside a block."""
+@contextmanager
+def heard() -> Iterator[list[str]]:
+    """A list of the warnings that the package gives inside a block, filled as they come."""
+    handler, log = _Hearing(logging.WARNING), logging.getLogger("prensa")
+    log.addHandler(handler)
+    try:
+        yield handler.given
+    finally:
+        log.removeHandler(handler)
 
-    def __init__(self) -> None:
-        super().__init__(logging.WARNING)
+
+class _Hearing(logging.Handler):
+    def __init__(self, level: int) -> None:
+        super().__init__(level)
         self.given: list[str] = []
 
     def emit(self, record: logging.LogRecord) -> None:
         self.given.append(record.getMessage())
 
-    def __enter__(self) -> _Warnings:
-        logging.getLogger("prensa").addHandler(self)
-        return self
 
-    def __exit__(self, *_: object) -> None:
-        logging.getLogger("prensa").removeHandler(self)
+def not_meant(warnings: Iterable[str], told: Iterable[str]) -> Iterator[Row]:
+    """A failing row for each of the warnings that has none of the parts that are meant to be told."""
+    for warning in dict.fromkeys(warnings):
+        if not any(part in warning for part in told):
+            yield Row("", f"told: {warning}", math.nan, math.nan, note="warning")
 
 
 def case(name: str, *, suite: str, slow: bool = False, told: tuple[str, ...] = ()) -> Callable[[Function], Function]:

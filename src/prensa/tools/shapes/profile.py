@@ -159,4 +159,7 @@ class Profile(Chained):
 
     def hint(self) -> str:
         """Which way to walk."""
-        return "; or its points are in the wrong order: somebody who walks along them has the tool on the left"
+        return (
+            "; or its points are in the wrong order: somebody who walks along them has the tool on the left (reverse them; those "
+            "of a file with 'points: {file: …, reverse: true}')"
+        )
