@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import prensa as pr
+from prensa.bench.robustness import draw
+from prensa.bench.robustness.increments import solve_checked
 from prensa.contact.record import ContactRecord
 from prensa.fem.planning import plan_step
 from prensa.fem.state import Clock, Energy, State
@@ -124,3 +126,9 @@ def test_points_between_nodes_start_no_worse_than_foretold(rule, monkeypatch):
     monkeypatch.setattr(predictor, "project_prediction", lambda *_: None)
     foretold = np.array([i.statistics.residuals[0] for i in pr.solve(p)])
     assert (first <= 1.1 * foretold).all()  # both relative to the forces of their own, which differ a little
+
+
+def test_a_start_that_nobody_has_improved_is_not_let_pass_as_round_off():
+    """What round-off may leave is estimated from above, here at forty times what one step leaves of the first increments."""
+    *_, wrong = solve_checked(draw("plastic", 2257363500, 140))
+    assert wrong == ""

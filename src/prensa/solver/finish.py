@@ -92,7 +92,9 @@ def finish(eq: Equilibrium, u: Array, e: Evaluation, lam: Array, came_by: Array 
     if not done.within(eq):
         return done, False
     e, policy = done.evaluation, eq.policy
-    if (done.norm > policy.fine * e.scale and not done.rounded_off(eq)) or e.violation > policy.tight:
+    # round-off is estimated from above: a start that nobody has tried to improve may be better than that
+    untried = not eq.reduced.factorisation.factored and done.norm > eq.numerics.tolerance * e.scale
+    if untried or (done.norm > policy.fine * e.scale and not done.rounded_off(eq)) or e.violation > policy.tight:
         _refactor(eq, done, lam)
     return done, not done.evaluation.violation > policy.tight
 
