@@ -10,6 +10,7 @@ import pytest
 
 import prensa as pr
 from prensa.cli import app
+from prensa.fem.preflight import preflight
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.quality import quality
 
@@ -59,3 +60,22 @@ def test_check_prints_the_quality_and_warns_of_the_worst_element(tmp_path, capsy
     thin = replace(problem, bodies={"b": pr.Body(pr.Rectangle((100, 1), (1, 1)), pr.Elastic(E=1e3, nu=0.3))})
     text = told(thin)
     assert "aspect ratio 100 … 100" in text and "100 times longer than wide" in text
+
+
+@pytest.mark.parametrize(
+    ("tool", "way", "said"),
+    [
+        (pr.Circle(radius=50, at=(0, 150)), {"y": -0.1}, False),
+        (pr.Circle(radius=50, at=(0, 150)), {"x": 60.0}, True),
+        (pr.Plane(touching="b.top"), {"y": -0.1}, True),
+    ],
+    ids=["far", "comes near", "touches"],
+)  # fmt: skip
+def test_needles_far_from_all_tools_are_no_harm(tool, way, said):
+    """A block graded to the middle of its top: stresses vary over lengths that hold its needles, unless a tool comes there."""
+    mesh = pr.Rectangle((100, 100), (160, 60), grade=pr.Grade(x=(0.0,), y=(100.0,), ratio=400))
+    problem = pr.Problem(
+        "graded", {"b": pr.Body(mesh, pr.Elastic(E=1e5, nu=0.3))}, (pr.Step("s", move={"t": way}),), tools={"t": tool},
+        contacts=(pr.Contact("b.top", "t"),), fixed={"b.bottom": "xy"},
+    )  # fmt: skip
+    assert any("longer than wide" in str(notice) for notice in preflight(pr.discretise(problem))) is said

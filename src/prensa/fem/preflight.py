@@ -293,7 +293,27 @@ def _thickness(system: System) -> Iterator[Notice]:
 
 def _shapes(system: System) -> Iterator[Notice]:
     for name, mesh in system.meshes.items():
-        yield from (Notice(f"bodies.{name}.mesh", words) for words in quality(mesh).warnings())
+        q = quality(mesh)
+        quiet = _far_from_tools(system, name, q.centre[q.needles]) if len(q.needles) else None
+        words = q.warnings(float(np.ptp(mesh.points, axis=0).min()), quiet)
+        yield from (Notice(f"bodies.{name}.mesh", warning) for warning in words)
+
+
+def _far_from_tools(system: System, body: str, x: Array) -> Array:
+    """Least distance (k,) of points x (k, 2) of a body from the tools of its contacts, as far as their courses are known.
+
+    A tool whose course is not known is looked at where it starts; 0 for a body that is brought to them.
+    """
+    out = np.full(len(x), np.inf)
+    against = [s for s in system.surfaces if s.body == body]
+    if not against or _driven(system, body):
+        return np.zeros(len(x))
+    for m in _moments(system):
+        for s in against:
+            tool = system.tools[s.tool]
+            if m.known[s.tool] or m.t == 0.0:
+                out = np.minimum(out, current_pairs(tool.shape, x, tool.at, system.place_of(s.tool, m.u)).g)
+    return out
 
 
 def _sizes(system: System) -> Iterator[Notice]:

@@ -20,11 +20,12 @@ MAX_ASPECT = 50.0  # longest over shortest side above which there is a warning
 
 @dataclass(frozen=True)
 class Quality:
-    """``jacobian``, ``aspect`` (m,) of the elements; ``centre`` (m, 2)."""
+    """``jacobian``, ``aspect`` and longest side ``longest`` (m,) of the elements; ``centre`` (m, 2)."""
 
     kind: str
     jacobian: Array
     aspect: Array
+    longest: Array
     centre: NDArray[np.float64]
 
     @property
@@ -43,8 +44,17 @@ class Quality:
             f"{self.aspect.min():.3g} … {self.aspect.max():.3g}; worst: {self.where(self.worst)}"
         )
 
-    def warnings(self) -> list[str]:
-        """Elements likely to spoil results, each with a remedy."""
+    @property
+    def needles(self) -> NDArray[np.int64]:
+        """Elements that are so much longer than wide that they lock where they bend."""
+        return np.flatnonzero(self.aspect > MAX_ASPECT)
+
+    def warnings(self, even: float = 0.0, quiet: Array | None = None) -> list[str]:
+        """Elements likely to spoil results, each with a remedy.
+
+        Needles spoil nothing whose stresses vary over at least twice their length: ``even`` is the least extent of the body,
+        over which it bends, ``quiet`` (k,) how far the `needles` are from what disturbs it.
+        """
         messages = []
         bad = int((self.jacobian < POOR).sum())
         if bad:
@@ -53,8 +63,11 @@ class Quality:
                 f"{bad} of {len(self.jacobian)} elements have a scaled Jacobian below {POOR}, the least {least:.2g} is that of "
                 f"{self.where(self.worst)}: stresses are poor there; mesh it again with better angles"
             )
-        k = int(np.argmax(self.aspect))
-        if self.aspect[k] > MAX_ASPECT:
+        needles = self.needles
+        if quiet is not None:
+            needles = needles[2.0 * self.longest[needles] > np.minimum(even, quiet)]
+        if len(needles):
+            k = int(needles[np.argmax(self.aspect[needles])])
             messages.append(
                 f"{self.where(k)} is {self.aspect[k]:.3g} times longer than wide: it bends and locks like a needle; use more "
                 "elements along its long side or a smaller grading ratio"
@@ -74,4 +87,5 @@ def quality(mesh: Mesh) -> Quality:
     cross = after[..., 0] * before[..., 1] - after[..., 1] * before[..., 0]
     sine = cross / np.maximum(np.linalg.norm(after, axis=2) * np.linalg.norm(before, axis=2), 1e-300)
     jacobian = sine.min(axis=1) * (2 / np.sqrt(3.0) if c == 3 else 1.0)
-    return Quality(CELL_NAMES[mesh.cells.shape[1]], jacobian, length.max(axis=1) / length.min(axis=1), x.mean(axis=1))
+    longest = length.max(axis=1)
+    return Quality(CELL_NAMES[mesh.cells.shape[1]], jacobian, longest / length.min(axis=1), longest, x.mean(axis=1))

@@ -190,7 +190,7 @@ def stick_half_width(inc: Increment) -> tuple[float, float]:
     return 0.25 * (x[k] + x[k + 1] - x[i] - x[i - 1]), max(x[k + 1] - x[k], x[i] - x[i - 1])
 
 
-@case("Cattaneo-Mindlin", suite="friction", told=("times longer than wide",))
+@case("Cattaneo-Mindlin", suite="friction")
 def cattaneo(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
     """The stick zone of a cylinder shrinks on loading and the reversed slip grows on unloading as in the closed form.
 
