@@ -55,17 +55,16 @@ def compared(
         if to_do and inc.time >= to_do[0] - 1e-9:
             to_do.pop(0)
             ratios.append(inc.force(tool).y / least_power(inc, tool, symmetric))
-            if len(ratios) > len(times):
-                most.append(inc.force(tool).y / least_power(inc, tool, symmetric, closed=1))
+            most.append(inc.force(tool).y / least_power(inc, tool, symmetric, closed=1))
     wanted = float(len(times) + len(later))
     yield row(f"{problem.name}: shapes on which forces are compared", wanted, float(len(ratios)), 0.0, "at least")
     ratios, filling = ratios[: len(times)], ratios[len(times) :]
     yield row(f"{problem.name}: force over its bound, mean", 1.0, float(np.mean(ratios)), 5e-2)
-    yield row(f"{problem.name}: largest of them", 1.005, float(np.max(ratios)), 0.0, "at most")
     yield row(f"{problem.name}: least of them", 0.92, float(np.min(ratios)), 0.0, "at least")
+    # only these are bounds for certain: as the next node of a side closes, the other goes from 1.03 to 0.98 of the force at once
+    yield row(f"{problem.name}: over the bound with all sides held that touch", 1.005, float(np.max(most)), 0.0, "at most")
     if filling:
         yield row(f"{problem.name}: force over its bound while it fills, mean", 1.0, float(np.mean(filling)), 5e-2)
-        yield row(f"{problem.name}: over the bound with all sides held that touch", 1.005, float(np.max(most)), 0.0, "at most")
 
 
 def gear_blank(E_scale: float) -> pr.Problem:
