@@ -103,6 +103,7 @@ def test_a_spline_goes_through_its_points_and_is_shared_out_by_length():
         (pr.ArcSide(through=(0.5, 0.0)), "straight line between the corners"),
         (pr.ArcSide(centre=(0.2, -1.0)), "from the centre .* give 'through'"),
         (pr.SplineSide(points=((0.5, 0.1), (0.5, 0.1))), "two points of the spline are at one place"),
+        (pr.SplineSide(points=((1e18, 0.0), (1e18, 1.0))), "two points of the spline are at one place"),
         (pr.SplineSide(points=((-1e308, 0.1),)), "too far apart to be computed with"),
         (pr.ArcSide(through=(0.5, 1.3)), "area|overlap"),
     ],

@@ -205,7 +205,8 @@ def _curve(name: str, side: model.ArcSide | model.SplineSide | None, a: Array, b
             far = not np.isfinite(chords.sum() * len(chords))
         if far:
             raise MeshError(f"side {name!r}: points of the spline are too far apart to be computed with")
-        if (chords == 0).any():
+        share = np.cumsum(chords) / max(float(chords.sum()), 1e-300)
+        if (np.diff(share, prepend=0.0) <= 0.0).any():  # there, or so near to each other that the length does not tell
             raise MeshError(f"side {name!r}: two points of the spline are at one place")
         return _SplineCurve(points)
     if not isinstance(side, model.ArcSide):
