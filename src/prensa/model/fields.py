@@ -19,6 +19,8 @@ from prensa.model.units import Angle, BodyForce, Displacement, Force, Moment, Nu
 
 _FROZEN = ConfigDict(extra="forbid", arbitrary_types_allowed=False, allow_inf_nan=False)
 _T = TypeVar("_T")
+LARGEST = 1e100
+"""Number in a table beyond which its interpolation overflows."""
 Words: TypeAlias = Callable[[type, ValidationError, tuple[Any, ...], dict[str, Any]], CaseError]
 
 

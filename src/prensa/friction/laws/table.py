@@ -16,12 +16,10 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
 from prensa.friction.law import At, FrictionLaw
-from prensa.model.fields import as_table
+from prensa.model.fields import LARGEST, as_table
 from prensa.model.units import Length, Number, Pressure, Speed
 
 Array = NDArray[np.float64]
-
-LARGEST = 1e100  # beyond it interpolation overflows
 
 __all__ = ["FrictionTable"]
 

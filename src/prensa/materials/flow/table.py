@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from pydantic import model_validator
 
 from prensa.materials.flow_curve import FlowCurve, FlowParameters
+from prensa.model.fields import LARGEST
 from prensa.model.units import Pressure, Strain
 
 Array = NDArray[np.float64]
@@ -19,9 +20,6 @@ MOST_SECOND, MOST_LAST = (
     2.0,
     10.0,
 )  # strains of the second and of the last pair from which on they are likely in per cent
-
-
-LARGEST = 1e100  # beyond it interpolation overflows
 
 
 class FlowTable(FlowCurve):
