@@ -249,6 +249,11 @@ SEEDED = {
             ("covers the times 0 … 0.5", "held at -0.2"), True,
         ),
         Seeded(
+            "traction whose table ends before its step",
+            (("increments: 4}", "increments: 4}\n  - {name: pull, loads: {strip.right: {traction: [[[1, 0], [1.5, 3]], 0]}}}"),), "14:51",
+            ("covers the times 1 … 1.5", "held at 3"), True,
+        ),
+        Seeded(
             "table in the time of its step",
             (("increments: 4}", "increments: 4}\n  - {name: back, move: {die: {y: [[0, -0.2], [1, 0]]}}}"),), "14:31",
             ("step 'back' 1 … 2", "stays at 0", "times are counted over all steps"), True,

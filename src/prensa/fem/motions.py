@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from prensa.errors import Notice
 from prensa.fem.planning import plan_step
-from prensa.fem.schedule import StepPlan
+from prensa.fem.schedule import StepPlan, tabulated
 from prensa.fem.surface import Surface
 from prensa.fem.system import System
 from prensa.model.feed import ends_early
@@ -65,7 +65,7 @@ def _beginnings(
     for path, name, axis, value, dofs in _tables(system, plan.number):
         least = JUMP * (h if axis != "rz" else 1.0)
         relative = path.split(".")[2] == "by"
-        first = float(np.interp(plan.t0, *np.array(value, dtype=np.float64).T))
+        first = tabulated(value)(plan.t0)
         for dof in dofs:
             if dof in plan.springs:
                 start = before.springs[dof][1](plan.t0) if before is not None and dof in before.springs else 0.0
@@ -102,7 +102,7 @@ def jumps(system: System, plan: StepPlan) -> Iterator[str]:
     for path, name, axis, value, dofs in _tables(system, plan.number):
         way = max(dofs, key=lambda dof: abs(missing.get(dof, 0.0)), default=-1)
         if abs(missing.get(way, 0.0)) > JUMP * (h if axis != "rz" else 1.0):
-            found.append((path, name, float(np.interp(plan.t0, *np.array(value, dtype=np.float64).T)), here[way]))
+            found.append((path, name, tabulated(value)(plan.t0), here[way]))
     foretold = {n.path for n in motions(system)} if found else set()
     for path, name, first, place in found:
         if path not in foretold:

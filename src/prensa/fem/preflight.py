@@ -21,7 +21,7 @@ from prensa.fem.motions import motions
 from prensa.fem.overlap import neighbours, overlaps
 from prensa.fem.passing import foretold
 from prensa.fem.planning import plan_step
-from prensa.fem.schedule import StepPlan
+from prensa.fem.schedule import StepPlan, tabulated
 from prensa.fem.sizes import elements_asked, least_size, section_area
 from prensa.fem.surface import Surface
 from prensa.fem.system import System
@@ -33,6 +33,7 @@ from prensa.model.feed import ends_early
 from prensa.model.meshes import MOST_ELEMENTS
 from prensa.model.problem import tools_removed
 from prensa.model.remeshing import remeshing_of
+from prensa.model.tables import tables_of
 from prensa.model.units import factor
 
 Array = NDArray[np.float64]
@@ -154,13 +155,14 @@ def _tables(system: System) -> Iterator[Notice]:
     sources: list[tuple[str, Any, float, float, str]] = [("", p, 0.0, float(len(p.steps)), "the steps")]
     sources += [(f"steps.{i}.", s, float(i), float(i + 1), f"step {s.name!r}") for i, s in enumerate(p.steps)]
     for prefix, owner, t0, t1, what in sources:
-        for path, table in _tables_of(owner):
+        for place, table in tables_of(owner):
+            path = prefix + ".".join(map(str, place))
             first, last = table[0][0], table[-1][0]
             ends, end = float(len(p.steps)), table[-1][1]
-            reached = float(np.interp(ends, *np.array(table, dtype=np.float64).T))
+            reached = tabulated(table)(ends)
             if first <= t0 + 1e-9 and last >= IN_SECONDS * ends and abs(reached - end) > 1e-3 * abs(end):
                 yield Notice(
-                    prefix + path,
+                    path,
                     f"the table goes on to time {last:g}, and the run ends at {ends:g}, at {reached:.4g} of {end:g}: times count "
                     "steps, each of them 1 long whatever its 'duration', not seconds",
                 )
@@ -174,21 +176,10 @@ def _tables(system: System) -> Iterator[Notice]:
             if last <= t0:
                 held = f"so it stays at {table[-1][1]:g}"
             yield Notice(
-                prefix + path,
+                path,
                 f"the table covers the times {first:g} … {last:g}, {what} {t0:g} … {t1:g}: {held}; times are counted over all "
                 "steps",
             )
-
-
-def _tables_of(owner: Any) -> Iterator[tuple[str, Any]]:
-    for kind in ("move", "by", "velocity", "push", "fixed", "loads", "body_force"):
-        for name, entry in getattr(owner, kind, {}).items():
-            parts = enumerate(entry) if isinstance(entry, tuple) else vars(entry).items()
-            for key, value in parts:
-                if isinstance(value, tuple) and value and isinstance(value[0], tuple):
-                    yield f"{kind}.{name}.{key}", value
-                elif isinstance(value, tuple):  # a traction of two components
-                    yield from ((f"{kind}.{name}.{key}", v) for v in value if isinstance(v, tuple))
 
 
 # ---------------------------------------------------------------------------------------------------- size and stiffness

@@ -84,10 +84,15 @@ def cranked(crank: Crank, start: float, t0: float, t1: float) -> Course:
     return Cranked(times, start + np.array([0.0, crank.way(1.0)]), corners=corners, crank=crank, start=start, begins=t0)
 
 
+def tabulated(table: Any) -> Course:
+    """Course of a table of (global time, value)."""
+    return Course(*np.array(table, dtype=np.float64).T)
+
+
 def course(value: Any, start: float, t0: float, t1: float) -> Course:
     """Course of a number (ramp from start over the step t0 … t1) or a table (global time)."""
     if isinstance(value, tuple):
-        return Course(*np.array(value, dtype=np.float64).T)
+        return tabulated(value)
     return Course(np.array([t0, t1]), np.array([start, float(value)]), ramp=True)
 
 

@@ -1,8 +1,9 @@
-"""Tables that a description names by file."""
+"""Tables of a description: those over time, and those that it names by file."""
 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,17 @@ from prensa.model.units import factor
 
 TABLE_LIMIT = 1 << 20
 MESH_LIMIT = 256 << 20
+DRIVEN = ("move", "by", "velocity", "crank", "feed", "push", "control")
+
+
+def tables_of(owner: Any) -> Iterator[tuple[tuple[str | int, ...], Any]]:
+    """Path in *owner*, a problem or a step, and rows (time, value) of each table of what drives, holds and loads."""
+    for kind in (*DRIVEN, "fixed", "loads", "body_force"):
+        for name, entry in getattr(owner, kind, {}).items():
+            for key, value in enumerate(entry) if isinstance(entry, tuple) else vars(entry).items() if entry else ():
+                # each component of a traction may be a table
+                parts = [((key, k), v) for k, v in enumerate(value)] if key == "traction" and value else [((key,), value)]
+                yield from (((kind, name, *place), v) for place, v in parts if isinstance(v, tuple) and isinstance(v[0], tuple))
 
 
 def read_mu_table(path: str, context: Any) -> Any:

@@ -11,10 +11,10 @@ from pydantic import BeforeValidator, Discriminator, Tag, model_validator
 from prensa.model.feed import ends_early
 from prensa.model.fields import described
 from prensa.model.names import Finding, suggest
+from prensa.model.tables import DRIVEN, tables_of
 from prensa.model.units import Angle, Displacement, Force, Moment, Number
 
 Path: TypeAlias = tuple[str | int, ...]
-DRIVEN = ("move", "by", "velocity", "crank", "feed", "push", "control")
 
 
 @described
@@ -121,7 +121,7 @@ def tables_beyond(p: Any) -> Iterator[Finding]:
     if not open_ended:
         return
     for prefix, owner, first in [((), p, 0), *((("steps", i), s, i) for i, s in enumerate(p.steps) if s is not None)]:
-        for path, table in _tables(owner):
+        for path, table in tables_of(owner):
             over = next((i for i in open_ended if i >= first and table[-1][0] > i + 1 + 1e-9), None)
             if over is not None:
                 yield Finding(
@@ -130,16 +130,6 @@ def tables_beyond(p: Any) -> Iterator[Finding]:
                     f"is left out would be a jump; end the table at {over + 1} and go on in a later step",
                 )
     yield from _moved_tables(p)
-
-
-def _tables(owner: Any) -> Iterator[tuple[Path, Any]]:
-    for kind in (*DRIVEN, "fixed", "loads", "body_force"):
-        for name, entry in getattr(owner, kind, {}).items():
-            for key, value in enumerate(entry) if isinstance(entry, tuple) else vars(entry).items() if entry else ():
-                if isinstance(value, tuple) and value and isinstance(value[0], tuple):
-                    yield (kind, name, key), value
-                elif isinstance(value, tuple):  # a traction of two components
-                    yield from (((kind, name, key, k), v) for k, v in enumerate(value) if isinstance(v, tuple))
 
 
 def _moved_tables(p: Any) -> Iterator[Finding]:
