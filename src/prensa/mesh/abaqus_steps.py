@@ -29,6 +29,7 @@ class Steps:
         self.large = False
         self.fixed: dict[str, dict[str, Any]] = {}
         self.steps: list[dict[str, Any]] = []
+        self.names: dict[str, int] = {}  # of steps → line
         self.amplitudes: dict[str, tuple[list[tuple[float, float]], bool]] = {}
         self.passed = 0.0  # time of the steps before
         self.duration = 1.0
@@ -108,6 +109,10 @@ class Steps:
         if "PERTURBATION" in k.parameters:
             raise FileError.at(k.line, "a step of PERTURBATION is not read; write a general one")
         self.large = self.large or k.parameters.get("NLGEOM", "NO").upper() != "NO"
+        if name in self.names:
+            other = self.names[name]
+            raise FileError.at(k.line, f"two steps are called {name!r}, the other in line {other}; give each its own name")
+        self.names[name] = k.line
         self.duration = 1.0
         self.steps.append({"name": name, "move": {}, "velocity": {}, "push": {}, "fixed": {}, "loads": {}})
 
