@@ -1,31 +1,25 @@
 """Bodies tied along boundaries by multi-point constraints u = T u_f: slave displacements are eliminated exactly.
 
-Nodes that coincide are made one. Elsewhere the slave nodes follow by the dual mortar conditions ∫ψ_i (u_s − u_m) dΓ = 0
-(Wohlmuth 2000; Puso 2004 for solids), with ψ_i biorthogonal to the shape functions of the slave side on each edge:
+Nodes that coincide are made one. Elsewhere the slave nodes follow by the dual mortar conditions of `fem/mortar.py`:
 constant stress passes between any two meshes, and each slave displacement is a weighted mean of master displacements.
-A slave node that a support holds is left to the support: its neighbours take over its condition (Ñ = E N below).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import block_diag, coo_matrix, csr_matrix, identity
 
+from prensa.fem.mortar import Side, combinations, integrals
 from prensa.layout import DofMap
-from prensa.mesh.mesh import COINCIDENT, Mesh, MeshError, ordered_nodes
+from prensa.mesh.mesh import COINCIDENT, Mesh, MeshError
 from prensa.model import problem as model
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-
-APART = 0.05  # distance of the two sides, in edge lengths of the slave, above which they do not lie on each other
-MORTAR_RULE = np.polynomial.legendre.leggauss(4)
 
 
 @dataclass(frozen=True)
@@ -65,18 +59,6 @@ class Ties:
         return csr_matrix(whole[:, self.kept(ndof, fixed)])
 
 
-@dataclass(frozen=True)
-class _Side:
-    """One side of a tie: edges (k, 2|3) in global node numbers."""
-
-    name: str
-    edges: Index
-
-    @property
-    def nodes(self) -> Index:
-        return np.unique(self.edges)
-
-
 def make_ties(
     problem: model.Problem, meshes: dict[str, Mesh], offsets: dict[str, int], X: Array, held: NDArray[np.bool_]
 ) -> tuple[Ties | None, Array]:
@@ -102,12 +84,12 @@ def make_ties(
     for slave, master in sides:
         if _matching(X, slave, master):
             continue
-        s, m = _Side(slave.name, owner[slave.edges]), _Side(master.name, owner[master.edges])
-        integrals = list(_integrals(X, s, m, problem.space == "axisymmetric"))
+        s, m = Side(slave.name, owner[slave.edges]), Side(master.name, owner[master.edges])
+        between = integrals(X, s, m, problem.space == "axisymmetric")
         for axis, component in enumerate(field.components):
             free = ~held[:, axis] & ~taken[:, axis]
             free[m.nodes] = False  # a corner that another tie has made one with the master side
-            r, c, v = _combinations(integrals, free)
+            r, c, v = combinations(between, free)
             if not len(r):
                 raise MeshError(
                     f"tie of {s.name} to {m.name}: supports or other ties hold all of its slave side; swap them"
@@ -140,12 +122,12 @@ def held_components(
     return held
 
 
-def _side(name: str, meshes: dict[str, Mesh], offsets: dict[str, int]) -> _Side:
+def _side(name: str, meshes: dict[str, Mesh], offsets: dict[str, int]) -> Side:
     body, _, edge = name.partition(".")
     meshes[body].nodes(edge, name)
     if edge not in meshes[body].edges:
         raise MeshError(f"ties: {name!r} is a point; a tie joins boundaries")
-    return _Side(name, meshes[body].edges[edge] + offsets[body])
+    return Side(name, meshes[body].edges[edge] + offsets[body])
 
 
 def _closed(n: int, rows: Index, cols: Index, values: Array) -> csr_matrix:
@@ -165,7 +147,7 @@ def _closed(n: int, rows: Index, cols: Index, values: Array) -> csr_matrix:
 
 
 # ------------------------------------------------------------------------------------------------------ matching meshes
-def _pairs(X: Array, slave: _Side, master: _Side) -> tuple[Index, NDArray[np.bool_]]:
+def _pairs(X: Array, slave: Side, master: Side) -> tuple[Index, NDArray[np.bool_]]:
     """Nearest master node (k,) of each slave node, and whether it is at the same place (k,)."""
     size = COINCIDENT * 10 * float(np.ptp(X, axis=0).max())
     from scipy.spatial import cKDTree
@@ -174,7 +156,7 @@ def _pairs(X: Array, slave: _Side, master: _Side) -> tuple[Index, NDArray[np.boo
     return master.nodes[near], distance <= size
 
 
-def _matching(X: Array, slave: _Side, master: _Side) -> bool:
+def _matching(X: Array, slave: Side, master: Side) -> bool:
     """Whether every edge of the slave side is an edge of the master side."""
     partner, same = _pairs(X, slave, master)
     if not same.all():
@@ -199,132 +181,3 @@ def _merged(sides: list[Any], X: Array) -> Index:
     order = np.lexsort((np.arange(n), rank, group))
     first = order[np.concatenate([[True], np.diff(group[order]) > 0])]
     return np.asarray(first[group])
-
-
-# -------------------------------------------------------------------------------------------------------- mortar conditions
-def _shapes(xi: float, nodes: int) -> tuple[Array, Array]:
-    """Shape functions of an edge (ends, then the middle) and their derivatives at ξ in −1 … 1."""
-    if nodes == 2:
-        return np.array([0.5 * (1 - xi), 0.5 * (1 + xi)]), np.array([-0.5, 0.5])
-    return (
-        np.array([0.5 * xi * (xi - 1), 0.5 * xi * (xi + 1), 1 - xi * xi]),
-        np.array([xi - 0.5, xi + 0.5, -2 * xi]),
-    )
-
-
-def _foot(x: Array, y: Array, xi: float = 0.0) -> float:
-    """Parameter ξ of the point of an edge with nodes y (2|3, 2) that is nearest to x (Newton; one step on straight edges)."""
-    for _ in range(20):
-        N, dN = _shapes(xi, len(y))
-        t = dN @ y
-        step = float(t @ (x - N @ y) / (t @ t))
-        xi += step
-        if abs(step) < 1e-14:
-            break
-    return xi
-
-
-def _integrals(X: Array, slave: _Side, master: _Side, axisymmetric: bool) -> Iterator[tuple[Any, ...]]:
-    """Of every slave edge: its nodes, ∫N (a,), ∫N Nᵀ (a, a), the master nodes (b,) it meets and ∫N N_mᵀ (a, b).
-
-    All with one quadrature over the pieces between projected nodes, so that biorthogonality holds for the sums themselves.
-    """
-    a = slave.edges.shape[1]
-    chain = ordered_nodes(master.edges)
-    middle, half = _circles(X, master.edges)
-    for edge in slave.edges:
-        y = X[edge]
-        h = float(np.hypot(*(y[1] - y[0])))
-        near = np.flatnonzero(np.hypot(*(middle - y[:2].mean(axis=0)).T) <= 1.5 * (half + 0.5 * h))
-        candidates = master.edges[near]
-        cuts = [_foot(X[n], y) for n in chain[np.isin(chain, candidates[:, :2])]]
-        cuts = sorted({-1.0, 1.0, *(c for c in cuts if -1 + 1e-9 < c < 1 - 1e-9)})
-        nodes = np.unique(candidates)
-        number = {int(k): i for i, k in enumerate(nodes)}
-        d, M, B = np.zeros(a), np.zeros((a, a)), np.zeros((a, len(nodes)))
-        for lo, hi in pairwise(cuts):
-            for g, w in zip(*MORTAR_RULE):
-                N, dN = _shapes(0.5 * (lo + hi) + 0.5 * (hi - lo) * g, a)
-                x = N @ y
-                weight = 0.5 * (hi - lo) * w * float(np.hypot(*(dN @ y))) * (x[0] if axisymmetric else 1.0)
-                at_least = np.hypot(*(middle[near] - x).T) - half[near]  # distances of the candidates
-                opposite, Nm = _opposite(X, candidates, at_least, x, h, slave, master)
-                d += weight * N
-                M += weight * np.outer(N, N)
-                B[:, [number[int(k)] for k in opposite]] += weight * np.outer(N, Nm)
-        yield edge, d, M, nodes, B
-
-
-def _circles(X: Array, edges: Index) -> tuple[Array, Array]:
-    """Middles (k, 2) of the chords of edges and radii (k,) round them within which the edges lie."""
-    ends = X[edges[:, :2]]
-    middle, radius = ends.mean(axis=1), 0.5 * np.hypot(*(ends[:, 1] - ends[:, 0]).T)
-    if edges.shape[1] == 3:  # within the triangle of the ends and the point where the tangents at them meet
-        radius = np.maximum(radius, 2 * np.hypot(*(X[edges[:, 2]] - middle).T))
-    return middle, radius
-
-
-def _opposite(
-    X: Array, candidates: Index, at_least: Array, x: Array, h: float, slave: _Side, master: _Side
-) -> tuple[Index, Array]:  # fmt: skip
-    """The master edge opposite to a point x of the slave side and its shape functions there.
-
-    at_least (k,): a distance that none of the candidates (k, 2|3) is nearer than.
-    """
-    best, where = np.inf, None
-    for k in np.argsort(at_least, kind="stable").tolist():
-        if at_least[k] > best:
-            break
-        e = candidates[k]
-        xi = _foot(x, X[e])
-        if abs(xi) > 1 + 1e-6:
-            continue
-        N, _ = _shapes(min(max(xi, -1.0), 1.0), len(e))
-        distance = float(np.hypot(*(x - N @ X[e])))
-        if distance < best:
-            best, where = distance, (e, N)
-    if where is None or best > APART * h:
-        gap = "nothing lies opposite" if where is None else f"the other side is {best:.3g} away"
-        raise MeshError(
-            f"tie of {slave.name} to {master.name}: at ({x[0]:.6g}, {x[1]:.6g}) {gap}; the slave side must lie on the "
-            "master side all along: swap them, name the boundary that does, or use the same nodes on both"
-        )
-    return where
-
-
-def _combinations(integrals: list[tuple[Any, ...]], free: NDArray[np.bool_]) -> tuple[Index, Index, Array]:
-    """Rows (slave), columns (nodes) and weights of u_i = Σ w u; the slave nodes that are not free keep their own."""
-    sums: dict[int, float] = {}
-    terms: dict[tuple[int, int], float] = {}
-    for edge, d, M, nodes, B in integrals:
-        kept = np.flatnonzero(free[edge])
-        if not len(kept):
-            continue
-        E = _extended(len(edge), kept)
-        dual = np.diag(d[kept]) @ np.linalg.solve(E @ M[:, kept], E)  # ψ = dual N, ∫ψ_i N_k = δ_ik ∫N_i
-        with_master, with_slave = dual @ B, dual @ M
-        for i, k in enumerate(kept):
-            row = int(edge[k])
-            sums[row] = sums.get(row, 0.0) + float(d[k])
-            for j, node in enumerate(nodes):
-                terms[row, int(node)] = terms.get((row, int(node)), 0.0) + float(with_master[i, j])
-            for j in np.flatnonzero(~free[edge]).tolist():
-                terms[row, int(edge[j])] = terms.get((row, int(edge[j])), 0.0) - float(with_slave[i, j])
-    found = [(r, c, v / sums[r]) for (r, c), v in terms.items() if abs(v) > 1e-13 * sums[r]]
-    if not found:
-        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0)
-    r, c, v = zip(*found)
-    return np.array(r, dtype=np.int64), np.array(c, dtype=np.int64), np.array(v)
-
-
-def _extended(nodes: int, kept: Index) -> Array:
-    """E (kept, nodes): shape functions Ñ = E N of the kept nodes that still add up to one, and to a linear field if two are."""
-    E = np.eye(nodes)[kept]
-    for lost in set(range(nodes)) - set(kept.tolist()):
-        if len(kept) == 1:
-            E[0, lost] = 1.0
-        elif lost == 2:
-            E[:, lost] = 0.5
-        else:  # the value at one end goes on from the other end and the middle
-            E[:, lost] = [-1.0, 2.0]
-    return E
