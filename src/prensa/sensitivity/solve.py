@@ -300,8 +300,9 @@ class Differentiated(Followed):
         assert self.reduced is not None
         look, beside = at.c.ends_step or at.c.state.clock.number == 0, {}
         looked = self._looked(at, known, found.x) if look else np.zeros(len(known))
+        unmet = np.sum([p.unmet() for p in found.points], axis=0) if found.points else np.zeros(len(known))
         for k, d in enumerate(known):
-            rest = max(self.reduced.norm(found.reaction[:, k]), looked[k])
+            rest = max(self.reduced.norm(found.reaction[:, k]), looked[k]) + unmet[k]
             both = tuple(Beside(system, d, sign, k, at, found) for sign, system, _ in d.sides)
             beside[d.parameter.path] = both, self._proved(at, d, rest)
         self.bundle.hand_on()
@@ -346,8 +347,8 @@ class Differentiated(Followed):
         x, left = columns.begun(-size * r, d.ways(at))
         x = (x + columns.solve(left)) / size
         reaction = left[:, 0] / -size  # r + K x
-        neighbours, rest = d.neighbours(at, sides, given + x[:, 0], reaction, result, state.clock.dt)
-        return neighbours, self._proved(at, d, self.reduced.norm(rest))
+        neighbours, rest, unmet = d.neighbours(at, sides, given + x[:, 0], reaction, result, state.clock.dt)
+        return neighbours, self._proved(at, d, self.reduced.norm(rest) + unmet)
 
     def _proved(self, at: Solution, d: Direction, rest: float) -> float:
         """What is left of the residual along a derivative, over the forces, for a change of the parameter by its size."""
@@ -358,7 +359,7 @@ class Differentiated(Followed):
                 [
                     f"step {at.c.plan.name!r}, time {at.c.time:.6g}: the derivative by {d.parameter.path} is not exact: along it "
                     f"{left:.1e} of the forces is left where there should be nothing; a corner of a law or of a tool's "
-                    "outline is in the way, and what comes later is not exact either"
+                    "outline, or a node that supports hold on a tool, is in the way, and what comes later is not exact either"
                 ]
             )
         return left
