@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.sparse import csc_matrix
 
 import prensa as pr
 from prensa.errors import PrensaError, SolveError
+from prensa.fem.discretise import discretise
+from prensa.fem.planning import plan_step
 from prensa.friction.law import At
 
 HARDENING = pr.Coulomb(pr.MuExponential(0.1, 0.4, 0.02))
@@ -178,3 +183,67 @@ def test_a_support_that_drives_a_point_into_a_tool_is_refused_with_words(monkeyp
     monkeypatch.setattr("prensa.solver.time_stepping.preflight", lambda _: [])
     with pytest.raises(SolveError, match=r"driven into the point at \(0, 2.5\), which a support holds.*penalty"):
         last(p, pr.Numerics(max_cutbacks=1))
+
+
+def held_side(steps, enforcement=None):
+    """The corner of a block under a plane, moved along it by the side of the block in the first step."""
+    return pr.Problem(
+        "held", bodies={"block": pr.Body(pr.Rectangle((2, 1.5), (3, 2)), pr.J2(1000.0, 0.3, pr.Linear(30.0, 100.0)))},
+        tools={"tool": pr.Plane(touching="block.top")}, friction=pr.Coulomb(0.2), fixed={"block.bottom": "xy"}, steps=steps,
+        contacts=[pr.Contact("block.top", "tool", enforcement=enforcement or pr.Exact())],
+    )  # fmt: skip
+
+
+CORNER = 3  # of the points of the upper side, which are counted from the right
+SLID = pr.Step("press", move={"tool": {"y": -0.2}}, by={"block.left": {"x": 0.05}}, increments=4)
+LIFT = pr.Step("lift", by={"tool": {"y": 0.004}}, increments=3)
+AGAIN = pr.Step("press again", by={"tool": {"y": -0.05}}, increments=3)
+
+
+def test_a_node_that_supports_hold_keeps_its_traction_as_far_as_friction_bears_it():
+    """Nothing else says what it is: that of the last increment, cut down to the bound, whatever the iteration began with."""
+    found = {}
+    for predictor in (True, False):
+        traction, cut, kept = 0.0, 0, 0
+        for inc in pr.solve(held_side([SLID, LIFT, AGAIN]), pr.Numerics(predictor=predictor)):
+            (pressure, _), shear = inc.state.lam[CORNER], inc.state.contact.traction[CORNER, 0]
+            if inc.time > 1.0:
+                bound = 0.2 * pressure
+                cut, kept = cut + (abs(traction) > bound), kept + (abs(traction) < bound)
+                assert shear == pytest.approx(np.sign(traction) * min(abs(traction), bound), rel=1e-10)
+                assert inc.state.contact.slip[CORNER] == pytest.approx(0.05, rel=1e-12)
+            traction = shear
+        assert (cut, kept) == (3, 3)
+        found[predictor] = inc.force("tool")
+    assert found[True].x == pytest.approx(found[False].x, rel=1e-9)
+
+
+def test_a_node_that_supports_move_with_the_tool_keeps_its_pressure():
+    """The gap says nothing of its multiplier then; and one that they do not move with the tool is told."""
+    push = pr.Step("press", push={"tool": pr.Push(y=-30.0)}, by={"block.left": {"x": 0.05}}, increments=4)
+    both = {"y": -0.05}
+    *_, before, inc = pr.solve(held_side([push, pr.Step("both", by={"tool": both, "block.left": both})]))
+    assert before.state.lam[CORNER, 0] > 0.0
+    assert inc.state.lam[CORNER] == pytest.approx(before.state.lam[CORNER], rel=1e-12)
+    with pytest.raises(SolveError, match="which a support holds: exact enforcement cannot give way"):
+        list(pr.solve(held_side([push, pr.Step("both", by={"tool": {"y": -0.06}, "block.left": both})])))
+
+
+@pytest.mark.parametrize("friction", [pr.Coulomb(0.2), pr.Shear(0.3), HARDENING], ids=["coulomb", "shear", "hardening"])
+@pytest.mark.parametrize("step", [LIFT, AGAIN], ids=["cut", "kept"])
+def test_the_tangent_of_kept_multipliers_is_exact(friction, step):
+    """Along any motion of the free dofs, to 1e-6 of differences."""
+    p = replace(held_side([SLID, LIFT, replace(step, name="then")]), friction=friction)
+    system = discretise(p)
+    *_, inc = pr.solve(replace(p, steps=[SLID, LIFT]))
+    c = system.context(inc.state, plan_step(system, 2, inc.state.step_start, inc.state.ends), 2.3)
+    free = np.setdiff1d(np.arange(system.ndof), c.plan.fixed)
+    u, way = inc.state.u.copy(), np.zeros(system.ndof)
+    u[c.plan.fixed] = c.plan.values(c.time)
+    way[free] = np.random.default_rng(1).standard_normal(len(free))
+    e = system.evaluate(c, u, system.initial_multipliers(inc.state))
+    assert e.contacts[0].kept is not None
+    K = csc_matrix((e.data, system.pattern.indices, system.pattern.indptr), (system.ndof, system.ndof))
+    ends = [system.evaluate(c, u + s * 1e-7 * way, inc.state.lam, stiffness=False).r for s in (1, -1)]
+    change = (K @ way)[free]
+    assert (ends[0] - ends[1])[free] / 2e-7 == pytest.approx(change, abs=1e-6 * np.abs(change).max())

@@ -371,6 +371,22 @@ def test_an_increment_proves_its_derivatives(monkeypatch: pytest.MonkeyPatch, ca
     assert "the derivative by friction.mu is not exact" in told[0]
 
 
+def test_points_at_kinks_are_counted() -> None:
+    """The first increment ends where the roll touches first: the force begins to rise there, whatever moves the roll down."""
+    pressed, path = "steps=[{name: press, move: {roll: {y: -0.15}}, increments: 4}]", "tools.roll.at.1"
+    problem = loads(TWO_STEPS, overrides=[pressed]).problem
+    run = list(pr.solve(problem, derivatives=[path]))
+    first, *rest = (i.derivatives.at_kinks["block-roll"] for i in run if i.derivatives is not None)
+    assert first == 1
+    assert not any(rest)
+    times, beside = [i.time for i in run], {}
+    for sign in (1.0, -1.0):
+        moved = with_values(problem, {path: 5.0 + 1e-6 * sign})
+        beside[sign] = next(iter(pr.solve(moved, times=times))).force("roll").y / (1e-6 * sign)
+    assert run[0].derivative(lambda i: i.force("roll").y)[path] == beside[1.0] == 0.0
+    assert beside[-1.0] < -1.0
+
+
 def test_what_has_no_derivative_is_refused() -> None:
     """What cannot be differentiated is refused with what to do instead."""
     start = next(iter(pr.solve(ring()))).state

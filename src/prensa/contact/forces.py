@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.integration import Points
+from prensa.contact.kept import Held, Kept
 from prensa.contact.pairing import Pairs
 from prensa.contact.record import ContactRecord
 from prensa.friction.law import At, FrictionLaw
@@ -28,10 +29,14 @@ TOUCH = 1e-10  # gap over element depth below which a point touches where an inc
 
 
 class Branches(NamedTuple):
-    """Which points are ``closed`` and which of those ``slip`` (k,): the sides of the kinks of contact and friction."""
+    """Which points are ``closed`` and which of those ``slip`` (k,): the sides of the kinks of contact and friction.
+
+    ``held``: whose multipliers supports leave undetermined; None if none may be.
+    """
 
     closed: NDArray[np.bool_]
     slip: NDArray[np.bool_]
+    held: Held | None = None
 
 
 class ContactForces(NamedTuple):
@@ -43,6 +48,7 @@ class ContactForces(NamedTuple):
     ``rests`` (k,): closed, or open by no more than round-off.
     bound (k, 2): what friction can bear per area and its derivative by p; None without friction.
     ``points``: those of the increment, which differ from the surface's where edges are cut.
+    ``kept``: what multipliers are that supports leave undetermined; None if none may be.
     """
 
     pairs: Pairs
@@ -60,6 +66,7 @@ class ContactForces(NamedTuple):
     stretched: Array | None = None
     bound: Array | None = None
     points: Points | None = None
+    kept: Kept | None = None
 
     @property
     def g(self) -> Array:
@@ -69,7 +76,7 @@ class ContactForces(NamedTuple):
     @property
     def branches(self) -> Branches:
         """The sides on which the points are, and on which K has them."""
-        return Branches(self.dp[:, 0] > 0, self.slip)
+        return Branches(self.dp[:, 0] > 0, self.slip, self.kept and self.kept.held)
 
     @property
     def record(self) -> ContactRecord:
@@ -310,7 +317,10 @@ def with_stretched_bounds(K: Array, f: ContactForces, points: Points, share: Arr
     """
     assert f.stretched is not None
     m, point, edge = K.shape[1], points.shares.point, 2 * points.N.shape[1]
-    falls = (f.stretched - f.t)[:, 0] / f.area * share * f.weight * scale.unit / scale.k_t
+    falls = (f.stretched - f.t)[:, 0]
+    if f.kept is not None:
+        falls = np.where(f.kept.held.tangential, f.kept.falls, falls)
+    falls = falls / f.area * share * f.weight * scale.unit / scale.k_t
     out = np.zeros((len(K), m + 1, m + 1))
     out[:, :m, :m] = K
     out[:, m, edge : edge + 4] = falls[point, None] * slopes.reshape(-1, 4)
@@ -322,12 +332,16 @@ def multiplier_rows(f: ContactForces, pairs: Pairs, lam: Array, scale: Scale) ->
 
     lam (k, 1 + t) multipliers → R (k, 1 + t) = w c ((p − λ_n)/k_n, (t − λ_T)/k_T), forces; K (k, m + 1 + t, m + 1 + t), the
     derivative of (−F, R). R = 0 says g = 0 where closed, no slip where stuck, t_T on its bound along the slip where it
-    slides, and no multiplier where open. Frictionless, K is as symmetric as the contact geometry.
+    slides, and no multiplier where open; of points whose supports prescribe gap or slip, that λ is what they keep. Frictionless,
+    K is as symmetric as the contact geometry.
     """
     q, n = f.F.shape[1], lam.shape[1]
     w, c = f.weight, scale.unit
     stiff = np.stack([scale.k_n, *[scale.k_t] * (n - 1)], axis=1)
-    R = (w * c)[:, None] * ((np.hstack([f.p[:, None], f.t]) - lam) / stiff)
+    values, dR = np.hstack([f.p[:, None], f.t]), np.concatenate([f.dp[:, None], f.dt], axis=1)
+    if f.kept is not None:
+        f.kept.put(values, dR)
+    R = (w * c)[:, None] * ((values - lam) / stiff)
     K = np.empty((len(w), q + n, q + n))
     K[:, :q, :q] = f.K
     dP, dT = w[:, None] * f.dp[:, :n], f.area[:, None, None] * f.dt[:, :, :n]
@@ -335,7 +349,6 @@ def multiplier_rows(f: ContactForces, pairs: Pairs, lam: Array, scale: Scale) ->
     for a in range(n - 1):
         by_lam = by_lam + pairs.Ft[:, a, :, None] * dT[:, a, None]
     K[:, :q, q:] = -c[:, None, None] * by_lam
-    dR = np.concatenate([f.dp[:, None], f.dt], axis=1)
     for a in range(n):
         dR[:, a, a] -= 1.0
     dR *= (w * c)[:, None, None] / stiff[:, :, None]

@@ -35,6 +35,8 @@ class Context:
     ``stopped``: what ends the step here before its
     time, in words; '' if nothing does. ``watched`` (criteria,): values of what may end it.
 
+    ``free``: see `Surface.free`, by contact.
+
     ``history``: what the bodies' laws begin with by the time ``rule``, one (elements, points, h) array per block.
     """
 
@@ -51,6 +53,7 @@ class Context:
     depth: Array | None
     surfaces: list[Surface]
     committed: list[ContactRecord]
+    free: list[NDArray[np.bool_] | None]
     history: Sequence[Array]
     rule: TimeRule
     interactions: Sequence[Interaction] = ()

@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces, Scale, forces, multiplier_rows, stretching, with_stretched_bounds
 from prensa.contact.integration import Points
+from prensa.contact.kept import MET, Held, Kept, supported
 from prensa.contact.pairing import Pairs
 from prensa.fem.context import Context
 from prensa.fem.failure import FrictionTooSoft
-from prensa.fem.interaction import Part, Request, Response
+from prensa.fem.interaction import Branches, Part, Request, Response
+from prensa.friction.law import bounded
 from prensa.layout import DofMap, Field
 from prensa.model import problem as model
 
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+Flags = NDArray[np.bool_]
 
 EPS = float(np.finfo(np.float64).eps)
 ROUND = 1.0  # round-off of a gap or slip over ε × size, at most
@@ -98,6 +101,16 @@ class Surface:
         """E*/h (k,) of the points: what β multiplies, h what they press in; of multipliers the unit, h the depth there."""
         return self.modulus / (self.points.depth if self.exact else self.points.pressed_length)
 
+    def free(self, fixed: Index) -> Flags | None:
+        """Which dofs of the pairs (k, 2a + 3) are not ``fixed``; None unless supports might leave multipliers undetermined.
+
+        That they do of exact contacts in the plane.
+        """
+        if not self.exact or self.X.shape[1] > 2:
+            return None
+        out = ~np.isin(self.dofs, fixed)
+        return None if out[:, :-3].all() else out
+
     def scale(self, k_t_least: Array) -> Scale:
         """Penalty stiffnesses of the points: k_n = β E*/h, k_T = β_T E*/h, not below ``k_t_least`` (k,)."""
         unit = self.unit
@@ -147,9 +160,10 @@ class ContactInteraction:
             None if ask.foundation is None else ask.foundation[s.rows],
             ask.like.contacts[k] if ask.like is not None and ask.like.contacts else None,
         )
+        f = f._replace(points=s.points, kept=self._kept(c, f, round_off, ask.like))
         # points that just touch are closed or open by the round-off of their gaps; those that stick have that of their slips
         stiff = weight * scale.k_n * (f.rests | (f.dp[:, 0] > 0)) + f.area * scale.k_t * f.resists
-        out = Response(floor=_usual_sum(stiff * round_off), trial=f._replace(points=s.points))
+        out = Response(floor=_usual_sum(stiff * round_off), trial=f)
         if not np.isfinite(f.K).all():
             out.failed = FrictionTooSoft(s.name)
             return out
@@ -172,6 +186,26 @@ class ContactInteraction:
         place = system.place_of(tool, u)[: system.dofs.dimension]
         centre = float(np.abs(system.tools[tool].at).max() + np.abs(place).max())
         return ROUND * EPS * (np.abs(pairs.arm).max(axis=1, initial=0.0) + centre)
+
+    def _kept(self, c: Context, f: ContactForces, round_off: Array, like: Branches | None) -> Kept | None:
+        """What multipliers are that supports leave undetermined, ``like`` another evaluation has them; None if none may be."""
+        s, k = c.surfaces[self.number], self.number
+        free, law, was = c.free[k], c.laws[k], c.committed[k]
+        if free is None:
+            return None
+        p, t, share = c.state.lam[s.rows, 0], was.traction[:, 0], f.weight / f.area
+        pressure, bound, by_p = np.maximum(f.p, 0.0) * share, np.zeros_like(p), np.zeros_like(p)
+        if law is not None:
+            bound, by_p, _ = bounded(law, pressure, was.slip, c.law_at[k])
+        held = like.contacts[k].held if like is not None and like.contacts else None
+        if held is None:
+            least, closed = np.maximum(MET * s.points.depth, 4.0 * round_off), f.branches.closed
+            stands, stays = supported(free, s.points.on_dofs(f.pairs.dg), s.points.on_dofs(f.pairs.ds[:, 0]))
+            stays &= closed & (np.abs(f.s - was.coordinate)[:, 0] <= least)
+            held = Held(stands & closed & (np.abs(f.g) <= least), stays, stays & (np.abs(t) > bound))
+        slope = np.where(held.bounded, np.sign(t) * by_p, 0.0)
+        cut = np.where(held.bounded, np.sign(t) * bound, t)
+        return Kept(held, p, cut, np.zeros_like(p) if c.lagged else slope * share, -slope * pressure)
 
     def _violation(self, f: ContactForces, rows: Array, scale: Scale, reach: float) -> float:
         """Largest residual of the multipliers' equations as a length over the element depth, beyond round-off."""

@@ -255,14 +255,19 @@ class _Seen(NamedTuple):
 
 @dataclass(frozen=True)
 class _Parameter:
-    """A parameter: the systems a ``step`` above and below it, and what it changes of their arrays."""
+    """A parameter: the systems a ``step`` above and below it, and what it changes of their arrays.
+
+    ``still``: lengths over element depths by which changes of a parameter's size may move what stands still (see `Still`).
+    """
 
     path: str
+    size: float
     step: float
     systems: tuple[System, System]
     change: Change | None
     shape: bool
     """Whether it is of a tool alone, and changes nothing but this one's shape and place."""
+    still: float
 
     @classmethod
     def of(cls, system: System, path: str, policy: Policy) -> _Parameter:
@@ -277,7 +282,7 @@ class _Parameter:
         change = None if shape else change_of(above, below, step)
         if not shape and change is None:
             raise OnlyForwards(f"gradient: what {path} changes cannot be followed backwards; use solve(derivatives=...)")
-        return cls(path, step, systems, change, shape)
+        return cls(path, parameter.size, step, systems, change, shape, policy.flat)
 
     @property
     def bends(self) -> bool:
@@ -359,6 +364,14 @@ class _Parameter:
             )
         mu = [0.0 if p is None else getattr(p, "mu", 0.0) for p in a.friction]
         out = stage.mu @ self.difference(mu, [0.0 if p is None else getattr(p, "mu", 0.0) for p in b.friction])
+        for still in stage.still:
+            moves = still.slopes @ (self.difference(*(p.values(still.time) - p.values(still.before) for p in (a, b))))
+            if np.abs(moves * self.size).max(initial=0.0) > self.still:
+                raise OnlyForwards(
+                    f"gradient: {self.path} moves a node that supports hold at rest on a tool, which would begin to slide or "
+                    f"open (step {a.name!r}, time {still.time:.6g}), which has no derivative; solve(derivatives=...) follows "
+                    "the side on which it rests, and says so"
+                )
         for at in stage.prescribed:
             out = out + at.motion @ self.difference(a.values(at.time), b.values(at.time))
             for dof, course in a.push.items():

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from prensa.contact.directions import along, at_fixed, energies, grown
 from prensa.contact.forces import ContactForces, Scale
+from prensa.contact.kept import Kept
 from prensa.fem.context import Context
 from prensa.fem.surface import Surface
 
@@ -70,13 +71,39 @@ class Points:
         way = f.s[:, 0] - c.committed[number].coordinate[:, 0]
         p, t, moved, kappa = np.empty((4, *before.area.shape))
         F = np.empty((len(f.p), 5, before.area.shape[1]))
+        pressure = lam[:, 0].copy()
         own, first = (np.empty((0, 2)), -1) if s.multipliers is None else (s.multipliers.of(u), s.unknowns.start)
         at_fixed(
             f.p, f.t, f.g, f.slip, way, f.dp, f.dt, f.pairs.ds, f.pairs.Fn, f.pairs.Ft, f.K, f.weight,
             scale.k_n, scale.k_t, scale.unit, own, s.points.N, s.points.support, s.dofs, first,
             before.area, lam, before.coordinate, before.scale, before.mu, before.X, before.place, p, t, moved, F, r,
         )  # fmt: skip
-        return cls(s, f, scale, way, f.kappa - c.committed[number].slip, before, p, t, moved, F, kappa, lam)
+        out = cls(s, f, scale, way, f.kappa - c.committed[number].slip, before, p, t, moved, F, kappa, lam)
+        if f.kept is not None:
+            out._keep(f.kept, pressure, r)
+        return out
+
+    def _keep(self, kept: Kept, pressure: Array, r: Array) -> None:
+        """Put into r (ndof, d) the equations of multipliers that supports leave undetermined; pressure (k, d): committed."""
+        f, first = self.f, self.surface.unknowns.start
+        n, t, cut = (np.flatnonzero(which) for which in kept.held)
+        size = (f.weight * self.scale.unit)[:, None]
+        r[first + 2 * n] += (size / self.scale.k_n[:, None])[n] * (pressure - self.p)[n]
+        traction = self.before.traction[:, 0].copy()
+        traction[cut] = (
+            kept.by_p[cut, None] * self.p[cut] + np.sign(kept.t[cut])[:, None] * f.p[cut, None] * self.before.mu
+        )
+        r[first + 2 * t + 1] += (size / self.scale.k_t[:, None])[t] * (traction - self.t)[t]
+
+    def unmet(self) -> Array:
+        """What conditions that supports prescribe move apart (d,), as forces: points that slide or open from a state of rest."""
+        if self.f.kept is None:
+            return np.zeros(self.p.shape[1])
+        n, t, _ = self.f.kept.held
+        size = (self.f.weight * self.scale.unit)[:, None]
+        gaps = (self.lam[:, 0] - self.p) / self.scale.k_n[:, None]
+        out = np.abs(size * gaps)[n].sum(axis=0) + np.abs(size * (self.s - self.before.coordinate[:, 0]))[t].sum(axis=0)
+        return np.asarray(out)
 
     @staticmethod
     def grown(c: Context, number: int, dxn: Array) -> Array:

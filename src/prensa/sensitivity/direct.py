@@ -258,11 +258,11 @@ class Direction:
     # ------------------------------------------------------------------------------------------------------- what follows
     def neighbours(
         self, at: Solution, fixed: tuple[Side, Side], x: Array, reaction: Array, how: NewtonResult, dt: float
-    ) -> tuple[tuple[Neighbour, Neighbour], Array]:
+    ) -> tuple[tuple[Neighbour, Neighbour], Array, float]:
         """The increment on both sides, whose difference is carried on, and the derivative (ndof,) of the residual between them.
 
-        That is zero if all is right. x (ndof,): derivative of the dofs beyond what they differ by at the sides already;
-        reaction (ndof,): ∂r + K x.
+        That is zero if all is right, as is what comes last (see `_unmet`). x (ndof,): derivative of the dofs beyond what they
+        differ by at the sides already; reaction (ndof,): ∂r + K x.
         """
         moved = []
         for (sign, system, _), side in zip(self.sides, fixed):
@@ -270,6 +270,7 @@ class Direction:
             e = system.evaluate(side.c, u, side.lam, stiffness=False, like=at.branches)
             moved.append(side._replace(u=u, e=e))
         flat = self.difference(moved[0].e.r, moved[1].e.r)
+        unmet = sum(self._unmet(at, moved[0], moved[1], k) for k in range(len(at.c.surfaces)))
         contacts = [self._contact(at, fixed, (moved[0], moved[1]), x, k) for k in range(len(at.c.surfaces))]
         out, states = [], []
         for k, ((sign, system, stabilisation), side) in enumerate(zip(self.sides, moved)):
@@ -283,7 +284,18 @@ class Direction:
             out.append(Neighbour(system, side.c.plan, e._replace(contacts=slim, history=())))
         earlier = {LAST: self.carried["u"], BEFORE: self.carried[LAST]}
         self.carried = {k: self.difference(a, states[1][k]) for k, a in states[0].items()} | earlier
-        return (out[0], out[1]), flat
+        return (out[0], out[1]), flat, unmet
+
+    def _unmet(self, at: Solution, above: Side, below: Side, k: int) -> float:
+        """What conditions that supports prescribe move apart, as forces: points that slide or open from a state of rest."""
+        kept = at.e.contacts[k].kept
+        if kept is None:
+            return 0.0
+        n, t, _ = kept.held
+        ends = [(side.e.contacts[k], side.c.committed[k].coordinate) for side in (above, below)]
+        g, s = (self.difference(a, b) for a, b in zip(*((f.g, (f.s - was)[:, 0]) for f, was in ends)))
+        size = at.e.contacts[k].weight * at.c.scales[k].unit
+        return float(np.abs(size * g)[n].sum() + np.abs(size * s)[t].sum())
 
     def _folded(self, at: Solution, side: Context, e: Evaluation) -> float:
         """What the work of friction on a side has from sizes of tractions that a step turns round: of points that just touch.

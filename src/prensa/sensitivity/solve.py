@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.contact.forces import TOUCH
+from prensa.contact.record import magnitude
 from prensa.errors import ArgumentError, PrensaError, take
 from prensa.fem.context import Context
 from prensa.fem.discretise import discretise
@@ -32,6 +34,8 @@ from prensa.solver.step_control import StepControl
 from prensa.solver.time_stepping import Timer, TimeStepping, belongs, told_before
 
 Array = NDArray[np.float64]
+
+BORNE = 1e-9  # share of the bound of friction within which a traction is all that friction bears
 
 
 def solve(
@@ -256,7 +260,8 @@ class Differentiated(Followed):
             neighbours, flat = self.differentiate(c, result, state)
         state = replace(state, derivatives=self._carried())
         steps = {d.parameter.path: d.step for d in self.directions}
-        found = _Derivatives(flat, self._switched(c, result), steps, neighbours, before, state, increment.end_of_step)
+        counts = self._switched(c, result), self._at_kinks(c, result)
+        found = _Derivatives(flat, *counts, steps, neighbours, before, state, increment.end_of_step)
         return state, replace(increment, derivatives=found, _state=lambda: state)
 
     def _carried(self) -> dict[str, dict[str, Array]]:
@@ -300,8 +305,9 @@ class Differentiated(Followed):
         assert self.reduced is not None
         look, beside = at.c.ends_step or at.c.state.clock.number == 0, {}
         looked = self._looked(at, known, found.x) if look else np.zeros(len(known))
+        unmet = np.sum([p.unmet() for p in found.points], axis=0) if found.points else np.zeros(len(known))
         for k, d in enumerate(known):
-            rest = max(self.reduced.norm(found.reaction[:, k]), looked[k])
+            rest = max(self.reduced.norm(found.reaction[:, k]), looked[k]) + unmet[k]
             both = tuple(Beside(system, d, sign, k, at, found) for sign, system, _ in d.sides)
             beside[d.parameter.path] = both, self._proved(at, d, rest)
         self.bundle.hand_on()
@@ -346,8 +352,8 @@ class Differentiated(Followed):
         x, left = columns.begun(-size * r, d.ways(at))
         x = (x + columns.solve(left)) / size
         reaction = left[:, 0] / -size  # r + K x
-        neighbours, rest = d.neighbours(at, sides, given + x[:, 0], reaction, result, state.clock.dt)
-        return neighbours, self._proved(at, d, self.reduced.norm(rest))
+        neighbours, rest, unmet = d.neighbours(at, sides, given + x[:, 0], reaction, result, state.clock.dt)
+        return neighbours, self._proved(at, d, self.reduced.norm(rest) + unmet)
 
     def _proved(self, at: Solution, d: Direction, rest: float) -> float:
         """What is left of the residual along a derivative, over the forces, for a change of the parameter by its size."""
@@ -358,7 +364,7 @@ class Differentiated(Followed):
                 [
                     f"step {at.c.plan.name!r}, time {at.c.time:.6g}: the derivative by {d.parameter.path} is not exact: along it "
                     f"{left:.1e} of the forces is left where there should be nothing; a corner of a law or of a tool's "
-                    "outline is in the way, and what comes later is not exact either"
+                    "outline, or a node that supports hold on a tool, is in the way, and what comes later is not exact either"
                 ]
             )
         return left
@@ -372,3 +378,17 @@ class Differentiated(Followed):
         assert result.evaluation is not None
         pairs = zip(self.system.surfaces, result.evaluation.contacts)
         return {s.name: int((f.branches.closed != c.state.contact.closed[s.rows]).sum()) for s, f in pairs}
+
+    def _at_kinks(self, c: Context, result: NewtonResult) -> dict[str, int]:
+        """Points of each contact that just touch, or stick on the bound of friction; what supports keep there is no kink."""
+        assert result.evaluation is not None
+        out = {}
+        for s, f, scale in zip(self.system.surfaces, result.evaluation.contacts, c.scales):
+            least = TOUCH * scale.h
+            at = (np.abs(f.g) <= least) & (f.p <= scale.k_n * least)
+            if f.bound is not None:
+                bound = f.bound[:, 0]
+                full = ~f.slip & (f.p > scale.k_n * least) & (magnitude(f.t) >= (1.0 - BORNE) * bound) & (bound > 0.0)
+                at = at | full if f.kept is None else at | (full & ~f.kept.held.bounded)
+            out[s.name] = int(at.sum())
+        return out

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces
+from prensa.contact.kept import Kept, closed
 from prensa.elements import q4, q4_transposed
 from prensa.fem.assembly import Block, Pattern
 from prensa.fem.context import Context
@@ -41,8 +42,9 @@ class Converged(NamedTuple):
 
 
 class ContactWeights(NamedTuple):
-    """Of a contact's committed points: ``lam`` (m, k) of the tangential multipliers, ``s`` (m, k) of the coordinates."""
+    """Of a contact's committed points, (m, k): ``p`` of pressures, ``lam`` of tangential multipliers, ``s`` of coordinates."""
 
+    p: Array
     lam: Array
     s: Array
 
@@ -65,7 +67,7 @@ class Weights:
         """Nothing owed."""
         u, step_start, force = np.zeros((3, m, system.ndof))
         history = [np.zeros((m, *b.undeformed.shape)) for b in system.blocks]
-        contact = [ContactWeights(*np.zeros((2, m, len(s.points)))) for s in system.surfaces]
+        contact = [ContactWeights(*np.zeros((3, m, len(s.points)))) for s in system.surfaces]
         return cls(u, step_start, history, contact, force)
 
 
@@ -98,6 +100,17 @@ class Prescribed(NamedTuple):
     force: Array
 
 
+class Still(NamedTuple):
+    """Of an increment from ``before`` to ``time``: slopes (j, fixed) by the prescribed dofs of gaps and ways that these hold.
+
+    Over the depths of the elements behind. Where these move, points that keep their multipliers begin to open or to slide.
+    """
+
+    time: float
+    before: float
+    slopes: Array
+
+
 class Stage(NamedTuple):
     """Of a step: the dofs at its start and the ends of those before, of which plans are made; its increments, last one first.
 
@@ -107,6 +120,7 @@ class Stage(NamedTuple):
     step_start: Array
     ends: Array
     prescribed: list[Prescribed]
+    still: list[Still]
     mu: Array
     beside: tuple[StepPlan, StepPlan]
     way: float
@@ -146,7 +160,7 @@ class Owed:
         if number not in self.stages:
             system, mu = self.system, np.zeros((len(self.X), len(c.laws)))
             above, below = (plan_step(system, number, old.step_start + s * system.length, old.ends) for s in (1.0, -1.0))
-            self.stages[number] = Stage(old.step_start, old.ends, [], mu, (above, below), system.length)
+            self.stages[number] = Stage(old.step_start, old.ends, [], [], mu, (above, below), system.length)
         return self.stages[number]
 
 
@@ -330,17 +344,18 @@ class Points:
         c = at.c
         self.system, self.c, self.number, self.f, self.u = system, c, number, f, at.u
         self.surface, self.scale = c.surfaces[number], c.scales[number]
-        self.t, self.s = after.contact[number].lam, after.contact[number].s
+        self.p, self.t, self.s = after.contact[number]
         self.F = np.zeros((len(self.t), len(f.p), 5))
         self.F[:, :, 2:] = after.force[:, None, system.dofs.tool.dofs(self.surface.tool)]
 
     def owe_motions(self, x: Array) -> None:
         """Add to weights x (m, ndof) what forces on tools, tractions and coordinates owe to the dofs of the increment."""
         f, s = self.f, self.surface
-        q = self._motions(self.F, np.zeros_like(self.t), self.t)
+        q = self._motions(self.F, self.p, self.t)
         self._to_dofs(q, x)
         if s.multipliers is not None:
-            p, t = f.weight * (self.F * f.pairs.Fn).sum(axis=2), f.weight * (self.F * f.pairs.Ft[:, 0]).sum(axis=2) + self.t
+            p, t = (f.weight * (self.F * e).sum(axis=2) for e in (f.pairs.Fn, f.pairs.Ft[:, 0]))
+            p, t = p + self.p, t + self.t
             lam = p[:, :, None] * f.dp[:, :2] + t[:, :, None] * f.dt[:, 0, :2]
             x[:, s.unknowns] += (lam * self.scale.unit[:, None]).reshape(len(x), -1)
 
@@ -359,12 +374,17 @@ class Points:
         """What its forces owe, weights of the residual being r (m, ndof); adds to x_n (m, n, 2) and u (m, ndof)."""
         f, s, scale, c = self.f, self.surface, self.scale, self.c
         F = self.F - self._at_pairs(r)
-        p, t = np.zeros_like(self.t), self.t.copy()
-        lam = np.zeros((*p.shape, 2))
+        p, t = self.p.copy(), self.t.copy()
+        lam, before = np.zeros((2, *p.shape, 2))
         if s.exact:
             rows = r[:, s.unknowns].reshape(len(r), -1, 2) * (f.weight * scale.unit)[:, None]
-            p, t = rows[:, :, 0] / scale.k_n, t + rows[:, :, 1] / scale.k_t
-            lam[:, :, 0], lam[:, :, 1] = -p, -rows[:, :, 1] / scale.k_t
+            rows /= np.stack([scale.k_n, scale.k_t], axis=1)
+            lam -= rows
+            if f.kept is not None:
+                rows, before, bound = _kept(f.kept, rows)
+                owed.stage(c).still.append(self._still(f.kept))
+                owed.stage(c).mu[:, self.number] += bound @ (np.sign(f.kept.t) * f.p)
+            p, t = p + rows[:, :, 0], t + rows[:, :, 1]
         q = self._motions(F, p, t)
         owed.at[:, s.tool] += q[:, :, 2:4].sum(axis=1)
         N = s.points.N
@@ -384,9 +404,21 @@ class Points:
         owed.scale[self.number][:, 1] -= trial * way
         self._touch(owed, -scale.k_n * p, turn, self.s - scale.k_t * trial)
         if s.multipliers is None:
-            return ContactWeights(lam[:, :, 1], scale.k_t * trial)
+            return ContactWeights(np.zeros_like(t), lam[:, :, 1], scale.k_t * trial)
         owed.scale[self.number][:, 2] += (lam * s.multipliers.of(self.u)).sum(axis=2)
-        return ContactWeights(np.zeros_like(t), scale.k_t * trial)
+        return ContactWeights(before[:, :, 0], before[:, :, 1], scale.k_t * trial)
+
+    def _still(self, kept: Kept) -> Still:
+        """See `Still`."""
+        f, s, c = self.f, self.surface, self.c
+        free = c.free[self.number]
+        assert free is not None
+        n, t, _ = (np.flatnonzero(which) for which in kept.held)
+        normal, along = s.points.on_dofs(f.pairs.dg), s.points.on_dofs(f.pairs.ds[:, 0])
+        slopes = np.vstack([normal[n], closed(free, normal, along)[t]]) / s.points.depth[np.append(n, t), None]
+        out = np.zeros((len(slopes), self.system.ndof))
+        np.add.at(out, (np.arange(len(out))[:, None], s.dofs[np.append(n, t)]), slopes)
+        return Still(c.time, c.state.clock.time, out[:, c.plan.fixed])
 
     def _at_pairs(self, r: Array) -> Array:
         """Weights (m, k, 5) of the forces of the pairs from those of the dofs, r (m, ndof)."""
@@ -416,3 +448,13 @@ class Points:
         owed.touching[self.surface.tool].append(Touching(local, g[:, on], turn[:, on], s[:, on], rounds))
 
 
+def _kept(kept: Kept, rows: Array) -> tuple[Array, Array, Array]:
+    """What weights (m, k, 2) of the multipliers' equations owe where supports leave multipliers undetermined.
+
+    Weights of the pressures and tractions of the increment, of the committed ones (m, k, 2), of the bounds (m, k) at tractions.
+    """
+    n, t, cut = kept.held
+    before, bound = rows * np.stack([n, t & ~cut], axis=1), np.where(cut, rows[:, :, 1], 0.0)
+    rows = rows * ~np.stack([n, t], axis=1)
+    rows[:, :, 0] += kept.by_p * bound
+    return rows, before, bound

@@ -264,11 +264,13 @@ class Derivatives:
 
     ``flat`` by path: what is left of the residual along the derivative, over the forces, for a change of the parameter by its
     own size; round-off where the derivative is exact. ``switched`` by contact: points that have closed or opened in the
-    increment, where forces over a parameter have kinks.
+    increment, where forces over a parameter have kinks. ``at_kinks`` by contact: points that are at a kink themselves, since they
+    just touch, or stick with all that friction bears: the derivative is that of the one side, at such times and from there on.
     """
 
     flat: Mapping[str, float]
     switched: Mapping[str, int]
+    at_kinks: Mapping[str, int]
 
     def of(self, observable: Measure | Callable[[Increment], float], increment: Increment) -> dict[str, float]:
         """Derivatives of a number that is read off the increment that they belong to, by the path of the parameter."""

@@ -40,9 +40,10 @@ def determined(e: Evaluation, b: Array, equations: list[Equations], policy: Poli
     """Matrix values of an evaluation with a diagonal in the equations of closed and of sticking points; b right-hand side.
 
     Where supports hold the node along the normal, the equation must be met (else `BlockedError`). Where they hold it
-    along the tangent, or along both while the normal takes the one dof left, a node that does not move against the
-    tool keeps its multiplier, and one that does cannot stick: its multiplier is put beyond the bound. Everywhere else
-    the diagonal is small and only shares what redundant constraints carry together; Newton's order does not feel it.
+    along the tangent, or along both while the normal takes the one dof left, a node that moves against the tool cannot
+    stick: its multiplier is put beyond the bound. (What one that does not move keeps, its equation says itself: see
+    `prensa.contact.kept`.) Everywhere else the diagonal is small and only shares what redundant constraints carry together;
+    Newton's order does not feel it.
     """
     assert e.data is not None
     data = e.data.copy()
@@ -61,7 +62,7 @@ def determined(e: Evaluation, b: Array, equations: list[Equations], policy: Poli
         assert s.multipliers is not None
         asked = np.abs(s.multipliers.of(b))
         unmet = held & (asked > (policy.met * s.points.depth * f.weight * unit)[:, None])
-        inside = held[:, 0] & (f.g < -policy.met * s.points.depth)
+        inside = unmet[:, 0] & (f.g < -policy.met * s.points.depth)
         if inside.any():
             x, y = s.X[int(np.argmax(inside))].tolist()
             raise BlockedError(Blocked(s.name, x, y))

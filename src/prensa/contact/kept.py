@@ -1,0 +1,69 @@
+"""Multipliers that their own equations leave undetermined, because supports prescribe what these are about.
+
+With exact enforcement a closed point says g = 0 and a sticking one Δg_T = 0. Where no free degree of freedom moves the point,
+that says nothing about the multiplier: the corner of a side that a support slid along a tool and now holds still there. Such
+points keep what they had, as springs of any stiffness would: the committed pressure, and the committed traction as far as
+friction bears it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+WEAK = 1e-6  # share of a slope in the free degrees of freedom that is none
+MET = 1e-11  # gap or slip over the element depth that is none
+
+
+class Held(NamedTuple):
+    """Points (k,) that keep their pressure, their traction, and of the latter those whose traction the bound cuts down."""
+
+    normal: Flags
+    tangential: Flags
+    bounded: Flags
+
+
+class Kept(NamedTuple):
+    """What multipliers of the points ``held`` are: p, t (k,), with t's derivative by the pressure, by_p (k,).
+
+    ``falls`` (k,): a ∂t/∂a, what the traction gains where the current area a of the point grows under a given force.
+    """
+
+    held: Held
+    p: Array
+    t: Array
+    by_p: Array
+    falls: Array
+
+    def put(self, values: Array, slopes: Array) -> None:
+        """Put them in the place of pressures and tractions (k, 2), whose slopes are (k, 2, 2 + m)."""
+        n, t = self.held.normal, self.held.tangential
+        slopes[t, 1] = self.by_p[t, None] * slopes[t, 0]
+        values[t, 1], values[n, 0] = self.t[t], self.p[n]
+        slopes[n, 0] = 0.0
+
+
+def supported(free: Flags, normal: Array, tangential: Array) -> tuple[Flags, Flags]:
+    """Points (k,) whose gap supports prescribe, and whose place along the tool they prescribe, alone or with the gap closed.
+
+    Slopes (k, m) of gaps and of surface coordinates by degrees of freedom, of which some are ``free`` (k, m).
+    """
+    stands = _size(normal * free) <= WEAK * _size(normal)
+    return stands, _size(closed(free, normal, tangential) * free) <= WEAK * _size(tangential)
+
+
+def closed(free: Flags, normal: Array, tangential: Array) -> Array:
+    """Slopes (k, m) of surface coordinates where free degrees of freedom keep gaps closed; those of `supported`."""
+    n = np.where(_size(normal * free)[:, None] > WEAK * _size(normal)[:, None], normal * free, 0.0)
+    n2 = (n**2).sum(axis=1)
+    along = np.divide((n * tangential).sum(axis=1), n2, out=np.zeros_like(n2), where=n2 > 0.0)
+    return tangential - along[:, None] * normal
+
+
+def _size(rows: Array) -> Array:
+    return np.asarray(np.sqrt((rows**2).sum(axis=1)))
