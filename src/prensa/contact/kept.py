@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-WEAK = 1e-6  # share of a slope in the free degrees of freedom that is none
+NO_SLOPE = 1e-6  # share of a slope in the free degrees of freedom that is none
 MET = 1e-11  # gap or slip over the element depth that is none
 
 
@@ -53,13 +53,13 @@ def supported(free: Flags, normal: Array, tangential: Array) -> tuple[Flags, Fla
 
     Slopes (k, m) of gaps and of surface coordinates by degrees of freedom, of which some are ``free`` (k, m).
     """
-    stands = _size(normal * free) <= WEAK * _size(normal)
-    return stands, _size(closed(free, normal, tangential) * free) <= WEAK * _size(tangential)
+    stands = _size(normal * free) <= NO_SLOPE * _size(normal)
+    return stands, _size(closed(free, normal, tangential) * free) <= NO_SLOPE * _size(tangential)
 
 
 def closed(free: Flags, normal: Array, tangential: Array) -> Array:
     """Slopes (k, m) of surface coordinates where free degrees of freedom keep gaps closed; those of `supported`."""
-    n = np.where(_size(normal * free)[:, None] > WEAK * _size(normal)[:, None], normal * free, 0.0)
+    n = np.where(_size(normal * free)[:, None] > NO_SLOPE * _size(normal)[:, None], normal * free, 0.0)
     n2 = (n**2).sum(axis=1)
     along = np.divide((n * tangential).sum(axis=1), n2, out=np.zeros_like(n2), where=n2 > 0.0)
     return tangential - along[:, None] * normal
