@@ -43,6 +43,13 @@ BRIDGE = (
 )  # fmt: skip
 
 
+T6 = ("    material:", "    element: t6\n    material:")
+
+
+def sprung(stiffness: str) -> tuple[str, str]:
+    return "touching: strip.top}", f"touching: strip.top, spring: {{y: {stiffness}}}}}"
+
+
 ROLLED = (
     (CYLINDER[0], "type: circle, radius: 20, at: [9, 21.7]"), (", strip.left: x}", "}"),
     ("move: {die: {y: -0.2}}", "feed: {strip.left: {x: 4}}, by: {die: {rz: 0.3}}"),
@@ -245,6 +252,9 @@ SEEDED = {
             ("step 'more' moves nothing", "'strip.right' is at x = 0.1 already", "write 0.2"), True,
         ),
         Seeded(
+            "step that says nothing", (("increments: 4}", "increments: 4}\n  - {name: more}"),), "14:5", ("step 'more' says nothing", "give a 'duration' if time is to pass"), True,
+        ),
+        Seeded(
             "table that ends before its step", (("y: -0.2", "y: [[0, 0], [0.5, -0.2]]"),), "13:32",
             ("covers the times 0 … 0.5", "held at -0.2"), True,
         ),
@@ -394,6 +404,45 @@ SEEDED = {
             "12:5", ("press the same points", "keep one"), True,
         ),
     ],
+    "new meshes": [
+        Seeded("size in metres", (T6, ("steps:", "remesh: {size: {far: 0.0005 mm}}\nsteps:")), "13:17", ("it asks for", "a body has 5 000 000 at most", "or leave it out")),
+        Seeded("size of the body for that of an element", (T6, ("steps:", "remesh: {size: {far: 4}}\nsteps:")), "13:17", ("elements of 4 in body 'strip'", "it is the size of an element"), True),
+        Seeded("sizes exchanged", (T6, ("steps:", "remesh: {size: {far: 0.1, near_tools: 0.2}}\nsteps:")), "13:10", ("'near_tools' is 0.2, more than 'far', 0.1",)),
+        Seeded("remesh: true", (T6, ("steps:", "remesh: true\nsteps:")), "13:9", ("write 'auto', 'off' or a mapping",)),
+        Seeded(
+            "fillet finer than the smallest elements", (T6, (CYLINDER[0], "type: stamp, width: 3, fillet: 0.01, at: [0, 2]"), ("steps:", "remesh: auto\nsteps:")),
+            "9:32", ("new meshes have no element below", "'remesh.size.least:"), True,
+        ),
+        Seeded("way between meshes in metres", (T6, ("steps:", "remesh: {when: {travel: 0.0001}}\nsteps:")), "13:17", ("is 2e+03 meshes, and no more than 200 are made", "is the unit right?"), True),
+        Seeded("elastic body", (ELASTIC, T6, ("steps:", "remesh: auto\nsteps:")), "13:9", ("no body flows plastically", "leave it out")),
+    ],
+    "springs and forces": [
+        Seeded("stiffness of another dimension", (sprung("5 kN"),), "8:55", ("'5 kN' is not a force per length", "like '2 kN/mm'")),
+        Seeded("spring pushed", (sprung("500"), ("move: {die: {y: -0.2}}", "push: {die: {y: -100}}")), "13:32", ("is mounted on a spring", "by force over stiffness")),
+        Seeded("spring as stiff as nothing is", (sprung("1e12"),), "8:52", ("times that of the bodies", "needs no spring"), True),
+        Seeded("stiffness in kN/mm without its unit", (sprung("5"),), "", ("the spring, 5, took the rest", "use 'push'"), True, "run"),
+        Seeded("turn in a push", (("move: {die: {y: -0.2}}", "push: {die: {y: -100, rz: 5}}"),), "13:41", ("unknown key 'rz'", "did you mean 'm'?")),
+        Seeded("moment in units of force", (("move: {die: {y: -0.2}}", "push: {die: {y: -100, m: 10 kN}}"),), "13:44", ("'10 kN' is a force, and a moment is meant", "3 kN*mm/mm")),
+        Seeded("small turn in degrees", (CYLINDER, ("{y: -0.2}", "{y: -0.2, rz: 7}")), "13:41", ("a turn of 7 radians, 401 degrees", "for degrees write '7 deg'"), True),
+    ],
+    "symmetry": [
+        Seeded(
+            "round tool off the line of symmetry", ((CYLINDER[0], "type: circle, radius: 2, at: [0.5, 4]"),), "8:34",
+            ("reaches across the line of symmetry of 'strip', x = 0, by 1.5", "would be two that overlap", "'no_contact' says so"), True,
+        ),
+        Seeded(
+            "round tool off the axis, across it", (("plane strain", "axisymmetric"), (CYLINDER[0], "type: circle, radius: 2, at: [0.5, 4]")), "8:34",
+            ("reaches across the axis by 1.5", "centre it there"), True,
+        ),
+        Seeded("line of symmetry left out", ((", strip.left: x}", "}"),), "4:3", ("nothing but friction holds it along x", "a side on its line of symmetry"), True),
+        Seeded(
+            "billet that hangs in its container", (("plane strain", "axisymmetric"), ("fixed: {strip.bottom: y, strip.left: x}\n", ""),
+             ("contacts:", "  wall: {type: plane, normal: [-1, 0], at: [4, 0]}\ncontacts:\n  - {surface: strip.right, against: wall, friction: {type: coulomb, mu: 0.1}}"),
+             ("[strip.top, strip.right]", "strip.top")),
+            "4:3", ("nothing but friction holds it along y against the tools that press it",), True,
+        ),
+        Seeded("plane stress of a long body", (("space: plane strain", "space: plane stress\nthickness: 1000"),), "3:1", ("plane stress is for thin sheets", "'space: plane strain'"), True),
+    ],
     "supports": [
         Seeded(
             "body free to slide", ((", strip.left: x", ""), (", friction: {type: coulomb, mu: 0.1}", "")), "4:3",
@@ -437,6 +486,15 @@ SEEDED = {
         Seeded(
             "tool that is gone", (("increments: 4}", "increments: 4}\n  - {name: release, remove_tools: true}\n  - {name: again, by: {die: {y: -0.1}}}"),),
             "15:24", ("step 'release' removes all tools", "'die' does nothing then"),
+        ),
+        Seeded(
+            "travel with the wrong sign", (("increments: 4}", "until: {travel: {die: {y: 0.1}}}}"),), "13:66", ("never gets to y = 0.1", "check the sign"), True,
+        ),
+        Seeded(
+            "force in kN without its unit", (("increments: 4}", "until: {force: {die: {y: 0.2}}}}"),), "", ("ends after", "is that number in the units of the case?"), True, "run",
+        ),
+        Seeded(
+            "contact that is not lost", (("increments: 4}", "until: {contact: {die: leaves}}}"),), "", ("until.contact.die (it touches) was not met", "let the tool go back further"), True, "run",
         ),
         Seeded(
             "force with the wrong sign", (("increments: 4}", "until: {force: {die: {y: -20}}}}"),), "", ("until.force.die.y", "was not met", "check the sign"), True, "run",

@@ -7,11 +7,13 @@ import re
 import pytest
 
 import prensa as pr
+from prensa.bench.robustness.blocks import draw
 from prensa.errors import SolveError
 from prensa.output.checkpoint import read_checkpoint
 from prensa.output.report import read_summary
 from prensa.output.run import run
 from prensa.solver.acceptance import tunnelled
+from prensa.solver.failure import LimitPoint
 
 
 def crushed(*first: pr.Step) -> pr.Case:
@@ -81,3 +83,11 @@ def test_a_run_with_a_step_of_that_size_finds_the_contact(tmp_path):
     assert increments[0].time == pytest.approx(2.5 / 8, rel=1e-6)
     assert len(increments) > 2
     assert all(i.force("t").y > 0 for i in increments[1:])
+
+
+def test_a_point_that_lets_go_at_once_is_a_limit_point():
+    """No mode is soft while the last point sticks; as soon as it slides the spring of the tool takes all away."""
+    with pytest.raises(SolveError, match="limit point") as caught:
+        list(pr.solve(draw("plastic", 77120451, 30)))
+    assert isinstance(caught.value.reason, LimitPoint)
+    assert "instead of pushed or hung on a spring" in str(caught.value)

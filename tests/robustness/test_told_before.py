@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.errors import PreflightError, SolveError
+from prensa.errors import CaseError, PreflightError, SolveError
 from prensa.fem.folds import least_on_sides
 from prensa.fem.preflight import preflight
 from prensa.model.schema import warnings_of
@@ -314,3 +316,85 @@ def test_a_node_on_a_bore_goes_down_with_a_fillet_that_comes_along_it():
     *_, last = pr.solve(pressed(pr.Fixed(x=0.0)))
     assert last.time == 1.0 and last.force("t").y > 0
     assert any("held along the normal" in words for words in told(pressed(pr.Fixed(x=0.0, y=0.0))))
+
+
+def test_what_friction_alone_holds_is_told():
+    """A rod that touches the wall and the punch alone hangs on friction; one that rests on the edge of the die does not."""
+    die = pr.Profile(points=((10, 40), (10, 0), (7, -3), (7, -30)), fillet=(0, 1.5, 1.5, 0), at=(0, -0.6213))
+
+    def rod(at: float, **more):
+        tools = {"punch": pr.Plane(normal=(0, -1), touching="b.top"), "die": replace(die, at=(0, at))}
+        contacts = (pr.Contact("b.top", "punch"), pr.Contact("b.right", "die"), pr.Contact("b.bottom", "die"))
+        return pr.Problem(
+            "rod", {"b": pr.Body(pr.Rectangle(size=(10, 14), n=(7, 10)), METAL)}, (pr.Step("press", move={"punch": {"y": -1}}),),
+            tools, contacts, friction=pr.Coulomb(0.05), fixed={"b.left": "x"}, space="axisymmetric", **more,
+        )  # fmt: skip
+
+    assert not any("nothing but friction" in words for words in told(rod(-0.6213)))
+    (words,) = [words for words in told(rod(-0.7)) if "nothing but friction" in words]
+    assert words.startswith("bodies.b: nothing but friction holds it along y against the tools that press it")
+    half = block(fixed={"b.bottom": "y"}, friction=pr.Coulomb(0.1))
+    assert any("nothing but friction holds it along x" in words for words in told(half))
+    assert told(replace(half, fixed={"b.bottom": "y", "b.bottom-left": "x"})) == []
+
+
+def test_tools_off_the_line_that_they_cross_are_told():
+    """Those that slide along it, stand on one side, or whose line is said to be no symmetry are left alone."""
+    line = {"b.bottom": "y", "b.left": "x"}
+
+    def pressed(x: float, **more):
+        disc = pr.Circle(radius=2, at=(x, 6), touching="b.top")
+        move = {"die": pr.Motion(y=-0.1)} | more.pop("move", {})
+        return block(
+            tools={"die": disc}, fixed=line, contacts=(pr.Contact("b.top", "die"),), friction=pr.Coulomb(0.1),
+            steps=(pr.Step("press", move=move),), **more,
+        )  # fmt: skip
+
+    def across(p: pr.Problem) -> bool:
+        return any("reaches across" in words for words in told(p))
+
+    assert across(pressed(0.5)) and across(pressed(-1.0))
+    assert not across(pressed(0.0)) and not across(pressed(2.0)) and not across(pressed(5.0))
+    assert not across(pressed(0.5, move={"die": pr.Motion(x=1.0, y=-0.1)}))
+    assert not across(pressed(0.5, no_contact=(pr.NoContact("b", "symmetry"),)))
+
+
+def test_springs_are_asked_about_only_where_they_make_no_sense():
+    """A machine's, a soft one that preloads beside what is moved, and one that gives way by half are left alone."""
+
+    def sprung(stiffness: float, **more):
+        return block(tools={"die": pr.Plane(touching="b.top", spring=pr.Springs(y=stiffness))}, **more)
+
+    assert told(sprung(1e6)) == []
+    assert any("needs no spring" in words for words in told(sprung(1e11)))
+    with pytest.raises(PreflightError, match="needs no spring"):
+        next(iter(pr.solve(sprung(1e13))))
+
+
+def test_a_step_that_says_nothing_is_told_but_not_where_time_passes():
+    """What was moving stands still in it; one with a duration is a rest; a table ends where the next step leaves it out."""
+    press = pr.Step("press", move={"die": pr.Motion(y=-0.1)})
+    assert any("says nothing" in words for words in told(block(steps=(press, pr.Step("more", increments=3)))))
+    assert told(block(steps=(press, pr.Step("rest", duration=2.0)))) == []
+    table = pr.Step("press", move={"die": pr.Motion(y=((0, 0), (1, -0.1), (2, -0.2)))})
+    assert any("has to have the table too" in words for words in told(block(steps=(table, pr.Step("more")))))
+    assert told(block(steps=(table, replace(table, name="more")))) == []
+
+
+def test_turns_in_degrees_are_asked_about_where_they_carry_the_surface_past_the_body():
+    """Half a turn of a roll in radians, and any turn that is no round number, are left alone."""
+
+    def turned(rz: float, radius: float = 8.0):
+        tools = {"die": pr.Circle(radius=radius, touching="b.top", at=(0, 9))}
+        return told(block(tools=tools, steps=(pr.Step("turn", move={"die": pr.Motion(y=-0.1, rz=rz)}),)))
+
+    assert any("for degrees write '5 deg'" in words for words in turned(5.0))
+    assert turned(np.pi) == turned(2.0, 4.0) == turned(6.28) == []
+
+
+def test_tables_may_be_arrays():
+    """Two columns, as a script has them."""
+    table = np.array([[0.0, 0.0], [1.0, -0.1]])
+    assert pr.Motion(y=table) == pr.Motion(y=((0.0, 0.0), (1.0, -0.1)))
+    with pytest.raises(CaseError, match="array"):
+        pr.Motion(y=np.zeros(3))

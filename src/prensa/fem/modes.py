@@ -51,9 +51,57 @@ def modes(system: System) -> Iterator[Notice]:
                 )
                 nothing = "no support and no contact resists" if fatal else "nothing resists until a tool touches it"
                 yield Notice(f"bodies.{name}", f"{step}it is free to {words}: {nothing}; {remedy}", fatal)
+            if not number and name not in told and (words := _by_friction_alone(system, name, frame, plan, held)):
+                yield Notice(
+                    f"bodies.{name}",
+                    f"nothing but friction holds it {words}: where it is not pressed yet that is nothing, and round-off says "
+                    "where it goes; hold a point of it ('fixed'), a side on its line of symmetry, or let a tool touch it there",
+                )
         values = at_start.copy()
         values[plan.fixed] = plan.values(plan.t1)
         at_start = values
+
+
+def _by_friction_alone(system: System, name: str, frame: _Frame, plan: StepPlan, held: Array) -> str:
+    """Along what the tools that touch a body in the beginning hold it by friction, and neither they nor supports otherwise."""
+    rubbing, pressing = (_contact_rows(system, name, frame, plan, True, friction) for friction in (True, False))
+    if _free(system, frame, np.concatenate([held, rubbing])):
+        return ""  # told otherwise
+    free = _free(system, frame, np.concatenate([held, pressing]))
+    if free:
+        return free.replace("move ", "").replace("to turn", "against turning").replace("turn", "against a turn", 1)
+    if system.axisymmetric and not (np.abs(held[:, 1]) > 1e-6).any() and _pressed_alone(system, name, plan):
+        return "along y against the tools that press it"
+    return ""
+
+
+def _pressed_alone(system: System, body: str, plan: StepPlan) -> bool:
+    """Whether a tool that a step drives presses a body along the axis, and nothing but the friction of others bears it.
+
+    Of those that touch it in the beginning. Loads may bear it too.
+    """
+    p, u = system.problem, system.initial().u
+    at, moved = plan.values(plan.t0), plan.values(plan.t1)
+    mine = system.tied_bodies(body)
+    owners: list[Any] = [p, p.steps[plan.number]]
+    if any(name.partition(".")[0] in mine for owner in owners for name in (*owner.loads, *owner.body_force)):
+        return False
+    driven: set[float] = set()
+    bearing: set[float] = set()
+    x, rubs = system.positions(u), False
+    for s, law in zip(system.surfaces, plan.friction_at(plan.t1)):
+        if s.body not in mine:
+            continue
+        tool = system.tools[s.tool]
+        pairs = current_pairs(tool.shape, x[s.points.nodes], tool.at, system.place_of(s.tool, u))
+        touching = pairs.n[pairs.g <= CLOSED * float(s.points.depth.min())]
+        signs = set(np.sign(touching[np.abs(touching[:, 1]) > 1e-6, 1]).tolist())
+        dof = int(system.dofs.tool.dof(np.array([s.tool]), "y")[0])
+        bearing |= signs
+        if dof in plan.push or (at != moved)[plan.fixed == dof].any():
+            driven |= signs
+        rubs |= bool((np.abs(touching[:, 0]) > 1e-6).any()) and not system.frictionless(law)
+    return rubs and any(-sign not in bearing for sign in driven)
 
 
 def free_to_move(system: System, body: str, c: Any, contacts: bool = True) -> str:
@@ -110,8 +158,10 @@ def _support_rows(system: System, frame: _Frame, plan: StepPlan) -> Array:
     return _rows(frame, system.X[nodes[mine]], np.eye(field.width)[axis[mine]])
 
 
-def _contact_rows(system: System, body: str, frame: _Frame, plan: StepPlan, touching: bool) -> Array:
-    """Rows of the contacts of a body: normals and, with friction, tangents; of all of them, or of those that touch at first.
+def _contact_rows(
+    system: System, body: str, frame: _Frame, plan: StepPlan, touching: bool, friction: bool = True
+) -> Array:
+    """Rows of the contacts of a body: normals and, with ``friction``, tangents; of all of them, or of those that touch at first.
 
     Tools that are pushed are brought to touch before the solve.
     """
@@ -130,7 +180,7 @@ def _contact_rows(system: System, body: str, frame: _Frame, plan: StepPlan, touc
         if pushed and not touching:
             seen = pairs.g <= np.inf
         rows.append(_rows(frame, x[seen], pairs.n[seen]))
-        if not system.frictionless(law):
+        if friction and not system.frictionless(law):
             rows.append(_rows(frame, x[seen], pairs.e[seen, 0]))
     return np.concatenate(rows)
 

@@ -157,10 +157,12 @@ def _never_there(system: System, plan: StepPlan, at_start: Array, known: Flags) 
             way = np.array([plan.values(float(t))[where] for t in [plan.t0, *plan.corners(), plan.t1]])
             start = float(at_start[dof])
             if not min(way.min(), start) <= value <= max(way.max(), start):
+                aside = "let it go further" if value * way[-1] > 0.0 else "check the sign, which is that of history.csv"
+                remedy = aside if np.ptp(way) else "it is not moved along that: name what the step moves"
                 yield Notice(
                     f"steps.{plan.number}.until.travel.{name}.{axis}",
                     f"tool {name!r} never gets to {axis} = {value:g}: step {plan.name!r} moves it from {start:.6g} to "
-                    f"{way[-1]:.6g}; let it go further",
+                    f"{way[-1]:.6g}; {remedy}",
                 )
 
 
@@ -168,7 +170,7 @@ def _never_there(system: System, plan: StepPlan, at_start: Array, known: Flags) 
 def _standstill(system: System, plan: StepPlan, at_start: Array, before: StepPlan) -> Iterator[Notice]:
     """A step that is to change something and in which nothing changes: totals of the step before, written again."""
     step = system.problem.steps[plan.number]
-    written = next(_repeated(step, plan), None)
+    written = next(_repeated(step, plan), None) or _nothing(step, plan)
     rests = step.duration is not None  # time is to pass
     if written is None or rests or not _unchanged(plan, before) or plan.friction != before.friction:
         return
@@ -206,6 +208,18 @@ def _repeated(step: Any, plan: StepPlan) -> Iterator[tuple[str, str]]:
                         f"step {plan.name!r} changes nothing: the {what} {axis} = {value:g} of {name!r} is there already; it is "
                         f"the whole {what}, not what is added: write {2 * value:g} for twice as much, or leave the step out",
                     )
+
+
+def _nothing(step: Any, plan: StepPlan) -> tuple[str, str] | None:
+    """Path and words of a step that says nothing at all."""
+    from prensa.model.problem import Step
+
+    bare = Step(step.name, increments=step.increments)
+    return None if step != bare else (
+        f"steps.{plan.number}",
+        f"step {step.name!r} says nothing, so that all stays as it is: what moves has to be said in every step; say it, give a "
+        "'duration' if time is to pass, or leave the step out",
+    )  # fmt: skip
 
 
 def _unchanged(plan: StepPlan, before: StepPlan) -> bool:

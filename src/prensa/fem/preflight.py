@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from prensa.contact.pairing import current_pairs
 from prensa.errors import Notice
+from prensa.fem.doubts import doubts
 from prensa.fem.feeding import feeding
 from prensa.fem.inside import Watch, engulfed, inside, watches
 from prensa.fem.modes import CLOSED, modes
@@ -68,7 +69,7 @@ def preflight(system: System) -> list[Notice]:
     found = [
         *_remeshing(system), *_flow_curves(system), *_tables(system), *_lengths(system), *_pushes(system),
         *_shapes(system),
-        *motions(system), *feeding(system), *beginning,
+        *motions(system), *feeding(system), *doubts(system), *beginning,
         *([] if any(n.fatal for n in beginning) else _passage(system, watched)), *modes(system),
     ]  # fmt: skip
     return sorted(found, key=lambda n: not n.fatal)
@@ -166,6 +167,14 @@ def _tables(system: System) -> Iterator[Notice]:
                     f"the table goes on to time {last:g}, and the run ends at {ends:g}, at {reached:.4g} of {end:g}: times count "
                     "steps, each of them 1 long whatever its 'duration', not seconds",
                 )
+            there = tabulated(table)(t1)
+            cut = owner is not p and last > t1 + 1e-9 and abs(there - end) > 1e-3 * abs(end)
+            if cut and _left_off(p, int(t0), str(place[0]), str(place[1])):
+                yield Notice(
+                    path,
+                    f"the table goes on to time {last:g}, and {what} ends at {t1:g}, at {there:.4g} of {end:g}: what a step does "
+                    f"not mention is held, so that step {p.steps[int(t1)].name!r} has to have the table too",
+                )
             if first <= t0 + 1e-9 and last >= t1 - 1e-9:
                 continue
             held = (
@@ -180,6 +189,14 @@ def _tables(system: System) -> Iterator[Notice]:
                 f"the table covers the times {first:g} … {last:g}, {what} {t0:g} … {t1:g}: {held}; times are counted over all "
                 "steps",
             )
+
+
+def _left_off(p: model.Problem, number: int, kind: str, name: str) -> bool:
+    """Whether the step after a step has nothing to say of the tool or side that a table in it drives."""
+    driving = ("move", "by", "velocity", "push", "crank", "feed", "fixed")
+    if kind not in driving[:4] or number + 1 >= len(p.steps) or tools_removed(p, number + 1):
+        return False
+    return not any(name in getattr(p.steps[number + 1], other) for other in driving)
 
 
 # ---------------------------------------------------------------------------------------------------- size and stiffness
@@ -362,6 +379,13 @@ def _corners(system: System, s: Surface) -> Iterator[Notice]:
         f"count whole or not at all: its width is known to {np.hypot(*(ends[1] - ends[0])):.2g} only; put a node there, "
         f"use {use} or give a 'fillet'",
     )
+
+
+def _path_of(system: System, i: int) -> str:
+    """The path of a contact, or of its tool where no contact is written."""
+    if "contacts" in system.problem.stated or not system.problem.stated:
+        return f"contacts.{i}"
+    return f"tools.{system.tools[system.surfaces[i].tool].name}"
 
 
 def _bends(system: System) -> Iterator[Notice]:
@@ -598,7 +622,7 @@ def _passage(system: System, watched: list[Watch]) -> Iterator[Notice]:
         if known[i] and nearest[i] > CLOSED * s.points.depth.min() and s.body not in moved:
             gap = f"never comes nearer than {nearest[i]:.4g}" if np.isfinite(nearest[i]) else "never stands over it"
             yield Notice(
-                f"contacts.{i}",
+                _path_of(system, i),
                 f"tool {system.tools[s.tool].name!r} never touches {'+'.join(s.description.surface)!r} in any step: it {gap}; "
                 "check where it is placed, the sign and the size of its motion",
             )
@@ -692,13 +716,13 @@ def _overconstrained(system: System, s: Surface, i: int, most: Pressed, candidat
     tool = system.tools[s.tool].name
     if candidate:
         return Notice(
-            f"contacts.{i}",
+            _path_of(system, i),
             f"{where} is held along the normal of tool {tool!r}, which presses it in by {depth:.4g} until time {t:.4g}: it can "
             f"obey only one of them; {_let_go(system, s, most)}",
             True,
         )
     return Notice(
-        f"contacts.{i}",
+        _path_of(system, i),
         f"tool {tool!r} reaches {depth:.4g} beyond {where} at time {t:.4g}, which a support holds: is its travel larger than the "
         "body?",
         system.problem.kinematics == "finite" and system.tools[s.tool].shape.half_space,
@@ -744,7 +768,7 @@ def _crossing(system: System, m: _Moment, x: Array) -> Iterator[Notice]:
             k = int(np.argmin(between))
             if between[k] < -CLOSED * h:
                 yield Notice(
-                    f"contacts.{i}",
+                    _path_of(system, i),
                     f"tools {tb.name!r} and {ta.name!r} cross: at time {m.t:.4g} they overlap by {-between[k]:.4g} near "
                     f"({x[nodes[k], 0]:.4g}, {x[nodes[k], 1]:.4g}) and leave the body no room; check their travels",
                     True,
@@ -752,7 +776,7 @@ def _crossing(system: System, m: _Moment, x: Array) -> Iterator[Notice]:
             same = (facing > 1 - 1e-9) & (np.maximum(pa.g, pb.g) < -CLOSED * h) & (np.abs(pa.g - pb.g) < CLOSED * h)
             if len(shared) and same.any():
                 yield Notice(
-                    f"contacts.{i}",
+                    _path_of(system, i),
                     f"tools {tb.name!r} and {ta.name!r} press the same points of {'+'.join(a.description.surface)!r} at time "
                     f"{m.t:.4g}: which of them carries the force is not determined; keep one contact",
                 )

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 SYMMETRY = "symmetry"  # in ``no_contact``: the lines of symmetry and the axis
 FIELD_WORDS = {
     "angle": "rz", "rotation": "rz", "rot": "rz", "turn": "rz", "phi": "rz", "theta": "rz",
+    "rz": "m", "moment": "m", "torque": "m", "m": "rz",
     "young": "E", "youngs_modulus": "E", "elastic_modulus": "E", "modulus": "E",
     "poisson": "nu", "poissons_ratio": "nu", "poisson_ratio": "nu",
     "friction_coefficient": "mu", "coefficient": "mu", "cof": "mu",

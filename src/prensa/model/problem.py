@@ -247,6 +247,8 @@ class Fixed:
 
 def _as_fixed(value: Any) -> Any:
     """'x', 'y' and 'xy' are short for held components, 'free' for a release."""
+    if isinstance(value, list | tuple | bool):
+        raise ValueError("write 'x', 'y', 'xy', 'free' or a mapping of x and y to values")
     if isinstance(value, str):
         if value == "free":
             return {"free": True}

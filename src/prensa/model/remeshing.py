@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import field
+from itertools import pairwise
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag
+from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from prensa.model.fields import described
 from prensa.model.units import Length, Number, Whole
@@ -29,6 +30,17 @@ class Sizes:
     across: Annotated[Number, Field(ge=1, le=100)] = 4.0
     per_strain: Annotated[Number, Field(ge=0, le=100)] = 4.0
     least: Size | None = None
+
+    @model_validator(mode="after")
+    def _check(self) -> Sizes:
+        given = [(name, v) for name in ("far", "near_tools", "least") if (v := getattr(self, name)) is not None]
+        for (larger, most), (smaller, value) in pairwise(given):
+            if value > most:
+                raise ValueError(
+                    f"{smaller!r} is {value:g}, more than {larger!r}, {most:g}: 'far' is the size of the largest elements, "
+                    "'near_tools' of those at tools, 'least' of the smallest"
+                )
+        return self
 
 
 def _travel_kind(value: Any) -> str:
@@ -69,6 +81,8 @@ class Remesh:
 
 def _switched_off(value: Any) -> Any:
     """'off', which older YAML reads as false."""
+    if value is True:
+        raise ValueError("true says not how; write 'auto', 'off' or a mapping with size, when and at_most")
     return "off" if value is False else value
 
 

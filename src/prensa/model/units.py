@@ -207,6 +207,11 @@ def _converter(dimension: Dimension, per_depth: bool = False) -> Callable[[Any, 
         except ValueError as error:
             reason = str(error)
             depth = units.get("thickness")
+            if dimension is MOMENT and "wrong unit" in reason and _is_force(value, units):
+                raise ValueError(
+                    f"{value!r} is a force, and {dimension.name} is meant; {remedy}, per length of the thickness like "
+                    "'3 kN*mm/mm'"
+                ) from None
             if per_depth and depth is not None and "wrong unit" in reason:
                 with suppress(ValueError):
                     per = (dimension.force, dimension.length - 1)
@@ -216,6 +221,14 @@ def _converter(dimension: Dimension, per_depth: bool = False) -> Callable[[Any, 
             raise ValueError(f"{value!r} is not {dimension.name} ({reason}); {remedy}") from None
 
     return convert
+
+
+def _is_force(text: str, units: Any) -> bool:
+    """Whether a text is a force by its name, not a moment per length, which has the same dimension."""
+    with suppress(ValueError):
+        factor(text, units["length"], units["force"], FORCE.exponents)
+        return not set("*/·") & set(_NUMBER.match(text)[2])  # type: ignore[index]
+    return False
 
 
 def powers(unit: str) -> tuple[int, int]:

@@ -268,6 +268,8 @@ class Policy:
     """… and what their drag is multiplied or divided by from one to the next."""
     at_limit: float = 1e-6
     """Share of a step below which an increment that ends in unstable iterates again and again is one at a limit point."""
+    lead_on: tuple[float, ...] = (1e-5, 1e-4, 1e-3)
+    """How far on, over the size of the bodies, states that the last increment leads to are asked there too."""
     tool_alone: float = 10.0
     """Motion of a tool over that of the bodies in a mode in which the tool moves against friction that has no more to give."""
 
@@ -391,6 +393,10 @@ class Policy:
     """… if it does not jump there; then, share of the step within which its time is known."""
     until_strain: float = 1e-3
     """Elastic strain whose forces are the size of a force that is to vanish."""
+    early: float = 1e-3
+    """Part of a step after which a force, a travel or a measure that ends it is asked about: units differ by factors of 1000."""
+    given_way: float = 0.99
+    """Part of a mount's way that its spring takes, where nothing else drives the run, from which its stiffness is asked about."""
     gripped: float = 1e-6
     """Elastic strain with whose forces tools pull at a body that they have gripped."""
 

@@ -83,7 +83,7 @@ def hint(failure: Failure) -> str:
         case LimitPoint() | Unstable() | Jumped():
             return (
                 "'stabilise: auto', which lets the jump happen against small viscous forces; a tool that is moved "
-                "('move') instead of pushed, or that leads its push ('control'); a step that ends before"
+                "('move') instead of pushed or hung on a spring, or that leads its push ('control'); a step that ends before"
             )
         case Unsettled():
             return "a larger 'beta', or 'penalty'"

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence, Set
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from prensa.fem.context import Context
+from prensa.fem.schedule import StepPlan
 from prensa.fem.system import Evaluation, System
 from prensa.solver.policy import Policy
 
@@ -37,6 +39,45 @@ def quality_warnings(system: System, c: Context, e: Evaluation, residual: float,
                 f"larger forces are at work elsewhere (supports or tools that press against each other, Σ|f| = {e.scale:.3g}); "
                 "remove them or lower 'tolerance'"
             )
+
+
+def soft_springs(system: System, plan: StepPlan, u: Array, policy: Policy) -> Iterator[str]:
+    """Springs that take nearly all of the way of their mounts in a run that nothing else drives, at dofs u (ndof,).
+
+    One that is to preload a tool does that too, beside what else is moved.
+    """
+    if not plan.springs or not _by_springs_alone(system):
+        return
+    for t, tool in enumerate(system.tools):
+        for axis, dof in zip(("x", "y", "rz"), system.dofs.tool.dofs(t).tolist()):
+            stiffness, mount = plan.springs.get(dof, (0.0, None))
+            way = mount(plan.t1) if mount is not None and mount(plan.t1) != mount(plan.t0) else 0.0
+            if abs(u[dof]) < (1.0 - policy.given_way) * abs(way):
+                yield (
+                    f"tool {tool.name!r} went {u[dof]:.3g} of the {way:.3g} that the mount of its spring went along {axis}: the "
+                    f"spring, {stiffness:.4g}, took the rest, and nothing else drives the run; is its stiffness in the units of "
+                    "the case? To press with a force use 'push'"
+                )
+
+
+def _by_springs_alone(system: System) -> bool:
+    """Whether all that a problem moves or loads are mounts of springs."""
+    p = system.problem
+    owners: list[Any] = [p, *p.steps]
+    for owner in owners:
+        held = [v for f in owner.fixed.values() for v in (f.x, f.y)]
+        if owner.loads or owner.body_force or any(v not in (None, "held") for v in held):
+            return False
+    for step in p.steps:
+        if step.crank or step.feed or step.push or p.driven(step):
+            return False
+        for kind in ("move", "by", "velocity"):
+            for name, motion in getattr(step, kind).items():
+                spring = p.tools[name].spring
+                given = [axis for axis in ("x", "y", "rz") if getattr(motion, axis)]
+                if any(getattr(spring, axis, None) is None for axis in given):
+                    return False
+    return True
 
 
 def untouched_tools(system: System, met: Set[str], planes: Sequence[str] = ()) -> Iterator[str]:

@@ -266,14 +266,21 @@ def _turning(eq: Equilibrium, result: NewtonResult, beside: bool) -> Modes | Non
     """The modes of the last iterate if one is negative or, ``beside``, its softest leads to a state with one at once.
 
     The factors at hand are not asked: contact steps and other attempts came after the iterate. Past a limit point iterates
-    wander to and fro across it, so that the last one is as often before it as behind.
+    wander to and fro across it, so that the last one is as often before it as behind. Where the last point that sticks is about
+    to slide, no mode is soft before it does: then the states are asked to which the last increment leads on.
     """
     modes = _at(eq, result.u, result.lam)
     if modes is None or modes.negative or not beside:
         return modes if modes is not None and modes.negative else None
     step = eq.policy.branches[0] * eq.system.length * modes.mode
     there = (_at(eq, eq.system.with_slaves(result.u + sign * step), result.lam) for sign in (1.0, -1.0))
-    return modes if any(at is not None and at.negative for at in there) else None
+    if any(at is not None and at.negative for at in there):
+        return modes
+    state = eq.context.state
+    way = float(np.abs(eq.system.displacement(state.du)).max())
+    shares = [far * eq.system.length / way for far in eq.policy.lead_on] if way > 0.0 else []
+    led = (_at(eq, eq.system.with_slaves(state.u + share * state.du), state.lam) for share in shares)
+    return next((at for at in led if at is not None and at.negative), None)
 
 
 def at_limit(c: Context, policy: Policy) -> bool:

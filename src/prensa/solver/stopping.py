@@ -137,11 +137,22 @@ class Stopping:
             each = [f"{k.path} ({k.at(v)})" for k, v in zip(self.criteria, c.watched.tolist())]
             was = "was" if len(each) == 1 else "were"
             unmet = f"{' and '.join(each)} {was} not met"
-            other = any(k.target * v < 0 and not k.fed for k, v in zip(self.criteria, c.watched.tolist()))
+            other = any(k.target * v < 0 and not k.side for k, v in zip(self.criteria, c.watched.tolist()))
             remedy = "check the sign, which is that of history.csv" if other else "let it go further, or ask for less"
+            if all(k.side > 0.0 for k in self.criteria):
+                remedy = "let the tool go back further"
             if all(k.fed for k in self.criteria):
                 remedy = "let it go further, or feed less than the tools take along"
             yield f"step {self.plan.name!r} goes to its end: {unmet}; {remedy}"
+
+    def early(self, c: Context) -> Iterator[str]:
+        """What there is to say of an end that comes so soon that a number is likely of another unit."""
+        share = (c.time - self.plan.t0) / (self.plan.t1 - self.plan.t0)
+        if share < self.policy.early and any(k.words == c.stopped and not k.side for k in self.criteria):
+            yield (
+                f"step {self.plan.name!r} ends after {100 * share:.2g} % of its way: {c.stopped}; is that number in the units of "
+                "the case?"
+            )
 
     def refuse(self, c: Context) -> None:
         """Raise `SolveError` at the end of a step that nothing has ended, if that is required."""

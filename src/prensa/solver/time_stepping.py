@@ -56,7 +56,7 @@ from prensa.solver.ledger import ledger, nodal_work
 from prensa.solver.passages import Passages, passing_of
 from prensa.solver.policy import Policy
 from prensa.solver.post_mortem import hint, remedy, where
-from prensa.solver.quality import quality_warnings, untouched_tools
+from prensa.solver.quality import quality_warnings, soft_springs, untouched_tools
 from prensa.solver.reduced import Reduced
 from prensa.solver.remeshing import Due, Remeshing, fresh
 from prensa.solver.reporting import Messages
@@ -532,6 +532,7 @@ class TimeStepping:
         increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended, c.state, c)
         if c.stopped:
             self.messages.note(c.state, c.plan, f"step {c.plan.name!r} ends at time {c.time:.6g}: {c.stopped}")
+            self.messages.warn(self.stopping.early(c))
             increment = replace(increment, stopped=c.stopped)
         increment = self.passages.follow(increment, passing_of(self.system, e, c.state.u, state.u))
         if ended:
@@ -539,6 +540,7 @@ class TimeStepping:
             self.messages.warn(self.passages.warnings(self.policy))
             residual = max(result.residual, self.numerics.tolerance)
             self.messages.warn(quality_warnings(self.system, c, e, residual, self.policy))
+            self.messages.warn(soft_springs(self.system, c.plan, state.u, self.policy))
             self.messages.warn(self.stabilisation.told(state.energy, state.stability))
         self.messages.warn(told(c, result))
         self.messages.accepted(c.state, c.plan, result, increment)
