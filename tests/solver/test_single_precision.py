@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.sparse import csc_matrix, diags_array
+from scipy.sparse import csc_matrix, diags_array, tril
 
 import prensa as pr
 from prensa.fem.state import State
-from prensa.solver import linear
+from prensa.solver import linear, newton
 from prensa.solver.linear import Factorisation, krylov
 from prensa.solver.policy import Policy
 from prensa.verify.forming import upsetting
@@ -98,6 +98,49 @@ def test_an_attempt_depends_on_the_values_its_factors_are_made_from_alone():
     assert not f.own and not f.positive
     f.begin(kept[:-1])  # of another pattern
     assert not f.factored
+
+
+def test_of_a_symmetric_matrix_half_is_kept():
+    """Factors LDLᵀ are of the values of the lower triangle, by columns; with those an attempt begins, not with all of them."""
+    a, b = grid(20), np.cos(np.arange(400.0))
+    f = factorisation(a, symmetric=True)
+    f.step(a.data, b, 1e-7)
+    np.testing.assert_array_equal(f.made_from, csc_matrix(tril(a)).data.astype(np.float32))
+    kept, before = f.made_from, f.again(b)
+    f.begin(a.data.astype(np.float32))
+    assert not f.factored
+    f.begin(kept.copy())
+    assert f.factored and f.again(b).tobytes() == before.tobytes()
+
+
+def test_newton_goes_on_from_an_iterate_that_could_not_be_finished(monkeypatch):
+    """Large systems keep neither its matrix nor its history meanwhile; forces and iterations are those of systems that do."""
+    problem, held, failed = upsetting((8, 6), 0.1, increments=3, reductions=(0.05,)), [], []
+    plain, handed = newton.finish, newton._handed_over
+
+    def noted(eq, state):
+        out = handed(eq, state)
+        held.append(len(state.evaluation.history) > 0)
+        return out
+
+    def failing(eq, *args):
+        done, converged = plain(eq, *args)
+        if converged and len(failed) < 2 and done.u is not args[0]:
+            failed.append(True)
+            return done, False
+        return done, converged
+
+    monkeypatch.setattr(newton, "_handed_over", noted)
+    monkeypatch.setattr(newton, "finish", failing)
+    runs = []
+    for policy in (ALWAYS, NEVER):
+        held.clear()
+        failed.clear()
+        runs.append(run(problem, policy))
+        assert len(failed) == 2 and set(held) == {policy is NEVER}
+    for one, other in zip(*runs, strict=True):
+        assert one.statistics.iterations == other.statistics.iterations
+        assert one.force("punch").y == pytest.approx(other.force("punch").y, rel=1e-9)
 
 
 def column(n: int, load: float) -> csc_matrix:

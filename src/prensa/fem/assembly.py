@@ -210,7 +210,7 @@ def make_pattern(
         matrix = csc_matrix((np.ones(len(indices), dtype=np.int8), indices, indptr), (n, n)) + beyond
         matrix.sort_indices()
         indptr, indices = matrix.indptr, matrix.indices
-    return Pattern(n, indptr.astype(np.int32), indices.astype(np.int32))
+    return Pattern(n, indptr.astype(np.int32, copy=False), indices.astype(np.int32, copy=False))
 
 
 @dataclass(frozen=True)
@@ -262,7 +262,8 @@ class Block:
         """History (m, q, h) of the undeformed body."""
         history = np.zeros((*self.volume.shape, self.law.size + self.element.extra(self.mode)))
         for part in self.law.fields.values():
-            history[..., part.columns] = part.initial
+            if part.initial:  # zeros that nobody writes take no memory
+                history[..., part.columns] = part.initial
         return history
 
     def field(self, history: Array, name: str) -> Array:

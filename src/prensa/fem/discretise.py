@@ -86,7 +86,7 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = (), bes
     if problem.contact_geometry == "current":
         for surface in surfaces:
             _refuse_edges_on_points(tools[surface.tool], surface.points, surface.X, surface.normal)
-    cells = {name: m.cells + offsets[name] for name, m in meshes.items()}
+    cells = {name: m.cells + offsets[name] if offsets[name] else m.cells for name, m in meshes.items()}
     more = [i for e in extensions for i in e.interactions(dofs, X, cells)]
     if beside is not None and not more and _joined_alike(beside, cells, surfaces):
         pattern, slots = beside.pattern, [b.slots for b in beside.blocks]
@@ -154,7 +154,7 @@ def on_meshes(system: System, remeshed: Remeshed) -> System:
     dofs = _dofs(problem, candidates, total, ())
     surfaces = _surfaces(problem, candidates, meshes, offsets, x, dofs)
     surfaces = [_sharpened(s, system.tools[s.tool], dofs) for s in surfaces]
-    cells = {name: m.cells + offsets[name] for name, m in meshes.items()}
+    cells = {name: m.cells + offsets[name] if offsets[name] else m.cells for name, m in meshes.items()}
     pattern = _pattern(cells, surfaces, dofs, (), _sets(problem, meshes, offsets, dofs, surfaces))
     blocks = [_block(problem, name, cells[name], x, _slots(cells[name], pattern)) for name in problem.bodies]
     made = System(

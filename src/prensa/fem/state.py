@@ -100,8 +100,9 @@ class State:
     of the elements (see `fem/strings.py`);
     ``stability`` of the last equilibrium; ``ends`` (steps,) times at which the steps so far ended, and ``watched`` (criteria,)
     values of what may end the present one; ``softest`` (modes,): stiffnesses of the softest modes when they were last looked at;
-    ``remeshed``: the meshes, where they are not those of the description; ``made_from`` (nnz,): values, in single precision, of
-    the matrix whose factors are at hand, which the next increment may begin with; None if it makes its own;
+    ``remeshed``: the meshes, where they are not those of the description; ``made_from``: values, in single precision, of
+    the matrix whose factors are at hand (of its lower triangle where it is symmetric), which the next increment may begin with;
+    None if it makes its own;
     ``derivatives``: by the path of a parameter, those of the `moving` arrays by it.
     """
 

@@ -88,6 +88,7 @@ def finish(eq: Equilibrium, u: Array, e: Evaluation, lam: Array, came_by: Array 
     stop leaves open. came_by (ndof,): the step that led to u, if its factors are those at hand.
     """
     done = Finish(u, e, eq.norm(e))
+    del e  # a large system has no room for one more history
     _substitute(eq, done, lam, Secant(came_by, eq.policy.least_secant, eq.reduced.lengths(len(u))))
     if not done.within(eq):
         return done, False

@@ -42,7 +42,10 @@ GENERAL, SYMMETRIC, DEFINITE = "LU", "LDLᵀ", "LLᵀ"
 
 
 class Structure(NamedTuple):
-    """Structurally symmetric pattern of a matrix, compressed sparse columns, sorted; its ``kind`` of factors; threads to use."""
+    """Structurally symmetric pattern of a matrix, compressed sparse columns, sorted; its ``kind`` of factors; threads to use.
+
+    What factors it is given the lower triangle alone, but for LU.
+    """
 
     n: int
     indptr: NDArray[np.int32]
@@ -101,12 +104,10 @@ def _rslab(a: Structure) -> Factor:
     from scipy.sparse import csc_matrix
 
     rslab = _load_rslab()
+    pattern = csc_matrix((np.ones(len(a.indices), dtype=np.float32), a.indices, a.indptr), (a.n, a.n))
     if a.kind == SYMMETRIC:
-        indptr, indices, inside = a.lower()
-        lower = csc_matrix((np.ones(len(indices)), indices, indptr), (a.n, a.n))
-        ldlt = rslab.analyze(lower, path="ldlt", threads=a.threads, **RACE)
-        return lambda values: _ldlt(ldlt.factor(values[inside], **(UNSCALED if values.dtype == np.float32 else {})))
-    pattern = csc_matrix((np.ones(len(a.indices)), a.indices, a.indptr), (a.n, a.n))
+        ldlt = rslab.analyze(pattern, path="ldlt", threads=a.threads, **RACE)
+        return lambda values: _ldlt(ldlt.factor(values, **(UNSCALED if values.dtype == np.float32 else {})))
     symbolic = rslab.analyze(pattern, path="lu", threads=a.threads, matching=False, **RACE)
     return lambda values: _columns(symbolic.factor(values))
 
@@ -164,10 +165,7 @@ class _Pardiso:
             self.solver.set_iparm(number, value)
         self.error, self.n, self.kind = PyPardisoError, a.n, a.kind
         # the lower triangle by columns is the upper one by rows, which the symmetric types want
-        self.inside: NDArray[np.bool_] | None = None
         self.indptr, self.indices = a.indptr, a.indices
-        if a.kind != GENERAL:
-            self.indptr, self.indices, self.inside = a.lower()
         self.analysed = False
         weakref.finalize(self, self.solver.free_memory, everything=True).atexit = False
 
@@ -183,7 +181,6 @@ class _Pardiso:
         """Factors of a matrix with these values."""
         from scipy.sparse import csr_matrix
 
-        values = values if self.inside is None else values[self.inside]
         matrix = csr_matrix((values, self.indices, self.indptr), (self.n, self.n))
         if not self.analysed:
             self.call(11, matrix, np.zeros(self.n))
@@ -227,8 +224,8 @@ class Factorisation:
     not goes to LDLᵀ, at the cost of an attempt that ends early. ``scale`` (n,): of rows and columns alike, powers of two that
     make all of one unit, so that pivots and residuals do not depend on it.
 
-    ``made_from`` (nnz,): values in single precision, scaled, of the matrix whose factors are at hand; None where these are of
-    double precision.
+    ``made_from``: values in single precision, scaled, of the matrix whose factors are at hand, of its lower triangle where it is
+    symmetric; None where the factors are of double precision.
     """
 
     def __init__(
@@ -253,6 +250,7 @@ class Factorisation:
         ]
         self.order = list(self.first)
         self._factors: dict[tuple[str, str], Factor] = {}
+        self._inside: NDArray[np.bool_] | None = None  # which of the values are in the lower triangle
         self._solve: Solve | None = None
         self.made_from: Single | None = None
         self._own, self._single = False, True
@@ -271,7 +269,7 @@ class Factorisation:
         if made_from is not None and made_from is self.made_from and self._solve is not None:
             return
         self._solve, self.made_from = None, None
-        if made_from is None or not self._worth_single or len(made_from) != len(self.structure.indices):
+        if made_from is None or not self._worth_single:
             return
         self._solve = self._of_single(made_from)
         self.made_from = made_from if self._solve is not None else None
@@ -308,6 +306,11 @@ class Factorisation:
         scale = self.scale if b.ndim == 1 else self.scale[:, None]
         return scale * np.asarray(self._solve(scale * b))
 
+    @property
+    def holds_matrix(self) -> bool:
+        """Whether the matrix of the last `step` is kept for corrections: that of a large system, by GMRES."""
+        return self._matrix is not None
+
     def correction(self, b: Array) -> Array:
         """Solution of b (n,) to a few digits, of the matrix of the last `step` or `solve`, whatever that of the factors."""
         if self._matrix is not None and self._solve is not None:
@@ -338,8 +341,34 @@ class Factorisation:
         """Factoriser of the solver in turn, analysed when first asked for: that depends on the pattern alone."""
         name, kind = self.order[0]
         if self.order[0] not in self._factors:
-            self._factors[name, kind] = BACKENDS[name](self.structure._replace(kind=kind))
+            part = self.structure._replace(kind=kind)
+            if kind != GENERAL:
+                indptr, indices, self._inside = self.structure.lower()
+                part = part._replace(indptr=indptr, indices=indices)
+            self._factors[name, kind] = BACKENDS[name](part)
         return self._factors[name, kind]
+
+    def _part(self, values: Array, kind: type[np.floating[Any]] = np.float64) -> NDArray[Any]:
+        """Of matrix values (nnz,) those that the solver in turn takes, as numbers of a ``kind``; infinite beyond its range."""
+        self._factor()  # knows which they are
+        with np.errstate(over="ignore"):
+            if self.order[0][1] == GENERAL:
+                return values.astype(kind, copy=False)
+            assert self._inside is not None
+            out, end, stretch = np.empty(np.count_nonzero(self._inside), dtype=kind), 0, DEFAULT.stretch
+            for first in range(0, len(values), stretch):
+                kept = values[first : first + stretch][self._inside[first : first + stretch]]
+                out[end : end + len(kept)] = kept
+                end += len(kept)
+        return out
+
+    def _single_part(self, values: Array) -> Single | None:
+        """As `_part` in single precision; None beyond its range."""
+        try:
+            out = self._part(values, np.float32)
+        except (RuntimeError, ArithmeticError, ValueError):
+            return None
+        return out if np.isfinite(out).all() else None
 
     def analyse(self) -> None:
         """Analyse the pattern now, for the solver that is tried first: the first matrix need not wait for it then."""
@@ -376,11 +405,8 @@ class Factorisation:
     def _in_single(self, A: Any, b: Array, share: float) -> Array | None:
         """As `step`, by factors in single precision, which stay; None where they do not lead to it."""
         self._solve, self.made_from, self._to_check, self._apart = None, None, None, 0
-        with np.errstate(over="ignore"):
-            single = A.data.astype(np.float32)
-        if not np.isfinite(single).all():
-            return None
-        solve = self._of_single(single)
+        single = self._single_part(A.data)
+        solve = None if single is None else self._of_single(single)
         x = None if solve is None else krylov(A, solve, b, self.policy.krylov, share)
         if x is not None:
             self._solve, self.made_from, self._own, self._to_check, self._matrix = solve, single, True, A, A
@@ -390,14 +416,13 @@ class Factorisation:
         """Factors in single precision for use `again`, unchecked; whether there are any."""
         self._solve, self.made_from, self._matrix, self._to_check = None, None, None, None
         if self.order[0][0] in SINGLE:
-            with np.errstate(over="ignore"):
-                single = self._scaled(values).astype(np.float32)
-            self._solve = self._of_single(single) if np.isfinite(single).all() else None
+            single = self._single_part(self._scaled(values))
+            self._solve = None if single is None else self._of_single(single)
             self.made_from = single if self._solve is not None else None
         return self._solve is not None
 
     def _of_single(self, values: Single) -> Solve | None:
-        """Factors of values in single precision, scaled; None if there are none."""
+        """Factors of those values that the solver takes, in single precision, scaled; None if there are none."""
         try:
             return self._factor()(values)
         except (RuntimeError, ArithmeticError, ValueError):
@@ -443,7 +468,8 @@ class Factorisation:
         policy = self.policy
         # the old factors go before the new ones come
         self._solve, self.made_from, self._matrix, self._to_check, self._apart = None, None, None, None, 0
-        solve = self._factor()(values)
+        factor = self._factor()
+        solve = factor(self._part(values))
         x = np.asarray(solve(b))
         for _ in range(policy.refinements):
             r = b - A @ x
@@ -538,6 +564,8 @@ class DenseFactors:
     def step(self, values: Array, b: Array, share: float, changed: int | None = None) -> Array:
         """As `solve`."""
         return self.solve(values, b)
+
+    holds_matrix = False
 
     def correction(self, b: Array) -> Array:
         """As `again`."""

@@ -108,7 +108,8 @@ def terminate(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> Eval
     if runaway := eq.runaway(state.u - eq.context.state.u):
         return runaway
     if _near(eq, state, e):
-        done, converged = finish(eq, state.u, e, state.lam, state.came_by)
+        del e
+        done, converged = finish(eq, state.u, _handed_over(eq, state), state.lam, state.came_by)
         result.iterations += done.factorisations
         if converged:
             result.u, result.residual = done.u, done.residual
@@ -134,6 +135,20 @@ def _near(eq: Equilibrium, state: NewtonState, e: Evaluation) -> bool:
     may = may and not (state.changed and len(eq.reduced.free) >= eq.policy.worth_single)
     limit = max(eq.numerics.tolerance, eq.policy.near if may else 0.0)
     return bool((state.relative <= limit or state.norm <= e.floor) and not opened)
+
+
+def _handed_over(eq: Equilibrium, state: NewtonState) -> Evaluation:
+    """The evaluation at the iterate; of a large system Newton keeps neither its matrix nor its history meanwhile.
+
+    The matrix of the last step is held too, and as much as a fifth of all memory would be taken for the case that Newton goes
+    on from here, which then evaluates once more.
+    """
+    e = state.evaluation
+    assert e is not None
+    if eq.keeps_matrix or not eq.reduced.factorisation.holds_matrix:
+        return e
+    state.evaluation = e._replace(data=None, history=())
+    return e._replace(data=None)
 
 
 def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: bool = False) -> Failure | None:
@@ -197,7 +212,7 @@ def _secant(eq: Equilibrium, state: NewtonState) -> float:
 
 
 def _direction(eq: Equilibrium, state: NewtonState) -> tuple[Evaluation, Array]:
-    """Newton's step (ndof,) from the state's iterate, and the evaluation that it is from, without its matrix."""
+    """Newton's step (ndof,) from the state's iterate, and the evaluation that it is from, without its matrix and history."""
     e, state.evaluation = state.evaluation, None
     turns, secant = _turns(eq, state), _secant(eq, state)
     if e is None or e.data is None or state.secant != turns:
@@ -213,7 +228,7 @@ def _direction(eq: Equilibrium, state: NewtonState) -> tuple[Evaluation, Array]:
     alike = same and not turns and not state.reversed.any() and state.relative <= eq.policy.alike
     changed = state.changed if alike and eq.numerics.reuse_factors else None
     with eq.report.timed("factorisation and solve"):
-        matrix, e = eq.reduced.matrix(e, -e.r, spent=True), e._replace(data=None)
+        matrix, e = eq.reduced.matrix(e, -e.r, spent=True), e._replace(data=None, history=())
         return e, eq.reduced.step(matrix, -e.r, state.relative, changed)
 
 
@@ -230,7 +245,7 @@ def _contact_direction(eq: Equilibrium, state: NewtonState, by_contact: bool) ->
         found = contact_step(eq, state.u, state.lam, e, stick) if by_contact or decides_friction(eq, e) else None
         if found is not None:
             state.evaluation = None
-            return e._replace(data=None), *found
+            return e._replace(data=None, history=()), *found
     return *_direction(eq, state), False
 
 

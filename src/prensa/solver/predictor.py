@@ -81,7 +81,7 @@ def _linearised(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Gue
         return Guess(start + delta)
     r = base.r + reduced.assembly.apply(base.data, delta)
     with eq.report.timed("factorisation and solve"):
-        matrix, base = reduced.matrix(base, -r, spent=True), base._replace(data=None)
+        matrix, base = reduced.matrix(base, -r, spent=True), base._replace(data=None, history=())
         step = reduced.step(matrix, -r, 1.0)
     if eq.runaway(step) is not None:
         return Guess(start + delta, None, base.touching)

@@ -105,6 +105,10 @@ class Factors(Protocol):
     def analyse(self) -> None:
         """Make ready what depends on the pattern alone."""
 
+    @property
+    def holds_matrix(self) -> bool:
+        """Whether a matrix is kept beside the factors, as of large systems."""
+
     def begin(self, made_from: Single | None = None) -> None:
         """Forget the factors of earlier attempts; ``made_from``: values whose factors the next one begins with."""
 
