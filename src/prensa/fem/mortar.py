@@ -21,7 +21,7 @@ APART = 0.05  # distance of the two sides, in edge lengths of the slave, above w
 MORTAR_RULE = np.polynomial.legendre.leggauss(4)
 EDGE_END = 1e-9  # ξ from an end of a slave edge at which a projected node is that end
 BEYOND = 1e-6  # ξ that a foot may lie beyond the end of a master edge
-NEWTON = 20
+PROJECTIONS = 20
 
 
 @dataclass(frozen=True)
@@ -147,7 +147,7 @@ def _shapes(xi: Array, nodes: int) -> tuple[Array, Array]:
 def _foot(x: Array, y: Array) -> Array:
     """Parameters ξ (k,) of the points of edges y (k, 2|3, 2) nearest to points x (k, 2) (Newton; one step on straight edges)."""
     xi, moving = np.zeros(len(x)), np.arange(len(x))
-    for _ in range(NEWTON):
+    for _ in range(PROJECTIONS):
         N, dN = _shapes(xi[moving], y.shape[1])
         here = y[moving]
         t, apart = np.einsum("ka,kad->kd", dN, here), x[moving] - np.einsum("ka,kad->kd", N, here)
