@@ -91,3 +91,23 @@ def test_a_point_that_lets_go_at_once_is_a_limit_point():
         list(pr.solve(draw("plastic", 77120451, 30)))
     assert isinstance(caught.value.reason, LimitPoint)
     assert "instead of pushed or hung on a spring" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("push", "words"),
+    [
+        ({"y": 0.0}, "tool 't' touches nothing and is driven by force along y"),
+        ({"y": -5.0, "m": 3.0}, "tool 't' is free to turn, and where it is round nothing but friction resists that"),
+    ],
+)
+def test_a_tool_that_nothing_resists_is_named(push, words):
+    """A singular matrix is told with the tool that makes it so: one that is let free in the air, a round one with a moment."""
+    place = {"at": (0.0, 10.0)} if "m" not in push else {"touching": "b.top"}
+    problem = pr.Problem(
+        "free", {"b": pr.Body(pr.Rectangle(size=(4, 2), n=(8, 4)), pr.Elastic(1000.0, 0.3))},
+        (pr.Step("push", push={"t": pr.Push(**push)}),), {"t": pr.Circle(radius=4.0, **place)},
+        friction=pr.Coulomb(0.1), fixed={"b.bottom": "xy"},
+    )  # fmt: skip
+    with pytest.raises(SolveError) as caught:
+        list(pr.solve(problem))
+    assert words in str(caught.value)

@@ -398,3 +398,10 @@ def test_tables_may_be_arrays():
     assert pr.Motion(y=table) == pr.Motion(y=((0.0, 0.0), (1.0, -0.1)))
     with pytest.raises(CaseError, match="array"):
         pr.Motion(y=np.zeros(3))
+
+
+def test_a_thickness_of_one_is_a_force_per_thickness():
+    """Also where the bodies are smaller than the unit of length; another one that none of them has is asked about."""
+    sheet = block(size=(0.4, 0.2), space="plane stress", thickness=1.0)
+    assert not any("thin sheets" in words for words in told(sheet))
+    assert any("thin sheets" in words for words in told(replace(sheet, thickness=5.0)))

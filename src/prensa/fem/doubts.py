@@ -172,10 +172,10 @@ def _across(p: model.Problem, name: str) -> bool:
 
 # ---------------------------------------------------------------------------------------------------------- plane stress
 def _thick_sheets(system: System) -> Iterator[Notice]:
-    """Plane stress, of sheets, with a thickness that none of the bodies has in the plane."""
+    """Plane stress, of sheets, with a thickness that none of the bodies has in the plane; of 1 forces are per thickness."""
     p = system.problem
     largest = max(float(np.ptp(mesh.points, axis=0).max()) for mesh in system.meshes.values())
-    if p.space == "plane stress" and "thickness" in p.stated and p.thickness > THICK_SHEET * largest:
+    if p.space == "plane stress" and p.thickness != 1.0 and p.thickness > THICK_SHEET * largest:
         yield Notice(
             "thickness",
             f"{p.thickness:.4g} {p.units.length} out of the plane, of bodies that measure {largest:.4g} {p.units.length} at most "

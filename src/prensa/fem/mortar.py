@@ -19,9 +19,9 @@ Index = NDArray[np.int64]
 
 APART = 0.05  # distance of the two sides, in edge lengths of the slave, above which they do not lie on each other
 MORTAR_RULE = np.polynomial.legendre.leggauss(4)
-CORNER = 1e-9  # ξ from an end of a slave edge at which a projected node is that end
+EDGE_END = 1e-9  # ξ from an end of a slave edge at which a projected node is that end
 BEYOND = 1e-6  # ξ that a foot may lie beyond the end of a master edge
-NEWTON = 20
+PROJECTIONS = 20
 
 
 @dataclass(frozen=True)
@@ -147,7 +147,7 @@ def _shapes(xi: Array, nodes: int) -> tuple[Array, Array]:
 def _foot(x: Array, y: Array) -> Array:
     """Parameters ξ (k,) of the points of edges y (k, 2|3, 2) nearest to points x (k, 2) (Newton; one step on straight edges)."""
     xi, moving = np.zeros(len(x)), np.arange(len(x))
-    for _ in range(NEWTON):
+    for _ in range(PROJECTIONS):
         N, dN = _shapes(xi[moving], y.shape[1])
         here = y[moving]
         t, apart = np.einsum("ka,kad->kd", dN, here), x[moving] - np.einsum("ka,kad->kd", N, here)
@@ -186,7 +186,7 @@ def _pieces(X: Array, edges: Index, others: Index) -> tuple[Index, Array, Array]
     near = np.hypot(*(middle[other] - at[edge]).T) <= 1.5 * (half[other] + 0.5 * length[edge])
     edge, other = np.repeat(edge[near], 2), others[other[near], :2].ravel()
     cut = _foot(X[other], X[edges[edge]])
-    inside = (cut > -1 + CORNER) & (cut < 1 - CORNER)
+    inside = (cut > -1 + EDGE_END) & (cut < 1 - EDGE_END)
     all_ = np.arange(len(edges))
     owner = np.concatenate([edge[inside], all_, all_])
     xi = np.concatenate([cut[inside], np.full(len(edges), -1.0), np.ones(len(edges))])

@@ -71,7 +71,7 @@ def as_names(value: Any) -> Any:
 # --------------------------------------------------------------------------------------------- time-dependent values
 def as_table(value: Any) -> Any:
     """Accept lists of pairs as tables (YAML has no tuples), and arrays with two columns."""
-    if getattr(value, "ndim", 0) == 2:
+    if getattr(value, "ndim", 0) == 2 and hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, list | tuple) and value and all(isinstance(p, list | tuple) for p in value):
         return tuple(tuple(p) for p in value)

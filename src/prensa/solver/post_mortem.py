@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from prensa.fem.failure import ElementFailed, FrictionTooSoft, Why
 from prensa.fem.folds import Past
-from prensa.fem.modes import free_to_move
+from prensa.fem.modes import CLOSED, free_to_move
 from prensa.fem.system import Evaluation, System
 from prensa.solver.equilibrium import Equilibrium, NewtonResult
 from prensa.solver.failure import (
@@ -122,7 +124,8 @@ def where(eq: Equilibrium, failure: Failure, result: NewtonResult) -> str:
     if isinstance(failure, FreeToMove):
         e = eq.evaluate(result.u, result.lam, stiffness=False)
         slides = [] if e.failed else friction_limits(eq.system, eq.context, e, eq.policy)
-        return "; ".join(filter(None, [_free_bodies(eq), *slides]))
+        tools = [] if isinstance(failure, TipsOver | ToolRunaway) else _free_tools(eq)
+        return "; ".join(filter(None, [_free_bodies(eq), *tools, *slides]))
     if not result.residuals or isinstance(failure, BeyondSmall | Distorted | StartsInside):
         return ""
     system, reduced = eq.system, eq.reduced
@@ -153,6 +156,21 @@ def _free_bodies(eq: Equilibrium) -> str:
             if (words := free_to_move(system, b, c, contacts=False))
         ]
     return "; ".join(ways)
+
+
+def _free_tools(eq: Equilibrium) -> Iterator[str]:
+    """Tools driven by force that nothing resists in the committed state."""
+    system, c = eq.system, eq.context
+    for t, tool in enumerate(system.tools):
+        dofs = zip(system.dofs.tool.components, system.dofs.tool.dofs(t).tolist())
+        pushed = [axis for axis, dof in dofs if dof in c.plan.push]
+        if not pushed or system.dofs.dimension != 2:
+            continue
+        own = [s for s in system.surfaces if s.tool == t]
+        if all(system.node_pairs(s, c.state.u).g.min() > CLOSED * s.points.depth.min() for s in own):
+            yield f"tool {tool.name!r} touches nothing and is driven by force along {' and '.join(pushed)}"
+        elif system.dofs.tool.dofs(t)[-1] in c.plan.push and np.isfinite(tool.shape.period):
+            yield f"tool {tool.name!r} is free to turn, and where it is round nothing but friction resists that"
 
 
 def _node(system: System, node: int, result: NewtonResult, e: Evaluation) -> str:
