@@ -37,3 +37,26 @@ def test_between_the_limits_the_force_is_below_both():
     """Where one branch governs here and the other there, friction is less than either law's everywhere."""
     both, coulomb, shear = (force(law) for law in (pr.Capped(0.3, m=0.4), pr.Coulomb(0.3), pr.Shear(0.4)))
     assert force(None) < both < min(coulomb, shear)
+
+
+@pytest.mark.parametrize("enforcement", [pr.Penalty(), pr.Augmented(), pr.Exact()], ids=["penalty", "augmented", "exact"])
+def test_the_ledger_has_the_work_of_friction_on_areas_that_change(enforcement):
+    """A strip drawn out to 1.75 of its length under a plate: what the ledger misses falls with the square of the increment."""
+
+    def missed(increments):
+        problem = pr.Problem(
+            "strip", space="plane strain",
+            bodies={"strip": pr.Body(pr.Rectangle(size=(4.0, 1.0), n=(8, 2)), pr.NeoHooke(10.0, 0.3), "q4")},
+            tools={"plate": pr.Plane(at=(2.0, 1.0), normal=(0.0, -1.0))},
+            contacts=(pr.Contact("strip.top", "plate", friction=pr.Coulomb(0.2), enforcement=enforcement),),
+            fixed={"strip.bottom": "y", "strip.left": "x"},
+            steps=(
+                pr.Step("press", move={"plate": pr.Motion(y=-0.1)}),
+                pr.Step("draw", increments=increments, by={"strip.right": {"x": 3.0}}),
+            ),
+        )  # fmt: skip
+        *_, last = pr.solve(problem)
+        return last.energy["imbalance"] / last.energy["friction"]
+
+    coarse, fine = missed(10), missed(40)
+    assert abs(fine) < min(abs(coarse) / 8, 4e-3)

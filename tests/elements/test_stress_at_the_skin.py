@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 import prensa as pr
 from prensa import reference as ref
-from prensa.contact.recovery import at_free_edges, recover
+from prensa.contact.recovery import at_free_edges, borne, mises_of, recover
 from prensa.fem.system import Evaluation
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import boundary_edges
@@ -347,3 +347,43 @@ def test_recovered_values_turn_with_the_body(element, corners, angle):
     np.testing.assert_allclose(turned, nodal, atol=1e-12)
     along_axes = recover(x @ R.T, cells[order], points[order] @ R.T, values[order])
     assert np.abs(along_axes - nodal).max() > 1e-4 or element == "q8"  # whose patches have all quadratic terms
+
+
+@pytest.mark.parametrize("thin", [False, True])
+def test_what_metal_bears_bounds_stresses_and_leaves_tractions_and_pressures(thin):
+    """Too large stresses come down to the limit; at the outline tractions stay, within it pressures; other stresses do too."""
+    mesh = mesh_of(quadrilaterals((4, 4), (4.0, 4.0), 0.1), "q4")
+    X, cells = mesh.points, mesh.cells
+    c, s = np.cos(0.4), np.sin(0.4)
+    x = X @ np.array([[c, s], [-s, c]])
+    nodal = np.random.default_rng(5).normal(size=(len(x), 4))
+    nodal[:, 2] *= not thin
+    limit = np.full(len(x), 1.8)
+    found, skin = borne(x, cells, nodal, limit, thin), np.unique(boundary_edges(cells))
+    over, inside = mises_of(nodal) > limit, np.setdiff1d(np.arange(len(x)), skin)
+    assert over.any() and (found[~over] == nodal[~over]).all()
+    assert (mises_of(found) <= limit * (1 + 1e-12)).all() and mises_of(found)[over] == pytest.approx(limit[over])
+    assert thin or found[inside, :3].mean(axis=1) == pytest.approx(nodal[inside, :3].mean(axis=1))
+    assert not thin or not found[:, 2].any()
+    for axis, n in enumerate(([c, s], [-s, c])):
+        of = np.flatnonzero(X[:, axis] == 0)[1:-1]
+        across = nodal[of] @ [n[0] ** 2, n[1] ** 2, 0, 2 * n[0] * n[1]]
+        along = (nodal[of, 1] - nodal[of, 0]) * n[0] * n[1] + nodal[of, 3] * (n[0] ** 2 - n[1] ** 2)
+        bears = 3 * along**2 + 0.75 * across**2 * thin <= limit[of] ** 2
+        xx, yy, _, xy = found[of[bears]].T
+        assert bears.any() and xx * n[0] ** 2 + yy * n[1] ** 2 + 2 * xy * n[0] * n[1] == pytest.approx(across[bears])
+        assert (yy - xx) * n[0] * n[1] + xy * (n[0] ** 2 - n[1] ** 2) == pytest.approx(along[bears])
+
+
+@pytest.mark.parametrize("element", ["q4_fbar", "q4_enhanced", "q8", "t6"])
+def test_no_node_of_a_perfectly_plastic_body_has_more_than_the_yield_stress(element):
+    """Beside the edge of a stamp, where patches end in a kink, the largest von Mises stress that is told is the yield stress."""
+    problem = pr.Problem(
+        "stamp", space="plane strain",
+        bodies={"block": pr.Body(pr.Rectangle(size=(4.0, 2.0), n=(8, 4)), pr.J2(1000.0, 0.3, pr.Perfect(2.0)), element)},
+        tools={"stamp": pr.Stamp(width=2.0, fillet=0.1, above="block.top", at=(0.0, 2.0))},
+        contacts=(pr.Contact("block.top", "stamp"),), fixed={"block.bottom": "y", "block.left": "x"},
+        steps=(pr.Step("press", move={"stamp": pr.Motion(y=-0.04)}),),
+    )  # fmt: skip
+    *_, last = pr.solve(problem)
+    assert last.bodies["block"].mises.max() == pytest.approx(2.0, rel=1e-6)

@@ -144,21 +144,23 @@ def along(
 
 @njit(cache=True, error_model="numpy")
 def energies(
-    force, traction, was, slid, weight, k_n, k_t, exact, area, scale, p, t, traction_was, slip_was, kappa, friction, stored
+    force, traction, was, slid, weight, k_n, k_t, exact, area, scale, p, t, traction_was, slip_was, weight_was, area_was, kappa,
+    friction, stored,
 ):  # fmt: skip
     """Add derivatives of the work of friction and of the energy in springs, (d,) each, of k points.
 
-    ``was`` (k, 1): committed tractions, with the derivatives ``traction_was`` (k, 1, d); slip_was (k, d); others as of `along`.
+    ``was`` (k, 1), weight_was (k,): committed tractions and their areas, with the derivatives ``traction_was`` (k, 1, d) and
+    area_was (k, d); slip_was (k, d); others as of `along`.
     """
     for i in range(len(force)):
         t0, t1, w = was[i, 0], traction[i, 0], weight[i]
         before = math.copysign(1.0, t0) if t0 != 0.0 else 0.0
         now = math.copysign(1.0, t1) if t1 != 0.0 else 0.0
-        total = abs(t0) + abs(t1)
+        total = weight_was[i] * abs(t0) + w * abs(t1)
         for d in range(len(friction)):
-            change = before * traction_was[i, 0, d] + now * t[i, d]
-            rate = (area[i, d] * total + w * change) * slid[i] + w * total * (kappa[i, d] - slip_was[i, d])
-            friction[d] += 0.5 * rate
+            change = weight_was[i] * before * traction_was[i, 0, d] + w * now * t[i, d]
+            change += area_was[i, d] * abs(t0) + area[i, d] * abs(t1)
+            friction[d] += 0.5 * (change * slid[i] + total * (kappa[i, d] - slip_was[i, d]))
             if not exact:
                 normal = 0.5 * (area[i, d] - w * scale[0, i, d] / k_n[i]) * force[i] + w * p[i, d]
                 tangential = 0.5 * (area[i, d] - w * scale[1, i, d] / k_t[i]) * t1 + w * t[i, d]

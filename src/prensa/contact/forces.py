@@ -81,7 +81,7 @@ class ContactForces(NamedTuple):
     @property
     def record(self) -> ContactRecord:
         """What is committed of the points; the speed, for which a duration is needed, is that of points at rest."""
-        return ContactRecord(self.t, self.kappa, self.s, self.p > 0, np.zeros_like(self.kappa))
+        return ContactRecord(self.t, self.kappa, self.s, self.p > 0, np.zeros_like(self.kappa), self.area)
 
     @property
     def s(self) -> Array:

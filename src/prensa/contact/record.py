@@ -23,8 +23,8 @@ class ContactRecord:
     """Committed contact points with t tangential components, one in the plane and two in space.
 
     ``traction`` (points, t) along the tangents of the tool, ``slip`` (points,) accumulated, ``coordinate`` (points, t) on the
-    tool's surface, ``closed`` (points,) flags, ``speed`` (points,) of slip in the last increment. A further column is a further
-    line here, and whoever computes it fills it in.
+    tool's surface, ``closed`` (points,) flags, ``speed`` (points,) of slip in the last increment, ``area`` (points,) that the
+    tractions belonged to in it. A further column is a further line here, and whoever computes it fills it in.
     """
 
     traction: Array = field(metadata=_TANGENTIAL)
@@ -32,6 +32,7 @@ class ContactRecord:
     coordinate: Array = field(metadata=_TANGENTIAL)
     closed: Flags = field(metadata=_FLAG)
     speed: Array = field(metadata=_SCALAR)
+    area: Array = field(metadata=_SCALAR)
 
     @classmethod
     def initial(cls, points: int, t: int) -> ContactRecord:

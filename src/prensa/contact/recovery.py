@@ -390,6 +390,50 @@ def at_free_edges(
     return out
 
 
+def mises_of(stress: Array) -> Array:
+    """Von Mises stresses (…) of stresses (…, 4) xx, yy, zz, xy."""
+    xx, yy, zz, xy = np.moveaxis(stress, -1, 0)
+    return np.asarray(np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * xy**2))
+
+
+def borne(x: Array, cells: NDArray[np.int64], nodal: Array, limit: Array, thin: bool) -> Array:
+    """Nodal stresses (n, 4) xx, yy, zz, xy with no more than von Mises stresses ``limit`` (n,), which metal at the nodes bears.
+
+    A patch carried to its ends may have more, and twice as much where a plastic zone ends within it. At the outline the
+    traction stays as it is, and the stress along the skin and across the plane less that along the normal are the smaller;
+    where there is no normal, or shear alone is too large, the deviator is, and the pressure stays. ``thin``: plane stress, where
+    the stress across the plane is none; the whole stress is the smaller where no traction is.
+    """
+    out, mises = nodal.copy(), mises_of(nodal)
+    over = mises > limit
+    if not over.any():
+        return out
+    share = np.where(over, limit / np.where(over, mises, 1.0), 1.0)[:, None]
+    pressure = np.zeros((len(out), 1)) if thin else nodal[:, :3].mean(axis=1, keepdims=True)
+    mean = pressure * np.array([1.0, 1.0, 1.0, 0.0])
+    out[over] = (mean + share * (nodal - mean))[over]
+    none = np.zeros(len(x), dtype=np.bool_)
+    nodes, (nx, ny) = _smooth_sides(x, cells, none, none)
+    kept = over[nodes]
+    nodes, nx, ny = nodes[kept], nx[kept], ny[kept]
+    xx, yy, zz, xy = nodal[nodes].T
+    nn = xx * nx**2 + 2.0 * xy * nx * ny + yy * ny**2
+    nt = (yy - xx) * nx * ny + xy * (nx**2 - ny**2)
+    tt = xx + yy - nn
+    room = limit[nodes] ** 2 - 3.0 * nt**2 - (0.75 * nn**2 if thin else 0.0)
+    if thin:
+        half = np.sqrt(np.maximum(room, 0.0))
+        skin, across = np.clip(tt, 0.5 * nn - half, 0.5 * nn + half), zz
+    else:
+        rest = np.maximum(mises[nodes] ** 2 - 3.0 * nt**2, np.finfo(np.float64).tiny)
+        less = np.sqrt(np.clip(room / rest, 0.0, 1.0))
+        skin, across = nn + less * (tt - nn), nn + less * (zz - nn)
+    turned = [nn * nx**2 - 2.0 * nt * nx * ny + skin * ny**2, nn * ny**2 + 2.0 * nt * nx * ny + skin * nx**2]
+    whole = np.column_stack([*turned, across, (nn - skin) * nx * ny + nt * (nx**2 - ny**2)])
+    out[nodes[room >= 0.0]] = whole[room >= 0.0]
+    return out
+
+
 def _smooth_sides(x: Array, cells: NDArray[np.int64], loaded: Flags, held: Flags) -> tuple[NDArray[np.int64], Array]:
     """Nodes (k,) of free sides where the outline has no corner, and their unit normals (2, k)."""
     n = len(x)

@@ -215,7 +215,8 @@ class _Places:
         lam = between(self.state.lam[old.rows] * by_area) * closed[:, None]
         traction = between(record.traction * by_area[:, 1:]) * closed[:, None]
         coordinate = np.zeros_like(traction)
-        return ContactRecord(traction, between(record.slip), coordinate, closed, between(record.speed)), closed, lam
+        slip, speed, area = (between(of) for of in (record.slip, record.speed, record.area))
+        return ContactRecord(traction, slip, coordinate, closed, speed, area), closed, lam
 
     def _areas(self, s: Surface, law: FrictionLaw | None) -> Array:
         """Factors (k, 1 + t) from pressures and tractions per area at the start of the last increment to those per area now.
@@ -275,7 +276,8 @@ class _Places:
         total = sum(len(s.points) for s in new.surfaces)
         record, lam = ContactRecord.initial(total, t), np.zeros((total, 1 + t))
         for s, (own, _, multipliers) in zip(new.surfaces, self.values):
-            record = record.replaced(s.rows, replace(own, coordinate=new.pairs(s, self.tools_at).s))
+            coordinate, area = new.pairs(s, self.tools_at).s, new.weights(s, new.X, None)
+            record = record.replaced(s.rows, replace(own, coordinate=coordinate, area=area))
             lam[s.rows] = multipliers
         return record, lam
 

@@ -22,7 +22,7 @@ from prensa.model.problem import Case
 
 CHECKPOINT = "checkpoint.h5"
 FORMAT = "prensa checkpoint"
-VERSION = 9
+VERSION = 10
 # 2: second difference of the increments; 3: named fields of contact points, clock and energies; 4: stability; 5: speed of slip;
 # 6: ends of the steps, meshes made during the run; 9: how steadily bodies flow
 

@@ -94,6 +94,11 @@ class PlaneStress:
         """Cauchy stress (n, 4) xx, yy, zz, xy of a committed history (n, h); zz is zero to round-off."""
         return self.law.cauchy(np.ascontiguousarray(history[:, :-1]))
 
+    def flow_stress(self, strain: Array) -> Array:
+        """Flow stress (n,) at plastic strains (n,), at rest, where the law has one."""
+        law: Any = self.law
+        return np.asarray(law.flow_stress(strain))
+
     def shear_strength(self, history: Array) -> Array:
         """Shear yield stress (n,) of a committed history (n, h), where the law has one."""
         law: Any = self.law

@@ -147,9 +147,10 @@ def differentiate(at: Solution, columns: Columns, before: Bundle, state: State) 
     points = []
     for k, (s, f) in enumerate(zip(c.surfaces, at.e.contacts)):
         area = Points.grown(c, k, dxn)
-        slip, coordinate, traction = (carried[f"contact.{name}"][s.rows] for name in ("slip", "coordinate", "traction"))
+        names = ("area", "slip", "coordinate", "traction")
+        area_was, slip, coordinate, traction = (carried[f"contact.{name}"][s.rows] for name in names)
         scale, mu, place = changes.scale[k], given.mu[:, k], changes.place[s.tool]
-        was = Committed(slip, area, coordinate, traction, scale, mu, place, changes.X)
+        was = Committed(slip, area, area_was, coordinate, traction, scale, mu, place, changes.X)
         points.append(Points.of(c, k, f, was, carried["lam"][s.rows].copy(), at.u, r))
     if given.motion is not before.nothing.motion:
         r += columns.times(given.motion)
@@ -178,7 +179,7 @@ def _carried_on(
     for p in found.points:
         rows = p.surface.rows
         out["contact.traction"][rows, 0], out["contact.slip"][rows] = p.t, p.kappa
-        out["contact.coordinate"][rows, 0] = p.s
+        out["contact.coordinate"][rows, 0], out["contact.area"][rows] = p.s, p.before.area
         out["contact.speed"][rows] = (p.kappa - p.before.slip) / c.seconds
         out["lam"][rows, 0], out["lam"][rows, 1] = p.p, p.t
     energy = _energies(at, before, found, x, work, stored, state)
@@ -202,7 +203,7 @@ def _energies(at: Solution, before: Bundle, found: Closed, u: Array, work: Array
             if b.law.plastic:
                 plastic[d] += np.vdot(volume, state.history[k][..., 5])
     for p in found.points:
-        p.add_energies(old.contact.traction[p.surface.rows], friction, contact)
+        p.add_energies(old.contact.of(p.surface.rows), friction, contact)
     viscous = was["energy.viscous"]
     imbalance = external - (elastic + plastic + friction + contact + viscous)
     names = ("external", "elastic", "plastic", "friction", "contact", "imbalance", "viscous")

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from prensa.contact.directions import along, at_fixed, energies, grown
 from prensa.contact.forces import ContactForces, Scale
 from prensa.contact.kept import Kept
+from prensa.contact.record import ContactRecord
 from prensa.fem.context import Context
 from prensa.fem.surface import Surface
 
@@ -25,13 +26,14 @@ Array = NDArray[np.float64]
 class Committed:
     """What directions change of the points of a contact before an increment, and of its laws; directions d are the last axis.
 
-    ``slip``, ``area`` (k, d); ``coordinate``, ``traction`` (k, 1, d); ``scale`` (3, k, d) of k_n, k_T and the unit of
-    multipliers; ``mu`` (d,); ``place`` (2, d) of the tool; ``X`` (n, 2, d) of the initial places of nodes, (0, 2, d) where all
-    stay.
+    ``slip``, ``area``, ``area_was`` (k, d), the areas of the increment and of that before; ``coordinate``, ``traction``
+    (k, 1, d); ``scale`` (3, k, d) of k_n, k_T and the unit of multipliers; ``mu`` (d,); ``place`` (2, d) of the tool;
+    ``X`` (n, 2, d) of the initial places of nodes, (0, 2, d) where all stay.
     """
 
     slip: Array
     area: Array
+    area_was: Array
     coordinate: Array
     traction: Array
     scale: Array
@@ -125,10 +127,10 @@ class Points:
             self.lam, b.slip, b.coordinate, b.scale, self.p, self.t, self.s, self.F, self.kappa,
         )  # fmt: skip
 
-    def add_energies(self, was: Array, friction: Array, stored: Array) -> None:
-        """Add derivatives of the work of friction and of the energy in springs, (d,); ``was`` (k, 1): committed tractions."""
+    def add_energies(self, was: ContactRecord, friction: Array, stored: Array) -> None:
+        """Add derivatives of the work of friction and of the energy in springs, (d,); ``was``: the committed points."""
         f, b = self.f, self.before
         energies(
-            f.p, f.t, was, self.slid, f.weight, self.scale.k_n, self.scale.k_t, self.surface.exact, b.area, b.scale,
-            self.p, self.t, b.traction, b.slip, self.kappa, friction, stored,
+            f.p, f.t, was.traction, self.slid, f.weight, self.scale.k_n, self.scale.k_t, self.surface.exact, b.area, b.scale,
+            self.p, self.t, b.traction, b.slip, was.area, b.area_was, self.kappa, friction, stored,
         )  # fmt: skip

@@ -27,7 +27,9 @@ def ledger(system: System, c: Context, u: Array, e: Evaluation, work: Array, dis
     elastic, plastic, friction = system.elastic_energy(e.history), system.plastic_work(e.history), old.energy.friction
     for s, f in zip(system.surfaces, e.contacts):
         was = old.contact.of(s.rows)
-        friction += float((f.area * 0.5 * (magnitude(was.traction) + magnitude(f.t)) * (f.kappa - was.slip)).sum())
+        # the area of a point is another one than before: the work of the loads was done against the forces of both
+        force = was.area * magnitude(was.traction) + f.area * magnitude(f.t)
+        friction += float((0.5 * force * (f.kappa - was.slip)).sum())
     contact = system.contact_energy(e.contacts, c.scales)
     for dof, (stiffness, _) in c.plan.springs.items():
         # work[dof] is the force of a spring: what it stores, and with that the work done at its mount

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces
-from prensa.contact.recovery import at_free_edges, recover, smoothed, with_tractions_of_centres
+from prensa.contact.recovery import at_free_edges, borne, mises_of, recover, smoothed, with_tractions_of_centres
 from prensa.fem.context import Context
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
@@ -285,10 +285,39 @@ def nodal_stress(system: System, state: State, e: Evaluation, recovery: Recovery
 
 
 def skin_stress(system: System, state: State, e: Evaluation, plan: StepPlan) -> Array:
-    """As `nodal_stress`, but free of traction at free edges of yielded bodies whose elements do not follow gradients."""
+    """As `nodal_stress`, but free of traction at free edges of yielded bodies whose elements do not follow gradients.
+
+    No node of a plastic body has more than the yield stress at its plastic strain, or than points of its elements have.
+    """
     out = nodal_stress(system, state, e)
-    if system.problem.space == "plane stress":  # there the law knows the pressure
-        return out
+    if system.problem.space != "plane stress":  # there the law knows the pressure
+        out = _without_traction(system, state, e, plan, out)
+    for b, h in zip(system.blocks, e.history):
+        if b.law.plastic:
+            own = _own(b)
+            out[own] = _borne(system, state, b, h, out[own])
+    return out
+
+
+def _borne(system: System, state: State, b: Any, history: Array, nodal: Array) -> Array:
+    """Stresses (n, 4) of the nodes of a plastic body of which none is more than metal there bears.
+
+    Plastic strains begin with a kink, on whose far side patches have too little of them: those carried from the elements
+    that a node belongs to count too, if they are larger.
+    """
+    own, x = _own(b), system.positions(state.u) if system.problem.kinematics == "finite" else system.X
+    points = mises_of(b.law.cauchy(b.at_law(history).reshape(-1, b.law.size))).reshape(len(b), -1)
+    plastic, cells = b.field(history, "plastic_strain"), b.cells - own.start
+    kinked = np.asarray(_yielded(b, history).any(axis=1))
+    strain = np.maximum(_recovered(x, b, plastic, history), recover(x[own], cells, b.positions(x), plastic, kinked=kinked))
+    limit = b.law.flow_stress(np.maximum(strain[:, 0], 0.0))
+    np.maximum.at(limit, cells, points.max(axis=1)[:, None])
+    return borne(x[own], cells, nodal, limit, system.problem.space == "plane stress")
+
+
+def _without_traction(system: System, state: State, e: Evaluation, plan: StepPlan, nodal: Array) -> Array:
+    """Nodal stresses (n, 4) that are free of traction at free edges of yielded bodies whose elements do not follow gradients."""
+    out = nodal.copy()
     x = system.positions(state.u) if system.problem.kinematics == "finite" else system.X
     prescribed = np.zeros(system.ndof, dtype=bool)
     prescribed[np.concatenate([plan.fixed, *(group.dofs for group in plan.released)])] = True
@@ -350,13 +379,11 @@ def body_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> 
     for b, h in zip(system.blocks, e.history):
         own = _own(b)
         sig = stress[own]
-        xx, yy, zz, xy = sig.T
-        mises = np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3 * xy**2)
         plastic = np.zeros(len(sig))
         if b.law.plastic and flat:
             plastic = np.maximum(_recovered(where, b, b.field(h, "plastic_strain"), h)[:, 0], 0.0)
         out[b.body] = BodyState(
-            system.X[own], x[own], b.cells - own.start, reaction[own], sig, mises, plastic,
+            system.X[own], x[own], b.cells - own.start, reaction[own], sig, mises_of(sig), plastic,
             None if thickness is None else thickness[own],
         )  # fmt: skip
     return out
