@@ -21,6 +21,7 @@ from prensa.output.checkpoint import read_checkpoint, write_checkpoint
 from prensa.sensitivity import direct
 from prensa.sensitivity.parameters import numbers, value_of, with_values
 from prensa.solver.increment import Increment
+from prensa.solver.policy import Policy
 from rings import FLOW, ring
 
 EXACT = "contacts=[{surface: ring, against: die, enforcement: {type: exact}}]"
@@ -369,6 +370,39 @@ def test_an_increment_proves_its_derivatives(monkeypatch: pytest.MonkeyPatch, ca
     told = [r.getMessage() for r in caplog.records]
     assert len(told) == 2
     assert "the derivative by friction.mu is not exact" in told[0]
+
+
+INSIDE = """
+name: roll that starts inside a strip
+bodies:
+  b:
+    mesh: {type: rectangle, size: [4, 1], n: [8, 2], origin: [-3.2, 0]}
+    material: {type: j2, E: 1000, nu: 0.3, flow: {type: johnson_cook, A: 10, B: 16, n: 0.3, C: 0.02, rate0: 0.1}}
+    element: q4_sheet
+tools: {roll: {type: circle, radius: 3, at: [0.6, 3.94]}}
+friction: {type: coulomb, mu: 0.15}
+contacts: [{surface: b, against: roll, integration: simpson}]
+fixed: {b.bottom: y}
+steps: [{name: press, by: {b.left: {x: 0.02}, roll: {rz: 0.01, y: -0.05}}, increments: 4}]
+"""
+
+
+def test_steps_that_reach_over_a_corner_are_made_finer(caplog: pytest.LogCaptureFixture) -> None:
+    """A height above a far origin has a long step: plastic strains of an increment are shorter, and rates have corners."""
+    problem, path = loads(INSIDE).problem, "tools.roll.at.1"
+    numerics = pr.Numerics(time_rule="bdf2")
+    times = [i.time for i in pr.solve(problem, numerics)]
+    run = list(pr.solve(problem, numerics, times=times, derivatives=[path]))
+    exact = np.array([i.derivative(lambda i: i.force("roll").y)[path] for i in run])
+    ends = [
+        np.array([i.force("roll").y for i in pr.solve(with_values(problem, {path: 3.94 + s}), numerics, times=times)])
+        for s in (4e-7, -4e-7)
+    ]
+    assert (ends[0] - ends[1]) / 8e-7 == pytest.approx(exact, rel=1e-5)
+    assert "is not exact" not in caplog.text
+    with_long_steps = list(pr.solve(problem, numerics, times=times, derivatives=[path], policy=Policy(finer_steps=())))
+    assert "is not exact" in caplog.text
+    assert with_long_steps[-1].derivative(lambda i: i.force("roll").y)[path] != pytest.approx(exact[-1], rel=1e-5)
 
 
 def test_points_at_kinks_are_counted() -> None:

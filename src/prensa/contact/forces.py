@@ -31,7 +31,7 @@ TOUCH = 1e-10  # gap over element depth below which a point touches where an inc
 class Branches(NamedTuple):
     """Which points are ``closed`` and which of those ``slip`` (k,): the sides of the kinks of contact and friction.
 
-    ``held``: whose multipliers supports leave undetermined; None if none may be.
+    ``held``: whose multipliers supports leave undetermined; None if nobody's.
     """
 
     closed: NDArray[np.bool_]
@@ -48,7 +48,7 @@ class ContactForces(NamedTuple):
     ``rests`` (k,): closed, or open by no more than round-off.
     bound (k, 2): what friction can bear per area and its derivative by p; None without friction.
     ``points``: those of the increment, which differ from the surface's where edges are cut.
-    ``kept``: what multipliers are that supports leave undetermined; None if none may be.
+    ``kept``: what multipliers are that supports leave undetermined; None if there are none.
     """
 
     pairs: Pairs

@@ -13,11 +13,20 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.kernels.compiled import njit
+
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 NO_SLOPE = 1e-6  # share of a slope in the free degrees of freedom that is none
 MET = 1e-11  # gap or slip over the element depth that is none
+
+
+class Supports(NamedTuple):
+    """Points ``at`` (m,) some of whose degrees of freedom are prescribed, and which of theirs are ``free`` (m, k)."""
+
+    at: NDArray[np.int64]
+    free: Flags
 
 
 class Held(NamedTuple):
@@ -48,17 +57,36 @@ class Kept(NamedTuple):
         slopes[n, 0] = 0.0
 
 
-def supported(free: Flags, normal: Array, tangential: Array) -> tuple[Flags, Flags]:
-    """Points (k,) whose gap supports prescribe, and whose place along the tool they prescribe, alone or with the gap closed.
+@njit(cache=True, error_model="numpy")
+def hold(at, free, normal, tangential, closed, g, s, coordinate, depth, round_off, out):
+    """Sets out (3, k): closed points ``at`` (m,) with no gap, and with none by which they moved, since supports prescribe it.
 
-    Slopes (k, m) of gaps and of surface coordinates by degrees of freedom, of which some are ``free`` (k, m).
+    ``free`` (m, j): which degrees of freedom of the points are; slopes normal, tangential (k, j) of gaps g and of surface
+    coordinates s by them; ``coordinate`` (k,): s at the last commit; element ``depth`` and ``round_off`` of gaps (k,).
     """
-    stands = _size(normal * free) <= NO_SLOPE * _size(normal)
-    return stands, _size(closed(free, normal, tangential) * free) <= NO_SLOPE * _size(tangential)
+    for i in range(len(at)):
+        k = at[i]
+        least = max(MET * depth[k], 4.0 * round_off[k])
+        if not closed[k]:
+            continue
+        nn, nf, nt, tt = 0.0, 0.0, 0.0, 0.0
+        for j in range(free.shape[1]):
+            nn += normal[k, j] ** 2
+            tt += tangential[k, j] ** 2
+            if free[i, j]:
+                nf += normal[k, j] ** 2
+                nt += normal[k, j] * tangential[k, j]
+        stands = nf <= NO_SLOPE**2 * nn
+        along, left = 0.0 if stands else nt / nf, 0.0  # beside the gap, which the normal multiplier closes
+        for j in range(free.shape[1]):
+            if free[i, j]:
+                left += (tangential[k, j] - along * normal[k, j]) ** 2
+        out[0, k] = stands and abs(g[k]) <= least
+        out[1, k] = left <= NO_SLOPE**2 * tt and abs(s[k] - coordinate[k]) <= least
 
 
-def closed(free: Flags, normal: Array, tangential: Array) -> Array:
-    """Slopes (k, m) of surface coordinates where free degrees of freedom keep gaps closed; those of `supported`."""
+def closed_slopes(free: Flags, normal: Array, tangential: Array) -> Array:
+    """Slopes (k, m) of surface coordinates where free degrees of freedom keep gaps closed; arguments (k, m) as of `hold`."""
     n = np.where(_size(normal * free)[:, None] > NO_SLOPE * _size(normal)[:, None], normal * free, 0.0)
     n2 = (n**2).sum(axis=1)
     along = np.divide((n * tangential).sum(axis=1), n2, out=np.zeros_like(n2), where=n2 > 0.0)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.forces import Scale
+from prensa.contact.kept import Supports
 from prensa.contact.record import ContactRecord
 from prensa.fem.interaction import Interaction
 from prensa.fem.schedule import StepPlan
@@ -35,7 +36,7 @@ class Context:
     ``stopped``: what ends the step here before its
     time, in words; '' if nothing does. ``watched`` (criteria,): values of what may end it.
 
-    ``free``: see `Surface.free`, by contact.
+    ``supports``: see `Surface.supports`, by contact.
 
     ``history``: what the bodies' laws begin with by the time ``rule``, one (elements, points, h) array per block.
     """
@@ -53,7 +54,7 @@ class Context:
     depth: Array | None
     surfaces: list[Surface]
     committed: list[ContactRecord]
-    free: list[NDArray[np.bool_] | None]
+    supports: list[Supports | None]
     history: Sequence[Array]
     rule: TimeRule
     interactions: Sequence[Interaction] = ()

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces, Scale, forces, multiplier_rows, stretching, with_stretched_bounds
 from prensa.contact.integration import Points
-from prensa.contact.kept import MET, Held, Kept, supported
+from prensa.contact.kept import Held, Kept, Supports, hold
 from prensa.contact.pairing import Pairs
 from prensa.fem.context import Context
 from prensa.fem.failure import FrictionTooSoft
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 EPS = float(np.finfo(np.float64).eps)
 ROUND = 1.0  # round-off of a gap or slip over ε × size, at most
@@ -101,15 +100,13 @@ class Surface:
         """E*/h (k,) of the points: what β multiplies, h what they press in; of multipliers the unit, h the depth there."""
         return self.modulus / (self.points.depth if self.exact else self.points.pressed_length)
 
-    def free(self, fixed: Index) -> Flags | None:
-        """Which dofs of the pairs (k, 2a + 3) are not ``fixed``; None unless supports might leave multipliers undetermined.
-
-        That they do of exact contacts in the plane.
-        """
+    def supports(self, fixed: Index) -> Supports | None:
+        """Of exact contacts in the plane: the points with ``fixed`` degrees of freedom of the body; None if there are none."""
         if not self.exact or self.X.shape[1] > 2:
             return None
-        out = ~np.isin(self.dofs, fixed)
-        return None if out[:, :-3].all() else out
+        free = ~np.isin(self.dofs, fixed)
+        at = np.flatnonzero(~free[:, :-3].all(axis=1))
+        return Supports(at, free[at]) if len(at) else None
 
     def scale(self, k_t_least: Array) -> Scale:
         """Penalty stiffnesses of the points: k_n = β E*/h, k_T = β_T E*/h, not below ``k_t_least`` (k,)."""
@@ -188,24 +185,34 @@ class ContactInteraction:
         return ROUND * EPS * (np.abs(pairs.arm).max(axis=1, initial=0.0) + centre)
 
     def _kept(self, c: Context, f: ContactForces, round_off: Array, like: Branches | None) -> Kept | None:
-        """What multipliers are that supports leave undetermined, ``like`` another evaluation has them; None if none may be."""
+        """What multipliers are that supports leave undetermined, ``like`` another evaluation has them; None if there are none."""
         s, k = c.surfaces[self.number], self.number
-        free, law, was = c.free[k], c.laws[k], c.committed[k]
-        if free is None:
-            return None
-        p, t, share = c.state.lam[s.rows, 0], was.traction[:, 0], f.weight / f.area
-        pressure, bound, by_p = np.maximum(f.p, 0.0) * share, np.zeros_like(p), np.zeros_like(p)
-        if law is not None:
-            bound, by_p, _ = bounded(law, pressure, was.slip, c.law_at[k])
-        held = like.contacts[k].held if like is not None and like.contacts else None
+        held = like.contacts[k].held if like is not None and like.contacts else self._held(c, f, round_off)
         if held is None:
-            least, closed = np.maximum(MET * s.points.depth, 4.0 * round_off), f.branches.closed
-            stands, stays = supported(free, s.points.on_dofs(f.pairs.dg), s.points.on_dofs(f.pairs.ds[:, 0]))
-            stays &= closed & (np.abs(f.s - was.coordinate)[:, 0] <= least)
-            held = Held(stands & closed & (np.abs(f.g) <= least), stays, stays & (np.abs(t) > bound))
-        slope = np.where(held.bounded, np.sign(t) * by_p, 0.0)
-        cut = np.where(held.bounded, np.sign(t) * bound, t)
-        return Kept(held, p, cut, np.zeros_like(p) if c.lagged else slope * share, -slope * pressure)
+            return None
+        p, t, law, nothing = c.state.lam[s.rows, 0], c.committed[k].traction[:, 0], c.laws[k], np.zeros(len(f.p))
+        if not (t * held.tangential).any():  # nothing to be cut down
+            return Kept(held, p, t, nothing, nothing)
+        share, bound, by_p = f.weight / f.area, nothing, nothing
+        pressure = np.maximum(f.p, 0.0) * share
+        if law is not None:
+            bound, by_p, _ = bounded(law, pressure, c.committed[k].slip, c.law_at[k])
+        if like is None:
+            held = held._replace(bounded=held.tangential & (np.abs(t) > bound))
+        slope, cut = np.where(held.bounded, np.sign(t) * by_p, 0.0), np.where(held.bounded, np.sign(t) * bound, t)
+        return Kept(held, p, cut, nothing if c.lagged else slope * share, -slope * pressure)
+
+    def _held(self, c: Context, f: ContactForces, round_off: Array) -> Held | None:
+        """Closed points whose gap and way are zero since supports prescribe them; None if there are none."""
+        s, supports = c.surfaces[self.number], c.supports[self.number]
+        if supports is None:
+            return None
+        out = np.zeros((3, len(f.p)), dtype=np.bool_)
+        hold(
+            supports.at, supports.free, s.points.on_dofs(f.pairs.dg), s.points.on_dofs(f.pairs.ds[:, 0]), f.dp[:, 0] > 0,
+            f.g, f.s[:, 0], c.committed[self.number].coordinate[:, 0], s.points.depth, round_off, out,
+        )  # fmt: skip
+        return Held(*out) if out.any() else None
 
     def _violation(self, f: ContactForces, rows: Array, scale: Scale, reach: float) -> float:
         """Largest residual of the multipliers' equations as a length over the element depth, beyond round-off."""

@@ -331,7 +331,7 @@ class System:
         interactions = [*self._contacts, *self.more, *loads_of(self, plan, state)]
         return Context(
             state, plan, time, dt, seconds, weights, scales, laws, law_at, x_n, depth, surfaces, committed,
-            [s.free(plan.fixed) for s in surfaces], history, rule, interactions,
+            [s.supports(plan.fixed) for s in surfaces], history, rule, interactions,
         )  # fmt: skip
 
     def _cut(self, state: State, plan: StepPlan, time: float) -> list[Surface]:

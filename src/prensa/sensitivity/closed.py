@@ -220,6 +220,11 @@ class Beside(NamedTuple):
     at: Solution
     found: Closed
 
+    @property
+    def step(self) -> float:
+        """How far it is beside."""
+        return self.d.step
+
     def slope(self, of: Gradient) -> float | None:
         """The derivative of a measure that is a linear map of motions and forces; None of places that begin elsewhere."""
         assert self.d.change is not None

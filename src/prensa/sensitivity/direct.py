@@ -92,11 +92,12 @@ class Side(NamedTuple):
 
 
 class Neighbour(NamedTuple):
-    """What the increment beside has that does not follow from the committed state: its system, plan and forces."""
+    """What the increment a ``step`` beside has that does not follow from the committed state: its system, plan and forces."""
 
     system: System
     plan: StepPlan
     e: Evaluation
+    step: float
 
     def slope(self, of: Gradient) -> float | None:
         """None: the derivative of a measure is not at hand without the measure in both increments beside."""
@@ -281,7 +282,7 @@ class Direction:
             states[k]["energy.friction"] -= beyond
             states[k]["energy.imbalance"] += beyond
             slim = tuple(f._replace(K=DROPPED, dp=DROPPED, dt=DROPPED) for f in e.contacts)
-            out.append(Neighbour(system, side.c.plan, e._replace(contacts=slim, history=())))
+            out.append(Neighbour(system, side.c.plan, e._replace(contacts=slim, history=()), self.step))
         earlier = {LAST: self.carried["u"], BEFORE: self.carried[LAST]}
         self.carried = {k: self.difference(a, states[1][k]) for k, a in states[0].items()} | earlier
         return (out[0], out[1]), flat, unmet

@@ -175,7 +175,6 @@ def check_paths(function: str, name: str, paths: object) -> None:
 class _Derivatives(Derivatives):
     """See `Derivatives`: central differences of any observable between neighbours that are linear in the parameter."""
 
-    steps: Mapping[str, float]
     neighbours: Mapping[str, tuple[Beside | Neighbour, Beside | Neighbour]]
     before: State
     state: State
@@ -187,7 +186,8 @@ class _Derivatives(Derivatives):
         """Neighbouring increments by a parameter, made when first asked for."""
         if path not in self._made:
             both = []
-            for side, step in zip(self.neighbours[path], (self.steps[path], -self.steps[path])):
+            for side, sign in zip(self.neighbours[path], (1.0, -1.0)):
+                step = sign * side.step
                 before, state = (s.moved(s.derivatives[path], step) for s in (self.before, self.state))
                 both.append(side.increment(before, state, self.ended))
             self._made[path] = both[0], both[1]
@@ -202,7 +202,7 @@ class _Derivatives(Derivatives):
             known = None if slope is None else beside[0].slope(slope)
             if known is None:
                 a, b = self._increments(path)
-                known = (float(value(a)) - float(value(b))) / (2.0 * self.steps[path])
+                known = (float(value(a)) - float(value(b))) / (2.0 * beside[0].step)
             out[path] = known
         return out
 
@@ -226,6 +226,7 @@ class Differentiated(Followed):
         self.directions: Sequence[Direction] = ()
         self.bundle: Bundle | None = None
         self.mixtures: dict[tuple[str, ...], Direction | None] = {}
+        self.finer: dict[tuple[str, float], Direction] = {}
         self.told: set[str] = set()
 
     def onto(self, system: System) -> Differentiated:
@@ -259,9 +260,8 @@ class Differentiated(Followed):
         with self.timer("derivatives"):
             neighbours, flat = self.differentiate(c, result, state)
         state = replace(state, derivatives=self._carried())
-        steps = {d.parameter.path: d.step for d in self.directions}
         counts = self._switched(c, result), self._at_kinks(c, result)
-        found = _Derivatives(flat, *counts, steps, neighbours, before, state, increment.end_of_step)
+        found = _Derivatives(flat, *counts, neighbours, before, state, increment.end_of_step)
         return state, replace(increment, derivatives=found, _state=lambda: state)
 
     def _carried(self) -> dict[str, dict[str, Array]]:
@@ -327,7 +327,26 @@ class Differentiated(Followed):
             rest = self.reduced.norm(mixed.rest(at, x @ (shares * sizes)))
             if rest <= 0.5 * self._may_be_left(at, mixed):
                 return rest / sizes
-        return np.array([self.reduced.norm(d.rest(at, x[:, k])) for k, d in enumerate(known)])
+        return np.array([self._left_along(at, d, x[:, k]) for k, d in enumerate(known)])
+
+    def _left_along(self, at: Solution, d: Direction, x: Array) -> float:
+        """Norm of what the residual does along a derivative x (ndof,), with finer steps where there is too much."""
+        assert self.reduced is not None
+        rest = self.reduced.norm(d.rest(at, x))
+        for share in self.policy.finer_steps:
+            if rest <= self._may_be_left(at, d):
+                break
+            rest = min(rest, self.reduced.norm(self._with_steps(d, share, d.carried).rest(at, x)))
+        return rest
+
+    def _with_steps(self, d: Direction, share: float, carried: dict[str, Array]) -> Direction:
+        """The parameter with steps of another share of its size, carrying the same."""
+        path = d.parameter.path
+        if (path, share) not in self.finer:
+            self.finer[path, share] = Direction.of(self.system, path, share, self.policy, self.system.initial())
+        out = self.finer[path, share]
+        out.carried = carried
+        return out
 
     def _mixed(self, known: Sequence[Direction], shares: Array) -> Direction | None:
         """The direction in which all parameters change by shares (d,) of their sizes; None if they cannot together."""
@@ -341,19 +360,39 @@ class Differentiated(Followed):
         return self.mixtures[paths]
 
     def _by_differences(self, at: Solution, columns: Columns, d: Direction, result: NewtonResult, state: State) -> Any:
-        """The same along a parameter for which differences are taken."""
+        """The same along a parameter for which differences are taken, with finer steps where too much of the residual is left."""
+        carried, taken = d.carried, d
+        neighbours, rest = self._differences(at, columns, d, result, state)
+        for share in self.policy.finer_steps:
+            if rest <= self._may_be_left(at, taken):
+                break
+            finer = self._with_steps(d, share, carried)
+            found = self._differences(at, columns, finer, result, state)
+            if found[1] < rest:
+                (neighbours, rest), taken = found, finer
+        if neighbours is None:
+            raise PrensaError(f"derivatives: the increment beside, with another {d.parameter.path}, cannot be evaluated")
+        d.carried = taken.carried
+        return neighbours, self._proved(at, taken, rest)
+
+    def _differences(
+        self, at: Solution, columns: Columns, d: Direction, result: NewtonResult, state: State
+    ) -> tuple[tuple[Neighbour, Neighbour] | None, float]:
+        """The neighbours along a parameter, which carries their difference on, and the norm of what is left between them.
+
+        None and infinity where the increment beside cannot be evaluated.
+        """
         assert self.reduced is not None
         sides = d.at_fixed_dofs(at)
-        for side in sides:
-            if side.e.failed:
-                raise PrensaError(f"derivatives: the increment beside, with another {d.parameter.path}, cannot be evaluated")
+        if any(side.e.failed for side in sides):
+            return None, np.inf
         dr, given = d.equation(at, sides)
         size, r = d.parameter.size, dr[:, None] + columns.times(given[:, None])
         x, left = columns.begun(-size * r, d.ways(at))
         x = (x + columns.solve(left)) / size
         reaction = left[:, 0] / -size  # r + K x
         neighbours, rest, unmet = d.neighbours(at, sides, given + x[:, 0], reaction, result, state.clock.dt)
-        return neighbours, self._proved(at, d, self.reduced.norm(rest) + unmet)
+        return neighbours, self.reduced.norm(rest) + unmet
 
     def _proved(self, at: Solution, d: Direction, rest: float) -> float:
         """What is left of the residual along a derivative, over the forces, for a change of the parameter by its size."""

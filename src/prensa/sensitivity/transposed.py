@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces
-from prensa.contact.kept import Kept, closed
+from prensa.contact.kept import Kept, closed_slopes
 from prensa.elements import q4, q4_transposed
 from prensa.fem.assembly import Block, Pattern
 from prensa.fem.context import Context
@@ -411,11 +411,10 @@ class Points:
     def _still(self, kept: Kept) -> Still:
         """See `Still`."""
         f, s, c = self.f, self.surface, self.c
-        free = c.free[self.number]
-        assert free is not None
         n, t, _ = (np.flatnonzero(which) for which in kept.held)
         normal, along = s.points.on_dofs(f.pairs.dg), s.points.on_dofs(f.pairs.ds[:, 0])
-        slopes = np.vstack([normal[n], closed(free, normal, along)[t]]) / s.points.depth[np.append(n, t), None]
+        free = ~np.isin(s.dofs, c.plan.fixed)
+        slopes = np.vstack([normal[n], closed_slopes(free, normal, along)[t]]) / s.points.depth[np.append(n, t), None]
         out = np.zeros((len(slopes), self.system.ndof))
         np.add.at(out, (np.arange(len(out))[:, None], s.dofs[np.append(n, t)]), slopes)
         return Still(c.time, c.state.clock.time, out[:, c.plan.fixed])

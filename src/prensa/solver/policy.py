@@ -71,6 +71,8 @@ class Policy:
     # -------------------------------------------------------------------------------------------------- derivatives
     parameter_step: float = 1e-5
     """Step over the size of a parameter for differences of the residual with held branches: smooth, so round-off decides."""
+    finer_steps: tuple[float, ...] = (1e-6, 1e-7)
+    """Those that are tried where more is left of the residual along a derivative than there should be."""
     flat: float = 1e-5
     """Share of the forces, beyond round-off, that may be left of the residual along a derivative."""
     columns_fine: float = 1e-10
