@@ -110,6 +110,7 @@ def test_a_side_that_an_amplitude_moves_is_read(tmp_path):
         (("LINE, 0., 15.", "PARAB, 0., 15., 1., 2."), "is not START x, y; LINE x, y or CIRCL"),
         (("BOTTOM, 2, 2", "BOTOM, 2, 2"), "'BOTOM' is no set of nodes or surface"),
         (("MATERIAL=ALU", "MATERIAL=STEEL"), "material 'STEEL' has no"),
+        (("120., 0.1", "120., 0."), "plastic strains of a flow curve must increase: 0 after 0"),
         (("*END STEP\n", "*END STEP\n*STEP, NAME=press\n*END STEP\n"), r"two steps are called 'press', the other in line \d+"),
     ],
 )
