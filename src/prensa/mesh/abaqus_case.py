@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import islice, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -109,10 +109,9 @@ class _Reader:
         if len({tuple(row[2:]) for row in data}) > 1:
             raise FileError.at(k.line, "a flow curve for each of several temperatures is not read; leave that of one")
         rows = [(k.number(row, 1, 0.0), k.number(row, 0)) for row in data]
-        back = next((i for i, (one, other) in enumerate(pairwise(rows)) if other[0] <= one[0]), None)
-        if back is not None:
-            line = list(k.data)[back + 1][0]
-            raise FileError.at(line, f"plastic strains of a flow curve must increase: {rows[back + 1][0]:g} after {rows[back][0]:g}")
+        for (line, _), (before, _), (now, _) in zip(islice(k.data, 1, None), rows, rows[1:]):
+            if now <= before:
+                raise FileError.at(line, f"plastic strains of a flow curve must increase: {now:g} after {before:g}")
         flow = {"type": "perfect", "s0": rows[0][1]} if len(rows) == 1 else {"type": "table", "points": [list(r) for r in rows]}
         self._of_material(k, {"type": "j2", "flow": flow})
 
