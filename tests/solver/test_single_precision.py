@@ -143,6 +143,26 @@ def test_newton_goes_on_from_an_iterate_that_could_not_be_finished(monkeypatch):
         assert one.force("punch").y == pytest.approx(other.force("punch").y, rel=1e-9)
 
 
+def test_systems_are_solved_to_what_steps_promise(monkeypatch):
+    """The square of the last ratio of residuals: fewer substitutions, no iteration more, forces to 1e-9."""
+    state = newton.NewtonState(np.zeros(1), np.zeros((0, 2)), None, None, np.zeros(0, dtype=bool))
+    assert state.promised == 0.0
+    state.least = [1.0, 0.1, 0.02]
+    assert state.promised == pytest.approx(0.04)
+    solves = []
+    plain = linear.krylov
+    monkeypatch.setattr(linear, "krylov", lambda A, solve, *a: plain(A, lambda b: solves.append(1) or solve(b), *a))
+    problem = upsetting((10, 8), 0.1, increments=2, reductions=(0.05,))
+    promised = run(problem, ALWAYS)
+    few = len(solves)
+    solves.clear()
+    monkeypatch.setattr(newton.NewtonState, "promised", 0.0)
+    exact = run(problem, ALWAYS)
+    assert few < len(solves)
+    assert [i.statistics.iterations for i in promised] == [i.statistics.iterations for i in exact]
+    assert promised[-1].force("punch").y == pytest.approx(exact[-1].force("punch").y, rel=1e-9)
+
+
 def column(n: int, load: float) -> csc_matrix:
     """A hinged column of n + 1 links that bend at n joints, under a multiple of its load of buckling.
 

@@ -343,7 +343,8 @@ class Policy:
     krylov: int = 8
     """… of so many iterations at most: more cost as much as a factorisation …"""
     forcing: float = 0.1
-    """… to this part, times the relative residual, of the residual, with which steps converge as quadratically as exact ones …"""
+    """… to this part, times the relative residual or what a step promises to leave, of the residual, with which steps converge
+    as quadratically as exact ones …"""
     least_forcing: float = 1e-7
     """… but never to less than this part of it …"""
     most_forcing: float = 1e-4

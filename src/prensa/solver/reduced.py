@@ -281,7 +281,7 @@ class Reduced:
         return self.restriction.whole(self.factorisation.solve(matrix, self.restriction.part(b)), len(b))
 
     def step(self, matrix: Array, b: Array, relative: float, changed: int | None = None) -> Array:
-        """As `solve`, to the digits that Newton's step needs from an iterate with such a ``relative`` residual.
+        """As `solve`, to the digits that Newton's step needs from an iterate with such a ``relative`` residual, or promises.
 
         changed: contact points but for which the factors at hand are nearly those of the matrix; None where they are not.
         """
