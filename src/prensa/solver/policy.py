@@ -86,7 +86,9 @@ class Policy:
     near: float = 1e-5
     """Relative residual from which on the factors at hand may finish the work."""
     fine: float = 1e-11
-    """Relative residual to which converged iterates are improved: sums over all nodes need these digits."""
+    """Relative residual to which converged iterates are improved: sums over all nodes need these digits …"""
+    finishing: float = 0.3
+    """… of which linear equations of a step that can be the last leave this part."""
     tight: float = 1e-12
     """Penetration and elastic slip over the element depth that exact contacts reach."""
     corrections: int = 4
