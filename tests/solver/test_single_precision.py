@@ -11,6 +11,7 @@ from scipy.sparse import csc_matrix, diags_array, tril
 import prensa as pr
 from prensa.fem.state import State
 from prensa.solver import linear, newton
+from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.linear import Factorisation, krylov
 from prensa.solver.policy import Policy
 from prensa.verify.forming import upsetting
@@ -141,6 +142,49 @@ def test_newton_goes_on_from_an_iterate_that_could_not_be_finished(monkeypatch):
     for one, other in zip(*runs, strict=True):
         assert one.statistics.iterations == other.statistics.iterations
         assert one.force("punch").y == pytest.approx(other.force("punch").y, rel=1e-9)
+
+
+def test_systems_are_solved_to_what_steps_promise(monkeypatch):
+    """The square of the last ratio of residuals: fewer substitutions, no iteration more, forces to 1e-9."""
+    state = newton.NewtonState(np.zeros(1), np.zeros((0, 2)), None, None, np.zeros(0, dtype=bool))
+    assert state.promised == 0.0
+    state.least = [1.0, 0.1, 0.02]
+    assert state.promised == pytest.approx(0.04)
+    solves = []
+    plain = linear.krylov
+    monkeypatch.setattr(linear, "krylov", lambda A, solve, *a: plain(A, lambda b: solves.append(1) or solve(b), *a))
+    problem = upsetting((10, 8), 0.1, increments=2, reductions=(0.05,))
+    promised = run(problem, ALWAYS)
+    few = len(solves)
+    solves.clear()
+    monkeypatch.setattr(newton.NewtonState, "promised", 0.0)
+    exact = run(problem, ALWAYS)
+    assert few < len(solves)
+    assert [i.statistics.iterations for i in promised] == [i.statistics.iterations for i in exact]
+    assert promised[-1].force("punch").y == pytest.approx(exact[-1].force("punch").y, rel=1e-9)
+
+
+def test_what_is_nearly_converged_is_finished_with_its_own_matrix(monkeypatch):
+    """Corrections are then Newton's steps: fewer evaluations, no iteration more, forces to 1e-9."""
+    a = grid(20, 0.3)
+    near, b = a.copy(), np.cos(np.arange(400.0))
+    near.data = a.data * (1.0 + 0.003 * np.sin(np.arange(a.nnz)))
+    f = factorisation(a)
+    f.step(a.data, b, 1e-7)
+    f.follow(near.data, 0)
+    assert f.follows and np.linalg.norm(b - near @ f.correction(b, 1e-6)) <= 2e-6 * np.linalg.norm(b)
+    evaluations = []
+    plain = Equilibrium.evaluate
+    monkeypatch.setattr(Equilibrium, "evaluate", lambda self, *a, **k: evaluations.append(1) or plain(self, *a, **k))
+    problem = upsetting((10, 8), 0.1, increments=4, reductions=(0.05,))
+    own = run(problem, ALWAYS)
+    few = len(evaluations)
+    evaluations.clear()
+    monkeypatch.setattr(Factorisation, "follows", False)
+    last = run(problem, ALWAYS)
+    assert few < len(evaluations)
+    assert [i.statistics.iterations for i in own] == [i.statistics.iterations for i in last]
+    assert own[-1].force("punch").y == pytest.approx(last[-1].force("punch").y, rel=1e-9)
 
 
 def column(n: int, load: float) -> csc_matrix:

@@ -81,15 +81,18 @@ class Finish:
         return self.norm / self.evaluation.scale
 
 
-def finish(eq: Equilibrium, u: Array, e: Evaluation, lam: Array, came_by: Array | None) -> tuple[Finish, bool]:
+def finish(
+    eq: Equilibrium, u: Array, e: Evaluation, lam: Array, came_by: Array | None, followed: float | None = None
+) -> tuple[Finish, bool]:  # fmt: skip
     """Improve a nearly converged iterate; whether it has converged. If not, Newton goes on from where it was.
 
     What is converged is improved further: the residual is summed over all nodes, so a tool's balance needs digits that the
-    stop leaves open. came_by (ndof,): the step that led to u, if its factors are those at hand.
+    stop leaves open. came_by (ndof,): the step that led to u, if its factors are those at hand. ``followed``: part of the
+    residual that a step with the matrix at u promises to leave, if corrections go by that matrix.
     """
     done = Finish(u, e, eq.norm(e))
     del e  # a large system has no room for one more history
-    _substitute(eq, done, lam, Secant(came_by, eq.policy.least_secant, eq.reduced.lengths(len(u))))
+    _substitute(eq, done, lam, Secant(came_by, eq.policy.least_secant, eq.reduced.lengths(len(u))), followed)
     if not done.within(eq):
         return done, False
     e, policy = done.evaluation, eq.policy
@@ -100,9 +103,13 @@ def finish(eq: Equilibrium, u: Array, e: Evaluation, lam: Array, came_by: Array 
     return done, not done.evaluation.violation > policy.tight
 
 
-def _substitute(eq: Equilibrium, done: Finish, lam: Array, secant: Secant) -> None:
+def _substitute(eq: Equilibrium, done: Finish, lam: Array, secant: Secant, followed: float | None) -> None:
     """Substitutions with the factors at hand as long as they are cheaper than a factorisation would be."""
-    policy = eq.policy
+    policy, share = eq.policy, None
+    if followed is not None and done.norm > 0:
+        # the first is a step of Newton's: as exact as it has to be to be the last, if it can be that
+        enough = policy.finishing * policy.fine * done.evaluation.scale / done.norm
+        share = max(enough, followed, policy.least_forcing)
     while (
         not done.fine(eq)
         and not done.stalled
@@ -110,7 +117,7 @@ def _substitute(eq: Equilibrium, done: Finish, lam: Array, secant: Secant) -> No
         and done.norm * done.rate**policy.corrections <= policy.fine * done.evaluation.scale
     ):
         with eq.report.timed("factorisation and solve"):
-            step = secant.step(eq.reduced.correction(-done.evaluation.r))
+            step, share = secant.step(eq.reduced.correction(-done.evaluation.r, share)), None
         better = eq.evaluate(done.u + step, lam, stiffness=eq.keeps_matrix and done.is_nearly_there(eq))
         size = eq.norm(better)
         done.stalled = not size < policy.contraction * done.norm

@@ -311,14 +311,28 @@ class Factorisation:
         """Whether the matrix of the last `step` is kept for corrections: that of a large system, by GMRES."""
         return self._matrix is not None
 
-    def correction(self, b: Array) -> Array:
-        """Solution of b (n,) to a few digits, of the matrix of the last `step` or `solve`, whatever that of the factors."""
+    @property
+    def follows(self) -> bool:
+        """Whether corrections had better be those of the matrix at an iterate: factors LDLᵀ are too cheap to be saved by that."""
+        return self._worth_single and self.order[0][1] == GENERAL
+
+    def follow(self, values: Array, changed: int) -> None:
+        """Let corrections be those of another matrix (nnz,), near the last one but for contact points that have ``changed``."""
+        from scipy.sparse import csc_matrix
+
+        n, indptr, indices = self.structure[:3]
+        self._matrix = csc_matrix((self._scaled(values), indices, indptr), (n, n))
+        self._apart += changed
+
+    def correction(self, b: Array, share: float | None = None) -> Array:
+        """Solution of b (n,) to a few digits, or but for a ``share``, of the matrix of the last `step`, `solve` or `follow`."""
         if self._matrix is not None and self._solve is not None:
             scale = 1.0 if self.scale is None else self.scale
-            outliers = self.policy.outliers * self._apart
-            x = krylov(self._matrix, self._solve, scale * b, self.policy.krylov, self.policy.usual_rate, outliers)
-            if x is not None:
-                return scale * x
+            outliers, usual = self.policy.outliers * self._apart, self.policy.usual_rate
+            for left in (usual,) if share is None or share >= usual else (share, usual):
+                x = krylov(self._matrix, self._solve, scale * b, self.policy.krylov, left, outliers)
+                if x is not None:
+                    return scale * x
         return self.again(b)
 
     def exactly(self, b: Array, share: float) -> Array | None:
@@ -565,9 +579,12 @@ class DenseFactors:
         """As `solve`."""
         return self.solve(values, b)
 
-    holds_matrix = False
+    holds_matrix = follows = False
 
-    def correction(self, b: Array) -> Array:
+    def follow(self, values: Array, changed: int) -> None:
+        """Nothing: corrections are those of the factors."""
+
+    def correction(self, b: Array, share: float | None = None) -> Array:
         """As `again`."""
         return self.again(b)
 

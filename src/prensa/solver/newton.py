@@ -52,6 +52,14 @@ class NewtonState:
     least: list[float] = field(default_factory=list)
     secant: bool = False
 
+    @property
+    def promised(self) -> float:
+        """Residual over the present one that quadratic convergence promises after a step: the square of the last such ratio.
+
+        A linear system need not be solved to more digits than that (choice 2 of Eisenstat & Walker 1996); 0 before a step.
+        """
+        return (self.least[-1] / self.least[-2]) ** 2 if len(self.least) > 1 and self.least[-2] > 0 else 0.0
+
 
 def newton(
     eq: Equilibrium, guess: Guess, lam: Array, result: NewtonResult, by_contact: bool = False
@@ -108,8 +116,10 @@ def terminate(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> Eval
     if runaway := eq.runaway(state.u - eq.context.state.u):
         return runaway
     if _near(eq, state, e):
+        followed = _followed(eq, state, e)
         del e
-        done, converged = finish(eq, state.u, _handed_over(eq, state), state.lam, state.came_by)
+        came_by = state.came_by if followed is None else None
+        done, converged = finish(eq, state.u, _handed_over(eq, state), state.lam, came_by, followed)
         result.iterations += done.factorisations
         if converged:
             result.u, result.residual = done.u, done.residual
@@ -135,6 +145,28 @@ def _near(eq: Equilibrium, state: NewtonState, e: Evaluation) -> bool:
     may = may and not (state.changed and len(eq.reduced.free) >= eq.policy.worth_single)
     limit = max(eq.numerics.tolerance, eq.policy.near if may else 0.0)
     return bool((state.relative <= limit or state.norm <= e.floor) and not opened)
+
+
+def _follows(eq: Equilibrium) -> bool:
+    """Whether substitutions that finish the work had better go by the matrix at the iterate than by that of the last step.
+
+    Not where multipliers have equations, which are others where a point changes, nor where the matrix is wanted afterwards.
+    """
+    return eq.reduced.factorisation.follows and not (eq.keeps_matrix or eq.reduced.equations)
+
+
+def _followed(eq: Equilibrium, state: NewtonState, e: Evaluation) -> float | None:
+    """What a step with the matrix at the iterate promises to leave, if corrections go by that from here on; else None.
+
+    With the matrix of the last step they would take an evaluation for each digit and a half, and as many substitutions each.
+    """
+    factors = eq.reduced.factorisation
+    may = _follows(eq) and factors.holds_matrix and e.data is not None
+    if not may or state.reversed.any() or state.secant != _turns(eq, state):
+        return None
+    factors.follow(eq.reduced.matrix(e, -e.r, spent=True), state.changed)
+    before = state.least[-1] if state.least else 0.0
+    return (state.norm / before) ** 2 if before > 0 else 1.0
 
 
 def _handed_over(eq: Equilibrium, state: NewtonState) -> Evaluation:
@@ -167,6 +199,7 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
         state.best, state.watch_from, state.watched = state.norm, (state.u, delta), 0
     moved = contact_corrected(eq.system, eq.context, e, state.u, delta, state.lam)
     wanted = not (state.relative <= eq.policy.close and state.settled and not (state.iteration and state.changed))
+    wanted = wanted or _follows(eq)
     full = eq.evaluate(moved, state.lam, wanted, secant=_secant(eq, state))
     size = eq.norm(full)
     if not decided and size > state.norm and (better := _decided(eq, state, e, full, result)) is not None:
@@ -229,7 +262,7 @@ def _direction(eq: Equilibrium, state: NewtonState) -> tuple[Evaluation, Array]:
     changed = state.changed if alike and eq.numerics.reuse_factors else None
     with eq.report.timed("factorisation and solve"):
         matrix, e = eq.reduced.matrix(e, -e.r, spent=True), e._replace(data=None, history=())
-        return e, eq.reduced.step(matrix, -e.r, state.relative, changed)
+        return e, eq.reduced.step(matrix, -e.r, max(state.relative, state.promised), changed)
 
 
 def _contact_direction(eq: Equilibrium, state: NewtonState, by_contact: bool) -> tuple[Evaluation, Array, bool]:

@@ -88,7 +88,9 @@ class Policy:
     near: float = 1e-5
     """Relative residual from which on the factors at hand may finish the work."""
     fine: float = 1e-11
-    """Relative residual to which converged iterates are improved: sums over all nodes need these digits."""
+    """Relative residual to which converged iterates are improved: sums over all nodes need these digits …"""
+    finishing: float = 0.3
+    """… of which linear equations of a step that can be the last leave this part."""
     tight: float = 1e-12
     """Penetration and elastic slip over the element depth that exact contacts reach."""
     corrections: int = 4
@@ -345,7 +347,8 @@ class Policy:
     krylov: int = 8
     """… of so many iterations at most: more cost as much as a factorisation …"""
     forcing: float = 0.1
-    """… to this part, times the relative residual, of the residual, with which steps converge as quadratically as exact ones …"""
+    """… to this part, times the relative residual or what a step promises to leave, of the residual, with which steps converge
+    as quadratically as exact ones …"""
     least_forcing: float = 1e-7
     """… but never to less than this part of it …"""
     most_forcing: float = 1e-4

@@ -115,8 +115,15 @@ class Factors(Protocol):
     def step(self, matrix: Array, b: Array, share: float, changed: int | None = None) -> Array:
         """As `solve`, but for a ``share`` of b; ``changed``: points in which alone factors at hand are of another matrix."""
 
-    def correction(self, b: Array) -> Array:
-        """Solution (f,) to a few digits, of the last matrix, with whatever factors are at hand."""
+    @property
+    def follows(self) -> bool:
+        """Whether corrections had better be those of the matrix at an iterate (see `follow`)."""
+
+    def follow(self, matrix: Array, changed: int) -> None:
+        """Let corrections be those of another matrix; ``changed``: points with another status than in the last."""
+
+    def correction(self, b: Array, share: float | None = None) -> Array:
+        """Solution (f,) to a few digits, or but for a ``share``, of the last matrix, with whatever factors are at hand."""
 
     def exactly(self, b: Array, share: float) -> Array | None:
         """Solutions (f, k) of the last matrix but for a ``share``, by factors of this attempt; None if they are not to be had."""
@@ -281,7 +288,7 @@ class Reduced:
         return self.restriction.whole(self.factorisation.solve(matrix, self.restriction.part(b)), len(b))
 
     def step(self, matrix: Array, b: Array, relative: float, changed: int | None = None) -> Array:
-        """As `solve`, to the digits that Newton's step needs from an iterate with such a ``relative`` residual.
+        """As `solve`, to the digits that Newton's step needs from an iterate with such a ``relative`` residual, or promises.
 
         changed: contact points but for which the factors at hand are nearly those of the matrix; None where they are not.
         """
@@ -289,9 +296,9 @@ class Reduced:
         share = min(max(policy.forcing * relative, policy.least_forcing), policy.most_forcing)
         return self.restriction.whole(self.factorisation.step(matrix, self.restriction.part(b), share, changed), len(b))
 
-    def correction(self, b: Array) -> Array:
-        """As `again`, of the last matrix even where the factors at hand are of one before."""
-        return self.restriction.whole(self.factorisation.correction(self.restriction.part(b)), len(b))
+    def correction(self, b: Array, share: float | None = None) -> Array:
+        """As `again`, of the last matrix even where the factors at hand are of one before; ``share``: that may be left of b."""
+        return self.restriction.whole(self.factorisation.correction(self.restriction.part(b), share), len(b))
 
     def responses(self, loads: csr_matrix, of: csr_matrix) -> Array:
         """Σ of_i x (n, k) of the solutions x for k loads, rows (k, ndof), with the last factors; of (n, ndof)."""
