@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import prensa as pr
+from prensa.solver.increment import STATUS
 
 RULES = ["nodal", "gauss1", "gauss2", "gauss3", "kikuchi", "simpson"]
 WAYS = [(e, rule) for e in (pr.Penalty(), pr.Augmented()) for rule in RULES]
@@ -79,3 +80,17 @@ def test_a_towed_roller_rolls(k: int) -> None:
         assert abs(tool.force.x) <= 1e-3 * MU * tool.force.y
     turned, rolled = (path[-1].place[k] - path[0].place[k] for k in (2, 0))
     assert turned == pytest.approx(-rolled / radius, rel=2e-2)  # but for penetration and creep
+
+
+@pytest.mark.parametrize(("friction", "word"), [(pr.Coulomb(0.3), "stick"), (None, "slip")], ids=["friction", "none"])
+def test_a_lone_node_without_shear_sticks_if_there_is_friction(friction, word):
+    """Whether a contact has friction is its law's to say, not its tractions'."""
+    p = pr.Problem(
+        "one node", bodies={"b": pr.Body(pr.Rectangle((2, 2), (2, 2)), pr.Elastic(1000.0, 0.3))},
+        tools={"die": pr.Circle(4.0, at=(1.0, 6.0))}, contacts=[pr.Contact("b.top", "die", friction=friction)],
+        fixed={"b.bottom": "xy"}, steps=[pr.Step("press", move={"die": {"y": -0.01}})],
+    )  # fmt: skip
+    *_, last = pr.solve(p)
+    contact = last.contacts["b.top-die"]
+    assert [STATUS[k] for k in contact.status if STATUS[k] != "open"] == [word]
+    assert contact.shear == pytest.approx(0.0, abs=1e-12)
