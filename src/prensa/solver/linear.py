@@ -104,7 +104,7 @@ def _rslab(a: Structure) -> Factor:
     from scipy.sparse import csc_matrix
 
     rslab = _load_rslab()
-    pattern = csc_matrix((np.ones(len(a.indices), dtype=np.float32), a.indices, a.indptr), (a.n, a.n))
+    pattern = csc_matrix((np.ones(len(a.indices)), a.indices, a.indptr), (a.n, a.n))
     if a.kind == SYMMETRIC:
         ldlt = rslab.analyze(pattern, path="ldlt", threads=a.threads, **RACE)
         return lambda values: _ldlt(ldlt.factor(values, **(UNSCALED if values.dtype == np.float32 else {})))
