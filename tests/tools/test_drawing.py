@@ -140,6 +140,18 @@ def test_what_is_no_chain_is_told_with_its_place(tmp_path, draw, points, message
     assert str(caught.value).startswith("case.yaml:8:")
 
 
+def test_a_drawing_of_a_whole_plant_is_refused_before_it_is_read(tmp_path, monkeypatch):
+    """The reader makes objects of all entities, some 30 000 a second."""
+    drawing(tmp_path, punch)
+    file = tmp_path / "punch.dxf"
+    text = file.read_bytes()
+    at = text.rindex(b"  0\nENDSEC", 0, text.index(b"OBJECTS"))
+    file.write_bytes(text[:at] + b"  0\nPOINT\n" * 10_000 + text[at:])
+    monkeypatch.setattr("ezdxf.readfile", None)
+    with pytest.raises(CaseError, match=r"has 1\d+ entities, and no more than 10000 are read: save the lines and arcs of the tool"):
+        case(tmp_path, "punch.dxf")
+
+
 def test_names_that_are_no_text_are_told(tmp_path):
     """A layer and a kind of entity with bytes that are no characters stand escaped in the message."""
     drawing(tmp_path, two)

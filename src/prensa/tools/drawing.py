@@ -15,6 +15,7 @@ from prensa.model.units import factor
 Point = tuple[float, float]
 
 MOST_SEGMENTS = 5000  # lines and arcs of a tool
+MOST_ENTITIES = 10_000  # of a drawing in which it is
 ONE_POINT = 1e-6  # distance over the size of the drawing at which ends are one point
 NOTES = {"TEXT", "MTEXT", "DIMENSION", "HATCH", "POINT", "LEADER", "MULTILEADER", "VIEWPORT", "ATTDEF", "XLINE", "RAY"}
 LENGTHS = {1: "in", 2: "ft", 4: "mm", 5: "cm", 6: "m", 13: "um", 14: "dm"}  # values of $INSUNITS
@@ -81,6 +82,7 @@ def _dxf(path: str, layer: str | None, what: str) -> tuple[list[Segment], str | 
         import ezdxf
     except ImportError:
         raise ValueError(f"{what} needs a reader of DXF files: pip install 'prensa[dxf]'") from None
+    _entities(path, what)
     try:
         document = ezdxf.readfile(path)
         found: list[Any] = [e for e in document.modelspace() if e.dxftype() not in NOTES]
@@ -103,6 +105,15 @@ def _dxf(path: str, layer: str | None, what: str) -> tuple[list[Segment], str | 
         parts = entity.virtual_entities() if entity.dxftype() in ("LWPOLYLINE", "POLYLINE") else [entity]
         segments += [s for part in parts for s in _segments(part, what)]
     return [s for s in segments if s.start != s.end], unit
+
+
+def _entities(path: str, what: str) -> None:
+    """Refuse drawings of whole plants before the reader makes an object of each entity: every first line of a pair that is 0."""
+    count = sum(line.strip() == b"0" for line in Path(path).read_bytes().splitlines()[::2])
+    if count > MOST_ENTITIES:
+        raise ValueError(
+            f"{what} has {count} entities, and no more than {MOST_ENTITIES} are read: save the lines and arcs of the tool alone"
+        )
 
 
 def _segments(entity: Any, what: str) -> Iterable[Segment]:
