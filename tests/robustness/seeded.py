@@ -434,7 +434,6 @@ SEEDED = {
             "round tool off the axis, across it", (("plane strain", "axisymmetric"), (CYLINDER[0], "type: circle, radius: 2, at: [0.5, 4]")), "8:34",
             ("reaches across the axis by 1.5", "centre it there"), True,
         ),
-        Seeded("line of symmetry left out", ((", strip.left: x}", "}"),), "4:3", ("nothing but friction holds it along x", "a side on its line of symmetry"), True),
         Seeded(
             "billet that hangs in its container", (("plane strain", "axisymmetric"), ("fixed: {strip.bottom: y, strip.left: x}\n", ""),
              ("contacts:", "  wall: {type: plane, normal: [-1, 0], at: [4, 0]}\ncontacts:\n  - {surface: strip.right, against: wall, friction: {type: coulomb, mu: 0.1}}"),

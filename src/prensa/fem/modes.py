@@ -55,7 +55,7 @@ def modes(system: System) -> Iterator[Notice]:
                 yield Notice(
                     f"bodies.{name}",
                     f"nothing but friction holds it {words}: where it is not pressed yet that is nothing, and round-off says "
-                    "where it goes; hold a point of it ('fixed'), a side on its line of symmetry, or let a tool touch it there",
+                    "where it goes; hold a point of it ('fixed'), or let a tool touch it there",
                 )
         values = at_start.copy()
         values[plan.fixed] = plan.values(plan.t1)
@@ -63,16 +63,15 @@ def modes(system: System) -> Iterator[Notice]:
 
 
 def _by_friction_alone(system: System, name: str, frame: _Frame, plan: StepPlan, held: Array) -> str:
-    """Along what the tools that touch a body in the beginning hold it by friction, and neither they nor supports otherwise."""
-    rubbing, pressing = (_contact_rows(system, name, frame, plan, True, friction) for friction in (True, False))
-    if _free(system, frame, np.concatenate([held, rubbing])):
-        return ""  # told otherwise
-    free = _free(system, frame, np.concatenate([held, pressing]))
-    if free:
-        return free.replace("move ", "").replace("to turn", "against turning").replace("turn", "against a turn", 1)
-    if system.axisymmetric and not (np.abs(held[:, 1]) > 1e-6).any() and _pressed_alone(system, name, plan):
-        return "along y against the tools that press it"
-    return ""
+    """Along what the tools that touch a body of revolution in the beginning hold it by friction alone, against what they press.
+
+    In the plane a body between tools that press it is held by their friction from the first increment on, and a good case.
+    """
+    rubbing = _contact_rows(system, name, frame, plan, True)
+    if not system.axisymmetric or _free(system, frame, np.concatenate([held, rubbing])):
+        return ""  # or told otherwise
+    alone = not (np.abs(held[:, 1]) > 1e-6).any() and _pressed_alone(system, name, plan)
+    return "along y against the tools that press it" if alone else ""
 
 
 def _pressed_alone(system: System, body: str, plan: StepPlan) -> bool:
@@ -158,10 +157,8 @@ def _support_rows(system: System, frame: _Frame, plan: StepPlan) -> Array:
     return _rows(frame, system.X[nodes[mine]], np.eye(field.width)[axis[mine]])
 
 
-def _contact_rows(
-    system: System, body: str, frame: _Frame, plan: StepPlan, touching: bool, friction: bool = True
-) -> Array:
-    """Rows of the contacts of a body: normals and, with ``friction``, tangents; of all of them, or of those that touch at first.
+def _contact_rows(system: System, body: str, frame: _Frame, plan: StepPlan, touching: bool) -> Array:
+    """Rows of the contacts of a body: normals and, with friction, tangents; of all of them, or of those that touch at first.
 
     Tools that are pushed are brought to touch before the solve.
     """
@@ -180,7 +177,7 @@ def _contact_rows(
         if pushed and not touching:
             seen = pairs.g <= np.inf
         rows.append(_rows(frame, x[seen], pairs.n[seen]))
-        if friction and not system.frictionless(law):
+        if not system.frictionless(law):
             rows.append(_rows(frame, x[seen], pairs.e[seen, 0]))
     return np.concatenate(rows)
 
