@@ -2,7 +2,7 @@
 
 Layout of the file: attributes ``format``, ``version`` (of the layout), ``prensa`` (of the package), ``input_hash`` (of
 the case) and ``state_hash`` (of the arrays); data set ``case`` (YAML text); group ``state`` (one data set per array of
-`State.arrays`).
+`State.arrays`). Behind what HDF5 reads the checksum of all of it.
 """
 
 from __future__ import annotations
@@ -10,7 +10,8 @@ from __future__ import annotations
 import hashlib
 import logging
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
+from zlib import crc32
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,9 +25,44 @@ CHECKPOINT = "checkpoint.h5"
 FORMAT = "prensa checkpoint"
 VERSION = 10
 # 2: second difference of the increments; 3: named fields of contact points, clock and energies; 4: stability; 5: speed of slip;
-# 6: ends of the steps, meshes made during the run; 9: how steadily bodies flow
+# 6: ends of the steps, meshes made during the run; 9: how steadily bodies flow; 10: areas of contact points
+
+SEAL_NAME = b"prensa crc32 "
+SEAL = SEAL_NAME + b"%08x\n"
+CHUNK = 1 << 22  # bytes of a file that are summed at a time
 
 log = logging.getLogger(__name__)
+
+
+def seal(path: Path) -> None:
+    """Append the checksum of a file to it, behind what HDF5 reads."""
+    with path.open("rb+") as file:
+        checksum = _checksum(file, file.seek(0, 2))
+        file.write(SEAL % checksum)
+
+
+def seal_broken(path: Path) -> bool:
+    """Whether a file ends in a checksum that is not its own: HDF5 may crash on a damaged file, and must not see it.
+
+    A file without one, because it was cut off or written to again, is left to HDF5, which tells those.
+    """
+    length = len(SEAL % 0)
+    with path.open("rb") as file:
+        size = file.seek(0, 2) - length
+        if size < 0:
+            return False
+        file.seek(size)
+        end = file.read()
+        return end.startswith(SEAL_NAME) and end != SEAL % _checksum(file, size)
+
+
+def _checksum(file: IO[bytes], size: int) -> int:
+    """CRC-32 of the first bytes of a file, whose place is at their end afterwards."""
+    file.seek(0)
+    value = 0
+    while size > 0 and (part := file.read(min(size, CHUNK))):
+        value, size = crc32(part, value), size - len(part)
+    return value
 
 
 def text_hash(text: str) -> str:
@@ -57,6 +93,8 @@ def _read(path: Path) -> tuple[str, dict[str, NDArray[Any]]]:
         raise PrensaError(f"{path}: there is no checkpoint; start with 'prensa run'")
     if not h5py.is_hdf5(path):
         raise PrensaError(f"{path}: this is not an HDF5 file, or its beginning is damaged; {again}")
+    if seal_broken(path):
+        raise PrensaError(f"{path}: the file is damaged (its checksum does not match); {again}")
     try:
         with h5py.File(path, "r") as file:
             _check_origin(path, dict(file.attrs))

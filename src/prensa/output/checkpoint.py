@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from prensa import __version__
-from prensa.fem.saved import CHECKPOINT, FORMAT, VERSION, arrays_hash, read_checkpoint, text_hash
+from prensa.fem.saved import CHECKPOINT, FORMAT, VERSION, arrays_hash, read_checkpoint, seal, text_hash
 from prensa.fem.state import State
 from prensa.model.problem import Case
 from prensa.output.files import replacing
@@ -37,10 +37,12 @@ def write_checkpoint(path: str | Path, case: Case | str, state: State) -> Path:
 
     text = case if isinstance(case, str) else case_text(case)
     arrays = state.arrays()
-    with replacing(Path(path)) as temporary, h5py.File(temporary, "w") as file:
-        file.attrs.update(format=FORMAT, version=VERSION, prensa=__version__)
-        file.attrs.update(input_hash=text_hash(text), state_hash=arrays_hash(arrays))
-        file.create_dataset("case", data=text, track_times=False)
-        for name, array in arrays.items():
-            file.create_dataset(f"state/{name}", data=array, track_times=False)
+    with replacing(Path(path)) as temporary:
+        with h5py.File(temporary, "w") as file:
+            file.attrs.update(format=FORMAT, version=VERSION, prensa=__version__)
+            file.attrs.update(input_hash=text_hash(text), state_hash=arrays_hash(arrays))
+            file.create_dataset("case", data=text, track_times=False)
+            for name, array in arrays.items():
+                file.create_dataset(f"state/{name}", data=array, track_times=False)
+        seal(temporary)
     return Path(path)

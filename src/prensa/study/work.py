@@ -16,7 +16,7 @@ from typing import Any
 
 from prensa import __version__
 from prensa.errors import PrensaError, SolveError
-from prensa.fem.saved import CHECKPOINT, text_hash
+from prensa.fem.saved import CHECKPOINT, seal_broken, text_hash
 from prensa.model.problem import Case
 from prensa.output.files import write_text
 from prensa.output.lock import LOCK, Held
@@ -180,6 +180,8 @@ def _was_interrupted(folder: Path, text: str) -> bool:
     import h5py
 
     try:
+        if seal_broken(folder / CHECKPOINT):
+            return False
         with h5py.File(folder / CHECKPOINT, "r") as file:
             return bool(file.attrs["input_hash"] == text_hash(text) and file.attrs["prensa"] == __version__)
     except (OSError, KeyError):
