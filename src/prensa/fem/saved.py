@@ -29,7 +29,7 @@ VERSION = 10
 
 SEAL_NAME = b"prensa crc32 "
 SEAL = SEAL_NAME + b"%08x\n"
-CHUNK = 1 << 22  # bytes of a file that are summed at a time
+SUMMED_AT_ONCE = 1 << 22  # bytes of a file
 
 log = logging.getLogger(__name__)
 
@@ -60,7 +60,7 @@ def _checksum(file: IO[bytes], size: int) -> int:
     """CRC-32 of the first bytes of a file, whose place is at their end afterwards."""
     file.seek(0)
     value = 0
-    while size > 0 and (part := file.read(min(size, CHUNK))):
+    while size > 0 and (part := file.read(min(size, SUMMED_AT_ONCE))):
         value, size = crc32(part, value), size - len(part)
     return value
 
