@@ -93,6 +93,14 @@ def test_a_point_that_lets_go_at_once_is_a_limit_point():
     assert "instead of pushed or hung on a spring" in str(caught.value)
 
 
+def test_a_singular_iterate_beyond_a_limit_point_is_no_body_that_comes_free():
+    """The one corner that touches a pushed tool is about to fold: states ahead are unstable, the one that is there is held."""
+    with pytest.raises(SolveError, match="limit point") as caught:
+        list(pr.solve(draw("plastic", 1790888604, 226)))
+    assert isinstance(caught.value.reason, LimitPoint)
+    assert "free to move" not in str(caught.value)
+
+
 @pytest.mark.parametrize(
     ("push", "words"),
     [

@@ -226,7 +226,7 @@ class Jumped:
 class LimitPoint:
     """The path of equilibria ends: tries beyond are unstable, however short the increment; ``cause``: how the last ended."""
 
-    cause: Unstable | Jumped | Stagnated | NotConverged | Diverged
+    cause: Unstable | Jumped | Stagnated | NotConverged | Diverged | Singular
 
 
 @dataclass(frozen=True)
@@ -282,9 +282,10 @@ def sentence(failure: Failure) -> str:
         case Jumped():
             return "the bodies jump within the increment, past unstable states"
         case LimitPoint(cause):
+            seen = "an iterate beyond hangs on nothing" if isinstance(cause, Singular) else sentence(cause)
             return (
                 "limit point: here the bodies can no longer follow what drives them in equilibrium, they jump (the stiffness "
-                f"loses its sign; {sentence(cause)})"
+                f"loses its sign; {seen})"
             )
         case Collapsed():
             return f"{place_of(failure)} flowed by {failure.strain:.2g} in one increment: it collapses"

@@ -24,7 +24,7 @@ from prensa.fem.system import System
 from prensa.solver.acceptance import Acceptance
 from prensa.solver.attempt import attempt_from
 from prensa.solver.equilibrium import Equilibrium, NewtonResult
-from prensa.solver.failure import Diverged, Jumped, LimitPoint, NotConverged, Stagnated, ToolRunaway, Unstable
+from prensa.solver.failure import Diverged, Jumped, LimitPoint, NotConverged, Singular, Stagnated, ToolRunaway, Unstable
 from prensa.solver.jump import goes_by_itself, jump
 from prensa.solver.linear import SingularError
 from prensa.solver.policy import Policy
@@ -248,6 +248,11 @@ def _failed(eq: Equilibrium, result: NewtonResult, short: bool, last: bool) -> N
         limit = at_limit(eq.context, eq.policy)
         if (short or last or limit) and (modes := _turning(eq, result, last and limit)):
             result.reason = _freed(eq, modes) or LimitPoint(reason)
+    elif isinstance(reason, Singular):
+        # an iterate that has jumped may hang on nothing; so does a body that comes free, but nothing turns before it does
+        brief = eq.context.dt < eq.policy.least * (eq.context.plan.t1 - eq.context.plan.t0)
+        if brief and (modes := _led_on(eq)) is not None and _freed(eq, modes) is None:
+            result.reason = LimitPoint(reason)
     return result
 
 
@@ -276,6 +281,11 @@ def _turning(eq: Equilibrium, result: NewtonResult, beside: bool) -> Modes | Non
     there = (_at(eq, eq.system.with_slaves(result.u + sign * step), result.lam) for sign in (1.0, -1.0))
     if any(at is not None and at.negative for at in there):
         return modes
+    return _led_on(eq)
+
+
+def _led_on(eq: Equilibrium) -> Modes | None:
+    """The modes of the first state that the last increment leads on to and that has a negative one."""
     state = eq.context.state
     way = float(np.abs(eq.system.displacement(state.du)).max())
     shares = [far * eq.system.length / way for far in eq.policy.lead_on] if way > 0.0 else []
