@@ -36,6 +36,13 @@ class Held(NamedTuple):
     tangential: Flags
     bounded: Flags
 
+    def moved_apart(self, gaps: Array, ways: Array) -> Array:
+        """Sum (…) of the gaps and ways (k, …), as forces, that have no free degree of freedom to close them.
+
+        What directions make of them, by which points slide or open from a state of rest.
+        """
+        return np.asarray(np.abs(gaps[self.normal]).sum(axis=0) + np.abs(ways[self.tangential]).sum(axis=0))
+
 
 class Kept(NamedTuple):
     """What multipliers of the points ``held`` are: p, t (k,), with t's derivative by the pressure, by_p (k,).

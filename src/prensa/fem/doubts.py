@@ -66,7 +66,7 @@ def _new_sizes(system: System) -> Iterator[Notice]:
                 )
     travel = asked.when.travel
     if isinstance(travel, float):
-        way = max((w for _, w in _ways(system)), default=0.0)
+        way = _longest_way(system)
         if way > travel * asked.at_most > 0.0:
             yield Notice(
                 "remesh.when.travel",
@@ -75,19 +75,17 @@ def _new_sizes(system: System) -> Iterator[Notice]:
             )
 
 
-def _ways(system: System) -> Iterator[tuple[str, float]]:
-    """Tools and the lengths of the ways that the steps prescribe to them, ends of steps apart."""
-    at_start = system.initial().u
-    gone = dict.fromkeys((tool.name for tool in system.tools), 0.0)
+def _longest_way(system: System) -> float:
+    """The longest of the ways that the steps prescribe to the tools, from the beginning of each step straight to its end."""
+    at_start, gone = system.initial().u, np.zeros(len(system.tools))
     for number in range(len(system.problem.steps)):
         plan = plan_step(system, number, at_start)
         end = at_start.copy()
         end[plan.fixed] = plan.values(plan.t1)
-        for t, tool in enumerate(system.tools):
-            way = system.place_of(t, end)[:2] - system.place_of(t, at_start)[:2]
-            gone[tool.name] += float(np.hypot(*way))
+        for t in range(len(gone)):
+            gone[t] += np.hypot(*(system.place_of(t, end) - system.place_of(t, at_start))[:2])
         at_start = end
-    yield from gone.items()
+    return float(gone.max(initial=0.0))
 
 
 # ---------------------------------------------------------------------------------------------------------------- mounts

@@ -51,33 +51,23 @@ def modes(system: System) -> Iterator[Notice]:
                 )
                 nothing = "no support and no contact resists" if fatal else "nothing resists until a tool touches it"
                 yield Notice(f"bodies.{name}", f"{step}it is free to {words}: {nothing}; {remedy}", fatal)
-            if not number and name not in told and (words := _by_friction_alone(system, name, frame, plan, held)):
+            along_axis = (np.abs(held[:, 1]) > 1e-6).any()
+            if system.axisymmetric and not number and name not in told and not along_axis and _pressed_alone(system, name, plan):
                 yield Notice(
                     f"bodies.{name}",
-                    f"nothing but friction holds it {words}: where it is not pressed yet that is nothing, and round-off says "
-                    "where it goes; hold a point of it ('fixed'), or let a tool touch it there",
+                    "nothing but friction holds it along y against the tools that press it: where it is not pressed yet that is "
+                    "nothing, and round-off says where it goes; hold a point of it ('fixed'), or let a tool touch it there",
                 )
         values = at_start.copy()
         values[plan.fixed] = plan.values(plan.t1)
         at_start = values
 
 
-def _by_friction_alone(system: System, name: str, frame: _Frame, plan: StepPlan, held: Array) -> str:
-    """Along what the tools that touch a body of revolution in the beginning hold it by friction alone, against what they press.
-
-    In the plane a body between tools that press it is held by their friction from the first increment on, and a good case.
-    """
-    rubbing = _contact_rows(system, name, frame, plan, True)
-    if not system.axisymmetric or _free(system, frame, np.concatenate([held, rubbing])):
-        return ""  # or told otherwise
-    alone = not (np.abs(held[:, 1]) > 1e-6).any() and _pressed_alone(system, name, plan)
-    return "along y against the tools that press it" if alone else ""
-
-
 def _pressed_alone(system: System, body: str, plan: StepPlan) -> bool:
     """Whether a tool that a step drives presses a body along the axis, and nothing but the friction of others bears it.
 
-    Of those that touch it in the beginning. Loads may bear it too.
+    Of those that touch it in the beginning. Loads may bear it too. In the plane a body between tools that press it is held by
+    their friction from the first increment on, and a good case.
     """
     p, u = system.problem, system.initial().u
     at, moved = plan.values(plan.t0), plan.values(plan.t1)

@@ -16,6 +16,7 @@ from prensa.fem.schedule import StepPlan, tabulated
 from prensa.fem.surface import Surface
 from prensa.fem.system import System
 from prensa.model.feed import ends_early
+from prensa.model.problem import Step
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -212,8 +213,6 @@ def _repeated(step: Any, plan: StepPlan) -> Iterator[tuple[str, str]]:
 
 def _nothing(step: Any, plan: StepPlan) -> tuple[str, str] | None:
     """Path and words of a step that says nothing at all."""
-    from prensa.model.problem import Step
-
     bare = Step(step.name, increments=step.increments)
     return None if step != bare else (
         f"steps.{plan.number}",

@@ -34,7 +34,7 @@ from prensa.model.feed import ends_early
 from prensa.model.meshes import MOST_ELEMENTS
 from prensa.model.problem import tools_removed
 from prensa.model.remeshing import remeshing_of
-from prensa.model.tables import tables_of
+from prensa.model.tables import DRIVEN, tables_of
 from prensa.model.units import factor
 
 Array = NDArray[np.float64]
@@ -193,10 +193,9 @@ def _tables(system: System) -> Iterator[Notice]:
 
 def _left_off(p: model.Problem, number: int, kind: str, name: str) -> bool:
     """Whether the step after a step has nothing to say of the tool or side that a table in it drives."""
-    driving = ("move", "by", "velocity", "push", "crank", "feed", "fixed")
-    if kind not in driving[:4] or number + 1 >= len(p.steps) or tools_removed(p, number + 1):
+    if kind not in ("move", "by", "velocity", "push") or number + 1 >= len(p.steps) or tools_removed(p, number + 1):
         return False
-    return not any(name in getattr(p.steps[number + 1], other) for other in driving)
+    return not any(name in getattr(p.steps[number + 1], other) for other in (*DRIVEN, "fixed"))
 
 
 # ---------------------------------------------------------------------------------------------------- size and stiffness

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.recovery import recover
+from prensa.contact.recovery import mises_of, recover
 from prensa.fem.assembly import Block
 from prensa.materials.protocol import Field, Material
 from prensa.mesh.mesh import corner_cells
@@ -150,10 +150,8 @@ def elastic_volume(history: Array) -> Array:
 def utilisation(law: Material, history: Array) -> Array:
     """Mises stress over yield stress (m, q, 1) of a plastic law's histories (m, q, h)."""
     flat = np.ascontiguousarray(history.reshape(-1, history.shape[-1])[:, : law.size])
-    xx, yy, zz, xy = law.cauchy(flat).T
-    mises = np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3 * xy**2)
     strong: Any = law
-    return (mises / (np.sqrt(3.0) * strong.shear_strength(flat))).reshape(*history.shape[:-1], 1)
+    return np.asarray(mises_of(law.cauchy(flat)) / (np.sqrt(3.0) * strong.shear_strength(flat))).reshape(*history.shape[:-1], 1)
 
 
 # ----------------------------------------------------------------------------------------------------------------- transfer

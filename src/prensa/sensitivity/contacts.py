@@ -101,11 +101,9 @@ class Points:
         """What conditions that supports prescribe move apart (d,), as forces: points that slide or open from a state of rest."""
         if self.f.kept is None:
             return np.zeros(self.p.shape[1])
-        n, t, _ = self.f.kept.held
         size = (self.f.weight * self.scale.unit)[:, None]
-        gaps = (self.lam[:, 0] - self.p) / self.scale.k_n[:, None]
-        out = np.abs(size * gaps)[n].sum(axis=0) + np.abs(size * (self.s - self.before.coordinate[:, 0]))[t].sum(axis=0)
-        return np.asarray(out)
+        gaps, ways = (self.lam[:, 0] - self.p) / self.scale.k_n[:, None], self.s - self.before.coordinate[:, 0]
+        return self.f.kept.held.moved_apart(size * gaps, size * ways)
 
     @staticmethod
     def grown(c: Context, number: int, dxn: Array) -> Array:

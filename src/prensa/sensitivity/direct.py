@@ -292,11 +292,10 @@ class Direction:
         kept = at.e.contacts[k].kept
         if kept is None:
             return 0.0
-        n, t, _ = kept.held
         ends = [(side.e.contacts[k], side.c.committed[k].coordinate) for side in (above, below)]
         g, s = (self.difference(a, b) for a, b in zip(*((f.g, (f.s - was)[:, 0]) for f, was in ends)))
         size = at.e.contacts[k].weight * at.c.scales[k].unit
-        return float(np.abs(size * g)[n].sum() + np.abs(size * s)[t].sum())
+        return float(kept.held.moved_apart(size * g, size * s))
 
     def _folded(self, at: Solution, side: Context, e: Evaluation) -> float:
         """What the work of friction on a side has from sizes of tractions that a step turns round: of points that just touch.
