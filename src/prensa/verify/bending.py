@@ -18,6 +18,8 @@ ALLOY = pr.Swift(K=550.4, e0=(194.0 / 550.4) ** (1 / 0.223), n=0.223)
 PUNCH, SHOULDER, DIE, SHEET_THICKNESS, HALF_SHEET, SHEET_STROKE = 23.5, 4.0, 25.0, 1.0, 60.0, 28.5
 FORMED, RELEASED = 21.84, 54.45
 """Angles (°) of NAFEMS R0094, benchmark 3, with friction. Another code has 43.2 for the second."""
+CALCULIX = 20.32
+"""The first of them by CalculiX 2.20 on 120 x 4 elements C3D8I: `benchmarks/calculix_bending.py`."""
 
 
 def free_bending(element: str, n: tuple[int, int], E_scale: float = 1.0, mu_scale: float = 1.0) -> pr.Problem:
@@ -62,6 +64,7 @@ def numisheet(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator[Row]:
         problem = free_bending(element, (60, 2), E_scale, mu_scale)
         bent, released = (i for i in pr.solve(problem) if i.end_of_step)
         yield row(f"{element}: angle (°)", np.degrees(exact.angle), between_legs(bent), 0.02)
+        yield row(f"{element}: angle (°), CalculiX", CALCULIX, between_legs(bent), 0.02)
         yield row(f"{element}: angle (°), NAFEMS R0094", FORMED, between_legs(bent), 0.0, "report")
         yield row(f"{element}: angle after release (°), NAFEMS R0094", RELEASED, between_legs(released), 0.0, "report")
         unbalanced, _ = imbalance(discretise(problem), bent)
