@@ -30,7 +30,7 @@ NO_STRESS = 1e-300
 SMALL_LOG, SMALL_EXP = 0.15, 0.12  # up to which the polynomials are right to the last digit
 # of powers: what numbers and exponents of e have to be; ln 2 in two parts; what rounds to whole numbers when it is added, as bits
 # too; bits of ½√2; how many bits a mantissa has and what is added to exponents
-_LEAST, _MOST, _EXPONENT, _LN2, _LN2_REST = 1e-300, 1e300, 700.0, 0.69314718036912381649, 1.9082149292705877e-10
+_NORMAL, _FINITE, _EXPONENT, _LN2, _LN2_REST = 1e-300, 1e300, 700.0, 0.69314718036912381649, 1.9082149292705877e-10
 _WHOLE, _WHOLE_BITS, _ROOT, _MANTISSA, _BIAS = 6755399441055744.0, 0x4338000000000000, 0x3FE6A09E667F3BCD, 52, 1023
 
 
@@ -71,7 +71,7 @@ def _power_curve(w, bits, first, factor, shift, n):
         tail = 0.2222219843214978396 + z * (0.1818357216161805012 + z * (0.1531383769920937332 + z * 0.1479819860511658591))
         tail = z * (0.6666666666666735130 + z * (0.3999999999940941908 + z * (0.2857142874366239149 + z * tail)))
         t = n * (k * _LN2 - ((half - (s * (half + tail) + k * _LN2_REST)) - f))
-        good = (x >= _LEAST) & (x <= _MOST) & (abs(t) <= _EXPONENT)
+        good = (x >= _NORMAL) & (x <= _FINITE) & (abs(t) <= _EXPONENT)
         t = t if good else 0.0
         whole = t / (_LN2 + _LN2_REST) + _WHOLE
         w[_NEW1 + i] = whole
