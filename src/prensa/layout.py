@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -77,17 +78,17 @@ class Field:
     components: tuple[str, ...]
     first: int = 0
 
-    @property
+    @cached_property
     def width(self) -> int:
         """Degrees of freedom of one entity."""
         return len(self.components)
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Degrees of freedom of the field."""
         return self.count * self.width
 
-    @property
+    @cached_property
     def slice(self) -> slice:
         """Their places in a vector of all."""
         return slice(self.first, self.first + self.size)

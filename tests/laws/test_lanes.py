@@ -12,7 +12,7 @@ from prensa.materials.laws import J2, At, Out, _Isotropic
 from prensa.materials.material import Material
 
 CURVES = [
-    pr.Perfect(250.0), pr.Ludwik(250.0, 500.0, 0.3), pr.Voce(250.0, 300.0, 5.0, 40.0),
+    pr.Perfect(250.0), pr.Ludwik(250.0, 500.0, 0.3), pr.Swift(500.0, 0.002, 0.25), pr.Voce(250.0, 300.0, 5.0, 40.0),
     pr.JohnsonCook(250.0, 400.0, 0.3, 0.02, 0.1),
 ]  # fmt: skip
 
@@ -72,3 +72,29 @@ def test_a_point_turned_inside_out_fails_alone() -> None:
     rest = np.arange(70) != 66
     for a, b in zip(alone[:3], beside[:3]):
         np.testing.assert_array_equal(a[rest], b[rest])
+
+
+POWERS = [pr.Ludwik(250.0, 500.0, 0.02), pr.Ludwik(100.0, 3e4, 1.3), pr.Swift(700.0, 1e-5, 0.6)]
+
+
+@pytest.mark.parametrize("curve", POWERS, ids=str)
+def test_powers_of_any_strain_are_those_of_the_library(curve: pr.Ludwik) -> None:
+    """Flow stresses on the yield surface after strains of 0 to 30, by the library's power, to a few units of the last digit."""
+    law = pr.J2(E=200e3, nu=0.3, flow=curve, yield_on="kirchhoff").law("finite", "plane strain")
+    assert isinstance(law, J2)
+    rng = np.random.default_rng(5)
+    old = np.zeros((500, law.size))
+    old[:, 4] = 10.0 ** rng.uniform(-16, 1.5, 500)
+    old[:50, 4] = 0.0
+    h = rng.uniform(-0.3, 0.3, (500, 5))
+    out = out_of(500, law.size)
+    law.update(h, old, At(1.0, 1.0), out)
+    strain = out.new[:, 4]
+    flowed = (strain > old[:, 4]) & ~out.failed
+    assert flowed.mean() > 0.9
+    shift, s0, factor = (curve.e0, 0.0, curve.K) if isinstance(curve, pr.Swift) else (0.0, curve.s0, curve.K)
+    expected = s0 + factor * np.power(strain + shift, curve.n)
+    e = law.elastic_strains(out.new)
+    deviator = 2.0 * law.mu * (e - e.mean(axis=1, keepdims=True))
+    found = np.sqrt(1.5 * (deviator**2).sum(axis=1))
+    np.testing.assert_allclose(found[flowed], expected[flowed], rtol=1e-12)

@@ -3,7 +3,7 @@
 What `prensa.kernels.tensor` and `prensa.materials.j2` do one after the other, for a few points at a time, whose numbers stay in
 the nearest cache. But for the return map no pass over them has a branch or a function of a library, so that a compiler answers
 for as many points at once as the processor has lanes: logarithms and exponentials of small strains are polynomials, large ones
-are put right point by point.
+are put right point by point; powers of Ludwik's and Swift's curves are written out.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 from prensa.kernels.compiled import njit
 from prensa.kernels.tensor import det_minus_one, push_forward
-from prensa.materials.hardening import JOHNSON_COOK, TINY, flow_stress
+from prensa.materials.hardening import JOHNSON_COOK, LUDWIK, SWIFT, TINY, flow_stress
 from prensa.materials.j2 import ON_SURFACE, _converged, _return, _start, _steps
 
 GROUP = 64
@@ -28,6 +28,10 @@ _P, _P1, _P2, _P3, _P4, _H, _H1, _H2, _H3, _H4 = range(35 * GROUP, 45 * GROUP, G
 _A, _A24, _ROWS = 45 * GROUP, 69 * GROUP, 70 * GROUP
 NO_STRESS = 1e-300
 SMALL_LOG, SMALL_EXP = 0.15, 0.12  # up to which the polynomials are right to the last digit
+# of powers: what numbers and exponents of e have to be; ln 2 in two parts; what rounds to whole numbers when it is added, as bits
+# too; bits of ½√2; how many bits a mantissa has and what is added to exponents
+_NORMAL, _FINITE, _EXPONENT, _LN2, _LN2_REST = 1e-300, 1e300, 700.0, 0.69314718036912381649, 1.9082149292705877e-10
+_WHOLE, _WHOLE_BITS, _ROOT, _MANTISSA, _BIAS = 6755399441055744.0, 0x4338000000000000, 0x3FE6A09E667F3BCD, 52, 1023
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
@@ -45,6 +49,44 @@ def _exp_minus_one(x):
     tail = 1.0 / 40320.0 + x * (1.0 / 362880.0 + x * (1.0 / 3628800.0))
     tail = 1.0 / 24.0 + x * (1.0 / 120.0 + x * (1.0 / 720.0 + x * (1.0 / 5040.0 + x * tail)))
     return x + x * x * (0.5 + x * (1.0 / 6.0 + x * tail))
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _power_curve(w, bits, first, factor, shift, n):
+    """Flow stresses first + factor (a + shift)^n at a of `_A0` and `_DELTA` → rows `_Y`, `_SLOPE`, `_CURVATURE`.
+
+    Powers are exp(n ln x), to a few units of the last digit, without a branch or a function of a library: the logarithm after
+    fdlibm (Sun Microsystems 1993, e_log.c), the exponential by its series. bits: w as integers. NaN where numbers are not normal.
+    """
+    for i in range(GROUP):
+        w[_NEW + i] = w[_A0 + i] + w[_DELTA + i] + shift
+    for i in range(GROUP):
+        over = (bits[_NEW + i] - _ROOT) >> _MANTISSA
+        bits[_NEW1 + i] = bits[_NEW + i] - (over << _MANTISSA)  # of a number in ½√2 … √2
+        w[_NEW2 + i] = float(over)
+    for i in range(GROUP):
+        f, k, x = w[_NEW1 + i] - 1.0, w[_NEW2 + i], w[_NEW + i]
+        s = f / (2.0 + f)
+        z, half = s * s, 0.5 * f * f
+        tail = 0.2222219843214978396 + z * (0.1818357216161805012 + z * (0.1531383769920937332 + z * 0.1479819860511658591))
+        tail = z * (0.6666666666666735130 + z * (0.3999999999940941908 + z * (0.2857142874366239149 + z * tail)))
+        t = n * (k * _LN2 - ((half - (s * (half + tail) + k * _LN2_REST)) - f))
+        good = (x >= _NORMAL) & (x <= _FINITE) & (abs(t) <= _EXPONENT)
+        t = t if good else 0.0
+        whole = t / (_LN2 + _LN2_REST) + _WHOLE
+        w[_NEW1 + i] = whole
+        whole -= _WHOLE
+        t = (t - whole * _LN2) - whole * _LN2_REST
+        tail = 1.0 / 3628800.0 + t * (1.0 / 39916800.0 + t * (1.0 / 479001600.0 + t * (1.0 / 6227020800.0)))
+        tail = 1.0 / 720.0 + t * (1.0 / 5040.0 + t * (1.0 / 40320.0 + t * (1.0 / 362880.0 + t * tail)))
+        tail = 0.5 + t * (1.0 / 6.0 + t * (1.0 / 24.0 + t * (1.0 / 120.0 + t * tail)))
+        w[_NEW2 + i] = 1.0 + (t + t * t * tail) if good else math.nan
+    for i in range(GROUP):
+        bits[_NEW1 + i] = (bits[_NEW1 + i] - _WHOLE_BITS + _BIAS) << _MANTISSA
+    for i in range(GROUP):
+        power, inverse = factor * (w[_NEW2 + i] * w[_NEW1 + i]), 1.0 / w[_NEW + i]
+        slope = n * power * inverse
+        w[_Y + i], w[_SLOPE + i], w[_CURVATURE + i] = first + power, slope, (n - 1.0) * slope * inverse
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
@@ -72,6 +114,8 @@ def j2_finite(
     """
     curve = (p[0], p[1], p[2], p[3], p[4])
     w, todo = np.zeros(_ROWS), np.empty(GROUP, dtype=np.int64)
+    bits, power = w.view(np.int64), (kind == LUDWIK) | (kind == SWIFT)
+    s0, factor, shift = (p[0], p[1], 0.0) if kind == LUDWIK else (0.0, p[0], p[1])
     o = w.shape[0] - w.shape[0]  # 0: a function is compiled once for each constant that it is called with
     for first in range(0, old.shape[0], GROUP):
         m = min(GROUP, old.shape[0] - first)
@@ -119,13 +163,22 @@ def j2_finite(
         # plastic strain: nearly all points need one step from their start, taken for all at once; others go on in `_return`
         for i in range(m):
             w[_DELTA + i] = 0.0
+        flowing = o
         for turn in range(2):
-            for i in range(m):
-                x = w[_DELTA + i]
-                if turn == 0 or x != 0.0:
-                    w[_Y + i], w[_SLOPE + i], w[_CURVATURE + i] = flow_stress(
-                        kind, curve, knots, coefs, w[_A0 + i] + x, x, dt
-                    )
+            alone = m  # points whose flow stress is not answered for with that of all
+            if power:
+                _power_curve(w, bits, s0, factor, shift, p[2])
+                alone = o
+                for i in range(GROUP):
+                    a = w[_A0 + i] + w[_DELTA + i]
+                    alone += 1 if (i < m) & ((a < TINY) | (w[_Y + i] != w[_Y + i])) else 0
+            if alone:
+                for i in range(m):
+                    x = w[_DELTA + i]
+                    if (not power) & ((turn == 0) | (x != 0.0)) | power & ((w[_A0 + i] + x < TINY) | math.isnan(w[_Y + i])):
+                        w[_Y + i], w[_SLOPE + i], w[_CURVATURE + i] = flow_stress(
+                            kind, curve, knots, coefs, w[_A0 + i] + x, x, dt
+                        )
             if turn == 1:
                 break
             for i in range(GROUP):
@@ -138,6 +191,10 @@ def j2_finite(
             if len(held):
                 for i in range(m):
                     w[_DELTA + i] = w[_START + i] if held[first + i] else 0.0
+            for i in range(GROUP):
+                flowing += 1 if (i < m) & (w[_DELTA + i] != 0.0) else 0
+            if not flowing:
+                break
         left, smooth = o, kind < JOHNSON_COOK
         for i in range(GROUP):
             x, q, jac = w[_DELTA + i], w[_Q + i], w[_JAC + i]

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import importlib
 import logging
+import math
 import os
 import sys
 import threading
@@ -510,30 +511,45 @@ def krylov(A: Any, solve: Solve, b: Array, most: int, share: float, outliers: in
     if size == 0.0:
         return np.zeros_like(b)
     most += outliers
-    V, Z, H = [b / size], list[Array](), np.zeros((most + 1, most))
+    V, Z, R, turns, g = [b / size], list[Array](), list[list[float]](), list[tuple[float, float]](), [size]
     for j in range(most):
         Z.append(solve(V[j]))
-        w = A @ Z[j]
-        for i, v in enumerate(V):
-            H[i, j] = product(w, v)
-            w -= H[i, j] * v
-        H[j + 1, j] = length(w)
-        if not np.isfinite(H[: j + 2, j]).all():
+        w, column = A @ Z[j], list[float]()
+        for v in V:
+            column.append(product(w, v))
+            w -= column[-1] * v
+        beyond = length(w)
+        # Givens' rotations make the Hessenberg matrix an upper triangle R, column by column
+        for i, (c, s) in enumerate(turns):
+            column[i], column[i + 1] = c * column[i] + s * column[i + 1], c * column[i + 1] - s * column[i]
+        radius = math.hypot(column[j], beyond)
+        if not (radius > 0.0 and all(map(math.isfinite, (radius, *column)))):
             return None
-        first = np.zeros(j + 2)
-        first[0] = size
-        y = np.linalg.lstsq(H[: j + 2, : j + 1], first, rcond=None)[0]
-        left = float(np.linalg.norm(first - H[: j + 2, : j + 1] @ y)) / size
-        if left <= share or H[j + 1, j] == 0.0:
+        turns.append((column[j] / radius, beyond / radius))
+        column[j] = radius
+        R.append(column)
+        g[j:] = turns[j][0] * g[j], -turns[j][1] * g[j]
+        left = abs(g[j + 1]) / size
+        if left <= share or beyond == 0.0:
             x = np.zeros_like(b)
-            for z, factor in zip(Z, y):
+            for z, factor in zip(Z, _backwards(R, g)):
                 x += factor * z
             return x if length(b - A @ x) <= 2.0 * share * size else None
         told = j + 1 - outliers
-        if j and told > 0 and told * np.log(share) < (most + 1 - outliers) * np.log(left):
+        if j and told > 0 and told * math.log(share) < (most + 1 - outliers) * math.log(left):
             return None
-        V.append(w / H[j + 1, j])
+        V.append(w / beyond)
     return None
+
+
+def _backwards(R: list[list[float]], g: list[float]) -> list[float]:
+    """Solution y of R y = g for the columns of an upper triangle."""
+    y = g[: len(R)]
+    for k in reversed(range(len(R))):
+        y[k] /= R[k][k]
+        for i in range(k):
+            y[i] -= R[k][i] * y[k]
+    return y
 
 
 def departure(A: Any, solve: Solve, sweeps: int = 2) -> float:
