@@ -157,8 +157,9 @@ def differentiate(at: Solution, columns: Columns, before: Bundle, state: State) 
     x, left = columns.begun(-before.sizes * r, onwards(carried, c.plan.fixed))
     x = (x + columns.solve(left)) / before.sizes + given.motion
     reaction = left / -before.sizes  # r + K x
-    for b, (dnew, energy) in zip(elements, bodies):
+    for b, volumes, (dnew, energy) in zip(elements, changes.volume, bodies):
         b.along(x[first].reshape(-1, 2, m), dnew, energy)
+        b.in_volumes(volumes, energy[:, m - volumes.shape[-1] :])
     for p in points:
         p.follow(x)
     found = Closed(x, reaction, given.force, points)
@@ -190,18 +191,10 @@ def _carried_on(
 
 def _energies(at: Solution, before: Bundle, found: Closed, u: Array, work: Array, stored: Array, state: State) -> Arrays:
     """Derivatives (d,) of the ledger of energies, term by term as in `prensa.solver.ledger`; u, work (ndof, d) as committed."""
-    system, was, old = at.system, before.arrays, at.c.state
+    was, old = before.arrays, at.c.state
     external = was["energy.external"] + 0.5 * ((state.u - old.u) @ (was["work"] + work))
     external += 0.5 * (old.work + state.work) @ (u - was["u"])
     (elastic, plastic), friction, contact = stored, was["energy.friction"].copy(), np.zeros(len(before.sizes))
-    for k, b in enumerate(system.blocks):
-        moving = [d for d, ch in enumerate(before.changes.each) if ch.X is not None]
-        density = b.law.energy(b.at_law(state.history[k])) if moving else np.zeros(0)
-        for d in moving:
-            volume = before.changes.each[d].volume[k]
-            elastic[d] += np.vdot(volume, density)
-            if b.law.plastic:
-                plastic[d] += np.vdot(volume, state.history[k][..., 5])
     for p in found.points:
         p.add_energies(old.contact.of(p.surface.rows), friction, contact)
     viscous = was["energy.viscous"]
