@@ -58,17 +58,19 @@ class Prescribed(NamedTuple):
 
 def prescribed(c: Context, before: Bundle) -> Prescribed:
     """Of the plans of both sides of each direction."""
-    plans = [d.plans(c) for d in before.directions]
-    mu = np.zeros_like(before.nothing.mu)
-    for row, d, (a, b) in zip(mu, before.directions, plans):
-        for i, (law, p, q) in enumerate(zip(c.laws, a.friction, b.friction)):
-            row[i] = 0.0 if law is None else (p.mu - q.mu) / (2.0 * d.step)
+    if before.step is None or before.step[0] != c.plan.number:
+        mu = np.zeros_like(before.nothing.mu)
+        for row, d in zip(mu, before.directions):
+            for i, (law, p, q) in enumerate(zip(c.laws, *(plan.friction for plan in d.plans(c)))):
+                row[i] = 0.0 if law is None else (p.mu - q.mu) / (2.0 * d.step)
+        before.step = c.plan.number, mu, [k for k, d in enumerate(before.directions) if not d.leaves_motions(c)]
+    _, mu, moved = before.step
     out = before.nothing._replace(mu=mu)
-    for k, (d, (a, b)) in enumerate(zip(before.directions, plans)):
-        if d.leaves_motions(c):
-            continue
-        if out.motion is before.nothing.motion:
-            out = out._replace(motion=out.motion.copy(), force=out.force.copy())
+    if moved:
+        out = out._replace(motion=out.motion.copy(), force=out.force.copy())
+    for k in moved:
+        d = before.directions[k]
+        a, b = d.plans(c)
         out.motion[c.plan.fixed, k] = d.difference(a.values(c.time), b.values(c.time))
         for dof, course in a.push.items():
             out.force[dof, k] = (course(c.time) - b.push[dof](c.time)) / (2.0 * d.step)
@@ -79,7 +81,8 @@ def prescribed(c: Context, before: Bundle) -> Prescribed:
 class Bundle:
     """Derivatives of committed states along directions, the last axis of each array, which histories have of full lanes.
 
-    ``sizes`` (d,) of the parameters; ``changes``: what these change of the system; ``nothing``: of plans that they leave.
+    ``sizes`` (d,) of the parameters; ``changes``: what these change of the system; ``nothing``: of plans that they leave;
+    ``step``: the number of the last step, μ (d, contacts) of its plan, which directions change its motions or forces.
     """
 
     directions: tuple[Direction, ...]
@@ -87,6 +90,7 @@ class Bundle:
     changes: Changes
     nothing: Prescribed
     arrays: Arrays
+    step: tuple[int, Array, list[int]] | None = None
 
     @classmethod
     def of(cls, directions: Sequence[Direction]) -> Bundle:
