@@ -14,6 +14,7 @@ from prensa.mesh.mesh import (
     areas,
     boundary_edges,
     coincident,
+    meshed_like,
     oriented,
     segments,
     within,
@@ -136,3 +137,33 @@ def test_cells_of_two_kinds_are_refused_with_the_remedy():
         pr.Points((*SQUARE, (2, 0)), ((0, 1, 2, 3), (1, 4, 2)), {})
     with pytest.raises(ValueError, match="cell 1 has 5 nodes"):
         pr.Points(SQUARE, ((0, 1, 2, 3), (1, 4, 2, 0, 3)), {})
+
+
+@pytest.mark.parametrize(
+    ("made", "beside"),
+    [
+        (pr.Rectangle(size=(4.0, 3.0), n=(5, 3)), pr.Rectangle(size=(4.00004, 3.0), n=(5, 3))),
+        (pr.Annulus(inner=3.0, outer=5.0, n=(8, 3)), pr.Annulus(inner=3.00003, outer=5.0, n=(8, 3))),
+        (pr.Disc(radius=4.0, n=(4, 2)), pr.Disc(radius=4.00004, n=(4, 2))),
+    ],
+    ids=lambda mesh: type(mesh).__name__.lower(),
+)
+def test_a_mesh_beside_a_checked_one_is_that_of_its_description(made, beside):
+    """Its points, cells, boundaries and corners are those without the other, which stays as it is."""
+    first, alone = mesh_of(made), mesh_of(beside)
+    was = first.points.copy()
+    found = mesh_of(beside, beside=first)
+    np.testing.assert_array_equal(found.points, alone.points)
+    np.testing.assert_array_equal(found.cells, alone.cells)
+    assert found.edges.keys() == alone.edges.keys() and found.corners == alone.corners
+    for name in alone.edges:
+        np.testing.assert_array_equal(found.nodes(name), alone.nodes(name))
+    np.testing.assert_array_equal(first.points, was)
+    assert not np.array_equal(found.points, was)
+
+
+def test_a_mesh_that_joins_other_nodes_than_the_one_beside_is_checked():
+    """An element that goes clockwise is told, whatever stands beside."""
+    good = mesh_of(pr.Rectangle(size=(1.0, 1.0), n=(1, 1)))
+    with pytest.raises(MeshError, match="counter-clockwise"):
+        meshed_like(good, good.points, good.cells[:, ::-1], good.edges, good.corners)

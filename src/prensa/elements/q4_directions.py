@@ -492,3 +492,18 @@ def along(cells, geometry, point, G, axisymmetric, volume, dx, dnew, energy):
         for d in range(lanes):
             energy[0, first + d] += w[_ENERGY + d]
             energy[1, first + d] += w[_ENERGY + _1 + d]
+
+
+@njit(cache=True, error_model="numpy")
+def in_volumes(point, bulk, G, new, dvolume, energy):
+    """Add to energy (2, d) what initial volumes that change by dvolume (e, 4, d) hold of it; point: see `prepare`."""
+    lame = bulk - 2.0 * G / 3.0
+    for e in range(dvolume.shape[0]):
+        for q in range(4):
+            x1, x2, x3 = point[e, q, 22], point[e, q, 23], point[e, q, 24]
+            trace = x1 + x2 + x3
+            stored = 0.5 * lame * trace * trace + G * (x1 * x1 + x2 * x2 + x3 * x3)
+            plastic = new[e, q, 5] if new.shape[2] > 5 else 0.0
+            for d in range(dvolume.shape[2]):
+                energy[0, d] += dvolume[e, q, d] * stored
+                energy[1, d] += dvolume[e, q, d] * plastic

@@ -54,7 +54,8 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = (), bes
     """Arrays of a problem: meshes, placed tools, contact candidates, sparsity pattern.
 
     ``extensions``: further fields at the nodes, with what acts on them. ``beside``: a system of the same problem with other
-    numbers; where elements and contact points join the same nodes in it, its pattern is taken over.
+    numbers next to these; where elements and contact points join the same nodes in it, its pattern is taken over, and meshes
+    are not checked once more.
 
     Raises
     ------
@@ -66,7 +67,7 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = (), bes
     take("discretise", "extensions", extensions, Sequence, "give a list of Extension")
     for extension in extensions:
         take("discretise", "an extension", extension, Extension, "give a list of Extension")
-    meshes = _meshes(problem)
+    meshes = _meshes(problem, {} if beside is None else beside.meshes)
     offsets, total = {}, 0
     for name, mesh in meshes.items():
         offsets[name], total = total, total + len(mesh.points)
@@ -172,12 +173,12 @@ def with_origins(system: System, remeshed: Remeshed) -> System:
     return replace(system, X=X, blocks=blocks, surfaces=surfaces, _volumes={})
 
 
-def _meshes(problem: model.Problem) -> dict[str, Mesh]:
+def _meshes(problem: model.Problem, beside: Mapping[str, Mesh]) -> dict[str, Mesh]:
     meshes: dict[str, Mesh] = {}
     for name, body in problem.bodies.items():
         try:
             element = element_of(body.element_in(problem.space))
-            mesh = mesh_of(body.mesh, element.nodes, problem.units.length)
+            mesh = mesh_of(body.mesh, element.nodes, problem.units.length, beside.get(name))
             meshes[name] = thin_way_up(mesh) if element.for_sheets else mesh
         except PrensaError as error:
             raise MeshError(f"bodies.{name}.mesh: {error}") from None

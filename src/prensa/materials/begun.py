@@ -95,45 +95,52 @@ def slopes_of_begun(history, begun, new, share, cauchy, kind, p, knots, coefs, o
                 M[32 + k], M[40 + k] = along, by_rise * along + by_volume * volume
 
 
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _values(M):
+    """The numbers M (PER_BEGUN,) of a point that multiply derivatives, as values: see `prensa.elements.q4_directions`."""
+    return (
+        M[0], M[1], M[2], M[3], M[4], M[5], M[6], M[7], M[8], M[9], M[10], M[11], M[12], M[13], M[14], M[15],
+        M[16], M[17], M[18], M[19], M[20], M[21], M[22], M[23], M[24], M[25], M[26], M[27], M[28], M[29], M[30], M[31],
+        M[32], M[33], M[34], M[35], M[36], M[37], M[38], M[39], M[40], M[41], M[42], M[43], M[44], M[45], M[46], M[47],
+        M[48], M[49],
+    )  # fmt: skip
+
+
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
-def _row(w, first, row, itself, strain, m):
-    """A row of the matrix of a point times ten rows of derivatives from ``first`` in w on → row 10 + *row* behind them."""
-    m0, m1, m2, m3, m4, m5, m6, m7 = m
-    n = first + row * LANES
-    for d in range(LANES):
-        w[10 * LANES + n + d] = (
-            itself * w[n + d] + strain * w[first + 4 * LANES + d]
-            + m0 * w[first + d] + m1 * w[first + LANES + d] + m2 * w[first + 2 * LANES + d] + m3 * w[first + 3 * LANES + d]
-            + m4 * w[first + 6 * LANES + d] + m5 * w[first + 7 * LANES + d] + m6 * w[first + 8 * LANES + d]
-            + m7 * w[first + 9 * LANES + d]
-        )  # fmt: skip
+def _product(M, row, h):
+    """A row of the matrix of a point times derivatives h (8) of b_e and b_trial."""
+    h0, h1, h2, h3, h6, h7, h8, h9 = h
+    n = 8 * row
+    return (
+        M[n] * h0 + M[n + 1] * h1 + M[n + 2] * h2 + M[n + 3] * h3 + M[n + 4] * h6 + M[n + 5] * h7 + M[n + 6] * h8
+        + M[n + 7] * h9
+    )  # fmt: skip
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
 def begun_along(M, w, first, stress):
     """Derivatives of a committed history, ten rows from ``first`` in w on → in place, of what the increment begins with.
 
-    M (PER_BEGUN,) of the point; the ten rows behind are overwritten. ``stress``: where the row is that says what directions
-    change of the flow stress where the increment begins, and of that as committed, together.
+    M (PER_BEGUN,) of the point. ``stress``: where the row is that says what directions change of the flow stress where the
+    increment begins, and of that as committed, together.
     """
     if M[_MOVED] == 0.0:
         for d in range(4 * LANES):
             w[first + 6 * LANES + d] = w[first + d]
         return
-    for row in range(6):
-        n, itself, strain = 8 * row, 1.0 if row > 3 else 0.0, M[_BY_STRAIN] if row == 5 else 0.0
-        _row(w, first, row, itself, strain, (M[n], M[n + 1], M[n + 2], M[n + 3], M[n + 4], M[n + 5], M[n + 6], M[n + 7]))
-    by, now = M[_BY_STRESS], first + 10 * LANES
+    V, flows = _values(M), M[_FLOWS] != 0.0
     for d in range(LANES):
-        w[now + 5 * LANES + d] += by * w[stress + d]
-    if M[_FLOWS] != 0.0:  # what it would be if nothing flowed goes on from the last commit
-        for d in range(4 * LANES):
-            w[first + 6 * LANES + d] = w[first + d]
-    else:
-        for d in range(4 * LANES):
-            w[first + 6 * LANES + d] = w[now + d]
-    for d in range(6 * LANES):
-        w[first + d] = w[now + d]
+        at = first + d
+        h0, h1, h2, h3 = w[at], w[at + LANES], w[at + 2 * LANES], w[at + 3 * LANES]
+        h6, h7, h8, h9 = w[at + 6 * LANES], w[at + 7 * LANES], w[at + 8 * LANES], w[at + 9 * LANES]
+        strain, h = w[at + 4 * LANES], (h0, h1, h2, h3, h6, h7, h8, h9)
+        b0, b1, b2, b3 = _product(V, 0, h), _product(V, 1, h), _product(V, 2, h), _product(V, 3, h)
+        w[at], w[at + LANES], w[at + 2 * LANES], w[at + 3 * LANES] = b0, b1, b2, b3
+        w[at + 4 * LANES] = strain + _product(V, 4, h)
+        w[at + 5 * LANES] += V[_BY_STRAIN] * strain + _product(V, 5, h) + V[_BY_STRESS] * w[stress + d]
+        # what it would be if nothing flowed goes on from the last commit where something flows
+        w[at + 6 * LANES], w[at + 7 * LANES] = h0 if flows else b0, h1 if flows else b1
+        w[at + 8 * LANES], w[at + 9 * LANES] = h2 if flows else b2, h3 if flows else b3
 
 
 @njit(cache=True, error_model="numpy")

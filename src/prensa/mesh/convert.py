@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from prensa.mesh.mesh import CELL_NAMES, CORNERS, Array, Index, Mesh, MeshError, corner_cells, keys, sides
+from prensa.mesh.mesh import CELL_NAMES, CORNERS, Array, Index, Mesh, MeshError, corner_cells, keys, meshed_like, sides
 
 # ends a, b (k, 2) of edges of a curved boundary → points (k, 2) half way between them along the boundary
 Midpoints = Callable[[Array, Array], Array]
@@ -33,8 +33,8 @@ def nodes_of(element: str | int) -> int:
     return element if isinstance(element, int) else int(element[1])
 
 
-def mesh_from_draft(draft: Draft, nodes: int) -> Mesh:
-    """The mesh of a draft in cells of 3, 4, 6 or 8 nodes.
+def mesh_from_draft(draft: Draft, nodes: int, beside: Mesh | None = None) -> Mesh:
+    """The mesh of a draft in cells of 3, 4, 6 or 8 nodes; ``beside``: one with nodes next to these, see `meshed_like`.
 
     Raises
     ------
@@ -50,7 +50,7 @@ def mesh_from_draft(draft: Draft, nodes: int) -> Mesh:
     if CORNERS[nodes] == 3 and cells.shape[1] == 4:
         cells = split(points, cells)
     if nodes == CORNERS[nodes]:
-        return Mesh(points, cells, draft.edges, draft.corners)
+        return meshed_like(beside, points, cells, draft.edges, draft.corners)
     return _quadratic(draft, cells)
 
 

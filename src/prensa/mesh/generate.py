@@ -104,8 +104,10 @@ def in_cells_of(
     return mesh_from_draft(draft_of(points, cells, edges, corners), nodes)
 
 
-def mesh_of(description: Any, element: str | int = "q4", unit: str = "mm") -> Mesh:
+def mesh_of(description: Any, element: str | int = "q4", unit: str = "mm", beside: Mesh | None = None) -> Mesh:
     """The mesh of a description in the cells of an element (``q4_fbar``, ``t6``, …); *unit*: of length, of the case.
+
+    ``beside``: the mesh of a description with numbers next to these.
 
     Raises
     ------
@@ -118,15 +120,15 @@ def mesh_of(description: Any, element: str | int = "q4", unit: str = "mm") -> Me
         case model.Points():
             return from_points(description, nodes)
         case model.Rectangle():
-            return mesh_from_draft(rectangle(description), nodes)
+            return mesh_from_draft(rectangle(description), nodes, beside)
         case model.Strip():
-            return mesh_from_draft(strip(description), nodes)
+            return mesh_from_draft(strip(description), nodes, beside)
         case model.Wire():
-            return mesh_from_draft(wire(description), nodes)
+            return mesh_from_draft(wire(description), nodes, beside)
         case model.Disc():
-            return mesh_from_draft(blocks.disc(description), nodes)
+            return mesh_from_draft(blocks.disc(description), nodes, beside)
         case model.Annulus():
-            return mesh_from_draft(blocks.annulus(description), nodes)
+            return mesh_from_draft(blocks.annulus(description), nodes, beside)
         case model.File():
             from prensa.mesh.read import from_file
 
@@ -134,7 +136,7 @@ def mesh_of(description: Any, element: str | int = "q4", unit: str = "mm") -> Me
         case model.Outline():
             from prensa.mesh.outlined import outlined
 
-            return mesh_from_draft(outlined(description), nodes)
+            return mesh_from_draft(outlined(description), nodes, beside)
         case model.Patch():
-            return mesh_from_draft(blocks.patch(description), nodes)
+            return mesh_from_draft(blocks.patch(description), nodes, beside)
     raise TypeError(f"unknown mesh {description!r}")

@@ -86,6 +86,16 @@ def displaced(mesh: Mesh, points: Array) -> Mesh:
     return moved
 
 
+def meshed_like(
+    mesh: Mesh | None, points: Array, cells: Index, edges: Mapping[str, Index], corners: Mapping[str, int]
+) -> Mesh:  # fmt: skip
+    """The mesh of given arrays; not checked where ``mesh``, which was, joins the same nodes next to these."""
+    if mesh is None or mesh.points.shape != points.shape or not np.array_equal(mesh.cells, cells) or mesh.corners != corners:
+        return Mesh(points, cells, edges, corners)
+    same = mesh.edges.keys() == edges.keys() and all(np.array_equal(mesh.edges[name], e) for name, e in edges.items())
+    return displaced(mesh, points) if same else Mesh(points, cells, edges, corners)
+
+
 def renumbered(mesh: Mesh, cells: Index) -> Mesh:
     """The mesh with the nodes of each cell counted from another of its corners."""
     turned = copy(mesh)

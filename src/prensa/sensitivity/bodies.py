@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.elements import q4
-from prensa.elements.q4_directions import PER_PLACE, PER_POINT, along, at_fixed, flow_gradients, prepare
+from prensa.elements.q4_directions import PER_PLACE, PER_POINT, along, at_fixed, flow_gradients, in_volumes, prepare
 from prensa.fem.assembly import Block, scatter_forces
 from prensa.fem.context import Context
 from prensa.fem.system import Evaluation, System
@@ -102,6 +102,10 @@ class Elements:
         """Add what motions dx (n, 2, d) of the present nodes make of histories (e, 4, h, s) and energies."""
         b = self.block
         along(b.cells, self.geometry, self.point, moduli_of(b)[1], b.mode.axisymmetric, b.volume, dx, dnew, energy)
+
+    def in_volumes(self, volumes: Array, energy: Array) -> None:
+        """Add what initial volumes that change by (e, 4, d) make of energies (2, d)."""
+        in_volumes(self.point, *moduli_of(self.block), self.new, volumes, energy)
 
 
 def moduli_of(block: Block) -> tuple[float, float]:

@@ -51,25 +51,28 @@ class Change(NamedTuple):
 class Changes(NamedTuple):
     """Those of d parameters at once, which are the last axis of each array: ``each`` of them, those that move bodies last.
 
-    ``X`` (n, 2, d) of the initial places, (0, 2, d) where all stay, and ``moving`` (n, 2, m) of the last m alone; ``place``
-    (tools, 2, d); ``scale`` (3, k, d) by contact.
+    ``X`` (n, 2, d) of the initial places, (0, 2, d) where all stay, and ``moving`` (n, 2, m) of the last m alone; ``volume``
+    (e, 4, m) of the same by block; ``place`` (tools, 2, d); ``scale`` (3, k, d) by contact.
     """
 
     each: tuple[Change, ...]
     X: Array
     moving: Array
+    volume: tuple[Array, ...]
     place: Array
     scale: tuple[Array, ...]
 
     @classmethod
     def of(cls, each: Sequence[Change]) -> Changes:
         """From those of the parameters."""
-        own = [ch.X for ch in each if ch.X is not None]
-        moving = np.stack(own, axis=-1) if own else np.zeros((0, 2, 0))
+        last = [ch for ch in each if ch.X is not None]
+        moving = np.stack([ch.X for ch in last if ch.X is not None], axis=-1) if last else np.zeros((0, 2, 0))
         X = np.zeros((len(moving), 2, len(each)))
-        X[:, :, len(each) - len(own) :] = moving
+        X[:, :, len(each) - len(last) :] = moving
+        none = [np.zeros((*v.shape, 0)) for v in each[0].volume]
+        volume = tuple(np.stack(parts, axis=-1) for parts in zip(*(ch.volume for ch in last))) if last else tuple(none)
         scale = tuple(np.stack(parts, axis=-1) for parts in zip(*(ch.scale for ch in each)))
-        return cls(tuple(each), X, moving, np.stack([ch.at for ch in each], axis=-1), scale)
+        return cls(tuple(each), X, moving, volume, np.stack([ch.at for ch in each], axis=-1), scale)
 
 
 def known(system: System) -> bool:

@@ -58,17 +58,19 @@ class Prescribed(NamedTuple):
 
 def prescribed(c: Context, before: Bundle) -> Prescribed:
     """Of the plans of both sides of each direction."""
-    plans = [d.plans(c) for d in before.directions]
-    mu = np.zeros_like(before.nothing.mu)
-    for row, d, (a, b) in zip(mu, before.directions, plans):
-        for i, (law, p, q) in enumerate(zip(c.laws, a.friction, b.friction)):
-            row[i] = 0.0 if law is None else (p.mu - q.mu) / (2.0 * d.step)
+    if before.step is None or before.step[0] != c.plan.number:
+        mu = np.zeros_like(before.nothing.mu)
+        for row, d in zip(mu, before.directions):
+            for i, (law, p, q) in enumerate(zip(c.laws, *(plan.friction for plan in d.plans(c)))):
+                row[i] = 0.0 if law is None else (p.mu - q.mu) / (2.0 * d.step)
+        before.step = c.plan.number, mu, [k for k, d in enumerate(before.directions) if not d.leaves_motions(c)]
+    _, mu, moved = before.step
     out = before.nothing._replace(mu=mu)
-    for k, (d, (a, b)) in enumerate(zip(before.directions, plans)):
-        if d.leaves_motions(c):
-            continue
-        if out.motion is before.nothing.motion:
-            out = out._replace(motion=out.motion.copy(), force=out.force.copy())
+    if moved:
+        out = out._replace(motion=out.motion.copy(), force=out.force.copy())
+    for k in moved:
+        d = before.directions[k]
+        a, b = d.plans(c)
         out.motion[c.plan.fixed, k] = d.difference(a.values(c.time), b.values(c.time))
         for dof, course in a.push.items():
             out.force[dof, k] = (course(c.time) - b.push[dof](c.time)) / (2.0 * d.step)
@@ -79,7 +81,8 @@ def prescribed(c: Context, before: Bundle) -> Prescribed:
 class Bundle:
     """Derivatives of committed states along directions, the last axis of each array, which histories have of full lanes.
 
-    ``sizes`` (d,) of the parameters; ``changes``: what these change of the system; ``nothing``: of plans that they leave.
+    ``sizes`` (d,) of the parameters; ``changes``: what these change of the system; ``nothing``: of plans that they leave;
+    ``step``: the number of the last step, μ (d, contacts) of its plan, which directions change its motions or forces.
     """
 
     directions: tuple[Direction, ...]
@@ -87,6 +90,7 @@ class Bundle:
     changes: Changes
     nothing: Prescribed
     arrays: Arrays
+    step: tuple[int, Array, list[int]] | None = None
 
     @classmethod
     def of(cls, directions: Sequence[Direction]) -> Bundle:
@@ -157,8 +161,9 @@ def differentiate(at: Solution, columns: Columns, before: Bundle, state: State) 
     x, left = columns.begun(-before.sizes * r, onwards(carried, c.plan.fixed))
     x = (x + columns.solve(left)) / before.sizes + given.motion
     reaction = left / -before.sizes  # r + K x
-    for b, (dnew, energy) in zip(elements, bodies):
+    for b, volumes, (dnew, energy) in zip(elements, changes.volume, bodies):
         b.along(x[first].reshape(-1, 2, m), dnew, energy)
+        b.in_volumes(volumes, energy[:, m - volumes.shape[-1] :])
     for p in points:
         p.follow(x)
     found = Closed(x, reaction, given.force, points)
@@ -190,18 +195,10 @@ def _carried_on(
 
 def _energies(at: Solution, before: Bundle, found: Closed, u: Array, work: Array, stored: Array, state: State) -> Arrays:
     """Derivatives (d,) of the ledger of energies, term by term as in `prensa.solver.ledger`; u, work (ndof, d) as committed."""
-    system, was, old = at.system, before.arrays, at.c.state
+    was, old = before.arrays, at.c.state
     external = was["energy.external"] + 0.5 * ((state.u - old.u) @ (was["work"] + work))
     external += 0.5 * (old.work + state.work) @ (u - was["u"])
     (elastic, plastic), friction, contact = stored, was["energy.friction"].copy(), np.zeros(len(before.sizes))
-    for k, b in enumerate(system.blocks):
-        moving = [d for d, ch in enumerate(before.changes.each) if ch.X is not None]
-        density = b.law.energy(b.at_law(state.history[k])) if moving else np.zeros(0)
-        for d in moving:
-            volume = before.changes.each[d].volume[k]
-            elastic[d] += np.vdot(volume, density)
-            if b.law.plastic:
-                plastic[d] += np.vdot(volume, state.history[k][..., 5])
     for p in found.points:
         p.add_energies(old.contact.of(p.surface.rows), friction, contact)
     viscous = was["energy.viscous"]

@@ -306,8 +306,8 @@ class Differentiated(Followed):
         look, beside = at.c.ends_step or at.c.state.clock.number == 0, {}
         looked = self._looked(at, known, found.x) if look else np.zeros(len(known))
         unmet = np.sum([p.unmet() for p in found.points], axis=0) if found.points else np.zeros(len(known))
-        for k, d in enumerate(known):
-            rest = max(self.reduced.norm(found.reaction[:, k]), looked[k]) + unmet[k]
+        left = np.maximum(self.reduced.weight @ np.abs(self.reduced.restriction.part(found.reaction)), looked) + unmet
+        for k, (d, rest) in enumerate(zip(known, left)):
             both = tuple(Beside(system, d, sign, k, at, found) for sign, system, _ in d.sides)
             beside[d.parameter.path] = both, self._proved(at, d, rest)
         self.bundle.hand_on()
