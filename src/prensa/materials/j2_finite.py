@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from prensa.kernels.compiled import njit
+from prensa.kernels.series import SMALL_EXP, SMALL_LOG, _exp_minus_one, _half_log
 from prensa.kernels.tensor import det_minus_one, push_forward
 from prensa.materials.hardening import JOHNSON_COOK, LUDWIK, SWIFT, TINY, flow_stress
 from prensa.materials.j2 import ON_SURFACE, _converged, _return, _start, _steps
@@ -27,28 +28,10 @@ _NEW, _NEW1, _NEW2, _NEW3, _KEPT, _KEPT1, _KEPT2, _KEPT3 = range(27 * GROUP, 35 
 _P, _P1, _P2, _P3, _P4, _H, _H1, _H2, _H3, _H4 = range(35 * GROUP, 45 * GROUP, GROUP)
 _A, _A24, _ROWS = 45 * GROUP, 69 * GROUP, 70 * GROUP
 NO_STRESS = 1e-300
-SMALL_LOG, SMALL_EXP = 0.15, 0.12  # up to which the polynomials are right to the last digit
 # of powers: what numbers and exponents of e have to be; ln 2 in two parts; what rounds to whole numbers when it is added, as bits
 # too; bits of ½√2; how many bits a mantissa has and what is added to exponents
 _NORMAL, _FINITE, _EXPONENT, _LN2, _LN2_REST = 1e-300, 1e300, 700.0, 0.69314718036912381649, 1.9082149292705877e-10
 _WHOLE, _WHOLE_BITS, _ROOT, _MANTISSA, _BIAS = 6755399441055744.0, 0x4338000000000000, 0x3FE6A09E667F3BCD, 52, 1023
-
-
-@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
-def _half_log(x):
-    """½ ln(1 + x) of |x| up to `SMALL_LOG`: artanh of x/(2 + x)."""
-    z = x / (2.0 + x)
-    s = z * z
-    tail = 1.0 / 3.0 + s * (1.0 / 5.0 + s * (1.0 / 7.0 + s * (1.0 / 9.0 + s * (1.0 / 11.0 + s * (1.0 / 13.0)))))
-    return z + z * s * tail
-
-
-@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
-def _exp_minus_one(x):
-    """exp(x) − 1 of |x| up to `SMALL_EXP`."""
-    tail = 1.0 / 40320.0 + x * (1.0 / 362880.0 + x * (1.0 / 3628800.0))
-    tail = 1.0 / 24.0 + x * (1.0 / 120.0 + x * (1.0 / 720.0 + x * (1.0 / 5040.0 + x * tail)))
-    return x + x * x * (0.5 + x * (1.0 / 6.0 + x * tail))
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)

@@ -154,8 +154,11 @@ class NeoHooke(_Isotropic):
 
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:
         """H (n, c) = f − I, old (n, k) → out; see `Material`."""
-        neo_hooke = elastic.neo_hooke_spatial if self.layout.dimension == 3 else elastic.neo_hooke
-        neo_hooke(h, old, self.lam, self.mu, out.P, out.A, out.new, out.failed, at.tangent)
+        if self.layout.dimension == 3:
+            elastic.neo_hooke_spatial(h, old, self.lam, self.mu, out.P, out.A, out.new, out.failed, at.tangent)
+        else:
+            A = out.A.reshape(len(h), -1)
+            elastic.neo_hooke(h, old, self.lam, self.mu, out.P, A, out.new, out.failed, at.tangent)
 
     def energy(self, history: Array) -> Array:
         """Elastic energy per initial volume, (..., h) → (...)."""
