@@ -6,6 +6,8 @@ from __future__ import annotations
 
 from prensa.kernels.compiled import njit
 
+GROUP = 64
+"""Points that a kernel of these loops takes at a time: their scratch is half of the nearest cache."""
 SMALL_LOG, SMALL_EXP = 0.15, 0.12  # up to which they are right
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from prensa.kernels.compiled import njit
-from prensa.kernels.series import SMALL_LOG, _half_log
+from prensa.kernels.series import GROUP, SMALL_LOG, _half_log
 from prensa.kernels.spatial import det_of, det_of_kept, inverse_of
 from prensa.kernels.spatial import push_forward as push_forward_in_space
 from prensa.kernels.tensor import det_minus_one, push_forward
@@ -72,10 +72,10 @@ def hencky(eps, lam, mu, tau, dtau, eps_e):
             dtau[i, k, k] += 2.0 * mu
 
 
-GROUP = 64
-"""Points that `neo_hooke` takes at a time: their scratch lies in the nearest cache."""
-# where the rows of its scratch begin: gradients, what was committed, J² − 1, J_n² − 1, λ ln J, stresses, new history, tangent
-_H, _O, _JJ, _BEFORE, _LN, _P, _NEW, _A, _ROWS = (GROUP * k for k in (0, 5, 9, 10, 11, 12, 17, 21, 46))
+# where the rows of the scratch of `neo_hooke` begin: gradients and what was committed, J² − 1, J_n² − 1, λ ln J, stresses, new
+# history, tangent
+_F_IN, _B_IN, _JJ, _JJ_IN, _LN_J = (GROUP * k for k in (0, 5, 9, 10, 11))
+_P_OUT, _B_OUT, _A_OUT, _ROWS_OUT = (GROUP * k for k in (12, 17, 21, 46))
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
@@ -85,11 +85,11 @@ def _row_of_tangent(w, i, k, direct, c0, c1, g0, g1, x00, x01, x10, x11, g):
     direct, c0, c1: λ g_ab and (μ − λ ln J) times g_a0, g_a1, over J_n; g0, g1: g_0b, g_1b; x: μ δ_ac b_n,be/J_n; g: all of it.
     """
     g00, g01, g10, g11, g33 = g
-    to = _A + 5 * k * GROUP + i
+    to = _A_OUT + 5 * k * GROUP + i
     w[to], w[to + GROUP] = direct * g00 + c0 * g0 + x00, direct * g01 + c1 * g0 + x01
     w[to + 2 * GROUP], w[to + 3 * GROUP] = direct * g10 + c0 * g1 + x10, direct * g11 + c1 * g1 + x11
     w[to + 4 * GROUP] = direct * g33
-    w[_A + (20 + k) * GROUP + i] = direct * g33
+    w[_A_OUT + (20 + k) * GROUP + i] = direct * g33
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
@@ -102,46 +102,46 @@ def neo_hooke(h, old, lam, mu, P, A, new, failed, tangent):
 
     Loops over a group of points have no branches: a compiler makes them into instructions for several points at once.
     """
-    w = np.zeros(_ROWS)
+    w = np.zeros(_ROWS_OUT)
     o = w.shape[0] - w.shape[0]  # 0: a function is compiled once for each constant that it is called with
     for first in range(0, h.shape[0], GROUP):
         m = min(GROUP, h.shape[0] - first)
         for i in range(m):
             for k in range(5):
-                w[_H + k * GROUP + i] = h[first + i, k]
+                w[_F_IN + k * GROUP + i] = h[first + i, k]
             for k in range(4):
-                w[_O + k * GROUP + i] = old[first + i, k]
+                w[_B_IN + k * GROUP + i] = old[first + i, k]
         bad = far = 0
         for i in range(GROUP):
             h11, h12, h21, h22, h33 = w[i], w[GROUP + i], w[2 * GROUP + i], w[3 * GROUP + i], w[4 * GROUP + i]
-            o11, o22, o33, o12 = w[_O + i], w[_O + GROUP + i], w[_O + 2 * GROUP + i], w[_O + 3 * GROUP + i]
+            o11, o22, o33, o12 = w[_B_IN + i], w[_B_IN + GROUP + i], w[_B_IN + 2 * GROUP + i], w[_B_IN + 3 * GROUP + i]
             jac, before = det_minus_one(h11, h12, h21, h22, h33), det_minus_one(o11, o12, o12, o22, o33)
             good = (jac > -1.0) & (1.0 + h33 > 0.0) & (before > -1.0)
             # J² − 1 = (1 + before)(1 + jac)² − 1 without cancellation
             x = before + jac * (2.0 + jac) * (1.0 + before)
             x = x if good else 0.0
-            w[_JJ + i], w[_BEFORE + i], w[_LN + i] = x, before if good else math.nan, lam * _half_log(x)
+            w[_JJ + i], w[_JJ_IN + i], w[_LN_J + i] = x, before if good else math.nan, lam * _half_log(x)
             bad += 1 if (i < m) & (not good) else 0
             far += 1 if (i < m) & (abs(x) > SMALL_LOG) else 0
         if far:
             for i in range(m):
-                w[_LN + i] = 0.5 * lam * math.log1p(w[_JJ + i])
+                w[_LN_J + i] = 0.5 * lam * math.log1p(w[_JJ + i])
         if bad:
             for i in range(m):
-                if math.isnan(w[_BEFORE + i]):
+                if math.isnan(w[_JJ_IN + i]):
                     failed[first + i] = True
         for i in range(GROUP):
             h11, h12, h21, h22, h33 = w[i], w[GROUP + i], w[2 * GROUP + i], w[3 * GROUP + i], w[4 * GROUP + i]
-            o11, o22, o33, o12 = w[_O + i], w[_O + GROUP + i], w[_O + 2 * GROUP + i], w[_O + 3 * GROUP + i]
+            o11, o22, o33, o12 = w[_B_IN + i], w[_B_IN + GROUP + i], w[_B_IN + 2 * GROUP + i], w[_B_IN + 3 * GROUP + i]
             b11, b22, b33, b12 = push_forward(h11, h12, h21, h22, h33, o11, o22, o33, o12)
-            p, jn, f11, f22 = w[_LN + i], 1.0 / math.sqrt(1.0 + w[_BEFORE + i]), 1.0 + h11, 1.0 + h22
+            p, jn, f11, f22 = w[_LN_J + i], 1.0 / math.sqrt(1.0 + w[_JJ_IN + i]), 1.0 + h11, 1.0 + h22
             inverse, g33 = 1.0 / (f11 * f22 - h12 * h21), 1.0 / (1.0 + h33)
             g00, g01, g10, g11 = f22 * inverse, -h21 * inverse, -h12 * inverse, f11 * inverse
             t11, t12, t22 = jn * (mu * b11 + p), jn * mu * b12, jn * (mu * b22 + p)
-            w[_P + i], w[_P + GROUP + i] = t11 * g00 + t12 * g10, t11 * g01 + t12 * g11
-            w[_P + 2 * GROUP + i], w[_P + 3 * GROUP + i] = t12 * g00 + t22 * g10, t12 * g01 + t22 * g11
-            w[_P + 4 * GROUP + i] = jn * (mu * b33 + p) * g33
-            w[_NEW + i], w[_NEW + GROUP + i], w[_NEW + 2 * GROUP + i], w[_NEW + 3 * GROUP + i] = b11, b22, b33, b12
+            w[_P_OUT + i], w[_P_OUT + GROUP + i] = t11 * g00 + t12 * g10, t11 * g01 + t12 * g11
+            w[_P_OUT + 2 * GROUP + i], w[_P_OUT + 3 * GROUP + i] = t12 * g00 + t22 * g10, t12 * g01 + t22 * g11
+            w[_P_OUT + 4 * GROUP + i] = jn * (mu * b33 + p) * g33
+            w[_B_OUT + i], w[_B_OUT + GROUP + i], w[_B_OUT + 2 * GROUP + i], w[_B_OUT + 3 * GROUP + i] = b11, b22, b33, b12
             if tangent:
                 n, s = jn * lam, jn * (mu - p)
                 x00, x01, x11 = jn * mu * (1.0 + o11), jn * mu * o12, jn * mu * (1.0 + o22)
@@ -150,16 +150,16 @@ def neo_hooke(h, old, lam, mu, P, A, new, failed, tangent):
                 _row_of_tangent(w, i, o + 1, n * g01, s * g00, s * g01, g01, g11, x01, x11, 0.0, 0.0, g)
                 _row_of_tangent(w, i, o + 2, n * g10, s * g10, s * g11, g00, g10, 0.0, 0.0, x00, x01, g)
                 _row_of_tangent(w, i, o + 3, n * g11, s * g10, s * g11, g01, g11, 0.0, 0.0, x01, x11, g)
-                w[_A + 24 * GROUP + i] = jn * mu * (1.0 + o33) + (n + s) * g33 * g33
+                w[_A_OUT + 24 * GROUP + i] = jn * mu * (1.0 + o33) + (n + s) * g33 * g33
         for i in range(m):
             for k in range(4):
-                new[first + i, k] = w[_NEW + k * GROUP + i]
+                new[first + i, k] = w[_B_OUT + k * GROUP + i]
             for k in range(5):
-                P[first + i, k] = w[_P + k * GROUP + i]
+                P[first + i, k] = w[_P_OUT + k * GROUP + i]
         if tangent:
             for i in range(m):
                 for k in range(25):
-                    A[first + i, k] = w[_A + k * GROUP + i]
+                    A[first + i, k] = w[_A_OUT + k * GROUP + i]
 
 
 @njit(cache=True, error_model="numpy")
