@@ -98,3 +98,31 @@ def test_powers_of_any_strain_are_those_of_the_library(curve: pr.Ludwik) -> None
     deviator = 2.0 * law.mu * (e - e.mean(axis=1, keepdims=True))
     found = np.sqrt(1.5 * (deviator**2).sum(axis=1))
     np.testing.assert_allclose(found[flowed], expected[flowed], rtol=1e-12)
+
+
+@pytest.mark.parametrize("yield_on", ["cauchy", "kirchhoff"])
+@pytest.mark.parametrize("curve", CURVES, ids=lambda c: c.type)
+def test_increments_begin_at_once_as_one_by_one(curve: pr.Ludwik, yield_on: str) -> None:
+    """Tensors and strains by the kernel that takes points one by one, work by the trapezoid; what did not flow keeps its bits."""
+    law = pr.J2(E=200e3, nu=0.3, flow=curve, yield_on=yield_on).law("finite", "plane strain")
+    assert isinstance(law, J2)
+    rng = np.random.default_rng(7)
+    history = np.zeros((331, law.size))
+    size = 10.0 ** rng.uniform(-6, -0.4, (331, 1))
+    size[60:100] = size[192:256] = 0.0  # some of a group, and all of one
+    for _ in range(3):
+        out = out_of(331, law.size)
+        law.update(size * rng.uniform(-1, 1, (331, 5)), history, At(1.0, 1.0), out)
+        history = np.where(out.failed[:, None], history, out.new)
+    expected = history.copy()
+    tensor.begin(history, True, 0.3, expected)
+    more = expected[:, 4] - history[:, 4]
+    stress = law.flow_stress(history[:, 4].copy()) + law.flow_stress(expected[:, 4].copy())
+    found = law.begin(history, 0.3)
+    rest = np.arange(10) != 5
+    np.testing.assert_allclose(found[:, rest], expected[:, rest], rtol=0, atol=3e-15)
+    work = 0.5 * law.of_cauchy(history) * stress * more
+    np.testing.assert_allclose(found[:, 5] - history[:, 5], work, rtol=1e-9, atol=1e-13 * work.max())
+    still = more == 0.0
+    assert 0.1 < still.mean() < 0.9
+    np.testing.assert_array_equal(found[still], expected[still])

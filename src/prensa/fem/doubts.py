@@ -172,7 +172,7 @@ def _across(p: model.Problem, name: str) -> bool:
 def _thick_sheets(system: System) -> Iterator[Notice]:
     """Plane stress, of sheets, with a thickness that none of the bodies has in the plane; of 1 forces are per thickness."""
     p = system.problem
-    largest = max(float(np.ptp(mesh.points, axis=0).max()) for mesh in system.meshes.values())
+    largest = max(float(mesh.extent.max()) for mesh in system.meshes.values())
     if p.space == "plane stress" and p.thickness != 1.0 and p.thickness > THICK_SHEET * largest:
         yield Notice(
             "thickness",

@@ -84,7 +84,7 @@ def _rest_of_outline(problem: model.Problem, contact: model.Contact, body: str, 
 def symmetry_lines(problem: model.Problem, body: str, mesh: Mesh) -> set[tuple[int, float]]:
     """Lines (axis of the normal, place) all outline on which is held along the normal in all steps, and not along itself."""
     edges, held = mesh.boundary[:, :2], _held(problem, body, mesh)
-    ends, out, near = mesh.points[edges], set(), 1e-9 * float(np.ptp(mesh.points, axis=0).max())
+    ends, out, near = mesh.points[edges], set(), 1e-9 * float(mesh.extent.max())
     for axis in (0, 1):
         flat = np.ptp(ends[..., axis], axis=1) <= near
         for at in np.unique(ends[flat, 0, axis]).tolist():
@@ -114,7 +114,7 @@ def symmetric(problem: model.Problem, body: str, mesh: Mesh, edges: Index) -> ND
     """Edges (k,) on the axis of revolution, and those that supports hold along their normal in all steps."""
     held, ends = _held(problem, body, mesh), mesh.points[edges[:, :2]]
     if problem.space == "axisymmetric":
-        held[:, 0] |= mesh.points[:, 0] <= 1e-12 * float(np.ptp(mesh.points, axis=0).max())
+        held[:, 0] |= mesh.points[:, 0] <= 1e-12 * float(mesh.extent.max())
     t = ends[:, 1] - ends[:, 0]
     normal = np.abs(np.stack([t[:, 1], t[:, 0]], axis=1)) / np.hypot(*t.T)[:, None]
     return np.asarray((held[edges].all(axis=1) & (normal > STRAIGHT)).any(axis=1))

@@ -203,7 +203,7 @@ def _lengths(system: System) -> Iterator[Notice]:
     """Lengths that belong to another unit than the rest, or angles to degrees."""
     unit = system.problem.units.length
     for name, mesh in system.meshes.items():
-        size = float(np.ptp(mesh.points, axis=0).max())
+        size = float(mesh.extent.max())
         low, high = {"mm": (0.05, 5e4), "m": (5e-5, 50.0)}.get(unit, (0.0, np.inf))
         if not low <= size <= high:
             yield Notice(f"bodies.{name}.mesh", f"the body is {size:.4g} {unit} large; is that the unit meant?")
@@ -280,7 +280,7 @@ def _thickness(system: System) -> Iterator[Notice]:
     slices = [factor(f"1 {u}", unit, "N", (0, 1)) for u in ("mm", "cm", "m", "in", "ft")] + [1.0]
     if p.space != "plane strain" or any(abs(p.thickness / s - 1.0) < 1e-6 for s in slices):
         return
-    extents = {name: np.ptp(mesh.points, axis=0) for name, mesh in system.meshes.items()}
+    extents = {name: mesh.extent for name, mesh in system.meshes.items()}
     for name, extent in extents.items():
         if abs(extent.min() / p.thickness - 1.0) < 1e-6 and extent.max() > SHEET * p.thickness:
             yield Notice(
@@ -302,7 +302,7 @@ def _shapes(system: System) -> Iterator[Notice]:
     for name, mesh in system.meshes.items():
         q = quality(mesh)
         quiet = _far_from_tools(system, name, q.centre[q.needles]) if len(q.needles) else None
-        words = q.warnings(float(np.ptp(mesh.points, axis=0).min()), quiet)
+        words = q.warnings(float(mesh.extent.min()), quiet)
         yield from (Notice(f"bodies.{name}.mesh", warning) for warning in words)
 
 
@@ -683,6 +683,8 @@ def _held(
     pairs = current_pairs(tool.shape, x[nodes], tool.at, place)
     h = float(s.points.depth.min())
     deep = (pairs.g < -REACH * h) & (np.abs(pairs.n[np.arange(len(nodes)), axis]) > ALONG)
+    if not deep.any():
+        return
     # beside the contact surface, a tool that came across the normal has pushed the free body ahead of it
     came = pairs.n @ place[:2] >= -0.5 * pairs.g
     # deep in a tool that is as narrow as its travel is long, its side may be nearer than the face that came

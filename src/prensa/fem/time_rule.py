@@ -54,10 +54,12 @@ class TimeRule(NamedTuple):
         """The history (m, q, h) that a block's law begins with: the committed one, if no flow is shifted."""
         if not block.flows or not self.share:
             return history
-        out = history.copy()
         law: Any = block.law
-        own = block.at_law(history).reshape(-1, law.size)
-        out[..., : law.size] = law.begin(own, self.share).reshape(*history.shape[:2], -1)
+        begun = law.begin(block.at_law(history).reshape(-1, law.size), self.share).reshape(*history.shape[:2], -1)
+        if law.size == history.shape[-1]:
+            return np.asarray(begun)
+        out = history.copy()
+        out[..., : law.size] = begun
         return out
 
 

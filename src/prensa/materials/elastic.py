@@ -7,8 +7,10 @@ import math
 import numpy as np
 
 from prensa.kernels.compiled import njit
-from prensa.kernels.spatial import det_of, det_of_kept, inverse_of, push_forward
-from prensa.kernels.tensor import det_minus_one
+from prensa.kernels.series import GROUP, SMALL_LOG, _half_log
+from prensa.kernels.spatial import det_of, det_of_kept, inverse_of
+from prensa.kernels.spatial import push_forward as push_forward_in_space
+from prensa.kernels.tensor import det_minus_one, push_forward
 
 
 @njit(cache=True, error_model="numpy")
@@ -70,55 +72,94 @@ def hencky(eps, lam, mu, tau, dtau, eps_e):
             dtau[i, k, k] += 2.0 * mu
 
 
-@njit(cache=True, error_model="numpy")
+# where the rows of the scratch of `neo_hooke` begin: gradients and what was committed, J² − 1, J_n² − 1, λ ln J, stresses, new
+# history, tangent
+_F_IN, _B_IN, _JJ, _JJ_IN, _LN_J = (GROUP * k for k in (0, 5, 9, 10, 11))
+_P_OUT, _B_OUT, _A_OUT, _ROWS_OUT = (GROUP * k for k in (12, 17, 21, 46))
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _row_of_tangent(w, i, k, direct, c0, c1, g0, g1, x00, x01, x10, x11, g):
+    """Row k of A, of the component g_ab of g = f⁻ᵀ, and the entry k of its last row.
+
+    direct, c0, c1: λ g_ab and (μ − λ ln J) times g_a0, g_a1, over J_n; g0, g1: g_0b, g_1b; x: μ δ_ac b_n,be/J_n; g: all of it.
+    """
+    g00, g01, g10, g11, g33 = g
+    to = _A_OUT + 5 * k * GROUP + i
+    w[to], w[to + GROUP] = direct * g00 + c0 * g0 + x00, direct * g01 + c1 * g0 + x01
+    w[to + 2 * GROUP], w[to + 3 * GROUP] = direct * g10 + c0 * g1 + x10, direct * g11 + c1 * g1 + x11
+    w[to + 4 * GROUP] = direct * g33
+    w[_A_OUT + (20 + k) * GROUP + i] = direct * g33
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"})
 def neo_hooke(h, old, lam, mu, P, A, new, failed, tangent):
     """ψ = μ/2 (I₁ − 3) − μ ln J + λ/2 (ln J)², without principal axes, which it does not need.
 
     h (n, 5) = f − I, old (n, 4) b_n − I as 11, 22, 33, 12 → P (n, 5) per committed volume, new (n, 4), failed (n,), and if
-    ``tangent`` A (n, 5, 5): P = [μ (b − I) + λ ln J I] f⁻ᵀ/J_n = [μ f b_n − (μ − λ ln J) f⁻ᵀ]/J_n, whence
+    ``tangent`` A (n, 25): P = [μ (b − I) + λ ln J I] f⁻ᵀ/J_n = [μ f b_n − (μ − λ ln J) f⁻ᵀ]/J_n, whence
     A_iJkL = [μ δ_ik b_n,JL + λ g_iJ g_kL + (μ − λ ln J) g_iL g_kJ]/J_n with g = f⁻ᵀ.
+
+    Loops over a group of points have no branches: a compiler makes them into instructions for several points at once.
     """
-    for i in range(h.shape[0]):
-        h11, h12, h21, h22, h33 = h[i, 0], h[i, 1], h[i, 2], h[i, 3], h[i, 4]
-        o11, o22, o33, o12 = old[i, 0], old[i, 1], old[i, 2], old[i, 3]
-        f11, f22, f33 = 1.0 + h11, 1.0 + h22, 1.0 + h33
-        a11, a12 = f11 * o11 + h12 * o12, f11 * o12 + h12 * o22
-        a21, a22 = h21 * o11 + f22 * o12, h21 * o12 + f22 * o22
-        b11 = a11 * f11 + a12 * h12 + 2.0 * h11 + h11 * h11 + h12 * h12
-        b12 = a11 * h21 + a12 * f22 + h12 + h21 + h11 * h21 + h12 * h22
-        b22 = a21 * h21 + a22 * f22 + 2.0 * h22 + h21 * h21 + h22 * h22
-        b33 = f33 * f33 * o33 + 2.0 * h33 + h33 * h33
-        jac = det_minus_one(h11, h12, h21, h22, h33)
-        before = det_minus_one(o11, o12, o12, o22, o33)
-        if not (jac > -1.0 and f33 > 0.0 and before > -1.0):
-            failed[i] = True
-            jac = before = 0.0
-        jn = 1.0 / math.sqrt(1.0 + before)
-        # J² − 1 = (1 + before)(1 + jac)² − 1 without cancellation
-        p = 0.5 * lam * math.log1p(before + jac * (2.0 + jac) * (1.0 + before))
-        inverse = 1.0 / (f11 * f22 - h12 * h21)
-        g = ((f22 * inverse, -h21 * inverse), (-h12 * inverse, f11 * inverse))
-        g33 = 1.0 / f33
-        t11, t12, t22 = jn * (mu * b11 + p), jn * mu * b12, jn * (mu * b22 + p)
-        P[i, 0] = t11 * g[0][0] + t12 * g[1][0]
-        P[i, 1] = t11 * g[0][1] + t12 * g[1][1]
-        P[i, 2] = t12 * g[0][0] + t22 * g[1][0]
-        P[i, 3] = t12 * g[0][1] + t22 * g[1][1]
-        P[i, 4] = jn * (mu * b33 + p) * g33
-        new[i, 0], new[i, 1], new[i, 2], new[i, 3] = b11, b22, b33, b12
-        if not tangent:
-            continue
-        m, n, s = jn * mu, jn * lam, jn * (mu - p)
-        b_n = ((m * (1.0 + o11), m * o12), (m * o12, m * (1.0 + o22)))
-        for a in range(2):
-            for b in range(2):
-                direct, crossed = n * g[a][b], (s * g[a][0], s * g[a][1])
-                for c in range(2):
-                    for e in range(2):
-                        value = direct * g[c][e] + crossed[e] * g[c][b]
-                        A[i, 2 * a + b, 2 * c + e] = value + b_n[b][e] if a == c else value
-                A[i, 2 * a + b, 4] = A[i, 4, 2 * a + b] = direct * g33
-        A[i, 4, 4] = m * (1.0 + o33) + (n + s) * g33 * g33
+    w = np.zeros(_ROWS_OUT)
+    o = w.shape[0] - w.shape[0]  # 0: a function is compiled once for each constant that it is called with
+    for first in range(0, h.shape[0], GROUP):
+        m = min(GROUP, h.shape[0] - first)
+        for i in range(m):
+            for k in range(5):
+                w[_F_IN + k * GROUP + i] = h[first + i, k]
+            for k in range(4):
+                w[_B_IN + k * GROUP + i] = old[first + i, k]
+        bad = far = 0
+        for i in range(GROUP):
+            h11, h12, h21, h22, h33 = w[i], w[GROUP + i], w[2 * GROUP + i], w[3 * GROUP + i], w[4 * GROUP + i]
+            o11, o22, o33, o12 = w[_B_IN + i], w[_B_IN + GROUP + i], w[_B_IN + 2 * GROUP + i], w[_B_IN + 3 * GROUP + i]
+            jac, before = det_minus_one(h11, h12, h21, h22, h33), det_minus_one(o11, o12, o12, o22, o33)
+            good = (jac > -1.0) & (1.0 + h33 > 0.0) & (before > -1.0)
+            # J² − 1 = (1 + before)(1 + jac)² − 1 without cancellation
+            x = before + jac * (2.0 + jac) * (1.0 + before)
+            x = x if good else 0.0
+            w[_JJ + i], w[_JJ_IN + i], w[_LN_J + i] = x, before if good else math.nan, lam * _half_log(x)
+            bad += 1 if (i < m) & (not good) else 0
+            far += 1 if (i < m) & (abs(x) > SMALL_LOG) else 0
+        if far:
+            for i in range(m):
+                w[_LN_J + i] = 0.5 * lam * math.log1p(w[_JJ + i])
+        if bad:
+            for i in range(m):
+                if math.isnan(w[_JJ_IN + i]):
+                    failed[first + i] = True
+        for i in range(GROUP):
+            h11, h12, h21, h22, h33 = w[i], w[GROUP + i], w[2 * GROUP + i], w[3 * GROUP + i], w[4 * GROUP + i]
+            o11, o22, o33, o12 = w[_B_IN + i], w[_B_IN + GROUP + i], w[_B_IN + 2 * GROUP + i], w[_B_IN + 3 * GROUP + i]
+            b11, b22, b33, b12 = push_forward(h11, h12, h21, h22, h33, o11, o22, o33, o12)
+            p, jn, f11, f22 = w[_LN_J + i], 1.0 / math.sqrt(1.0 + w[_JJ_IN + i]), 1.0 + h11, 1.0 + h22
+            inverse, g33 = 1.0 / (f11 * f22 - h12 * h21), 1.0 / (1.0 + h33)
+            g00, g01, g10, g11 = f22 * inverse, -h21 * inverse, -h12 * inverse, f11 * inverse
+            t11, t12, t22 = jn * (mu * b11 + p), jn * mu * b12, jn * (mu * b22 + p)
+            w[_P_OUT + i], w[_P_OUT + GROUP + i] = t11 * g00 + t12 * g10, t11 * g01 + t12 * g11
+            w[_P_OUT + 2 * GROUP + i], w[_P_OUT + 3 * GROUP + i] = t12 * g00 + t22 * g10, t12 * g01 + t22 * g11
+            w[_P_OUT + 4 * GROUP + i] = jn * (mu * b33 + p) * g33
+            w[_B_OUT + i], w[_B_OUT + GROUP + i], w[_B_OUT + 2 * GROUP + i], w[_B_OUT + 3 * GROUP + i] = b11, b22, b33, b12
+            if tangent:
+                n, s = jn * lam, jn * (mu - p)
+                x00, x01, x11 = jn * mu * (1.0 + o11), jn * mu * o12, jn * mu * (1.0 + o22)
+                g = (g00, g01, g10, g11, g33)
+                _row_of_tangent(w, i, o, n * g00, s * g00, s * g01, g00, g10, x00, x01, 0.0, 0.0, g)
+                _row_of_tangent(w, i, o + 1, n * g01, s * g00, s * g01, g01, g11, x01, x11, 0.0, 0.0, g)
+                _row_of_tangent(w, i, o + 2, n * g10, s * g10, s * g11, g00, g10, 0.0, 0.0, x00, x01, g)
+                _row_of_tangent(w, i, o + 3, n * g11, s * g10, s * g11, g01, g11, 0.0, 0.0, x01, x11, g)
+                w[_A_OUT + 24 * GROUP + i] = jn * mu * (1.0 + o33) + (n + s) * g33 * g33
+        for i in range(m):
+            for k in range(4):
+                new[first + i, k] = w[_B_OUT + k * GROUP + i]
+            for k in range(5):
+                P[first + i, k] = w[_P_OUT + k * GROUP + i]
+        if tangent:
+            for i in range(m):
+                for k in range(25):
+                    A[first + i, k] = w[_A_OUT + k * GROUP + i]
 
 
 @njit(cache=True, error_model="numpy")
@@ -126,7 +167,7 @@ def neo_hooke_spatial(h, old, lam, mu, P, A, new, failed, tangent):
     """`neo_hooke` in three dimensions: h (n, 9), old, new (n, 6) b − I as 11, 22, 33, 12, 13, 23, P (n, 9), A (n, 9, 9)."""
     g, t, b_n = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))  # g = f⁻¹
     for i in range(h.shape[0]):
-        b11, b22, b33, b12, b13, b23 = push_forward(h, old, i)
+        b11, b22, b33, b12, b13, b23 = push_forward_in_space(h, old, i)
         jac, before = det_of(h, i), det_of_kept(old, i)
         if not (jac > -1.0 and before > -1.0):
             failed[i] = True

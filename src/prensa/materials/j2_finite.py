@@ -13,12 +13,11 @@ import math
 import numpy as np
 
 from prensa.kernels.compiled import njit
+from prensa.kernels.series import GROUP, SMALL_EXP, SMALL_LOG, _exp_minus_one, _half_log
 from prensa.kernels.tensor import det_minus_one, push_forward
 from prensa.materials.hardening import JOHNSON_COOK, LUDWIK, SWIFT, TINY, flow_stress
 from prensa.materials.j2 import ON_SURFACE, _converged, _return, _start, _steps
 
-GROUP = 64
-"""Points at a time: their scratch is half of the nearest cache."""
 # where the rows of the scratch begin: what was committed, the trial state in its principal axes, the answer (a sum for each would
 # take a third of the time in which the kernel is compiled)
 _O, _O1, _O2, _O3, _T, _T1, _T2, _T3, _A0, _WORK, _C, _C1, _B, _B1, _B2, _JN = range(0, 16 * GROUP, GROUP)
@@ -27,7 +26,6 @@ _NEW, _NEW1, _NEW2, _NEW3, _KEPT, _KEPT1, _KEPT2, _KEPT3 = range(27 * GROUP, 35 
 _P, _P1, _P2, _P3, _P4, _H, _H1, _H2, _H3, _H4 = range(35 * GROUP, 45 * GROUP, GROUP)
 _A, _A24, _ROWS = 45 * GROUP, 69 * GROUP, 70 * GROUP
 NO_STRESS = 1e-300
-SMALL_LOG, SMALL_EXP = 0.15, 0.12  # up to which the polynomials are right to the last digit
 # of powers: what numbers and exponents of e have to be; ln 2 in two parts; what rounds to whole numbers when it is added, as bits
 # too; bits of ½√2; how many bits a mantissa has and what is added to exponents
 _NORMAL, _FINITE, _EXPONENT, _LN2, _LN2_REST = 1e-300, 1e300, 700.0, 0.69314718036912381649, 1.9082149292705877e-10
@@ -35,24 +33,20 @@ _WHOLE, _WHOLE_BITS, _ROOT, _MANTISSA, _BIAS = 6755399441055744.0, 0x43380000000
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
-def _half_log(x):
-    """½ ln(1 + x) of |x| up to `SMALL_LOG`: artanh of x/(2 + x)."""
-    z = x / (2.0 + x)
-    s = z * z
-    tail = 1.0 / 3.0 + s * (1.0 / 5.0 + s * (1.0 / 7.0 + s * (1.0 / 9.0 + s * (1.0 / 11.0 + s * (1.0 / 13.0)))))
-    return z + z * s * tail
+def _axes(b11, b22, b12):
+    """As `prensa.kernels.tensor.principal`, without a branch."""
+    half = 0.5 * (b11 - b22)
+    r = math.sqrt(half * half + b12 * b12)
+    share, over = (abs(half) / r, r) if r > 0.0 else (1.0, 1.0)
+    large = math.sqrt(0.5 * (1.0 + share))
+    less = b12 / (2.0 * over * large)
+    up = half >= 0.0
+    c, s = large if up else abs(less), less if up else math.copysign(large, b12)
+    return 0.5 * (b11 + b22) + r, 0.5 * (b11 + b22) - r, c, s
 
 
-@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
-def _exp_minus_one(x):
-    """exp(x) − 1 of |x| up to `SMALL_EXP`."""
-    tail = 1.0 / 40320.0 + x * (1.0 / 362880.0 + x * (1.0 / 3628800.0))
-    tail = 1.0 / 24.0 + x * (1.0 / 120.0 + x * (1.0 / 720.0 + x * (1.0 / 5040.0 + x * tail)))
-    return x + x * x * (0.5 + x * (1.0 / 6.0 + x * tail))
-
-
-@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
-def _power_curve(w, bits, first, factor, shift, n):
+@njit(cache=True, error_model="numpy", fastmath={"contract"})
+def power_curve(w, bits, first, factor, shift, n):
     """Flow stresses first + factor (a + shift)^n at a of `_A0` and `_DELTA` → rows `_Y`, `_SLOPE`, `_CURVATURE`.
 
     Powers are exp(n ln x), to a few units of the last digit, without a branch or a function of a library: the logarithm after
@@ -132,18 +126,11 @@ def j2_finite(
             h22, h33 = w[_H3 + i], w[_H4 + i]
             o11, o22, o33, o12 = w[i], w[_O1 + i], w[_O2 + i], w[_O3 + i]
             b11, b22, b33, b12 = push_forward(h11, h12, h21, h22, h33, o11, o22, o33, o12)
-            half = 0.5 * (b11 - b22)
-            r = math.sqrt(half * half + b12 * b12)
-            share, over = (abs(half) / r, r) if r > 0.0 else (1.0, 1.0)
-            large = math.sqrt(0.5 * (1.0 + share))
-            less = b12 / (2.0 * over * large)
-            up = half >= 0.0
-            l1, l2 = 0.5 * (b11 + b22) + r, 0.5 * (b11 + b22) - r
+            l1, l2, c, s = _axes(b11, b22, b12)
             jac = det_minus_one(h11, h12, h21, h22, h33)
             good = (jac > -1.0) & (1.0 + h33 > 0.0) & (l2 > -1.0) & (b33 > -1.0)
             l1, l2, b33 = l1 if good else 0.0, l2 if good else 0.0, b33 if good else 0.0
-            w[_C + i] = large if up else abs(less)
-            w[_C1 + i] = less if up else math.copysign(large, b12)
+            w[_C + i], w[_C1 + i] = c, s
             w[_B + i], w[_B1 + i], w[_B2 + i] = l1, l2, b33
             w[_JN + i] = math.sqrt(((1.0 + o11) * (1.0 + o22) - o12 * o12) * (1.0 + o33)) if good else math.nan
             far += 1 if (i < m) & ((l1 > SMALL_LOG) | (l2 < -SMALL_LOG) | (abs(b33) > SMALL_LOG)) else 0
@@ -167,7 +154,7 @@ def j2_finite(
         for turn in range(2):
             alone = m  # points whose flow stress is not answered for with that of all
             if power:
-                _power_curve(w, bits, s0, factor, shift, p[2])
+                power_curve(w, bits, s0, factor, shift, p[2])
                 alone = o
                 for i in range(GROUP):
                     a = w[_A0 + i] + w[_DELTA + i]
@@ -326,3 +313,84 @@ def j2_finite(
             for i in range(m):
                 for k in range(25):
                     A[first + i, k] = w[_A + k * GROUP + i]
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"})
+def begin_finite(history, share, cauchy, kind, p, knots, coefs, out):
+    """Histories (n, 10) → out (n, 10), those after a ``share`` of the last plastic strain more.
+
+    As `prensa.kernels.tensor.begin`, with the plastic work of that strain; all else as in `j2_finite`.
+    """
+    curve = (p[0], p[1], p[2], p[3], p[4])
+    w = np.zeros(_ROWS)
+    bits, power = w.view(np.int64), (kind == LUDWIK) | (kind == SWIFT)
+    s0, factor, shift = (p[0], p[1], 0.0) if kind == LUDWIK else (0.0, p[0], p[1])
+    for first in range(0, history.shape[0], GROUP):
+        m, flowed = min(GROUP, history.shape[0] - first), 0
+        for i in range(m):
+            same = True
+            for k in range(4):
+                w[_O + k * GROUP + i], w[_T + k * GROUP + i] = history[first + i, k], history[first + i, 6 + k]
+                same = same and history[first + i, k] == history[first + i, 6 + k]
+                out[first + i, k] = out[first + i, 6 + k] = history[first + i, k]
+            out[first + i, 4], out[first + i, 5] = history[first + i, 4], history[first + i, 5]
+            w[_A0 + i], w[_WORK + i], w[_START + i] = history[first + i, 4], history[first + i, 5], 0.0 if same else 1.0
+            flowed += 0 if same else 1
+        if not flowed:
+            continue
+        # logarithmic strains of the elastic tensor and of the one that goes on as if nothing flowed, in their places
+        for which in range(2):
+            base, far = _O + which * (_T - _O), 0
+            for i in range(GROUP):
+                l1, l2, c, s = _axes(w[base + i], w[base + GROUP + i], w[base + 3 * GROUP + i])
+                l3 = w[base + 2 * GROUP + i]
+                w[_C + i], w[_C1 + i], w[_B + i], w[_B1 + i], w[_B2 + i] = c, s, l1, l2, l3
+                J = math.sqrt((1.0 + l1) * (1.0 + l2) * (1.0 + l3)) if cauchy else 1.0
+                w[_JAC + i] = J if which == 0 else w[_JAC + i]
+                far += 1 if (i < m) & ((l1 > SMALL_LOG) | (l2 < -SMALL_LOG) | (abs(l3) > SMALL_LOG)) else 0
+            for n in range(3 * GROUP):
+                w[_E + n] = _half_log(w[_B + n])
+            if far:
+                for i in range(m):
+                    for k in range(3):
+                        w[_E + k * GROUP + i] = 0.5 * math.log1p(w[_B + k * GROUP + i])
+            for i in range(GROUP):
+                c, s, e1, e2 = w[_C + i], w[_C1 + i], w[_E + i], w[_E1 + i]
+                w[base + i], w[base + GROUP + i] = c * c * e1 + s * s * e2, s * s * e1 + c * c * e2
+                w[base + 2 * GROUP + i], w[base + 3 * GROUP + i] = w[_E2 + i], c * s * (e1 - e2)
+        far = 0
+        for i in range(GROUP):
+            e11, e22, e33, e12 = w[_O + i], w[_O1 + i], w[_O2 + i], w[_O3 + i]
+            d11, d22, d33, d12 = w[_T + i] - e11, w[_T1 + i] - e22, w[_T2 + i] - e33, w[_T3 + i] - e12
+            third = (d11 + d22 + d33) / 3.0
+            d11, d22, d33 = d11 - third, d22 - third, d33 - third
+            w[_DELTA + i] = share * math.sqrt((d11 * d11 + d22 * d22 + d33 * d33 + 2.0 * d12 * d12) / 1.5)
+            x1, x2, c, s = _axes(e11 - share * d11, e22 - share * d22, e12 - share * d12)
+            x1, x2, x3 = 2.0 * x1, 2.0 * x2, 2.0 * (e33 - share * d33)
+            w[_C + i], w[_C1 + i], w[_B + i], w[_B1 + i], w[_B2 + i] = c, s, x1, x2, x3
+            far += 1 if (i < m) & ((abs(x1) > SMALL_EXP) | (abs(x2) > SMALL_EXP) | (abs(x3) > SMALL_EXP)) else 0
+        for n in range(3 * GROUP):
+            w[_E + n] = _exp_minus_one(w[_B + n])
+        if far:
+            for i in range(m):
+                for k in range(3):
+                    w[_E + k * GROUP + i] = math.expm1(w[_B + k * GROUP + i])
+        # flow stress at the end of that strain, and at its beginning
+        for turn in range(2):
+            if power:
+                power_curve(w, bits, s0, factor, shift, p[2])
+            for i in range(m):
+                a = w[_A0 + i] + w[_DELTA + i]
+                if (w[_START + i] != 0.0) & ((not power) | (a < TINY) | math.isnan(w[_Y + i])):
+                    w[_Y + i] = flow_stress(kind, curve, knots, coefs, a, 0.0, 0.0)[0]
+            if turn == 0:
+                for i in range(GROUP):
+                    w[_Y0 + i], w[_Q + i], w[_DELTA + i] = w[_Y + i], w[_DELTA + i], 0.0
+        for i in range(m):
+            if w[_START + i] == 0.0:
+                continue
+            c, s, b1, b2, more = w[_C + i], w[_C1 + i], w[_E + i], w[_E1 + i], w[_Q + i]
+            out[first + i, 0], out[first + i, 1] = c * c * b1 + s * s * b2, s * s * b1 + c * c * b2
+            out[first + i, 2], out[first + i, 3] = w[_E2 + i], c * s * (b1 - b2)
+            out[first + i, 4] = w[_A0 + i] + more
+            out[first + i, 5] = w[_WORK + i] + 0.5 * w[_JAC + i] * (w[_Y0 + i] + w[_Y + i]) * more

@@ -21,7 +21,7 @@ from prensa.materials import elastic
 from prensa.materials.flow_curve import FlowCurve, FlowParameters, stress_at
 from prensa.materials.hardening import flow_stresses
 from prensa.materials.j2 import UNHELD, j2
-from prensa.materials.j2_finite import j2_finite
+from prensa.materials.j2_finite import begin_finite, j2_finite
 from prensa.materials.protocol import At, Field, Material, Out
 from prensa.materials.return_map import return_map
 
@@ -154,8 +154,11 @@ class NeoHooke(_Isotropic):
 
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:
         """H (n, c) = f − I, old (n, k) → out; see `Material`."""
-        neo_hooke = elastic.neo_hooke_spatial if self.layout.dimension == 3 else elastic.neo_hooke
-        neo_hooke(h, old, self.lam, self.mu, out.P, out.A, out.new, out.failed, at.tangent)
+        if self.layout.dimension == 3:
+            elastic.neo_hooke_spatial(h, old, self.lam, self.mu, out.P, out.A, out.new, out.failed, at.tangent)
+        else:
+            A = out.A.reshape(len(h), -1)
+            elastic.neo_hooke(h, old, self.lam, self.mu, out.P, A, out.new, out.failed, at.tangent)
 
     def energy(self, history: Array) -> Array:
         """Elastic energy per initial volume, (..., h) → (...)."""
@@ -254,7 +257,12 @@ class J2(_Isotropic):
         With the backward difference of second order, eᵖ − eᵖ_n = share (eᵖ_n − eᵖ_(n−1)) + Δ n, an increment is one of backward
         Euler that starts there (Eckert, Baaser, Gross & Scherf 2004).
         """
-        k, out = self.layout.kept, history.copy()
+        k, f = self.layout.kept, self.flow
+        if share and f is not None and self.finite and self.layout is PLANE:
+            out = np.empty_like(history)
+            begin_finite(history, share, self.yield_on_cauchy, f.kind, f.p, f.knots, f.coefficients, out)
+            return out
+        out = history.copy()
         if not share:  # as `begin` has it, which need not be compiled for that
             out[:, k + 2 : 2 * k + 2] = history[:, :k]
             return out

@@ -74,6 +74,11 @@ class Mesh:
         return {}
 
     @cached_property
+    def extent(self) -> Array:
+        """Lengths (2,) of the box around it, along the axes."""
+        return np.array([np.ptp(self.points[:, k]) for k in range(self.points.shape[1])])
+
+    @cached_property
     def boundary(self) -> Index:
         """`boundary_edges` of its cells."""
         return boundary_edges(self.cells)
@@ -83,6 +88,7 @@ def displaced(mesh: Mesh, points: Array) -> Mesh:
     """The mesh with its nodes elsewhere; a deformed shape is not checked as a new mesh is."""
     moved = copy(mesh)
     object.__setattr__(moved, "points", points)
+    moved.__dict__.pop("extent", None)
     return moved
 
 
