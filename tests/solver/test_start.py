@@ -152,3 +152,23 @@ def test_cases_that_do_not_go_together_are_refused(tmp_path, change, words):
     pr.run(case(PRESS), tmp_path / "press", quiet=True)
     with pytest.raises(PrensaError, match=words):
         pr.discretise(case(RELEASE, start=pr.Start(str(tmp_path / "press")), **change).problem)
+
+
+@pytest.mark.parametrize("enforcement", [pr.Penalty(), pr.Exact()], ids=lambda e: e.type)
+def test_a_roller_that_turns_far_slips_from_the_start(enforcement):
+    """In one increment of a whole turn, whose points would go far beyond their elements if they stuck: as in 40."""
+    press = pr.Step("press", move={"t": pr.Motion(y=-0.3)}, increments=4)
+    problem = pr.Problem(
+        "turn", {"b": pr.Body(pr.Rectangle((10, 4), (20, 8)), pr.Elastic(1000.0, 0.3))}, (press,),
+        {"t": pr.Circle(3.0, at=(5.0, 7.0))}, (pr.Contact("b.top", "t", pr.Coulomb(0.3), enforcement=enforcement),),
+        fixed={"b.bottom": "xy"},
+    )  # fmt: skip
+    runs = []
+    for n in (1, 40):
+        turn = pr.Step("turn", move={"t": pr.Motion(y=-0.3, rz=2 * np.pi)}, increments=n)
+        runs.append(list(pr.solve(replace(problem, steps=(press, turn)))))
+    (*_, once), (*_, often) = runs
+    assert once.statistics.cutbacks == 0
+    assert once.statistics.iterations <= 6
+    assert once.force("t").x == pytest.approx(often.force("t").x, rel=1e-3)
+    assert once.force("t").y == pytest.approx(often.force("t").y, rel=1e-3)

@@ -66,6 +66,14 @@ class Reporter(NamedTuple):
     timed: Callable[[str], Any]
 
 
+class Foreseen(NamedTuple):
+    """Dofs u (ndof,) to start from, between solutions; of the nearest one ``near`` (ndof,) and its ``closed`` points."""
+
+    u: Array
+    near: Array
+    closed: Flags
+
+
 @dataclass(frozen=True)
 class Equilibrium:
     """The equations of an increment and the means to solve them. Nothing of it changes during an attempt."""
@@ -80,6 +88,8 @@ class Equilibrium:
     """Whether bodies may flow, and their supports alone hold each of them."""
     keeps_matrix: bool = False
     """Whether the matrix at the solution is wanted: evaluations that are likely to be the last make it."""
+    foreseen: Foreseen | None = None
+    """What solutions of the same increment with other ends lead to expect; None where there are none."""
 
     def evaluate(
         self, u: Array, lam: Array, stiffness: bool = True, section: str = "assembly", **overrides: Unpack[Overrides]

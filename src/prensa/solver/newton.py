@@ -191,6 +191,8 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     and shortens its step (watchdog of Chamberlain et al. 1982); likewise while points reverse their slip. Any other step
     that raises the residual is shortened.
     """
+    # what a contact step has settled needs none: Newton's leave factors, with which substitutions finish the work
+    state.by_contact = state.by_contact and state.changed > 0 and state.relative > eq.policy.close
     e, delta, decided = _contact_direction(eq, state, by_contact or state.by_contact)
     result.iterations += 1
     if runaway := eq.runaway(delta):
@@ -209,7 +211,8 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     if alone is not None:
         moved, full = alone
         size = eq.norm(full)
-    if not full.failed and _accepted(eq, state, full, size, decided):
+    accepted = not full.failed and _accepted(eq, state, full, size, decided)
+    if accepted or (alone is None and _shrinks(eq, full, delta)):
         state.watched += size >= state.best
         state.came_by = moved - state.u if alone is None else None
         state.secant = alone is None and _turns(eq, state)
@@ -328,6 +331,23 @@ def _accepted(eq: Equilibrium, state: NewtonState, full: Evaluation, size: float
     flips = bool(state.reversed.any() or reversed_slip(now, after).any())
     discrete = flips or not np.array_equal(after > 0, now > 0)
     return discrete and state.watched < (eq.policy.watchdog_flips if flips else eq.policy.watchdog)
+
+
+def _shrinks(eq: Equilibrium, full: Evaluation, delta: Array) -> bool:
+    """Whether the step that follows on a step delta (ndof,), with the same factors, is much shorter: it leads nearer then.
+
+    Where a strip bends, a step along its tangent stretches it by the square of its turns. That is stiff, so the residual grows,
+    and the next step takes all of it back (the natural monotonicity test of Deuflhard 2004, 3.3.2). Elastic bodies, which may
+    have other equilibria nearby, are led to none of these.
+    """
+    may = eq.numerics.line_search and eq.system.has_memory and not eq.reduced.equations
+    if not may or full.failed or not eq.reduced.factorisation.factored:
+        return False
+    lengths = eq.reduced.lengths(len(delta))
+    unit = 1.0 if lengths is None else lengths
+    with eq.report.timed("factorisation and solve"):
+        then = eq.reduced.correction(-full.r)
+    return bool(np.linalg.norm(unit * then) < eq.policy.shrinks * np.linalg.norm(unit * delta))
 
 
 def _restart(eq: Equilibrium, state: NewtonState, watch_from: tuple[Array, Array]) -> None:

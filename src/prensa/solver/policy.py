@@ -25,6 +25,8 @@ class Policy:
     """Full steps accepted although the residual grows, when points open or close …"""
     watchdog_flips: int = 6
     """… and when points reverse their slip."""
+    shrinks: float = 0.25
+    """Next step over a step that raises the residual, both with its factors, below which it is accepted all the same."""
     patience: int = 6
     """Iterations in which the least residual must fall to ``stagnation`` of its value: a smaller increment is cheaper."""
     stagnation: float = 0.5

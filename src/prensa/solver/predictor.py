@@ -36,8 +36,21 @@ class Guess:
 def initial_guess(eq: Equilibrium, start: Array, lam: Array) -> Guess:
     """The extrapolation where it is good, else the answer of the linearised system; start (ndof,): the committed state."""
     values = eq.context.plan.values(eq.context.time)
-    guess = _extrapolated(eq, start, values, lam)
+    guess = _foreseen(eq, values, lam) or _extrapolated(eq, start, values, lam)
     return guess if guess is not None else _linearised(eq, start, values, lam)
+
+
+def _foreseen(eq: Equilibrium, values: Array, lam: Array) -> Guess | None:
+    """What other ends of the same increment lead to expect; None if there are none, or they are of another branch than this."""
+    if eq.foreseen is None:
+        return None
+    u = eq.foreseen.u.copy()
+    u[eq.reduced.fixed] = values
+    project_prediction(eq.system, eq.context, u, eq.policy, eq.foreseen)
+    u[eq.reduced.fixed] = values
+    u = eq.system.with_slaves(u)
+    e = eq.evaluate(u, lam)
+    return Guess(u, e) if not e.failed and eq.norm(e) <= eq.policy.good_start * e.scale else None
 
 
 def _extrapolated(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Guess | None:
@@ -85,4 +98,20 @@ def _linearised(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Gue
         step = reduced.step(matrix, -r, 1.0)
     if eq.runaway(step) is not None:
         return Guess(start + delta, None, base.touching)
-    return Guess(contact_corrected(system, eq.context, base, start, delta + step, lam), None, base.touching)
+    u = contact_corrected(system, eq.context, base, start, delta + step, lam)
+    e = eq.evaluate(u, lam)
+    if e.failed and (still := _still(eq, start + delta, lam)) is not None:
+        return Guess(start + delta, still, base.touching)
+    return Guess(u, e, base.touching)
+
+
+def _still(eq: Equilibrium, u: Array, lam: Array) -> Evaluation | None:
+    """Evaluation at the committed state with the tools where they end, if they go along their surfaces; else None.
+
+    Where a tool slides or turns far, points that stuck to it would go where elements are inside out. It slips under them.
+    """
+    e = eq.evaluate(u, lam)
+    if e.failed:
+        return None
+    closed = [(f.p > 0, was.closed) for f, was in zip(e.contacts, eq.context.committed)]
+    return e if closed and all((now == was).all() for now, was in closed) else None

@@ -38,7 +38,7 @@ from prensa.solver.attempt import attempt
 from prensa.solver.condensation import Condensation, condensed, to_be_condensed
 from prensa.solver.distortion import Distortion
 from prensa.solver.emergence import starts_inside
-from prensa.solver.equilibrium import Equilibrium, NewtonResult, Reporter
+from prensa.solver.equilibrium import Equilibrium, Foreseen, NewtonResult, Reporter
 from prensa.solver.failure import (
     BeyondSmall,
     Distorted,
@@ -393,7 +393,7 @@ class TimeStepping:
                 end, notes = first_touch(self.system, state, plan, end, self.policy)
             for message in notes:
                 self.messages.note(state, plan, message)
-            solve = partial(self.solved, state, plan, control, cutbacks, spent)
+            solve = partial(self.solved, state, plan, control, cutbacks, spent, [])
             c, result = solve(end)
             if result.converged and self.due is not None and self.times is None:
                 due = self.due(state, plan, c.time, result.u)
@@ -417,9 +417,13 @@ class TimeStepping:
             cutbacks += 1
 
     def solved(
-        self, state: State, plan: StepPlan, control: StepControl, cutbacks: int, spent: list[int], end: float
-    ) -> Outcome:
-        """Context and outcome of one attempt at the increment to a time, its stability judged; spent: gets its iterations."""
+        self, state: State, plan: StepPlan, control: StepControl, cutbacks: int, spent: list[int], known: list[Outcome],
+        end: float,
+    ) -> Outcome:  # fmt: skip
+        """Context and outcome of one attempt at the increment to a time, its stability judged; spent: gets its iterations.
+
+        ``known``: outcomes of the increment to other times, from which it starts; it joins them if it converges.
+        """
         # where an increment was cut, flow begins or turns, of which the last one knows nothing
         c = self.context(state, plan, end, BACKWARD_EULER if cutbacks else self.rule(state, plan, end))
         start, notes = approach(self.system, c)
@@ -427,7 +431,7 @@ class TimeStepping:
             self.messages.note(state, plan, message)
         most = self.most_cutbacks(state)
         soften = cutbacks >= min(self.policy.soften_after, self.numerics.max_cutbacks, most)
-        result = self.attempt(c, start, soften)
+        result = self.attempt(c, start, soften, self.between(state, known, end))
         if not result.converged and c.rule.share and (plan.increments or self.times is not None):
             # before an increment that was asked for is cut: backward Euler damps more
             spent.append(result.iterations)
@@ -439,7 +443,24 @@ class TimeStepping:
             last = cutbacks == most or control.exhausted(control.cut(c.dt))
             result = judged(self.equilibrium(c), result, self.acceptance, cutbacks, not last)
         spent.append(result.iterations)
+        if result.converged:
+            known.append((c, result))
         return c, result
+
+    def between(self, state: State, known: list[Outcome], end: float) -> Foreseen | None:
+        """What is expected at a time of an increment between two ends that are known, its start included: on their line.
+
+        None where no later end is known, and of condensed bodies, of which not all displacements are.
+        """
+        later = [outcome for outcome in known if outcome[0].time > end]
+        if not later or self.condensed is not None or not self.numerics.predictor:
+            return None
+        c, result = min(later, key=lambda outcome: outcome[0].time)
+        earlier = [(state.clock.time, state.u), *((other.time, r.u) for other, r in known if other.time < end)]
+        time, u = max(earlier, key=lambda other: other[0])
+        assert result.evaluation is not None
+        closed = np.concatenate([np.zeros(0, dtype=bool), *(f.p > 0 for f in result.evaluation.contacts)])
+        return Foreseen(result.u + (end - c.time) / (c.time - time) * (result.u - u), result.u, closed)
 
     def stays_inside(self, state: State, cutbacks: int) -> Failure | None:
         """The tool that starts deepest inside a body, if the first increment fails on: shorter ones have the same overlap."""
@@ -498,12 +519,20 @@ class TimeStepping:
             self.held = c.plan.number, known and not any(loose(body=b) for b in bodies)
         return Equilibrium(self.system, c, reduced, self.numerics, self.policy, report, self.held[1])
 
-    def attempt(self, c: Context, start: Array, soften: bool) -> NewtonResult:
-        """Outcome of one attempt, on the condensed system where there is one."""
+    def attempt(self, c: Context, start: Array, soften: bool, foreseen: Foreseen | None = None) -> NewtonResult:
+        """Outcome of one attempt, on the condensed system where there is one; ``foreseen``: see `Equilibrium`."""
         eq = self.equilibrium(c)
         if self.condensed is not None:
             return self.condensed.attempt(attempt, eq, start, soften)
-        return attempt(eq, start, soften)
+        if foreseen is None:
+            return attempt(eq, start, soften)
+        result = attempt(replace(eq, foreseen=foreseen), start, soften=False)
+        if result.converged:
+            return result
+        again = attempt(eq, start, soften)
+        again.iterations += result.iterations
+        again.vain += result.iterations
+        return again
 
     def view(self, c: Context, result: NewtonResult) -> Increment:
         """The increment that an outcome would be, if it were committed."""
