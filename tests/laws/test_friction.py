@@ -135,6 +135,22 @@ def test_softening_too_fast_is_refused():
     assert np.isnan(out.dt_dg).any()
 
 
+@pytest.mark.parametrize("name", ["constant", "linear", "exponential", "table"])
+def test_slip_that_is_held_is_smooth_where_the_pressure_goes_through_zero(name):
+    """Derivatives take differences there: traction and slip at −p and p lie on a line, whether the law hardens or not."""
+    k, p = 50, 1e-5
+    rng = np.random.default_rng(4)
+    dg, kappa, held = rng.uniform(0.01, 1.0, (k, 1)), rng.uniform(0.1, 0.9, k), np.ones(k, dtype=bool)
+    ends = [
+        return_map(LAWS[name], At(), np.zeros((k, 1)), dg, np.full(k, q), held, kappa, np.full(k, 80.0), slips=held)
+        for q in (-p, 0.0, p)
+    ]
+    for values in ([out.t[:, 0] for out in ends], [out.kappa for out in ends]):
+        assert np.abs(values[0] - 2.0 * values[1] + values[2]).max() < 1e-11
+    np.testing.assert_allclose((ends[2].kappa - ends[0].kappa) / (2 * p), -ends[1].bound[:, 1] / 80.0, rtol=1e-3)
+    np.testing.assert_allclose((ends[2].t - ends[0].t)[:, 0] / (2 * p), -ends[1].bound[:, 1], rtol=1e-3)
+
+
 @pytest.mark.parametrize("theta", [np.deg2rad(1.0), np.deg2rad(10.0)])
 def test_circular_slip_path_lags_by_the_steady_angle(theta):
     """On a circular path of radius ρ the traction lags the velocity by φ, sin φ = μp/(k_T ρ), once steady."""

@@ -61,6 +61,25 @@ OPTIONS = {
     "held both ways": [f"steps=[{PUSHED}, {ALONG}]"],
 }
 
+# the upper left corner of b is tied to a side that supports move: nothing else leads it along the tool
+TIED = """
+name: block tied to a driven side
+space: plane strain
+bodies:
+  a: {mesh: {type: rectangle, size: [2, 2], n: [2, 2], origin: [1, 0]}, material: MATERIAL, element: q4}
+  b: {mesh: {type: rectangle, size: [2, 2], n: [3, 2], origin: [3, 0]}, material: MATERIAL, element: q4_fbar}
+ties: [{slave: b.left, master: a.right}]
+tools: {die: {type: plane, touching: b.top}}
+friction: {type: coulomb, mu: 0.15}
+contacts: [{surface: b.top, against: die, enforcement: {type: exact}}]
+no_contact: [{surface: a.top, against: die}]
+fixed: {a.bottom: y, b.bottom: y, a.left: x}
+steps:
+  - {name: press, move: {die: {y: -0.08}}, by: {a.right: {x: 0.05}}, increments: 4}
+  - {name: hold, by: {a.right: {x: -0.01}, die: {y: -0.01}}, increments: 3}
+  - {name: lift, by: {die: {y: 0.015}}, increments: 4}
+""".replace("MATERIAL", "{type: j2, E: 1000, nu: 0.3, flow: {type: ludwik, s0: 10, K: 20, n: 0.3}}")
+
 
 def held(*overrides: str) -> Problem:
     return loads(HELD, overrides=list(overrides)).problem
@@ -87,6 +106,24 @@ def test_derivatives_are_those_of_whole_runs(option: str, rule: str, caplog: pyt
     observables = [force, *places] if problem.space == "axisymmetric" else [force, along, *places]
     assert max(agreement(problem, paths_of(problem), observables, rule)) < 1e-6
     assert "is not exact" not in caplog.text
+
+
+@pytest.mark.parametrize("parts", [2, 3], ids=["nodes made one", "other nodes"])
+@pytest.mark.parametrize("space", ["plane strain", "axisymmetric"])
+def test_tied_nodes_are_held_where_their_masters_are(space: str, parts: int, caplog: pytest.LogCaptureFixture) -> None:
+    """Forces have the derivatives of runs, to 1e-6, whether tied nodes coincide or follow several ones."""
+    problem = loads(TIED, overrides=[f"space={space}", f"bodies.a.mesh.n=[2, {parts}]"]).problem
+    paths = ["friction.mu", "bodies.b.material.flow.s0", "bodies.b.material.flow.K", "steps.0.by.a.right.x", "steps.1.by.die.y"]
+    observables = [force] if space == "axisymmetric" else [force, along]
+    assert max(agreement(problem, paths, observables, "backward_euler")) < 1e-6
+    assert "is not exact" not in caplog.text
+
+
+def test_a_tool_that_drives_a_tied_node_into_what_leads_it_is_told() -> None:
+    """The side that leads the node goes down less than the tool does: no pressure can change that."""
+    problem = loads(TIED, overrides=["steps.0.by.a.right={x: 0.05, y: -0.02}"]).problem
+    with pytest.raises(pr.SolveError, match="is driven into the point at"):
+        list(pr.solve(problem))
 
 
 @pytest.mark.parametrize("option", ["coulomb", "axisymmetry", "roll", "tool along", "held both ways"])

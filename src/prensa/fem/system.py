@@ -216,6 +216,10 @@ class System:
         """Unknowns (ndof,) with tied nodes put where their masters take them."""
         return u if self.ties is None else self.ties.with_slaves(u)
 
+    def prescribed(self, fixed: Index) -> Index:
+        """The ``fixed`` unknowns, and those of tied nodes that follow nothing else."""
+        return fixed if self.ties is None else self.ties.prescribed(fixed)
+
     def to_masters(self, r: Array) -> Array:
         """Forces (ndof,) with those on tied nodes handed over to their masters."""
         return r if self.ties is None else self.ties.to_masters(r)
@@ -331,7 +335,7 @@ class System:
         interactions = [*self._contacts, *self.more, *loads_of(self, plan, state)]
         return Context(
             state, plan, time, dt, seconds, weights, scales, laws, law_at, x_n, depth, surfaces, committed,
-            [s.supports(plan.fixed) for s in surfaces], history, rule, interactions,
+            [s.supports(self.prescribed(plan.fixed)) for s in surfaces], history, rule, interactions,
         )  # fmt: skip
 
     def _cut(self, state: State, plan: StepPlan, time: float) -> list[Surface]:

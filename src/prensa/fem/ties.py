@@ -53,6 +53,13 @@ class Ties:
         keep[fixed] = False
         return np.flatnonzero(keep)
 
+    def prescribed(self, fixed: Index) -> Index:
+        """The ``fixed`` unknowns, and those of slaves that follow nothing but such."""
+        n = len(self.owner)
+        free = np.ones(n)
+        free[fixed[fixed < n]] = 0.0
+        return np.union1d(fixed, np.flatnonzero(abs(self.matrix) @ free == 0.0))
+
     def free(self, ndof: int, fixed: Index) -> csr_matrix:
         """T (ndof, free): all degrees of freedom from those that are `kept`, prescribed ones zero."""
         whole = csr_matrix(block_diag([self.matrix, identity(ndof - len(self.owner))], format="csr"))

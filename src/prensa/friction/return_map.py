@@ -60,8 +60,7 @@ def return_map(
     moves = slip & ((p > 0) if slips is None else (size > 0))
     delta = np.where(moves, (size - tau) / k_t, 0.0)
     if law.hardens and moves.any():
-        back = 0.0 if slips is None else 1.0
-        delta, tau, dtau_p, dtau_k = _hardening_root(law, at, size, tau, p, kappa, k_t, moves, back)
+        delta, tau, dtau_p, dtau_k = _hardening_root(law, at, size, tau, p, kappa, k_t, moves, slips is not None)
     D = k_t + dtau_k
     if law.hardens:
         D = np.where(slip & (law.softening(p, kappa, at) >= k_t), np.nan, D)
@@ -93,11 +92,18 @@ def _tractions(trial, size, tau, dtau_p, D, k_t, touching, slip, t, dt_dp, dt_dg
 
 def _hardening_root(
     law: FrictionLaw, at: At, size: Array, tau0: Array, p: Array, kappa: Array, k_t: Array, slip: NDArray[np.bool_],
-    back: float,
+    held: bool,
 ) -> tuple[Array, Array, Array, Array]:  # fmt: skip
-    """Safeguarded Newton for Δλ of all points at once; the bracket is (0, |t_tr|/k_T), from −|t_tr|/k_T with ``back`` 1."""
+    """Safeguarded Newton for Δλ of all points at once; the bracket is (0, |t_tr|/k_T).
+
+    Where slip is ``held`` bounds may be above |t_tr|, and below zero at a pressure below zero: the bracket reaches as far to
+    both sides of |t_tr|/k_T.
+    """
     hi = size / k_t
-    lo = -back * hi
+    lo = np.zeros_like(hi)
+    if held:
+        reach = 2.0 * np.maximum(size, np.abs(tau0)) / k_t
+        lo, hi = hi - reach, hi + reach
     x = np.where(slip, np.clip((size - tau0) / k_t, lo, hi), 0.0)
     for _ in range(100):
         tau, dtau_p, dtau_k = bounded(law, p, kappa + x, at)

@@ -44,7 +44,7 @@ def in_lengths(weight: Array) -> Array | None:
 def equations_of(system: System, fixed: Index) -> list[Equations]:
     """Multiplier equations of the exact contacts, with ``fixed`` dofs prescribed."""
     free = np.ones(system.ndof, dtype=bool)
-    free[fixed] = False
+    free[system.prescribed(fixed)] = False
     return [
         Equations(i, s, system.pair_slots(s)[:, -2:], free[s.coupled]) for i, s in enumerate(system.surfaces) if s.exact
     ]
