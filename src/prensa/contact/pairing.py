@@ -7,15 +7,16 @@ their derivatives with respect to q, and the directions F_n, F_t in which a unit
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from prensa.kernels.compiled import njit
-from prensa.tools.analytic import Tool, turned
+from prensa.tools.analytic import Closest, Tool, turned
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 GRAZING = 1e-6  # cosine below which a ray along the surface normal counts as tangent to the tool
 LOOK_EVERY = np.pi / 8  # rotation of a tool from one look at where a point is on its surface to the next
@@ -40,6 +41,24 @@ class Pairs(NamedTuple):
     arm: Array
     moving: bool
 
+    def replaced(self, rows: Index, by: Pairs) -> Pairs:
+        """With some rows (j,) those of others (j pairs)."""
+
+        def mixed(mine: Array, other: Array) -> Array:
+            out = mine.copy()
+            out[rows] = other
+            return out
+
+        columns = {name: mixed(getattr(self, name), getattr(by, name)) for name in self._fields if name != "moving"}
+        return Pairs(**columns, moving=self.moving)
+
+
+class Closer(Protocol):
+    """What has a closest point, a tool or a corner of one."""
+
+    def closest(self, xi: Array) -> Closest:
+        """Of points (k, 2) in its frame."""
+
 
 def _generalised(v: Array, arm: Array) -> Array:
     """Action (k, 5) of unit forces v (k, 2) on the body points and their opposites on the tool."""
@@ -47,7 +66,7 @@ def _generalised(v: Array, arm: Array) -> Array:
     return np.concatenate([v, -v, -moment[:, None]], axis=1)
 
 
-def current_pairs(shape: Tool, x: Array, at: Array, place: Array) -> Pairs:
+def current_pairs(shape: Closer, x: Array, at: Array, place: Array) -> Pairs:
     """Moved surface, true tool normal: x (k, 2) current positions, at (2,), place (3,) displacement and rotation."""
     c, s = np.cos(place[2]), np.sin(place[2])
     R = np.array([[c, -s], [s, c]])

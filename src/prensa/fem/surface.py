@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.contact.cut import Corners
 from prensa.contact.forces import ContactForces, Scale, forces, multiplier_rows, stretching, with_stretched_bounds
 from prensa.contact.integration import Points
 from prensa.contact.kept import Held, Kept, Supports, hold
@@ -41,6 +42,7 @@ class Surface:
     its nodes;
     ``behind`` (m,): elements of the body behind the edges.
     ``multipliers``: their field, normal and tangential of each point; None if they are no degrees of freedom.
+    ``corners``: those of the tool that hold points in this increment.
     """
 
     name: str
@@ -56,6 +58,7 @@ class Surface:
     modulus: float
     behind: Index
     multipliers: Field | None = None
+    corners: Corners | None = None
 
     @property
     def sharp(self) -> bool:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Protocol, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.cut import PIERCED, Cut, cut, cuts_of
+from prensa.contact.cut import PIERCED, Cut, corners_of, cut, cuts_of
 from prensa.contact.forces import ContactForces, Scale
 from prensa.contact.pairing import UNMOVED, Pairs, Since, continued, current_pairs, reference_pairs
 from prensa.contact.record import ContactRecord
@@ -344,30 +344,39 @@ class System:
             return self.surfaces
         ahead = state.u.copy()
         ahead[plan.fixed] = plan.values(time)
-        return [self._cut_by(s, state.u, ahead) for s in self.surfaces]
+        held = self.problem.contact_geometry == "current" and model.stabilised(self.problem, plan.number) != "off"
+        hold = [held and not self.frictionless(law) for law in plan.friction]
+        return [self._cut_by(s, state.u, ahead, flanks) for s, flanks in zip(self.surfaces, hold)]
 
-    def _cut_by(self, s: Surface, u: Array, ahead: Array) -> Surface:
+    def _cut_by(self, s: Surface, u: Array, ahead: Array, flanks: bool) -> Surface:
         """A contact with its edges, of bodies at degrees of freedom u (ndof,), cut by its tool where it is in ``ahead`` (ndof,).
+
+        ``flanks``: whether corners hold edges that go up a flank: where friction acts on moved surfaces, without which no node
+        hangs on a flank, and viscous forces carry bodies on when one comes free.
 
         Where a corner has sunk into its edge between the nodes, the point that a cut makes would lie deep in the tool, and
         its force be there at once: such edges stay whole.
         """
-        cuts = self.cuts(s, u, self.place_of(s.tool, ahead)) if s.sharp else []
+        cuts = self.cuts(s, u, self.place_of(s.tool, ahead), flanks) if s.sharp else []
         while cuts:
             points = cut(s.points, self.positions(u) if self.problem.kinematics == "finite" else self.X, cuts)
-            out = replace(s, points=points, X=points.at(self.X))
-            sunk = self.pairs(out, ahead).g < -PIERCED * points.depth
+            corners = corners_of(points, self.tools[s.tool].shape, cuts)
+            out = replace(s, points=points, X=points.at(self.X), corners=corners)
+            gap = self.pairs(out, ahead).g
+            if corners is not None:  # what they hold they take along: only where they lie now may they be too deep
+                gap[corners.rows] = self.pairs(out, u).g[corners.rows]
+            sunk = gap < -PIERCED * points.depth
             whole = [c for c in cuts if not sunk[s.points.nodes == s.points.edges[c.edge, c.end]].any()]
             if len(whole) == len(cuts):
                 return out
             cuts = whole
         return s
 
-    def cuts(self, s: Surface, u: Array, place: Array) -> list[Cut]:
+    def cuts(self, s: Surface, u: Array, place: Array, flanks: bool = False) -> list[Cut]:
         """Where sharp corners of a contact's tool at a place (3,) lie over its edges, of bodies at degrees of freedom u."""
         x = self.positions(u) if self.problem.contact_geometry == "current" else self.X
         tool = self.tools[s.tool]
-        return cuts_of(tool.shape, tool.at, place, x, s.points.edges, 100.0 * self.length)
+        return cuts_of(tool.shape, tool.at, place, x, s.points.edges, 100.0 * self.length, flanks)
 
     def _committed(self, s: Surface, state: State) -> ContactRecord:
         """What is committed of the points of a contact, at the places that these have in the next increment."""
@@ -384,6 +393,14 @@ class System:
         undeformed one if None.
         """
         displacement = s.points.at(self.displacement(u))
+        pairs = self._pairs_since(s, u, displacement, since)
+        if s.corners is None:
+            return pairs
+        rows, place = s.corners.rows, self.place_of(s.tool, u)
+        return pairs.replaced(rows, current_pairs(s.corners, (s.X + displacement)[rows], self.tools[s.tool].at, place))
+
+    def _pairs_since(self, s: Surface, u: Array, displacement: Array, since: State | None) -> Pairs:
+        """As `pairs`, of points with a displacement (k, d) that no corner holds."""
         reference, tool = self.problem.contact_geometry == "reference", self.tools[s.tool]
         if since is None or not (reference or np.isfinite(tool.shape.period)):
             return self._pairs(s, u, s.X, displacement, s.normal)

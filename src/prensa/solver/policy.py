@@ -285,6 +285,14 @@ class Policy:
     jump_cuts: int = 8
     """Cuts of an increment beside those of `Numerics.max_cutbacks` where viscous forces hold: jumps are short."""
 
+    jump_missed: float = 2e-4
+    """What the ledger of an increment with viscous forces misses, over the work so far, from which a jump is followed by
+    shorter ones …"""
+    jump_share: float = 0.1
+    """… if it is more than this share of the work done in the increment and of what is dissipated there …"""
+    jump_travel: float = 0.5
+    """… and a surface in contact goes farther than this, in contact element sizes."""
+
     # ---------------------------------------------------------------------------------------------------- remeshing
     remesh_travel: float = 2.5
     """Way of a tool, in smallest elements, after which a mesh is looked at, and made anew if it can be better."""

@@ -45,6 +45,7 @@ from prensa.solver.failure import (
     Failure,
     Folded,
     FreeToMove,
+    Jumped,
     LimitPoint,
     MetalInside,
     StartsInside,
@@ -442,6 +443,8 @@ class TimeStepping:
         if self.condensed is None:  # linear bodies are stable
             last = cutbacks == most or control.exhausted(control.cut(c.dt))
             result = judged(self.equilibrium(c), result, self.acceptance, cutbacks, not last)
+            if result.converged and not last and self.jumped_over(c, result):
+                result.converged, result.reason = False, Jumped()
         spent.append(result.iterations)
         if result.converged:
             known.append((c, result))
@@ -461,6 +464,24 @@ class TimeStepping:
         assert result.evaluation is not None
         closed = np.concatenate([np.zeros(0, dtype=bool), *(f.p > 0 for f in result.evaluation.contacts)])
         return Foreseen(result.u + (end - c.time) / (c.time - time) * (result.u - u), result.u, closed)
+
+    def jumped_over(self, c: Context, result: NewtonResult) -> bool:
+        """Whether an increment under viscous forces is too long for a jump: what these dissipate on the way is not seen then.
+
+        At the end of a jump that a single increment takes there is hardly any motion left: forces and velocities of both ends
+        say little of the way between, and the ledger misses most of what is set free. A surface goes far in a jump; where it
+        does not, the ledger misses what comes from edges that are cut anew, of which shorter increments do not see more.
+        """
+        if not self.stabilisation.forces(c) or result.evaluation is None:
+            return False
+        policy, e, old, du = self.policy, result.evaluation, c.state.energy, result.u - c.state.u
+        way = [np.abs(self.system.displacement(du)[s.points.nodes]).max() / s.points.depth.min() for s in self.system.surfaces]
+        if not any(far > policy.jump_travel for far in way):
+            return False
+        work, dissipated = nodal_work(self.system, c, e), self.stabilisation.dissipated(c, du)
+        new = ledger(self.system, c, result.u, e, work, dissipated)
+        missed, put_in = new.imbalance - old.imbalance, abs(new.external - old.external)
+        return missed > max(policy.jump_missed * abs(new.external), policy.jump_share * (put_in + dissipated))
 
     def stays_inside(self, state: State, cutbacks: int) -> Failure | None:
         """The tool that starts deepest inside a body, if the first increment fails on: shorter ones have the same overlap."""
