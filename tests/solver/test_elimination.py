@@ -11,7 +11,7 @@ import pytest
 import prensa as pr
 from prensa.fem.planning import plan_step
 from prensa.model.schema import loads
-from prensa.solver.elimination import eliminated
+from prensa.solver.elimination import _evaluating, _matrix, eliminated
 from prensa.solver.equilibrium import Equilibrium, Reporter
 from prensa.solver.policy import Policy
 from prensa.solver.reduced import Reduced
@@ -68,6 +68,29 @@ def uniform(eq: Equilibrium) -> np.ndarray:
         u = u + eq.reduced.solve(eq.reduced.matrix(e, -e.r), -e.r)
     assert eq.norm(eq.evaluate(u, lam)) < 1e-9 * e.scale
     return u
+
+
+def test_residuals_and_matrix_of_a_few_nodes_are_those_of_the_whole():
+    """The elements beside them are enough: with plastic flow, two bodies, one of them elastic, and contact of one."""
+    one, other = (pr.Rectangle((24.0, 24.0), (24, 24), origin) for origin in ((0.0, 0.0), (30.0, 0.0)))
+    problem = replace(
+        block(),
+        bodies={"a": pr.Body(other, pr.NeoHooke(1000.0, 0.3)), "b": pr.Body(one, SOFT)},
+        tools={"die": pr.Plane(at=(0.0, 24.0))}, contacts=(pr.Contact("b.top", "die", friction=pr.Coulomb(0.2)),),
+        fixed={"b.bottom": "y", "b.left": "x", "a.bottom": "xy"},
+        steps=(pr.Step("press", move={"die": pr.Motion(y=-0.24)}, fixed={"a.top": pr.Fixed(y=-0.24)}, increments=1),),
+    )  # fmt: skip
+    eq = held(problem)
+    lam = eq.system.initial_multipliers(eq.context.state)
+    u = np.random.default_rng(3).uniform(-0.02, 0.02, eq.system.ndof)
+    mine = eq.system.boundary_nodes("b.top")[5:9]
+    own = np.flatnonzero(np.isin(eq.reduced.free, eq.system.dofs.displacement.dofs(mine)))
+    whole, few = eq.evaluate(u, lam), _evaluating(eq, own)(u, lam)
+    assert len(few.history) == 1 and len(few.history[0]) < 12
+    full, part = (eq.reduced.restriction.part(e.r)[own] for e in (whole, few))
+    np.testing.assert_allclose(part, full, rtol=0, atol=1e-13 * np.abs(full).max())
+    full, part = (_matrix(eq, e)[:, own][own].toarray() for e in (whole, few))
+    np.testing.assert_allclose(part, full, rtol=0, atol=1e-13 * np.abs(full).max())
 
 
 def test_a_node_that_was_moved_comes_back_and_no_far_one_moves():

@@ -8,6 +8,9 @@ equations and what counts as converged are the same.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_matrix
@@ -18,6 +21,7 @@ from prensa.solver.reduced import Selected, Whole
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+Evaluate = Callable[[Array, Array], Evaluation]
 
 
 def eliminated(eq: Equilibrium, u: Array, lam: Array, e: Evaluation) -> tuple[Array, Evaluation] | None:
@@ -38,13 +42,17 @@ def eliminated(eq: Equilibrium, u: Array, lam: Array, e: Evaluation) -> tuple[Ar
     if not 0 < len(own) <= _most(eq):
         return None
     first = least = _left(eq, e, own)
+    evaluate, begun = _evaluating(eq, own), u
     for _ in range(policy.local_steps):
-        moved = _nearer(eq, u, lam, e, matrix, own, least)
+        moved = _nearer(eq, evaluate, u, lam, e, matrix, own, least)
         if moved is None:
             break
         (u, e, least), matrix = moved, None
         if least < policy.local_enough * first:
             break
+    if u is begun:
+        return None
+    e = eq.evaluate(u, lam)
     return (u, e) if eq.norm(e) < whole else None
 
 
@@ -94,8 +102,30 @@ def _left(eq: Equilibrium, e: Evaluation, own: Index) -> float:
     return np.inf if e.failed else float(np.abs(eq.reduced.restriction.part(e.r)[own]).sum())
 
 
+def _evaluating(eq: Equilibrium, own: Index) -> Evaluate:
+    """What evaluates dofs (ndof,) and multipliers so that residuals and matrix of some free dofs are right.
+
+    By the elements alone that have them: all others would take nearly all of the time.
+    """
+    system, c = eq.system, eq.context
+    near = np.zeros(system.nodes, dtype=bool)
+    near[system.dofs.displacement.split(eq.reduced.free[own])[0]] = True
+    kept = [np.flatnonzero(near[b.cells].any(axis=1)) for b in system.blocks]
+    rows = [(b, h, k) for b, h, k in zip(system.blocks, c.history, kept) if len(k)]
+    blocks = [replace(b, cells=b.cells[k], X=b.X[k], slots=b.slots[k], volume=b.volume[k]) for b, _, k in rows]
+    some, there = replace(system, blocks=blocks), replace(c, history=[h[k] for _, h, k in rows])
+    if system.bodies is not None or some.has_memory != system.has_memory:
+        return eq.evaluate
+
+    def evaluate(u: Array, lam: Array) -> Evaluation:
+        with eq.report.timed("assembly"):
+            return some.evaluate(there, u, lam)
+
+    return evaluate
+
+
 def _nearer(
-    eq: Equilibrium, u: Array, lam: Array, e: Evaluation, matrix: csc_matrix | None, own: Index, least: float
+    eq: Equilibrium, evaluate: Evaluate, u: Array, lam: Array, e: Evaluation, matrix: csc_matrix | None, own: Index, least: float
 ) -> tuple[Array, Evaluation, float] | None:  # fmt: skip
     """Dofs, evaluation and residual after a step of some dofs alone that lowers their residual below ``least``."""
     matrix = _matrix(eq, e) if matrix is None else matrix
@@ -108,7 +138,7 @@ def _nearer(
     delta = eq.reduced.restriction.whole(x, len(u))
     for share in (1.0, *eq.policy.local_search):
         moved = u + share * delta
-        there = eq.evaluate(moved, lam)
+        there = evaluate(moved, lam)
         if (left := _left(eq, there, own)) < least:
             return moved, there, left
     return None
