@@ -104,7 +104,7 @@ def _jump(eq: Equilibrium, spent: int, acceptance: Acceptance) -> NewtonResult |
     c = eq.context
     u = c.state.u.copy()
     u[c.plan.fixed] = c.plan.values(c.time)
-    modes = _at(eq, eq.system.with_slaves(u), c.state.lam)
+    modes = _at(eq, eq.system.with_slaves(u), eq.system.initial_multipliers(c.state))
     if modes is None:
         return None
 
@@ -289,7 +289,8 @@ def _led_on(eq: Equilibrium) -> Modes | None:
     state = eq.context.state
     way = float(np.abs(eq.system.displacement(state.du)).max())
     shares = [far * eq.system.length / way for far in eq.policy.lead_on] if way > 0.0 else []
-    led = (_at(eq, eq.system.with_slaves(state.u + share * state.du), state.lam) for share in shares)
+    lam = eq.system.initial_multipliers(state)
+    led = (_at(eq, eq.system.with_slaves(state.u + share * state.du), lam) for share in shares)
     return next((at for at in led if at is not None and at.negative), None)
 
 
