@@ -1,9 +1,13 @@
-"""How far tools move in an automatic increment."""
+"""How far tools, and bodies past them, move in an automatic increment."""
+
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import prensa as pr
+from prensa.solver.policy import Policy
 
 EULER = pr.Numerics(time_rule="backward_euler")  # of second order in time tools go twice as far in an increment
 
@@ -36,3 +40,31 @@ def test_a_tool_that_comes_from_afar_is_slow_again_where_it_touches():
     after = [i.tools["punch"].place.y for i in far if i.tools["punch"].place.y <= -10.0 + 1e-9]
     assert np.abs(np.diff(after)).max() <= 0.3 * 0.5 * 1.001
     assert len(far) < 40
+
+
+def pushed(way, gap=0.0):
+    """The block of `pressed`, its base pushed up against a plane that stands at a gap."""
+    plane = pressed(0.0, gap=gap)
+    base = {"block.bottom": {"y": way}, "block.left": "x"}
+    return replace(plane, steps=(pr.Step("s0", fixed=base),), fixed={})
+
+
+@pytest.mark.parametrize("gap", [0.0, 2.0])
+def test_it_does_not_matter_which_of_two_the_description_has_moved(gap):
+    """A block pushed against a plane goes in the increments in which the plane is pressed on the block, with its forces."""
+    problems = pressed(-0.3 - gap, gap=gap), pushed(0.3 + gap, gap=gap)
+    plane, block = (list(pr.solve(problem, EULER)) for problem in problems)
+    assert [i.time for i in block] == pytest.approx([i.time for i in plane], abs=1e-6)
+    forces = [[i.force("punch").y for i in run] for run in (plane, block)]
+    np.testing.assert_allclose(*forces, rtol=1e-5, atol=1e-9)
+    assert block[-1].energy["imbalance"] == pytest.approx(plane[-1].energy["imbalance"], rel=1e-3, abs=1e-6)
+
+
+def test_a_strip_that_is_drawn_lands_in_a_short_increment():
+    """On a wedge that stands: the work of the force that begins within it is known, better in increments half as long."""
+    problem = pr.load(Path(__file__).parents[2] / "examples" / "strip_drawing.yaml").problem
+    problem = replace(problem, steps=(pr.Step("draw", fixed={"sheet.right": {"x": 1.1}}),))
+    for share, most in ((1.0, 0.2), (0.5, 0.06)):  # N mm; 3.5 before, whatever the increments
+        run = list(pr.solve(problem, policy=Policy(travel=0.3 * share, plastic=0.01 * share)))
+        assert run[-1].force("die").x > 30.0
+        assert np.abs(np.diff([i.energy["imbalance"] for i in run])).max() <= most

@@ -32,7 +32,7 @@ def first_touch(
 ) -> tuple[float, list[str]]:  # fmt: skip
     """End of the increment, brought forward to the time at which a prescribed tool first meets an untouched surface.
 
-    The bodies are taken where they are. Returns the time and a message for each tool that touches.
+    The bodies go on as in the last increments. Returns the time and a message for each tool that touches.
     """
     now = state.clock.time
     notes: list[str] = []
@@ -42,7 +42,7 @@ def first_touch(
             continue
 
         def apart(t: float, s: Surface = s) -> bool:
-            u = state.u.copy()
+            u = state.u + state.extrapolated(t - now) if state.dt_last > 0 else state.u.copy()
             u[plan.moved] = plan.motion(t)
             return float(system.pairs(s, u).g.min()) > 0
 

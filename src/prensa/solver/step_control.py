@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 
 class StepControl:
-    """Increments of a step. ``speeds`` (contacts,): of the prescribed tools, where they bound increments.
+    """Increments of a step. ``speeds`` (contacts,): of prescribed tools, and of bodies past them, where they bound increments.
 
     ``times``: ends of the increments, all of them; None: as long as they can be. ``stops``: times at which one ends besides.
     ``second_order``: whether plastic flow is of second order in time, in all of them or only where it is ``steady``.
@@ -50,8 +50,8 @@ class StepControl:
     def longest(self, e: Evaluation | None = None, longer: float | None = None) -> float:
         """Duration of an increment at most: that was asked for, or that the tools' travel allows at the state of e.
 
-        No prescribed tool moves more than a share of the contact element size beyond the gap that is left before it;
-        ``longer``: that share over the one of first order in time.
+        No prescribed tool moves more than a share of the contact element size beyond the gap that is left before it, nor a
+        body that is pushed or drawn past it; ``longer``: that share over the one of first order in time.
         """
         if self.plan.increments:
             return self.length / self.plan.increments
@@ -72,7 +72,7 @@ class StepControl:
             return np.zeros(len(surfaces))
         t = np.linspace(plan.t0, plan.t1, 65)
         path = np.array([plan.motion(ti) for ti in t])
-        return np.array([self._speed(number, t, path) for number in range(len(surfaces))])
+        return np.array([max(self._speed(n, t, path), self._speed_past(n, t, path)) for n in range(len(surfaces))])
 
     def _speed(self, surface: int, t: Array, path: Array) -> float:
         """Largest speed of the tool of a contact; path: prescribed dofs at the times t.
@@ -88,6 +88,22 @@ class StepControl:
         own = (moved >= first) & (moved < first + width)
         way = reach[moved[own] - first] * np.abs(np.diff(path[:, own], axis=0))
         return float(way.max(initial=0.0)) / (t[1] - t[0])
+
+    def _speed_past(self, surface: int, t: Array, path: Array) -> float:
+        """Largest speed of what is prescribed of the body of a contact past its tool, where the tool's is prescribed too.
+
+        What counts is the motion of one past the other, whichever of them the description has moved.
+        """
+        system, moved, field = self.system, self.plan.moved, self.system.dofs.displacement
+        s, speed = system.surfaces[surface], 0.0
+        first, nodes = system.tool_dof(s.tool), system.offsets[s.body] + np.arange(len(system.meshes[s.body].points))
+        for axis in range(system.dofs.dimension):
+            tool = np.flatnonzero(moved == first + axis)
+            own = np.flatnonzero(np.isin(moved, field.first + field.width * nodes + axis))
+            if len(tool) and len(own):
+                way = np.abs(np.diff(path[:, own] - path[:, tool], axis=0))
+                speed = max(speed, float(way.max()) / (t[1] - t[0]))
+        return speed
 
     def end(self, now: float, dt: float, due: float = np.inf) -> float:
         """End of the next increment: now + dt, but never beyond a grid time, a corner of a table, or the step's end.
