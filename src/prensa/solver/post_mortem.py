@@ -67,6 +67,7 @@ def hint(failure: Failure) -> str:
             return "place the tool where it touches ('touching') and move it in over the first step"
         case Folded(hang=hang) if hang is not None:
             return (
+                "'stabilise: auto' where the tool slides with friction: its corners hold such edges of four-noded elements then; "
                 "'element: t6' with edges that are short beside the tool, whose nodes go round its corner, and 'remesh: auto' "
                 "where metal flows round it; a 'fillet' of the tool as large as an edge there is long; less friction"
             )
