@@ -67,3 +67,8 @@ class Context:
     def ends_step(self) -> bool:
         """Whether the increment is the last one of its step."""
         return bool(self.stopped) or self.time >= self.plan.t1
+
+    @property
+    def driven_by_ways(self) -> bool:
+        """Whether nothing acts on the bodies but contacts: no pushes, springs or loads, nothing of extensions."""
+        return len(self.interactions) == len(self.surfaces)

@@ -14,7 +14,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.fem.surface import ContactInteraction
 from prensa.fem.system import Evaluation, System
 from prensa.solver.attempt import attempt_from
 from prensa.solver.equilibrium import Equilibrium, NewtonResult
@@ -33,7 +32,7 @@ def goes_by_itself(eq: Equilibrium) -> bool:
         not system.has_memory
         and not c.state.stability.viscosity > 0
         and all(law is None for law in c.laws)
-        and all(isinstance(i, ContactInteraction) for i in c.interactions)
+        and c.driven_by_ways
     )
 
 

@@ -337,10 +337,11 @@ def _shrinks(eq: Equilibrium, full: Evaluation, delta: Array) -> bool:
     """Whether the step that follows on a step delta (ndof,), with the same factors, is much shorter: it leads nearer then.
 
     Where a strip bends, a step along its tangent stretches it by the square of its turns. That is stiff, so the residual grows,
-    and the next step takes all of it back (the natural monotonicity test of Deuflhard 2004, 3.3.2). Elastic bodies, which may
-    have other equilibria nearby, are led to none of these.
+    and the next step takes all of it back (the natural monotonicity test of Deuflhard 2004, 3.3.2). Elastic bodies, and tools
+    that are pushed or hang on springs, may have other equilibria nearby, and are led to none of these.
     """
-    may = eq.numerics.line_search and eq.system.has_memory and not eq.reduced.equations
+    led = eq.system.has_memory and eq.context.driven_by_ways
+    may = eq.numerics.line_search and led and not eq.reduced.equations
     if not may or full.failed or not eq.reduced.factorisation.factored:
         return False
     lengths = eq.reduced.lengths(len(delta))
