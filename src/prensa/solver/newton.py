@@ -191,8 +191,6 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     and shortens its step (watchdog of Chamberlain et al. 1982); likewise while points reverse their slip. Any other step
     that raises the residual is shortened.
     """
-    # what a contact step has settled needs none: Newton's leave factors, with which substitutions finish the work
-    state.by_contact = state.by_contact and state.changed > 0 and state.relative > eq.policy.close
     e, delta, decided = _contact_direction(eq, state, by_contact or state.by_contact)
     result.iterations += 1
     if runaway := eq.runaway(delta):

@@ -17,7 +17,7 @@ from prensa.verify.table import Row, case, row
 COLUMN_LENGTH = 40.0
 SHORTENING = 2.0
 SLIDE = 10.0
-LEDGER = 0.005  # of 60 x 16 elements; twice that of 40 x 11, whose jumps are larger
+LEDGER = 0.01
 
 
 def column(E_scale: float, element: str, bend: float, layers: int, stabilise: str = "off") -> pr.Problem:
