@@ -352,7 +352,7 @@ class Policy:
     refinements: int = 3
     """… at most so many times."""
 
-    worth_single: int = 5000
+    worth_single: int = 20000
     """Unknowns from which on Newton's steps take factors in single precision, or those of a matrix before, with GMRES …"""
     krylov: int = 8
     """… of so many iterations at most: more cost as much as a factorisation …"""
