@@ -12,7 +12,7 @@ SMALL_LOG, SMALL_EXP = 0.15, 0.12  # up to which they are right
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
-def _half_log(x):
+def half_log(x):
     """½ ln(1 + x) of |x| up to `SMALL_LOG`: artanh of x/(2 + x)."""
     z = x / (2.0 + x)
     s = z * z
@@ -21,7 +21,7 @@ def _half_log(x):
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
-def _exp_minus_one(x):
+def exp_minus_one(x):
     """exp(x) − 1 of |x| up to `SMALL_EXP`."""
     tail = 1.0 / 40320.0 + x * (1.0 / 362880.0 + x * (1.0 / 3628800.0))
     tail = 1.0 / 24.0 + x * (1.0 / 120.0 + x * (1.0 / 720.0 + x * (1.0 / 5040.0 + x * tail)))

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from prensa.kernels.compiled import njit
-from prensa.kernels.series import GROUP, SMALL_LOG, _half_log
+from prensa.kernels.series import GROUP, SMALL_LOG, half_log
 from prensa.kernels.spatial import det_of, det_of_kept, inverse_of
 from prensa.kernels.spatial import push_forward as push_forward_in_space
 from prensa.kernels.tensor import det_minus_one, push_forward
@@ -120,7 +120,7 @@ def neo_hooke(h, old, lam, mu, P, A, new, failed, tangent):
             # J² − 1 = (1 + before)(1 + jac)² − 1 without cancellation
             x = before + jac * (2.0 + jac) * (1.0 + before)
             x = x if good else 0.0
-            w[_JJ + i], w[_JJ_IN + i], w[_LN_J + i] = x, before if good else math.nan, lam * _half_log(x)
+            w[_JJ + i], w[_JJ_IN + i], w[_LN_J + i] = x, before if good else math.nan, lam * half_log(x)
             bad += 1 if (i < m) & (not good) else 0
             far += 1 if (i < m) & (abs(x) > SMALL_LOG) else 0
         if far:

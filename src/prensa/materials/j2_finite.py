@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from prensa.kernels.compiled import njit
-from prensa.kernels.series import GROUP, SMALL_EXP, SMALL_LOG, _exp_minus_one, _half_log
+from prensa.kernels.series import GROUP, SMALL_EXP, SMALL_LOG, exp_minus_one, half_log
 from prensa.kernels.tensor import det_minus_one, push_forward
 from prensa.materials.hardening import JOHNSON_COOK, LUDWIK, SWIFT, TINY, flow_stress
 from prensa.materials.j2 import ON_SURFACE, _converged, _return, _start, _steps
@@ -43,6 +43,17 @@ def _axes(b11, b22, b12):
     up = half >= 0.0
     c, s = large if up else abs(less), less if up else math.copysign(large, b12)
     return 0.5 * (b11 + b22) + r, 0.5 * (b11 + b22) - r, c, s
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"})
+def _logarithmic_strains(w, m, far):
+    """½ ln(1 + b) of the principal b of `_B` → `_E`, those of the first m points by the library if some are ``far`` from 0."""
+    for n in range(3 * GROUP):
+        w[_E + n] = half_log(w[_B + n])
+    if far:
+        for i in range(m):
+            for k in range(3):
+                w[_E + k * GROUP + i] = 0.5 * math.log1p(w[_B + k * GROUP + i])
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
@@ -134,12 +145,7 @@ def j2_finite(
             w[_B + i], w[_B1 + i], w[_B2 + i] = l1, l2, b33
             w[_JN + i] = math.sqrt(((1.0 + o11) * (1.0 + o22) - o12 * o12) * (1.0 + o33)) if good else math.nan
             far += 1 if (i < m) & ((l1 > SMALL_LOG) | (l2 < -SMALL_LOG) | (abs(b33) > SMALL_LOG)) else 0
-        for n in range(3 * GROUP):
-            w[_E + n] = _half_log(w[_B + n])
-        if far:
-            for i in range(m):
-                for k in range(3):
-                    w[_E + k * GROUP + i] = 0.5 * math.log1p(w[_B + k * GROUP + i])
+        _logarithmic_strains(w, m, far)
         for i in range(GROUP):
             e0, e1, e2 = w[_E + i], w[_E1 + i], w[_E2 + i]
             third = (e0 + e1 + e2) / 3.0
@@ -221,7 +227,7 @@ def j2_finite(
             far += 1 if (i < m) & ((abs(x0) > SMALL_EXP) | (abs(x1) > SMALL_EXP) | (abs(x2) > SMALL_EXP)) else 0
         if not far:
             for n in range(3 * GROUP):
-                w[_NEW + n] = _exp_minus_one(w[_NEW + n])
+                w[_NEW + n] = exp_minus_one(w[_NEW + n])
         else:
             for i in range(m):
                 for k in range(3):
@@ -348,12 +354,7 @@ def begin_finite(history, share, cauchy, kind, p, knots, coefs, out):
                 J = math.sqrt((1.0 + l1) * (1.0 + l2) * (1.0 + l3)) if cauchy else 1.0
                 w[_JAC + i] = J if which == 0 else w[_JAC + i]
                 far += 1 if (i < m) & ((l1 > SMALL_LOG) | (l2 < -SMALL_LOG) | (abs(l3) > SMALL_LOG)) else 0
-            for n in range(3 * GROUP):
-                w[_E + n] = _half_log(w[_B + n])
-            if far:
-                for i in range(m):
-                    for k in range(3):
-                        w[_E + k * GROUP + i] = 0.5 * math.log1p(w[_B + k * GROUP + i])
+            _logarithmic_strains(w, m, far)
             for i in range(GROUP):
                 c, s, e1, e2 = w[_C + i], w[_C1 + i], w[_E + i], w[_E1 + i]
                 w[base + i], w[base + GROUP + i] = c * c * e1 + s * s * e2, s * s * e1 + c * c * e2
@@ -370,7 +371,7 @@ def begin_finite(history, share, cauchy, kind, p, knots, coefs, out):
             w[_C + i], w[_C1 + i], w[_B + i], w[_B1 + i], w[_B2 + i] = c, s, x1, x2, x3
             far += 1 if (i < m) & ((abs(x1) > SMALL_EXP) | (abs(x2) > SMALL_EXP) | (abs(x3) > SMALL_EXP)) else 0
         for n in range(3 * GROUP):
-            w[_E + n] = _exp_minus_one(w[_B + n])
+            w[_E + n] = exp_minus_one(w[_B + n])
         if far:
             for i in range(m):
                 for k in range(3):

@@ -88,7 +88,7 @@ def place(name: str, d: ToolShape, meshes: dict[str, Mesh], rounding: float = 0.
     if not target:
         return PlacedTool(name, shape, at, direction, d)
     points = mesh.points[mesh.nodes(edge)]
-    size = float(np.ptp(mesh.points, axis=0).max()) + 2.0 * shape.extent
+    size = float(mesh.extent.max()) + 2.0 * shape.extent
     reach = 10.0 * size + float(np.abs(points - at).max())
     if shape.cavity:
         # around the boundary, until the first node touches the far wall
