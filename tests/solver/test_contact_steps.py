@@ -196,3 +196,23 @@ def test_increments_are_judged_by_the_way_that_led_to_them(monkeypatch):
     assert all(inc.statistics.iterations > 12 for inc in rescued)
     assert len(rescued) <= 1.2 * len(plain)
     assert rescued[-1].force("die").y == pytest.approx(plain[-1].force("die").y, rel=1e-6)
+
+
+@pytest.mark.parametrize("space", ["plane strain", "axisymmetric"])
+def test_nodes_round_a_corner_leave_no_equation_empty(space):
+    """A node beside a sharp corner is nearest to it wherever it goes: it sticks without a slope, and its equation is empty."""
+    corner = pr.Profile(points=((-0.9, 3.0), (-0.9, 0.0), (0.9, 0.0), (0.9, 3.0)), at=(0.0, 1.06), fillet=0)
+    p = block(enforcement=pr.Exact(), friction=pr.Coulomb(0.2), space=space)
+    p = replace(
+        p, tools={"roll": corner}, fixed={**p.fixed, "block.bottom": "y"}, contacts=p.contacts[1:],
+        steps=(pr.Step("press", move={"roll": pr.Motion(y=-0.08)}, increments=2),),
+    )  # fmt: skip
+    eq, u, state = equations(p, 1, time=0.7)
+    lam = eq.system.initial_multipliers(state)
+    e = eq.evaluate(u, lam)
+    beside = eq.context.surfaces[0].X[:, 0] > 0.9
+    assert not e.contacts[0].pairs.ds[beside & (e.contacts[0].g < 0.3)].any()
+    found = contact_step(eq, u, lam, e, None)
+    assert found is not None
+    body = eq.system.dofs.displacement.slice
+    assert np.abs(found.step[body]).max() < 1e-12  # nothing touches yet, and nothing is held

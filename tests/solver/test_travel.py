@@ -33,13 +33,15 @@ def test_a_tool_that_has_left_the_body_is_not_held_to_the_size_of_elements():
 
 
 def test_a_tool_that_comes_from_afar_is_slow_again_where_it_touches():
-    """From twenty elements away: it stops at the touch, and presses as one does that stood there."""
+    """From twenty elements away in twenty increments: it stops at the touch, and presses as one does that stood there."""
     near = list(pr.solve(pressed(-0.2), EULER))
     far = list(pr.solve(pressed(-10.2, gap=10.0), EULER))
-    assert far[-1].force("punch").y == pytest.approx(near[-1].force("punch").y, rel=1e-3)
+    assert far[-1].force("punch").y == pytest.approx(near[-1].force("punch").y, rel=1e-9)
+    # 14 % of the work were missed for 0.01 by a first increment of half the stroke
+    assert far[-1].energy["imbalance"] == pytest.approx(near[-1].energy["imbalance"], rel=1e-3)
     after = [i.tools["punch"].place.y for i in far if i.tools["punch"].place.y <= -10.0 + 1e-9]
     assert np.abs(np.diff(after)).max() <= 0.3 * 0.5 * 1.001
-    assert len(far) < 40
+    assert len(far) - len(near) < 20
 
 
 def pushed(way, gap=0.0):

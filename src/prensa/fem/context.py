@@ -34,7 +34,8 @@ class Context:
     of their points; ``lagged``: the contact stiffness is the paper's symmetric one (see `forces`);
     ``interactions``: contacts, in the order of the description, then loads. ``threads`` that may answer for elements at once.
     ``stopped``: what ends the step here before its
-    time, in words; '' if nothing does. ``watched`` (criteria,): values of what may end it.
+    time, in words; '' if nothing does. ``watched`` (criteria,): values of what may end it. ``touches``: whether a prescribed
+    tool first meets a body at the end of the increment.
 
     ``supports``: see `Surface.supports`, by contact.
 
@@ -62,6 +63,7 @@ class Context:
     threads: int = 1
     stopped: str = ""
     watched: Array = field(default_factory=lambda: np.zeros(0))
+    touches: bool = False
 
     @property
     def ends_step(self) -> bool:

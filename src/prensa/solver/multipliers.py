@@ -50,7 +50,10 @@ def determined(e: Evaluation, b: Array, equations: list[Equations], policy: Poli
     for eq in equations:
         f, s = e.contacts[eq.number], eq.surface
         rows = data[eq.slots]
+        unit = s.unit
         size = np.sqrt((rows**2).sum(axis=2))
+        # round a corner of the tool a point that sticks goes without any way: its equation has no slope, not even by itself
+        size = np.where(size > 0.0, size, (f.weight * unit)[:, None])
         own = np.abs(np.stack([rows[:, 0, -2], rows[:, 1, -1]], axis=1))
         n, t = ((rows * eq.free[:, None, :])[:, k, :-2] for k in range(2))
         n2 = (n**2).sum(axis=1)
@@ -58,7 +61,6 @@ def determined(e: Evaluation, b: Array, equations: list[Equations], policy: Poli
         left = np.stack([np.sqrt(n2), np.sqrt(((t - along[:, None] * n) ** 2).sum(axis=1))], axis=1)
         constraint = own <= policy.weak * size
         held = constraint & (left <= policy.weak * size)
-        unit = s.unit
         assert s.multipliers is not None
         asked = np.abs(s.multipliers.of(b))
         unmet = held & (asked > (policy.met * s.points.depth * f.weight * unit)[:, None])

@@ -145,7 +145,17 @@ class StepControl:
             dt = self._next(c, e, iterations, cutbacks, 1.0)
         if self.tolerance is not None and not self.plan.increments and unsteady * dt > self.tolerance:
             dt = max(self.tolerance / unsteady, self.policy.plastic_cut * c.dt, min(dt, self.policy.least * self.length))
-        return dt
+        return min(dt, self._landed(c)) if c.touches else dt
+
+    def _landed(self, c: Context) -> float:
+        """Duration at most of the increment after one that ends where a tool meets a body: metals begin there as in a new step.
+
+        Where a side lies flat on a tool the force is that of yield after a small part of a usual increment, and the work that is
+        done, by the trapezoid of the forces at both ends, has half of it.
+        """
+        if self.plan.increments or not any(b.law.plastic for b in self.system.blocks):
+            return np.inf
+        return self.policy.first * (self.plan.t1 - c.time)
 
     def _next(self, c: Context, e: Evaluation, iterations: int, cutbacks: int, longer: float) -> float:
         """As `next`, without a look at how steadily bodies flow; ``longer``: lengths over those of first order in time."""

@@ -404,6 +404,7 @@ class TimeStepping:
             if result.converged:
                 self.look_inside(c, result)
                 self.stopping.refuse(c)
+                c = replace(c, touches=bool(notes) and c.time >= end)
                 return self.commit(c, control, result, sum(spent), cutbacks)
             self.messages.rejected(state, plan, c.time, result)
             assert result.reason is not None
