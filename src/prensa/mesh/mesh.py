@@ -204,7 +204,7 @@ def check(mesh: Mesh) -> None:
         e = int(np.argwhere((cells < 0) | (cells >= len(points)))[0, 0])
         raise MeshError(f"element {e} refers to a node outside 0 … {len(points) - 1}: {cells[e].tolist()}")
     _check_cells(points, cells)
-    unused = np.setdiff1d(np.arange(len(points)), cells)
+    unused = np.flatnonzero(np.bincount(cells.ravel(), minlength=len(points)) == 0)
     if len(unused):
         raise MeshError(f"node {unused[0]} at {points[unused[0]].tolist()} belongs to no element; remove it")
     _check_open_joints(points, boundary_edges(cells))

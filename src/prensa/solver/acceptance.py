@@ -94,9 +94,11 @@ class Acceptance:
 
 def least_corner(x: Array) -> Array:
     """Least corner triangle of polygons x (3|4, e, 2) over the mean of all: 0 at 180°, negative beyond → (e,)."""
-    after = np.roll(x, -1, axis=0) - x
-    before = np.roll(after, 1, axis=0)
-    area = before[..., 0] * after[..., 1] - before[..., 1] * after[..., 0]
+    along = np.empty_like(x)  # to the next corner
+    np.subtract(x[1:], x[:-1], out=along[:-1])
+    np.subtract(x[0], x[-1], out=along[-1])
+    dx, dy = along[..., 0], along[..., 1]
+    area = np.stack([dx[k - 1] * dy[k] - dy[k - 1] * dx[k] for k in range(len(x))])
     return np.asarray(area.min(axis=0) / np.maximum(np.abs(area.mean(axis=0)), 1e-300))
 
 

@@ -32,6 +32,7 @@ class NewtonResult:
     ``softest`` (modes,): stiffnesses of the softest modes at its end, None where they are not known; ``rested``: no look.
     ``linear`` (ndof,): change of the dofs by the linearised system, where the iteration began with that.
     ``affordable``: so few points were near a tool that the iteration could take contact steps wherever it wanted.
+    ``turned``: flow turned at the first iterate (see `Equilibrium.turns`).
     """
 
     converged: bool
@@ -53,6 +54,7 @@ class NewtonResult:
     linear: Array | None = None
     softest: Array | None = None
     rested: bool = False
+    turned: bool = False
 
     def contact_changed(self, policy: Policy) -> bool:
         """Whether contact points still opened, closed or slipped another way when the iterations ended."""
@@ -90,6 +92,8 @@ class Equilibrium:
     """Whether the matrix at the solution is wanted: evaluations that are likely to be the last make it."""
     foreseen: Foreseen | None = None
     """What solutions of the same increment with other ends lead to expect; None where there are none."""
+    may_turn: bool = False
+    """Whether flow is expected to turn at the first iterate, as in the last increments; nothing but time depends on it."""
 
     def evaluate(
         self, u: Array, lam: Array, stiffness: bool = True, section: str = "assembly", **overrides: Unpack[Overrides]
@@ -101,6 +105,28 @@ class Equilibrium:
     def norm(self, e: Evaluation) -> float:
         """Sum of the absolute free residuals; infinite where the residual could not be evaluated."""
         return np.inf if e.failed else self.reduced.norm(e.r)
+
+    def turns(self, relative: float, first: bool) -> bool:
+        """Whether an iterate with such a ``relative`` residual is so far off that directions of flow are likely to be wrong.
+
+        Where a node lands, the velocities behind it turn at once. The tangent at what was extrapolated resists a change of
+        stress across the flow alone and leads far beyond; a part of the way to the secant moduli, whose steps never raise the
+        plastic work (Kačanov), is taken there. The last steps are Newton's. Bodies that nothing but contact holds are left to the
+        tangent: far steps let go of them. ``first``: of the iterates, which was extrapolated.
+        """
+        policy = self.policy
+        limit = policy.turned if first else policy.turning
+        if self.context.rule.share:
+            limit = policy.long_turned if first else limit
+            # in long increments flow turns in few elements too, whose share of all forces falls with their size
+            few = policy.turning_elements
+            limit *= max(few / max(sum(len(b) for b in self.system.blocks), few), policy.least_turning)
+        return self.flows_held and relative > limit
+
+    @property
+    def secant(self) -> float:
+        """How far the matrix goes from the tangent to the secant moduli where flow turns."""
+        return self.policy.long_secant if self.context.rule.share else self.policy.secant
 
     def runaway(self, change: Array) -> Failure | None:
         """Why a change of the dofs (ndof,) is too large to be meant: what is free to move; None if it is not."""

@@ -58,13 +58,22 @@ class Finish:
 
     def fine(self, eq: Equilibrium) -> bool:
         """Whether nothing is left to improve: residual and, with exact enforcement, constraints."""
-        e = self.evaluation
-        return not (self.norm > eq.policy.fine * e.scale or e.violation > eq.policy.tight)
+        e, policy = self.evaluation, eq.policy
+        if e.violation > policy.tight:
+            return False
+        return not self.norm > policy.fine * e.scale or (self.norm <= _enough(eq) * e.scale and self._sums_up(eq))
 
     def is_nearly_there(self, eq: Equilibrium) -> bool:
         """Whether another substitution is likely to be the last."""
-        policy = eq.policy
-        return self.norm * max(self.rate, policy.usual_rate) <= policy.fine * self.evaluation.scale
+        return self.norm * max(self.rate, eq.policy.usual_rate) <= _enough(eq) * self.evaluation.scale
+
+    def _sums_up(self, eq: Equilibrium) -> bool:
+        """Whether sums over all nodes have their digits: what is left adds up to hardly anything beside what contacts press."""
+        e, policy, restriction = self.evaluation, eq.policy, eq.reduced.restriction
+        pressed = sum(float(np.abs(f.area * f.p).sum()) for f in e.contacts)
+        left = restriction.whole(restriction.part(e.r), len(e.r))
+        missed = np.abs(eq.system.displacement(left).sum(axis=0)).max()
+        return bool(self.norm <= policy.moved_left * pressed and missed <= policy.moved_missed * pressed)
 
     def within(self, eq: Equilibrium) -> bool:
         """Whether the residual is within the tolerance, or is that of round-off."""
@@ -79,6 +88,18 @@ class Finish:
     def residual(self) -> float:
         """Relative residual."""
         return self.norm / self.evaluation.scale
+
+
+def _enough(eq: Equilibrium) -> float:
+    """Relative residual below which only sums of it matter, where tools are only moved.
+
+    Tools that forces or springs drive find their place by what is left, multipliers are solved for with it.
+    """
+    reduced, policy, tools = eq.reduced, eq.policy, eq.system.dofs.tool.slice
+    given = np.count_nonzero((reduced.fixed >= tools.start) & (reduced.fixed < tools.stop))
+    if given < tools.stop - tools.start or reduced.equations or reduced.control or not eq.context.driven_by_ways:
+        return policy.fine
+    return policy.moved * min(policy.fine, eq.numerics.tolerance)
 
 
 def finish(
@@ -98,7 +119,7 @@ def finish(
     e, policy = done.evaluation, eq.policy
     # round-off is estimated from above: a start that nobody has tried to improve may be better than that
     untried = not eq.reduced.factorisation.factored and done.norm > eq.numerics.tolerance * e.scale
-    if untried or (done.norm > policy.fine * e.scale and not done.rounded_off(eq)) or e.violation > policy.tight:
+    if untried or not (done.fine(eq) or done.rounded_off(eq)) or e.violation > policy.tight:
         _refactor(eq, done, lam)
     return done, not done.evaluation.violation > policy.tight
 

@@ -45,7 +45,8 @@ class Folding:
             shape = least_corner(x.take(corners, axis=0))
             if block.cells.shape[1] > len(corners) and not shape.min() < least:
                 shape = least_on_sides(x.take(block.cells.T, axis=0))
-            out += [(block, int(e)) for e in np.argsort(shape)[: int((shape < least).sum())]]
+            beyond = np.flatnonzero(shape < least)
+            out += [(block, int(e)) for e in beyond[np.argsort(shape[beyond])]]
         return out
 
     def creased(self, c: Context, folded: list[tuple[Block, int]]) -> Index | None:

@@ -29,7 +29,7 @@ class NewtonState:
     iterate (at the first: have opened or closed since the increment began), ``settled``: none of them has opened or closed.
     ``best``, ``watch_from``, ``watched``: least residual of the watchdog, dofs and step there, full steps accepted since.
     ``came_by``: the last step, if its factors are at hand; ``least``: least residual up to each iteration. ``secant``: whether
-    the matrix of the evaluation is the one for iterates where flow turns (see `_turns`).
+    the matrix of the evaluation is the one for iterates where flow turns (see `Equilibrium.turns`).
     """
 
     u: Array
@@ -82,7 +82,7 @@ def newton(
 
 def init(eq: Equilibrium, guess: Guess, lam: Array) -> NewtonState:
     """The state before the first iteration; the guess hands its evaluation over."""
-    return NewtonState(guess.u, lam, guess.take(), guess.assumed, eq.context.state.contact.closed)
+    return NewtonState(guess.u, lam, guess.take(), guess.assumed, eq.context.state.contact.closed, secant=guess.secant)
 
 
 def observe(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> None:
@@ -101,7 +101,8 @@ def observe(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> None:
     state.settled = not flipped.any()
     state.changed = int(np.count_nonzero(flipped if before is None else now != before))
     result.u = state.u
-    result.affordable = result.affordable if state.iteration else affordable(eq, e)
+    if not state.iteration:
+        result.affordable, result.turned = affordable(eq, e), _turns(eq, state)
     result.residuals.append(state.relative)
     result.changes.append(state.changed if before is not None else len(now))
     eq.report.iteration(result, e)
@@ -142,7 +143,7 @@ def _near(eq: Equilibrium, state: NewtonState, e: Evaluation) -> bool:
     first = state.iteration == 0
     opened = first and state.assumed is not None and (state.assumed & ~e.resting).any()
     may = eq.numerics.reuse_factors and not first
-    may = may and not (state.changed and len(eq.reduced.free) >= eq.policy.worth_single)
+    may = may and not (state.changed and len(eq.reduced.free) >= eq.policy.worth_trying)
     limit = max(eq.numerics.tolerance, eq.policy.near if may else 0.0)
     return bool((state.relative <= limit or state.norm <= e.floor) and not opened)
 
@@ -221,28 +222,13 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
 
 
 def _turns(eq: Equilibrium, state: NewtonState) -> bool:
-    """Whether an iterate is so far from equilibrium that the directions of plastic flow at it are likely to be wrong.
-
-    Where a node lands, the velocities behind it turn at once. The tangent at what was extrapolated resists a change of
-    stress across the flow alone and leads far beyond; a part of the way to the secant moduli, whose steps never raise the
-    plastic work (Kačanov), is taken there. The last steps are Newton's. Bodies that nothing but contact holds are left to the
-    tangent: far steps let go of them.
-    """
-    policy = eq.policy
-    limit = policy.turning if state.iteration else policy.turned
-    if eq.context.rule.share:
-        limit = limit if state.iteration else policy.long_turned
-        # in long increments flow turns in few elements too, whose share of all forces falls with their size
-        few = policy.turning_elements
-        limit *= max(few / max(sum(len(b) for b in eq.system.blocks), few), policy.least_turning)
-    return eq.flows_held and state.relative > limit
+    """Whether the matrix at an iterate had better not be the tangent (see `Equilibrium.turns`)."""
+    return eq.turns(state.relative, state.iteration == 0)
 
 
 def _secant(eq: Equilibrium, state: NewtonState) -> float:
     """How far the matrix at an iterate goes from the tangent to the secant moduli."""
-    if not _turns(eq, state):
-        return 0.0
-    return eq.policy.long_secant if eq.context.rule.share else eq.policy.secant
+    return eq.secant if _turns(eq, state) else 0.0
 
 
 def _direction(eq: Equilibrium, state: NewtonState) -> tuple[Evaluation, Array]:

@@ -49,6 +49,8 @@ class Policy:
     """… ``secant`` in them, …"""
     first_growth: float = 2.0
     """… and growth of the residual above which the first step is shortened in them."""
+    turned_before: int = 3
+    """Increments that so began, one after the other, from which on the next is expected to: its first matrix is made for that."""
     local_slow: float = 0.02
     """Share of the residual that is left by an iteration which a few nodes hold up: they find their equilibrium alone, …"""
     local_from: float = 1e-4
@@ -91,8 +93,14 @@ class Policy:
     """Relative residual from which on the factors at hand may finish the work."""
     fine: float = 1e-11
     """Relative residual to which converged iterates are improved: sums over all nodes need these digits …"""
+    moved: float = 10.0
+    """… but this many times that is enough where tools are only moved, …"""
+    moved_left: float = 1e-8
+    """… if no more than this share of what contacts press is left of the residual, …"""
+    moved_missed: float = 1e-10
+    """… and its sum along no axis is more than this share."""
     finishing: float = 0.3
-    """… of which linear equations of a step that can be the last leave this part."""
+    """Of that residual, linear equations of a step that can be the last leave this part."""
     tight: float = 1e-12
     """Penetration and elastic slip over the element depth that exact contacts reach."""
     corrections: int = 4
@@ -352,6 +360,8 @@ class Policy:
     refinements: int = 3
     """… at most so many times."""
 
+    worth_trying: int = 20000
+    """Unknowns up to which factors at hand are tried where contact points changed: what is in vain is cheap there."""
     worth_single: int = 20000
     """Unknowns from which on Newton's steps take factors in single precision, or those of a matrix before, with GMRES …"""
     krylov: int = 8

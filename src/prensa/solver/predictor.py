@@ -21,11 +21,13 @@ class Guess:
 
     ``assumed`` (points,): contact points that were closed in the linear system, if u is the answer of one. Where one of them
     has opened, u is not converged before its own matrix was solved: a body that nothing holds stands still wherever it is.
+    ``secant``: whether the matrix is the one for iterates where flow turns.
     """
 
     u: Array
     evaluation: Evaluation | None = None
     assumed: Flags | None = None
+    secant: bool = False
 
     def take(self) -> Evaluation | None:
         """The evaluation, handed over: its matrix is then held nowhere else."""
@@ -68,13 +70,25 @@ def _extrapolated(eq: Equilibrium, start: Array, values: Array, lam: Array) -> G
     project_prediction(system, c, u, eq.policy)
     u[fixed] = values
     u = system.with_slaves(u)
-    e = eq.evaluate(u, lam, landed=landed)
+    e, secant = _expected(eq, u, lam, landed)
     if as_it_is is not None and eq.norm(eq.evaluate(as_it_is, lam, stiffness=False)) < eq.norm(e):
-        u, e = as_it_is, eq.evaluate(as_it_is, lam)
+        u, e, secant = as_it_is, eq.evaluate(as_it_is, lam), False
     # plastic points answer to a linear start as if they were elastic: even a poor extrapolation is better there
     if not e.failed and (system.has_memory or eq.norm(e) <= eq.policy.good_start * e.scale):
-        return Guess(u, e)
+        return Guess(u, e, secant=secant)
     return None
+
+
+def _expected(eq: Equilibrium, u: Array, lam: Array, landed: Flags) -> tuple[Evaluation, bool]:
+    """Evaluation of what was extrapolated, whether its matrix is the one for iterates where flow turns.
+
+    That is tried first where flow is expected to turn: residuals are the same, and a second evaluation is saved.
+    """
+    if eq.may_turn:
+        e = eq.evaluate(u, lam, secant=eq.secant)
+        if not e.failed and eq.turns(eq.norm(e) / e.scale, True):
+            return e, True
+    return eq.evaluate(u, lam, landed=landed), False
 
 
 def _linearised(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Guess:

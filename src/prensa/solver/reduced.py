@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Protocol, Unpack
 
 import numpy as np
@@ -265,13 +266,19 @@ class Reduced:
         """The free dofs (f,)."""
         return self.restriction.free
 
+    @cached_property
+    def plain(self) -> bool:
+        """Whether all weights are 1: no rotation is free."""
+        return bool((self.weight == 1.0).all())
+
     def lengths(self, n: int) -> Array | None:
         """What a unit of each dof (n,) is as a length: that of the system for free rotations, else 1; None if there are none."""
-        return None if (self.weight == 1.0).all() else self.restriction.whole(1.0 / self.weight, n)
+        return None if self.plain else self.restriction.whole(1.0 / self.weight, n)
 
     def norm(self, r: Array) -> float:
         """Sum of the absolute free residuals, moments divided by a length."""
-        return float(np.abs(self.weight * self.restriction.part(r)).sum())
+        part = self.restriction.part(r)
+        return float(np.abs(part if self.plain else self.weight * part).sum())
 
     def matrix(self, e: Evaluation, b: Array, spent: bool = False) -> Array:
         """Values of K_ff for the matrix of an evaluation and the right-hand side b (ndof,) it is for.

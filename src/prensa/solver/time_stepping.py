@@ -236,6 +236,7 @@ class TimeStepping:
         self.ahead: Ahead | None = None  # who makes the matrix of the first step meanwhile
         self.condensed: Condensation | None = None
         self.last: Increment | None = None
+        self.turned = 0  # increments up to now, one after the other, at whose first iterates flow turned
         self.passages = Passages(system)
         self.held = (-1, False)  # number of a step, and whether supports alone hold all bodies in it, which may flow
         self.remeshes = False
@@ -539,7 +540,8 @@ class TimeStepping:
             bodies, loose = self.system.problem.bodies, partial(free_to_move, self.system, c=c, contacts=False)
             known = self.system.has_memory and self.system.dofs.dimension == 2  # rigid motions in space are not looked for
             self.held = c.plan.number, known and not any(loose(body=b) for b in bodies)
-        return Equilibrium(self.system, c, reduced, self.numerics, self.policy, report, self.held[1])
+        turning = self.turned >= self.policy.turned_before
+        return Equilibrium(self.system, c, reduced, self.numerics, self.policy, report, self.held[1], may_turn=turning)
 
     def attempt(self, c: Context, start: Array, soften: bool, foreseen: Foreseen | None = None) -> NewtonResult:
         """Outcome of one attempt, on the condensed system where there is one; ``foreseen``: see `Equilibrium`."""
@@ -567,6 +569,7 @@ class TimeStepping:
     ) -> tuple[State, Increment]:
         """The state that follows, the increment that led to it, and what there is to say of it."""
         assert result.evaluation is not None
+        self.turned = self.turned + 1 if result.turned else 0
         e = result.evaluation._replace(data=None)  # increments that are kept must not keep their matrices
         ended = c.ends_step
         unsteady = unsteadiness(c, self.system.blocks, e.history) if control.second_order and not ended else 0.0

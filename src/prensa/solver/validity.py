@@ -20,6 +20,7 @@ from prensa.solver.failure import BeyondSmall, in_degrees
 from prensa.solver.policy import Policy
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 
 
 class Deformation(NamedTuple):
@@ -51,6 +52,7 @@ class Validity:
         self.squeezed: dict[str, float] = {}
         self.stretched: dict[str, float] = {}
         self._slopes: dict[str, Array] = {}
+        self._areas: dict[str, Array] = {}
         self.finite = system.dofs.dimension == 2 and p.kinematics == "finite" and p.remesh == "off"
 
     def look(self, u: Array, history: Sequence[Array]) -> BeyondSmall | None:
@@ -117,33 +119,42 @@ class Validity:
             )
 
     def _note_shape(self, block: Block, moved: Array) -> None:
-        """Note the loss of volume of a body that flows, and the strain of an elastic metal, where a share exceeds them."""
+        """Note the loss of volume of a body that flows, or the strain of an elastic metal, where a share exceeds it."""
         material = self.system.problem.bodies[block.body].material
         if not block.law.plastic and material.modulus < self.policy.metal * self._gpa():
+            return
+        if block.law.plastic:
+            if self.system.problem.space != "plane stress":
+                self._note_volume(block, moved)
             return
         if block.body not in self._slopes:
             self._slopes[block.body] = slopes(self.system.X[block.corners])
         u, N = moved.take(block.corners, axis=0), self._slopes[block.body]
         f11, f22 = 1.0 + np.einsum("ma,ma->m", u[..., 0], N[..., 0]), 1.0 + np.einsum("ma,ma->m", u[..., 1], N[..., 1])
         f12, f21 = np.einsum("ma,ma->m", u[..., 0], N[..., 1]), np.einsum("ma,ma->m", u[..., 1], N[..., 0])
-        det, volume = f11 * f22 - f12 * f21, block.volume.sum(axis=1)
-        if block.law.plastic and self.system.problem.space != "plane stress":
-            if self.system.axisymmetric:
-                det *= 1.0 + u[..., 0].sum(axis=1) / self.system.X[:, 0].take(block.corners).sum(axis=1)
-            told = max(self.policy.squeezed, self.squeezed.get(block.body, 0.0))
-            kept = float(volume[1.0 - det <= told].sum())
-            if kept < (1.0 - self.policy.small_share) * float(volume.sum()):  # most increments need no sorting
-                lost = _exceeded(1.0 - det, volume, self.policy.small_share)
-                if lost > told:
-                    self.squeezed[block.body] = lost
-        elif not block.law.plastic:
-            # mean square of the two principal stretches, whose product is det F
-            middle = 0.5 * (f11**2 + f12**2 + f21**2 + f22**2)
-            apart = np.sqrt(np.maximum(middle**2 - det**2, 0.0))
-            stretch = np.sqrt(np.maximum(np.array([middle - apart, middle + apart]), 1e-300))
-            strain = _exceeded(np.abs(np.log(stretch)).max(axis=0), volume, self.policy.small_share)
-            if strain > max(self.policy.overstrained, self.stretched.get(block.body, 0.0)):
-                self.stretched[block.body] = strain
+        # mean square of the two principal stretches, whose product is det F
+        det, middle = f11 * f22 - f12 * f21, 0.5 * (f11**2 + f12**2 + f21**2 + f22**2)
+        apart = np.sqrt(np.maximum(middle**2 - det**2, 0.0))
+        stretch = np.sqrt(np.maximum(np.array([middle - apart, middle + apart]), 1e-300))
+        strain = _exceeded(np.abs(np.log(stretch)).max(axis=0), block.volume.sum(axis=1), self.policy.small_share)
+        if strain > max(self.policy.overstrained, self.stretched.get(block.body, 0.0)):
+            self.stretched[block.body] = strain
+
+    def _note_volume(self, block: Block, moved: Array) -> None:
+        """Note the loss of volume of a body that flows, at the centres of its elements, where a share exceeds it."""
+        corners, X = block.corners.T, self.system.X
+        if block.body not in self._areas:
+            self._areas[block.body] = _area(X, corners)
+        # of bilinear elements too, det F at the centre is what the area of the corners became
+        det, volume = _area(X + moved, corners) / self._areas[block.body], block.volume.sum(axis=1)
+        if self.system.axisymmetric:
+            det *= 1.0 + moved[:, 0].take(corners).sum(axis=0) / X[:, 0].take(corners).sum(axis=0)
+        told = max(self.policy.squeezed, self.squeezed.get(block.body, 0.0))
+        kept = float(volume[1.0 - det <= told].sum())
+        if kept < (1.0 - self.policy.small_share) * float(volume.sum()):  # most increments need no sorting
+            lost = _exceeded(1.0 - det, volume, self.policy.small_share)
+            if lost > told:
+                self.squeezed[block.body] = lost
 
     def _gpa(self) -> float:
         """One GPa in the units of the problem."""
@@ -175,6 +186,13 @@ class Validity:
         volume = block.volume.sum(axis=1)
         much, far = (_exceeded(v, volume, self.policy.small_share) for v in (strain, rotation))
         return Deformation(much, far, float(strain.max()), float(rotation.max()))
+
+
+def _area(x: Array, corners: Index) -> Array:
+    """Twice the areas (m,) of triangles or quadrilaterals with ``corners`` (3|4, m) among points x (n, 2)."""
+    at = x.take(corners, axis=0)
+    one, other = (at[2] - at[0], at[3] - at[1]) if len(at) == 4 else (at[1] - at[0], at[2] - at[0])
+    return np.asarray(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])
 
 
 def slopes(x: Array) -> Array:

@@ -1,0 +1,68 @@
+"""How far increments are improved, and what the expectation of a turning flow may change: time, and nothing else."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import prensa as pr
+from prensa.fem.system import System
+from prensa.solver.policy import Policy
+from prensa.verify.balance import imbalance, loaded_block
+from prensa.verify.enforcement import enforced
+from prensa.verify.forming import upsetting
+
+BILLET = upsetting((12, 9), 0.3, reductions=(0.1, 0.2, 0.3))
+
+
+def counted(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
+    """Evaluations from now on, each by whether it made a matrix."""
+    made, evaluate = [], System.evaluate
+
+    def counting(self, c, u, lam, stiffness=True, **overrides):
+        made.append(stiffness)
+        return evaluate(self, c, u, lam, stiffness, **overrides)
+
+    monkeypatch.setattr(System, "evaluate", counting)
+    return made
+
+
+def test_tools_that_are_moved_need_the_digits_of_sums_alone(monkeypatch):
+    """Fewer evaluations; forces balance to 1e-9 in every increment and are those of a hundred times less left to 1e-9."""
+    made, found = counted(monkeypatch), []
+    for policy in (Policy(fine=1e-12, moved=1.0), Policy(moved=1.0), Policy()):
+        made.clear()
+        system = pr.discretise(BILLET)
+        increments = list(pr.solve(system, policy=policy))
+        forces = np.array([inc.force("punch").y for inc in increments])
+        assert max(imbalance(system, inc)[0] for inc in increments) <= 1e-9
+        found.append((len(made), forces))
+    (_, best), (before, _), (now, forces) = found
+    assert now < before
+    np.testing.assert_allclose(forces, best, rtol=0, atol=1e-9 * np.abs(best).max())
+
+
+PUSHED = loaded_block("finite", "current", 1.0, 1.0)
+
+
+@pytest.mark.parametrize("problem", [PUSHED, enforced(BILLET, pr.Exact())], ids=["pushed", "exact"])
+def test_tools_that_find_their_place_by_forces_need_all_digits(problem):
+    """With pushed tools and loads, and with multipliers, nothing is left that was taken away before: the same bits."""
+    strict, usual = (last(problem, Policy(moved=moved)) for moved in (1.0, 10.0))
+    assert np.array_equal(strict.state.u, usual.state.u)
+
+
+def test_what_is_expected_of_flow_changes_no_bit(monkeypatch):
+    """Increments are the same whether flow is expected to turn as in the last one, in the last three, or never."""
+    made, found = counted(monkeypatch), []
+    for before in (1, 3, 10**9):
+        made.clear()
+        found.append((last(BILLET, Policy(turned_before=before)).state.u, len(made)))
+    assert found[0][1] != found[2][1]  # it was expected, rightly or not
+    assert all(np.array_equal(u, found[0][0]) for u, _ in found)
+
+
+def last(problem: pr.Problem, policy: Policy | None = None) -> pr.Increment:
+    """The last increment of a run."""
+    *_, increment = pr.solve(problem, policy=policy)
+    return increment
