@@ -20,6 +20,7 @@ SizeOf = Callable[[Array], Array]
 CORNER = np.radians(35.0)  # turn of an outline from which on it has a corner there
 GRADING = 0.3  # growth of sizes along an outline over the way
 NEARNESS = 0.3  # of an element size: hard points nearer to another one than this are left out
+BULGE = 0.1  # of a side's middle off its chord's, over the chord, at most: it turns by 45 degrees
 PIECES = 16  # straight pieces of an edge by which its length is measured
 
 
@@ -122,6 +123,8 @@ class NewOutline:
 def resampled(outline: list[Chain], size: SizeOf, touching: Flags | None = None) -> NewOutline:
     """New nodes along an outline at distances of about ``size``; ends of contact zones stay where they are.
 
+    What bends farther than a side can follow, a crease smaller than an element say, is drawn flatter (see `_flat_enough`).
+
     touching (n,): nodes of the old mesh that are closed in some contact, None: none. Without the ends of their zones as nodes, a
     zone loses up to a side of an element at each remeshing.
     """
@@ -130,9 +133,20 @@ def resampled(outline: list[Chain], size: SizeOf, touching: Flags | None = None)
     for chain in outline:
         s = _stations(chain, size, touching, least)
         ends.append(chain(s[:-1]))
-        middles.append(chain(0.5 * (s[1:] + s[:-1])))
+        middles.append(_flat_enough(chain(s[:-1]), chain(0.5 * (s[1:] + s[:-1])), chain(s[1:])))
         names += [chain.names] * (len(s) - 1)
     return NewOutline(np.concatenate(ends), np.concatenate(middles), names)
+
+
+def _flat_enough(a: Array, middle: Array, b: Array) -> Array:
+    """Middles (k, 2) of sides from a to b (k, 2), moved towards their chords where sides would bulge too far.
+
+    Such a side folds its element, however good the triangle of its corners is. Shorter ones would follow a crease into ever
+    smaller ones, for it sharpens as far as the mesh lets it.
+    """
+    flat = 0.5 * (a + b)
+    off, most = np.hypot(*(middle - flat).T), BULGE * np.hypot(*(b - a).T)
+    return flat + np.minimum(1.0, most / np.maximum(off, 1e-300))[:, None] * (middle - flat)
 
 
 def _stations(chain: Chain, size: SizeOf, touching: Flags | None, least: int) -> Array:
