@@ -78,19 +78,20 @@ def prepare(x_n, x, cells, old, new, bulk, G, axisymmetric, scale, plastic, cauc
                 c22 += y1 * d2
                 r += N * x1
             dn, dc = a11 * a22 - a12 * a21, c11 * c22 - c12 * c21
+            by_dn, by_dc, by_r = 1.0 / dn, 1.0 / dc, 1.0 / r if axisymmetric else 0.0
             for k in range(4):
                 d1, d2 = _DX[q, k], _DY[q, k]
-                g[k], g[4 + k] = (c22 * d1 - c21 * d2) / dc, (c11 * d2 - c12 * d1) / dc
-                g[8 + k] = _N[q, k] / r if axisymmetric else 0.0
-            g[12], g[13] = (c11 * a22 - c12 * a21) / dn, (c12 * a11 - c11 * a12) / dn
-            g[14], g[15] = (c21 * a22 - c22 * a21) / dn, (c22 * a11 - c21 * a12) / dn
+                g[k], g[4 + k], g[8 + k] = (c22 * d1 - c21 * d2) * by_dc, (c11 * d2 - c12 * d1) * by_dc, _N[q, k] * by_r
+            g[12], g[13] = (c11 * a22 - c12 * a21) * by_dn, (c12 * a11 - c11 * a12) * by_dn
+            g[14], g[15] = (c21 * a22 - c22 * a21) * by_dn, (c22 * a11 - c21 * a12) * by_dn
             g[16] = r / rn if axisymmetric else 1.0
-            J[q] = dc / dn * g[16]
+            J[q] = dc * by_dn * g[16]
             if q < 4:
                 point[e, q, 43] = scale * dn * (rn if axisymmetric else 1.0)
         for q in range(4):
             g, P = geometry[e, q], point[e, q]
-            alpha = (J[4] / J[q]) ** (1.0 / m)
+            stretch = J[4] / J[q]  # α^m
+            alpha = math.exp(math.log(stretch) / m)
             f0, f1, f2, f3 = alpha * g[12], alpha * g[13], alpha * g[14], alpha * g[15]
             f4 = alpha * g[16] if axisymmetric else 1.0
             o1, o2, o3, o12 = 1.0 + old[e, q, 0], 1.0 + old[e, q, 1], 1.0 + old[e, q, 2], old[e, q, 3]
@@ -142,7 +143,7 @@ def prepare(x_n, x, cells, old, new, bulk, G, axisymmetric, scale, plastic, cauc
             P[30], P[31], P[32] = 2.0 * E1, 2.0 * E2, 2.0 * E3
             P[33], P[34], P[35], P[36], P[37], P[38] = work, work_before, work_trace, work_Jn, work_new, work_old
             P[39], P[40], P[41], P[42] = 0.5 * o2 / det, 0.5 * o1 / det, -o12 / det, 0.5 / o3  # (ln J_n)′ of b_n′
-            P[43] /= alpha**m * Jn
+            P[43] /= stretch * Jn
             P[44], P[45], P[46], P[47] = b11, b12, b22, b33
             if plastic:  # what b_e of the last commit would be if nothing flowed; of backward Euler that is b
                 P[44], P[45], P[46], P[47] = 1.0 + new[e, q, 6], new[e, q, 9], 1.0 + new[e, q, 7], 1.0 + new[e, q, 8]
