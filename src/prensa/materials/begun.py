@@ -37,10 +37,11 @@ def _logarithm(b11, b22, b33, b12):
     l1, l2, c, s = principal(b11, b22, b12)
     e1, e2, d1, d2 = 0.5 * math.log1p(l1), 0.5 * math.log1p(l2), 0.5 / (1.0 + l1), 0.5 / (1.0 + l2)
     apart = 2.0 * d2 * (l1 - l2)
+    d12 = d1
     if apart > FAR_APART:
         d12 = (e1 - e2) / (l1 - l2)
-    else:
-        d12 = d2 * math.log1p(apart) / apart if apart > 0.0 else d1
+    elif apart > 0.0:
+        d12 = d2 * math.log1p(apart) / apart
     cc, ss = c * c, s * s
     return (
         cc * e1 + ss * e2, ss * e1 + cc * e2, 0.5 * math.log1p(b33), c * s * (e1 - e2), c, s, d1, d2, d12, 0.5 / (1.0 + b33),

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.record import ContactRecord
-from prensa.elements.q4_directions import LANES, slots
+from prensa.elements.q4_directions import LANES, in_lanes, slots
 from prensa.fem.context import Context
 from prensa.fem.loads import ToolForce
 from prensa.fem.state import Stability, State
@@ -116,6 +116,16 @@ class Bundle:
         motion, force = np.zeros((2, *arrays["u"].shape))
         nothing = Prescribed(motion, force, np.zeros((count, len(changes.scale))))
         return cls(tuple(directions), sizes, changes, nothing, arrays, histories)
+
+    def mixed(self, shares: Array) -> Arrays:
+        """What a direction carries that goes along each of these by ``shares`` (d,)."""
+        out = {name: np.asarray(a @ shares) for name, a in self.arrays.items()}
+        for k, groups in enumerate(self.histories):
+            out[f"history_{k}"] = np.zeros(groups[0].shape[:-1])
+            for group, some in zip(self.changes.groups, groups):
+                own = in_lanes(shares, group.first)[: some.shape[-1]]
+                out[f"history_{k}"] += (some.reshape(-1, len(own)) @ own).reshape(some.shape[:-1])
+        return out
 
     def hand_on(self) -> None:
         """Let each direction carry its own."""
