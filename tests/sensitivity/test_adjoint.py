@@ -135,12 +135,15 @@ def test_transposes_are_transposes() -> None:
         )  # fmt: skip
         dxn, dx, motion = rng.normal(size=(3, 1, 4, 2))
         dold, dflow, dbulk, dG = rng.normal(size=old.shape)[None], rng.normal(size=(1, 1, 4, 2)), *rng.normal(size=(2, 1))
-        r, dnew, energy = np.zeros((8, 1)), np.zeros((*old.shape, 1)), np.zeros((2, 1))
+        lanes = [q4_directions.in_lanes(a[..., None], 0) for a in (dxn[0], dx[0], dold[0], np.array([dbulk[0], dG[0]]))]
+        slopes, ways = np.zeros((1, 4, 3, q4_directions.WAYS)), np.zeros((q4_directions.WAYS, q4_directions.LANES))
+        slopes[..., :2, 0], ways[0, 0] = dflow[0], 1.0
+        forces, dnew, energy = np.zeros_like(lanes[0]), np.zeros_like(lanes[2]), np.zeros_like(lanes[3])
         q4_directions.at_fixed(
-            cells, geometry, point, *moduli, axisymmetric, np.ones((1, 4)), dxn[0, ..., None], dx[0, ..., None],
-            dold[0, ..., None], np.array([dbulk, dG]), dflow[0, ..., None], np.ones((1, 1)), r, dnew, energy,
+            cells, geometry, point, *moduli, axisymmetric, np.ones((1, 4)), *lanes, slopes, ways, forces, dnew, energy,
             np.empty((0, 4, 0)),
         )  # fmt: skip
+        r = forces[..., 0].ravel()
         w, h = rng.normal(size=(1, 8)), rng.normal(size=dold.shape)
         h[..., 5] = 0.0  # plastic work
         x_n, now, flow, before = np.zeros_like(dxn), np.zeros_like(dx), np.zeros((1, 1, 4)), np.zeros_like(dold)
@@ -152,8 +155,9 @@ def test_transposes_are_transposes() -> None:
         assert np.vdot(w, r) + np.vdot(h[0], dnew[..., 0]) == pytest.approx(sum(np.vdot(a, b) for a, b in pairs), rel=1e-12)
         dnew[:] = 0.0
         q4_directions.along(
-            cells, geometry, point, moduli[1], axisymmetric, np.ones((1, 4)), motion[0, ..., None], dnew, energy
-        )
+            cells, geometry, point, moduli[1], axisymmetric, np.ones((1, 4)), q4_directions.in_lanes(motion[0, ..., None], 0),
+            dnew, energy,
+        )  # fmt: skip
         back = np.zeros_like(motion)
         q4_transposed.along(cells, geometry, point, moduli[1], axisymmetric, h, back)
         assert np.vdot(h[0], dnew[..., 0]) == pytest.approx(np.vdot(back, motion), rel=1e-12)

@@ -9,8 +9,8 @@ and V = V_n/(α^m J_n), J_n = √det b_n.
 
 `prepare` computes what all directions share; `at_fixed` is a direction with x′ as given, `along` adds what further x′ make of
 the history. All are of backward Euler, which increments of second order are too, from histories of their own
-(`prensa.materials.begun`). Directions are the last axis of all arrays and go through the kernels `LANES` at a time,
-in arrays of a size that the compiler knows: one instruction then serves several of them.
+(`prensa.materials.begun`). Directions are the last axis of all arrays and go through the kernels `LANES` at a time, each group
+of them with histories of its own, in arrays of a size that the compiler knows: one instruction then serves several of them.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from prensa.elements.q4 import _DX, _DY, _N
 from prensa.kernels.compiled import njit
@@ -36,12 +37,21 @@ _COMMITTED, _END = 62 * LANES, 63 * LANES
 PER_PLACE = 17  # numbers a point: ∂N/∂x, ∂N/∂y, N/r (4 each) in the present places, F = ∂x/∂x_n (5: 11, 12, 21, 22, 33)
 PER_POINT = 48  # numbers a point of `prepare`, in the order in which it writes them
 _MIDDLE = 4
+WAYS = 5  # in which a flow curve changes, that are added up at a time: as many as its scalars
 _HALF = LANES // 2
 
 
 def slots(count: int) -> int:
-    """Half or full lanes that a number of directions fill: how long the last axis of their histories is best."""
+    """Half or full lanes that a number of directions, at most `LANES`, fill: how long the last axis of their histories is."""
     return -(-count // _HALF) * _HALF
+
+
+def in_lanes(a: NDArray[np.float64], first: int) -> NDArray[np.float64]:
+    """The `LANES` directions of an array (…, d) from one on, of which those that there are not are zero."""
+    out = np.zeros((*a.shape[:-1], LANES))
+    some = a[..., first : first + LANES]
+    out[..., : some.shape[-1]] = some
+    return out
 
 
 @njit(cache=True, error_model="numpy")
@@ -68,19 +78,20 @@ def prepare(x_n, x, cells, old, new, bulk, G, axisymmetric, scale, plastic, cauc
                 c22 += y1 * d2
                 r += N * x1
             dn, dc = a11 * a22 - a12 * a21, c11 * c22 - c12 * c21
+            by_dn, by_dc, by_r = 1.0 / dn, 1.0 / dc, 1.0 / r if axisymmetric else 0.0
             for k in range(4):
                 d1, d2 = _DX[q, k], _DY[q, k]
-                g[k], g[4 + k] = (c22 * d1 - c21 * d2) / dc, (c11 * d2 - c12 * d1) / dc
-                g[8 + k] = _N[q, k] / r if axisymmetric else 0.0
-            g[12], g[13] = (c11 * a22 - c12 * a21) / dn, (c12 * a11 - c11 * a12) / dn
-            g[14], g[15] = (c21 * a22 - c22 * a21) / dn, (c22 * a11 - c21 * a12) / dn
+                g[k], g[4 + k], g[8 + k] = (c22 * d1 - c21 * d2) * by_dc, (c11 * d2 - c12 * d1) * by_dc, _N[q, k] * by_r
+            g[12], g[13] = (c11 * a22 - c12 * a21) * by_dn, (c12 * a11 - c11 * a12) * by_dn
+            g[14], g[15] = (c21 * a22 - c22 * a21) * by_dn, (c22 * a11 - c21 * a12) * by_dn
             g[16] = r / rn if axisymmetric else 1.0
-            J[q] = dc / dn * g[16]
+            J[q] = dc * by_dn * g[16]
             if q < 4:
                 point[e, q, 43] = scale * dn * (rn if axisymmetric else 1.0)
         for q in range(4):
             g, P = geometry[e, q], point[e, q]
-            alpha = (J[4] / J[q]) ** (1.0 / m)
+            stretch = J[4] / J[q]  # α^m
+            alpha = math.exp(math.log(stretch) / m)
             f0, f1, f2, f3 = alpha * g[12], alpha * g[13], alpha * g[14], alpha * g[15]
             f4 = alpha * g[16] if axisymmetric else 1.0
             o1, o2, o3, o12 = 1.0 + old[e, q, 0], 1.0 + old[e, q, 1], 1.0 + old[e, q, 2], old[e, q, 3]
@@ -132,17 +143,17 @@ def prepare(x_n, x, cells, old, new, bulk, G, axisymmetric, scale, plastic, cauc
             P[30], P[31], P[32] = 2.0 * E1, 2.0 * E2, 2.0 * E3
             P[33], P[34], P[35], P[36], P[37], P[38] = work, work_before, work_trace, work_Jn, work_new, work_old
             P[39], P[40], P[41], P[42] = 0.5 * o2 / det, 0.5 * o1 / det, -o12 / det, 0.5 / o3  # (ln J_n)′ of b_n′
-            P[43] /= alpha**m * Jn
+            P[43] /= stretch * Jn
             P[44], P[45], P[46], P[47] = b11, b12, b22, b33
             if plastic:  # what b_e of the last commit would be if nothing flowed; of backward Euler that is b
                 P[44], P[45], P[46], P[47] = 1.0 + new[e, q, 6], new[e, q, 9], 1.0 + new[e, q, 7], 1.0 + new[e, q, 8]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _curve_gradient(kind, curve, knots, coefs, a, da, dt, dknots, dcoefs, out, first, kinds):
-    """Derivatives of a flow stress → ``kinds`` numbers of out from *first* on."""
+def _curve_gradient(kind, curve, knots, coefs, a, da, dt, dknots, dcoefs, out, first):
+    """Derivatives of a flow stress → numbers of out from *first* on: five, or one for each that changes a table."""
     if kind == TABLE:
-        for k in range(kinds):
+        for k in range(len(dknots)):
             out[first + k] = table_gradient(knots, coefs, a, dknots[k], dcoefs[k])
     else:
         by = flow_gradient(kind, curve, a, da, dt)
@@ -153,8 +164,8 @@ def _curve_gradient(kind, curve, knots, coefs, a, da, dt, dknots, dcoefs, out, f
 def flow_gradients(kind, p, knots, coefs, committed, old, new, dt, dknots, dcoefs, out):
     """Derivatives of a flow stress → out (e, 4, 3, m): after the increment, as it begins and as committed, where those differ.
 
-    By its scalars p (5,), or of a table by what changes dknots (m, k), dcoefs (m, k − 1, 4) make of it. Plastic strains are
-    column 4 of the histories (e, 4, h).
+    By its scalars p (5,), or of a table by what at most m changes dknots (…, k), dcoefs (…, k − 1, 4) make of it. Plastic strains
+    are column 4 of the histories (e, 4, h).
     """
     curve, kinds = (p[0], p[1], p[2], p[3], p[4]), out.shape[3]
     rows = out.reshape((out.shape[0], out.shape[1], 3 * kinds))
@@ -164,21 +175,21 @@ def flow_gradients(kind, p, knots, coefs, committed, old, new, dt, dknots, dcoef
             for k in range(3 * kinds):
                 o[k] = 0.0
             if now != was:
-                _curve_gradient(kind, curve, knots, coefs, now, now - was, dt, dknots, dcoefs, o, 0, kinds)
+                _curve_gradient(kind, curve, knots, coefs, now, now - was, dt, dknots, dcoefs, o, 0)
             if now != was or was != before:
-                _curve_gradient(kind, curve, knots, coefs, was, 0.0, dt, dknots, dcoefs, o, kinds, kinds)
+                _curve_gradient(kind, curve, knots, coefs, was, 0.0, dt, dknots, dcoefs, o, kinds)
             if was != before:
-                _curve_gradient(kind, curve, knots, coefs, before, 0.0, dt, dknots, dcoefs, o, 2 * kinds, kinds)
+                _curve_gradient(kind, curve, knots, coefs, before, 0.0, dt, dknots, dcoefs, o, 2 * kinds)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _motions(u, cells, e, first, lanes, w, row):
-    """Motions u (n, 2, d) of the nodes of element e along some directions, from 0 on → eight rows of w."""
+def _motions(u, cells, e, w, row):
+    """Motions u (n, 2, LANES) of the nodes of element e → eight rows of w."""
     for k in range(4):
         node = cells[e, k]
-        for d in range(max(0, -first), lanes):
-            w[row + 2 * k * LANES + d] = u[node, 0, first + d]
-            w[row + (2 * k + 1) * LANES + d] = u[node, 1, first + d]
+        for d in range(LANES):
+            w[row + 2 * k * LANES + d] = u[node, 0, d]
+            w[row + (2 * k + 1) * LANES + d] = u[node, 1, d]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -333,119 +344,107 @@ def _answer(w, P, B, bulk, G, part, hoop, volume):
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _filled(dold, e, q, fields, first, w):
-    """Histories of a point from a direction on → the rows before."""
-    if first + LANES <= dold.shape[3]:  # of a number that the compiler knows
+def _filled(dold, e, q, fields, w):
+    """Histories of a point → the rows before."""
+    if dold.shape[3] == LANES:  # numbers that the compiler knows
         for k in range(fields):
             for d in range(LANES):
-                w[_BEFORE + k * LANES + d] = dold[e, q, k, first + d]
-    elif first + _HALF == dold.shape[3]:
-        for k in range(fields):
-            for d in range(_HALF):
-                w[_BEFORE + k * LANES + d] = dold[e, q, k, first + d]
+                w[_BEFORE + k * LANES + d] = dold[e, q, k, d]
     else:
         for k in range(fields):
-            for d in range(dold.shape[3] - first):
-                w[_BEFORE + k * LANES + d] = dold[e, q, k, first + d]
+            for d in range(_HALF):
+                w[_BEFORE + k * LANES + d] = dold[e, q, k, d]
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _add_ways(s0, s1, s2, s3, s4, dflow, k, w, row):
+    """What directions change of a flow stress, by its slopes along `WAYS` ways from k on, is added to a row of w."""
+    for d in range(LANES):
+        w[row + d] += (
+            s0 * dflow[k, d] + s1 * dflow[k + 1, d] + s2 * dflow[k + 2, d] + s3 * dflow[k + 3, d] + s4 * dflow[k + 4, d]
+        )
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _put(w, fields, dnew, e, q, first):
-    """The rows after → histories of a point from a direction on."""
-    if first + LANES <= dnew.shape[3]:
+def _put(w, fields, dnew, e, q):
+    """The rows after → histories of a point."""
+    if dnew.shape[3] == LANES:
         for k in range(fields):
             for d in range(LANES):
-                dnew[e, q, k, first + d] = w[_AFTER + k * LANES + d]
-    elif first + _HALF == dnew.shape[3]:
-        for k in range(fields):
-            for d in range(_HALF):
-                dnew[e, q, k, first + d] = w[_AFTER + k * LANES + d]
+                dnew[e, q, k, d] = w[_AFTER + k * LANES + d]
     else:
         for k in range(fields):
-            for d in range(dnew.shape[3] - first):
-                dnew[e, q, k, first + d] = w[_AFTER + k * LANES + d]
+            for d in range(_HALF):
+                dnew[e, q, k, d] = w[_AFTER + k * LANES + d]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _add(w, fields, dnew, e, q, first):
-    """The rows after are added to histories of a point from a direction on."""
-    if first + LANES <= dnew.shape[3]:
+def _add(w, fields, dnew, e, q):
+    """The rows after are added to histories of a point."""
+    if dnew.shape[3] == LANES:
         for k in range(fields):
             for d in range(LANES):
-                dnew[e, q, k, first + d] += w[_AFTER + k * LANES + d]
-    elif first + _HALF == dnew.shape[3]:
-        for k in range(fields):
-            for d in range(_HALF):
-                dnew[e, q, k, first + d] += w[_AFTER + k * LANES + d]
+                dnew[e, q, k, d] += w[_AFTER + k * LANES + d]
     else:
         for k in range(fields):
-            for d in range(dnew.shape[3] - first):
-                dnew[e, q, k, first + d] += w[_AFTER + k * LANES + d]
+            for d in range(_HALF):
+                dnew[e, q, k, d] += w[_AFTER + k * LANES + d]
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
 def at_fixed(
     cells, geometry, point, bulk, G, axisymmetric, volume, dxn, dx, dold, moduli, slopes, dflow, r, dnew, energy, begun
 ):  # fmt: skip
-    """Of directions d: dxn, dx (n, 2, d), dold (e, 4, h, s), moduli (2, d): bulk, shear → forces r (ndof, d), histories dnew.
+    """Of `LANES` directions: dxn, dx (n, 2, LANES), dold (e, 4, h, s), moduli (2, LANES): bulk, shear → r (n, 2, LANES), dnew.
 
-    dold of the committed histories, s ≥ d, best as many as `slots`; begun (e, 4, n): see `slopes_of_begun`, (0, 4, n) where
-    increments begin with these. dflow (m, d): changes of a flow curve, of which the stress has the slopes (e, 4, 3, m), see
-    `flow_gradients`. r and energy (2, d), ∫ψ dV and plastic work, are added to; volume (e, 4). dx (n, 2, m) of the last m
-    directions, along the others no present place moves.
+    dx is (0, 2, LANES) where no present place moves. dold of the committed histories, dnew of the new ones, s = `slots` of
+    the directions that there are; begun (e, 4, n): see `slopes_of_begun`, (0, 4, n) where increments begin with these. dflow
+    (m, LANES): changes of a flow curve, of which the stress has the slopes (e, 4, 3, m), see `flow_gradients`; m is a multiple
+    of `WAYS`. Forces r and energy (2, LANES), ∫ψ dV and plastic work, are added to; volume (e, 4).
     """
-    moved, fields, count, kinds = len(begun) > 0, dold.shape[2], dxn.shape[2], dflow.shape[0]
-    still = count - dx.shape[2]
+    moved, moves, fields, kinds = len(begun) > 0, len(dx) > 0, dold.shape[2], dflow.shape[0]
     part = 1.0 / 3.0 if axisymmetric else 0.5
     hoop = part if axisymmetric else 0.0
-    w, flow = np.zeros(_END), np.zeros(kinds * LANES)
-    for first in range(0, count, LANES):
-        lanes = min(LANES, count - first)
-        moves = first + lanes > still
-        w[:], flow[:] = 0.0, 0.0
-        for d in range(lanes):
-            w[_LAME + d] = moduli[0, first + d] - 2.0 * moduli[1, first + d] / 3.0
-            w[_SHEAR + d] = moduli[1, first + d]
-            for k in range(kinds):
-                flow[k * LANES + d] = dflow[k, first + d]
-        for e in range(cells.shape[0]):
-            _motions(dxn, cells, e, first, lanes, w, _OLD)
+    w = np.zeros(_END)
+    for d in range(LANES):
+        w[_LAME + d] = moduli[0, d] - 2.0 * moduli[1, d] / 3.0
+        w[_SHEAR + d] = moduli[1, d]
+    for e in range(cells.shape[0]):
+        _motions(dxn, cells, e, w, _OLD)
+        if moves:
+            _motions(dx, cells, e, w, _PRESENT)
+            _gradients(w, _PRESENT, geometry[e, _MIDDLE], _GRADIENT)
+        w[_FORCE:_BEFORE] = 0.0
+        _gradients(w, _OLD, geometry[e, _MIDDLE], _RATE)
+        _rates(w, geometry[e, _MIDDLE])
+        _copied(w, _TRACE, 1, w, _MIDDLE_TRACE)
+        for q in range(4):
             if moves:
-                _motions(dx, cells, e, first - still, lanes, w, _PRESENT)
-                _gradients(w, _PRESENT, geometry[e, _MIDDLE], _GRADIENT)
-            w[_FORCE:_BEFORE] = 0.0
-            _gradients(w, _OLD, geometry[e, _MIDDLE], _RATE)
-            _rates(w, geometry[e, _MIDDLE])
-            _copied(w, _TRACE, 1, w, _MIDDLE_TRACE)
-            for q in range(4):
-                if moves:
-                    _gradients(w, _PRESENT, geometry[e, q], _GRADIENT)
-                _gradients(w, _OLD, geometry[e, q], _RATE)
-                _rates(w, geometry[e, q])
-                _filled(dold, e, q, fields, first, w)
-                w[_NOW:_LAME] = 0.0
-                w[_COMMITTED:_END] = 0.0
-                for k in range(kinds):
-                    now, was = slopes[e, q, 0, k], slopes[e, q, 1, k]
-                    for d in range(LANES):
-                        w[_NOW + d] += now * flow[k * LANES + d]
-                        w[_WAS + d] += was * flow[k * LANES + d]
-                if moved:
-                    for k in range(kinds):
-                        both = slopes[e, q, 1, k] + slopes[e, q, 2, k]
-                        for d in range(LANES):
-                            w[_COMMITTED + d] += both * flow[k * LANES + d]
-                    begun_along(begun[e, q], w, _BEFORE, _COMMITTED)
-                _answer(w, _values(point[e, q]), geometry[e, q], bulk, G, part, hoop, volume[e, q])
-                _put(w, fields, dnew, e, q, first)
-            for k in range(4):
-                node = cells[e, k]
-                for d in range(lanes):
-                    r[2 * node, first + d] += w[_FORCE + (2 * k) * LANES + d]
-                    r[2 * node + 1, first + d] += w[_FORCE + (2 * k + 1) * LANES + d]
-        for d in range(lanes):
-            energy[0, first + d] += w[_ENERGY + d]
-            energy[1, first + d] += w[_ENERGY + _1 + d]
+                _gradients(w, _PRESENT, geometry[e, q], _GRADIENT)
+            _gradients(w, _OLD, geometry[e, q], _RATE)
+            _rates(w, geometry[e, q])
+            _filled(dold, e, q, fields, w)
+            w[_NOW:_LAME] = 0.0
+            w[_COMMITTED:_END] = 0.0
+            for k in range(0, kinds, WAYS):
+                s = slopes[e, q]
+                _add_ways(s[0, k], s[0, k + 1], s[0, k + 2], s[0, k + 3], s[0, k + 4], dflow, k, w, _NOW)
+                _add_ways(s[1, k], s[1, k + 1], s[1, k + 2], s[1, k + 3], s[1, k + 4], dflow, k, w, _WAS)
+                _add_ways(s[2, k], s[2, k + 1], s[2, k + 2], s[2, k + 3], s[2, k + 4], dflow, k, w, _COMMITTED)
+            if moved:
+                for d in range(LANES):
+                    w[_COMMITTED + d] += w[_WAS + d]
+                begun_along(begun[e, q], w, _BEFORE, _COMMITTED)
+            _answer(w, _values(point[e, q]), geometry[e, q], bulk, G, part, hoop, volume[e, q])
+            _put(w, fields, dnew, e, q)
+        for k in range(4):
+            node = cells[e, k]
+            for d in range(LANES):
+                r[node, 0, d] += w[_FORCE + (2 * k) * LANES + d]
+                r[node, 1, d] += w[_FORCE + (2 * k + 1) * LANES + d]
+    for d in range(LANES):
+        energy[0, d] += w[_ENERGY + d]
+        energy[1, d] += w[_ENERGY + _1 + d]
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
@@ -472,26 +471,23 @@ def _answer_along(w, P, G, part, hoop, volume):
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
 def along(cells, geometry, point, G, axisymmetric, volume, dx, dnew, energy):
-    """Add what motions dx (n, 2, d) of the present nodes make of histories dnew (e, 4, h, s) and of energy (2, d)."""
+    """Add what motions dx (n, 2, LANES) of the present nodes make of histories dnew (e, 4, h, s) and of energy (2, LANES)."""
     part = 1.0 / 3.0 if axisymmetric else 0.5
     hoop = part if axisymmetric else 0.0
-    count, fields = dx.shape[2], dnew.shape[2]
+    fields = dnew.shape[2]
     w = np.zeros(_END)
-    for first in range(0, count, LANES):
-        lanes = min(LANES, count - first)
-        w[_ENERGY:_TRACE] = 0.0
-        for e in range(cells.shape[0]):
-            _motions(dx, cells, e, first, lanes, w, _PRESENT)
-            _gradients(w, _PRESENT, geometry[e, _MIDDLE], _GRADIENT)
-            for d in range(LANES):
-                w[_MIDDLE_TRACE + d] = w[_GRADIENT + d] + w[_GRADIENT + _3 + d] + w[_GRADIENT + _4 + d]
-            for q in range(4):
-                _gradients(w, _PRESENT, geometry[e, q], _GRADIENT)
-                _answer_along(w, _values(point[e, q]), G, part, hoop, volume[e, q])
-                _add(w, fields, dnew, e, q, first)
-        for d in range(lanes):
-            energy[0, first + d] += w[_ENERGY + d]
-            energy[1, first + d] += w[_ENERGY + _1 + d]
+    for e in range(cells.shape[0]):
+        _motions(dx, cells, e, w, _PRESENT)
+        _gradients(w, _PRESENT, geometry[e, _MIDDLE], _GRADIENT)
+        for d in range(LANES):
+            w[_MIDDLE_TRACE + d] = w[_GRADIENT + d] + w[_GRADIENT + _3 + d] + w[_GRADIENT + _4 + d]
+        for q in range(4):
+            _gradients(w, _PRESENT, geometry[e, q], _GRADIENT)
+            _answer_along(w, _values(point[e, q]), G, part, hoop, volume[e, q])
+            _add(w, fields, dnew, e, q)
+    for d in range(LANES):
+        energy[0, d] += w[_ENERGY + d]
+        energy[1, d] += w[_ENERGY + _1 + d]
 
 
 @njit(cache=True, error_model="numpy")

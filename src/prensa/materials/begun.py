@@ -18,6 +18,7 @@ LANES = 8  # directions at a time
 PER_BEGUN = 52
 """Numbers a point: b̃ (4), ε̃, work (6 rows) by b_e (4), b_trial (4); work by the plastic strain, by the flow stresses; whether
 the increment begins elsewhere than the last one ended, and whether the point flows in it."""
+FAR_APART = 0.1  # relative difference of two eigenvalues from which that of their logarithms has all its digits
 _BY_STRAIN, _BY_STRESS, _MOVED, _FLOWS = 48, 49, 50, 51
 
 
@@ -35,8 +36,12 @@ def _logarithm(b11, b22, b33, b12):
     """½ ln of I + b: components 11, 22, 33, 12, then axes and slopes c, s, d1, d2, d12, d3."""
     l1, l2, c, s = principal(b11, b22, b12)
     e1, e2, d1, d2 = 0.5 * math.log1p(l1), 0.5 * math.log1p(l2), 0.5 / (1.0 + l1), 0.5 / (1.0 + l2)
-    apart = (l1 - l2) / (1.0 + l2)
-    d12 = d2 * math.log1p(apart) / apart if apart > 0.0 else d1
+    apart = 2.0 * d2 * (l1 - l2)
+    d12 = d1
+    if apart > FAR_APART:
+        d12 = (e1 - e2) / (l1 - l2)
+    elif apart > 0.0:
+        d12 = d2 * math.log1p(apart) / apart
     cc, ss = c * c, s * s
     return (
         cc * e1 + ss * e2, ss * e1 + cc * e2, 0.5 * math.log1p(b33), c * s * (e1 - e2), c, s, d1, d2, d12, 0.5 / (1.0 + b33),

@@ -10,13 +10,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.elements import q4
-from prensa.elements.q4_directions import PER_PLACE, PER_POINT, along, at_fixed, flow_gradients, in_volumes, prepare
+from prensa.elements.q4_directions import (
+    LANES,
+    PER_PLACE,
+    PER_POINT,
+    along,
+    at_fixed,
+    flow_gradients,
+    in_lanes,
+    in_volumes,
+    prepare,
+)
 from prensa.fem.assembly import Block, scatter_forces
 from prensa.fem.context import Context
 from prensa.fem.system import Evaluation, System
 from prensa.materials.begun import PER_BEGUN, slopes_of_begun
-from prensa.materials.hardening import TABLE
-from prensa.sensitivity.change import Change, FlowChange
+from prensa.sensitivity.change import Change, Changes
 
 Array = NDArray[np.float64]
 
@@ -60,48 +69,44 @@ class Elements:
             slopes_of_begun(committed, old, new, c.rule.share, law.yield_on_cauchy, *law.flow, begun)
         return cls(block, committed, old, new, seconds, geometry, point, begun)
 
-    def at_fixed(self, changes: Sequence[Change], k: int, dxn: Array, dx: Array, dold: Array, r: Array) -> tuple[Array, Array]:
-        """Histories (e, 4, h, s) and energies (2, d) of directions, with their forces added to r (ndof, d); k: the block.
+    def at_fixed(self, changes: Changes, k: int, dxn: Array, dold: Sequence[Array], r: Array) -> tuple[list[Array], Array]:
+        """Histories (e, 4, h, s) by group and energies (2, d) of directions, with forces added to r (ndof, d); k: the block.
 
-        The energies are what is stored and the plastic work.
-
-        dold (e, 4, h, s): of the committed histories, s ≥ d; dx (n, 2, m): of the last m directions.
+        The energies are what is stored and the plastic work. dold: of the committed histories; dxn (n, 2, d).
         """
-        slopes, ways = self._flow([ch.flow[k] for ch in changes])
-        dnew, energy = np.empty_like(dold), np.zeros((2, len(changes)))
-        moduli = np.array([[ch.bulk[k] for ch in changes], [ch.G[k] for ch in changes]])
-        at_fixed(
-            self.block.cells, self.geometry, self.point, *moduli_of(self.block), self.block.mode.axisymmetric,
-            self.block.volume, dxn, dx, dold, moduli, slopes, ways, r, dnew, energy,
-            NOT_BEGUN if self.begun is None else self.begun,
-        )  # fmt: skip
-        return dnew, energy
-
-    def _flow(self, changes: Sequence[FlowChange | None]) -> tuple[Array, Array]:
-        """Slopes (e, 4, 3, m) of the flow stress, see `flow_gradients`, and how far directions go along them (m, d)."""
-        shape = (*self.old.shape[:2], 3)
-        own = [(d, f) for d, f in enumerate(changes) if f is not None]
-        if not own:
-            return np.empty((*shape, 0)), np.empty((0, len(changes)))
-        law: Any = self.block.law
-        flow = law.flow
-        ways = np.zeros((len(own) if flow.kind == TABLE else len(flow.p), len(changes)))
-        for row, (d, f) in enumerate(own):
-            ways[row if flow.kind == TABLE else slice(None), d] = 1.0 if flow.kind == TABLE else f.p
-        slopes = np.empty((*shape, len(ways)))
-        knots, coefficients = np.stack([f.knots for _, f in own]), np.stack([f.coefficients for _, f in own])
-        self.flow_slopes(knots, coefficients, slopes)
-        return slopes, ways
+        histories, energy = [], np.zeros((2, len(changes.each)))
+        slopes = np.empty((*self.old.shape[:2], 3, max(len(group.flow[k]) for group in changes.groups)))
+        if (curves := changes.curves[k]) is not None:
+            self.flow_slopes(*curves, slopes)
+        for group, old in zip(changes.groups, dold):
+            force, spent, new = np.zeros((len(dxn), 2, LANES)), np.zeros((2, LANES)), np.empty_like(old)
+            flow = group.flow[k]
+            at_fixed(
+                self.block.cells, self.geometry, self.point, *moduli_of(self.block), self.block.mode.axisymmetric,
+                self.block.volume, in_lanes(dxn, group.first), group.X, old, group.moduli[k],
+                slopes if len(flow) else slopes[..., :0], flow, force, new, spent,
+                NOT_BEGUN if self.begun is None else self.begun,
+            )  # fmt: skip
+            own = slice(group.first, group.first + group.size)
+            r[: 2 * len(dxn), own] += force.reshape(-1, LANES)[:, : group.size]
+            energy[:, own] = spent[:, : group.size]
+            histories.append(new)
+        return histories, energy
 
     def flow_slopes(self, knots: Array, coefficients: Array, out: Array) -> None:
         """See `flow_gradients`."""
         law: Any = self.block.law
         flow_gradients(*law.flow, self.committed, self.old, self.new, self.seconds, knots, coefficients, out)
 
-    def along(self, dx: Array, dnew: Array, energy: Array) -> None:
-        """Add what motions dx (n, 2, d) of the present nodes make of histories (e, 4, h, s) and energies."""
-        b = self.block
-        along(b.cells, self.geometry, self.point, moduli_of(b)[1], b.mode.axisymmetric, b.volume, dx, dnew, energy)
+    def along(self, changes: Changes, dx: Array, histories: Sequence[Array], energy: Array) -> None:
+        """Add what motions dx (n, 2, d) of the present nodes make of histories (e, 4, h, s) by group and of energies (2, d)."""
+        b, G = self.block, moduli_of(self.block)[1]
+        for group, new in zip(changes.groups, histories):
+            spent = np.zeros((2, LANES))
+            along(
+                b.cells, self.geometry, self.point, G, b.mode.axisymmetric, b.volume, in_lanes(dx, group.first), new, spent
+            )
+            energy[:, group.first : group.first + group.size] += spent[:, : group.size]
 
     def in_volumes(self, volumes: Array, energy: Array) -> None:
         """Add what initial volumes that change by (e, 4, d) make of energies (2, d)."""

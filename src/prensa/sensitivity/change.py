@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.elements.kinds.q4_fbar import Q4Bar
+from prensa.elements.q4_directions import LANES, WAYS, in_lanes
 from prensa.fem.assembly import Block
 from prensa.fem.system import System
 from prensa.materials.laws import J2, Hencky
@@ -48,23 +49,39 @@ class Change(NamedTuple):
         return self.X is not None or bool(self.at.any())
 
 
+class Group(NamedTuple):
+    """``size`` directions, `LANES` or fewer, from the ``first`` on, which go through the kernels of elements together.
+
+    ``X`` (n, 2, LANES) of the initial places, (0, 2, LANES) where all stay; by block ``moduli`` (2, LANES), bulk and shear, and
+    ``flow`` (m, LANES): how far they go along the m ways in which a flow curve changes, none where none of them changes it.
+    """
+
+    first: int
+    size: int
+    X: Array
+    moduli: tuple[Array, ...]
+    flow: tuple[Array, ...]
+
+
 class Changes(NamedTuple):
     """Those of d parameters at once, which are the last axis of each array: ``each`` of them, those that move bodies last.
 
-    ``X`` (n, 2, d) of the initial places, (0, 2, d) where all stay, and ``moving`` (n, 2, m) of the last m alone; ``volume``
-    (e, 4, m) of the same by block; ``place`` (tools, 2, d); ``scale`` (3, k, d) by contact.
+    ``X`` (n, 2, d) of the initial places, (0, 2, d) where all stay; ``volume`` (e, 4, m) of the last m alone, which move bodies,
+    by block; ``place`` (tools, 2, d); ``scale`` (3, k, d) by contact; ``groups`` of them, in order, and by block what differs in
+    a flow curve: its ``curves``, see `flow_gradients`.
     """
 
     each: tuple[Change, ...]
     X: Array
-    moving: Array
     volume: tuple[Array, ...]
     place: Array
     scale: tuple[Array, ...]
+    groups: tuple[Group, ...]
+    curves: tuple[tuple[Array, Array] | None, ...]
 
     @classmethod
-    def of(cls, each: Sequence[Change]) -> Changes:
-        """From those of the parameters."""
+    def of(cls, each: Sequence[Change], tables: Sequence[bool]) -> Changes:
+        """From those of the parameters; ``tables``: whether the flow curve of each block is one."""
         last = [ch for ch in each if ch.X is not None]
         moving = np.stack([ch.X for ch in last if ch.X is not None], axis=-1) if last else np.zeros((0, 2, 0))
         X = np.zeros((len(moving), 2, len(each)))
@@ -72,7 +89,32 @@ class Changes(NamedTuple):
         none = [np.zeros((*v.shape, 0)) for v in each[0].volume]
         volume = tuple(np.stack(parts, axis=-1) for parts in zip(*(ch.volume for ch in last))) if last else tuple(none)
         scale = tuple(np.stack(parts, axis=-1) for parts in zip(*(ch.scale for ch in each)))
-        return cls(tuple(each), X, moving, volume, np.stack([ch.at for ch in each], axis=-1), scale)
+        curves, ways = zip(*(_curves([ch.flow[k] for ch in each], table) for k, table in enumerate(tables)))
+        groups = tuple(_group(each, first, X, ways) for first in range(0, len(each), LANES))
+        return cls(tuple(each), X, volume, np.stack([ch.at for ch in each], axis=-1), scale, groups, curves)
+
+
+def _group(each: Sequence[Change], first: int, X: Array, ways: Sequence[Array]) -> Group:
+    """The directions from one on."""
+    some = each[first : first + LANES]
+    places = in_lanes(X if any(ch.X is not None for ch in some) else X[:0], first)
+    moduli = [np.array([[ch.bulk[k] for ch in some], [ch.G[k] for ch in some]]) for k in range(len(ways))]
+    flow = [in_lanes(way if way[:, first : first + LANES].any() else way[:0], first) for way in ways]
+    return Group(first, len(some), places, tuple(in_lanes(m, 0) for m in moduli), tuple(flow))
+
+
+def _curves(flow: Sequence[FlowChange | None], table: bool) -> tuple[tuple[Array, Array] | None, Array]:
+    """What directions change of a flow curve, as `flow_gradients` wants it, and how far each goes along its ways (m, d).
+
+    m: a multiple of `WAYS`; a table has one way for each direction.
+    """
+    own = [(d, f) for d, f in enumerate(flow) if f is not None]
+    if not own:
+        return None, np.zeros((0, len(flow)))
+    ways = np.zeros((-(-len(own) // WAYS) * WAYS if table else WAYS, len(flow)))
+    for row, (d, f) in enumerate(own):
+        ways[row if table else slice(None), d] = 1.0 if table else f.p
+    return (np.stack([f.knots for _, f in own]), np.stack([f.coefficients for _, f in own])), ways
 
 
 def known(system: System) -> bool:

@@ -15,13 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.record import ContactRecord
-from prensa.elements.q4_directions import slots
+from prensa.elements.q4_directions import LANES, in_lanes, slots
 from prensa.fem.context import Context
 from prensa.fem.loads import ToolForce
 from prensa.fem.state import Stability, State
 from prensa.fem.surface import ContactInteraction
 from prensa.fem.system import System
 from prensa.friction.laws.coulomb import Coulomb
+from prensa.materials.hardening import TABLE
 from prensa.measures.measure import Gradient
 from prensa.sensitivity.bodies import elements_of, unfolding
 from prensa.sensitivity.change import Changes
@@ -79,8 +80,9 @@ def prescribed(c: Context, before: Bundle) -> Prescribed:
 
 @dataclass
 class Bundle:
-    """Derivatives of committed states along directions, the last axis of each array, which histories have of full lanes.
+    """Derivatives of committed states along directions, the last axis of each array.
 
+    ``histories`` (e, 4, h, s) by block and group of directions, s = `slots` of these; ``arrays``: all else that is carried.
     ``sizes`` (d,) of the parameters; ``changes``: what these change of the system; ``nothing``: of plans that they leave;
     ``step``: the number of the last step, μ (d, contacts) of its plan, which directions change its motions or forces.
     """
@@ -90,28 +92,55 @@ class Bundle:
     changes: Changes
     nothing: Prescribed
     arrays: Arrays
+    histories: list[list[Array]]
     step: tuple[int, Array, list[int]] | None = None
 
     @classmethod
     def of(cls, directions: Sequence[Direction]) -> Bundle:
         """What the directions carry, all of which the closed derivatives know."""
-        arrays, count = {}, len(directions)
-        for name in directions[0].carried:
-            arrays[name] = np.stack([d.carried[name] for d in directions], axis=-1)
-            if name.startswith("history_"):
-                lanes = np.zeros((*arrays[name].shape[:-1], slots(count)))
-                lanes[..., :count] = arrays[name]
-                arrays[name] = lanes
+        count, system = len(directions), directions[0].systems[0]
         sizes = np.array([d.parameter.size for d in directions])
-        changes = Changes.of([d.change for d in directions if d.change is not None])
+        curves = [getattr(b.law, "flow", None) for b in system.blocks]
+        tables = [curve is not None and curve.kind == TABLE for curve in curves]
+        changes = Changes.of([d.change for d in directions if d.change is not None], tables)
+        names = [f"history_{k}" for k in range(len(system.blocks))]
+        histories = [
+            [_filled([d.carried[name] for d in directions[g.first : g.first + g.size]]) for g in changes.groups]
+            for name in names
+        ]
+        arrays = {
+            name: np.stack([d.carried[name] for d in directions], axis=-1)
+            for name in directions[0].carried
+            if name not in names
+        }
         motion, force = np.zeros((2, *arrays["u"].shape))
         nothing = Prescribed(motion, force, np.zeros((count, len(changes.scale))))
-        return cls(tuple(directions), sizes, changes, nothing, arrays)
+        return cls(tuple(directions), sizes, changes, nothing, arrays, histories)
+
+    def mixed(self, shares: Array) -> Arrays:
+        """What a direction carries that goes along each of these by ``shares`` (d,)."""
+        out = {name: np.asarray(a @ shares) for name, a in self.arrays.items()}
+        for k, groups in enumerate(self.histories):
+            out[f"history_{k}"] = np.zeros(groups[0].shape[:-1])
+            for group, some in zip(self.changes.groups, groups):
+                own = in_lanes(shares, group.first)[: some.shape[-1]]
+                out[f"history_{k}"] += (some.reshape(-1, len(own)) @ own).reshape(some.shape[:-1])
+        return out
 
     def hand_on(self) -> None:
         """Let each direction carry its own."""
         for k, d in enumerate(self.directions):
+            group, lane = divmod(k, LANES)
             d.carried = {name: a[..., k] for name, a in self.arrays.items()}
+            d.carried |= {f"history_{b}": groups[group][..., lane] for b, groups in enumerate(self.histories)}
+
+
+def _filled(histories: Sequence[Array]) -> Array:
+    """Histories (e, 4, h) of some directions as one array (e, 4, h, s), of s `slots`."""
+    out = np.zeros((*histories[0].shape, slots(len(histories))))
+    for k, own in enumerate(histories):
+        out[..., k] = own
+    return out
 
 
 @dataclass
@@ -146,7 +175,7 @@ def differentiate(at: Solution, columns: Columns, before: Bundle, state: State) 
     if len(changes.X):
         dxn = dxn + changes.X
     r = -given.force
-    bodies = [b.at_fixed(changes.each, k, dxn, changes.moving, carried[f"history_{k}"], r) for k, b in enumerate(elements)]
+    bodies = [b.at_fixed(changes, k, dxn, before.histories[k], r) for k, b in enumerate(elements)]
     unfolding(system, c, at.u, changes.each, r)
     points = []
     for k, (s, f) in enumerate(zip(c.surfaces, at.e.contacts)):
@@ -161,25 +190,23 @@ def differentiate(at: Solution, columns: Columns, before: Bundle, state: State) 
     x, left = columns.begun(-before.sizes * r, onwards(carried, c.plan.fixed))
     x = (x + columns.solve(left)) / before.sizes + given.motion
     reaction = left / -before.sizes  # r + K x
-    for b, volumes, (dnew, energy) in zip(elements, changes.volume, bodies):
-        b.along(x[first].reshape(-1, 2, m), dnew, energy)
+    for b, volumes, (histories, energy) in zip(elements, changes.volume, bodies):
+        b.along(changes, x[first].reshape(-1, 2, m), histories, energy)
         b.in_volumes(volumes, energy[:, m - volumes.shape[-1] :])
     for p in points:
         p.follow(x)
     found = Closed(x, reaction, given.force, points)
-    after = _carried_on(at, before, found, [b[0] for b in bodies], np.sum([b[1] for b in bodies], axis=0), state)
-    return replace(before, arrays=after), found
+    after = _carried_on(at, before, found, np.sum([b[1] for b in bodies], axis=0), state)
+    return replace(before, arrays=after, histories=[b[0] for b in bodies]), found
 
 
-def _carried_on(
-    at: Solution, before: Bundle, found: Closed, histories: list[Array], stored: Array, state: State
-) -> Arrays:  # fmt: skip
-    """The derivatives of the committed state; ``stored`` (2, d): of what the bodies store, and of their plastic work."""
+def _carried_on(at: Solution, before: Bundle, found: Closed, stored: Array, state: State) -> Arrays:
+    """The derivatives of the committed state but for histories; ``stored`` (2, d): of what bodies store, of plastic work."""
     c, was = at.c, before.arrays
     x, m = found.x, len(before.sizes)
     work = found.force.copy()
     work[c.plan.fixed] += found.reaction[c.plan.fixed]
-    out: Arrays = {"u": x, LAST: was["u"], BEFORE: was[LAST]} | {f"history_{k}": h for k, h in enumerate(histories)}
+    out: Arrays = {"u": x, LAST: was["u"], BEFORE: was[LAST]}
     out |= {k: was[k].copy() for k in (*CONTACT, "lam")}
     for p in found.points:
         rows = p.surface.rows

@@ -304,7 +304,7 @@ class Differentiated(Followed):
         self.bundle, found = differentiate(at, columns, bundle, state)
         assert self.reduced is not None
         look, beside = at.c.ends_step or at.c.state.clock.number == 0, {}
-        looked = self._looked(at, known, found.x) if look else np.zeros(len(known))
+        looked = self._looked(at, bundle, found.x) if look else np.zeros(len(known))
         unmet = np.sum([p.unmet() for p in found.points], axis=0) if found.points else np.zeros(len(known))
         left = np.maximum(self.reduced.weight @ np.abs(self.reduced.restriction.part(found.reaction)), looked) + unmet
         for k, (d, rest) in enumerate(zip(known, left)):
@@ -313,17 +313,17 @@ class Differentiated(Followed):
         self.bundle.hand_on()
         return beside
 
-    def _looked(self, at: Solution, known: Sequence[Direction], x: Array) -> Array:
+    def _looked(self, at: Solution, before: Bundle, x: Array) -> Array:
         """Norms (d,) of what the residual itself does along derivatives x (ndof, d): of the closed forms it knows nothing.
 
         Along a mixture of all of them: two residuals show that none is wrong. Where one is, each is looked at.
         """
         assert self.reduced is not None
-        sizes = np.array([d.parameter.size for d in known])
+        known, sizes = before.directions, before.sizes
         shares: Array = 0.5 + 0.5 * np.fmod(0.618034 * np.arange(len(known)), 1.0)  # no two alike, so that errors do not cancel
         mixed = self._mixed(known, shares) if len(known) > 1 else None
         if mixed is not None:
-            mixed.carried = {name: sum(s * d.carried[name] for s, d in zip(shares * sizes, known)) for name in known[0].carried}
+            mixed.carried = before.mixed(shares * sizes)
             rest = self.reduced.norm(mixed.rest(at, x @ (shares * sizes)))
             if rest <= 0.5 * self._may_be_left(at, mixed):
                 return rest / sizes
