@@ -129,6 +129,8 @@ def terminate(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> Eval
         return Diverged()
     least = state.least
     least.append(min(state.norm, least[-1]) if least else state.norm)
+    if eq.numerics.line_search and len(least) > policy.vain and least[-1] == least[0]:
+        return Stagnated(state.relative)
     if len(least) > policy.patience + 2 and least[-1] > policy.stagnation * least[-1 - policy.patience]:
         return Stagnated(state.relative)
     return None
@@ -192,6 +194,8 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     and shortens its step (watchdog of Chamberlain et al. 1982); likewise while points reverse their slip. Any other step
     that raises the residual is shortened.
     """
+    # what a contact step has settled needs none: Newton's leave factors, with which substitutions finish the work
+    state.by_contact = state.by_contact and state.changed > 0 and state.relative > eq.policy.close
     e, delta, decided = _contact_direction(eq, state, by_contact or state.by_contact)
     result.iterations += 1
     if runaway := eq.runaway(delta):

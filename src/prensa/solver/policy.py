@@ -27,6 +27,8 @@ class Policy:
     """… and when points reverse their slip."""
     shrinks: float = 0.25
     """Next step over a step that raises the residual, both with its factors, below which it is accepted all the same."""
+    vain: int = 3
+    """Iterations, none of which has lowered the residual, after which an attempt is given up."""
     patience: int = 6
     """Iterations in which the least residual must fall to ``stagnation`` of its value: a smaller increment is cheaper."""
     stagnation: float = 0.5
@@ -57,7 +59,7 @@ class Policy:
     """… above this relative residual, …"""
     local_share: float = 0.8
     """… if they make this share of it, …"""
-    local_most: float = 0.15
+    local_most: float = 0.35
     """… and are, with those beside them, no more than this share of all dofs, …"""
     local_dofs: int = 400
     """… nor more than so many, …"""
