@@ -242,6 +242,27 @@ def test_what_such_factors_cannot_tell_the_matrix_tells_with_their_help(load):
     assert answered >= 1 or load > 1.0  # what pivots show is left to them
 
 
+@pytest.mark.parametrize("symmetric", [True, False])
+def test_the_softest_mode_tells_what_inverse_iteration_would(symmetric):
+    """What the factors leave of the softest mode that was looked for decides as a check of its own does, on both sides."""
+    verdicts = set()
+    for n in (20, 60, 100, 200, 300, 400):
+        for load in (0.0, 0.9, 1.1):
+            a = column(n, load)
+            f, other = (factorisation(a, symmetric=symmetric) for _ in range(2))
+            for each in (f, other):
+                each.step(a.data, np.sin(np.arange(float(n))), 1e-4)
+            x = np.random.default_rng(0).standard_normal(n)
+            for _ in range(3):
+                b = x / np.linalg.norm(x)
+                x = f.again(b)
+            assert f.may_tell
+            told = f.tells(b, x)
+            assert told == other.own and f.may_tell == told, (n, load)
+            verdicts.add(told)
+    assert verdicts == {True, False}
+
+
 def test_modes_take_no_factors_of_double_precision_where_single_ones_help(monkeypatch):
     """Factors that cannot tell the modes: the same stiffness of the softest ones, no factor of double precision."""
     kinds = []

@@ -61,19 +61,30 @@ class Finish:
         e, policy = self.evaluation, eq.policy
         if e.violation > policy.tight:
             return False
-        return not self.norm > policy.fine * e.scale or (self.norm <= _enough(eq) * e.scale and self._sums_up(eq))
+        return not self.norm > policy.fine * e.scale or (self.norm <= self.enough(eq) and self._sums_up(eq))
 
     def is_nearly_there(self, eq: Equilibrium) -> bool:
         """Whether another substitution is likely to be the last."""
-        return self.norm * max(self.rate, eq.policy.usual_rate) <= _enough(eq) * self.evaluation.scale
+        return self.norm * max(self.rate, eq.policy.usual_rate) <= self.enough(eq)
+
+    def enough(self, eq: Equilibrium) -> float:
+        """Sum of the absolute residuals below which only sums with signs matter, if tools are only moved; else what is fine.
+
+        Tools that forces or springs drive find their place by what is left, multipliers are solved for with it.
+        """
+        reduced, policy, tools, e = eq.reduced, eq.policy, eq.system.dofs.tool.slice, self.evaluation
+        given = np.count_nonzero((reduced.fixed >= tools.start) & (reduced.fixed < tools.stop))
+        if given < tools.stop - tools.start or reduced.equations or reduced.control or not eq.context.driven_by_ways:
+            return policy.fine * e.scale
+        usual = policy.moved * min(policy.fine, eq.numerics.tolerance) * e.scale
+        return max(min(usual, policy.moved_left * _pressed(e)), policy.fine * e.scale)
 
     def _sums_up(self, eq: Equilibrium) -> bool:
         """Whether sums over all nodes have their digits: what is left adds up to hardly anything beside what contacts press."""
-        e, policy, restriction = self.evaluation, eq.policy, eq.reduced.restriction
-        pressed = sum(float(np.abs(f.area * f.p).sum()) for f in e.contacts)
+        e, restriction = self.evaluation, eq.reduced.restriction
         left = restriction.whole(restriction.part(e.r), len(e.r))
         missed = np.abs(eq.system.displacement(left).sum(axis=0)).max()
-        return bool(self.norm <= policy.moved_left * pressed and missed <= policy.moved_missed * pressed)
+        return bool(missed <= eq.policy.moved_missed * _pressed(e))
 
     def within(self, eq: Equilibrium) -> bool:
         """Whether the residual is within the tolerance, or is that of round-off."""
@@ -90,16 +101,9 @@ class Finish:
         return self.norm / self.evaluation.scale
 
 
-def _enough(eq: Equilibrium) -> float:
-    """Relative residual below which only sums of it matter, where tools are only moved.
-
-    Tools that forces or springs drive find their place by what is left, multipliers are solved for with it.
-    """
-    reduced, policy, tools = eq.reduced, eq.policy, eq.system.dofs.tool.slice
-    given = np.count_nonzero((reduced.fixed >= tools.start) & (reduced.fixed < tools.stop))
-    if given < tools.stop - tools.start or reduced.equations or reduced.control or not eq.context.driven_by_ways:
-        return policy.fine
-    return policy.moved * min(policy.fine, eq.numerics.tolerance)
+def _pressed(e: Evaluation) -> float:
+    """Sum of the forces with which contacts press."""
+    return sum(float(np.abs(f.area * f.p).sum()) for f in e.contacts)
 
 
 def finish(
@@ -129,7 +133,7 @@ def _substitute(eq: Equilibrium, done: Finish, lam: Array, secant: Secant, follo
     policy, share = eq.policy, None
     if followed is not None and done.norm > 0:
         # the first is a step of Newton's: as exact as it has to be to be the last, if it can be that
-        enough = policy.finishing * policy.fine * done.evaluation.scale / done.norm
+        enough = policy.finishing * done.enough(eq) / done.norm
         share = max(enough, followed, policy.least_forcing)
     while (
         not done.fine(eq)

@@ -295,6 +295,20 @@ class Factorisation:
         return self._own and self._telling
 
     @property
+    def may_tell(self) -> bool:
+        """Whether the factors were made since `begin`, and nothing is known yet against their telling the softest modes."""
+        return self._own and (self._to_check is not None or self._telling)
+
+    def tells(self, b: Array, x: Array) -> bool:
+        """As `own`, where x (n,) is what the factors answer to the forces b (n,) of the softest mode."""
+        if self._own and self._to_check is not None:
+            scale = 1.0 if self.scale is None else self.scale
+            b, x = scale * b, x / scale
+            self._telling = length(self._to_check @ x - b) <= self.policy.telling * length(b)
+            self._to_check = None
+        return self._own and self._telling
+
+    @property
     def positive(self) -> bool:
         """Whether the last factors show that all eigenvalues of their matrix are positive; False where they cannot tell."""
         return bool(getattr(self._solve, "positive", False)) and self.own
@@ -581,7 +595,7 @@ class DenseFactors:
     """Factors of a dense matrix, with what attempts use of the interface of `Factorisation`."""
 
     made_from: Single | None = None
-    own = True
+    may_tell = True
 
     def __init__(self, policy: Policy, scale: Array | None = None) -> None:
         self.policy, self.scale = policy, scale
@@ -614,6 +628,10 @@ class DenseFactors:
     def coarse(self, values: Array) -> bool:
         """False: dense factors are of double precision."""
         return False
+
+    def tells(self, b: Array, x: Array) -> bool:
+        """True: dense factors are of double precision."""
+        return True
 
     @property
     def factored(self) -> bool:

@@ -96,8 +96,11 @@ class Factors(Protocol):
         """Whether they show that all eigenvalues are positive; False where they cannot tell."""
 
     @property
-    def own(self) -> bool:
-        """Whether they were made in this attempt, and are exact enough to tell the softest modes."""
+    def may_tell(self) -> bool:
+        """Whether they were made in this attempt, and are not known to be too far from their matrix to tell the softest modes."""
+
+    def tells(self, b: Array, x: Array) -> bool:
+        """Whether they tell the softest modes: x (f,) is what they answer to the forces b (f,) of the softest."""
 
     @property
     def made_from(self) -> Single | None:

@@ -50,7 +50,7 @@ STABLE = Modes(0, np.inf, np.zeros(0), np.zeros(0))
 
 
 def softest_modes(system: System, reduced: Reduced, policy: Policy, exactly: bool = False) -> Modes | None:
-    """The softest modes of the matrix of the last factors; None if there are no factors or nothing is free.
+    """The softest modes of the matrix of the last factors; None if there are no factors, nothing is free, or they do not tell.
 
     exactly: of the last matrix itself, to which factors that do not tell them are only a help; None where that is too little.
     """
@@ -62,10 +62,10 @@ def softest_modes(system: System, reduced: Reduced, policy: Policy, exactly: boo
     forces = np.where(bodily[:, None], np.random.default_rng(0).standard_normal((len(free), columns)), 0.0)
     for sweep in range(policy.mode_sweeps):
         basis = np.linalg.qr(forces)[0]
-        found = factors.exactly(basis, policy.modes_share) if exactly else factors.again(basis)
-        if found is None or not np.isfinite(found).all():
+        answer = factors.exactly(basis, policy.modes_share) if exactly else factors.again(basis)
+        if answer is None or not np.isfinite(answer).all():
             return None
-        forces = np.where(bodily[:, None], found, 0.0)
+        forces = np.where(bodily[:, None], answer, 0.0)
         compliance, vectors = np.linalg.eig(basis.T @ forces)
         negative = (compliance.real < 0) & (np.abs(compliance.imag) <= policy.mode_error * np.abs(compliance))
         if sweep > 0 and not negative.any():
@@ -76,6 +76,9 @@ def softest_modes(system: System, reduced: Reduced, policy: Policy, exactly: boo
         if sweep > 0 and sure.any() and (sure == negative).all():
             break
         negative = sure
+    softest = vectors[:, int(np.argmax(np.abs(compliance)))]
+    if not exactly and not factors.tells((basis @ softest).real, (answer @ softest).real):
+        return None
     stiffness = 1.0 / np.where(compliance == 0, np.inf, compliance).real
     at = int(np.argmin(np.where(negative, compliance.real, np.inf)) if negative.any() else np.argmax(compliance.real))
     mode = reduced.restriction.whole((basis @ vectors[:, at]).real, system.ndof)
@@ -306,8 +309,8 @@ def _of(eq: Equilibrium, result: NewtonResult) -> Modes | None:
     factors, of double precision, take twice the room.
     """
     factors = eq.reduced.factorisation
-    if factors.factored and factors.own:
-        return softest_modes(eq.system, eq.reduced, eq.policy)
+    if factors.factored and factors.may_tell and (modes := softest_modes(eq.system, eq.reduced, eq.policy)) is not None:
+        return modes
     if factors.factored and (modes := softest_modes(eq.system, eq.reduced, eq.policy, exactly=True)) is not None:
         return modes
     return _at(eq, result.u, result.lam, mode=False)
