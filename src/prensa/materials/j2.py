@@ -14,6 +14,7 @@ from prensa.kernels.compiled import njit
 from prensa.materials.hardening import JOHNSON_COOK, TINY, flow_stress
 
 UNHELD = np.zeros(0, dtype=np.bool_)  # the trial stress says which points flow
+MOST_STEPS = 200  # of the search for a plastic strain; few take more than five
 ON_SURFACE = 1e-11  # of the trial stress: beyond the yield surface by less is on it
 
 
@@ -55,12 +56,12 @@ def _return(todo, left, q, jac, G, kind, p, knots, coefs, begin, dt, delta, y, d
 
     Iterations go over all points, not the other way round: those of one point wait for each other, those of many overlap.
     """
-    lo, hi = np.empty(len(q)), np.empty(len(q))
+    lo, hi, smooth = np.empty(len(q)), np.empty(len(q)), kind < JOHNSON_COOK
     for k in range(left):
         i = todo[k]
         far = q[i] / (3.0 * G)
         lo[i], hi[i] = (-far, 0.0) if delta[i] <= 0.0 else (0.0, far)
-    for _ in range(200):
+    for _ in range(MOST_STEPS):
         if left == 0:
             return
         number, left = left, 0
@@ -70,7 +71,7 @@ def _return(todo, left, q, jac, G, kind, p, knots, coefs, begin, dt, delta, y, d
             s, ds, dds = flow_stress(kind, p, knots, coefs, begin[i] + x, x, dt)
             f = q[i] - 3.0 * G * x - jac[i] * s
             newton, step = _steps(f, 3.0 * G + jac[i] * ds, jac[i] * dds)
-            if _converged(x, newton, step, q[i], jac[i] * ds, jac[i] * dds, (kind < JOHNSON_COOK) & (begin[i] > TINY)):
+            if _converged(x, newton, step, q[i], jac[i] * ds, jac[i] * dds, smooth & (begin[i] > TINY)):
                 delta[i], y[i], dy[i] = x + step, s + (ds + 0.5 * dds * step) * step, ds + dds * step
                 continue
             if f > 0.0:

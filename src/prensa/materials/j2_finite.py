@@ -16,7 +16,7 @@ from prensa.kernels.compiled import njit
 from prensa.kernels.series import GROUP, SMALL_EXP, SMALL_LOG, exp_minus_one, half_log
 from prensa.kernels.tensor import det_minus_one, push_forward
 from prensa.materials.hardening import JOHNSON_COOK, LUDWIK, SWIFT, TINY, flow_stress
-from prensa.materials.j2 import ON_SURFACE, _converged, _return, _start, _steps
+from prensa.materials.j2 import MOST_STEPS, ON_SURFACE, _converged, _start, _steps
 
 # where the rows of the scratch begin: what was committed, the trial state in its principal axes, the answer (a sum for each would
 # take a third of the time in which the kernel is compiled)
@@ -25,6 +25,8 @@ _E, _E1, _E2, _Q, _JAC, _DELTA, _Y0, _Y, _SLOPE, _CURVATURE, _START = range(16 *
 _NEW, _NEW1, _NEW2, _NEW3, _KEPT, _KEPT1, _KEPT2, _KEPT3 = range(27 * GROUP, 35 * GROUP, GROUP)
 _P, _P1, _P2, _P3, _P4, _H, _H1, _H2, _H3, _H4 = range(35 * GROUP, 45 * GROUP, GROUP)
 _A, _A24, _ROWS = 45 * GROUP, 69 * GROUP, 70 * GROUP
+# of the search for plastic strains, in rows that the answer takes afterwards: whether it goes on, between what, what was found
+_OPEN, _LOW, _HIGH, _FOUND, _FOUND_Y, _FOUND_SLOPE = _KEPT, _KEPT1, _KEPT2, _KEPT3, _P, _P1
 NO_STRESS = 1e-300
 # of powers: what numbers and exponents of e have to be; ln 2 in two parts; what rounds to whole numbers when it is added, as bits
 # too; bits of ½√2; how many bits a mantissa has and what is added to exponents
@@ -57,8 +59,10 @@ def _logarithmic_strains(w, m, far):
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
-def power_curve(w, bits, first, factor, shift, n):
+def power_curve(w, bits, first, factor, shift, n, chord):
     """Flow stresses first + factor (a + shift)^n at a of `_A0` and `_DELTA` → rows `_Y`, `_SLOPE`, `_CURVATURE`.
+
+    Where a + shift < `TINY` it is first + chord (a + shift), unless ``chord`` is 0.
 
     Powers are exp(n ln x), to a few units of the last digit, without a branch or a function of a library: the logarithm after
     fdlibm (Sun Microsystems 1993, e_log.c), the exponential by its series. bits: w as integers. NaN where numbers are not normal.
@@ -91,7 +95,9 @@ def power_curve(w, bits, first, factor, shift, n):
     for i in range(GROUP):
         power, inverse = factor * (w[_NEW2 + i] * w[_NEW1 + i]), 1.0 / w[_NEW + i]
         slope = n * power * inverse
-        w[_Y + i], w[_SLOPE + i], w[_CURVATURE + i] = first + power, slope, (n - 1.0) * slope * inverse
+        below = (chord != 0.0) & (w[_NEW + i] < TINY)
+        w[_Y + i] = first + (chord * w[_NEW + i] if below else power)
+        w[_SLOPE + i], w[_CURVATURE + i] = chord if below else slope, 0.0 if below else (n - 1.0) * slope * inverse
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
@@ -118,9 +124,10 @@ def j2_finite(
     All else as in `prensa.materials.j2.j2`.
     """
     curve = (p[0], p[1], p[2], p[3], p[4])
-    w, todo = np.zeros(_ROWS), np.empty(GROUP, dtype=np.int64)
+    w, smooth = np.zeros(_ROWS), kind < JOHNSON_COOK
     bits, power = w.view(np.int64), (kind == LUDWIK) | (kind == SWIFT)
     s0, factor, shift = (p[0], p[1], 0.0) if kind == LUDWIK else (0.0, p[0], p[1])
+    chord = p[1] * TINY ** (p[2] - 1.0) if kind == LUDWIK else 0.0
     o = w.shape[0] - w.shape[0]  # 0: a function is compiled once for each constant that it is called with
     for first in range(0, old.shape[0], GROUP):
         m = min(GROUP, old.shape[0] - first)
@@ -153,65 +160,64 @@ def j2_finite(
             w[_Q + i] = 2.0 * G * math.sqrt(1.5 * (e0 * e0 + e1 * e1 + e2 * e2))
             J = math.sqrt((1.0 + w[_B + i]) * (1.0 + w[_B1 + i]) * (1.0 + w[_B2 + i]))
             w[_JAC + i] = J if cauchy else 1.0
-        # plastic strain: nearly all points need one step from their start, taken for all at once; others go on in `_return`
-        for i in range(m):
+        # plastic strain: the flow stress at the old one and a start, then steps of all points that are not done yet, which are
+        # those of `_return` in `prensa.materials.j2`
+        for i in range(GROUP):
             w[_DELTA + i] = 0.0
-        flowing = o
-        for turn in range(2):
-            alone = m  # points whose flow stress is not answered for with that of all
+        left, turn = m, o
+        while left and turn <= MOST_STEPS:
+            alone = left  # points whose flow stress is not answered for with that of all
             if power:
-                power_curve(w, bits, s0, factor, shift, p[2])
+                power_curve(w, bits, s0, factor, shift, p[2], chord)
                 alone = o
                 for i in range(GROUP):
-                    a = w[_A0 + i] + w[_DELTA + i]
-                    alone += 1 if (i < m) & ((a < TINY) | (w[_Y + i] != w[_Y + i])) else 0
+                    alone += 1 if w[_Y + i] != w[_Y + i] else 0
             if alone:
                 for i in range(m):
                     x = w[_DELTA + i]
-                    if (not power) & ((turn == 0) | (x != 0.0)) | power & ((w[_A0 + i] + x < TINY) | math.isnan(w[_Y + i])):
+                    if ((turn == 0) | (w[_OPEN + i] != 0.0)) & ((not power) | math.isnan(w[_Y + i])):
                         w[_Y + i], w[_SLOPE + i], w[_CURVATURE + i] = flow_stress(
                             kind, curve, knots, coefs, w[_A0 + i] + x, x, dt
                         )
-            if turn == 1:
-                break
-            for i in range(GROUP):
-                q, jac, y0 = w[_Q + i], w[_JAC + i], w[_Y + i]
-                f = q - jac * y0
-                w[_Y0 + i] = y0
-                start = _start(f, 3.0 * G, jac * w[_SLOPE + i], jac * w[_CURVATURE + i])
-                w[_START + i] = start
-                w[_DELTA + i] = start if f > ON_SURFACE * q else 0.0
-            if len(held):
-                for i in range(m):
-                    w[_DELTA + i] = w[_START + i] if held[first + i] else 0.0
-            for i in range(GROUP):
-                flowing += 1 if (i < m) & (w[_DELTA + i] != 0.0) else 0
-            if not flowing:
-                break
-        left, smooth = o, kind < JOHNSON_COOK
-        for i in range(GROUP):
-            x, q, jac = w[_DELTA + i], w[_Q + i], w[_JAC + i]
-            s, ds, dds = w[_Y + i], w[_SLOPE + i], w[_CURVATURE + i]
-            newton, step = _steps(q - 3.0 * G * x - jac * s, 3.0 * G + jac * ds, jac * dds)
-            done = _converged(x, newton, step, q, jac * ds, jac * dds, smooth & (w[_A0 + i] > TINY))
-            flows = x != 0.0
-            goes_on = flows & (not done) & (i < m)
-            left += 1 if goes_on else 0
-            w[_START + i] = math.nan if goes_on else x
-            step = step if flows & done else 0.0
-            w[_DELTA + i] = x + step
-            w[_Y + i], w[_SLOPE + i] = s + (ds + 0.5 * dds * step) * step, ds + dds * step
-        if left:
             left = o
-            for i in range(m):
-                if math.isnan(w[_START + i]):
-                    todo[left] = i
-                    left += 1
-            _return(
-                todo, left, w[_Q : _Q + m], w[_JAC : _JAC + m], G, kind, curve, knots, coefs,
-                w[_A0 : _A0 + m], dt, w[_DELTA : _DELTA + m], w[_Y : _Y + m],
-                w[_SLOPE : _SLOPE + m],
-            )  # fmt: skip
+            if turn == 0:
+                for i in range(GROUP):
+                    q, jac, y0 = w[_Q + i], w[_JAC + i], w[_Y + i]
+                    f = q - jac * y0
+                    w[_Y0 + i], w[_FOUND_Y + i], w[_FOUND_SLOPE + i] = y0, y0, w[_SLOPE + i]
+                    w[_START + i] = _start(f, 3.0 * G, jac * w[_SLOPE + i], jac * w[_CURVATURE + i])
+                    w[_OPEN + i] = 1.0 if (i < m) & (f > ON_SURFACE * q) else 0.0
+                if len(held):
+                    for i in range(m):
+                        w[_OPEN + i] = 1.0 if held[first + i] else 0.0
+                for i in range(GROUP):
+                    opens, far_off = w[_OPEN + i] != 0.0, w[_Q + i] / (3.0 * G)
+                    x = w[_START + i] if opens else 0.0
+                    w[_DELTA + i], w[_FOUND + i] = x, 0.0
+                    w[_LOW + i], w[_HIGH + i] = -far_off if x <= 0.0 else 0.0, 0.0 if x <= 0.0 else far_off
+                    left += 1 if opens else 0
+            else:
+                for i in range(GROUP):
+                    x, q, jac, opens = w[_DELTA + i], w[_Q + i], w[_JAC + i], w[_OPEN + i] != 0.0
+                    s, ds, dds = w[_Y + i], w[_SLOPE + i], w[_CURVATURE + i]
+                    f = q - 3.0 * G * x - jac * s
+                    newton, step = _steps(f, 3.0 * G + jac * ds, jac * dds)
+                    done = _converged(x, newton, step, q, jac * ds, jac * dds, smooth & (w[_A0 + i] > TINY))
+                    low, high = x if f > 0.0 else w[_LOW + i], w[_HIGH + i] if f > 0.0 else x
+                    ends = done | (abs(f) <= 2e-14 * q) | (high - low <= 4e-16 * max(high, -low))
+                    last, then = step if done else 0.0, x + step
+                    w[_FOUND + i] = x + last if opens & ends else w[_FOUND + i]
+                    w[_FOUND_Y + i] = s + (ds + 0.5 * dds * last) * last if opens & ends else w[_FOUND_Y + i]
+                    w[_FOUND_SLOPE + i] = ds + dds * last if opens & ends else w[_FOUND_SLOPE + i]
+                    opens = opens & (not ends)
+                    then = then if (low < then) & (then < high) else 0.5 * (low + high)
+                    w[_LOW + i], w[_HIGH + i], w[_DELTA + i] = low, high, then if opens else x
+                    w[_OPEN + i] = 1.0 if opens else 0.0
+                    left += 1 if opens else 0
+            turn += 1
+        for i in range(GROUP):
+            w[_DELTA + i] = w[_FOUND + i] if w[_OPEN + i] == 0.0 else math.nan
+            w[_Y + i], w[_SLOPE + i] = w[_FOUND_Y + i], w[_FOUND_SLOPE + i]
         for i in range(m):
             if math.isnan(w[_DELTA + i]) or math.isnan(w[_JN + i]):
                 failed[first + i] = True
@@ -331,6 +337,7 @@ def begin_finite(history, share, cauchy, kind, p, knots, coefs, out):
     w = np.zeros(_ROWS)
     bits, power = w.view(np.int64), (kind == LUDWIK) | (kind == SWIFT)
     s0, factor, shift = (p[0], p[1], 0.0) if kind == LUDWIK else (0.0, p[0], p[1])
+    chord = p[1] * TINY ** (p[2] - 1.0) if kind == LUDWIK else 0.0
     for first in range(0, history.shape[0], GROUP):
         m, flowed = min(GROUP, history.shape[0] - first), 0
         for i in range(m):
@@ -379,10 +386,10 @@ def begin_finite(history, share, cauchy, kind, p, knots, coefs, out):
         # flow stress at the end of that strain, and at its beginning
         for turn in range(2):
             if power:
-                power_curve(w, bits, s0, factor, shift, p[2])
+                power_curve(w, bits, s0, factor, shift, p[2], chord)
             for i in range(m):
                 a = w[_A0 + i] + w[_DELTA + i]
-                if (w[_START + i] != 0.0) & ((not power) | (a < TINY) | math.isnan(w[_Y + i])):
+                if (w[_START + i] != 0.0) & ((not power) | math.isnan(w[_Y + i])):
                     w[_Y + i] = flow_stress(kind, curve, knots, coefs, a, 0.0, 0.0)[0]
             if turn == 0:
                 for i in range(GROUP):
