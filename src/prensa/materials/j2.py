@@ -14,7 +14,7 @@ from prensa.kernels.compiled import njit
 from prensa.materials.hardening import JOHNSON_COOK, TINY, flow_stress
 
 UNHELD = np.zeros(0, dtype=np.bool_)  # the trial stress says which points flow
-MOST_STEPS = 200  # of the search for a plastic strain; few take more than five
+ROOT_STEPS = 200  # of the search for a plastic strain; few take more than five
 ON_SURFACE = 1e-11  # of the trial stress: beyond the yield surface by less is on it
 
 
@@ -61,7 +61,7 @@ def _return(todo, left, q, jac, G, kind, p, knots, coefs, begin, dt, delta, y, d
         i = todo[k]
         far = q[i] / (3.0 * G)
         lo[i], hi[i] = (-far, 0.0) if delta[i] <= 0.0 else (0.0, far)
-    for _ in range(MOST_STEPS):
+    for _ in range(ROOT_STEPS):
         if left == 0:
             return
         number, left = left, 0

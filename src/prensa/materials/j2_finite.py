@@ -16,7 +16,7 @@ from prensa.kernels.compiled import njit
 from prensa.kernels.series import GROUP, SMALL_EXP, SMALL_LOG, exp_minus_one, half_log
 from prensa.kernels.tensor import det_minus_one, push_forward
 from prensa.materials.hardening import JOHNSON_COOK, LUDWIK, SWIFT, TINY, flow_stress
-from prensa.materials.j2 import MOST_STEPS, ON_SURFACE, _converged, _start, _steps
+from prensa.materials.j2 import ON_SURFACE, ROOT_STEPS, _converged, _start, _steps
 
 # where the rows of the scratch begin: what was committed, the trial state in its principal axes, the answer (a sum for each would
 # take a third of the time in which the kernel is compiled)
@@ -114,6 +114,203 @@ def _row_of_tangent(w, i, k, r0, r1, r2, r3, p1, p2, p3, p4, q1, q2, q3, q4, M):
     w[_A + (20 + k) * GROUP + i] = r0 * m40 + r3 * m43
 
 
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _trial(w, m, G, cauchy):
+    """Trial strains of the first m points, their axes, q, J and J_n, NaN where f is no motion."""
+    far = 0
+    for i in range(GROUP):
+        h11, h12, h21 = w[_H + i], w[_H1 + i], w[_H2 + i]
+        h22, h33 = w[_H3 + i], w[_H4 + i]
+        o11, o22, o33, o12 = w[i], w[_O1 + i], w[_O2 + i], w[_O3 + i]
+        b11, b22, b33, b12 = push_forward(h11, h12, h21, h22, h33, o11, o22, o33, o12)
+        l1, l2, c, s = _axes(b11, b22, b12)
+        jac = det_minus_one(h11, h12, h21, h22, h33)
+        good = (jac > -1.0) & (1.0 + h33 > 0.0) & (l2 > -1.0) & (b33 > -1.0)
+        l1, l2, b33 = l1 if good else 0.0, l2 if good else 0.0, b33 if good else 0.0
+        w[_C + i], w[_C1 + i] = c, s
+        w[_B + i], w[_B1 + i], w[_B2 + i] = l1, l2, b33
+        w[_JN + i] = math.sqrt(((1.0 + o11) * (1.0 + o22) - o12 * o12) * (1.0 + o33)) if good else math.nan
+        far += 1 if (i < m) & ((l1 > SMALL_LOG) | (l2 < -SMALL_LOG) | (abs(b33) > SMALL_LOG)) else 0
+    _logarithmic_strains(w, m, far)
+    for i in range(GROUP):
+        e0, e1, e2 = w[_E + i], w[_E1 + i], w[_E2 + i]
+        third = (e0 + e1 + e2) / 3.0
+        e0, e1, e2 = e0 - third, e1 - third, e2 - third
+        w[_Q + i] = 2.0 * G * math.sqrt(1.5 * (e0 * e0 + e1 * e1 + e2 * e2))
+        J = math.sqrt((1.0 + w[_B + i]) * (1.0 + w[_B1 + i]) * (1.0 + w[_B2 + i]))
+        w[_JAC + i] = J if cauchy else 1.0
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _flow(w, bits, m, first, held, G, kind, p, knots, coefs, dt):
+    """Plastic strains of the first m points → `_DELTA` (NaN where none is found), flow stresses at both ends, slope at the last.
+
+    The flow stress at the old strain and a start, then steps of all points that are not done yet, which are those of `_return`
+    in `prensa.materials.j2`. held: as there, that of point ``first`` for the first one here.
+    """
+    power, smooth = (kind == LUDWIK) | (kind == SWIFT), kind < JOHNSON_COOK
+    s0, factor, shift = (p[0], p[1], 0.0) if kind == LUDWIK else (0.0, p[0], p[1])
+    chord = p[1] * TINY ** (p[2] - 1.0) if kind == LUDWIK else 0.0
+    o = w.shape[0] - w.shape[0]  # 0: a function is compiled once for each constant that it is called with
+    for i in range(GROUP):
+        w[_DELTA + i] = 0.0
+    left, turn = m, o
+    while left and turn <= ROOT_STEPS:
+        alone = left  # points whose flow stress is not answered for with that of all
+        if power:
+            power_curve(w, bits, s0, factor, shift, p[2], chord)
+            alone = o
+            for i in range(GROUP):
+                alone += 1 if w[_Y + i] != w[_Y + i] else 0
+        if alone:
+            for i in range(m):
+                x = w[_DELTA + i]
+                if ((turn == 0) | (w[_OPEN + i] != 0.0)) & ((not power) | math.isnan(w[_Y + i])):
+                    w[_Y + i], w[_SLOPE + i], w[_CURVATURE + i] = flow_stress(
+                        kind, p, knots, coefs, w[_A0 + i] + x, x, dt
+                    )
+        left = o
+        if turn == 0:
+            for i in range(GROUP):
+                q, jac, y0 = w[_Q + i], w[_JAC + i], w[_Y + i]
+                f = q - jac * y0
+                w[_Y0 + i], w[_FOUND_Y + i], w[_FOUND_SLOPE + i] = y0, y0, w[_SLOPE + i]
+                w[_START + i] = _start(f, 3.0 * G, jac * w[_SLOPE + i], jac * w[_CURVATURE + i])
+                w[_OPEN + i] = 1.0 if (i < m) & (f > ON_SURFACE * q) else 0.0
+            if len(held):
+                for i in range(m):
+                    w[_OPEN + i] = 1.0 if held[first + i] else 0.0
+            for i in range(GROUP):
+                opens, far_off = w[_OPEN + i] != 0.0, w[_Q + i] / (3.0 * G)
+                x = w[_START + i] if opens else 0.0
+                w[_DELTA + i], w[_FOUND + i] = x, 0.0
+                w[_LOW + i], w[_HIGH + i] = -far_off if x <= 0.0 else 0.0, 0.0 if x <= 0.0 else far_off
+                left += 1 if opens else 0
+        else:
+            for i in range(GROUP):
+                x, q, jac, opens = w[_DELTA + i], w[_Q + i], w[_JAC + i], w[_OPEN + i] != 0.0
+                s, ds, dds = w[_Y + i], w[_SLOPE + i], w[_CURVATURE + i]
+                f = q - 3.0 * G * x - jac * s
+                newton, step = _steps(f, 3.0 * G + jac * ds, jac * dds)
+                done = _converged(x, newton, step, q, jac * ds, jac * dds, smooth & (w[_A0 + i] > TINY))
+                low, high = x if f > 0.0 else w[_LOW + i], w[_HIGH + i] if f > 0.0 else x
+                ends = done | (abs(f) <= 2e-14 * q) | (high - low <= 4e-16 * max(high, -low))
+                last, then = step if done else 0.0, x + step
+                w[_FOUND + i] = x + last if opens & ends else w[_FOUND + i]
+                w[_FOUND_Y + i] = s + (ds + 0.5 * dds * last) * last if opens & ends else w[_FOUND_Y + i]
+                w[_FOUND_SLOPE + i] = ds + dds * last if opens & ends else w[_FOUND_SLOPE + i]
+                opens = opens & (not ends)
+                then = then if (low < then) & (then < high) else 0.5 * (low + high)
+                w[_LOW + i], w[_HIGH + i], w[_DELTA + i] = low, high, then if opens else x
+                w[_OPEN + i] = 1.0 if opens else 0.0
+                left += 1 if opens else 0
+        turn += 1
+    for i in range(GROUP):
+        w[_DELTA + i] = w[_FOUND + i] if w[_OPEN + i] == 0.0 else math.nan
+        w[_Y + i], w[_SLOPE + i] = w[_FOUND_Y + i], w[_FOUND_SLOPE + i]
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _answer(w, m, K, G, cauchy):
+    """Elastic tensors, plastic strain and work, P, from trial strains and plastic strains."""
+    far = 0
+    for i in range(GROUP):
+        delta, q = w[_DELTA + i], w[_Q + i]
+        e0, e1, e2 = w[_E + i], w[_E1 + i], w[_E2 + i]
+        third, less = (e0 + e1 + e2) / 3.0, 3.0 * G * delta / (q if q > NO_STRESS else NO_STRESS)
+        x0, x1, x2 = 2.0 * (e0 - less * (e0 - third)), 2.0 * (e1 - less * (e1 - third)), 2.0 * (e2 - less * (e2 - third))
+        w[_NEW + i], w[_NEW1 + i], w[_NEW2 + i] = x0, x1, x2
+        far += 1 if (i < m) & ((abs(x0) > SMALL_EXP) | (abs(x1) > SMALL_EXP) | (abs(x2) > SMALL_EXP)) else 0
+    if not far:
+        for n in range(3 * GROUP):
+            w[_NEW + n] = exp_minus_one(w[_NEW + n])
+    else:
+        for i in range(m):
+            for k in range(3):
+                w[_NEW + k * GROUP + i] = math.expm1(w[_NEW + k * GROUP + i])
+    for i in range(GROUP):
+        h11, h12, h21 = w[_H + i], w[_H1 + i], w[_H2 + i]
+        h22, h33 = w[_H3 + i], w[_H4 + i]
+        delta, q, jac, jn = w[_DELTA + i], w[_Q + i], w[_JAC + i], w[_JN + i]
+        c, s = w[_C + i], w[_C1 + i]
+        b1, b2, b3 = w[_NEW + i], w[_NEW1 + i], w[_NEW2 + i]
+        n11, n22, n12 = c * c * b1 + s * s * b2, s * s * b1 + c * c * b2, c * s * (b1 - b2)
+        w[_NEW + i], w[_NEW1 + i], w[_NEW3 + i] = n11, n22, n12
+        o11, o22, o33, o12 = w[_T + i], w[_T1 + i], w[_T2 + i], w[_T3 + i]
+        k11, k22, k33, k12 = push_forward(h11, h12, h21, h22, h33, o11, o22, o33, o12)
+        flows = delta != 0.0
+        w[_KEPT + i], w[_KEPT1 + i] = k11 if flows else n11, k22 if flows else n22
+        w[_KEPT2 + i], w[_KEPT3 + i] = k33 if flows else b3, k12 if flows else n12
+        theta = 1.0 - 3.0 * G * delta / (q if q > NO_STRESS else NO_STRESS)
+        e0, e1, e2 = w[_E + i], w[_E1 + i], w[_E2 + i]
+        tr = e0 + e1 + e2
+        shear, mean = 2.0 * G * theta, K * tr - 2.0 * G * theta * tr / 3.0
+        over = 1.0 / (jn * ((1.0 + h11) * (1.0 + h22) - h12 * h21))
+        t1, t2, t3 = shear * e0 + mean, shear * e1 + mean, shear * e2 + mean
+        # τ f⁻ᵀ / J_n of the plane, τ in the axes of space
+        t11, t22, t12 = c * c * t1 + s * s * t2, s * s * t1 + c * c * t2, c * s * (t1 - t2)
+        w[_P + i] = over * (t11 * (1.0 + h22) - t12 * h12)
+        w[_P1 + i] = over * (t12 * (1.0 + h11) - t11 * h21)
+        w[_P2 + i] = over * (t12 * (1.0 + h22) - t22 * h12)
+        w[_P3 + i] = over * (t22 * (1.0 + h11) - t12 * h21)
+        w[_P4 + i] = t3 / (jn * (1.0 + h33))
+        before = jn if cauchy else 1.0
+        w[_WORK + i] += 0.5 * (before * w[_Y0 + i] + jac * w[_Y + i]) * delta
+        w[_A0 + i] += delta
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _tangents(w, K, G, cauchy, secant):
+    """∂P/∂f → `_A`; formulas as in `prensa.materials.j2` and `prensa.kernels.tensor`."""
+    o = w.shape[0] - w.shape[0]  # as in `_flow`
+    for i in range(GROUP):
+        h11, h12, h21 = w[_H + i], w[_H1 + i], w[_H2 + i]
+        h22, h33 = w[_H3 + i], w[_H4 + i]
+        delta, q, jac, y1 = w[_DELTA + i], w[_Q + i], w[_JAC + i], w[_Y + i]
+        c, s = w[_C + i], w[_C1 + i]
+        l1, l2 = w[_B + i], w[_B1 + i]
+        e0, e1, e2 = w[_E + i], w[_E1 + i], w[_E2 + i]
+        tr, inverse = e0 + e1 + e2, 1.0 / (q if q > NO_STRESS else NO_STRESS)
+        unit = 3.0 * G * inverse
+        share, unit = delta * inverse, unit if delta != 0.0 else 0.0
+        theta = 1.0 - 3.0 * G * share
+        n0, n1, n2 = unit * (e0 - tr / 3.0), unit * (e1 - tr / 3.0), unit * (e2 - tr / 3.0)
+        t1, t2 = K * tr + 2.0 * G * theta * (e0 - tr / 3.0), K * tr + 2.0 * G * theta * (e1 - tr / 3.0)
+        t3 = K * tr + 2.0 * G * theta * (e2 - tr / 3.0)
+        # ds = θ ds_tr − 3G (dΔ/q − Δ dq/q²) s_tr,  dq = 2G n·dε,  dΔ = (dq − J σ_y tr dε)/(3G + J σ_y′)
+        soft = 1.0 / (3.0 * G + jac * w[_SLOPE + i])
+        volume = jac * y1 if cauchy else 0.0
+        part = (1.0 - secant) * 2.0 * G
+        dq0, dq1, dq2 = 2.0 * G * n0, 2.0 * G * n1, 2.0 * G * n2
+        g0, g1 = part * ((dq0 - volume) * soft - share * dq0), part * ((dq1 - volume) * soft - share * dq1)
+        g2 = part * ((dq2 - volume) * soft - share * dq2)
+        off, on = K - 2.0 * G * theta / 3.0, K + 4.0 * G * theta / 3.0
+        d00, d01, d02 = on - n0 * g0, off - n0 * g1, off - n0 * g2
+        d10, d11, d12 = off - n1 * g0, on - n1 * g1, off - n1 * g2
+        d20, d21, d22 = off - n2 * g0, off - n2 * g1, on - n2 * g2
+        b1, b2 = 1.0 + l1, 1.0 + l2
+        alike = abs(l1 - l2) <= 1e-7 * (abs(l1) + abs(l2)) + 1e-14
+        limit, apart = (d00 - d01) / (2.0 * b1), (t1 - t2) / (1.0 if alike else l1 - l2)
+        sh = limit if alike else apart
+        jn, g33 = 1.0 / w[_JN + i], 1.0 / (1.0 + h33)
+        M = (
+            jn * (d00 - t1), jn * d01, jn * d10, jn * (d11 - t2),
+            jn * sh * b2, jn * (sh * b1 - t1), jn * (sh * b2 - t2), jn * sh * b1,
+            jn * g33 * d02, jn * g33 * d12, jn * g33 * d20, jn * g33 * d21,
+        )  # fmt: skip
+        inverse = 1.0 / ((1.0 + h11) * (1.0 + h22) - h12 * h21)
+        f11, f12, f21, f22 = (1.0 + h22) * inverse, -h12 * inverse, -h21 * inverse, (1.0 + h11) * inverse
+        T11, T12, T21, T22 = f11 * c + f12 * s, -f11 * s + f12 * c, f21 * c + f22 * s, -f21 * s + f22 * c
+        # R[(iJ)][(ab)] = Q_ia T_Jb, rows and columns 11, 12, 21, 22
+        p1, p2, p3, p4 = c * T11, c * T12, c * T21, c * T22
+        q1, q2, q3, q4 = s * T11, s * T12, s * T21, s * T22
+        _row_of_tangent(w, i, o, p1, p2, -q1, -q2, p1, p2, p3, p4, q1, q2, q3, q4, M)
+        _row_of_tangent(w, i, o + 1, p3, p4, -q3, -q4, p1, p2, p3, p4, q1, q2, q3, q4, M)
+        _row_of_tangent(w, i, o + 2, q1, q2, p1, p2, p1, p2, p3, p4, q1, q2, q3, q4, M)
+        _row_of_tangent(w, i, o + 3, q3, q4, p3, p4, p1, p2, p3, p4, q1, q2, q3, q4, M)
+        w[_A24 + i] = jn * g33 * g33 * (d22 - t3)
+
+
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
 def j2_finite(
     h, old, kept, K, G, cauchy, kind, p, knots, coefs, dt, P, A, new, failed, tangent, held, secant
@@ -124,11 +321,8 @@ def j2_finite(
     All else as in `prensa.materials.j2.j2`.
     """
     curve = (p[0], p[1], p[2], p[3], p[4])
-    w, smooth = np.zeros(_ROWS), kind < JOHNSON_COOK
-    bits, power = w.view(np.int64), (kind == LUDWIK) | (kind == SWIFT)
-    s0, factor, shift = (p[0], p[1], 0.0) if kind == LUDWIK else (0.0, p[0], p[1])
-    chord = p[1] * TINY ** (p[2] - 1.0) if kind == LUDWIK else 0.0
-    o = w.shape[0] - w.shape[0]  # 0: a function is compiled once for each constant that it is called with
+    w = np.zeros(_ROWS)
+    bits = w.view(np.int64)
     for first in range(0, old.shape[0], GROUP):
         m = min(GROUP, old.shape[0] - first)
         for i in range(m):
@@ -137,184 +331,15 @@ def j2_finite(
             w[_A0 + i], w[_WORK + i] = old[first + i, 4], old[first + i, 5]
             for k in range(5):
                 w[_H + k * GROUP + i] = h[first + i, k]
-        # trial strains, axes, q, J and J_n, NaN where f is no motion
-        far = 0
-        for i in range(GROUP):
-            h11, h12, h21 = w[_H + i], w[_H1 + i], w[_H2 + i]
-            h22, h33 = w[_H3 + i], w[_H4 + i]
-            o11, o22, o33, o12 = w[i], w[_O1 + i], w[_O2 + i], w[_O3 + i]
-            b11, b22, b33, b12 = push_forward(h11, h12, h21, h22, h33, o11, o22, o33, o12)
-            l1, l2, c, s = _axes(b11, b22, b12)
-            jac = det_minus_one(h11, h12, h21, h22, h33)
-            good = (jac > -1.0) & (1.0 + h33 > 0.0) & (l2 > -1.0) & (b33 > -1.0)
-            l1, l2, b33 = l1 if good else 0.0, l2 if good else 0.0, b33 if good else 0.0
-            w[_C + i], w[_C1 + i] = c, s
-            w[_B + i], w[_B1 + i], w[_B2 + i] = l1, l2, b33
-            w[_JN + i] = math.sqrt(((1.0 + o11) * (1.0 + o22) - o12 * o12) * (1.0 + o33)) if good else math.nan
-            far += 1 if (i < m) & ((l1 > SMALL_LOG) | (l2 < -SMALL_LOG) | (abs(b33) > SMALL_LOG)) else 0
-        _logarithmic_strains(w, m, far)
-        for i in range(GROUP):
-            e0, e1, e2 = w[_E + i], w[_E1 + i], w[_E2 + i]
-            third = (e0 + e1 + e2) / 3.0
-            e0, e1, e2 = e0 - third, e1 - third, e2 - third
-            w[_Q + i] = 2.0 * G * math.sqrt(1.5 * (e0 * e0 + e1 * e1 + e2 * e2))
-            J = math.sqrt((1.0 + w[_B + i]) * (1.0 + w[_B1 + i]) * (1.0 + w[_B2 + i]))
-            w[_JAC + i] = J if cauchy else 1.0
-        # plastic strain: the flow stress at the old one and a start, then steps of all points that are not done yet, which are
-        # those of `_return` in `prensa.materials.j2`
-        for i in range(GROUP):
-            w[_DELTA + i] = 0.0
-        left, turn = m, o
-        while left and turn <= MOST_STEPS:
-            alone = left  # points whose flow stress is not answered for with that of all
-            if power:
-                power_curve(w, bits, s0, factor, shift, p[2], chord)
-                alone = o
-                for i in range(GROUP):
-                    alone += 1 if w[_Y + i] != w[_Y + i] else 0
-            if alone:
-                for i in range(m):
-                    x = w[_DELTA + i]
-                    if ((turn == 0) | (w[_OPEN + i] != 0.0)) & ((not power) | math.isnan(w[_Y + i])):
-                        w[_Y + i], w[_SLOPE + i], w[_CURVATURE + i] = flow_stress(
-                            kind, curve, knots, coefs, w[_A0 + i] + x, x, dt
-                        )
-            left = o
-            if turn == 0:
-                for i in range(GROUP):
-                    q, jac, y0 = w[_Q + i], w[_JAC + i], w[_Y + i]
-                    f = q - jac * y0
-                    w[_Y0 + i], w[_FOUND_Y + i], w[_FOUND_SLOPE + i] = y0, y0, w[_SLOPE + i]
-                    w[_START + i] = _start(f, 3.0 * G, jac * w[_SLOPE + i], jac * w[_CURVATURE + i])
-                    w[_OPEN + i] = 1.0 if (i < m) & (f > ON_SURFACE * q) else 0.0
-                if len(held):
-                    for i in range(m):
-                        w[_OPEN + i] = 1.0 if held[first + i] else 0.0
-                for i in range(GROUP):
-                    opens, far_off = w[_OPEN + i] != 0.0, w[_Q + i] / (3.0 * G)
-                    x = w[_START + i] if opens else 0.0
-                    w[_DELTA + i], w[_FOUND + i] = x, 0.0
-                    w[_LOW + i], w[_HIGH + i] = -far_off if x <= 0.0 else 0.0, 0.0 if x <= 0.0 else far_off
-                    left += 1 if opens else 0
-            else:
-                for i in range(GROUP):
-                    x, q, jac, opens = w[_DELTA + i], w[_Q + i], w[_JAC + i], w[_OPEN + i] != 0.0
-                    s, ds, dds = w[_Y + i], w[_SLOPE + i], w[_CURVATURE + i]
-                    f = q - 3.0 * G * x - jac * s
-                    newton, step = _steps(f, 3.0 * G + jac * ds, jac * dds)
-                    done = _converged(x, newton, step, q, jac * ds, jac * dds, smooth & (w[_A0 + i] > TINY))
-                    low, high = x if f > 0.0 else w[_LOW + i], w[_HIGH + i] if f > 0.0 else x
-                    ends = done | (abs(f) <= 2e-14 * q) | (high - low <= 4e-16 * max(high, -low))
-                    last, then = step if done else 0.0, x + step
-                    w[_FOUND + i] = x + last if opens & ends else w[_FOUND + i]
-                    w[_FOUND_Y + i] = s + (ds + 0.5 * dds * last) * last if opens & ends else w[_FOUND_Y + i]
-                    w[_FOUND_SLOPE + i] = ds + dds * last if opens & ends else w[_FOUND_SLOPE + i]
-                    opens = opens & (not ends)
-                    then = then if (low < then) & (then < high) else 0.5 * (low + high)
-                    w[_LOW + i], w[_HIGH + i], w[_DELTA + i] = low, high, then if opens else x
-                    w[_OPEN + i] = 1.0 if opens else 0.0
-                    left += 1 if opens else 0
-            turn += 1
-        for i in range(GROUP):
-            w[_DELTA + i] = w[_FOUND + i] if w[_OPEN + i] == 0.0 else math.nan
-            w[_Y + i], w[_SLOPE + i] = w[_FOUND_Y + i], w[_FOUND_SLOPE + i]
+        _trial(w, m, G, cauchy)
+        _flow(w, bits, m, first, held, G, kind, curve, knots, coefs, dt)
         for i in range(m):
             if math.isnan(w[_DELTA + i]) or math.isnan(w[_JN + i]):
                 failed[first + i] = True
                 w[_DELTA + i] = 0.0
-        # elastic tensors, plastic strain and work, P
-        far = 0
-        for i in range(GROUP):
-            delta, q = w[_DELTA + i], w[_Q + i]
-            e0, e1, e2 = w[_E + i], w[_E1 + i], w[_E2 + i]
-            third, less = (e0 + e1 + e2) / 3.0, 3.0 * G * delta / (q if q > NO_STRESS else NO_STRESS)
-            x0, x1, x2 = 2.0 * (e0 - less * (e0 - third)), 2.0 * (e1 - less * (e1 - third)), 2.0 * (e2 - less * (e2 - third))
-            w[_NEW + i], w[_NEW1 + i], w[_NEW2 + i] = x0, x1, x2
-            far += 1 if (i < m) & ((abs(x0) > SMALL_EXP) | (abs(x1) > SMALL_EXP) | (abs(x2) > SMALL_EXP)) else 0
-        if not far:
-            for n in range(3 * GROUP):
-                w[_NEW + n] = exp_minus_one(w[_NEW + n])
-        else:
-            for i in range(m):
-                for k in range(3):
-                    w[_NEW + k * GROUP + i] = math.expm1(w[_NEW + k * GROUP + i])
-        for i in range(GROUP):
-            h11, h12, h21 = w[_H + i], w[_H1 + i], w[_H2 + i]
-            h22, h33 = w[_H3 + i], w[_H4 + i]
-            delta, q, jac, jn = w[_DELTA + i], w[_Q + i], w[_JAC + i], w[_JN + i]
-            c, s = w[_C + i], w[_C1 + i]
-            b1, b2, b3 = w[_NEW + i], w[_NEW1 + i], w[_NEW2 + i]
-            n11, n22, n12 = c * c * b1 + s * s * b2, s * s * b1 + c * c * b2, c * s * (b1 - b2)
-            w[_NEW + i], w[_NEW1 + i], w[_NEW3 + i] = n11, n22, n12
-            o11, o22, o33, o12 = w[_T + i], w[_T1 + i], w[_T2 + i], w[_T3 + i]
-            k11, k22, k33, k12 = push_forward(h11, h12, h21, h22, h33, o11, o22, o33, o12)
-            flows = delta != 0.0
-            w[_KEPT + i], w[_KEPT1 + i] = k11 if flows else n11, k22 if flows else n22
-            w[_KEPT2 + i], w[_KEPT3 + i] = k33 if flows else b3, k12 if flows else n12
-            theta = 1.0 - 3.0 * G * delta / (q if q > NO_STRESS else NO_STRESS)
-            e0, e1, e2 = w[_E + i], w[_E1 + i], w[_E2 + i]
-            tr = e0 + e1 + e2
-            shear, mean = 2.0 * G * theta, K * tr - 2.0 * G * theta * tr / 3.0
-            over = 1.0 / (jn * ((1.0 + h11) * (1.0 + h22) - h12 * h21))
-            t1, t2, t3 = shear * e0 + mean, shear * e1 + mean, shear * e2 + mean
-            # τ f⁻ᵀ / J_n of the plane, τ in the axes of space
-            t11, t22, t12 = c * c * t1 + s * s * t2, s * s * t1 + c * c * t2, c * s * (t1 - t2)
-            w[_P + i] = over * (t11 * (1.0 + h22) - t12 * h12)
-            w[_P1 + i] = over * (t12 * (1.0 + h11) - t11 * h21)
-            w[_P2 + i] = over * (t12 * (1.0 + h22) - t22 * h12)
-            w[_P3 + i] = over * (t22 * (1.0 + h11) - t12 * h21)
-            w[_P4 + i] = t3 / (jn * (1.0 + h33))
-            before = jn if cauchy else 1.0
-            w[_WORK + i] += 0.5 * (before * w[_Y0 + i] + jac * w[_Y + i]) * delta
-            w[_A0 + i] += delta
+        _answer(w, m, K, G, cauchy)
         if tangent:
-            # ∂P/∂f; formulas as in `prensa.materials.j2` and `prensa.kernels.tensor`
-            for i in range(GROUP):
-                h11, h12, h21 = w[_H + i], w[_H1 + i], w[_H2 + i]
-                h22, h33 = w[_H3 + i], w[_H4 + i]
-                delta, q, jac, y1 = w[_DELTA + i], w[_Q + i], w[_JAC + i], w[_Y + i]
-                c, s = w[_C + i], w[_C1 + i]
-                l1, l2 = w[_B + i], w[_B1 + i]
-                e0, e1, e2 = w[_E + i], w[_E1 + i], w[_E2 + i]
-                tr, inverse = e0 + e1 + e2, 1.0 / (q if q > NO_STRESS else NO_STRESS)
-                unit = 3.0 * G * inverse
-                share, unit = delta * inverse, unit if delta != 0.0 else 0.0
-                theta = 1.0 - 3.0 * G * share
-                n0, n1, n2 = unit * (e0 - tr / 3.0), unit * (e1 - tr / 3.0), unit * (e2 - tr / 3.0)
-                t1, t2 = K * tr + 2.0 * G * theta * (e0 - tr / 3.0), K * tr + 2.0 * G * theta * (e1 - tr / 3.0)
-                t3 = K * tr + 2.0 * G * theta * (e2 - tr / 3.0)
-                # ds = θ ds_tr − 3G (dΔ/q − Δ dq/q²) s_tr,  dq = 2G n·dε,  dΔ = (dq − J σ_y tr dε)/(3G + J σ_y′)
-                soft = 1.0 / (3.0 * G + jac * w[_SLOPE + i])
-                volume = jac * y1 if cauchy else 0.0
-                part = (1.0 - secant) * 2.0 * G
-                dq0, dq1, dq2 = 2.0 * G * n0, 2.0 * G * n1, 2.0 * G * n2
-                g0, g1 = part * ((dq0 - volume) * soft - share * dq0), part * ((dq1 - volume) * soft - share * dq1)
-                g2 = part * ((dq2 - volume) * soft - share * dq2)
-                off, on = K - 2.0 * G * theta / 3.0, K + 4.0 * G * theta / 3.0
-                d00, d01, d02 = on - n0 * g0, off - n0 * g1, off - n0 * g2
-                d10, d11, d12 = off - n1 * g0, on - n1 * g1, off - n1 * g2
-                d20, d21, d22 = off - n2 * g0, off - n2 * g1, on - n2 * g2
-                b1, b2 = 1.0 + l1, 1.0 + l2
-                alike = abs(l1 - l2) <= 1e-7 * (abs(l1) + abs(l2)) + 1e-14
-                limit, apart = (d00 - d01) / (2.0 * b1), (t1 - t2) / (1.0 if alike else l1 - l2)
-                sh = limit if alike else apart
-                jn, g33 = 1.0 / w[_JN + i], 1.0 / (1.0 + h33)
-                M = (
-                    jn * (d00 - t1), jn * d01, jn * d10, jn * (d11 - t2),
-                    jn * sh * b2, jn * (sh * b1 - t1), jn * (sh * b2 - t2), jn * sh * b1,
-                    jn * g33 * d02, jn * g33 * d12, jn * g33 * d20, jn * g33 * d21,
-                )  # fmt: skip
-                inverse = 1.0 / ((1.0 + h11) * (1.0 + h22) - h12 * h21)
-                f11, f12, f21, f22 = (1.0 + h22) * inverse, -h12 * inverse, -h21 * inverse, (1.0 + h11) * inverse
-                T11, T12, T21, T22 = f11 * c + f12 * s, -f11 * s + f12 * c, f21 * c + f22 * s, -f21 * s + f22 * c
-                # R[(iJ)][(ab)] = Q_ia T_Jb, rows and columns 11, 12, 21, 22
-                p1, p2, p3, p4 = c * T11, c * T12, c * T21, c * T22
-                q1, q2, q3, q4 = s * T11, s * T12, s * T21, s * T22
-                _row_of_tangent(w, i, o, p1, p2, -q1, -q2, p1, p2, p3, p4, q1, q2, q3, q4, M)
-                _row_of_tangent(w, i, o + 1, p3, p4, -q3, -q4, p1, p2, p3, p4, q1, q2, q3, q4, M)
-                _row_of_tangent(w, i, o + 2, q1, q2, p1, p2, p1, p2, p3, p4, q1, q2, q3, q4, M)
-                _row_of_tangent(w, i, o + 3, q3, q4, p3, p4, p1, p2, p3, p4, q1, q2, q3, q4, M)
-                w[_A24 + i] = jn * g33 * g33 * (d22 - t3)
+            _tangents(w, K, G, cauchy, secant)
         for i in range(m):
             for k in range(4):
                 new[first + i, k], new[first + i, 6 + k] = w[_NEW + k * GROUP + i], w[_KEPT + k * GROUP + i]
