@@ -35,7 +35,7 @@ def test_a_law_of_two_branches_is_each_of_them_in_its_limit(pure, capped):
 
 def test_between_the_limits_the_force_is_below_both():
     """Where one branch governs here and the other there, friction is less than either law's everywhere."""
-    both, coulomb, shear = (force(law) for law in (pr.Capped(0.3, m=0.4), pr.Coulomb(0.3), pr.Shear(0.4)))
+    both, coulomb, shear = (force(law) for law in (pr.Capped(0.1, m=0.2), pr.Coulomb(0.1), pr.Shear(0.2)))
     assert force(None) < both < min(coulomb, shear)
 
 

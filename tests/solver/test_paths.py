@@ -57,9 +57,9 @@ def last(p, numerics=None, policy=None):
 def test_stages_solve_what_newton_alone_does_not(beta):
     """A plate that Newton fails on at a large beta, uncut, is solved by stages, and the stiff limit is what comes out.
 
-    Without contact steps, which no candidate is allowed for: they solve it too.
+    Without contact steps, which no candidate is allowed for, and with no point decided on within a step: they solve it too.
     """
-    uncut, alone = pr.Numerics(max_cutbacks=0), Policy(most_candidates=0, few=0)
+    uncut, alone = pr.Numerics(max_cutbacks=0), Policy(most_candidates=0, few=0, edge=0)
     with pytest.raises(SolveError, match=r"stagnates|no convergence"):
         last(plate(pr.Penalty(beta, continuation=1.0)), uncut, alone)
     inc = last(plate(pr.Penalty(beta)), uncut, alone)

@@ -235,8 +235,8 @@ class CondensedMatrix:
         return np.asarray(self.G.T @ r[self.base.touched])
 
     def whole(self, x: Array, n: int) -> Array:
-        """Change of all dofs (n,) from that of the free ones; displacements away from contact are left out."""
-        out, a = np.zeros(n), len(self.A)
+        """Change of all dofs (n,) or (n, k) from that of the free ones; displacements away from contact are left out."""
+        out, a = np.zeros((n, *x.shape[1:])), len(self.A)
         near = self.C @ (self.S @ x[:a])
         near[self.A] = x[:a]
         out[self.base.nodal] = self.base.by_near @ near

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from prensa.fem.system import Evaluation
 from prensa.solver.contact_step import affordable, contact_step, decides_friction
+from prensa.solver.edge_step import with_edges
 from prensa.solver.elimination import eliminated
 from prensa.solver.equilibrium import Equilibrium, NewtonResult, Signature, reversed_slip, signature
 from prensa.solver.failure import Diverged, Failure, NotConverged, Stagnated, Unevaluable
@@ -129,7 +130,8 @@ def terminate(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> Eval
         return Diverged()
     least = state.least
     least.append(min(state.norm, least[-1]) if least else state.norm)
-    if eq.numerics.line_search and len(least) > policy.vain and least[-1] == least[0]:
+    helped = eq.numerics.line_search and eq.numerics.iteration != "paper"
+    if helped and len(least) > policy.vain and least[-1] == least[0]:
         return Stagnated(state.relative)
     if len(least) > policy.patience + 2 and least[-1] > policy.stagnation * least[-1 - policy.patience]:
         return Stagnated(state.relative)
@@ -253,7 +255,8 @@ def _direction(eq: Equilibrium, state: NewtonState) -> tuple[Evaluation, Array]:
     changed = state.changed if alike and eq.numerics.reuse_factors else None
     with eq.report.timed("factorisation and solve"):
         matrix, e = eq.reduced.matrix(e, -e.r, spent=True), e._replace(data=None, history=())
-        return e, eq.reduced.step(matrix, -e.r, max(state.relative, state.promised), changed)
+        delta = eq.reduced.step(matrix, -e.r, max(state.relative, state.promised), changed)
+        return e, with_edges(eq, e, state.lam, delta) if state.relative <= eq.policy.edge_from else delta
 
 
 def _contact_direction(eq: Equilibrium, state: NewtonState, by_contact: bool) -> tuple[Evaluation, Array, bool]:

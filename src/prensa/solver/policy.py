@@ -142,6 +142,12 @@ class Policy:
     """… each so much of the way to where a pressure or a gap would vanish …"""
     complementary: float = 1e-32
     """… until the mean product of scaled pressures and gaps is this: pressures of a loose end are 1e-13 of the largest."""
+    edge_from: float = 0.02
+    """Relative residual from which on Newton's steps decide on points that they open and close at the edges of contacts, …"""
+    edge: int = 48
+    """… on so many at most …"""
+    edge_rounds: int = 4
+    """… in so many rounds: what is decided may change those beside."""
     polishing: int = 6
     """Times at most that the equations of the pairs found are solved."""
     few: int = 60

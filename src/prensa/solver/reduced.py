@@ -312,11 +312,13 @@ class Reduced:
 
     def responses(self, loads: csr_matrix, of: csr_matrix) -> Array:
         """Σ of_i x (n, k) of the solutions x for k loads, rows (k, ndof), with the last factors; of (n, ndof)."""
-        rows, width = self.restriction.part(of.toarray().T).T, self.policy.columns
+        ndof = loads.shape[1]
+        width = max(1, min(self.policy.columns, self.policy.room // ndof))
         out = np.empty((of.shape[0], loads.shape[0]))
         for first in range(0, loads.shape[0], width):
             block = slice(first, first + width)
-            out[:, block] = rows @ self.factorisation.again(self.restriction.part(loads[block].toarray().T))
+            x = self.factorisation.again(self.restriction.part(loads[block].T.toarray()))
+            out[:, block] = of @ self.restriction.whole(x, ndof)
         return out
 
     def again(self, b: Array) -> Array:
