@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, vstack
 
+from prensa.fem.loads import Release
 from prensa.fem.system import Evaluation
 from prensa.solver.complementarity import complementary
 from prensa.solver.equilibrium import Equilibrium
@@ -56,9 +57,14 @@ def with_edges(eq: Equilibrium, e: Evaluation, lam: Array, step: Array) -> Array
 
 
 def applies(eq: Equilibrium, e: Evaluation) -> bool:
-    """Whether points have springs in the matrix whose factors are at hand, and the iteration may be helped."""
+    """Whether points have springs in the matrix whose factors are at hand, and the iteration may be helped.
+
+    Tools that are pushed or hang on springs, and bodies under loads, may have other equilibria nearby: they are led to none.
+    """
+    loads = eq.context.interactions[len(eq.context.surfaces) :]
+    led = eq.tools_are_moved and all(isinstance(load, Release) for load in loads)
     helped = eq.numerics.line_search and eq.numerics.iteration != "paper"
-    return helped and bool(e.contacts) and not eq.reduced.equations and eq.reduced.factorisation.factored
+    return led and helped and bool(e.contacts) and not eq.reduced.equations and eq.reduced.factorisation.factored
 
 
 def _trial(eq: Equilibrium, e: Evaluation, lam: Array, step: Array) -> Array:

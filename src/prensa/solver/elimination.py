@@ -80,7 +80,8 @@ def _matrix(eq: Equilibrium, e: Evaluation) -> csc_matrix:
 
 def _most(eq: Equilibrium) -> float:
     """How many degrees of freedom are few."""
-    return min(eq.policy.local_most * len(eq.reduced.free), eq.policy.local_dofs)
+    policy, n = eq.policy, len(eq.reduced.free)
+    return min((policy.local_most if n >= policy.local_small else policy.local_little) * n, policy.local_dofs)
 
 
 def _worst(eq: Equilibrium, e: Evaluation) -> Index:

@@ -102,6 +102,13 @@ class Equilibrium:
         with self.report.timed(section):
             return self.reduced.assembly.evaluate(self.context, u, lam, stiffness, **overrides)
 
+    @property
+    def tools_are_moved(self) -> bool:
+        """Whether all motions of all tools are prescribed: none is pushed, free or hung on a spring."""
+        tools, fixed = self.system.dofs.tool.slice, self.reduced.fixed
+        given = np.count_nonzero((fixed >= tools.start) & (fixed < tools.stop))
+        return bool(given == tools.stop - tools.start) and self.reduced.control is None
+
     def norm(self, e: Evaluation) -> float:
         """Sum of the absolute free residuals; infinite where the residual could not be evaluated."""
         return np.inf if e.failed else self.reduced.norm(e.r)

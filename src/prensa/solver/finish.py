@@ -72,9 +72,8 @@ class Finish:
 
         Tools that forces or springs drive find their place by what is left, multipliers are solved for with it.
         """
-        reduced, policy, tools, e = eq.reduced, eq.policy, eq.system.dofs.tool.slice, self.evaluation
-        given = np.count_nonzero((reduced.fixed >= tools.start) & (reduced.fixed < tools.stop))
-        if given < tools.stop - tools.start or reduced.equations or reduced.control or not eq.context.driven_by_ways:
+        policy, e = eq.policy, self.evaluation
+        if eq.reduced.equations or not (eq.tools_are_moved and eq.context.driven_by_ways):
             return policy.fine * e.scale
         usual = policy.moved * min(policy.fine, eq.numerics.tolerance) * e.scale
         return max(min(usual, policy.moved_left * _pressed(e)), policy.fine * e.scale)

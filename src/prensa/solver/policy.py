@@ -61,6 +61,10 @@ class Policy:
     """… if they make this share of it, …"""
     local_most: float = 0.35
     """… and are, with those beside them, no more than this share of all dofs, …"""
+    local_small: int = 300
+    """… or, where all are fewer than so many and cost little, …"""
+    local_little: float = 0.15
+    """… than this one, …"""
     local_dofs: int = 400
     """… nor more than so many, …"""
     local_steps: int = 6
