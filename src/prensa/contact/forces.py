@@ -152,24 +152,21 @@ def forces(
         slope = np.where(foundation[:, 0] > 0, foundation[:, 0], slope)
         touching = slope > 0
     dp[:, 0], dp[:, n:] = slope, (-slope * scale.k_n)[:, None] * pairs.dg
-    stretched, bound = None, None
-    if law is None:
-        t, kappa, slip = np.zeros((k, m)), committed.slip.copy(), np.zeros(k, dtype=bool)
-        dt = np.zeros((k, m, dp.shape[1]))
-    else:
+    t, kappa, slip = np.zeros((k, m)), committed.slip.copy(), np.zeros(k, dtype=bool)
+    stretched, bound, dt = None, None, np.zeros((k, m, dp.shape[1]))
+    if law is not None:
         ds = pairs.s - committed.coordinate
-        pressure = np.maximum(p, 0.0) if like is None else p
-        share = None if area is None else weight / area
-        if share is not None:
-            pressure = pressure * share
+        share = np.ones(k) if area is None else weight / area
+        pressure = (np.maximum(p, 0.0) if like is None else p) * share
         out = return_map(law, at, lam[:, 1:], ds, pressure, touching, committed.slip, scale.k_t, hold, like and like.slip)
         by_p = out.dt_dp
         bound = out.bound
-        if share is not None:
+        if area is not None:
             by_p, bound = by_p * share[:, None], bound * np.stack([np.ones(k), share], axis=1)
             stretched = out.t - out.dt_dp * pressure[:, None]
         t, kappa, slip = out.t, out.kappa, out.slip
-        dt = np.zeros((k, m, dp.shape[1])) if lagged else by_p[:, :, None] * dp[:, None]
+        if not lagged:
+            dt = by_p[:, :, None] * dp[:, None]
         dt[:, :, 1:n] -= out.dt_dg / scale.k_t[:, None, None]  # the trial traction is λ_T − k_T Δg_T
         dt[:, :, n:] += _chained(out.dt_dg, pairs.ds)
         _rest(dt, foundation, scale, pairs)
