@@ -147,11 +147,11 @@ def forces(
     p, touching, rests = _normal(pairs.g, scale, lam[:, 0], committed.closed, before is not None, round_off, landed, like)
     n = 1 + m
     dp = np.zeros((k, n + pairs.dg.shape[1]))
-    slope = touching.astype(np.float64)
+    slope = touching.astype(np.float64)  # 0 where nothing touches
     if foundation is not None:
         slope = np.where(foundation[:, 0] > 0, foundation[:, 0], slope)
         touching = slope > 0
-    dp[:, 0], dp[:, n:] = slope, np.where(touching, -slope * scale.k_n, 0.0)[:, None] * pairs.dg
+    dp[:, 0], dp[:, n:] = slope, (-slope * scale.k_n)[:, None] * pairs.dg
     t, kappa, slip = np.zeros((k, m)), committed.slip.copy(), np.zeros(k, dtype=bool)
     stretched, bound, dt = None, None, np.zeros((k, m, dp.shape[1]))
     if law is not None:
@@ -166,7 +166,7 @@ def forces(
             stretched = out.t - out.dt_dp * pressure[:, None]
         t, kappa, slip = out.t, out.kappa, out.slip
         if not lagged:
-            dt += by_p[:, :, None] * dp[:, None]
+            dt = by_p[:, :, None] * dp[:, None]
         dt[:, :, 1:n] -= out.dt_dg / scale.k_t[:, None, None]  # the trial traction is λ_T − k_T Δg_T
         dt[:, :, n:] += _chained(out.dt_dg, pairs.ds)
         _rest(dt, foundation, scale, pairs)
@@ -193,14 +193,18 @@ def _normal(
     rests = trial >= -(scale.k_n * round_off + EPS * np.abs(lam))
     if like is not None:
         return np.where(like.closed, trial, 0.0), like.closed, rests
-    just = trial >= -TOUCH * scale.k_n * scale.h
     if guess:
         closed = closed & np.isfinite(trial)  # a point that the tool has left behind has no gap
-        return np.where(closed, trial, np.maximum(trial, 0.0)), just | closed, rests
+        return np.where(closed, trial, np.maximum(trial, 0.0)), _just(trial, scale) | closed, rests
     touching = np.where(closed, rests, trial >= 0.0)
     if landed is not None:
-        touching = touching | (landed & just)
+        touching = touching | (landed & _just(trial, scale))
     return np.maximum(trial, 0.0), touching, rests
+
+
+def _just(trial: Array, scale: Scale) -> NDArray[np.bool_]:
+    """Which points (k,) are within `TOUCH` of the tool, by λ − k_n g."""
+    return np.asarray(trial >= -TOUCH * scale.k_n * scale.h)
 
 
 def _rest(dt: Array, foundation: Array | None, scale: Scale, pairs: Pairs) -> None:

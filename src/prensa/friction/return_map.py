@@ -50,7 +50,7 @@ def return_map(
     solver takes as a failed evaluation.
     """
     trial = np.where(touching[:, None], lam - k_t[:, None] * dg, 0.0)
-    size = np.sqrt((trial**2).sum(axis=1))
+    size = np.abs(trial[:, 0]) if trial.shape[1] == 1 else np.sqrt((trial**2).sum(axis=1))
     tau, dtau_p, dtau_k = bounded(law, p, kappa, at)
     slip = touching & (size > (1.0 + ON_BOUND) * tau)
     if hold is not None:
@@ -67,7 +67,9 @@ def return_map(
     k, d = dg.shape
     t, dt_dp, dt_dg = np.zeros((k, d)), np.zeros((k, d)), np.zeros((k, d, d))
     _tractions(trial, size, tau, dtau_p, D, k_t, touching, slip, t, dt_dp, dt_dg)
-    return Tangential(t, dt_dg, dt_dp, kappa + delta, slip, np.stack([tau, dtau_p], axis=1))
+    bound = np.empty((k, 2))
+    bound[:, 0], bound[:, 1] = tau, dtau_p
+    return Tangential(t, dt_dg, dt_dp, kappa + delta, slip, bound)
 
 
 @njit(cache=True, error_model="numpy")

@@ -216,7 +216,8 @@ def st_venant_kirchhoff(eps, lam, mu, tau, dtau, eps_e):
 
 def quadratic_energy(eps: np.ndarray, lam: float, mu: float) -> np.ndarray:
     """ψ = λ/2 (tr ε)² + μ ε:ε per initial volume; eps (..., 3) principal elastic strains → (...)."""
-    return np.asarray(0.5 * lam * (eps @ np.ones(3)) ** 2 + mu * np.einsum("...k,...k", eps, eps))
+    a, b, c = eps[..., 0], eps[..., 1], eps[..., 2]
+    return np.asarray(0.5 * lam * (a + b + c) ** 2 + mu * (a * a + b * b + c * c))
 
 
 def neo_hooke_energy(eps: np.ndarray, lam: float, mu: float) -> np.ndarray:

@@ -10,12 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csc_matrix
 
-from prensa.fem.system import Evaluation
+from prensa.fem.assembly import Pattern
+from prensa.fem.system import Evaluation, System
 from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.reduced import Selected, Whole
 
@@ -35,19 +36,17 @@ def eliminated(eq: Equilibrium, u: Array, lam: Array, e: Evaluation) -> tuple[Ar
     worst = _worst(eq, e)
     if len(worst) > _most(eq):
         return None
-    if e.data is None:
-        e = eq.evaluate(u, lam)
-    matrix = _matrix(eq, e)
-    own = _with_those_beside(eq, matrix, worst)
+    own = _with_those_beside(eq.system, eq.reduced.free, worst)
     if not 0 < len(own) <= _most(eq):
         return None
-    first = least = _left(eq, e, own)
-    evaluate, begun = _evaluating(eq, own), u
+    first = least = _left(e, own)
+    evaluate, coupled, begun = _evaluating(eq, own), Coupled.of(eq.system.pattern, own), u
     for _ in range(policy.local_steps):
-        moved = _nearer(eq, evaluate, u, lam, e, matrix, own, least)
+        e = evaluate(u, lam) if e.data is None else e
+        moved = _nearer(eq, evaluate, u, lam, e, coupled, least)
         if moved is None:
             break
-        (u, e, least), matrix = moved, None
+        u, e, least = moved
         if least < policy.local_enough * first:
             break
     if u is begun:
@@ -70,12 +69,38 @@ def applies(eq: Equilibrium) -> bool:
     return plain and flows and not any(b.element.extra(b.mode) for b in system.blocks)
 
 
-def _matrix(eq: Equilibrium, e: Evaluation) -> csc_matrix:
-    """K_ff of an evaluation."""
-    assert e.data is not None and isinstance(eq.reduced.restriction, Selected)
-    restriction = eq.reduced.restriction
-    n = len(restriction.free)
-    return csc_matrix((restriction.values(e.data), restriction.indices, restriction.indptr), (n, n))
+class Coupled(NamedTuple):
+    """Where the stiffness of m degrees of freedom ``own`` is in the values of the whole matrix, which need not be looked through.
+
+    ``at`` (k,) places in these, ``row`` and ``column`` (k,) those of the entries among the m.
+    """
+
+    own: Index
+    at: Index
+    row: Index
+    column: Index
+
+    @classmethod
+    def of(cls, pattern: Pattern, own: Index) -> Coupled:
+        """Of degrees of freedom (m,) in ascending order."""
+        at, column = _columns(pattern, own)
+        rows = pattern.indices[at]
+        row = np.minimum(np.searchsorted(own, rows), len(own) - 1)
+        inside = own[row] == rows
+        return cls(own, at[inside], row[inside], column[inside])
+
+    def block(self, data: Array) -> Array:
+        """The stiffness (m, m) of an evaluation with matrix values ``data`` (nnz,)."""
+        out = np.zeros((len(self.own), len(self.own)))
+        out[self.row, self.column] = data[self.at]
+        return out
+
+
+def _columns(pattern: Pattern, of: Index) -> tuple[Index, Index]:
+    """Places of the entries in columns ``of`` (m,) of the matrix, and the number of the column of each."""
+    first, many = pattern.indptr[of].astype(np.int64), np.diff(pattern.indptr)[of]
+    column = np.repeat(np.arange(len(of)), many)
+    return np.arange(len(column)) + (first - np.cumsum(many) + many)[column], column
 
 
 def _most(eq: Equilibrium) -> float:
@@ -85,32 +110,34 @@ def _most(eq: Equilibrium) -> float:
 
 
 def _worst(eq: Equilibrium, e: Evaluation) -> Index:
-    """Places among the free dofs of those that make most of the residual."""
+    """The free degrees of freedom that make most of the residual."""
     r = np.abs(eq.reduced.weight * eq.reduced.restriction.part(e.r))
     order = np.argsort(-r)
-    return order[: int(np.searchsorted(np.cumsum(r[order]), eq.policy.local_share * r.sum())) + 1]
+    return eq.reduced.free[order[: int(np.searchsorted(np.cumsum(r[order]), eq.policy.local_share * r.sum())) + 1]]
 
 
-def _with_those_beside(eq: Equilibrium, matrix: csc_matrix, worst: Index) -> Index:
-    """Places among the free dofs of some and of all displacements that are coupled with them."""
-    free, nodal = eq.reduced.free, eq.system.dofs.displacement.slice
-    beside = np.unique(matrix[:, worst].indices)
-    return np.asarray(beside[(free[beside] >= nodal.start) & (free[beside] < nodal.stop)])
+def _with_those_beside(system: System, free: Index, worst: Index) -> Index:
+    """The ``free`` ones of some degrees of freedom and of all displacements that are coupled with them, in ascending order."""
+    nodal = system.dofs.displacement.slice
+    own = np.zeros(system.ndof, dtype=bool)
+    own[system.pattern.indices[_columns(system.pattern, worst)[0]]] = True
+    own[: nodal.start] = own[nodal.stop :] = False
+    return free[own[free]]
 
 
-def _left(eq: Equilibrium, e: Evaluation, own: Index) -> float:
-    """Sum of the residuals of some free dofs; infinite where it could not be evaluated."""
-    return np.inf if e.failed else float(np.abs(eq.reduced.restriction.part(e.r)[own]).sum())
+def _left(e: Evaluation, own: Index) -> float:
+    """Sum of the residuals of some degrees of freedom; infinite where it could not be evaluated."""
+    return np.inf if e.failed else float(np.abs(e.r[own]).sum())
 
 
 def _evaluating(eq: Equilibrium, own: Index) -> Evaluate:
-    """What evaluates dofs (ndof,) and multipliers so that residuals and matrix of some free dofs are right.
+    """What evaluates dofs (ndof,) and multipliers so that residuals and matrix of the degrees of freedom ``own`` are right.
 
     By the elements alone that have them: all others would take nearly all of the time.
     """
     system, c = eq.system, eq.context
     near = np.zeros(system.nodes, dtype=bool)
-    near[system.dofs.displacement.split(eq.reduced.free[own])[0]] = True
+    near[system.dofs.displacement.split(own)[0]] = True
     kept = [np.flatnonzero(near[b.cells].any(axis=1)) for b in system.blocks]
     rows = [(b, h, k) for b, h, k in zip(system.blocks, c.history, kept) if len(k)]
     blocks = [replace(b, cells=b.cells[k], X=b.X[k], slots=b.slots[k], volume=b.volume[k]) for b, _, k in rows]
@@ -126,20 +153,18 @@ def _evaluating(eq: Equilibrium, own: Index) -> Evaluate:
 
 
 def _nearer(
-    eq: Equilibrium, evaluate: Evaluate, u: Array, lam: Array, e: Evaluation, matrix: csc_matrix | None, own: Index, least: float
+    eq: Equilibrium, evaluate: Evaluate, u: Array, lam: Array, e: Evaluation, coupled: Coupled, least: float
 ) -> tuple[Array, Evaluation, float] | None:  # fmt: skip
     """Dofs, evaluation and residual after a step of some dofs alone that lowers their residual below ``least``."""
-    matrix = _matrix(eq, e) if matrix is None else matrix
+    assert e.data is not None
+    own, delta = coupled.own, np.zeros(len(u))
     try:
-        step = np.linalg.solve(matrix[:, own][own].toarray(), -eq.reduced.restriction.part(e.r)[own])
+        delta[own] = np.linalg.solve(coupled.block(e.data), -e.r[own])
     except np.linalg.LinAlgError:
         return None
-    x = np.zeros(len(eq.reduced.free))
-    x[own] = step
-    delta = eq.reduced.restriction.whole(x, len(u))
     for share in (1.0, *eq.policy.local_search):
         moved = u + share * delta
         there = evaluate(moved, lam)
-        if (left := _left(eq, there, own)) < least:
+        if (left := _left(there, own)) < least:
             return moved, there, left
     return None

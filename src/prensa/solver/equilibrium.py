@@ -141,13 +141,15 @@ class Equilibrium:
         change = change.copy()
         change[self.reduced.fixed] = 0.0
         far = policy.far * system.length
-        for t, tool in enumerate(system.tools):
-            motion, d = np.abs(system.place_of(t, change)), system.dofs.dimension
-            limits = np.where(np.arange(len(motion)) < d, far, policy.spin)
-            if (motion > limits).any():
-                turns = (motion[d:] > policy.spin).any()
-                worst = d + int(np.argmax(motion[d:])) if turns else d - 1 - int(np.argmax(motion[:d][::-1]))
-                return ToolRunaway(tool.name, system.dofs.tool.components[worst])
+        motions, d = np.abs(system.dofs.tool.of(change)), system.dofs.dimension
+        limits = np.where(np.arange(motions.shape[1]) < d, far, policy.spin)
+        beyond = (motions > limits).any(axis=1)
+        if beyond.any():
+            t = int(np.argmax(beyond))
+            motion = motions[t]
+            turns = (motion[d:] > policy.spin).any()
+            worst = d + int(np.argmax(motion[d:])) if turns else d - 1 - int(np.argmax(motion[:d][::-1]))
+            return ToolRunaway(system.tools[t].name, system.dofs.tool.components[worst])
         return Runaway() if np.abs(change[system.dofs.displacement.slice]).max(initial=0.0) > far else None
 
 

@@ -68,8 +68,10 @@ def softest_modes(system: System, reduced: Reduced, policy: Policy, exactly: boo
         forces = np.where(bodily[:, None], answer, 0.0)
         compliance, vectors = np.linalg.eig(basis.T @ forces)
         negative = (compliance.real < 0) & (np.abs(compliance.imag) <= policy.mode_error * np.abs(compliance))
-        if sweep > 0 and not negative.any():
-            break
+        if not negative.any():
+            if sweep > 0:
+                break
+            continue
         # a negative one counts when it is an eigenvalue, not only a Ritz value of a block that is not there yet
         error = np.linalg.norm(forces @ vectors - (basis @ vectors) * compliance, axis=0)
         sure = negative & (error <= policy.mode_error * np.abs(compliance))

@@ -50,6 +50,7 @@ class HalfSpace(Analytic):
 
     def closest(self, xi: Array) -> Closest:
         """Points (k, 2) → `Closest`."""
-        n = np.full((len(xi), 2), (self.nx, self.ny))
-        g, s = xi[:, 0] * self.nx + xi[:, 1] * self.ny, xi[:, 1] * self.nx - xi[:, 0] * self.ny
+        n, (x, y) = np.empty((len(xi), 2)), xi.T
+        n[:, 0], n[:, 1] = self.nx, self.ny
+        g, s = x * self.nx + y * self.ny, y * self.nx - x * self.ny
         return Closest(g, n, np.zeros(len(xi)), s)
