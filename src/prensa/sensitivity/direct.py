@@ -134,8 +134,11 @@ class Direction:
         change = change_of(*systems, step) if known(system) else None
         if path in start.derivatives:
             return cls(parameter, step, systems, viscous, dict(start.derivatives[path]), change)
-        above, below = (s.initial().moving() for s in systems)
-        carried = {k: (a - below[k]) / (2 * step) for k, a in above.items()}
+        if change is not None and not change.moves:  # materials, friction and steps leave where the run begins
+            carried = {k: np.zeros(a.shape) for k, a in system.initial().moving().items()}
+        else:
+            above, below = (s.initial().moving() for s in systems)
+            carried = {k: (a - below[k]) / (2 * step) for k, a in above.items()}
         return cls(parameter, step, systems, viscous, carried | {LAST: carried["u"], BEFORE: carried["u"]}, change)
 
     @classmethod
