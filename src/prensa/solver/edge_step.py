@@ -63,7 +63,7 @@ def applies(eq: Equilibrium, e: Evaluation) -> bool:
     """
     loads = eq.context.interactions[len(eq.context.surfaces) :]
     led = eq.tools_are_moved and all(isinstance(load, Release) for load in loads)
-    helped = eq.numerics.line_search and eq.numerics.iteration != "paper"
+    helped = eq.numerics.line_search and eq.numerics.iteration != "paper" and len(eq.reduced.free) <= eq.policy.edge_largest
     return led and helped and bool(e.contacts) and not eq.reduced.equations and eq.reduced.factorisation.factored
 
 

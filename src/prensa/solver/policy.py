@@ -149,7 +149,9 @@ class Policy:
     edge_from: float = 0.02
     """Relative residual from which on Newton's steps decide on points that they open and close at the edges of contacts, …"""
     edge: int = 48
-    """… on so many at most …"""
+    """… on so many at most, …"""
+    edge_largest: int = 200_000
+    """… of systems with so many unknowns at most: beyond, columns one by one cost what they save, and there is no room …"""
     edge_rounds: int = 4
     """… in so many rounds: what is decided may change those beside."""
     polishing: int = 6
@@ -409,7 +411,9 @@ class Policy:
     columns: int = 64
     """Columns of the inverse computed at once …"""
     room: int = 2**25
-    """… at most so many numbers of them."""
+    """… at most so many numbers of them, …"""
+    room_beside: int = 2**19
+    """… and so many where all unknowns have their factors and matrix beside them: a large run has no room for more."""
     responses: int = 4
     """Free responses that are kept: an increment asks for two again and again."""
     worth_condensing: int = 5000

@@ -313,12 +313,14 @@ class Reduced:
     def responses(self, loads: csr_matrix, of: csr_matrix) -> Array:
         """Σ of_i x (n, k) of the solutions x for k loads, rows (k, ndof), with the last factors; of (n, ndof)."""
         ndof = loads.shape[1]
-        width = max(1, min(self.policy.columns, self.policy.room // ndof))
+        width = max(1, min(self.policy.columns, self.policy.room_beside // ndof))
         out = np.empty((of.shape[0], loads.shape[0]))
         for first in range(0, loads.shape[0], width):
             block = slice(first, first + width)
-            x = self.factorisation.again(self.restriction.part(loads[block].T.toarray()))
-            out[:, block] = of @ self.restriction.whole(x, ndof)
+            b = self.restriction.part(loads[block].T.toarray())
+            # a solver answers for one column without the room of several
+            x = self.factorisation.again(b if b.shape[1] > 1 else b[:, 0])
+            out[:, block] = (of @ self.restriction.whole(x, ndof)).reshape(of.shape[0], -1)
         return out
 
     def again(self, b: Array) -> Array:
