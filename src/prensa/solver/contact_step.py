@@ -31,7 +31,7 @@ from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.friction_step import Friction, as_rows, tractions
 from prensa.solver.linear import SingularError
 from prensa.solver.policy import Policy
-from prensa.solver.projection import linear_gap
+from prensa.solver.projection import linear_gaps
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -141,12 +141,7 @@ def _first(eq: Equilibrium, e: Evaluation) -> Flags:
 
 def _passed(eq: Equilibrium, e: Evaluation, step: Array) -> Flags:
     """Points (points,) that a step (ndof,) from the evaluation e takes through their tool."""
-    delta = eq.system.displacement(step)
-    gaps = [
-        linear_gap(eq.system, s, f.pairs, step, (f.points or s.points).at(delta))
-        for s, f in zip(eq.system.surfaces, e.contacts)
-    ]
-    return np.concatenate(gaps) < 0.0
+    return np.concatenate(linear_gaps(eq.system, e, step)) < 0.0
 
 
 def _near(eq: Equilibrium, e: Evaluation) -> Flags:
@@ -189,13 +184,26 @@ def _candidates(eq: Equilibrium, base: Evaluation, near: Flags, lam: Array) -> C
     )
 
 
+def pressed(s: Surface, f: ContactForces) -> Array:
+    """Forces (k, d a + m) of a unit of pressure at the points of a contact, with the friction that follows it."""
+    along = (f.area[:, None, None] * _friction_by_pressure(f)[:, :, None] * f.pairs.Ft).sum(axis=1)
+    return s.points.on_dofs(f.weight[:, None] * f.pairs.Fn + along)
+
+
+def _shares(f: ContactForces) -> Array:
+    """Part (k,) of its spring that each point has in the matrix; 1 where it has none."""
+    return np.where(f.dp[:, 0] > 0, f.dp[:, 0], 1.0)
+
+
+def _friction_by_pressure(f: ContactForces) -> Array:
+    """∂t/∂p (k, t)."""
+    return np.asarray(f.dt[:, :, 0] / _shares(f)[:, None])
+
+
 def _of_surface(s: Surface, f: ContactForces, scale: Scale, at: NDArray[np.int64], lam: Array, ndof: int) -> Candidates:
     """The candidates ``at`` (m,) of one contact."""
-    share, t = f.dp[:, 0], f.t.shape[1]
-    share = np.where(share > 0, share, 1.0)
-    by_p = f.dt[:, :, 0] / share[:, None]
-    along = (f.area[:, None, None] * by_p[:, :, None] * f.pairs.Ft).sum(axis=1)
-    forces = s.points.on_dofs(f.weight[:, None] * f.pairs.Fn + along)[at]
+    t, share = f.t.shape[1], _shares(f)
+    by_p, forces = _friction_by_pressure(f), pressed(s, f)[at]
     slopes = s.points.on_dofs(f.dp[:, 1 + t :] / share[:, None])[at]
     if s.exact:
         # r has −F and the multipliers' equations w c (p − λ)/k; the trial pressure has λ = c ℓ itself

@@ -21,9 +21,10 @@ from scipy.sparse import csr_matrix, vstack
 from prensa.fem.loads import Release
 from prensa.fem.system import Evaluation
 from prensa.solver.complementarity import complementary
+from prensa.solver.contact_step import pressed
 from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.friction_step import as_rows
-from prensa.solver.projection import linear_gap
+from prensa.solver.projection import linear_gaps
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -63,17 +64,15 @@ def applies(eq: Equilibrium, e: Evaluation) -> bool:
     """
     loads = eq.context.interactions[len(eq.context.surfaces) :]
     led = eq.tools_are_moved and all(isinstance(load, Release) for load in loads)
-    helped = eq.numerics.line_search and eq.numerics.iteration != "paper" and len(eq.reduced.free) <= eq.policy.edge_largest
-    return led and helped and bool(e.contacts) and not eq.reduced.equations and eq.reduced.factorisation.factored
+    if not (led and eq.helped and e.contacts) or len(eq.reduced.free) > eq.policy.edge_largest:
+        return False
+    return not eq.reduced.equations and eq.reduced.factorisation.factored
 
 
 def _trial(eq: Equilibrium, e: Evaluation, lam: Array, step: Array) -> Array:
     """λ − k_n g (points,) after a step (ndof,) by the linear model; minus infinity far from a tool."""
-    delta, out = eq.system.displacement(step), []
-    for s, f, scale in zip(eq.context.surfaces, e.contacts, eq.context.scales):
-        g = linear_gap(eq.system, s, f.pairs, step, (f.points or s.points).at(delta))
-        out.append(np.where(np.isfinite(g), lam[s.rows, 0] - scale.k_n * g, -np.inf))
-    return np.concatenate(out)
+    gaps, k_n = np.concatenate(linear_gaps(eq.system, e, step)), np.concatenate([scale.k_n for scale in eq.context.scales])
+    return np.where(np.isfinite(gaps), lam[:, 0] - k_n * gaps, -np.inf)
 
 
 def _with_those_ahead(eq: Equilibrium, wrong: Flags, acts: Flags, near: Flags) -> Index:
@@ -92,12 +91,9 @@ def _rows(eq: Equilibrium, e: Evaluation, at: Index) -> tuple[csr_matrix, csr_ma
     forces, slopes = [], []
     for s, f, scale in zip(eq.context.surfaces, e.contacts, eq.context.scales):
         here = at[(at >= s.rows.start) & (at < s.rows.stop)] - s.rows.start
-        by_p = f.dt[:, :, 0] / np.where(f.dp[:, 0] > 0, f.dp[:, 0], 1.0)[:, None]
-        along = (f.area[:, None, None] * by_p[:, :, None] * f.pairs.Ft).sum(axis=1)
-        points, dofs = f.points or s.points, s.coupled[here]
-        pressed = points.on_dofs(f.weight[:, None] * f.pairs.Fn + along)[here]
-        forces.append(as_rows(pressed, dofs, eq.system.ndof))
-        slopes.append(as_rows(points.on_dofs(-scale.k_n[:, None] * f.pairs.dg)[here], dofs, eq.system.ndof))
+        dofs, by_gap = s.coupled[here], s.points.on_dofs(-scale.k_n[:, None] * f.pairs.dg)
+        forces.append(as_rows(pressed(s, f)[here], dofs, eq.system.ndof))
+        slopes.append(as_rows(by_gap[here], dofs, eq.system.ndof))
     return vstack(forces, format="csr"), vstack(slopes, format="csr")
 
 

@@ -62,7 +62,7 @@ def applies(eq: Equilibrium) -> bool:
     for without what helps it.
     """
     system, reduced = eq.system, eq.reduced
-    if not eq.numerics.line_search or eq.numerics.iteration == "paper":
+    if not eq.helped:
         return False
     plain = isinstance(reduced.assembly, Whole) and type(reduced.restriction) is Selected and not reduced.equations
     flows = system.dofs.dimension == 2 and any(b.law.plastic for b in system.blocks)

@@ -103,6 +103,11 @@ class Equilibrium:
             return self.reduced.assembly.evaluate(self.context, u, lam, stiffness, **overrides)
 
     @property
+    def helped(self) -> bool:
+        """Whether the iteration may have what helps it: it is Newton's, with its line search."""
+        return self.numerics.line_search and self.numerics.iteration != "paper"
+
+    @property
     def tools_are_moved(self) -> bool:
         """Whether all motions of all tools are prescribed: none is pushed, free or hung on a spring."""
         tools, fixed = self.system.dofs.tool.slice, self.reduced.fixed

@@ -130,8 +130,7 @@ def terminate(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> Eval
         return Diverged()
     least = state.least
     least.append(min(state.norm, least[-1]) if least else state.norm)
-    helped = eq.numerics.line_search and eq.numerics.iteration != "paper"
-    if helped and len(least) > policy.vain and least[-1] == least[0]:
+    if eq.helped and len(least) > policy.vain and least[-1] == least[0]:
         return Stagnated(state.relative)
     if len(least) > policy.patience + 2 and least[-1] > policy.stagnation * least[-1 - policy.patience]:
         return Stagnated(state.relative)

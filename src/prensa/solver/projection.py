@@ -98,6 +98,14 @@ def linear_gap(system: System, s: Surface, before: Pairs, step: Array, moved: Ar
     return np.asarray(before.g + (before.dg[:, :d] * moved).sum(axis=1) + before.dg[:, d:] @ tool)
 
 
+def linear_gaps(system: System, e: Evaluation, step: Array) -> list[Array]:
+    """Gaps (k,) of each contact after a step (ndof,) from the evaluation e, by the linear model."""
+    delta = system.displacement(step)
+    return [
+        linear_gap(system, s, f.pairs, step, (f.points or s.points).at(delta)) for s, f in zip(system.surfaces, e.contacts)
+    ]
+
+
 def project_stage(system: System, now: Context, then: Context, u: Array) -> Array:
     """Dofs of a solved stage moved to where the next one has the same pressures: penetrations shrink as k_n grows."""
     u = u.copy()

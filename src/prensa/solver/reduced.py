@@ -317,10 +317,8 @@ class Reduced:
         out = np.empty((of.shape[0], loads.shape[0]))
         for first in range(0, loads.shape[0], width):
             block = slice(first, first + width)
-            b = self.restriction.part(loads[block].T.toarray())
-            # a solver answers for one column without the room of several
-            x = self.factorisation.again(b if b.shape[1] > 1 else b[:, 0])
-            out[:, block] = (of @ self.restriction.whole(x, ndof)).reshape(of.shape[0], -1)
+            x = self.factorisation.again(self.restriction.part(loads[block].T.toarray()))
+            out[:, block] = of @ self.restriction.whole(x, ndof)
         return out
 
     def again(self, b: Array) -> Array:
