@@ -172,6 +172,7 @@ def integrate(X, u, alpha, H, N, dN, at, axisymmetric, finite, w, P, A, lo, r, K
     """
     m = alpha.shape[1]
     n = 8 + m
+    last = 5 if axisymmetric else 4  # no displacement or mode of the plane stretches it across
     G, G0 = np.empty((4, 2)), np.empty((4, 2))
     inverse, inverse0 = np.empty((2, 2)), np.empty((2, 2))
     H0, M, B = np.empty(5), np.empty((alpha.shape[1], 5)), np.empty(5)
@@ -189,11 +190,11 @@ def integrate(X, u, alpha, H, N, dN, at, axisymmetric, finite, w, P, A, lo, r, K
             det, rad = _map(X, e, N[q], dN[q], axisymmetric, G, inverse)
             _modes(at[q], inverse0, det0, det0 * r0 / (det * rad), axisymmetric, M)
             B[:] = 0.0
-            if finite:
+            if finite and lo == 0:
                 for k in range(m):
-                    for c in range(5):
+                    for c in range(last):
                         B[c] += alpha[e, k] * M[k, c]
-            for a in range(4):
+            for a in range(4 if lo == 0 else 0):
                 g0, g1 = G0[a, 0], G0[a, 1]
                 D[0, 2 * a] = D[2, 2 * a + 1] = G[a, 0] + g0 * B[0] + g1 * B[2]
                 D[1, 2 * a] = D[3, 2 * a + 1] = G[a, 1] + g0 * B[1] + g1 * B[3]
@@ -211,24 +212,24 @@ def integrate(X, u, alpha, H, N, dN, at, axisymmetric, finite, w, P, A, lo, r, K
                 size += abs(P[e, q, c])
                 for b in range(5):
                     size += 1e-2 * abs(A[e, q, c, b] * H[e, q, b])
-            for c in range(5):
+            for c in range(last):
                 p = wq * P[e, q, c]
                 for i in range(lo, n):
                     r[e, i] += D[c, i] * p
                     noise[e, i] += abs(D[c, i]) * wq * size
             for i in range(lo, 8):
                 s = 0.0
-                for c in range(5):
+                for c in range(last):
                     s += D[c, i] * P[e, q, c]
                 forces[e] += wq * abs(s)
-            for c in range(5):
+            for c in range(last):
                 for j in range(lo, n):
                     s = 0.0
-                    for b in range(5):
+                    for b in range(last):
                         s += A[e, q, c, b] * D[b, j]
                     AD[c, j] = wq * s
             for i in range(lo, n):
-                for c in range(5):
+                for c in range(last):
                     d = D[c, i]
                     if d != 0.0:
                         for j in range(lo, n):

@@ -58,15 +58,14 @@ def eliminated(eq: Equilibrium, u: Array, lam: Array, e: Evaluation) -> tuple[Ar
 def applies(eq: Equilibrium) -> bool:
     """Whether bodies flow in the plane, and the equations are those of the nodes: no multipliers, ties, control, condensation.
 
-    Enhanced elements iterate inside, so that evaluations are what they cost: they are left out. So is an iteration that was asked
-    for without what helps it.
+    An iteration that was asked for without what helps it is left out.
     """
     system, reduced = eq.system, eq.reduced
     if not eq.helped:
         return False
     plain = isinstance(reduced.assembly, Whole) and type(reduced.restriction) is Selected and not reduced.equations
     flows = system.dofs.dimension == 2 and any(b.law.plastic for b in system.blocks)
-    return plain and flows and not any(b.element.extra(b.mode) for b in system.blocks)
+    return plain and flows
 
 
 class Coupled(NamedTuple):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,54 @@ Array = NDArray[np.float64]
 
 MODE_ITERATIONS = 40  # of the enhanced modes
 TOLERANCE = 1e-12  # residual of the enhanced modes over the forces that cancel in it
+
+
+class Left(NamedTuple):
+    """Elements whose modes are not found yet: initial positions X, displacements u (k, 4, 2), committed F − I Hn (k, q, 5),
+    history of the law old (k, q, h); modes alpha (k, m), their last step, the share of it that was taken, least residual (k,).
+    """
+
+    X: Array
+    u: Array
+    Hn: Array
+    old: Array
+    alpha: Array
+    step: Array
+    share: Array
+    least: Array
+
+    @classmethod
+    def begin(cls, X: Array, u: Array, Hn: Array, old: Array, alpha: Array) -> Left:
+        """Before the first step."""
+        return cls(X, u, Hn, old, alpha.copy(), np.zeros_like(alpha), np.ones(len(u)), np.full(len(u), np.inf))
+
+    def of(self, rows: NDArray[np.bool_]) -> Left:
+        """Some of them."""
+        return Left._make(a[rows] for a in self)
+
+    def move(self, r: Array, K: Array, over: Array, bad: NDArray[np.bool_], reason: Why) -> Failure | None:
+        """Modes, in place, after Newton's step for residuals r (k, m) and stiffnesses K (k, m, m).
+
+        Half way back where the last step left the domain (``bad``, for some ``reason``) or the residual grew, which is ``over``
+        (k,) times what counts as none: yielding is a kink of it.
+        """
+        norm = np.linalg.norm(r, axis=1)
+        back = bad | ((norm >= self.least) & (over > 1e3) & (self.share > 0.02))
+        go: NDArray[np.bool_] | slice = slice(None)
+        if back.any():
+            stuck = bad & ((self.share < 1e-4) | np.isinf(self.least))
+            if stuck.any():
+                return Failure(int(np.argmax(stuck)), reason)
+            self.share[back] *= 0.5
+            self.alpha[back] -= self.share[back, None] * self.step[back]
+            go = ~back
+        self.least[go], self.share[go] = norm[go], 1.0
+        try:
+            self.step[go] = -np.linalg.solve(K[go], r[go][..., None])[..., 0]
+        except np.linalg.LinAlgError:
+            return Failure(int(np.argmax(~back)), Why.SOFT)
+        self.alpha[go] += self.step[go]
+        return None
 
 
 class Enhanced(Isoparametric, abstract=True):
@@ -85,52 +133,38 @@ class Enhanced(Isoparametric, abstract=True):
         t = self.table
         at = at._replace(tangent=True)  # Newton needs it in any case
         n, size = 8 + alpha.shape[1], law.size
-        rows = np.arange(len(u))
-        step, share, least = np.zeros_like(alpha), np.ones(len(u)), np.full(len(u), np.inf)
+        rows, points = np.arange(len(u)), np.arange(self.points)
+        left = Left.begin(c.X, u, Hn, np.ascontiguousarray(c.old[..., :size]), alpha)
         for _ in range(MODE_ITERATIONS):
-            k = len(rows)
-            w = workspace(self, k)
-            old = np.ascontiguousarray(c.old[rows, :, :size])
-            part = Chunk(c.X[rows], c.x[rows], c.d[rows], old, np.empty_like(old))
+            k, w = len(rows), workspace(self, len(rows))
+            part = Chunk(left.X, left.X, left.u, left.old, np.empty_like(left.old))
             F, bad, reason = np.empty((k, self.points, self.layout.components)), np.zeros(k, dtype=np.bool_), Why.INVERTED
-            enhanced.kinematics(part.X, u[rows], alpha[rows], Hn[rows], *t, axi, finite, scale, F, w.h, w.w, bad)
-            w.h[bad] = 0.0
-            points = (self.points * rows[:, None] + np.arange(self.points)).ravel()
-            if failure := material(part, law, at.of(points), w):
+            enhanced.kinematics(left.X, left.u, left.alpha, left.Hn, *t, axi, finite, scale, F, w.h, w.w, bad)
+            if bad.any():
+                w.h[bad] = 0.0
+            there = at if at.flows is None else at.of((self.points * rows[:, None] + points).ravel())
+            if failure := material(part, law, there, w):
                 bad, reason = bad | w.points.any(axis=1), reason if bad.any() else failure.why
             if finite:
-                enhanced.pull_back(Hn[rows], w.P, w.A)
+                enhanced.pull_back(left.Hn, w.P, w.A)
             r, K, noise = np.empty((k, n)), np.empty((k, n, n)), np.empty((k, n))
             # a body let go has no strain left, but the round-off of that which it had when the increment began
-            strain = np.abs(F) + np.abs(Hn[rows])
+            strain = np.abs(F) + np.abs(left.Hn)
             enhanced.integrate(
-                part.X, u[rows], alpha[rows], strain, t.N, t.dN, t.at, axi, finite, w.w, w.P, w.A, 8, r, K, w.size, noise
+                left.X, left.u, left.alpha, strain, t.N, t.dN, t.at, axi, finite, w.w, w.P, w.A, 8, r, K, w.size, noise
             )
             over = (np.abs(r[:, 8:]) / np.maximum(TOLERANCE * noise[:, 8:], 1e-300)).max(axis=1)
             done = (over <= 1.0) & ~bad
-            some = rows[done]
-            work.P[some], work.A[some], work.w[some], H[some] = w.P[done], w.A[done], w.w[done], F[done]
-            c.new[some, :, :size] = part.new[done]
-            if done.all():
-                return None
-            norm = np.linalg.norm(r[:, 8:], axis=1)
-            # half way back where the step left the domain or the residual grew (yielding is a kink of it)
-            back = bad | ((norm >= least[rows]) & (over > 1e3) & (share[rows] > 0.02))
-            stuck = bad & (share[rows] < 1e-4) | bad & np.isinf(least[rows])
-            if stuck.any():
-                return Failure(int(rows[np.argmax(stuck)]), reason)
-            some = rows[back]
-            share[some] *= 0.5
-            alpha[some] -= share[some, None] * step[some]
-            go = ~(back | done)
-            some, inner = rows[go], K[go, 8:, 8:]
-            least[some], share[some] = norm[go], 1.0
-            try:
-                step[some] = -np.linalg.solve(inner, r[go, 8:, None])[..., 0]
-            except np.linalg.LinAlgError:
-                return Failure(int(some[0]), Why.SOFT)
-            alpha[some] += step[some]
-            rows = rows[~done]
+            if done.any():
+                some = rows[done]
+                work.P[some], work.A[some], work.w[some], H[some] = w.P[done], w.A[done], w.w[done], F[done]
+                alpha[some], c.new[some, :, :size] = left.alpha[done], part.new[done]
+                if len(some) == k:
+                    return None
+                go = ~done
+                rows, left, r, K, over, bad = rows[go], left.of(go), r[go], K[go], over[go], bad[go]
+            if failure := left.move(r[:, 8:], K[:, 8:, 8:], over, bad, reason):
+                return Failure(int(rows[failure.element]), failure.why)
         return Failure(int(rows[0]), Why.SOFT)
 
     def _modes(self, history: Array, first: int, mode: Mode) -> Array:
