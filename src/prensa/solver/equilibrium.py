@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, NamedTuple, Unpack
 
 import numpy as np
@@ -107,7 +108,7 @@ class Equilibrium:
         """Whether the iteration may have what helps it: it is Newton's, with its line search."""
         return self.numerics.line_search and self.numerics.iteration != "paper"
 
-    @property
+    @cached_property
     def tools_are_moved(self) -> bool:
         """Whether all motions of all tools are prescribed: none is pushed, free or hung on a spring."""
         tools, fixed = self.system.dofs.tool.slice, self.reduced.fixed
@@ -143,6 +144,8 @@ class Equilibrium:
     def runaway(self, change: Array) -> Failure | None:
         """Why a change of the dofs (ndof,) is too large to be meant: what is free to move; None if it is not."""
         system, policy = self.system, self.policy
+        if max(change.max(initial=0.0), -change.min(initial=0.0)) <= min(policy.far * system.length, policy.spin):
+            return None
         change = change.copy()
         change[self.reduced.fixed] = 0.0
         far = policy.far * system.length

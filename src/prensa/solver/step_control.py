@@ -166,7 +166,7 @@ class StepControl:
             growth = policy.recover if iterations <= policy.target and not cutbacks else 1.0
         else:
             growth = self._growth(iterations, cutbacks)
-            strain = self._strain(c.state, e)
+            strain = self._strain(c.state, e, longer * policy.plastic * tried / full)
             if strain > 0:
                 full = min(full, tried * max(longer * policy.plastic / strain, policy.plastic_cut))
         # shorter increments are easier or better up to a point; beyond, they would not end
@@ -182,16 +182,23 @@ class StepControl:
             return policy.grow
         return 1.0 if iterations <= policy.hard else policy.shrink
 
-    def _strain(self, old: State, e: Evaluation) -> float:
-        """Growth of equivalent plastic strain that most points of every body stay below; 0 without plastic bodies."""
+    def _strain(self, old: State, e: Evaluation, allowed: float) -> float:
+        """Growth of equivalent plastic strain that most points of every body stay below, 0 if no more than is ``allowed``."""
         if not self.system.has_memory:
             return 0.0
         grown = zip(self.system.blocks, e.history, old.history)
         return max(
             (
-                float(np.quantile(b.field(new, "plastic_strain") - b.field(was, "plastic_strain"), self.policy.spread))
+                self._most_stay_below(b.field(new, "plastic_strain") - b.field(was, "plastic_strain"), allowed)
                 for b, new, was in grown
                 if b.law.plastic
             ),
             default=0.0,
         )
+
+    def _most_stay_below(self, growth: Array, allowed: float) -> float:
+        """What most of some growths stay below, 0 if that is no more than is ``allowed``: most increments need no sorting."""
+        share, last = self.policy.spread, growth.size - 1
+        if np.count_nonzero(growth <= allowed) > np.ceil(share * last):
+            return 0.0
+        return float(np.quantile(growth, share))

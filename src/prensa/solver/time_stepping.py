@@ -31,7 +31,7 @@ from prensa.model import problem as model
 from prensa.model.checks import warnings_of
 from prensa.model.feed import ends_early
 from prensa.model.remeshing import remeshing_of
-from prensa.solver.acceptance import Acceptance, unilaterally_supported
+from prensa.solver.acceptance import Acceptance, Corners, unilaterally_supported
 from prensa.solver.ahead import Ahead
 from prensa.solver.approach import approach, first_touch
 from prensa.solver.attempt import attempt
@@ -228,9 +228,10 @@ class TimeStepping:
     ) -> None:
         self.system, self.numerics, self.policy = system, numerics, policy
         self.messages, self.timer, self.condense = messages, timer, condense
-        self.acceptance, self.validity = Acceptance(system, policy), Validity(system, policy)
+        corners = Corners(system)
+        self.acceptance, self.validity = Acceptance(system, policy, corners), Validity(system, policy)
         self.watched, self.outlines = watches(system), outlines(system)
-        self.distortion, self.folding = Distortion(system, policy), Folding(system, policy)
+        self.distortion, self.folding = Distortion(system, policy), Folding(system, policy, corners)
         self.stabilisation = Stabilisation(system, policy)
         self.reduced: Reduced | None = None
         self.ahead: Ahead | None = None  # who makes the matrix of the first step meanwhile
