@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from prensa.fem.modes import free_to_move
 from prensa.fem.state import State
 from prensa.fem.surface import Surface
 from prensa.fem.system import Evaluation, System
+from prensa.fem.time_rule import growths
 from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.failure import (
     Collapsed,
@@ -69,15 +70,15 @@ class Acceptance:
             return lost
         if self.system.problem.kinematics == "small":
             return None
-        return next(self._deformed(c, e, result.u), None)
+        result.grown = growths(self.system.blocks, e.history, c.state.history)
+        return next(self._deformed(c, result.grown, result.u), None)
 
-    def _deformed(self, c: Context, e: Evaluation, u: Array) -> Iterator[Failure]:
-        for block, new, old in zip(self.system.blocks, e.history, c.state.history):
+    def _deformed(self, c: Context, grown: Sequence[Array | None], u: Array) -> Iterator[Failure]:
+        for block, growth in zip(self.system.blocks, grown):
             if inverted := self._corner(block, c, u):
                 yield inverted
-            if block.law.plastic:
-                strain, before = (block.field(h, "plastic_strain")[..., 0] for h in (new, old))
-                yield from self._collapse(block, strain - before)
+            if growth is not None:
+                yield from self._collapse(block, growth)
 
     def _corner(self, block: Block, c: Context, u: Array) -> Failure | None:
         """A corner that jumped beyond 180°; None if there is none.

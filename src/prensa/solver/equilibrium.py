@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple, Unpack
@@ -34,6 +34,7 @@ class NewtonResult:
     ``linear`` (ndof,): change of the dofs by the linearised system, where the iteration began with that.
     ``affordable``: so few points were near a tool that the iteration could take contact steps wherever it wanted.
     ``turned``: flow turned at the first iterate (see `Equilibrium.turns`).
+    ``grown``: growth of plastic strain to its evaluation, see `growths`; empty where nobody has asked for it.
     """
 
     converged: bool
@@ -56,6 +57,7 @@ class NewtonResult:
     softest: Array | None = None
     rested: bool = False
     turned: bool = False
+    grown: Sequence[Array | None] = ()
 
     def contact_changed(self, policy: Policy) -> bool:
         """Whether contact points still opened, closed or slipped another way when the iterations ended."""
