@@ -141,7 +141,7 @@ class StepControl:
     def next(
         self, c: Context, e: Evaluation, grown: Sequence[Array | None], iterations: int, cutbacks: int, unsteady: float = 0.0
     ) -> float:  # fmt: skip
-        """Duration of the next increment from what this one cost and did; ``grown``: see `growths`, ``unsteady``: `unsteadiness`."""
+        """Duration of the next increment from what this one cost and did; ``grown``, ``unsteady``: see `prensa.fem.time_rule`."""
         longer = self.policy.second_order if self.second_order else 1.0
         dt = self._next(c, e, grown, iterations, cutbacks, longer)
         if self.steady and unsteady * dt > self.policy.unsteady:
