@@ -146,15 +146,16 @@ def forces(
     k, m = len(weight), pairs.s.shape[1]
     p, touching, rests = _normal(pairs.g, scale, lam[:, 0], committed.closed, before is not None, round_off, landed, like)
     n = 1 + m
-    dp = np.zeros((k, n + pairs.dg.shape[1]))
     slope = touching.astype(np.float64)  # 0 where nothing touches
     if foundation is not None:
         slope = np.where(foundation[:, 0] > 0, foundation[:, 0], slope)
         touching = slope > 0
-    dp[:, 0], dp[:, n:] = slope, (-slope * scale.k_n)[:, None] * pairs.dg
-    t, kappa, slip = np.zeros((k, m)), committed.slip.copy(), np.zeros(k, dtype=bool)
-    stretched, bound, dt = None, None, np.zeros((k, m, dp.shape[1]))
-    if law is not None:
+    dp, dt = np.zeros((k, n + pairs.dg.shape[1])), np.zeros((k, m, n + pairs.dg.shape[1]))
+    _normal_slopes(slope, scale.k_n, pairs.dg, n, dp)
+    stretched, bound = None, None
+    if law is None:
+        t, kappa, slip = np.zeros((k, m)), committed.slip.copy(), np.zeros(k, dtype=bool)
+    else:
         ds = pairs.s - committed.coordinate
         share = np.ones(k) if area is None else weight / area
         pressure = (np.maximum(p, 0.0) if like is None else p) * share
@@ -165,10 +166,7 @@ def forces(
             by_p, bound = by_p * share[:, None], bound * np.stack([np.ones(k), share], axis=1)
             stretched = out.t - out.dt_dp * pressure[:, None]
         t, kappa, slip = out.t, out.kappa, out.slip
-        if not lagged:
-            dt = by_p[:, :, None] * dp[:, None]
-        dt[:, :, 1:n] -= out.dt_dg / scale.k_t[:, None, None]  # the trial traction is λ_T − k_T Δg_T
-        dt[:, :, n:] += _chained(out.dt_dg, pairs.ds)
+        _tangential_slopes(by_p, out.dt_dg, scale.k_t, dp, pairs.ds, lagged, dt)
         _rest(dt, foundation, scale, pairs)
     area = weight if area is None else area
     P, T = weight * p, area[:, None] * t
@@ -219,12 +217,31 @@ def _rest(dt: Array, foundation: Array | None, scale: Scale, pairs: Pairs) -> No
     dt[on, :, n:] = -(share[on] * scale.k_t[on])[:, None, None] * pairs.ds[on]
 
 
-def _chained(A: Array, B: Array) -> Array:
-    """A B (k, t, m) of A (k, t, t) and B (k, t, m)."""
-    out = A[:, :, :1] * B[:, :1]
-    for j in range(1, A.shape[2]):
-        out += A[:, :, j : j + 1] * B[:, j : j + 1]
-    return out
+@njit(cache=True)
+def _normal_slopes(slope, k_n, dg, n, dp):
+    """Slopes (k,) of p by λ_n → its derivatives dp (k, n + m) by multipliers and q."""
+    for k in range(len(slope)):
+        dp[k, 0] = slope[k]
+        for i in range(dg.shape[1]):
+            dp[k, n + i] = (-slope[k] * k_n[k]) * dg[k, i]
+
+
+@njit(cache=True)
+def _tangential_slopes(by_p, dt_dg, k_t, dp, ds, lagged, dt):
+    """Derivatives by_p (k, t), dt_dg (k, t, t) of the tractions → dt (k, t, 1 + t + m) by multipliers and q."""
+    t = by_p.shape[1]
+    for k in range(len(by_p)):
+        for a in range(t):
+            if not lagged:
+                for i in range(dp.shape[1]):
+                    dt[k, a, i] = by_p[k, a] * dp[k, i]
+            for b in range(t):  # the trial traction is λ_T − k_T Δg_T
+                dt[k, a, 1 + b] -= dt_dg[k, a, b] / k_t[k]
+            for i in range(ds.shape[2]):
+                change = 0.0
+                for b in range(t):
+                    change += dt_dg[k, a, b] * ds[k, b, i]
+                dt[k, a, 1 + t + i] += change
 
 
 def assembled(pairs: Pairs, P: Array, T: Array, dP: Array, dT: Array) -> tuple[Array, Array]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -251,6 +252,10 @@ class StepPlan:
 
     def corners(self) -> Array:
         """Times inside the step at which a table has a corner: increments end there."""
+        return self._corners
+
+    @cached_property
+    def _corners(self) -> Array:
         times = [g.course.stops for g in self.groups if g.course is not None]
         times += [c.stops for c in self.push.values()]
         times += [c.stops for _, c in self.springs.values()]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import reduce
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -134,14 +135,14 @@ class ContactInteraction:
     def respond(self, c: Context, ask: Request) -> Response:
         """See `Interaction`."""
         system, s, k = self.system, c.surfaces[self.number], self.number
-        scale, weight, law = c.scales[k], c.weights[k], c.laws[k]
-        stick = None if ask.stick is None else ask.stick[s.rows]
-        before = c.state.lam[s.rows, 0] if ask.guess else None
+        scale, weight, law, own = c.scales[k], c.weights[k], c.laws[k], s.rows
+        stick = None if ask.stick is None else ask.stick[own]
+        before = c.state.lam[own, 0] if ask.guess else None
         if ask.guess:
-            stick = c.state.contact.closed[s.rows]
+            stick = c.state.contact.closed[own]
         follows = law is not None and not law.proportional and system.problem.kinematics == "finite" and not s.sharp
         area = system.weights(s, system.positions(ask.u), c.depth) if follows else None
-        pairs, lam = system.pairs(s, ask.u, c.state), ask.lam[s.rows]
+        pairs, lam = system.pairs(s, ask.u, c.state), ask.lam[own]
         round_off = self._round_off(pairs, ask.u)
         f = forces(
             pairs,
@@ -156,15 +157,15 @@ class ContactInteraction:
             c.lagged,
             before,
             round_off,
-            None if ask.landed is None else ask.landed[s.rows],
-            None if ask.foundation is None else ask.foundation[s.rows],
+            None if ask.landed is None else ask.landed[own],
+            None if ask.foundation is None else ask.foundation[own],
             ask.like.contacts[k] if ask.like is not None and ask.like.contacts else None,
         )
         f = f._replace(points=s.points, kept=self._kept(c, f, round_off, ask.like))
         # points that just touch are closed or open by the round-off of their gaps; those that stick have that of their slips
         stiff = weight * scale.k_n * (f.rests | (f.dp[:, 0] > 0)) + f.area * scale.k_t * f.resists
         out = Response(floor=_usual_sum(stiff * round_off), trial=f)
-        if not np.isfinite(f.K).all():
+        if not (np.isfinite(f.K.sum()) or np.isfinite(f.K).all()):  # most need no flags
             out.failed = FrictionTooSoft(s.name)
             return out
         out.scale = float(np.abs(f.F[:, : system.dofs.dimension]).sum())
@@ -184,8 +185,8 @@ class ContactInteraction:
         """Round-off of the gaps (k,): ε × the coordinates whose differences they are."""
         system, tool = self.system, self.surface.tool
         place = system.place_of(tool, u)[: system.dofs.dimension]
-        centre = float(np.abs(system.tools[tool].at).max() + np.abs(place).max())
-        return ROUND * EPS * (np.abs(pairs.arm).max(axis=1, initial=0.0) + centre)
+        centre = max(map(abs, system.tools[tool].at.tolist())) + max(map(abs, place.tolist()))
+        return ROUND * EPS * (reduce(np.maximum, np.abs(pairs.arm).T) + centre)
 
     def _kept(self, c: Context, f: ContactForces, round_off: Array, like: Branches | None) -> Kept | None:
         """What multipliers are that supports leave undetermined, ``like`` another evaluation has them; None if there are none."""

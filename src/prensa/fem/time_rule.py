@@ -69,8 +69,17 @@ def all_follow(blocks: Sequence[Block]) -> bool:
     return bool(plastic) and all(b.flows for b in plastic)
 
 
-def unsteadiness(c: Context, blocks: Sequence[Block], new: Sequence[Array]) -> float:
-    """How much plastic flow changed in an increment to histories ``new`` of the blocks, per time of the step.
+def growths(blocks: Sequence[Block], new: Sequence[Array], old: Sequence[Array]) -> list[Array | None]:
+    """Growth (m, q) of the equivalent plastic strain of each block between two histories; None of one that does not flow."""
+    out: list[Array | None] = []
+    for block, now, was in zip(blocks, new, old):
+        strains = [block.field(h, "plastic_strain")[..., 0] for h in (now, was)] if block.law.plastic else None
+        out.append(None if strains is None else strains[0] - strains[1])
+    return out
+
+
+def unsteadiness(c: Context, blocks: Sequence[Block], grown: Sequence[Array | None]) -> float:
+    """How much plastic flow changed in an increment in which plastic strain of the blocks has ``grown``, per time of the step.
 
     Answers of first and second order with the same rate of flow at the end, h ė and share Δε̄_n + part h ė, differ by
     ρ/(1 + ρ) |Δε̄ − ρ Δε̄_n|. Its integral over the bodies, over that of Δε̄ (equivalent plastic strains), is what first order
@@ -80,13 +89,12 @@ def unsteadiness(c: Context, blocks: Sequence[Block], new: Sequence[Array]) -> f
     if not last > 0.0:
         return 0.0
     ratio = c.dt / last
-    for block, was, begun, now in zip(blocks, c.state.history, c.history, new):
-        if not block.flows:
+    for block, was, begun, flow in zip(blocks, c.state.history, c.history, grown):
+        if flow is None or not block.flows:
             continue
         # what an increment of first order begins with knows nothing of the last flow
         after, share = (begun, rule.share) if rule.share else (TimeRule(1.0).begun(block, was), 1.0)
         before = (block.field(after, "plastic_strain") - block.field(was, "plastic_strain"))[..., 0] / share
-        flow = (block.field(now, "plastic_strain") - block.field(was, "plastic_strain"))[..., 0]
         apart += float(np.sum(block.volume * np.abs(flow - ratio * before)))
         all_flow += float(np.sum(block.volume * flow))
     return ratio / (1.0 + ratio) * apart / (all_flow * c.dt) if all_flow > 0.0 else 0.0

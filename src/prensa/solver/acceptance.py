@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from prensa.fem.modes import free_to_move
 from prensa.fem.state import State
 from prensa.fem.surface import Surface
 from prensa.fem.system import Evaluation, System
+from prensa.fem.time_rule import growths
 from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.failure import (
     Collapsed,
@@ -29,11 +30,28 @@ from prensa.solver.policy import DEFAULT, Policy
 Array = NDArray[np.float64]
 
 
+class Corners:
+    """Least corners of the elements of a system (see `least_corner`), the last ones at hand: two ask for them."""
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self._at: Array | None = None
+        self._known: dict[str, Array] = {}
+
+    def least(self, block: Block, u: Array) -> Array:
+        """Of the elements (e,) of a block, for degrees of freedom u (ndof,)."""
+        if self._at is not u:
+            self._at, self._known = u, {}
+        if block.body not in self._known:
+            self._known[block.body] = least_corner(self.system.positions(u).take(block.corners.T, axis=0))
+        return self._known[block.body]
+
+
 class Acceptance:
     """The criteria that a converged increment has to meet."""
 
-    def __init__(self, system: System, policy: Policy) -> None:
-        self.system, self.policy = system, policy
+    def __init__(self, system: System, policy: Policy, corners: Corners | None = None) -> None:
+        self.system, self.policy, self.corners = system, policy, corners or Corners(system)
 
     def refusal(self, c: Context, result: NewtonResult) -> Failure | None:
         """Why a converged increment is refused; None if it is not, or did not converge.
@@ -52,17 +70,17 @@ class Acceptance:
             return lost
         if self.system.problem.kinematics == "small":
             return None
-        return next(self._deformed(c, e, self.system.positions(result.u)), None)
+        result.grown = growths(self.system.blocks, e.history, c.state.history)
+        return next(self._deformed(c, result.grown, result.u), None)
 
-    def _deformed(self, c: Context, e: Evaluation, x: Array) -> Iterator[Failure]:
-        for block, new, old in zip(self.system.blocks, e.history, c.state.history):
-            if inverted := self._corner(block, c, x):
+    def _deformed(self, c: Context, grown: Sequence[Array | None], u: Array) -> Iterator[Failure]:
+        for block, growth in zip(self.system.blocks, grown):
+            if inverted := self._corner(block, c, u):
                 yield inverted
-            if block.law.plastic:
-                strain, before = (block.field(h, "plastic_strain")[..., 0] for h in (new, old))
-                yield from self._collapse(block, strain - before)
+            if growth is not None:
+                yield from self._collapse(block, growth)
 
-    def _corner(self, block: Block, c: Context, x: Array) -> Failure | None:
+    def _corner(self, block: Block, c: Context, u: Array) -> Failure | None:
         """A corner that jumped beyond 180°; None if there is none.
 
         A corner of 180° is no fold: a free side that rolls onto a die makes such elements, and they answer well. One that
@@ -71,12 +89,11 @@ class Acceptance:
         """
         if self.system.dofs.dimension != 2:  # bricks have det f > 0 at their points, and no more is asked of them yet
             return None
-        corners = block.corners.T
-        corner = least_corner(x.take(corners, axis=0))
+        corner = self.corners.least(block, u)
         worst = int(np.argmin(corner))
         if not corner[worst] < self.policy.inverted:
             return None
-        if not corner[worst] < least_corner(c.x_n[corners[:, [worst]]])[0] - self.policy.inversion:
+        if not corner[worst] < least_corner(c.x_n[block.corners.T[:, [worst]]])[0] - self.policy.inversion:
             return None
         return CornerInverted(worst, block.body, *self._centre(block, worst))
 
@@ -127,15 +144,23 @@ def _through(system: System, s: Surface, start: Array, end: Array, policy: Polic
     length = np.hypot(*(end - start).T)
     if length.max() < policy.still * h:
         return np.zeros(len(start), dtype=bool)
+    # only what is outside at both ends and goes farther than to the tool and back may have got through (twice as far: shapes of
+    # a user's own may have distances that are not exact)
+    ends = [tool.shape.closest(x).g for x in (start, end)]
+    may = (np.minimum(*ends) > policy.outside * length) & (ends[0] + ends[1] < 2.0 * length)
+    out = np.zeros(len(start), dtype=bool)
+    if not may.any():
+        return out
     samples = min(int(policy.samples * length.max() / h) + policy.samples, policy.most_samples)
     share = np.linspace(0.0, 1.0, samples)
-    way = start + share[:, None, None] * (end - start)
+    way = start[may] + share[:, None, None] * (end - start)[may]
     close = tool.shape.closest(way.reshape(-1, way.shape[-1]))
     g, n = close.g.reshape(len(share), -1), close.n.reshape(way.shape)
-    inside, each = g < 0, np.arange(len(start))
+    inside, each = g < 0, np.arange(g.shape[1])
     enters, leaves = inside.argmax(axis=0), len(share) - 1 - inside[::-1].argmax(axis=0)
     opposite = (n[enters, each] * n[leaves, each]).sum(axis=1) < policy.opposite
-    return np.asarray(inside.any(axis=0) & opposite & (np.minimum(g[0], g[-1]) > policy.outside * length))
+    out[may] = inside.any(axis=0) & opposite
+    return out
 
 
 def turned_through(system: System, state: State, u: Array, policy: Policy = DEFAULT) -> TurnedThrough | None:

@@ -109,9 +109,11 @@ def _most(eq: Equilibrium) -> float:
 
 
 def _worst(eq: Equilibrium, e: Evaluation) -> Index:
-    """The free degrees of freedom that make most of the residual."""
+    """The free degrees of freedom that make most of the residual; if they are not few, more than `_most` of them."""
     r = np.abs(eq.reduced.weight * eq.reduced.restriction.part(e.r))
-    order = np.argsort(-r)
+    largest = len(r) - min(int(_most(eq)) + 2, len(r))
+    order = np.argpartition(r, largest)[largest:]  # sorting all takes as long as an evaluation of some elements
+    order = order[np.argsort(-r[order])]
     return eq.reduced.free[order[: int(np.searchsorted(np.cumsum(r[order]), eq.policy.local_share * r.sum())) + 1]]
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, NamedTuple, Unpack
 
 import numpy as np
@@ -33,6 +34,7 @@ class NewtonResult:
     ``linear`` (ndof,): change of the dofs by the linearised system, where the iteration began with that.
     ``affordable``: so few points were near a tool that the iteration could take contact steps wherever it wanted.
     ``turned``: flow turned at the first iterate (see `Equilibrium.turns`).
+    ``grown``: growth of plastic strain to its evaluation, see `growths`; empty where nobody has asked for it.
     """
 
     converged: bool
@@ -55,6 +57,7 @@ class NewtonResult:
     softest: Array | None = None
     rested: bool = False
     turned: bool = False
+    grown: Sequence[Array | None] = ()
 
     def contact_changed(self, policy: Policy) -> bool:
         """Whether contact points still opened, closed or slipped another way when the iterations ended."""
@@ -107,7 +110,7 @@ class Equilibrium:
         """Whether the iteration may have what helps it: it is Newton's, with its line search."""
         return self.numerics.line_search and self.numerics.iteration != "paper"
 
-    @property
+    @cached_property
     def tools_are_moved(self) -> bool:
         """Whether all motions of all tools are prescribed: none is pushed, free or hung on a spring."""
         tools, fixed = self.system.dofs.tool.slice, self.reduced.fixed
@@ -143,6 +146,8 @@ class Equilibrium:
     def runaway(self, change: Array) -> Failure | None:
         """Why a change of the dofs (ndof,) is too large to be meant: what is free to move; None if it is not."""
         system, policy = self.system, self.policy
+        if max(change.max(initial=0.0), -change.min(initial=0.0)) <= min(policy.far * system.length, policy.spin):
+            return None
         change = change.copy()
         change[self.reduced.fixed] = 0.0
         far = policy.far * system.length

@@ -16,7 +16,7 @@ from prensa.fem.context import Context
 from prensa.fem.folds import Past, free_sides, least_on_sides, past_support, side_nodes
 from prensa.fem.inside import ALLOWED
 from prensa.fem.system import System
-from prensa.solver.acceptance import least_corner
+from prensa.solver.acceptance import Corners
 from prensa.solver.failure import CornerInverted, PastSupport, place_of
 from prensa.solver.policy import Policy
 
@@ -28,8 +28,8 @@ Index = NDArray[np.int64]
 class Folding:
     """Looks at the elements of converged increments that fold over themselves; what it tells it tells once."""
 
-    def __init__(self, system: System, policy: Policy) -> None:
-        self.system, self.policy = system, policy
+    def __init__(self, system: System, policy: Policy, corners: Corners) -> None:
+        self.system, self.policy, self.corners = system, policy, corners
         self.told: set[str] = set()
         """Supports that sides were told to be past, '' of what folds elsewhere."""
         self.since: dict[tuple[str, int], int] = {}
@@ -41,9 +41,8 @@ class Folding:
             return []
         x, out = self.system.positions(u), list[tuple[Block, int]]()
         for block in self.system.blocks:
-            corners, least = block.corners.T, self.policy.inverted
-            shape = least_corner(x.take(corners, axis=0))
-            if block.cells.shape[1] > len(corners) and not shape.min() < least:
+            shape, least = self.corners.least(block, u), self.policy.inverted
+            if block.cells.shape[1] > block.corners.shape[1] and not shape.min() < least:
                 shape = least_on_sides(x.take(block.cells.T, axis=0))
             beyond = np.flatnonzero(shape < least)
             out += [(block, int(e)) for e in beyond[np.argsort(shape[beyond])]]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Protocol, Unpack
 
@@ -230,6 +230,8 @@ class Reduced:
     equations: list[Equations]
     policy: Policy
     control: Control | None = None
+    kept: dict[str, Array] = field(default_factory=dict, compare=False, repr=False)
+    """What depends on nothing but which unknowns are free, and is asked for in each increment."""
 
     @classmethod
     def of(

@@ -59,9 +59,9 @@ def softest_modes(system: System, reduced: Reduced, policy: Policy, exactly: boo
     if not factors.factored or not bodily.any():
         return None
     columns = min(policy.modes, int(bodily.sum()))
-    forces = np.where(bodily[:, None], np.random.default_rng(0).standard_normal((len(free), columns)), 0.0)
+    forces = None
     for sweep in range(policy.mode_sweeps):
-        basis = np.linalg.qr(forces)[0]
+        basis = _begun(reduced, bodily, columns) if forces is None else np.linalg.qr(forces)[0]
         answer = factors.exactly(basis, policy.modes_share) if exactly else factors.again(basis)
         if answer is None or not np.isfinite(answer).all():
             return None
@@ -86,6 +86,17 @@ def softest_modes(system: System, reduced: Reduced, policy: Policy, exactly: boo
     mode = reduced.restriction.whole((basis @ vectors[:, at]).real, system.ndof)
     mode /= max(float(np.abs(mode[system.dofs.displacement.slice]).max()), 1e-300)
     return Modes(int(negative.sum()), float(stiffness[at]), mode, np.sort(stiffness))
+
+
+def _begun(reduced: Reduced, bodily: NDArray[np.bool_], columns: int) -> Array:
+    """Orthonormal forces (f, columns) on ``bodily`` degrees of freedom (f,) to begin with, the same ones each time."""
+    kept = reduced.kept.get("forces")
+    if kept is None:
+        random = np.random.default_rng(0).standard_normal((len(bodily), columns))
+        kept = np.linalg.qr(np.where(bodily[:, None], random, 0.0))[0]
+        if len(bodily) < reduced.policy.worth_trying:  # of large systems they take more room than making them takes time
+            reduced.kept["forces"] = kept
+    return kept
 
 
 # ------------------------------------------------------------------------------------------------------ what follows from it

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from prensa.fem.context import Context
 from prensa.fem.schedule import StepPlan
-from prensa.fem.state import State
 from prensa.fem.system import Evaluation, System
 from prensa.solver.failure import Failure, FreeToMove
 from prensa.solver.policy import Policy
@@ -137,12 +138,14 @@ class StepControl:
         """Whether an increment is so short that time would soon stand still."""
         return dt < self.policy.shortest * self.length
 
-    def next(self, c: Context, e: Evaluation, iterations: int, cutbacks: int, unsteady: float = 0.0) -> float:
-        """Duration of the next increment from what this one cost and did; ``unsteady``: see `unsteadiness`."""
+    def next(
+        self, c: Context, e: Evaluation, grown: Sequence[Array | None], iterations: int, cutbacks: int, unsteady: float = 0.0
+    ) -> float:  # fmt: skip
+        """Duration of the next increment from what this one cost and did; ``grown``, ``unsteady``: see `prensa.fem.time_rule`."""
         longer = self.policy.second_order if self.second_order else 1.0
-        dt = self._next(c, e, iterations, cutbacks, longer)
+        dt = self._next(c, e, grown, iterations, cutbacks, longer)
         if self.steady and unsteady * dt > self.policy.unsteady:
-            dt = self._next(c, e, iterations, cutbacks, 1.0)
+            dt = self._next(c, e, grown, iterations, cutbacks, 1.0)
         if self.tolerance is not None and not self.plan.increments and unsteady * dt > self.tolerance:
             dt = max(self.tolerance / unsteady, self.policy.plastic_cut * c.dt, min(dt, self.policy.least * self.length))
         return min(dt, self._landed(c)) if c.touches else dt
@@ -157,7 +160,9 @@ class StepControl:
             return np.inf
         return self.policy.first * (self.plan.t1 - c.time)
 
-    def _next(self, c: Context, e: Evaluation, iterations: int, cutbacks: int, longer: float) -> float:
+    def _next(
+        self, c: Context, e: Evaluation, grown: Sequence[Array | None], iterations: int, cutbacks: int, longer: float
+    ) -> float:  # fmt: skip
         """As `next`, without a look at how steadily bodies flow; ``longer``: lengths over those of first order in time."""
         policy, longest = self.policy, self.longest(e, longer)
         full = longest
@@ -166,7 +171,7 @@ class StepControl:
             growth = policy.recover if iterations <= policy.target and not cutbacks else 1.0
         else:
             growth = self._growth(iterations, cutbacks)
-            strain = self._strain(c.state, e)
+            strain = self._strain(grown, longer * policy.plastic * tried / full)
             if strain > 0:
                 full = min(full, tried * max(longer * policy.plastic / strain, policy.plastic_cut))
         # shorter increments are easier or better up to a point; beyond, they would not end
@@ -182,16 +187,13 @@ class StepControl:
             return policy.grow
         return 1.0 if iterations <= policy.hard else policy.shrink
 
-    def _strain(self, old: State, e: Evaluation) -> float:
-        """Growth of equivalent plastic strain that most points of every body stay below; 0 without plastic bodies."""
-        if not self.system.has_memory:
+    def _strain(self, grown: Sequence[Array | None], allowed: float) -> float:
+        """Growth of equivalent plastic strain that most points of every body stay below, 0 if no more than is ``allowed``."""
+        return max((self._most_stay_below(growth, allowed) for growth in grown if growth is not None), default=0.0)
+
+    def _most_stay_below(self, growth: Array, allowed: float) -> float:
+        """What most of some growths stay below, 0 if that is no more than is ``allowed``: most increments need no sorting."""
+        share, last = self.policy.spread, growth.size - 1
+        if np.count_nonzero(growth <= allowed) > np.ceil(share * last):
             return 0.0
-        grown = zip(self.system.blocks, e.history, old.history)
-        return max(
-            (
-                float(np.quantile(b.field(new, "plastic_strain") - b.field(was, "plastic_strain"), self.policy.spread))
-                for b, new, was in grown
-                if b.law.plastic
-            ),
-            default=0.0,
-        )
+        return float(np.quantile(growth, share))

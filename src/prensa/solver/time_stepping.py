@@ -26,12 +26,12 @@ from prensa.fem.schedule import StepPlan
 from prensa.fem.state import Clock, State
 from prensa.fem.symmetry import is_symmetric
 from prensa.fem.system import Evaluation, System
-from prensa.fem.time_rule import BACKWARD_EULER, TimeRule, all_follow, unsteadiness
+from prensa.fem.time_rule import BACKWARD_EULER, TimeRule, all_follow, growths, unsteadiness
 from prensa.model import problem as model
 from prensa.model.checks import warnings_of
 from prensa.model.feed import ends_early
 from prensa.model.remeshing import remeshing_of
-from prensa.solver.acceptance import Acceptance, unilaterally_supported
+from prensa.solver.acceptance import Acceptance, Corners, unilaterally_supported
 from prensa.solver.ahead import Ahead
 from prensa.solver.approach import approach, first_touch
 from prensa.solver.attempt import attempt
@@ -228,9 +228,10 @@ class TimeStepping:
     ) -> None:
         self.system, self.numerics, self.policy = system, numerics, policy
         self.messages, self.timer, self.condense = messages, timer, condense
-        self.acceptance, self.validity = Acceptance(system, policy), Validity(system, policy)
+        corners = Corners(system)
+        self.acceptance, self.validity = Acceptance(system, policy, corners), Validity(system, policy)
         self.watched, self.outlines = watches(system), outlines(system)
-        self.distortion, self.folding = Distortion(system, policy), Folding(system, policy)
+        self.distortion, self.folding = Distortion(system, policy), Folding(system, policy, corners)
         self.stabilisation = Stabilisation(system, policy)
         self.reduced: Reduced | None = None
         self.ahead: Ahead | None = None  # who makes the matrix of the first step meanwhile
@@ -572,8 +573,9 @@ class TimeStepping:
         self.turned = self.turned + 1 if result.turned else 0
         e = result.evaluation._replace(data=None)  # increments that are kept must not keep their matrices
         ended = c.ends_step
-        unsteady = unsteadiness(c, self.system.blocks, e.history) if control.second_order and not ended else 0.0
-        dt = 0.0 if ended else control.next(c, e, result.iterations - result.vain, cutbacks, unsteady)
+        grown = result.grown or growths(self.system.blocks, e.history, c.state.history)
+        unsteady = unsteadiness(c, self.system.blocks, grown) if control.second_order and not ended else 0.0
+        dt = 0.0 if ended else control.next(c, e, grown, result.iterations - result.vain, cutbacks, unsteady)
         state = committed(self.system, c, result, e, dt, self.stabilisation)
         state = replace(state, clock=state.clock._replace(unsteady=unsteady))
         if self.reduced is not None and not ended:
