@@ -11,7 +11,7 @@ from prensa.kernels.compiled import njit
 
 @njit(cache=True, error_model="numpy")
 def foretold(now, last, before, fixed, out):
-    """Of what columns (n, d) are expected to consist, from those of the three last increments → out (n, 3 d); fixed rows are zero."""
+    """Of what columns (n, d) are expected to consist, from those of the last three increments → out (n, 3 d); 0 in fixed rows."""
     d = now.shape[1]
     for i in range(now.shape[0]):
         for c in range(d):
@@ -62,7 +62,7 @@ def nearest(columns, b, weight, least, share):
 
 @njit(cache=True, error_model="numpy")
 def combined(columns, images, share, x, left):
-    """x (n, d) becomes Σ share_i a_i of columns a_i (n, k d), and what that makes of images (n, k d) is taken off left (n, d)."""
+    """Combine columns a_i (n, k d): Σ share_i a_i → x (n, d); what that makes of images (n, k d) is taken off left (n, d)."""
     k, d = share.shape
     for n in range(x.shape[0]):
         for c in range(d):

@@ -15,7 +15,7 @@ import pickle
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -170,19 +170,38 @@ class Direction:
     def plans(self, c: Context) -> tuple[StepPlan, StepPlan]:
         """Plans of both sides for the step of an increment; they begin where the step did."""
         if self._plans is None or self._plans[0] != c.plan.number:
-            old, way = c.state, self.carried["step_start"]
-            above, below = (
-                plan_step(system, c.plan.number, old.step_start + sign * self.step * way, old.ends)
-                for sign, system, _ in self.sides
-            )
-            self._plans = c.plan.number, (above, below)
+            both = (c.plan, c.plan) if self._keeps_plan(c) else self._planned(c)
+            self._plans = c.plan.number, both
         return self._plans[1]
+
+    def _keeps_plan(self, c: Context) -> bool:
+        """Whether the step of an increment has the same plan on both sides as in it: a number of a body, and all begins alike."""
+        plan, way = c.plan, self.carried["step_start"]
+        same = self.parameter.path.startswith("bodies.") and not plan.released and plan.control is None
+        return same and not any(way[g.dofs].any() or g.found for g in plan.groups) and self._same_axis
+
+    @cached_property
+    def _same_axis(self) -> bool:
+        """Whether the same nodes lie on the axis of revolution on both sides."""
+        above, below = self.systems
+        return np.array_equal(above.axis_nodes, below.axis_nodes)
+
+    def _planned(self, c: Context) -> tuple[StepPlan, StepPlan]:
+        old, way = c.state, self.carried["step_start"]
+        above, below = (
+            plan_step(system, c.plan.number, old.step_start + sign * self.step * way, old.ends)
+            for sign, system, _ in self.sides
+        )
+        return above, below
 
     def leaves_motions(self, c: Context) -> bool:
         """Whether the step of an increment has the same plan on both sides but for friction: no motion, no force changes."""
         if self._leaves is None or self._leaves[0] != c.plan.number:
-            above, below = (pickle.dumps(vars(plan) | {"friction": None}) for plan in self.plans(c))
-            self._leaves = c.plan.number, above == below
+            above, below = self.plans(c)
+            alike = above is below or pickle.dumps(vars(above) | {"friction": None}) == pickle.dumps(
+                vars(below) | {"friction": None}
+            )
+            self._leaves = c.plan.number, alike
         return self._leaves[1]
 
     def is_known(self, c: Context) -> bool:
@@ -432,7 +451,8 @@ class Columns:
             if fine.any():
                 x[:, todo], left[:, todo] = found, rest
                 on = np.flatnonzero(~fine)
-                todo, sizes, found, rest, part = (a.take(on, axis=-1) for a in (todo, sizes, found, rest, part))
+                todo, sizes = todo[on], sizes[on]
+                found, rest, part = (a.take(on, axis=1) for a in (found, rest, part))
             step = reduced.restriction.whole(reduced.factorisation.again(part), n)
             after = self.times(step)
             np.subtract(rest, after, out=after)
