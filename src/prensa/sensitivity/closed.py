@@ -187,7 +187,8 @@ def differentiate(at: Solution, columns: Columns, before: Bundle, state: State) 
         points.append(Points.of(c, k, f, was, carried["lam"][s.rows].copy(), at.u, r))
     if given.motion is not before.nothing.motion:
         r += columns.times(given.motion)
-    x, left = columns.begun(-before.sizes * r, onwards(carried, c.plan.fixed))
+    left = -before.sizes * r
+    x = columns.begun(left, onwards(carried, c.plan.fixed))
     x = (x + columns.solve(left)) / before.sizes + given.motion
     reaction = left / -before.sizes  # r + K x
     for b, volumes, (histories, energy) in zip(elements, changes.volume, bodies):

@@ -10,20 +10,36 @@ from prensa.kernels.compiled import njit
 
 
 @njit(cache=True, error_model="numpy")
-def nearest(rows, weight, least, share):
+def foretold(now, last, before, fixed, out):
+    """Of what columns (n, d) are expected to consist, from those of the last three increments → out (n, 3 d); 0 in fixed rows."""
+    d = now.shape[1]
+    for i in range(now.shape[0]):
+        for c in range(d):
+            out[i, c], out[i, d + c] = now[i, c], now[i, c] - last[i, c]
+            out[i, 2 * d + c] = now[i, c] - 2.0 * last[i, c] + before[i, c]
+    for i in fixed:
+        for c in range(3 * d):
+            out[i, c] = 0.0
+
+
+@njit(cache=True, error_model="numpy")
+def nearest(columns, b, weight, least, share):
     """Which combination of k columns a_i (f,) comes nearest to b (f,), for d of each: share (k, d) of Σ share_i a_i.
 
-    rows (f, (k + 1) d): first the columns, k times d of them, then b, multiplied by the weight (f,). By Cholesky's factors
-    of the normal equations; a column of which less than a share ``least`` is independent of those before it is left out.
+    columns (f, k d), b (f, d) are multiplied by the weight (f,). By Cholesky's factors of the normal equations; a column of
+    which less than a share ``least`` is independent of those before it is left out.
     """
     k, d = share.shape
     M = np.zeros((k + 1, k, d))
-    for f in range(rows.shape[0]):
-        r, w = rows[f], weight[f] * weight[f]
-        for i in range(k + 1):
-            for j in range(min(i + 1, k)):
+    for f in range(columns.shape[0]):
+        r, w = columns[f], weight[f] * weight[f]
+        for i in range(k):
+            for j in range(i + 1):
                 for c in range(d):
                     M[i, j, c] += w * r[i * d + c] * r[j * d + c]
+        for j in range(k):
+            for c in range(d):
+                M[k, j, c] += w * b[f, c] * r[j * d + c]
     for c in range(d):
         for i in range(k):
             whole = M[i, i, c]
@@ -45,10 +61,24 @@ def nearest(rows, weight, least, share):
 
 
 @njit(cache=True, error_model="numpy")
-def add_combination(columns, share, factor, out):
-    """Adds factor × Σ share_i a_i to out (n, d) for columns (n, k d) and share (k, d)."""
+def combined(columns, images, share, x, left):
+    """Combine columns a_i (n, k d): Σ share_i a_i → x (n, d); what that makes of images (n, k d) is taken off left (n, d)."""
     k, d = share.shape
-    for n in range(out.shape[0]):
-        for i in range(k):
+    for n in range(x.shape[0]):
+        for c in range(d):
+            x[n, c] = share[0, c] * columns[n, c]
+            left[n, c] -= share[0, c] * images[n, c]
+        for i in range(1, k):
             for c in range(d):
-                out[n, c] += factor * share[i, c] * columns[n, i * d + c]
+                x[n, c] += share[i, c] * columns[n, i * d + c]
+                left[n, c] -= share[i, c] * images[n, i * d + c]
+
+
+@njit(cache=True, error_model="numpy")
+def sums(weight, part):
+    """Σ weight |part| (d,) of rows (f, d)."""
+    out = np.zeros(part.shape[1])
+    for f in range(part.shape[0]):
+        for c in range(part.shape[1]):
+            out[c] += weight[f] * abs(part[f, c])
+    return out

@@ -15,7 +15,7 @@ import pickle
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +33,7 @@ from prensa.fem.surface import Surface
 from prensa.fem.system import Evaluation, System
 from prensa.measures.measure import Gradient
 from prensa.sensitivity.change import Change, change_of, known
-from prensa.sensitivity.combinations import add_combination, nearest
+from prensa.sensitivity.combinations import combined, foretold, nearest, sums
 from prensa.sensitivity.parameters import Parameter, neighbours
 from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import Increment
@@ -54,12 +54,14 @@ LAST, BEFORE = "u_last", "u_before"
 """What carries the derivatives of the dofs one and two increments earlier, from which the next ones are foretold."""
 
 
-def onwards(carried: dict[str, Array], fixed: Index) -> list[Array]:
-    """Of what the derivatives of the free dofs after an increment are expected to consist: those carried, and how they change."""
-    u, last, before = carried["u"], carried[LAST], carried[BEFORE]
-    out = [u.copy(), u - last, u - 2.0 * last + before]
-    for way in out:
-        way[fixed] = 0.0
+def onwards(carried: dict[str, Array], fixed: Index) -> Array:
+    """Of what d derivatives of the free dofs after an increment are expected to consist (ndof, 3 d), zero at the prescribed ones.
+
+    That is those carried, how they change, and how that changes.
+    """
+    u, last, before = (a if a.ndim == 2 else a[:, None] for a in (carried["u"], carried[LAST], carried[BEFORE]))
+    out = np.empty((len(u), 3 * u.shape[1]))
+    foretold(u, last, before, fixed, out)
     return out
 
 
@@ -168,19 +170,38 @@ class Direction:
     def plans(self, c: Context) -> tuple[StepPlan, StepPlan]:
         """Plans of both sides for the step of an increment; they begin where the step did."""
         if self._plans is None or self._plans[0] != c.plan.number:
-            old, way = c.state, self.carried["step_start"]
-            above, below = (
-                plan_step(system, c.plan.number, old.step_start + sign * self.step * way, old.ends)
-                for sign, system, _ in self.sides
-            )
-            self._plans = c.plan.number, (above, below)
+            both = (c.plan, c.plan) if self._keeps_plan(c) else self._planned(c)
+            self._plans = c.plan.number, both
         return self._plans[1]
+
+    def _keeps_plan(self, c: Context) -> bool:
+        """Whether the step of an increment has the same plan on both sides as in it: a number of a body, and all begins alike."""
+        plan, way = c.plan, self.carried["step_start"]
+        same = self.parameter.path.startswith("bodies.") and not plan.released and plan.control is None
+        return same and not any(way[g.dofs].any() or g.found for g in plan.groups) and self._same_axis
+
+    @cached_property
+    def _same_axis(self) -> bool:
+        """Whether the same nodes lie on the axis of revolution on both sides."""
+        above, below = self.systems
+        return np.array_equal(above.axis_nodes, below.axis_nodes)
+
+    def _planned(self, c: Context) -> tuple[StepPlan, StepPlan]:
+        old, way = c.state, self.carried["step_start"]
+        above, below = (
+            plan_step(system, c.plan.number, old.step_start + sign * self.step * way, old.ends)
+            for sign, system, _ in self.sides
+        )
+        return above, below
 
     def leaves_motions(self, c: Context) -> bool:
         """Whether the step of an increment has the same plan on both sides but for friction: no motion, no force changes."""
         if self._leaves is None or self._leaves[0] != c.plan.number:
-            above, below = (pickle.dumps(vars(plan) | {"friction": None}) for plan in self.plans(c))
-            self._leaves = c.plan.number, above == below
+            above, below = self.plans(c)
+            alike = above is below or pickle.dumps(vars(above) | {"friction": None}) == pickle.dumps(
+                vars(below) | {"friction": None}
+            )
+            self._leaves = c.plan.number, alike
         return self._leaves[1]
 
     def is_known(self, c: Context) -> bool:
@@ -212,9 +233,10 @@ class Direction:
         given[at.c.plan.fixed] = self.difference(*(side.c.plan.values(side.c.time) for side in sides))
         return dr, system.with_slaves(given)
 
-    def ways(self, at: Solution) -> list[Array]:
-        """Of what the derivatives of the free dofs (ndof, 1) are expected to consist, 0 for the prescribed ones."""
-        return [at.system.with_slaves(way)[:, None] for way in onwards(self.carried, at.c.plan.fixed)]
+    def ways(self, at: Solution) -> Array:
+        """Of what the derivative of the free dofs is expected to consist (ndof, 3), 0 for the prescribed ones."""
+        ways = onwards(self.carried, at.c.plan.fixed)
+        return np.stack([at.system.with_slaves(way) for way in ways.T], axis=-1)
 
     def _context(self, at: Solution, sign: float, system: System, stabilisation: Stabilisation) -> Context:
         """The increment beside, from the committed state that belongs to it."""
@@ -383,20 +405,18 @@ class Columns:
         """K x for x (ndof, d)."""
         return np.asarray(self.whole @ x)
 
-    def begun(self, b: Array, ways: Sequence[Array]) -> tuple[Array, Array]:
-        """Where the solution of K x = b (ndof, d) begins, and what that leaves of b.
+    def begun(self, left: Array, ways: Array) -> Array:
+        """Where the solution of K x = b (ndof, d) begins; ``left`` is b, and becomes what that leaves of it.
 
-        It is the combination of ways (ndof, d), by column, that leaves least of the free rows; they are zero where dofs are
+        It is the combination of ways (ndof, k d), by column, that leaves least of the free rows; they are zero where dofs are
         prescribed.
         """
-        reduced, V = self.reduced, np.concatenate(ways, axis=1)
-        KV, share = self.times(V), np.zeros((len(ways), b.shape[1]))
-        rows = reduced.restriction.part(np.concatenate([KV, b], axis=1))
-        nearest(rows, reduced.weight, reduced.policy.columns_alike, share)
-        x, left = np.zeros_like(b), b.copy()
-        add_combination(V, share, 1.0, x)
-        add_combination(KV, share, -1.0, left)
-        return x, left
+        reduced, part = self.reduced, self.reduced.restriction.part
+        images, x, d = self.times(ways), np.empty_like(left), left.shape[1]
+        share = np.zeros((ways.shape[1] // d, d))
+        nearest(part(images), part(left), reduced.weight, reduced.policy.columns_alike, share)
+        combined(ways, images, share, x, left)
+        return x
 
     def solve(self, left: Array) -> Array:
         """Dofs x of K x = b for b (ndof, d), zero where prescribed; ``left`` is b, and becomes b − K x.
@@ -426,24 +446,30 @@ class Columns:
         """
         reduced, policy, n = self.reduced, self.reduced.policy, len(x)
         part = reduced.restriction.part(left)
-        sizes = self._shares(part)
-        todo: Any = slice(None)  # nearly always all columns: those are views
-        while not (fine := sizes <= policy.columns_fine).all():
+        sizes, todo, found, rest, enough = self._shares(part), np.arange(left.shape[1]), x, left, True
+        while enough and not (fine := sizes <= policy.columns_fine).all():
             if fine.any():
+                x[:, todo], left[:, todo] = found, rest
                 on = np.flatnonzero(~fine)
-                todo, sizes, part = on if isinstance(todo, slice) else todo[on], sizes[on], part[:, on]
+                todo, sizes = todo[on], sizes[on]
+                found, rest, part = (a.take(on, axis=1) for a in (found, rest, part))
             step = reduced.restriction.whole(reduced.factorisation.again(part), n)
-            rest = left[:, todo] - self.times(step)
-            part = reduced.restriction.part(rest)
+            after = self.times(step)
+            np.subtract(rest, after, out=after)
+            part = reduced.restriction.part(after)
             before, sizes = sizes.max(), self._shares(part)
             if not sizes.max() < before:
-                return False
-            x[:, todo] += step
-            left[:, todo] = rest
-            if sizes.max() * (sizes.max() / before) ** policy.corrections > policy.columns_fine:
-                return False
-        return True
+                enough = False
+                break
+            found += step
+            rest = after
+            enough = not sizes.max() * (sizes.max() / before) ** policy.corrections > policy.columns_fine
+        if found is x:
+            left[:] = rest
+        else:
+            x[:, todo], left[:, todo] = found, rest
+        return enough
 
     def _shares(self, part: Array) -> Array:
         """Norms (d,) of free rows (f, d), moments divided by a length, over the forces."""
-        return np.asarray(self.reduced.weight @ np.abs(part)) / self.e.scale
+        return np.asarray(sums(self.reduced.weight, part)) / self.e.scale

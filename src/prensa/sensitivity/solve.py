@@ -388,7 +388,8 @@ class Differentiated(Followed):
             return None, np.inf
         dr, given = d.equation(at, sides)
         size, r = d.parameter.size, dr[:, None] + columns.times(given[:, None])
-        x, left = columns.begun(-size * r, d.ways(at))
+        left = -size * r
+        x = columns.begun(left, d.ways(at))
         x = (x + columns.solve(left)) / size
         reaction = left[:, 0] / -size  # r + K x
         neighbours, rest, unmet = d.neighbours(at, sides, given + x[:, 0], reaction, result, state.clock.dt)

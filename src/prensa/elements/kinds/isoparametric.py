@@ -32,17 +32,16 @@ class Isoparametric(Element, abstract=True):
     def volumes(self, X: Array, mode: Mode) -> tuple[Array, Flags]:
         """Initial volumes (k, q) and flags (k,) of folded elements."""
         t = self.table
-        w = np.empty((len(X), self.points))
-        failed = np.zeros(len(X), dtype=np.bool_)
-        for q, (N, dN) in enumerate(zip(t.N, t.dN)):  # as `solid.kinematics` has them, which need not be compiled for that
-            j11 = j12 = j21 = j22 = r = np.zeros(len(X))
-            for (x, y), n, (by_xi, by_eta) in zip(np.moveaxis(X, 0, -1), N, dN):
-                j11, j12, r = j11 + by_xi * x, j12 + by_xi * y, r + n * x
-                j21, j22 = j21 + by_eta * x, j22 + by_eta * y
-            det = j11 * j22 - j12 * j21
-            w[:, q] = mode.scale * t.weight[q] * det * (r if mode.axisymmetric else 1.0)
-            failed |= ~((det > 0.0) & ((r > 0.0) | (not mode.axisymmetric)))
-        return w, failed
+        x, y = X[:, :, 0], X[:, :, 1]
+        j11 = j12 = j21 = j22 = r = np.zeros((len(X), self.points))
+        for a in range(X.shape[1]):  # as `solid.kinematics` has them, which need not be compiled for that
+            by_xi, by_eta, of_x, of_y = t.dN[:, a, 0], t.dN[:, a, 1], x[:, a, None], y[:, a, None]
+            j11, j12, r = j11 + by_xi * of_x, j12 + by_xi * of_y, r + t.N[:, a] * of_x
+            j21, j22 = j21 + by_eta * of_x, j22 + by_eta * of_y
+        det = j11 * j22 - j12 * j21
+        w = mode.scale * t.weight * det * (r if mode.axisymmetric else 1.0)
+        failed = ~((det > 0.0) & ((r > 0.0) | (not mode.axisymmetric)))
+        return w, np.asarray(failed.any(axis=1))
 
     def respond(self, c: Chunk, law: Material, at: At, mode: Mode, work: Work, stiffness: bool) -> Failure | None:
         """See `Element`."""
