@@ -11,10 +11,14 @@ from prensa.elements import q4
 @pytest.mark.parametrize("finite", [False, True])
 @pytest.mark.parametrize("axisymmetric", [False, True])
 def test_an_element_answers_the_same_whoever_stands_beside_it(axisymmetric: bool, finite: bool) -> None:
-    """Forces and stiffnesses of an element have the same bits alone and among any number of others."""
+    """Gradients, forces and stiffnesses of an element have the same bits alone and among any number of others.
+
+    Of one element the increment is large, so that in axisymmetry its α is not found as that of the others.
+    """
     rng, n = np.random.default_rng(0), 2 * q4.ABREAST + 3
     x = np.array([[3.0, 0.0], [4.0, 0.0], [4.0, 1.0], [3.0, 1.0]]) + 0.1 * rng.standard_normal((n, 4, 2))
     d = 0.03 * rng.standard_normal((n, 4, 2))
+    d[9] = [[0.0, 0.0], [0.0, 0.0], [-0.4, 0.0], [0.4, 0.0]]
     P, A = rng.standard_normal((n, 4, 5)), rng.standard_normal((n, 4, 5, 5))
     h, w, alpha, failed = np.empty((n, 4, 5)), np.empty((n, 4)), np.empty((n, 4)), np.zeros(n, dtype=np.bool_)
     q4.kinematics(x, d, axisymmetric, finite, 1.0, h, w, alpha, failed)
@@ -27,6 +31,13 @@ def test_an_element_answers_the_same_whoever_stands_beside_it(axisymmetric: bool
         q4.integrate(x[rows].copy(), d[rows].copy(), axisymmetric, finite, *at, out[0], stiffness, *out[1:])
         return out
 
+    kinematics = [h, w, alpha]
+    for first, last in ((0, 1), (5, 20), (q4.ABREAST, q4.ABREAST + 1), (7, n)):
+        k = last - first
+        alone = [np.empty((k, 4, 5)), np.empty((k, 4)), np.empty((k, 4))]
+        q4.kinematics(x[first:last].copy(), d[first:last].copy(), axisymmetric, finite, 1.0, *alone, np.zeros(k, dtype=np.bool_))
+        for some, others in zip(alone, kinematics):
+            assert some.tobytes() == others[first:last].tobytes()
     for stiffness in (False, True):
         every = answer(slice(None), stiffness)
         for first, last in ((0, 1), (5, 20), (q4.ABREAST, q4.ABREAST + 1), (7, n)):

@@ -20,6 +20,7 @@ import math
 import numpy as np
 
 from prensa.kernels.compiled import njit
+from prensa.kernels.lanes import WIDE, five_into_rows, four_into_rows, four_out_of_rows, into_rows, out_of_rows
 from prensa.kernels.tensor import det_minus_one
 
 _G = 1.0 / math.sqrt(3.0)
@@ -42,59 +43,50 @@ def _centre():
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _root_minus_one(delta, cubic):
-    """(1 + δ)^(1/2), or with ``cubic`` (1 + δ)^(1/3), less one, with all the digits that a small δ has."""
-    rho = 1.0 + delta
+    """(1 + δ)^(1/2), or with ``cubic`` (1 + δ)^(1/3), less one, with all the digits that a small δ has; cubic: −¼ < δ < ½."""
     if not cubic:
-        return delta / (math.sqrt(rho) + 1.0)
-    if -0.25 < delta < 0.5:
-        # two steps of Halley's method, c ← c (c³ + 2ρ)/(2c³ + ρ), leave an error below 1e-17 from within 1 %
-        c = 1.0 + delta / 3.0
-        cube = c * c * c
-        c *= (cube + 2.0 * rho) / (2.0 * cube + rho)
-    else:
-        c = rho ** (1.0 / 3.0)
-    cube = c * c * c
-    c *= (cube + 2.0 * rho) / (2.0 * cube + rho)
+        return delta / (math.sqrt(1.0 + delta) + 1.0)
+    # two steps of Halley's method leave an error below 1e-17 from within 1 %
+    c = _nearer_root(1.0 + delta, _nearer_root(1.0 + delta, 1.0 + delta / 3.0))
     return delta / (c * c + c + 1.0)
 
 
-# the derivative by ξ changes only with η and the other way round: number of their values at the points and at the centre
-_ROW, _COLUMN = np.array([0, 0, 1, 1, 2]), np.array([0, 1, 1, 0, 2])
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _nearer_root(rho, c):
+    """A step of Halley's method to the cube root of ρ, c ← c (c³ + 2ρ)/(2c³ + ρ)."""
+    cube = c * c * c
+    return c * ((cube + 2.0 * rho) / (2.0 * cube + rho))
+
+
 _LEAST_SHARE = (
     1.0 / 3.0
 )  # area of a point over that of the centre, both over their initial ones, that F-bar keeps by itself
-_FAR, _NEAR = 0.25 * (1.0 + _G), 0.25 * (1.0 - _G)
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
-def _slopes(v, e, i, S):
-    """Derivatives of component i of v (e, 4, 2) by ξ at η = −g, g, 0 → S[0] (3,), and by η at ξ = −g, g, 0 → S[1], g = 1/√3."""
-    v0, v1, v2, v3 = v[e, 0, i], v[e, 1, i], v[e, 2, i], v[e, 3, i]
-    for k in range(2):
-        a, b = (v1 - v0, v2 - v3) if k == 0 else (v3 - v0, v2 - v1)
-        S[k, 0], S[k, 1], S[k, 2] = _FAR * a + _NEAR * b, _NEAR * a + _FAR * b, 0.25 * (a + b)
+ABREAST = 16
+"""Elements at a time in the kernels: their scratch lies in the nearest cache."""
+# where the rows of the scratch of `kinematics` begin: positions and increments of the nodes; of the points volumes, α, h; of one
+# what its α follows from, of the element the dilatation, the volume, whether it failed
+_V, _D_V, _VOLUME, _ALPHA, _H, _RISE, _C, _TOTAL, _BAD, _KINEMATIC = (
+    ABREAST * k for k in (0, 8, 16, 20, 24, 44, 45, 46, 47, 48)
+)
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
-def _increment(x, du, e, q, axisymmetric, S):
-    """Jacobian times radius (or 1) and displacement gradient 11, 12, 21, 22, 33 of element e at point q.
-
-    S (4, 2, 3): `_slopes` of x, y and of their increments.
-    """
-    r, c = _ROW[q], _COLUMN[q]
-    x1, x2, y1, y2 = S[0, 0, r], S[0, 1, c], S[1, 0, r], S[1, 1, c]
-    u1, u2, v1, v2 = S[2, 0, r], S[2, 1, c], S[3, 0, r], S[3, 1, c]
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _increment(s, i, q, axisymmetric):
+    """Jacobian times radius (or 1) and displacement gradient 11, 12, 21, 22, 33 of lane i at point q."""
+    x1 = x2 = y1 = y2 = u1 = u2 = v1 = v2 = radius = u = 0.0
+    for a in range(4):
+        dx, dy, n, at = _DX[q, a], _DY[q, a], _N[q, a], 2 * a * ABREAST + i
+        x, y, ux, uy = s[_V + at], s[_V + at + ABREAST], s[_D_V + at], s[_D_V + at + ABREAST]
+        x1, x2, y1, y2 = x1 + dx * x, x2 + dy * x, y1 + dx * y, y2 + dy * y
+        u1, u2, v1, v2 = u1 + dx * ux, u2 + dy * ux, v1 + dx * uy, v2 + dy * uy
+        radius, u = radius + n * x, u + n * ux
     det = x1 * y2 - y1 * x2
     inverse = 1.0 / det
     h11, h12 = (u1 * y2 - u2 * y1) * inverse, (u2 * x1 - u1 * x2) * inverse
     h21, h22 = (v1 * y2 - v2 * y1) * inverse, (v2 * x1 - v1 * x2) * inverse
-    if not axisymmetric:
-        return det, h11, h12, h21, h22, 0.0
-    radius = u = 0.0
-    for a in range(4):
-        radius += _N[q, a] * x[e, a, 0]
-        u += _N[q, a] * du[e, a, 0]
-    return det * radius, h11, h12, h21, h22, u / radius
+    return det * (radius if axisymmetric else 1.0), h11, h12, h21, h22, u / radius if axisymmetric else 0.0
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
@@ -102,61 +94,78 @@ def kinematics(x, du, axisymmetric, finite, scale, h, w, alpha, failed):
     """X (e, 4, 2) committed positions, du (e, 4, 2) increments → h (e, 4, 5), w (e, 4) volumes, alpha (e, 4), failed (e,).
 
     ``scale`` multiplies the volumes (thickness, or 2π in axisymmetry). h is that of f̄ and alpha − 1 is what F-bar
-    added. failed marks elements with det f ≤ 0 (or an inverted committed shape) at a point.
+    added. failed marks elements with det f ≤ 0 (or an inverted committed shape) at a point. `ABREAST` elements are answered for
+    at a time, as in `integrate`.
     """
-    S = np.empty((4, 2, 3))
+    s = np.zeros(_KINEMATIC)
     middle = _centre()
-    for e in range(x.shape[0]):
-        for i in range(2):
-            _slopes(x, e, i, S[i])
-            _slopes(du, e, i, S[2 + i])
+    share, third = (1.0 / 3.0, 1.0) if axisymmetric else (0.5, 0.0)
+    for first in range(0, x.shape[0], ABREAST):
+        lanes = min(ABREAST, x.shape[0] - first)
+        for i in range(0, lanes, WIDE):
+            into_rows(x, 8 * (first + i), 8, lanes - 1 - i, s, _V + i, ABREAST)
+            into_rows(du, 8 * (first + i), 8, lanes - 1 - i, s, _D_V + i, ABREAST)
         # finite strain: det f − 1 at the centre; small strain: the mean dilatation, by the volumes of the points
-        centre, total, bad = 0.0, 0.0, False
-        for q in range(middle if finite else 0, middle + 1 if finite else 4):
-            volume, h11, h12, h21, h22, h33 = _increment(x, du, e, q, axisymmetric, S)
-            if finite:
+        if finite:
+            for i in range(ABREAST):
+                _, h11, h12, h21, h22, h33 = _increment(s, i, middle, axisymmetric)
                 centre = det_minus_one(h11, h12, h21, h22, h33)
-                bad = not centre > -1.0
-            else:
-                centre += volume * (h11 + h22 + h33)
-                total += volume
-        if not finite:
-            centre /= total
+                s[_C + i], s[_BAD + i] = centre, 0.0 if centre > -1.0 else 1.0
+        else:
+            for i in range(ABREAST):
+                s[_C + i], s[_TOTAL + i], s[_BAD + i] = 0.0, 0.0, 0.0
+            for q in range(4):
+                for i in range(ABREAST):
+                    volume, h11, h12, h21, h22, h33 = _increment(s, i, q, axisymmetric)
+                    s[_C + i] += volume * (h11 + h22 + h33)
+                    s[_TOTAL + i] += volume
+            for i in range(ABREAST):
+                s[_C + i] /= s[_TOTAL + i]
         for q in range(4):
-            volume, h11, h12, h21, h22, h33 = _increment(x, du, e, q, axisymmetric, S)
-            volume *= scale
-            w[e, q] = volume
-            bad |= not volume > 0.0
-            if finite:
-                here = det_minus_one(h11, h12, h21, h22, h33)
-                bad |= not (here > -1.0 and h33 > -1.0)
-                a1 = _root_minus_one((centre - here) / (1.0 + here), axisymmetric)
-                h11, h12, h21, h22 = (
-                    h11 + a1 * (1.0 + h11),
-                    h12 * (1.0 + a1),
-                    h21 * (1.0 + a1),
-                    h22 + a1 * (1.0 + h22),
-                )
-                if axisymmetric:
-                    h33 += a1 * (1.0 + h33)
-            else:
-                a1 = (centre - (h11 + h22 + h33)) / (3.0 if axisymmetric else 2.0)
-                h11 += a1
-                h22 += a1
-                if axisymmetric:
-                    h33 += a1
-            h[e, q, 0], h[e, q, 1], h[e, q, 2], h[e, q, 3], h[e, q, 4] = h11, h12, h21, h22, h33
-            alpha[e, q] = 1.0 + a1
-        if bad:
-            failed[e] = True
+            far, here_alpha, here_h = 0, _ALPHA + q * ABREAST, _H + 5 * q * ABREAST
+            for i in range(ABREAST):
+                volume, h11, h12, h21, h22, h33 = _increment(s, i, q, axisymmetric)
+                here = det_minus_one(h11, h12, h21, h22, h33) if finite else h11 + h22 + h33
+                good = (volume * scale > 0.0) & ((not finite) | ((here > -1.0) & (h33 > -1.0)))
+                s[_BAD + i] = s[_BAD + i] if good else 1.0
+                delta = (s[_C + i] - here) / (1.0 + here) if finite else (s[_C + i] - here) * share
+                far += 1 if (i < lanes) & (not ((delta > -0.25) & (delta < 0.5))) else 0
+                s[_RISE + i], s[here_alpha + i] = delta, _root_minus_one(delta, axisymmetric) if finite else delta
+                to = here_h + i
+                s[_VOLUME + q * ABREAST + i], s[to], s[to + ABREAST] = volume * scale, h11, h12
+                s[to + 2 * ABREAST], s[to + 3 * ABREAST], s[to + 4 * ABREAST] = h21, h22, h33
+            if far and finite and axisymmetric:
+                for i in range(lanes):
+                    delta = s[_RISE + i]
+                    if not -0.25 < delta < 0.5:
+                        c = _nearer_root(1.0 + delta, (1.0 + delta) ** (1.0 / 3.0))
+                        s[here_alpha + i] = delta / (c * c + c + 1.0)
+            for i in range(ABREAST):
+                to = here_h + i
+                a1, h11, h12 = s[here_alpha + i], s[to], s[to + ABREAST]
+                h21, h22, h33 = s[to + 2 * ABREAST], s[to + 3 * ABREAST], s[to + 4 * ABREAST]
+                one = 1.0 if finite else 0.0  # small strain: what is added does not stretch
+                s[to], s[to + 3 * ABREAST] = h11 + a1 * (1.0 + one * h11), h22 + a1 * (1.0 + one * h22)
+                s[to + ABREAST], s[to + 2 * ABREAST] = h12 * (1.0 + one * a1), h21 * (1.0 + one * a1)
+                s[to + 4 * ABREAST], s[here_alpha + i] = h33 + third * a1 * (1.0 + one * h33), 1.0 + a1
+        for i in range(0, lanes, WIDE):
+            e, last = first + i, lanes - 1 - i
+            four_out_of_rows(w, 4 * e, 4, last, s, _VOLUME + i, ABREAST)
+            four_out_of_rows(alpha, 4 * e, 4, last, s, _ALPHA + i, ABREAST)
+            for k in _FIRST_OF_H:
+                out_of_rows(h, 20 * e + k, 20, last, s, _H + k * ABREAST + i, ABREAST)
+        for i in range(lanes):
+            if s[_BAD + i] != 0.0:
+                failed[first + i] = True
 
 
-ABREAST = 16
-"""Elements at a time in `integrate`: their scratch lies in the nearest cache."""
-# where the rows of the scratch begin: positions, increments; of a point gradients (x, y, hoop), f, weighted stress, tangent,
-# divergence; divergence of the centre; tangent times gradients, forces, their sum, stiffness
+# where those of `integrate` begin: positions, increments; of a point gradients (x, y, hoop), f, weighted stress, tangent,
+# divergence; divergence of the centre; tangent times gradients, volumes and α of the points, weight of a tangent, forces, their
+# sum, stiffness
 _X, _U, _GX, _GY, _GR, _F, _P, _A, _D = (ABREAST * k for k in (0, 8, 16, 20, 24, 28, 33, 38, 63))
-_D0, _AG, _R, _SUM, _K, _SCRATCH = (ABREAST * k for k in (71, 79, 119, 127, 128, 192))
+_D0, _AG, _W, _AL, _WC, _R, _SUM, _K, _SCRATCH = (ABREAST * k for k in (71, 79, 119, 123, 127, 128, 136, 137, 201))
+# numbers of the eights that make 20 or 25 columns
+_FIRST_OF_H, _FIRST_OF_A = (0, 8, 12), (0, 8, 16, 17)
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"}, forceinline=True)
@@ -237,11 +246,12 @@ def integrate(x, du, axisymmetric, finite, w, alpha, P, A, forces, stiffness, r_
     slopes = stiffness or not finite
     for first in range(0, x.shape[0], ABREAST):
         lanes = min(ABREAST, x.shape[0] - first)
-        for i in range(lanes):
-            for a in range(4):
-                for k in range(2):
-                    row = (2 * a + k) * ABREAST + i
-                    s[_X + row], s[_U + row] = x[first + i, a, k], du[first + i, a, k]
+        for i in range(0, lanes, WIDE):
+            e, last = first + i, lanes - 1 - i
+            into_rows(x, 8 * e, 8, last, s, _X + i, ABREAST)
+            into_rows(du, 8 * e, 8, last, s, _U + i, ABREAST)
+            four_into_rows(w, 4 * e, 4, last, s, _W + i, ABREAST)
+            four_into_rows(alpha, 4 * e, 4, last, s, _AL + i, ABREAST)
         for n in range(_R, _SCRATCH):
             s[n] = 0.0
         # the divergence whose rise over that of a point α follows: of the centre; in small strain the mean of the points
@@ -264,16 +274,22 @@ def integrate(x, du, axisymmetric, finite, w, alpha, P, A, forces, stiffness, r_
                 for j in range(8):
                     s[_D0 + j * ABREAST + i] *= inverse
         for q in range(4):
-            for i in range(lanes):
-                e = first + i
-                al = alpha[e, q] if finite else 1.0
-                wc = w[e, q] / (al * al if axisymmetric else al)
-                for k in range(5):
-                    s[_P + k * ABREAST + i] = wc * P[e, q, k]
+            for i in range(0, lanes, WIDE):
+                e, last = first + i, lanes - 1 - i
+                five_into_rows(P, 20 * e + 5 * q, 20, last, s, _P + i, ABREAST)
                 if stiffness:
-                    for k in range(5):
-                        for m in range(5):
-                            s[_A + (5 * k + m) * ABREAST + i] = wc * al * A[e, q, k, m]
+                    for k in _FIRST_OF_A:
+                        into_rows(A, 100 * e + 25 * q + k, 100, last, s, _A + k * ABREAST + i, ABREAST)
+            for i in range(ABREAST):
+                al = s[_AL + q * ABREAST + i] if finite else 1.0
+                wc = s[_W + q * ABREAST + i] / (al * al if axisymmetric else al)
+                s[_WC + i] = wc * al
+                for k in range(5):
+                    s[_P + k * ABREAST + i] *= wc
+            if stiffness:
+                for k in range(25):
+                    for i in range(ABREAST):
+                        s[_A + k * ABREAST + i] *= s[_WC + i]
             for i in range(ABREAST):
                 _, h11, h12, h21, h22, h33 = _at_point(s, i, q, axisymmetric)
                 if not finite:
@@ -323,12 +339,12 @@ def integrate(x, du, axisymmetric, finite, w, alpha, P, A, forces, stiffness, r_
                             s[_K + (8 * m + j) * ABREAST + i] += g * t
         for i in range(lanes):
             forces[first + i] = s[_SUM + i]
-            for j in range(8):
-                r_out[first + i, j] = s[_R + j * ABREAST + i]
+        for i in range(0, lanes, WIDE):
+            e, last = first + i, lanes - 1 - i
+            out_of_rows(r_out, 8 * e, 8, last, s, _R + i, ABREAST)
             if stiffness:
                 for m in range(8):
-                    for j in range(8):
-                        K_out[first + i, m, j] = s[_K + (8 * m + j) * ABREAST + i]
+                    out_of_rows(K_out, 64 * e + 8 * m, 64, last, s, _K + 8 * m * ABREAST + i, ABREAST)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)

@@ -14,7 +14,12 @@ SMALL_LOG, SMALL_EXP = 0.15, 0.12  # up to which they are right
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
 def half_log(x):
     """½ ln(1 + x) of |x| up to `SMALL_LOG`: artanh of x/(2 + x)."""
-    z = x / (2.0 + x)
+    return artanh(x / (2.0 + x))
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def artanh(z):
+    """½ ln((1 + z)/(1 − z)) of what |x| up to `SMALL_LOG` make x/(2 + x)."""
     s = z * z
     tail = 1.0 / 3.0 + s * (1.0 / 5.0 + s * (1.0 / 7.0 + s * (1.0 / 9.0 + s * (1.0 / 11.0 + s * (1.0 / 13.0)))))
     return z + z * s * tail

@@ -21,9 +21,10 @@ ON_SURFACE = 1e-11  # of the trial stress: beyond the yield surface by less is o
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _steps(f, slope, curvature):
     """Newton's and Halley's step, right to second and third order, to the root of f − slope s − curvature s²/2."""
-    inverse = 1.0 / slope
-    newton = f * inverse
-    return newton, newton / (1.0 + 0.5 * curvature * newton * inverse)
+    square = slope * slope
+    bent = square + 0.5 * curvature * f
+    inverse = f / (slope * bent)  # one division for both
+    return inverse * bent, inverse * square
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)

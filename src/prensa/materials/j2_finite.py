@@ -13,21 +13,35 @@ import math
 import numpy as np
 
 from prensa.kernels.compiled import njit
-from prensa.kernels.series import GROUP, SMALL_EXP, SMALL_LOG, exp_minus_one, half_log
+from prensa.kernels.lanes import (
+    WIDE,
+    five_into_rows,
+    five_out_of_rows,
+    four_into_rows,
+    into_rows,
+    out_of_rows,
+    to_be_read,
+    to_be_written,
+)
+from prensa.kernels.series import GROUP, SMALL_EXP, SMALL_LOG, artanh, exp_minus_one
 from prensa.kernels.tensor import det_minus_one, push_forward
 from prensa.materials.hardening import JOHNSON_COOK, LUDWIK, SWIFT, TINY, flow_stress
 from prensa.materials.j2 import ON_SURFACE, ROOT_STEPS, _converged, _start, _steps
 
 # where the rows of the scratch begin: what was committed, the trial state in its principal axes, the answer (a sum for each would
 # take a third of the time in which the kernel is compiled)
-_O, _O1, _O2, _O3, _T, _T1, _T2, _T3, _A0, _WORK, _C, _C1, _B, _B1, _B2, _JN = range(0, 16 * GROUP, GROUP)
+_O, _O1, _O2, _O3, _A0, _WORK, _T, _T1, _T2, _T3, _C, _C1, _B, _B1, _B2, _JN = range(0, 16 * GROUP, GROUP)
 _E, _E1, _E2, _Q, _JAC, _DELTA, _Y0, _Y, _SLOPE, _CURVATURE, _START = range(16 * GROUP, 27 * GROUP, GROUP)
-_NEW, _NEW1, _NEW2, _NEW3, _KEPT, _KEPT1, _KEPT2, _KEPT3 = range(27 * GROUP, 35 * GROUP, GROUP)
-_P, _P1, _P2, _P3, _P4, _H, _H1, _H2, _H3, _H4 = range(35 * GROUP, 45 * GROUP, GROUP)
-_A, _A24, _ROWS = 45 * GROUP, 69 * GROUP, 70 * GROUP
+_P, _P1, _P2, _P3, _P4, _H, _H1, _H2, _H3, _H4, _LOW = range(27 * GROUP, 38 * GROUP, GROUP)
+_A, _A24, _ROWS = 38 * GROUP, 62 * GROUP, 63 * GROUP
+# the history afterwards takes the place of that before, column by column
+_NEW, _NEW1, _NEW2, _NEW3, _KEPT, _KEPT1, _KEPT2, _KEPT3 = _O, _O1, _O2, _O3, _T, _T1, _T2, _T3
 # of the search for plastic strains, in rows that the answer takes afterwards: whether it goes on, between what, what was found
-_OPEN, _LOW, _HIGH, _FOUND, _FOUND_Y, _FOUND_SLOPE = _KEPT, _KEPT1, _KEPT2, _KEPT3, _P, _P1
-NO_STRESS = 1e-300
+_OPEN, _HIGH, _FOUND, _FOUND_Y, _FOUND_SLOPE = _P, _P1, _P2, _P3, _P4
+# of the answer, in rows that are read no more: 1/q, 3GΔ/q; 1 over det and 33 of the plane's f, 1/J_n
+_BY_Q, _LESS, _BY_F, _BY_F33, _BY_JN = _CURVATURE, _START, _Y0, _LOW, _JN
+_FIRST_OF_A = (0, 8, 16, 17)  # of the eights that make 25 columns
+NO_STRESS, NO_DIFFERENCE, _THIRD = 1e-300, 1e-150, 1.0 / 3.0
 # of powers: what numbers and exponents of e have to be; ln 2 in two parts; what rounds to whole numbers when it is added, as bits
 # too; bits of ½√2; how many bits a mantissa has and what is added to exponents
 _NORMAL, _FINITE, _EXPONENT, _LN2, _LN2_REST = 1e-300, 1e300, 700.0, 0.69314718036912381649, 1.9082149292705877e-10
@@ -39,9 +53,11 @@ def _axes(b11, b22, b12):
     """As `prensa.kernels.tensor.principal`, without a branch."""
     half = 0.5 * (b11 - b22)
     r = math.sqrt(half * half + b12 * b12)
-    share, over = (abs(half) / r, r) if r > 0.0 else (1.0, 1.0)
-    large = math.sqrt(0.5 * (1.0 + share))
-    less = b12 / (2.0 * over * large)
+    # the larger of cos and sin is √((r + |half|)/2r), the other b12 over 2r times that
+    apart = r > NO_DIFFERENCE
+    sum_ = r + abs(half) if apart else 1.0
+    over = 1.0 / math.sqrt(2.0 * (r if apart else 0.5) * sum_)
+    large, less = sum_ * over, b12 * over if apart else 0.0
     up = half >= 0.0
     c, s = large if up else abs(less), less if up else math.copysign(large, b12)
     return 0.5 * (b11 + b22) + r, 0.5 * (b11 + b22) - r, c, s
@@ -50,8 +66,12 @@ def _axes(b11, b22, b12):
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
 def _logarithmic_strains(w, m, far):
     """½ ln(1 + b) of the principal b of `_B` → `_E`, those of the first m points by the library if some are ``far`` from 0."""
-    for n in range(3 * GROUP):
-        w[_E + n] = half_log(w[_B + n])
+    for i in range(GROUP):
+        x0, x1, x2 = w[_B + i], w[_B1 + i], w[_B2 + i]
+        d0, d1, d2 = 2.0 + x0, 2.0 + x1, 2.0 + x2
+        inverse = 1.0 / (d0 * d1 * d2)  # divisions are what takes longest here: one does for three
+        w[_E + i], w[_E1 + i] = artanh(x0 * (d1 * d2 * inverse)), artanh(x1 * (d0 * d2 * inverse))
+        w[_E2 + i] = artanh(x2 * (d0 * d1 * inverse))
     if far:
         for i in range(m):
             for k in range(3):
@@ -75,14 +95,16 @@ def power_curve(w, bits, first, factor, shift, n, chord):
         w[_NEW2 + i] = float(over)
     for i in range(GROUP):
         f, k, x = w[_NEW1 + i] - 1.0, w[_NEW2 + i], w[_NEW + i]
-        s = f / (2.0 + f)
+        inverse = 1.0 / (x * (2.0 + f))
+        w[_SLOPE + i] = inverse * (2.0 + f)  # 1/x
+        s = f * (inverse * x)
         z, half = s * s, 0.5 * f * f
         tail = 0.2222219843214978396 + z * (0.1818357216161805012 + z * (0.1531383769920937332 + z * 0.1479819860511658591))
         tail = z * (0.6666666666666735130 + z * (0.3999999999940941908 + z * (0.2857142874366239149 + z * tail)))
         t = n * (k * _LN2 - ((half - (s * (half + tail) + k * _LN2_REST)) - f))
         good = (x >= _NORMAL) & (x <= _FINITE) & (abs(t) <= _EXPONENT)
         t = t if good else 0.0
-        whole = t / (_LN2 + _LN2_REST) + _WHOLE
+        whole = t * (1.0 / (_LN2 + _LN2_REST)) + _WHOLE
         w[_NEW1 + i] = whole
         whole -= _WHOLE
         t = (t - whole * _LN2) - whole * _LN2_REST
@@ -93,7 +115,7 @@ def power_curve(w, bits, first, factor, shift, n, chord):
     for i in range(GROUP):
         bits[_NEW1 + i] = (bits[_NEW1 + i] - _WHOLE_BITS + _BIAS) << _MANTISSA
     for i in range(GROUP):
-        power, inverse = factor * (w[_NEW2 + i] * w[_NEW1 + i]), 1.0 / w[_NEW + i]
+        power, inverse = factor * (w[_NEW2 + i] * w[_NEW1 + i]), w[_SLOPE + i]
         slope = n * power * inverse
         below = (chord != 0.0) & (w[_NEW + i] < TINY)
         w[_Y + i] = first + (chord * w[_NEW + i] if below else power)
@@ -129,16 +151,15 @@ def _trial(w, m, G, cauchy):
         l1, l2, b33 = l1 if good else 0.0, l2 if good else 0.0, b33 if good else 0.0
         w[_C + i], w[_C1 + i] = c, s
         w[_B + i], w[_B1 + i], w[_B2 + i] = l1, l2, b33
-        w[_JN + i] = math.sqrt(((1.0 + o11) * (1.0 + o22) - o12 * o12) * (1.0 + o33)) if good else math.nan
+        J = math.sqrt(((1.0 + o11) * (1.0 + o22) - o12 * o12) * (1.0 + o33)) if good else math.nan
+        w[_JN + i], w[_JAC + i] = J, (J + J * jac if good else 1.0) if cauchy else 1.0
         far += 1 if (i < m) & ((l1 > SMALL_LOG) | (l2 < -SMALL_LOG) | (abs(b33) > SMALL_LOG)) else 0
     _logarithmic_strains(w, m, far)
     for i in range(GROUP):
         e0, e1, e2 = w[_E + i], w[_E1 + i], w[_E2 + i]
-        third = (e0 + e1 + e2) / 3.0
+        third = (e0 + e1 + e2) * _THIRD
         e0, e1, e2 = e0 - third, e1 - third, e2 - third
         w[_Q + i] = 2.0 * G * math.sqrt(1.5 * (e0 * e0 + e1 * e1 + e2 * e2))
-        J = math.sqrt((1.0 + w[_B + i]) * (1.0 + w[_B1 + i]) * (1.0 + w[_B2 + i]))
-        w[_JAC + i] = J if cauchy else 1.0
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
@@ -152,6 +173,7 @@ def _flow(w, bits, m, first, held, G, kind, p, knots, coefs, dt):
     s0, factor, shift = (p[0], p[1], 0.0) if kind == LUDWIK else (0.0, p[0], p[1])
     chord = p[1] * TINY ** (p[2] - 1.0) if kind == LUDWIK else 0.0
     o = w.shape[0] - w.shape[0]  # 0: a function is compiled once for each constant that it is called with
+    over = 1.0 / (3.0 * G)
     for i in range(GROUP):
         w[_DELTA + i] = 0.0
     left, turn = m, o
@@ -181,7 +203,7 @@ def _flow(w, bits, m, first, held, G, kind, p, knots, coefs, dt):
                 for i in range(m):
                     w[_OPEN + i] = 1.0 if held[first + i] else 0.0
             for i in range(GROUP):
-                opens, far_off = w[_OPEN + i] != 0.0, w[_Q + i] / (3.0 * G)
+                opens, far_off = w[_OPEN + i] != 0.0, w[_Q + i] * over
                 x = w[_START + i] if opens else 0.0
                 w[_DELTA + i], w[_FOUND + i] = x, 0.0
                 w[_LOW + i], w[_HIGH + i] = -far_off if x <= 0.0 else 0.0, 0.0 if x <= 0.0 else far_off
@@ -217,7 +239,9 @@ def _answer(w, m, K, G, cauchy):
     for i in range(GROUP):
         delta, q = w[_DELTA + i], w[_Q + i]
         e0, e1, e2 = w[_E + i], w[_E1 + i], w[_E2 + i]
-        third, less = (e0 + e1 + e2) / 3.0, 3.0 * G * delta / (q if q > NO_STRESS else NO_STRESS)
+        inverse = 1.0 / (q if q > NO_STRESS else NO_STRESS)
+        third, less = (e0 + e1 + e2) * _THIRD, 3.0 * G * (delta * inverse)
+        w[_BY_Q + i], w[_LESS + i] = inverse, less
         x0, x1, x2 = 2.0 * (e0 - less * (e0 - third)), 2.0 * (e1 - less * (e1 - third)), 2.0 * (e2 - less * (e2 - third))
         w[_NEW + i], w[_NEW1 + i], w[_NEW2 + i] = x0, x1, x2
         far += 1 if (i < m) & ((abs(x0) > SMALL_EXP) | (abs(x1) > SMALL_EXP) | (abs(x2) > SMALL_EXP)) else 0
@@ -231,7 +255,7 @@ def _answer(w, m, K, G, cauchy):
     for i in range(GROUP):
         h11, h12, h21 = w[_H + i], w[_H1 + i], w[_H2 + i]
         h22, h33 = w[_H3 + i], w[_H4 + i]
-        delta, q, jac, jn = w[_DELTA + i], w[_Q + i], w[_JAC + i], w[_JN + i]
+        delta, jac, jn = w[_DELTA + i], w[_JAC + i], w[_JN + i]
         c, s = w[_C + i], w[_C1 + i]
         b1, b2, b3 = w[_NEW + i], w[_NEW1 + i], w[_NEW2 + i]
         n11, n22, n12 = c * c * b1 + s * s * b2, s * s * b1 + c * c * b2, c * s * (b1 - b2)
@@ -241,11 +265,12 @@ def _answer(w, m, K, G, cauchy):
         flows = delta != 0.0
         w[_KEPT + i], w[_KEPT1 + i] = k11 if flows else n11, k22 if flows else n22
         w[_KEPT2 + i], w[_KEPT3 + i] = k33 if flows else b3, k12 if flows else n12
-        theta = 1.0 - 3.0 * G * delta / (q if q > NO_STRESS else NO_STRESS)
         e0, e1, e2 = w[_E + i], w[_E1 + i], w[_E2 + i]
-        tr = e0 + e1 + e2
-        shear, mean = 2.0 * G * theta, K * tr - 2.0 * G * theta * tr / 3.0
-        over = 1.0 / (jn * ((1.0 + h11) * (1.0 + h22) - h12 * h21))
+        tr, shear = e0 + e1 + e2, 2.0 * G * (1.0 - w[_LESS + i])
+        mean = (K - shear * _THIRD) * tr
+        plane, f33 = (1.0 + h11) * (1.0 + h22) - h12 * h21, 1.0 + h33
+        inverse = 1.0 / (jn * plane * f33)
+        over = inverse * f33
         t1, t2, t3 = shear * e0 + mean, shear * e1 + mean, shear * e2 + mean
         # τ f⁻ᵀ / J_n of the plane, τ in the axes of space
         t11, t22, t12 = c * c * t1 + s * s * t2, s * s * t1 + c * c * t2, c * s * (t1 - t2)
@@ -253,10 +278,11 @@ def _answer(w, m, K, G, cauchy):
         w[_P1 + i] = over * (t12 * (1.0 + h11) - t11 * h21)
         w[_P2 + i] = over * (t12 * (1.0 + h22) - t22 * h12)
         w[_P3 + i] = over * (t22 * (1.0 + h11) - t12 * h21)
-        w[_P4 + i] = t3 / (jn * (1.0 + h33))
+        w[_P4 + i] = t3 * (inverse * plane)
         before = jn if cauchy else 1.0
         w[_WORK + i] += 0.5 * (before * w[_Y0 + i] + jac * w[_Y + i]) * delta
         w[_A0 + i] += delta
+        w[_BY_F + i], w[_BY_F33 + i], w[_BY_JN + i] = jn * over, jn * (inverse * plane), over * plane
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
@@ -265,40 +291,39 @@ def _tangents(w, K, G, cauchy, secant):
     o = w.shape[0] - w.shape[0]  # as in `_flow`
     for i in range(GROUP):
         h11, h12, h21 = w[_H + i], w[_H1 + i], w[_H2 + i]
-        h22, h33 = w[_H3 + i], w[_H4 + i]
-        delta, q, jac, y1 = w[_DELTA + i], w[_Q + i], w[_JAC + i], w[_Y + i]
+        h22 = w[_H3 + i]
+        delta, jac, y1 = w[_DELTA + i], w[_JAC + i], w[_Y + i]
         c, s = w[_C + i], w[_C1 + i]
         l1, l2 = w[_B + i], w[_B1 + i]
         e0, e1, e2 = w[_E + i], w[_E1 + i], w[_E2 + i]
-        tr, inverse = e0 + e1 + e2, 1.0 / (q if q > NO_STRESS else NO_STRESS)
-        unit = 3.0 * G * inverse
-        share, unit = delta * inverse, unit if delta != 0.0 else 0.0
-        theta = 1.0 - 3.0 * G * share
-        n0, n1, n2 = unit * (e0 - tr / 3.0), unit * (e1 - tr / 3.0), unit * (e2 - tr / 3.0)
-        t1, t2 = K * tr + 2.0 * G * theta * (e0 - tr / 3.0), K * tr + 2.0 * G * theta * (e1 - tr / 3.0)
-        t3 = K * tr + 2.0 * G * theta * (e2 - tr / 3.0)
+        tr, inverse = e0 + e1 + e2, w[_BY_Q + i]
+        share, unit = delta * inverse, 3.0 * G * inverse if delta != 0.0 else 0.0
+        mean, shear = tr * _THIRD, 2.0 * G * (1.0 - w[_LESS + i])
+        e0, e1, e2, pressure = e0 - mean, e1 - mean, e2 - mean, K * tr
+        n0, n1, n2 = unit * e0, unit * e1, unit * e2
+        t1, t2, t3 = pressure + shear * e0, pressure + shear * e1, pressure + shear * e2
         # ds = θ ds_tr − 3G (dΔ/q − Δ dq/q²) s_tr,  dq = 2G n·dε,  dΔ = (dq − J σ_y tr dε)/(3G + J σ_y′)
-        soft = 1.0 / (3.0 * G + jac * w[_SLOPE + i])
+        b1, b2 = 1.0 + l1, 1.0 + l2
+        alike = abs(l1 - l2) <= 1e-7 * (abs(l1) + abs(l2)) + 1e-14
+        stiff, apart = 3.0 * G + jac * w[_SLOPE + i], 2.0 * b1 if alike else l1 - l2
+        inverse = 1.0 / (stiff * apart)
+        soft = inverse * apart
         volume = jac * y1 if cauchy else 0.0
         part = (1.0 - secant) * 2.0 * G
         dq0, dq1, dq2 = 2.0 * G * n0, 2.0 * G * n1, 2.0 * G * n2
         g0, g1 = part * ((dq0 - volume) * soft - share * dq0), part * ((dq1 - volume) * soft - share * dq1)
         g2 = part * ((dq2 - volume) * soft - share * dq2)
-        off, on = K - 2.0 * G * theta / 3.0, K + 4.0 * G * theta / 3.0
+        off, on = K - shear * _THIRD, K + shear * (2.0 * _THIRD)
         d00, d01, d02 = on - n0 * g0, off - n0 * g1, off - n0 * g2
         d10, d11, d12 = off - n1 * g0, on - n1 * g1, off - n1 * g2
         d20, d21, d22 = off - n2 * g0, off - n2 * g1, on - n2 * g2
-        b1, b2 = 1.0 + l1, 1.0 + l2
-        alike = abs(l1 - l2) <= 1e-7 * (abs(l1) + abs(l2)) + 1e-14
-        limit, apart = (d00 - d01) / (2.0 * b1), (t1 - t2) / (1.0 if alike else l1 - l2)
-        sh = limit if alike else apart
-        jn, g33 = 1.0 / w[_JN + i], 1.0 / (1.0 + h33)
+        sh = (d00 - d01 if alike else t1 - t2) * (inverse * stiff)
+        jn, g33, inverse = w[_BY_JN + i], w[_BY_F33 + i], w[_BY_F + i]
         M = (
             jn * (d00 - t1), jn * d01, jn * d10, jn * (d11 - t2),
             jn * sh * b2, jn * (sh * b1 - t1), jn * (sh * b2 - t2), jn * sh * b1,
             jn * g33 * d02, jn * g33 * d12, jn * g33 * d20, jn * g33 * d21,
         )  # fmt: skip
-        inverse = 1.0 / ((1.0 + h11) * (1.0 + h22) - h12 * h21)
         f11, f12, f21, f22 = (1.0 + h22) * inverse, -h12 * inverse, -h21 * inverse, (1.0 + h11) * inverse
         T11, T12, T21, T22 = f11 * c + f12 * s, -f11 * s + f12 * c, f21 * c + f22 * s, -f21 * s + f22 * c
         # R[(iJ)][(ab)] = Q_ia T_Jb, rows and columns 11, 12, 21, 22
@@ -320,17 +345,23 @@ def j2_finite(
     Histories as in `prensa.materials.laws.J2`; ``kept``: first column of the tensor in old that goes on as if nothing flowed.
     All else as in `prensa.materials.j2.j2`.
     """
-    curve = (p[0], p[1], p[2], p[3], p[4])
+    curve, size = (p[0], p[1], p[2], p[3], p[4]), old.shape[1]
     w = np.zeros(_ROWS)
     bits = w.view(np.int64)
     for first in range(0, old.shape[0], GROUP):
         m = min(GROUP, old.shape[0] - first)
-        for i in range(m):
-            for k in range(4):
-                w[_O + k * GROUP + i], w[_T + k * GROUP + i] = old[first + i, k], old[first + i, kept + k]
-            w[_A0 + i], w[_WORK + i] = old[first + i, 4], old[first + i, 5]
-            for k in range(5):
-                w[_H + k * GROUP + i] = h[first + i, k]
+        for i in range(0, m, WIDE):
+            n, last = first + i, m - 1 - i
+            # what the next points have comes from memory while these are answered for
+            to_be_read(old, (n + GROUP) * size, size)
+            to_be_read(old, (n + GROUP) * size + 8, size)
+            to_be_read(h, 5 * (n + GROUP), 5)
+            to_be_written(new, (n + GROUP) * size, size)
+            to_be_written(new, (n + GROUP) * size + 8, size)
+            to_be_written(P, 5 * (n + GROUP), 5)
+            into_rows(old, n * size, size, last, w, _O + i, GROUP)
+            four_into_rows(old, n * size + kept, size, last, w, _T + i, GROUP)
+            five_into_rows(h, 5 * n, 5, last, w, _H + i, GROUP)
         _trial(w, m, G, cauchy)
         _flow(w, bits, m, first, held, G, kind, curve, knots, coefs, dt)
         for i in range(m):
@@ -340,16 +371,14 @@ def j2_finite(
         _answer(w, m, K, G, cauchy)
         if tangent:
             _tangents(w, K, G, cauchy, secant)
-        for i in range(m):
-            for k in range(4):
-                new[first + i, k], new[first + i, 6 + k] = w[_NEW + k * GROUP + i], w[_KEPT + k * GROUP + i]
-            new[first + i, 4], new[first + i, 5] = w[_A0 + i], w[_WORK + i]
-            for k in range(5):
-                P[first + i, k] = w[_P + k * GROUP + i]
-        if tangent:
-            for i in range(m):
-                for k in range(25):
-                    A[first + i, k] = w[_A + k * GROUP + i]
+        for i in range(0, m, WIDE):
+            n, last = first + i, m - 1 - i
+            out_of_rows(new, n * size, size, last, w, _NEW + i, GROUP)
+            out_of_rows(new, n * size + 2, size, last, w, _NEW2 + i, GROUP)
+            five_out_of_rows(P, 5 * n, 5, last, w, _P + i, GROUP)
+            if tangent:
+                for k in _FIRST_OF_A:
+                    out_of_rows(A, 25 * n + k, 25, last, w, _A + k * GROUP + i, GROUP)
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
