@@ -125,8 +125,8 @@ def tunnelled(system: System, state: State, u: Array, policy: Policy = DEFAULT) 
     Both ends of the increment are free of contact, so no residual can tell. Ways are straight in the frame of the tool.
     """
     for s in system.surfaces:
-        if system.dofs.dimension != 2:  # nothing gets through a half-space
-            break
+        if system.dofs.dimension != 2 or system.tools[s.tool].shape.half_space:  # nothing gets through a half-space
+            continue
         start, end = (_in_tool(system, s, v) for v in (state.u, u))
         through = _through(system, s, start, end, policy)
         if through.any():
