@@ -89,7 +89,8 @@ def test_growth_corners_and_forces_to_begin_with_are_what_they_are_without_being
     for u in (old.u, new.u, new.u, old.u):
         fresh = least_corner(system.positions(u)[block.cells.T])
         assert np.array_equal(corners.least(block, u), fresh)
-    assert corners.least(block, old.u) is corners.least(block, old.u)
+    assert corners.least(block, new.u) is corners.least(block, new.u)
+    assert not corners._known
     reduced = Reduced.of(system, plan_step(system, 0, old.u).fixed, pr.Numerics())
     bodily = np.arange(len(reduced.free)) < len(reduced.free) - 3
     first = _begun(reduced, bodily, 4)
