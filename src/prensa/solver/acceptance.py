@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 
 
 class Corners:
-    """Least corners of the elements of a system (see `least_corner`), the last ones at hand: two ask for them."""
+    """Least corners of the elements of a system (see `least_corner`). Two ask for them: they are kept from one to the other."""
 
     def __init__(self, system: System) -> None:
         self.system = system
@@ -42,8 +42,9 @@ class Corners:
         """Of the elements (e,) of a block, for degrees of freedom u (ndof,)."""
         if self._at is not u:
             self._at, self._known = u, {}
-        if block.body not in self._known:
-            self._known[block.body] = least_corner(self.system.positions(u).take(block.corners.T, axis=0))
+        elif block.body in self._known:
+            return self._known.pop(block.body)  # a large run has no room for what nobody asks for any more
+        self._known[block.body] = least_corner(self.system.positions(u).take(block.corners.T, axis=0))
         return self._known[block.body]
 
 
@@ -125,8 +126,8 @@ def tunnelled(system: System, state: State, u: Array, policy: Policy = DEFAULT) 
     Both ends of the increment are free of contact, so no residual can tell. Ways are straight in the frame of the tool.
     """
     for s in system.surfaces:
-        if system.dofs.dimension != 2:  # nothing gets through a half-space
-            break
+        if system.dofs.dimension != 2 or system.tools[s.tool].shape.half_space:  # nothing gets through a half-space
+            continue
         start, end = (_in_tool(system, s, v) for v in (state.u, u))
         through = _through(system, s, start, end, policy)
         if through.any():

@@ -523,7 +523,11 @@ def _backward_error(A: Any, x: Array, b: Array, r: Array, largest: float, enough
     bound = left / (largest * size + forces + 1e-300)
     if bound <= enough:
         return bound
-    return left / (float((abs(A) @ np.ones(len(b))).max()) * size + forces + 1e-300)
+    rows = np.zeros(len(b))
+    for first in range(0, len(A.data), DEFAULT.stretch):  # beside the factors there is no room for a second matrix
+        part = slice(first, first + DEFAULT.stretch)
+        rows += np.bincount(A.indices[part], np.abs(A.data[part]), len(b))
+    return left / (float(rows.max()) * size + forces + 1e-300)
 
 
 def krylov(A: Any, solve: Solve, b: Array, most: int, share: float, outliers: int = 0) -> Array | None:

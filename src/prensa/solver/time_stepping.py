@@ -576,6 +576,7 @@ class TimeStepping:
         grown = result.grown or growths(self.system.blocks, e.history, c.state.history)
         unsteady = unsteadiness(c, self.system.blocks, grown) if control.second_order and not ended else 0.0
         dt = 0.0 if ended else control.next(c, e, grown, result.iterations - result.vain, cutbacks, unsteady)
+        result.grown = grown = ()  # a large increment has no room for that of the one before
         state = committed(self.system, c, result, e, dt, self.stabilisation)
         state = replace(state, clock=state.clock._replace(unsteady=unsteady))
         if self.reduced is not None and not ended:

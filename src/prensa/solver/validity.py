@@ -53,6 +53,7 @@ class Validity:
         self.stretched: dict[str, float] = {}
         self._slopes: dict[str, Array] = {}
         self._areas: dict[str, Array] = {}
+        self._volumes: dict[str, Array] = {}
         self.finite = system.dofs.dimension == 2 and p.kinematics == "finite" and p.remesh == "off"
 
     def look(self, u: Array, history: Sequence[Array]) -> BeyondSmall | None:
@@ -144,9 +145,9 @@ class Validity:
         """Note the loss of volume of a body that flows, at the centres of its elements, where a share exceeds it."""
         corners, X = block.corners.T, self.system.X
         if block.body not in self._areas:
-            self._areas[block.body] = _area(X, corners)
+            self._areas[block.body], self._volumes[block.body] = _area(X, corners), block.volume.sum(axis=1)
         # of bilinear elements too, det F at the centre is what the area of the corners became
-        det, volume = _area(X + moved, corners) / self._areas[block.body], block.volume.sum(axis=1)
+        det, volume = _area(X + moved, corners) / self._areas[block.body], self._volumes[block.body]
         if self.system.axisymmetric:
             det *= 1.0 + moved[:, 0].take(corners).sum(axis=0) / X[:, 0].take(corners).sum(axis=0)
         told = max(self.policy.squeezed, self.squeezed.get(block.body, 0.0))
