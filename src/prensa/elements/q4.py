@@ -20,7 +20,15 @@ import math
 import numpy as np
 
 from prensa.kernels.compiled import njit
-from prensa.kernels.lanes import WIDE, five_into_rows, four_into_rows, four_out_of_rows, into_rows, out_of_rows
+from prensa.kernels.lanes import (
+    EIGHTS_OF_25,
+    WIDE,
+    five_into_rows,
+    four_into_rows,
+    four_out_of_rows,
+    into_rows,
+    out_of_rows,
+)
 from prensa.kernels.tensor import det_minus_one
 
 _G = 1.0 / math.sqrt(3.0)
@@ -152,7 +160,7 @@ def kinematics(x, du, axisymmetric, finite, scale, h, w, alpha, failed):
             e, last = first + i, lanes - 1 - i
             four_out_of_rows(w, 4 * e, 4, last, s, _VOLUME + i, ABREAST)
             four_out_of_rows(alpha, 4 * e, 4, last, s, _ALPHA + i, ABREAST)
-            for k in _FIRST_OF_H:
+            for k in _EIGHTS_OF_20:
                 out_of_rows(h, 20 * e + k, 20, last, s, _H + k * ABREAST + i, ABREAST)
         for i in range(lanes):
             if s[_BAD + i] != 0.0:
@@ -164,8 +172,7 @@ def kinematics(x, du, axisymmetric, finite, scale, h, w, alpha, failed):
 # sum, stiffness
 _X, _U, _GX, _GY, _GR, _F, _P, _A, _D = (ABREAST * k for k in (0, 8, 16, 20, 24, 28, 33, 38, 63))
 _D0, _AG, _W, _AL, _WC, _R, _SUM, _K, _SCRATCH = (ABREAST * k for k in (71, 79, 119, 123, 127, 128, 136, 137, 201))
-# numbers of the eights that make 20 or 25 columns
-_FIRST_OF_H, _FIRST_OF_A = (0, 8, 12), (0, 8, 16, 17)
+_EIGHTS_OF_20 = (0, 8, 12)  # as `EIGHTS_OF_25`
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc"}, forceinline=True)
@@ -278,7 +285,7 @@ def integrate(x, du, axisymmetric, finite, w, alpha, P, A, forces, stiffness, r_
                 e, last = first + i, lanes - 1 - i
                 five_into_rows(P, 20 * e + 5 * q, 20, last, s, _P + i, ABREAST)
                 if stiffness:
-                    for k in _FIRST_OF_A:
+                    for k in EIGHTS_OF_25:
                         into_rows(A, 100 * e + 25 * q + k, 100, last, s, _A + k * ABREAST + i, ABREAST)
             for i in range(ABREAST):
                 al = s[_AL + q * ABREAST + i] if finite else 1.0

@@ -20,6 +20,8 @@ from numba.extending import intrinsic
 
 WIDE = 8
 """Points that are carried at a time, and the most numbers of each."""
+EIGHTS_OF_25 = (0, 8, 16, 17)
+"""First columns of the eights that are carried of 25, the last of which overlap."""
 _NARROW = 4
 _DOUBLE, _LONG, _SHORT = ir.DoubleType(), ir.IntType(64), ir.IntType(32)
 _VECTOR, _NARROW_VECTOR = ir.VectorType(_DOUBLE, WIDE), ir.VectorType(_DOUBLE, _NARROW)

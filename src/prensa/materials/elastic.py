@@ -7,6 +7,17 @@ import math
 import numpy as np
 
 from prensa.kernels.compiled import njit
+from prensa.kernels.lanes import (
+    EIGHTS_OF_25,
+    WIDE,
+    five_into_rows,
+    five_out_of_rows,
+    four_into_rows,
+    four_out_of_rows,
+    out_of_rows,
+    to_be_read,
+    to_be_written,
+)
 from prensa.kernels.series import GROUP, SMALL_LOG, half_log
 from prensa.kernels.spatial import det_of, det_of_kept, inverse_of
 from prensa.kernels.spatial import push_forward as push_forward_in_space
@@ -106,11 +117,13 @@ def neo_hooke(h, old, lam, mu, P, A, new, failed, tangent):
     o = w.shape[0] - w.shape[0]  # 0: a function is compiled once for each constant that it is called with
     for first in range(0, h.shape[0], GROUP):
         m = min(GROUP, h.shape[0] - first)
-        for i in range(m):
-            for k in range(5):
-                w[_F_IN + k * GROUP + i] = h[first + i, k]
-            for k in range(4):
-                w[_B_IN + k * GROUP + i] = old[first + i, k]
+        for i in range(0, m, WIDE):
+            n, last = first + i, m - 1 - i
+            to_be_read(old, (n + GROUP) * old.shape[1], old.shape[1])
+            to_be_written(new, (n + GROUP) * new.shape[1], new.shape[1])
+            to_be_written(P, 5 * (n + GROUP), 5)
+            five_into_rows(h, 5 * n, 5, last, w, _F_IN + i, GROUP)
+            four_into_rows(old, n * old.shape[1], old.shape[1], last, w, _B_IN + i, GROUP)
         bad = far = 0
         for i in range(GROUP):
             h11, h12, h21, h22, h33 = w[i], w[GROUP + i], w[2 * GROUP + i], w[3 * GROUP + i], w[4 * GROUP + i]
@@ -143,23 +156,21 @@ def neo_hooke(h, old, lam, mu, P, A, new, failed, tangent):
             w[_P_OUT + 4 * GROUP + i] = jn * (mu * b33 + p) * g33
             w[_B_OUT + i], w[_B_OUT + GROUP + i], w[_B_OUT + 2 * GROUP + i], w[_B_OUT + 3 * GROUP + i] = b11, b22, b33, b12
             if tangent:
-                n, s = jn * lam, jn * (mu - p)
+                d, s = jn * lam, jn * (mu - p)
                 x00, x01, x11 = jn * mu * (1.0 + o11), jn * mu * o12, jn * mu * (1.0 + o22)
                 g = (g00, g01, g10, g11, g33)
-                _row_of_tangent(w, i, o, n * g00, s * g00, s * g01, g00, g10, x00, x01, 0.0, 0.0, g)
-                _row_of_tangent(w, i, o + 1, n * g01, s * g00, s * g01, g01, g11, x01, x11, 0.0, 0.0, g)
-                _row_of_tangent(w, i, o + 2, n * g10, s * g10, s * g11, g00, g10, 0.0, 0.0, x00, x01, g)
-                _row_of_tangent(w, i, o + 3, n * g11, s * g10, s * g11, g01, g11, 0.0, 0.0, x01, x11, g)
-                w[_A_OUT + 24 * GROUP + i] = jn * mu * (1.0 + o33) + (n + s) * g33 * g33
-        for i in range(m):
-            for k in range(4):
-                new[first + i, k] = w[_B_OUT + k * GROUP + i]
-            for k in range(5):
-                P[first + i, k] = w[_P_OUT + k * GROUP + i]
-        if tangent:
-            for i in range(m):
-                for k in range(25):
-                    A[first + i, k] = w[_A_OUT + k * GROUP + i]
+                _row_of_tangent(w, i, o, d * g00, s * g00, s * g01, g00, g10, x00, x01, 0.0, 0.0, g)
+                _row_of_tangent(w, i, o + 1, d * g01, s * g00, s * g01, g01, g11, x01, x11, 0.0, 0.0, g)
+                _row_of_tangent(w, i, o + 2, d * g10, s * g10, s * g11, g00, g10, 0.0, 0.0, x00, x01, g)
+                _row_of_tangent(w, i, o + 3, d * g11, s * g10, s * g11, g01, g11, 0.0, 0.0, x01, x11, g)
+                w[_A_OUT + 24 * GROUP + i] = jn * mu * (1.0 + o33) + (d + s) * g33 * g33
+        for i in range(0, m, WIDE):
+            n, last = first + i, m - 1 - i
+            four_out_of_rows(new, n * new.shape[1], new.shape[1], last, w, _B_OUT + i, GROUP)
+            five_out_of_rows(P, 5 * n, 5, last, w, _P_OUT + i, GROUP)
+            if tangent:
+                for k in EIGHTS_OF_25:
+                    out_of_rows(A, 25 * n + k, 25, last, w, _A_OUT + k * GROUP + i, GROUP)
 
 
 @njit(cache=True, error_model="numpy")

@@ -14,6 +14,7 @@ import numpy as np
 
 from prensa.kernels.compiled import njit
 from prensa.kernels.lanes import (
+    EIGHTS_OF_25,
     WIDE,
     five_into_rows,
     five_out_of_rows,
@@ -40,7 +41,6 @@ _NEW, _NEW1, _NEW2, _NEW3, _KEPT, _KEPT1, _KEPT2, _KEPT3 = _O, _O1, _O2, _O3, _T
 _OPEN, _HIGH, _FOUND, _FOUND_Y, _FOUND_SLOPE = _P, _P1, _P2, _P3, _P4
 # of the answer, in rows that are read no more: 1/q, 3GΔ/q; 1 over det and 33 of the plane's f, 1/J_n
 _BY_Q, _LESS, _BY_F, _BY_F33, _BY_JN = _CURVATURE, _START, _Y0, _LOW, _JN
-_FIRST_OF_A = (0, 8, 16, 17)  # of the eights that make 25 columns
 NO_STRESS, NO_DIFFERENCE, _THIRD = 1e-300, 1e-150, 1.0 / 3.0
 # of powers: what numbers and exponents of e have to be; ln 2 in two parts; what rounds to whole numbers when it is added, as bits
 # too; bits of ½√2; how many bits a mantissa has and what is added to exponents
@@ -345,7 +345,7 @@ def j2_finite(
     Histories as in `prensa.materials.laws.J2`; ``kept``: first column of the tensor in old that goes on as if nothing flowed.
     All else as in `prensa.materials.j2.j2`.
     """
-    curve, size = (p[0], p[1], p[2], p[3], p[4]), old.shape[1]
+    curve, size, wide = (p[0], p[1], p[2], p[3], p[4]), old.shape[1], new.shape[1]
     w = np.zeros(_ROWS)
     bits = w.view(np.int64)
     for first in range(0, old.shape[0], GROUP):
@@ -356,8 +356,8 @@ def j2_finite(
             to_be_read(old, (n + GROUP) * size, size)
             to_be_read(old, (n + GROUP) * size + 8, size)
             to_be_read(h, 5 * (n + GROUP), 5)
-            to_be_written(new, (n + GROUP) * size, size)
-            to_be_written(new, (n + GROUP) * size + 8, size)
+            to_be_written(new, (n + GROUP) * wide, wide)
+            to_be_written(new, (n + GROUP) * wide + 8, wide)
             to_be_written(P, 5 * (n + GROUP), 5)
             into_rows(old, n * size, size, last, w, _O + i, GROUP)
             four_into_rows(old, n * size + kept, size, last, w, _T + i, GROUP)
@@ -373,11 +373,11 @@ def j2_finite(
             _tangents(w, K, G, cauchy, secant)
         for i in range(0, m, WIDE):
             n, last = first + i, m - 1 - i
-            out_of_rows(new, n * size, size, last, w, _NEW + i, GROUP)
-            out_of_rows(new, n * size + 2, size, last, w, _NEW2 + i, GROUP)
+            out_of_rows(new, n * wide, wide, last, w, _NEW + i, GROUP)
+            out_of_rows(new, n * wide + 2, wide, last, w, _NEW2 + i, GROUP)
             five_out_of_rows(P, 5 * n, 5, last, w, _P + i, GROUP)
             if tangent:
-                for k in _FIRST_OF_A:
+                for k in EIGHTS_OF_25:
                     out_of_rows(A, 25 * n + k, 25, last, w, _A + k * GROUP + i, GROUP)
 
 
