@@ -25,8 +25,9 @@ from prensa.sensitivity.closed import covers
 from prensa.sensitivity.parameters import Parameter, refuse_other_mesh
 from prensa.sensitivity.solve import Followed, check_paths, refuse
 from prensa.sensitivity.transposed import Converged, Owed, Stage, Touching, Weights, back
-from prensa.solver.equilibrium import NewtonResult
+from prensa.solver.equilibrium import Equilibrium, NewtonResult
 from prensa.solver.increment import Increment, Monitor
+from prensa.solver.linear import Kept as KeptFactors
 from prensa.solver.policy import Policy
 from prensa.solver.reporting import Messages
 from prensa.solver.results import increment_of
@@ -188,6 +189,7 @@ class Recorded(Followed):
         self.kept: list[Converged] = []
         self.state: State | None = None
         self.lines = guard_of(system)
+        self.room = policy.kept_memory
 
     def look_inside(self, c: Context, result: NewtonResult) -> None:
         """As `TimeStepping.look_inside`; raises `OnlyForwards` too where a free side comes to a line of symmetry."""
@@ -219,8 +221,32 @@ class Recorded(Followed):
         self.state, increment = super().commit(c, control, result, spent, cutbacks)
         assert self.reduced is not None
         assert result.evaluation is not None
-        self.kept.append(Converged(replace(c, lagged=False), result.u, self.system.branches(c, result.evaluation), self.reduced))
+        e, factors = result.evaluation, self._factors()
+        at = Converged(replace(c, lagged=False), result.u, self.system.branches(c, e), self.reduced, factors=factors)
+        if e.data is not None and not c.lagged and self.room >= e.data.nbytes:
+            self.room -= e.data.nbytes
+            at = at._replace(evaluation=e)
+        self.kept.append(at)
         return self.state, increment
+
+    def equilibrium(self, c: Context) -> Equilibrium:
+        """As `TimeStepping.equilibrium`, with the matrix at the solution while there is room for it.
+
+        Not where Newton would go otherwise then (see `Equilibrium.keeps_matrix`).
+        """
+        assert self.reduced is not None
+        return replace(super().equilibrium(c), keeps_matrix=self.room > 0 and not self.reduced.factorisation.follows)
+
+    def _factors(self) -> KeptFactors | None:
+        """Newton's last factors, unless there is no room for more of them."""
+        assert self.reduced is not None
+        found, last = self.reduced.factorisation.kept(), self.kept[-1].factors if self.kept else None
+        if found is None or (last is not None and found.factors is last.factors):
+            return found
+        if self.room < found.size:
+            return None
+        self.room -= found.size
+        return found
 
 
 def _backwards(system: System, run: Recorded, slopes: Sequence[Gradient], curves: bool) -> tuple[Weights, Owed]:
