@@ -126,11 +126,12 @@ def gradient(
     with timer("parameters"):
         parameters = [_Parameter.of(system, path, policy) for path in by]
     increment = run.until(last)
+    c = run.kept[-1].c
     with timer("backwards"):
         slopes = [_slope(m, increment) for m in measures]
         start, owed = _backwards(system, run, slopes, any(p.bends for p in parameters))
     with timer("parameters"):
-        seen = _Seen(measures, slopes, run, increment)
+        seen = _Seen(measures, slopes, run, c, increment)
         columns = np.stack([p.derivative(start, owed, seen) for p in parameters], axis=1)
     values, units = np.array([m.value(increment) for m in measures]), tuple(m.unit for m in measures)
     return Slopes(names, units, tuple(by), values, columns, increment, isinstance(of, str))
@@ -256,8 +257,8 @@ def _backwards(system: System, run: Recorded, slopes: Sequence[Gradient], curves
     for k, slope in enumerate(slopes):
         np.add.at(weights.u[k], *slope.displacements(system))
         np.add.at(weights.force[k], *slope.reactions(system))
-    for at in reversed(run.kept):
-        weights = back(system, at, weights, owed)
+    while run.kept:  # what was kept of an increment goes with it
+        weights = back(system, run.kept.pop(), weights, owed)
     return weights, owed
 
 
@@ -267,11 +268,12 @@ class _Seen(NamedTuple):
     measures: Sequence[Measure]
     slopes: Sequence[Gradient]
     run: Recorded
+    c: Context
     increment: Increment
 
     def values(self, system: System) -> Array:
         """The measures of places (m,) where the bodies began as those of a system beside and moved alike; 0 for others."""
-        state, c = self.run.state, self.run.kept[-1].c
+        state, c = self.run.state, self.c
         assert state is not None
         e = system.evaluate(c, state.u, state.lam, stiffness=False)._replace(history=state.history)
         result = NewtonResult(True, None, state.u, None, state.lam, 0)
