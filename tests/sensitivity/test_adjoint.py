@@ -198,7 +198,7 @@ def test_what_is_not_kept_is_made_again(room: float) -> None:
     problem = loads(SHAPED).problem
     by, of = ["tools.die.points.1.1", "friction.mu", "bodies.billet.material.flow.K"], ["die.force.y", "billet.top.x at x=5"]
     kept = pr.gradient(problem, of, by, step="press")
-    made = pr.gradient(problem, of, by, step="press", policy=Policy(kept_memory=room))
+    made = pr.gradient(problem, of, by, step="press", policy=Policy(kept_matrices=room, kept_factors=room))
     assert made.values.tolist() == kept.values.tolist()
     assert made.slopes == pytest.approx(kept.slopes, rel=1e-10, abs=1e-12 * np.abs(kept.slopes).max())
 

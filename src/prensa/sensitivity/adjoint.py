@@ -190,7 +190,7 @@ class Recorded(Followed):
         self.kept: list[Converged] = []
         self.state: State | None = None
         self.lines = guard_of(system)
-        self.room = policy.kept_memory
+        self.room, self.room_for_factors = policy.kept_matrices, policy.kept_factors
 
     def look_inside(self, c: Context, result: NewtonResult) -> None:
         """As `TimeStepping.look_inside`; raises `OnlyForwards` too where a free side comes to a line of symmetry."""
@@ -244,9 +244,9 @@ class Recorded(Followed):
         found, last = self.reduced.factorisation.kept(), self.kept[-1].factors if self.kept else None
         if found is None or (last is not None and found.factors is last.factors):
             return found
-        if self.room < found.size:
+        if self.room_for_factors < found.size:
             return None
-        self.room -= found.size
+        self.room_for_factors -= found.size
         return found
 
 
