@@ -10,6 +10,8 @@ Processor time of one thread (set OMP_NUM_THREADS=1). ``run.py`` calls this for 
   bodies), fields five times; ``whole``: the same with the whole system solved in every iteration;
 * ``derivatives X Y [MU]``: upsetting on X × Y elements with derivatives by 1, 5, 6 and 10 parameters and a force in every
   increment, beside the run without; the least of three pairs;
+* ``adjoint X Y [ROUNDS]``: upsetting on X × Y elements, the force at the end by 5 parameters and by 20 points of a profile,
+  backwards: processor time over that of the run alone, medians of pairs in turn.
 * ``remeshing FAR NEAR PER_RADIUS``: new meshes at the beginning of a can, sizes in mm, beside the increments of the same run;
 * ``share upsetting MU|can|FILE``: of a whole run that its new meshes take, with default sizes or as in a case file;
 * ``start``: seconds of ``import prensa``, and from the command to the first iteration with kernels compiled before or not.
@@ -23,6 +25,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -221,6 +224,39 @@ def of_derivatives(nx: str, ny: str, mu: str = "0.1") -> dict[str, Any]:
     }
 
 
+def of_adjoint(nx: str, ny: str, rounds: str = "7") -> dict[str, Any]:
+    """Medians of pairs in turn: `gradient` over the run alone, by five numbers, and by twenty points of a tool's outline."""
+    import resource
+    import statistics
+
+    from prensa.verify.forming import upsetting
+
+    def seconds(work: Callable[[], object]) -> float:
+        begun = time.process_time()
+        work()
+        return time.process_time() - begun
+
+    def alone(problem: pr.Problem) -> float:
+        return seconds(lambda: [inc.force("punch") for inc in pr.solve(problem)])
+
+    def ratio(n: tuple[int, int], shaped: bool, rounds: int) -> tuple[float, float]:
+        problem = upsetting(n, 0.1, reductions=(0.1, 0.2, 0.3))
+        by = list(PARAMETERS[:5])
+        if shaped:
+            points = tuple((1.6 * k, 0.02 * (k % 2)) for k in range(20))
+            punch = pr.Profile(points=((-2.0, 0.0), *points, (40.0, 0.0)), fillet=4.0, touching="billet.top")
+            problem, by = replace(problem, tools={"punch": punch}), [f"tools.punch.points.{k + 1}.1" for k in range(20)]
+        pairs = [(alone(problem), seconds(lambda: pr.gradient(problem, "punch.force.y", by))) for _ in range(rounds)]
+        return statistics.median(b / a for a, b in pairs), min(a for a, _ in pairs)
+
+    for shaped in (False, True):
+        ratio((4, 3), shaped, 1)
+    n = (int(nx), int(ny))
+    (five, run), (twenty, run_shaped) = (ratio(n, shaped, int(rounds)) for shaped in (False, True))
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    return {"run": run, "by 5": five, "run, profile": run_shaped, "by 20 points": twenty, "peak, MiB": peak}
+
+
 def of_start() -> dict[str, Any]:
     def seconds(command: list[str], **more: str) -> float:
         start = time.perf_counter()
@@ -245,6 +281,7 @@ MEASURES = {
     "memory": of_memory,
     "elastic": of_elastic,
     "derivatives": of_derivatives,
+    "adjoint": of_adjoint,
     "remeshing": of_remeshing,
     "share": of_share,
     "start": of_start,

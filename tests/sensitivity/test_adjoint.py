@@ -13,9 +13,11 @@ from test_derivatives import EXACT, RULES, TWO_STEPS, varied
 import prensa as pr
 from prensa.elements import q4_directions, q4_transposed
 from prensa.errors import ArgumentError, PrensaError
+from prensa.materials.begun import LANES, PER_BEGUN, begun_along, begun_owed, slopes_of_begun
 from prensa.model.problem import Problem
 from prensa.model.schema import loads
 from prensa.sensitivity.parameters import value_of, with_values
+from prensa.solver.policy import Policy
 from rings import ring
 
 SHAPED = """
@@ -161,6 +163,44 @@ def test_transposes_are_transposes() -> None:
         back = np.zeros_like(motion)
         q4_transposed.along(cells, geometry, point, moduli[1], axisymmetric, h, back)
         assert np.vdot(h[0], dnew[..., 0]) == pytest.approx(np.vdot(back, motion), rel=1e-12)
+
+
+def test_weights_of_what_an_increment_begins_with_are_those_of_its_slopes() -> None:
+    """The way back of a start of second order is the transpose of its matrix: of points that flow, that cease to, that rest."""
+    rng = np.random.default_rng(5)
+    committed, share = 0.02 * rng.normal(size=(3, 4, 10)), 0.4
+    committed[..., 4:6] = 0.02
+    begun = committed + 0.001 * rng.normal(size=committed.shape)
+    begun[..., 4] = committed[..., 4] + 0.002
+    begun[2] = committed[2]
+    new = begun + 0.0
+    new[::2, :, 4] += 0.003
+    slopes = np.zeros((3, 4, PER_BEGUN))
+    curve = 1, np.array([1.0, 2.0, 0.0, 0.0, 0.0]), np.zeros(2), np.zeros((1, 4))
+    slopes_of_begun(committed, begun, new, share, True, *curve, slopes)
+    weights = rng.normal(size=(2, 3, 4, 10))
+    weights[..., 5] = 0.0  # plastic work
+    back = weights.copy()
+    begun_owed(committed, begun, new, share, back)
+    for e, q in np.ndindex(3, 4):
+        for d in range(10):
+            rows = np.zeros((11, LANES))
+            rows[d, 0] = 1.0
+            forwards = rows.ravel()
+            begun_along(slopes[e, q], forwards, 0, 10 * LANES)
+            found = forwards.reshape(11, LANES)[:10, 0]
+            assert back[:, e, q, d] == pytest.approx(weights[:, e, q] @ found, rel=1e-11, abs=1e-13), (e, q, d)
+
+
+@pytest.mark.parametrize("room", [0.0, 2e5])
+def test_what_is_not_kept_is_made_again(room: float) -> None:
+    """Without room for matrices and factors, or with room for a few, gradients and increments are those with all kept."""
+    problem = loads(SHAPED).problem
+    by, of = ["tools.die.points.1.1", "friction.mu", "bodies.billet.material.flow.K"], ["die.force.y", "billet.top.x at x=5"]
+    kept = pr.gradient(problem, of, by, step="press")
+    made = pr.gradient(problem, of, by, step="press", policy=Policy(kept_matrices=room, kept_factors=room))
+    assert made.values.tolist() == kept.values.tolist()
+    assert made.slopes == pytest.approx(kept.slopes, rel=1e-10, abs=1e-12 * np.abs(kept.slopes).max())
 
 
 def test_one_measure_gives_numbers() -> None:

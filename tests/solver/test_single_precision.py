@@ -334,3 +334,24 @@ def test_stiff_exact_and_incompressible_ones_have_the_forces_of_double_precision
     assert sum(i.statistics.iterations for i in single) <= sum(i.statistics.iterations for i in double)
     for one, other in zip(single, double):
         assert one.force("punch").y == pytest.approx(other.force("punch").y, rel=error)
+
+
+@pytest.mark.parametrize("solver", ["rslab", "superlu"])
+@pytest.mark.parametrize("coarse", [False, True])
+def test_kept_factors_solve_with_the_transpose_after_others_have_come(solver: str, coarse: bool) -> None:
+    """Factors that are kept outlive those of another matrix, in both precisions and with scaled unknowns; they say their size."""
+    a, b = grid(12, skew=0.4), np.random.default_rng(1).normal(size=144)
+    scale = np.exp2(np.arange(144) % 3)
+    f = Factorisation(144, a.indptr, a.indices, solver, policy=ALWAYS, scale=scale)
+    assert f.kept() is None
+    if coarse and solver == "superlu":
+        assert not f.coarse(a.data)
+        return
+    assert f.coarse(a.data) if coarse else len(f.solve(a.data, b))
+    kept = f.kept()
+    f.solve(3.0 * a.data, b)
+    assert kept is not None
+    assert f.kept().factors is not kept.factors
+    assert kept.size > 8 * 144
+    x = kept.transposed(b)
+    assert np.abs(a.T @ x - b).max() <= (1e-4 if coarse else 1e-12) * np.abs(b).max()

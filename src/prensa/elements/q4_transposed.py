@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from prensa.kernels.compiled import njit
+from prensa.materials.hardening import flow_gradient
 
 _MIDDLE = 4
 
@@ -172,3 +173,21 @@ def at_fixed(cells, geometry, point, bulk, G, axisymmetric, plastic, r, new, x_n
                 _to_nodes(
                     cells[e], B, -f0 * l0 - f2 * l2, -f0 * l1 - f2 * l3, -f1 * l0 - f3 * l2, -f1 * l1 - f3 * l3, -f4 * l4, x_n[d]
                 )
+
+
+@njit(cache=True, error_model="numpy")
+def flow_owed(kind, p, old, new, dt, weights, out):
+    """Weights (d, e, 4) of the flow stress after an increment → added to those of the scalars p (5,) of its curve, out (d, 5).
+
+    Not of a table; plastic strains are column 4 of the histories (e, 4, h) that the increment begins with and leads to.
+    """
+    curve = (p[0], p[1], p[2], p[3], p[4])
+    for e in range(new.shape[0]):
+        for q in range(4):
+            was, now = old[e, q, 4], new[e, q, 4]
+            if now == was:
+                continue
+            b0, b1, b2, b3, b4 = flow_gradient(kind, curve, now, now - was, dt)
+            for d in range(weights.shape[0]):
+                w, o = weights[d, e, q], out[d]
+                o[0], o[1], o[2], o[3], o[4] = o[0] + w * b0, o[1] + w * b1, o[2] + w * b2, o[3] + w * b3, o[4] + w * b4

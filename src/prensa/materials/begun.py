@@ -3,7 +3,7 @@
 With E = ½ ln b_e and D = dev(½ ln b_trial − E) of the committed state, it begins with ½ ln b̃ = E − s D and a plastic strain
 ε̃ = ε + s √(⅔ D:D) (see `prensa.kernels.tensor.begin`). Logarithm and exponential of a symmetric tensor are differentiated in its
 principal axes: diagonal components go with the derivative of the function, the others with its divided difference
-(Daleckiĭ and Kreĭn 1965). A point's derivatives are a small matrix, of which those that go backwards take the transpose.
+(Daleckiĭ and Kreĭn 1965). Many directions share a small matrix a point; weights go back through the same maps themselves.
 """
 
 from __future__ import annotations
@@ -48,6 +48,15 @@ def _logarithm(b11, b22, b33, b12):
     )  # fmt: skip
 
 
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _exponential(b11, b22, b33, b12):
+    """Axes c, s of I + b, and slopes x1, x2, x12, x3 there of exp(2 E) = I + b."""
+    l1, l2, c, s = principal(b11, b22, b12)
+    x1, x2 = 2.0 * (1.0 + l1), 2.0 * (1.0 + l2)
+    apart = (l1 - l2) / (1.0 + l2)
+    return c, s, x1, x2, x2 * apart / math.log1p(apart) if apart > 0.0 else x1, 2.0 * (1.0 + b33)
+
+
 @njit(cache=True, error_model="numpy")
 def slopes_of_begun(history, begun, new, share, cauchy, kind, p, knots, coefs, out):
     """Histories as committed, as an increment begins with them and as it leads to (e, q, 10) → out (e, q, PER_BEGUN).
@@ -75,11 +84,7 @@ def slopes_of_begun(history, begun, new, share, cauchy, kind, p, knots, coefs, o
             by_rise = 0.5 * jac * (y0 + y1 + more * dy1)
             by_volume = 0.5 * jac * (y0 + y1) * more if cauchy else 0.0
             M[_BY_STRAIN], M[_BY_STRESS] = 0.5 * jac * more * (dy0 + dy1), 0.5 * jac * more
-            l1, l2, cb, sb = principal(begun[e, q, 0], begun[e, q, 1], begun[e, q, 3])
-            x1, x2 = 2.0 * (1.0 + l1), 2.0 * (1.0 + l2)
-            apart = (l1 - l2) / (1.0 + l2)
-            x12 = x2 * apart / math.log1p(apart) if apart > 0.0 else x1
-            x3 = 2.0 * (1.0 + begun[e, q, 2])
+            cb, sb, x1, x2, x12, x3 = _exponential(begun[e, q, 0], begun[e, q, 1], begun[e, q, 2], begun[e, q, 3])
             for k in range(8):
                 a11, a22 = 1.0 if k % 4 == 0 else 0.0, 1.0 if k % 4 == 1 else 0.0
                 a33, a12 = 1.0 if k % 4 == 2 else 0.0, 1.0 if k % 4 == 3 else 0.0
@@ -148,21 +153,40 @@ def begun_along(M, w, first, stress):
         w[at + 8 * LANES], w[at + 9 * LANES] = h2 if flows else b2, h3 if flows else b3
 
 
-@njit(cache=True, error_model="numpy")
-def begun_owed(slopes, weights):
-    """Weights (m, e, q, 10) of what an increment begins with → in place, those of the committed histories; work has none."""
-    for m in range(weights.shape[0]):
-        for e in range(weights.shape[1]):
-            for q in range(weights.shape[2]):
-                M, w = slopes[e, q], weights[m, e, q]
+@njit(cache=True, error_model="numpy", fastmath={"contract"})
+def begun_owed(history, begun, new, share, weights):
+    """Weights (m, e, q, 10) of what an increment begins with → in place, those of the committed histories; work has none.
+
+    Histories (e, q, 10) and ``share`` as for `slopes_of_begun`. In a tensor's axes weights go as tensors do if those of its
+    shear, which stands for two components, are halved.
+    """
+    for e in range(history.shape[0]):
+        for q in range(history.shape[1]):
+            h, b = history[e, q], begun[e, q]
+            moved, flows = b[4] != h[4], new[e, q, 4] != b[4]
+            if moved:
+                e11, e22, e33, e12, c, s, d1, d2, d12, d3 = _logarithm(h[0], h[1], h[2], h[3])
+                t11, t22, t33, t12, ct, st, u1, u2, u12, u3 = _logarithm(h[6], h[7], h[8], h[9])
+                D11, D22, D33, D12 = t11 - e11, t22 - e22, t33 - e33, t12 - e12
+                third = (D11 + D22 + D33) / 3.0
+                D11, D22, D33 = D11 - third, D22 - third, D33 - third
+                rise = share / (1.5 * math.sqrt((D11 * D11 + D22 * D22 + D33 * D33 + 2.0 * D12 * D12) / 1.5))
+                cb, sb, x1, x2, x12, x3 = _exponential(b[0], b[1], b[2], b[3])
+            for m in range(weights.shape[0]):
+                w = weights[m, e, q]
                 t0, t1, t2, t3 = w[6], w[7], w[8], w[9]
                 w[5] = w[6] = w[7] = w[8] = w[9] = 0.0
-                if M[_FLOWS] == 0.0:
+                if not flows:
                     w[0], w[1], w[2], w[3] = w[0] + t0, w[1] + t1, w[2] + t2, w[3] + t3
                     t0 = t1 = t2 = t3 = 0.0
-                if M[_MOVED] != 0.0:
-                    b0, b1, b2, b3, strain = w[0], w[1], w[2], w[3], w[4]
-                    for k in range(4):
-                        w[k] = M[k] * b0 + M[8 + k] * b1 + M[16 + k] * b2 + M[24 + k] * b3 + M[32 + k] * strain
-                        w[6 + k] = M[4 + k] * b0 + M[12 + k] * b1 + M[20 + k] * b2 + M[28 + k] * b3 + M[36 + k] * strain
+                if moved:
+                    g11, g22, g12 = _in_axes(cb, sb, x1, x2, x12, w[0], w[1], 0.5 * w[3])
+                    g33, along = x3 * w[2], rise * w[4]
+                    third = (g11 + g22 + g33) / 3.0
+                    r11, r22 = along * D11 - share * (g11 - third), along * D22 - share * (g22 - third)
+                    r33, r12 = along * D33 - share * (g33 - third), along * D12 - share * g12
+                    w[6], w[7], half = _in_axes(ct, st, u1, u2, u12, r11, r22, r12)
+                    w[8], w[9] = u3 * r33, 2.0 * half
+                    w[0], w[1], half = _in_axes(c, s, d1, d2, d12, g11 - r11, g22 - r22, g12 - r12)
+                    w[2], w[3] = d3 * (g33 - r33), 2.0 * half
                 w[0], w[1], w[2], w[3] = w[0] + t0, w[1] + t1, w[2] + t2, w[3] + t3

@@ -25,8 +25,9 @@ from prensa.sensitivity.closed import covers
 from prensa.sensitivity.parameters import Parameter, refuse_other_mesh
 from prensa.sensitivity.solve import Followed, check_paths, refuse
 from prensa.sensitivity.transposed import Converged, Owed, Stage, Touching, Weights, back
-from prensa.solver.equilibrium import NewtonResult
+from prensa.solver.equilibrium import Equilibrium, NewtonResult
 from prensa.solver.increment import Increment, Monitor
+from prensa.solver.linear import Kept as KeptFactors
 from prensa.solver.policy import Policy
 from prensa.solver.reporting import Messages
 from prensa.solver.results import increment_of
@@ -125,11 +126,12 @@ def gradient(
     with timer("parameters"):
         parameters = [_Parameter.of(system, path, policy) for path in by]
     increment = run.until(last)
+    c = run.kept[-1].c
     with timer("backwards"):
         slopes = [_slope(m, increment) for m in measures]
         start, owed = _backwards(system, run, slopes, any(p.bends for p in parameters))
     with timer("parameters"):
-        seen = _Seen(measures, slopes, run, increment)
+        seen = _Seen(measures, slopes, run, c, increment)
         columns = np.stack([p.derivative(start, owed, seen) for p in parameters], axis=1)
     values, units = np.array([m.value(increment) for m in measures]), tuple(m.unit for m in measures)
     return Slopes(names, units, tuple(by), values, columns, increment, isinstance(of, str))
@@ -188,6 +190,7 @@ class Recorded(Followed):
         self.kept: list[Converged] = []
         self.state: State | None = None
         self.lines = guard_of(system)
+        self.room, self.room_for_factors = policy.kept_matrices, policy.kept_factors
 
     def look_inside(self, c: Context, result: NewtonResult) -> None:
         """As `TimeStepping.look_inside`; raises `OnlyForwards` too where a free side comes to a line of symmetry."""
@@ -219,8 +222,32 @@ class Recorded(Followed):
         self.state, increment = super().commit(c, control, result, spent, cutbacks)
         assert self.reduced is not None
         assert result.evaluation is not None
-        self.kept.append(Converged(replace(c, lagged=False), result.u, self.system.branches(c, result.evaluation), self.reduced))
+        e, factors = result.evaluation, self._factors()
+        at = Converged(replace(c, lagged=False), result.u, self.system.branches(c, e), self.reduced, factors=factors)
+        if e.data is not None and not c.lagged and self.room >= e.data.nbytes:
+            self.room -= e.data.nbytes
+            at = at._replace(evaluation=e)
+        self.kept.append(at)
         return self.state, increment
+
+    def equilibrium(self, c: Context) -> Equilibrium:
+        """As `TimeStepping.equilibrium`, with the matrix at the solution while there is room for it.
+
+        Not where Newton would go otherwise then (see `Equilibrium.keeps_matrix`).
+        """
+        assert self.reduced is not None
+        return replace(super().equilibrium(c), keeps_matrix=self.room > 0 and not self.reduced.factorisation.follows)
+
+    def _factors(self) -> KeptFactors | None:
+        """Newton's last factors, unless there is no room for more of them."""
+        assert self.reduced is not None
+        found, last = self.reduced.factorisation.kept(), self.kept[-1].factors if self.kept else None
+        if found is None or (last is not None and found.factors is last.factors):
+            return found
+        if self.room_for_factors < found.size:
+            return None
+        self.room_for_factors -= found.size
+        return found
 
 
 def _backwards(system: System, run: Recorded, slopes: Sequence[Gradient], curves: bool) -> tuple[Weights, Owed]:
@@ -230,8 +257,8 @@ def _backwards(system: System, run: Recorded, slopes: Sequence[Gradient], curves
     for k, slope in enumerate(slopes):
         np.add.at(weights.u[k], *slope.displacements(system))
         np.add.at(weights.force[k], *slope.reactions(system))
-    for at in reversed(run.kept):
-        weights = back(system, at, weights, owed)
+    while run.kept:  # what was kept of an increment goes with it
+        weights = back(system, run.kept.pop(), weights, owed)
     return weights, owed
 
 
@@ -241,11 +268,12 @@ class _Seen(NamedTuple):
     measures: Sequence[Measure]
     slopes: Sequence[Gradient]
     run: Recorded
+    c: Context
     increment: Increment
 
     def values(self, system: System) -> Array:
         """The measures of places (m,) where the bodies began as those of a system beside and moved alike; 0 for others."""
-        state, c = self.run.state, self.run.kept[-1].c
+        state, c = self.run.state, self.c
         assert state is not None
         e = system.evaluate(c, state.u, state.lam, stiffness=False)._replace(history=state.history)
         result = NewtonResult(True, None, state.u, None, state.lam, 0)

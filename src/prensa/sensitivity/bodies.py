@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -38,8 +39,7 @@ NO_FLOW = (0, np.zeros(5), np.zeros(2), np.zeros((1, 4)))  # of a curve that nob
 class Elements:
     """A block in an increment, as its directions need it: see `prepare` for ``geometry`` and ``point``.
 
-    Histories ``committed``, ``old`` as the increment begins with them and ``new``; ``begun``: what the second of these owes to
-    the first (see `slopes_of_begun`), None where they are the same.
+    Histories ``committed``, ``old`` as the increment begins with them and ``new``; ``share``: see `TimeRule`.
     """
 
     block: Block
@@ -49,25 +49,36 @@ class Elements:
     seconds: float
     geometry: Array
     point: Array
-    begun: Array | None
+    share: float
 
     @classmethod
-    def of(cls, block: Block, c: Context, x: Array, k: int, new: Array) -> Elements:
-        """Of block number k at node positions x (n, 2) and with the history that an increment has led to."""
+    def of(cls, block: Block, c: Context, x: Array, k: int, new: Array, room: tuple[Array, Array] | None = None) -> Elements:
+        """Of block number k at node positions x (n, 2) and with the history that an increment has led to.
+
+        room: see `room_for`, which is written over; new arrays if None.
+        """
         law: Any = block.law
         committed, old, seconds = c.state.history[k], c.history[k], c.rule.seconds(block, c.seconds)
-        m, mode = len(block), block.mode
-        geometry, point = np.empty((m, 5, PER_PLACE)), np.empty((m, 4, PER_POINT))
+        mode, (geometry, point) = block.mode, room or room_for(block)
         flow = law.flow if law.plastic else None
         prepare(
             c.x_n, x, block.cells, old, new, *moduli_of(block), mode.axisymmetric, mode.scale, law.plastic,
             law.plastic and law.yield_on_cauchy, *(NO_FLOW if flow is None else flow), seconds, geometry, point,
         )  # fmt: skip
-        begun = None
-        if law.plastic:
-            begun = np.empty((m, 4, PER_BEGUN))
-            slopes_of_begun(committed, old, new, c.rule.share, law.yield_on_cauchy, *law.flow, begun)
-        return cls(block, committed, old, new, seconds, geometry, point, begun)
+        return cls(block, committed, old, new, seconds, geometry, point, c.rule.share)
+
+    @cached_property
+    def begun(self) -> Array:
+        """What the histories that the increment begins with owe to those committed (see `slopes_of_begun`).
+
+        (e, 4, n), or (0, 4, n) where they are the same.
+        """
+        law: Any = self.block.law
+        if not law.plastic:
+            return NOT_BEGUN
+        out = np.empty((len(self.block), 4, PER_BEGUN))
+        slopes_of_begun(self.committed, self.old, self.new, self.share, law.yield_on_cauchy, *law.flow, out)
+        return out
 
     def at_fixed(self, changes: Changes, k: int, dxn: Array, dold: Sequence[Array], r: Array) -> tuple[list[Array], Array]:
         """Histories (e, 4, h, s) by group and energies (2, d) of directions, with forces added to r (ndof, d); k: the block.
@@ -84,8 +95,7 @@ class Elements:
             at_fixed(
                 self.block.cells, self.geometry, self.point, *moduli_of(self.block), self.block.mode.axisymmetric,
                 self.block.volume, in_lanes(dxn, group.first), group.X, old, group.moduli[k],
-                slopes if len(flow) else slopes[..., :0], flow, force, new, spent,
-                NOT_BEGUN if self.begun is None else self.begun,
+                slopes if len(flow) else slopes[..., :0], flow, force, new, spent, self.begun,
             )  # fmt: skip
             own = slice(group.first, group.first + group.size)
             r[: 2 * len(dxn), own] += force.reshape(-1, LANES)[:, : group.size]
@@ -119,10 +129,17 @@ def moduli_of(block: Block) -> tuple[float, float]:
     return law.E / (3.0 * (1.0 - 2.0 * law.nu)), law.mu
 
 
-def elements_of(system: System, c: Context, u: Array, e: Evaluation) -> list[Elements]:
-    """All blocks at degrees of freedom u (ndof,), with the histories that an increment has led to."""
-    x = system.positions(u)
-    return [Elements.of(b, c, x, k, new) for k, (b, new) in enumerate(zip(system.blocks, e.history))]
+def room_for(block: Block) -> tuple[Array, Array]:
+    """Arrays for the geometry and the points of a block's `Elements`."""
+    return np.empty((len(block), 5, PER_PLACE)), np.empty((len(block), 4, PER_POINT))
+
+
+def elements_of(
+    system: System, c: Context, u: Array, e: Evaluation, rooms: Sequence[tuple[Array, Array] | None] | None = None
+) -> list[Elements]:  # fmt: skip
+    """All blocks at degrees of freedom u (ndof,), with the histories that an increment has led to, in ``rooms`` (`room_for`)."""
+    x, rooms = system.positions(u), rooms or [None] * len(system.blocks)
+    return [Elements.of(b, c, x, k, new, room) for k, (b, new, room) in enumerate(zip(system.blocks, e.history, rooms))]
 
 
 def unfolding(system: System, c: Context, u: Array, changes: Sequence[Change], r: Array) -> None:

@@ -8,6 +8,7 @@ All arrays have the measures m as first axis.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -25,7 +26,8 @@ from prensa.fem.schedule import StepPlan
 from prensa.fem.system import Evaluation, System
 from prensa.materials.begun import begun_owed
 from prensa.materials.hardening import TABLE
-from prensa.sensitivity.bodies import NO_FLOW, SHIFT, Elements, elements_of, moduli_of
+from prensa.sensitivity.bodies import NO_FLOW, SHIFT, Elements, elements_of, moduli_of, room_for
+from prensa.solver.linear import Kept as KeptFactors
 from prensa.solver.reduced import Reduced, Selected
 
 Array = NDArray[np.float64]
@@ -33,12 +35,18 @@ Index = NDArray[np.int64]
 
 
 class Converged(NamedTuple):
-    """A converged increment as it is kept for the way back: context, dofs u (ndof,), branches, and the equations it solved."""
+    """A converged increment as it is kept for the way back: context, dofs u (ndof,), branches, and the equations it solved.
+
+    ``evaluation``: that at the solution with its matrix, ``factors``: Newton's last ones, of a matrix nearby; None where they
+    are not kept.
+    """
 
     c: Context
     u: Array
     branches: Branches
     reduced: Reduced
+    evaluation: Evaluation | None = None
+    factors: KeptFactors | None = None
 
 
 class ContactWeights(NamedTuple):
@@ -146,6 +154,8 @@ class Owed:
         self.scale = [np.zeros((m, 3, len(s.points))) for s in system.surfaces]
         self.touching: list[list[Touching]] = [[] for _ in system.tools]
         self.stages: dict[int, Stage] = {}
+        self.rooms = [room_for(b) for b in system.blocks]
+        """For the elements of the increment in turn: memory that is new each time costs as much as what is written there."""
         self._places: tuple[Reduced, Index | slice] | None = None
 
     def places(self, reduced: Reduced) -> Index | slice:
@@ -171,49 +181,66 @@ def _no_flow(b: Block, m: int) -> FlowWeights:
 
 
 class Backwards:
-    """Solutions with the transpose of the matrix at a solution; ``places``: see `places_of`.
+    """Solutions with the transpose of the matrix at a solution.
 
-    Factors in single precision do where what they leave is solved for again: they cost half of those in double precision.
+    Factors of a matrix nearby do where what they leave is solved for again: Newton's last ones, of an iterate before, which the
+    run has left, or else those of the transpose in single precision, which cost half of those in double precision.
     """
 
-    def __init__(self, reduced: Reduced, e: Evaluation, pattern: Pattern, places: Index | slice) -> None:
+    def __init__(self, at: Converged, e: Evaluation, pattern: Pattern, owed: Owed) -> None:
         from scipy.sparse import csr_matrix
 
-        self.reduced = reduced
-        self.matrix = reduced.matrix(e, np.zeros(len(e.r)))[places]
+        self.at, self.reduced, self.e, self.owed = at, at.reduced, e, owed
         self.whole = csr_matrix((e.data, pattern.indices, pattern.indptr), (pattern.n, pattern.n))  # columns of K as rows
 
     def solve(self, b: Array) -> Array:
         """Dofs (ndof, m) of Kᵀ x = b for b (ndof, m), zero where prescribed."""
-        x = self._refined(b) if self.reduced.factorisation.coarse(self.matrix) else None
-        return self._factored(b) if x is None else x
+        x = None if self.at.factors is None else self._refined(b, self._nearby)
+        if x is None:
+            matrix = self.reduced.matrix(self.e, np.zeros(len(b)))[self.owed.places(self.reduced)]
+            x = self._refined(b, self.reduced.again) if self.reduced.factorisation.coarse(matrix) else None
+            x = self._factored(b, matrix) if x is None else x
+        return x
 
-    def _refined(self, b: Array) -> Array | None:
+    def _nearby(self, b: Array) -> Array:
+        """Dofs (ndof, m) for b (ndof, m) by Newton's last factors."""
+        factors, restriction = self.at.factors, self.reduced.restriction
+        assert factors is not None
+        part = restriction.part(b)
+        return restriction.whole(np.stack([factors.transposed(column) for column in part.T], axis=1), len(b))
+
+    def _refined(self, b: Array, again: Callable[[Array], Array]) -> Array | None:
         """By substitutions with factors nearby; None where they do not lead to it.
 
         What is left is judged by x: forces on tools make right-hand sides of their penalties, far larger than what comes of them.
         """
-        reduced, policy = self.reduced, self.reduced.policy
+        policy = self.reduced.policy
         x, rest, size = np.zeros_like(b), b, np.full(b.shape[1], np.inf)
-        for _ in range(policy.transposed_steps):
-            step = reduced.again(rest)
+        for left in reversed(range(policy.transposed_steps)):
+            step = again(rest)
             x = x + step
-            before, size = size, np.linalg.norm(step, axis=0)
-            rate, whole = size / np.where(before > 0.0, before, np.inf), np.linalg.norm(x, axis=0)
-            if np.all(size * rate <= policy.transposed_fine * whole) and np.all(np.isfinite(before)):
-                return x
-            if not np.all(size <= np.where(np.isfinite(before), policy.contraction * before, np.inf)):
-                return None
+            before, size = size, _lengths(step)
+            rate, enough = size / np.where(before > 0.0, before, np.inf), policy.transposed_fine * _lengths(x)
+            if np.isfinite(before).all():
+                if np.all(size * rate <= enough):
+                    return x
+                if not np.all(size * rate ** (1 + left) <= enough):
+                    return None
             rest = b - self.whole @ x
         return None
 
-    def _factored(self, b: Array) -> Array:
+    def _factored(self, b: Array, matrix: Array) -> Array:
         """By factors in double precision, refined once where contacts are exact, which takes back what `determined` adds."""
         reduced = self.reduced
-        x = reduced.solve(self.matrix, b[:, 0])[:, None]
+        x = reduced.solve(matrix, b[:, 0])[:, None]
         if b.shape[1] > 1:
             x = np.hstack([x, reduced.again(b[:, 1:])])
         return x + reduced.again(b - self.whole @ x) if reduced.equations else x
+
+
+def _lengths(x: Array) -> Array:
+    """|x| (m,) of the columns of x (n, m)."""
+    return np.asarray(np.sqrt(np.einsum("nm,nm->m", x, x)))
 
 
 def places_of(reduced: Reduced) -> Index | slice:
@@ -232,9 +259,9 @@ def places_of(reduced: Reduced) -> Index | slice:
 def back(system: System, at: Converged, after: Weights, owed: Owed) -> Weights:
     """Weights of the state before an increment from those of the state after it; adds to what is ``owed`` to the system."""
     c, m = at.c, len(after.u)
-    e = system.evaluate(c, at.u, system.initial_multipliers(c.state), like=at.branches)
-    columns = Backwards(at.reduced, e, system.pattern, owed.places(at.reduced))
-    elements = elements_of(system, c, at.u, e)
+    e = at.evaluation or system.evaluate(c, at.u, system.initial_multipliers(c.state), like=at.branches)
+    columns = Backwards(at, e, system.pattern, owed)
+    elements = elements_of(system, c, at.u, e, owed.rooms)
     x, step_start = after.u.copy(), after.step_start
     if c.ends_step:
         x, step_start = x + step_start, np.zeros_like(step_start)
@@ -286,15 +313,13 @@ def _element(
         block.cells, b.geometry, b.point, *moduli_of(block), block.mode.axisymmetric, law.plastic, r, new, x_n, x, old,
         owed.bulk[:, k], owed.G[:, k], flow,
     )  # fmt: skip
-    if b.begun is not None:
-        begun_owed(b.begun, old)
+    if law.plastic:
+        begun_owed(b.committed, b.old, b.new, b.share, old)
     curve: Any = getattr(law, "flow", None)
     if curve is None or not owed.curves:
         return
     if curve.kind != TABLE:
-        slopes = np.empty((*b.old.shape[:2], 3, 5))
-        b.flow_slopes(np.zeros((1, *curve.knots.shape)), np.zeros((1, *curve.coefficients.shape)), slopes)
-        owed.flow[k].p[...] += flow.reshape(len(r), -1) @ slopes[:, :, 0].reshape(-1, 5)
+        q4_transposed.flow_owed(curve.kind, curve.p, b.old, b.new, b.seconds, flow, owed.flow[k].p)
         return
     strain = b.new[..., 4]
     knots, (coefs, last) = curve.knots, (curve.coefficients, len(curve.knots) - 1)

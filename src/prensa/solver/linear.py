@@ -72,7 +72,8 @@ def _superlu(a: Structure) -> Factor:
     from scipy.sparse.linalg import splu
 
     def factor(values: Array | Single) -> Solve:
-        return splu(csc_matrix((values, a.indices, a.indptr), (a.n, a.n)), permc_spec="COLAMD").solve
+        factors = splu(csc_matrix((values, a.indices, a.indptr), (a.n, a.n)), permc_spec="COLAMD")
+        return _Lasting(factors.solve, lambda b: factors.solve(b, "T"), 12 * factors.nnz)
 
     return factor
 
@@ -110,7 +111,7 @@ def _rslab(a: Structure) -> Factor:
         ldlt = rslab.analyze(pattern, path="ldlt", threads=a.threads, **RACE)
         return lambda values: _ldlt(ldlt.factor(values, **(UNSCALED if values.dtype == np.float32 else {})))
     symbolic = rslab.analyze(pattern, path="lu", threads=a.threads, matching=False, **RACE)
-    return lambda values: _columns(symbolic.factor(values))
+    return lambda values: _lu(symbolic.factor(values))
 
 
 class _Definite:
@@ -123,25 +124,41 @@ class _Definite:
         return self.solve(b)
 
 
+class _Lasting:
+    """A `Solve` with factors that no later ones overwrite; ``transposed``: that of the transpose; ``size``: their bytes."""
+
+    def __init__(self, solve: Solve, transposed: Solve, size: int) -> None:
+        self.solve, self.transposed, self.size = solve, transposed, size
+
+    def __call__(self, b: Array) -> Array:
+        return self.solve(b)
+
+
 def _ldlt(factors: Any) -> Solve:
     """Solve with rslab's factors LDLᵀ."""
     return _Definite(_columns(factors), factors.inertia[0] == factors.n and not factors.n_perturbed)
 
 
+def _lu(factors: Any) -> Solve:
+    """Solve with rslab's factors LU."""
+    return _Lasting(_columns(factors), _in_range(factors, factors.solve_transpose), factors.heap_bytes)
+
+
 def _columns(factors: Any) -> Solve:
     """Solve with rslab's factors for one right-hand side (n,) or for several at once (n, k)."""
+    return _in_range(factors, lambda b: factors.solve(b) if b.ndim == 1 else factors.solve_many(b))
 
-    def solve(b: Array) -> Array:
-        return np.asarray(factors.solve(b) if b.ndim == 1 else factors.solve_many(b))
 
+def _in_range(factors: Any, solve: Solve) -> Solve:
+    """A `Solve` with rslab's factors that takes and gives double precision, whatever that of the factors."""
     if factors.dtype != "float32":
-        return solve
+        return lambda b: np.asarray(solve(b))
 
     def of_single(b: Array) -> Array:
         # residuals become smaller than the smallest number of single precision
         size = np.abs(b).max(axis=0)
         size = np.where(size > 0, size, 1.0)
-        return size * solve(np.asarray(b / size, dtype=np.float32)).astype(np.float64)
+        return size * np.asarray(solve(np.asarray(b / size, dtype=np.float32))).astype(np.float64)
 
     return of_single
 
@@ -216,6 +233,23 @@ def available(choice: str) -> list[str]:
     if importlib.util.find_spec("rslab"):
         order.append("rslab")
     return [*order, "superlu"]
+
+
+class Kept(NamedTuple):
+    """Factors that outlive those that come after them; ``scale``: see `Factorisation`."""
+
+    factors: _Lasting
+    scale: Array | None
+
+    @property
+    def size(self) -> int:
+        """Their bytes."""
+        return self.factors.size
+
+    def transposed(self, b: Array) -> Array:
+        """Solution (n,) of Aᵀ x = b, unchecked."""
+        scale, solve = self.scale, self.factors.transposed
+        return solve(b) if scale is None else scale * solve(scale * b)
 
 
 class Factorisation:
@@ -320,6 +354,10 @@ class Factorisation:
             return np.asarray(self._solve(b))
         scale = self.scale if b.ndim == 1 else self.scale[:, None]
         return scale * np.asarray(self._solve(scale * b))
+
+    def kept(self) -> Kept | None:
+        """The last factors, to keep them; None where later ones take their place, or they are symmetric, which are cheap."""
+        return Kept(self._solve, self.scale) if isinstance(self._solve, _Lasting) else None
 
     @property
     def holds_matrix(self) -> bool:
@@ -646,6 +684,10 @@ class DenseFactors:
     def coarse(self, values: Array) -> bool:
         """False: dense factors are of double precision."""
         return False
+
+    def kept(self) -> Kept | None:
+        """None: nobody goes backwards with dense factors."""
+        return None
 
     def tells(self, b: Array, x: Array) -> bool:
         """True: dense factors are of double precision."""

@@ -16,7 +16,7 @@ from prensa.fem.schedule import Control
 from prensa.fem.system import Evaluation, System
 from prensa.model import problem as model
 from prensa.solver.eliminated import Tied
-from prensa.solver.linear import Factorisation, Single, running
+from prensa.solver.linear import Factorisation, Kept, Single, running
 from prensa.solver.multipliers import Equations, determined
 from prensa.solver.policy import DEFAULT, Policy
 from prensa.solver.threads import threads_of
@@ -134,6 +134,9 @@ class Factors(Protocol):
 
     def coarse(self, matrix: Array) -> bool:
         """Factors of a matrix in single precision for use `again`, unchecked; whether there are any."""
+
+    def kept(self) -> Kept | None:
+        """The last factors, to keep them for the transpose of their matrix; None where that is not possible."""
 
     def solve(self, matrix: Array, b: Array) -> Array:
         """Solution (f,) with the matrix of `Restriction.values`."""
