@@ -14,9 +14,10 @@ from prensa.fem.planning import plan_step
 from prensa.fem.system import Evaluation
 from prensa.solver.equilibrium import Equilibrium, NewtonResult, Reporter, reversed_slip
 from prensa.solver.failure import Stagnated, Unevaluable
-from prensa.solver.newton import init, newton, observe, step, terminate
+from prensa.solver.newton import _shortened, init, newton, observe, step, terminate
 from prensa.solver.policy import Policy
 from prensa.solver.predictor import Guess, initial_guess
+from prensa.solver.projection import linear_gaps
 from prensa.solver.reduced import Reduced
 
 
@@ -94,6 +95,25 @@ def test_slip_that_turns_is_seen():
     # in space eighths of a turn are told apart: more than a right angle is a reversal
     before, now = np.array([2, 2, 2, 2, 9], dtype=np.int8), np.array([4, 5, 7, 8, 3], dtype=np.int8)
     assert reversed_slip(before, now).tolist() == [False, True, True, False, False]
+
+
+def test_a_shortened_step_along_a_curved_tool_keeps_the_gaps_of_the_linear_model():
+    """A block that is moved past a cylinder has its closed points where that has them, a straight step has not."""
+    eq = pressed()
+    lam, result = start(eq)
+    e = newton(eq, initial_guess(eq, result.u, lam), lam, result)
+    assert isinstance(e, Evaluation)
+    u, delta = result.u, np.zeros(eq.system.ndof)
+    eq.system.displacement(delta)[:, 0] = -0.1
+    found = _shortened(eq, u, delta, e, lam)
+    f = (eq.system.displacement(found) - eq.system.displacement(u))[0, 0] / -0.1
+    assert any(f == pytest.approx(share) for share in eq.policy.line_search)
+    (gaps,), s = linear_gaps(eq.system, e, f * delta), eq.system.surfaces[0]
+    closed = gaps < 0
+    assert closed.any()
+    np.testing.assert_allclose(eq.system.pairs(s, found).g[closed], gaps[closed], rtol=1e-9)
+    straight = eq.system.pairs(s, u + f * delta).g[closed]
+    assert (np.abs(straight - gaps[closed]) > 1e-3 * np.abs(gaps[closed])).all()
 
 
 def test_the_secant_keeps_the_direction_of_flow():

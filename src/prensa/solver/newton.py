@@ -28,7 +28,7 @@ class NewtonState:
     evaluation: that at u, the only holder of its matrix; None before it is made. ``status``: signature at u, ``reversed``
     (points,) those that slip against their last direction, ``changed``: how many points have another status than at the last
     iterate (at the first: have opened or closed since the increment began), ``settled``: none of them has opened or closed.
-    ``best``, ``watch_from``, ``watched``: least residual of the watchdog, dofs and step there, full steps accepted since.
+    ``best``, ``watch_from``, ``watched``: least residual of the watchdog; dofs, step, contacts there; full steps accepted.
     ``came_by``: the last step, if its factors are at hand; ``least``: least residual up to each iteration. ``secant``: whether
     the matrix of the evaluation is the one for iterates where flow turns (see `Equilibrium.turns`).
     """
@@ -47,7 +47,7 @@ class NewtonState:
     settled: bool = False
     by_contact: bool = False
     best: float = np.inf
-    watch_from: tuple[Array, Array] | None = None
+    watch_from: tuple[Array, Array, Evaluation] | None = None
     watched: int = 0
     came_by: Array | None = None
     least: list[float] = field(default_factory=list)
@@ -202,7 +202,7 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     if runaway := eq.runaway(delta):
         return runaway
     if state.norm < state.best:
-        state.best, state.watch_from, state.watched = state.norm, (state.u, delta), 0
+        state.best, state.watch_from, state.watched = state.norm, (state.u, delta, _places(e)), 0
     moved = contact_corrected(eq.system, eq.context, e, state.u, delta, state.lam)
     wanted = not (state.relative <= eq.policy.close and state.settled and not (state.iteration and state.changed))
     wanted = wanted or _follows(eq)
@@ -222,7 +222,7 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
         state.secant = alone is None and _turns(eq, state)
         state.u, state.evaluation = moved, full
         return None
-    _restart(eq, state, state.watch_from if state.watch_from is not None and not full.failed else (state.u, delta))
+    _restart(eq, state, state.watch_from if state.watch_from is not None and not full.failed else (state.u, delta, e))
     return None
 
 
@@ -301,7 +301,7 @@ def _decided(
         return None
     state.by_contact = not turns
     if state.watch_from is not None and state.watch_from[0] is state.u:
-        state.watch_from = state.u, delta
+        state.watch_from = state.u, delta, _places(e)
     return moved, better, decides
 
 
@@ -341,20 +341,31 @@ def _shrinks(eq: Equilibrium, full: Evaluation, delta: Array) -> bool:
     return bool(np.linalg.norm(unit * then) < eq.policy.shrinks * np.linalg.norm(unit * delta))
 
 
-def _restart(eq: Equilibrium, state: NewtonState, watch_from: tuple[Array, Array]) -> None:
+def _restart(eq: Equilibrium, state: NewtonState, watch_from: tuple[Array, Array, Evaluation]) -> None:
     """Go on from the best of a few fractions of the watch_from's step, as if nothing had been seen yet."""
-    u, delta = watch_from
-    state.u = u + _fraction(eq, u, delta, state.lam) * delta
+    u, delta, e = watch_from
+    state.u = _shortened(eq, u, delta, e, state.lam)
     state.evaluation = state.status = state.came_by = state.watch_from = None
     state.secant = False
     state.best, state.watched = np.inf, 0
 
 
-def _fraction(eq: Equilibrium, u: Array, delta: Array, lam: Array) -> float:
-    """The fraction of a step with the least residual; a failed evaluation is no candidate."""
-    best, factor = np.inf, eq.policy.line_search[-1]
+def _places(e: Evaluation) -> Evaluation:
+    """An evaluation without what is as long as the dofs: only its contacts are asked for."""
+    nothing = np.zeros(0)
+    return e._replace(r=nothing, f_ext=nothing, data=None, history=())
+
+
+def _shortened(eq: Equilibrium, u: Array, delta: Array, e: Evaluation, lam: Array) -> Array:
+    """Dofs (ndof,) after the fraction of a step from the iterate u of e with the least residual; a failed evaluation is none.
+
+    Closed contact nodes are put at the gap of the linear model, as after a whole step: what a straight one along a curved tool
+    leaves is the force of gaps that it changes by the way, so that the shortest looks best.
+    """
+    best, found = np.inf, u
     for f in eq.policy.line_search:
-        size = eq.norm(eq.evaluate(u + f * delta, lam, stiffness=False, section="line search"))
+        moved = contact_corrected(eq.system, eq.context, e, u, f * delta, lam)
+        size = eq.norm(eq.evaluate(moved, lam, stiffness=False, section="line search"))
         if size < best:
-            best, factor = size, f
-    return factor
+            best, found = size, moved
+    return found if np.isfinite(best) else u + eq.policy.line_search[-1] * delta
