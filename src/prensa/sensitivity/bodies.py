@@ -25,6 +25,7 @@ from prensa.fem.assembly import Block, scatter_forces
 from prensa.fem.context import Context
 from prensa.fem.system import Evaluation, System
 from prensa.materials.begun import PER_BEGUN, slopes_of_begun
+from prensa.materials.j2_finite import stresses_at
 from prensa.sensitivity.change import Change, Changes
 
 Array = NDArray[np.float64]
@@ -58,10 +59,13 @@ class Elements:
         committed, old, seconds = c.state.history[k], c.history[k], c.rule.seconds(block, c.seconds)
         m, mode = len(block), block.mode
         geometry, point = np.empty((m, 5, PER_PLACE)), np.empty((m, 4, PER_POINT))
-        flow = law.flow if law.plastic else None
+        stress = np.zeros((2, m, 4, 3))  # after the increment and where it begins
+        if law.plastic:
+            stresses_at(old[..., 4], new[..., 4], *law.flow, seconds, stress[0])
+            stresses_at(old[..., 4], old[..., 4], *law.flow, 0.0, stress[1])
         prepare(
             c.x_n, x, block.cells, old, new, *moduli_of(block), mode.axisymmetric, mode.scale, law.plastic,
-            law.plastic and law.yield_on_cauchy, *(NO_FLOW if flow is None else flow), seconds, geometry, point,
+            law.plastic and law.yield_on_cauchy, stress[0], stress[1], geometry, point,
         )  # fmt: skip
         begun = None
         if law.plastic:
