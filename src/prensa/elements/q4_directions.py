@@ -58,10 +58,10 @@ def slots(count: int) -> int:
     return -(-count // _HALF) * _HALF
 
 
-def in_lanes(a: NDArray[np.float64], first: int) -> NDArray[np.float64]:
-    """The `LANES` directions of an array (…, d) from one on, of which those that there are not are zero."""
+def in_lanes(a: NDArray[np.float64], first: int, size: int = LANES) -> NDArray[np.float64]:
+    """So many directions of an array (…, d) from one on in `LANES`, of which those that there are not are zero."""
     out = np.zeros((*a.shape[:-1], LANES))
-    some = a[..., first : first + LANES]
+    some = a[..., first : first + size]
     out[..., : some.shape[-1]] = some
     return out
 

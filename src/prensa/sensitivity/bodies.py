@@ -87,7 +87,7 @@ class Elements:
             flow = group.flow[k]
             at_fixed(
                 self.block.cells, self.geometry, self.point, *moduli_of(self.block), self.block.mode.axisymmetric,
-                self.block.volume, in_lanes(dxn, group.first), group.X, old, group.moduli[k],
+                self.block.volume, in_lanes(dxn, group.first, group.size), group.X, old, group.moduli[k],
                 slopes if len(flow) else slopes[..., :0], flow, force, new, spent,
                 NOT_BEGUN if self.begun is None else self.begun,
             )  # fmt: skip
@@ -108,8 +108,9 @@ class Elements:
         for group, new in zip(changes.groups, histories):
             spent = np.zeros((2, LANES))
             along(
-                b.cells, self.geometry, self.point, G, b.mode.axisymmetric, b.volume, in_lanes(dx, group.first), new, spent
-            )
+                b.cells, self.geometry, self.point, G, b.mode.axisymmetric, b.volume,
+                in_lanes(dx, group.first, group.size), new, spent,
+            )  # fmt: skip
             energy[:, group.first : group.first + group.size] += spent[:, : group.size]
 
     def in_volumes(self, volumes: Array, energy: Array) -> None:

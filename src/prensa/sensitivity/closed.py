@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.record import ContactRecord
-from prensa.elements.q4_directions import LANES, in_lanes, slots
+from prensa.elements.q4_directions import in_lanes, slots
 from prensa.fem.context import Context
 from prensa.fem.loads import ToolForce
 from prensa.fem.state import Stability, State
@@ -122,16 +122,17 @@ class Bundle:
         for k, groups in enumerate(self.histories):
             out[f"history_{k}"] = np.zeros(groups[0].shape[:-1])
             for group, some in zip(self.changes.groups, groups):
-                own = in_lanes(shares, group.first)[: some.shape[-1]]
+                own = in_lanes(shares, group.first, group.size)[: some.shape[-1]]
                 out[f"history_{k}"] += (some.reshape(-1, len(own)) @ own).reshape(some.shape[:-1])
         return out
 
     def hand_on(self) -> None:
         """Let each direction carry its own."""
-        for k, d in enumerate(self.directions):
-            group, lane = divmod(k, LANES)
-            d.carried = {name: a[..., k] for name, a in self.arrays.items()}
-            d.carried |= {f"history_{b}": groups[group][..., lane] for b, groups in enumerate(self.histories)}
+        for number, group in enumerate(self.changes.groups):
+            for lane in range(group.size):
+                d, k = self.directions[group.first + lane], group.first + lane
+                d.carried = {name: a[..., k] for name, a in self.arrays.items()}
+                d.carried |= {f"history_{b}": groups[number][..., lane] for b, groups in enumerate(self.histories)}
 
 
 def _filled(histories: Sequence[Array]) -> Array:
