@@ -39,16 +39,17 @@ PER_PLACE = 17  # numbers a point: ∂N/∂x, ∂N/∂y, N/r (4 each) in the pre
 PER_POINT = 48  # numbers a point of `prepare`, in the order in which it writes them
 _MIDDLE = 4
 # of `prepare`, rows of points: tensors before, α^m, α, principal values of b less one, logarithms, plastic strain, flow stresses
-# with their slopes, and from `_POINT` on its numbers, among them the volume
-_WAS_B, _WAS_B1, _WAS_B2, _WAS_B3, _STRETCH, _ALPHA, _L, _L1, _L2, _LN, _LN1, _LN2 = range(0, 12 * GROUP, GROUP)
-_DELTA, _STRESS, _SLOPE, _BY_OLD, _STRESS_WAS, _SLOPE_WAS, _POINT = range(12 * GROUP, 19 * GROUP, GROUP)
-_V, _WORK_END = _POINT + 43 * GROUP, _POINT + 44 * GROUP
+# with their slopes, and from `_COMMON` on its numbers, among them the volume
+_WAS_B, _WAS_B1, _WAS_B2, _WAS_B3, _STRETCH, _ALPHA, _L, _L1, _L2, _LOG, _LOG1, _LOG2 = range(0, 12 * GROUP, GROUP)
+_RISE, _STRESS, _HARDENING, _BY_OLD, _STRESS_WAS, _HARDENING_WAS, _COMMON = range(12 * GROUP, 19 * GROUP, GROUP)
+_V, _WORK_END = _COMMON + 43 * GROUP, _COMMON + 44 * GROUP
 (
-    _P0, _P1, _P2, _P3, _P4, _P5, _P6, _P7, _P8, _P9, _P10,
-    _P11, _P12, _P13, _P14, _P15, _P16, _P17, _P18, _P19, _P20, _P21,
-    _P22, _P23, _P24, _P25, _P26, _P27, _P28, _P29, _P30, _P31, _P32,
-    _P33, _P34, _P35, _P36, _P37, _P38, _P39, _P40, _P41, _P42,
-) = range(_POINT, _V, GROUP)  # fmt: skip
+    _POINT0, _POINT1, _POINT2, _POINT3, _POINT4, _POINT5, _POINT6, _POINT7, _POINT8, _POINT9,
+    _POINT10, _POINT11, _POINT12, _POINT13, _POINT14, _POINT15, _POINT16, _POINT17, _POINT18, _POINT19,
+    _POINT20, _POINT21, _POINT22, _POINT23, _POINT24, _POINT25, _POINT26, _POINT27, _POINT28, _POINT29,
+    _POINT30, _POINT31, _POINT32, _POINT33, _POINT34, _POINT35, _POINT36, _POINT37, _POINT38, _POINT39,
+    _POINT40, _POINT41, _POINT42,
+) = range(_COMMON, _V, GROUP)  # fmt: skip
 WAYS = 5  # in which a flow curve changes, that are added up at a time: as many as its scalars
 _HALF = LANES // 2
 
@@ -108,7 +109,7 @@ def prepare(x_n, x, cells, old, new, bulk, G, axisymmetric, scale, plastic, cauc
                 if q < 4:
                     w[_V + at + q] = scale * dn * (rn if axisymmetric else 1.0)
                     for k in range(5):
-                        w[_POINT + k * GROUP + at + q] = g[q, 12 + k]
+                        w[_COMMON + k * GROUP + at + q] = g[q, 12 + k]
             for q in range(4):
                 w[_STRETCH + at + q] = J[4] / J[q]
                 w[_V + at + q] /= w[_STRETCH + at + q]
@@ -117,9 +118,9 @@ def prepare(x_n, x, cells, old, new, bulk, G, axisymmetric, scale, plastic, cauc
             for k in range(4):
                 w[_WAS_B + k * GROUP + i] = old[e, q, k]
             if plastic:
-                w[_DELTA + i] = new[e, q, 4] - old[e, q, 4]
-                w[_STRESS + i], w[_SLOPE + i], w[_BY_OLD + i] = after[e, q, 0], after[e, q, 1], after[e, q, 2]
-                w[_STRESS_WAS + i], w[_SLOPE_WAS + i] = before[e, q, 0], before[e, q, 1]
+                w[_RISE + i] = new[e, q, 4] - old[e, q, 4]
+                w[_STRESS + i], w[_HARDENING + i], w[_BY_OLD + i] = after[e, q, 0], after[e, q, 1], after[e, q, 2]
+                w[_STRESS_WAS + i], w[_HARDENING_WAS + i] = before[e, q, 0], before[e, q, 1]
         by, far = 2.0 / (3.0 if axisymmetric else 2.0), 0
         for i in range(GROUP):
             more = w[_STRETCH + i] - 1.0
@@ -132,30 +133,30 @@ def prepare(x_n, x, cells, old, new, bulk, G, axisymmetric, scale, plastic, cauc
         for i in range(GROUP):
             alpha = w[_ALPHA + i]
             hoop = alpha if axisymmetric else 1.0
-            f0, f1, f2, f3 = alpha * w[_P0 + i], alpha * w[_P1 + i], alpha * w[_P2 + i], alpha * w[_P3 + i]
-            f4 = hoop * w[_P4 + i]
+            f0, f1, f2, f3 = alpha * w[_POINT0 + i], alpha * w[_POINT1 + i], alpha * w[_POINT2 + i], alpha * w[_POINT3 + i]
+            f4 = hoop * w[_POINT4 + i]
             o1, o2, o3, o12 = 1.0 + w[_WAS_B + i], 1.0 + w[_WAS_B1 + i], 1.0 + w[_WAS_B2 + i], w[_WAS_B3 + i]
             w11, w12, w21, w22 = f0 * o1 + f1 * o12, f0 * o12 + f1 * o2, f2 * o1 + f3 * o12, f2 * o12 + f3 * o2
             b11, b12, b22, b33 = w11 * f0 + w12 * f1, w11 * f2 + w12 * f3, w21 * f2 + w22 * f3, f4 * f4 * o3
             l1, l2, c, s = _axes(b11 - 1.0, b22 - 1.0, b12)
-            w[_P0 + i], w[_P1 + i], w[_P2 + i], w[_P3 + i], w[_P4 + i] = f0, f1, f2, f3, f4
-            w[_P5 + i], w[_P6 + i], w[_P7 + i], w[_P8 + i] = b11, b12, b22, b33
-            w[_P11 + i], w[_P12 + i] = c, s
+            w[_POINT0 + i], w[_POINT1 + i], w[_POINT2 + i], w[_POINT3 + i], w[_POINT4 + i] = f0, f1, f2, f3, f4
+            w[_POINT5 + i], w[_POINT6 + i], w[_POINT7 + i], w[_POINT8 + i] = b11, b12, b22, b33
+            w[_POINT11 + i], w[_POINT12 + i] = c, s
             l3 = b33 - 1.0
             w[_L + i], w[_L1 + i], w[_L2 + i] = l1, l2, l3
             far += 1 if (i < m) & ((l1 > SMALL_LOG) | (l2 < -SMALL_LOG) | (abs(l3) > SMALL_LOG)) else 0
         for n in range(3 * GROUP):
-            w[_LN + n] = half_log(w[_L + n])
+            w[_LOG + n] = half_log(w[_L + n])
         if far:
             for i in range(m):
                 for k in range(3):
-                    w[_LN + k * GROUP + i] = 0.5 * math.log1p(w[_L + k * GROUP + i])
+                    w[_LOG + k * GROUP + i] = 0.5 * math.log1p(w[_L + k * GROUP + i])
         lame, far = bulk - 2.0 * G / 3.0, 0
         for i in range(GROUP):
-            delta = w[_DELTA + i]
+            delta = w[_RISE + i]
             flows = delta != 0.0
             B1, B2, b33 = 1.0 + w[_L + i], 1.0 + w[_L1 + i], 1.0 + w[_L2 + i]
-            e1, e2, e3 = w[_LN + i], w[_LN1 + i], w[_LN2 + i]
+            e1, e2, e3 = w[_LOG + i], w[_LOG1 + i], w[_LOG2 + i]
             trace = e1 + e2 + e3
             third = trace / 3.0
             e1, e2, e3 = e1 - third, e2 - third, e3 - third
@@ -165,49 +166,49 @@ def prepare(x_n, x, cells, old, new, bulk, G, axisymmetric, scale, plastic, cauc
             Jn = math.sqrt((o1 * o2 - o12 * o12) * o3)
             by_size = 1.0 / size if flows else 0.0
             n1, n2, n3, ratio = 1.5 * e1 * by_size, 1.5 * e2 * by_size, 1.5 * e3 * by_size, delta * by_size
-            y, dy, by_old, y0, dy0 = w[_STRESS + i], w[_SLOPE + i], w[_BY_OLD + i], w[_STRESS_WAS + i], w[_SLOPE_WAS + i]
+            y, dy, by_old, y0, dy0 = w[_STRESS + i], w[_HARDENING + i], w[_BY_OLD + i], w[_STRESS_WAS + i], w[_HARDENING_WAS + i]
             j, jn, finite = (math.sqrt(B1 * B2 * b33), Jn, 1.0) if cauchy else (1.0, 1.0, 0.0)
             soft, half = 1.0 / (3.0 * G + j * dy) if flows else 0.0, 0.5 * delta
             on = 1.0 if flows else 0.0
             x1, x2, x3 = e1 + third - delta * n1, e2 + third - delta * n2, e3 + third - delta * n3
-            w[_P9 + i], w[_P10 + i] = 0.5 / B1, 0.5 / B2
-            w[_P13 + i], w[_P14 + i], w[_P15 + i], w[_P16 + i] = n1, n2, n3, ratio
-            w[_P17 + i], w[_P18 + i], w[_P19 + i] = soft, finite * j * y * soft, j * by_old * soft
-            w[_P20 + i], w[_P21 + i] = j * soft, (2.0 * size - 3.0 * delta) * soft
-            w[_P22 + i], w[_P23 + i], w[_P24 + i] = x1, x2, x3
-            w[_P27 + i], w[_P28 + i], w[_P29 + i] = (
+            w[_POINT9 + i], w[_POINT10 + i] = 0.5 / B1, 0.5 / B2
+            w[_POINT13 + i], w[_POINT14 + i], w[_POINT15 + i], w[_POINT16 + i] = n1, n2, n3, ratio
+            w[_POINT17 + i], w[_POINT18 + i], w[_POINT19 + i] = soft, finite * j * y * soft, j * by_old * soft
+            w[_POINT20 + i], w[_POINT21 + i] = j * soft, (2.0 * size - 3.0 * delta) * soft
+            w[_POINT22 + i], w[_POINT23 + i], w[_POINT24 + i] = x1, x2, x3
+            w[_POINT27 + i], w[_POINT28 + i], w[_POINT29 + i] = (
                 lame * trace + 2.0 * G * x1, lame * trace + 2.0 * G * x2, lame * trace + 2.0 * G * x3
             )  # fmt: skip
-            w[_P33 + i], w[_P34 + i] = on * (0.5 * (jn * y0 + j * y) + half * j * dy), half * (jn * dy0 + j * by_old)
-            w[_P35 + i], w[_P36 + i] = finite * half * j * y, finite * half * jn * y0
-            w[_P37 + i], w[_P38 + i] = half * j, half * jn
-            w[_P39 + i], w[_P40 + i] = 0.5 * o2 * by_det, 0.5 * o1 * by_det  # (ln J_n)′ of b_n′
-            w[_P41 + i], w[_P42 + i] = -o12 * by_det, 0.5 / o3
+            w[_POINT33 + i], w[_POINT34 + i] = on * (0.5 * (jn * y0 + j * y) + half * j * dy), half * (jn * dy0 + j * by_old)
+            w[_POINT35 + i], w[_POINT36 + i] = finite * half * j * y, finite * half * jn * y0
+            w[_POINT37 + i], w[_POINT38 + i] = half * j, half * jn
+            w[_POINT39 + i], w[_POINT40 + i] = 0.5 * o2 * by_det, 0.5 * o1 * by_det  # (ln J_n)′ of b_n′
+            w[_POINT41 + i], w[_POINT42 + i] = -o12 * by_det, 0.5 / o3
             w[_V + i] /= Jn
             x1, x2, x3 = 2.0 * x1, 2.0 * x2, 2.0 * x3
-            w[_LN + i], w[_LN1 + i], w[_LN2 + i] = x1, x2, x3
+            w[_LOG + i], w[_LOG1 + i], w[_LOG2 + i] = x1, x2, x3
             far += 1 if (i < m) & ((abs(x1) > SMALL_EXP) | (abs(x2) > SMALL_EXP) | (abs(x3) > SMALL_EXP)) else 0
         if not far:
             for n in range(3 * GROUP):
-                w[_LN + n] = exp_minus_one(w[_LN + n])
+                w[_LOG + n] = exp_minus_one(w[_LOG + n])
         else:
             for i in range(m):
                 for k in range(3):
-                    w[_LN + k * GROUP + i] = math.expm1(w[_LN + k * GROUP + i])
+                    w[_LOG + k * GROUP + i] = math.expm1(w[_LOG + k * GROUP + i])
         for i in range(GROUP):
             l1, l2 = w[_L + i], w[_L1 + i]
-            E1, E2, E3, by_B1 = w[_LN + i], w[_LN1 + i], w[_LN2 + i], 2.0 * w[_P9 + i]
-            theta = 1.0 - 1.5 * w[_P16 + i]
+            E1, E2, E3, by_B1 = w[_LOG + i], w[_LOG1 + i], w[_LOG2 + i], 2.0 * w[_POINT9 + i]
+            theta = 1.0 - 1.5 * w[_POINT16 + i]
             apart = abs(l1 - l2) > 1e-7 * (abs(l1) + abs(l2)) + 1e-14
             by = 1.0 / ((l1 - l2) if apart else 1.0)
-            w[_P25 + i] = (w[_P27 + i] - w[_P28 + i]) * by if apart else G * theta * by_B1
-            w[_P26 + i] = (E1 - E2) * by if apart else (1.0 + E1) * theta * by_B1
-            w[_P30 + i], w[_P31 + i], w[_P32 + i] = 2.0 * (1.0 + E1), 2.0 * (1.0 + E2), 2.0 * (1.0 + E3)
+            w[_POINT25 + i] = (w[_POINT27 + i] - w[_POINT28 + i]) * by if apart else G * theta * by_B1
+            w[_POINT26 + i] = (E1 - E2) * by if apart else (1.0 + E1) * theta * by_B1
+            w[_POINT30 + i], w[_POINT31 + i], w[_POINT32 + i] = 2.0 * (1.0 + E1), 2.0 * (1.0 + E2), 2.0 * (1.0 + E3)
         for i in range(m):
             e, q = first + i // 4, i % 4
             P = point[e, q]
             for k in range(44):
-                P[k] = w[_POINT + k * GROUP + i]
+                P[k] = w[_COMMON + k * GROUP + i]
             P[44], P[45], P[46], P[47] = P[5], P[6], P[7], P[8]
             if plastic:  # what b_e of the last commit would be if nothing flowed; of backward Euler that is b
                 P[44], P[45], P[46], P[47] = 1.0 + new[e, q, 6], new[e, q, 9], 1.0 + new[e, q, 7], 1.0 + new[e, q, 8]
