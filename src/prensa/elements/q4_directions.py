@@ -39,17 +39,17 @@ PER_PLACE = 17  # numbers a point: ∂N/∂x, ∂N/∂y, N/r (4 each) in the pre
 PER_POINT = 48  # numbers a point of `prepare`, in the order in which it writes them
 _MIDDLE = 4
 # of `prepare`, rows of points: tensors before, α^m, α, principal values of b less one, logarithms, plastic strain, flow stresses
-# with their slopes, and from `_COMMON` on its numbers, among them the volume
+# with their slopes, and from `_OF_POINT` on its numbers, among them the volume
 _WAS_B, _WAS_B1, _WAS_B2, _WAS_B3, _STRETCH, _ALPHA, _L, _L1, _L2, _LOG, _LOG1, _LOG2 = range(0, 12 * GROUP, GROUP)
-_RISE, _STRESS, _HARDENING, _BY_OLD, _STRESS_WAS, _HARDENING_WAS, _COMMON = range(12 * GROUP, 19 * GROUP, GROUP)
-_V, _WORK_END = _COMMON + 43 * GROUP, _COMMON + 44 * GROUP
+_RISE, _STRESS, _HARDENING, _BY_OLD, _STRESS_WAS, _HARDENING_WAS, _OF_POINT = range(12 * GROUP, 19 * GROUP, GROUP)
+_V, _WORK_END = _OF_POINT + 43 * GROUP, _OF_POINT + 44 * GROUP
 (
     _POINT0, _POINT1, _POINT2, _POINT3, _POINT4, _POINT5, _POINT6, _POINT7, _POINT8, _POINT9,
     _POINT10, _POINT11, _POINT12, _POINT13, _POINT14, _POINT15, _POINT16, _POINT17, _POINT18, _POINT19,
     _POINT20, _POINT21, _POINT22, _POINT23, _POINT24, _POINT25, _POINT26, _POINT27, _POINT28, _POINT29,
     _POINT30, _POINT31, _POINT32, _POINT33, _POINT34, _POINT35, _POINT36, _POINT37, _POINT38, _POINT39,
     _POINT40, _POINT41, _POINT42,
-) = range(_COMMON, _V, GROUP)  # fmt: skip
+) = range(_OF_POINT, _V, GROUP)  # fmt: skip
 WAYS = 5  # in which a flow curve changes, that are added up at a time: as many as its scalars
 _HALF = LANES // 2
 
@@ -109,7 +109,7 @@ def prepare(x_n, x, cells, old, new, bulk, G, axisymmetric, scale, plastic, cauc
                 if q < 4:
                     w[_V + at + q] = scale * dn * (rn if axisymmetric else 1.0)
                     for k in range(5):
-                        w[_COMMON + k * GROUP + at + q] = g[q, 12 + k]
+                        w[_OF_POINT + k * GROUP + at + q] = g[q, 12 + k]
             for q in range(4):
                 w[_STRETCH + at + q] = J[4] / J[q]
                 w[_V + at + q] /= w[_STRETCH + at + q]
@@ -208,7 +208,7 @@ def prepare(x_n, x, cells, old, new, bulk, G, axisymmetric, scale, plastic, cauc
             e, q = first + i // 4, i % 4
             P = point[e, q]
             for k in range(44):
-                P[k] = w[_COMMON + k * GROUP + i]
+                P[k] = w[_OF_POINT + k * GROUP + i]
             P[44], P[45], P[46], P[47] = P[5], P[6], P[7], P[8]
             if plastic:  # what b_e of the last commit would be if nothing flowed; of backward Euler that is b
                 P[44], P[45], P[46], P[47] = 1.0 + new[e, q, 6], new[e, q, 9], 1.0 + new[e, q, 7], 1.0 + new[e, q, 8]
