@@ -14,6 +14,7 @@ import prensa as pr
 from prensa.elements import q4_directions, q4_transposed
 from prensa.errors import ArgumentError, PrensaError
 from prensa.materials.begun import LANES, PER_BEGUN, begun_along, begun_owed, slopes_of_begun
+from prensa.materials.j2_finite import stresses_at
 from prensa.model.problem import Problem
 from prensa.model.schema import loads
 from prensa.sensitivity.parameters import value_of, with_values
@@ -131,10 +132,10 @@ def test_transposes_are_transposes() -> None:
     for axisymmetric, cauchy in ((True, True), (False, False)):
         moduli = (200.0, 80.0)
         geometry, point = np.empty((1, 5, q4_directions.PER_PLACE)), np.empty((1, 4, q4_directions.PER_POINT))
-        q4_directions.prepare(
-            X, x, cells, old, new, *moduli, axisymmetric, 1.3, True, cauchy, 1, np.array([1.0, 2.0, 0.0, 0.0, 0.0]),
-            np.zeros(2), np.zeros((1, 4)), 1.0, geometry, point,
-        )  # fmt: skip
+        stress, curve = np.empty((2, 1, 4, 3)), (1, np.array([1.0, 2.0, 0.0, 0.0, 0.0]), np.zeros(2), np.zeros((1, 4)))
+        for out, strain, dt in zip(stress, (new[..., 4], old[..., 4]), (1.0, 0.0)):
+            stresses_at(old[..., 4], strain, *curve, dt, out)
+        q4_directions.prepare(X, x, cells, old, new, *moduli, axisymmetric, 1.3, True, cauchy, *stress, geometry, point)
         dxn, dx, motion = rng.normal(size=(3, 1, 4, 2))
         dold, dflow, dbulk, dG = rng.normal(size=old.shape)[None], rng.normal(size=(1, 1, 4, 2)), *rng.normal(size=(2, 1))
         lanes = [q4_directions.in_lanes(a[..., None], 0) for a in (dxn[0], dx[0], dold[0], np.array([dbulk[0], dG[0]]))]

@@ -22,9 +22,10 @@ from numpy.typing import NDArray
 
 from prensa.elements.q4 import _DX, _DY, _N
 from prensa.kernels.compiled import njit
-from prensa.kernels.tensor import principal
+from prensa.kernels.series import GROUP, SMALL_EXP, SMALL_LOG, exp_minus_one, half_log
 from prensa.materials.begun import LANES, begun_along
-from prensa.materials.hardening import TABLE, flow_gradient, flow_stress, slope_before, table_gradient
+from prensa.materials.hardening import TABLE, flow_gradient, table_gradient
+from prensa.materials.j2_finite import _axes
 
 # where rows of so many begin in the array for the work on them: motions x_n′ and x′ (8 rows each), forces (8), history before
 # and after (10 each), what else a parameter changes, energy and plastic work, traces of l, gradients of x′ and l (5 each), flow
@@ -37,6 +38,18 @@ _COMMITTED, _END = 62 * LANES, 63 * LANES
 PER_PLACE = 17  # numbers a point: ∂N/∂x, ∂N/∂y, N/r (4 each) in the present places, F = ∂x/∂x_n (5: 11, 12, 21, 22, 33)
 PER_POINT = 48  # numbers a point of `prepare`, in the order in which it writes them
 _MIDDLE = 4
+# of `prepare`, rows of points: tensors before, α^m, α, principal values of b less one, logarithms, plastic strain, flow stresses
+# with their slopes, and from `_OF_POINT` on its numbers, among them the volume
+_WAS_B, _WAS_B1, _WAS_B2, _WAS_B3, _STRETCH, _ALPHA, _L, _L1, _L2, _LOG, _LOG1, _LOG2 = range(0, 12 * GROUP, GROUP)
+_RISE, _STRESS, _HARDENING, _BY_OLD, _STRESS_WAS, _HARDENING_WAS, _OF_POINT = range(12 * GROUP, 19 * GROUP, GROUP)
+_V, _WORK_END = _OF_POINT + 43 * GROUP, _OF_POINT + 44 * GROUP
+(
+    _POINT0, _POINT1, _POINT2, _POINT3, _POINT4, _POINT5, _POINT6, _POINT7, _POINT8, _POINT9,
+    _POINT10, _POINT11, _POINT12, _POINT13, _POINT14, _POINT15, _POINT16, _POINT17, _POINT18, _POINT19,
+    _POINT20, _POINT21, _POINT22, _POINT23, _POINT24, _POINT25, _POINT26, _POINT27, _POINT28, _POINT29,
+    _POINT30, _POINT31, _POINT32, _POINT33, _POINT34, _POINT35, _POINT36, _POINT37, _POINT38, _POINT39,
+    _POINT40, _POINT41, _POINT42,
+) = range(_OF_POINT, _V, GROUP)  # fmt: skip
 WAYS = 5  # in which a flow curve changes, that are added up at a time: as many as its scalars
 _HALF = LANES // 2
 
@@ -46,105 +59,157 @@ def slots(count: int) -> int:
     return -(-count // _HALF) * _HALF
 
 
-def in_lanes(a: NDArray[np.float64], first: int) -> NDArray[np.float64]:
-    """The `LANES` directions of an array (…, d) from one on, of which those that there are not are zero."""
+def in_lanes(a: NDArray[np.float64], first: int, size: int = LANES) -> NDArray[np.float64]:
+    """So many directions of an array (…, d) from one on in `LANES`, of which those that there are not are zero."""
     out = np.zeros((*a.shape[:-1], LANES))
-    some = a[..., first : first + LANES]
+    some = a[..., first : first + size]
     out[..., : some.shape[-1]] = some
     return out
 
 
-@njit(cache=True, error_model="numpy")
-def prepare(x_n, x, cells, old, new, bulk, G, axisymmetric, scale, plastic, cauchy, kind, p, knots, coefs, dt, geometry, point):
-    """Node positions x_n, x (n, 2), histories old, new (e, 4, h) → geometry (e, 5, 17), point (e, 4, 48)."""
-    curve = (p[0], p[1], p[2], p[3], p[4])
-    J, m = np.empty(5), 3.0 if axisymmetric else 2.0
-    for e in range(cells.shape[0]):
-        for q in range(5):
-            g = geometry[e, q]
-            a11 = a12 = a21 = a22 = c11 = c12 = c21 = c22 = rn = r = 0.0
+@njit(cache=True, error_model="numpy", fastmath={"contract"})
+def prepare(x_n, x, cells, old, new, bulk, G, axisymmetric, scale, plastic, cauchy, after, before, geometry, point):
+    """Node positions x_n, x (n, 2), histories old, new (e, 4, h) → geometry (e, 5, 17), point (e, 4, 48).
+
+    Flow stresses after and before the increment (e, 4, 3) as `stresses_at` has them. As `prensa.materials.j2_finite` goes through
+    points: `GROUP` of them abreast.
+    """
+    w, J = np.zeros(_WORK_END), np.empty(5)
+    for first in range(0, cells.shape[0], GROUP // 4):
+        m = 4 * min(GROUP // 4, cells.shape[0] - first)
+        for at in range(0, m, 4):
+            e = first + at // 4
+            g = geometry[e]
+            for q in range(5):
+                a11 = a12 = a21 = a22 = c11 = c12 = c21 = c22 = rn = r = 0.0
+                for k in range(4):
+                    node = cells[e, k]
+                    X, Y, x1, y1 = x_n[node, 0], x_n[node, 1], x[node, 0], x[node, 1]
+                    d1, d2, N = _DX[q, k], _DY[q, k], _N[q, k]
+                    a11 += X * d1
+                    a12 += X * d2
+                    a21 += Y * d1
+                    a22 += Y * d2
+                    rn += N * X
+                    c11 += x1 * d1
+                    c12 += x1 * d2
+                    c21 += y1 * d1
+                    c22 += y1 * d2
+                    r += N * x1
+                dn, dc = a11 * a22 - a12 * a21, c11 * c22 - c12 * c21
+                by_dn, by_dc, by_r = 1.0 / dn, 1.0 / dc, 1.0 / r if axisymmetric else 0.0
+                for k in range(4):
+                    d1, d2 = _DX[q, k], _DY[q, k]
+                    g[q, k], g[q, 4 + k] = (c22 * d1 - c21 * d2) * by_dc, (c11 * d2 - c12 * d1) * by_dc
+                    g[q, 8 + k] = _N[q, k] * by_r
+                g[q, 12], g[q, 13] = (c11 * a22 - c12 * a21) * by_dn, (c12 * a11 - c11 * a12) * by_dn
+                g[q, 14], g[q, 15] = (c21 * a22 - c22 * a21) * by_dn, (c22 * a11 - c21 * a12) * by_dn
+                g[q, 16] = r / rn if axisymmetric else 1.0
+                J[q] = dc * by_dn * g[q, 16]
+                if q < 4:
+                    w[_V + at + q] = scale * dn * (rn if axisymmetric else 1.0)
+                    for k in range(5):
+                        w[_OF_POINT + k * GROUP + at + q] = g[q, 12 + k]
+            for q in range(4):
+                w[_STRETCH + at + q] = J[4] / J[q]
+                w[_V + at + q] /= w[_STRETCH + at + q]
+        for i in range(m):
+            e, q = first + i // 4, i % 4
             for k in range(4):
-                node = cells[e, k]
-                X, Y, x1, y1 = x_n[node, 0], x_n[node, 1], x[node, 0], x[node, 1]
-                d1, d2, N = _DX[q, k], _DY[q, k], _N[q, k]
-                a11 += X * d1
-                a12 += X * d2
-                a21 += Y * d1
-                a22 += Y * d2
-                rn += N * X
-                c11 += x1 * d1
-                c12 += x1 * d2
-                c21 += y1 * d1
-                c22 += y1 * d2
-                r += N * x1
-            dn, dc = a11 * a22 - a12 * a21, c11 * c22 - c12 * c21
-            by_dn, by_dc, by_r = 1.0 / dn, 1.0 / dc, 1.0 / r if axisymmetric else 0.0
-            for k in range(4):
-                d1, d2 = _DX[q, k], _DY[q, k]
-                g[k], g[4 + k], g[8 + k] = (c22 * d1 - c21 * d2) * by_dc, (c11 * d2 - c12 * d1) * by_dc, _N[q, k] * by_r
-            g[12], g[13] = (c11 * a22 - c12 * a21) * by_dn, (c12 * a11 - c11 * a12) * by_dn
-            g[14], g[15] = (c21 * a22 - c22 * a21) * by_dn, (c22 * a11 - c21 * a12) * by_dn
-            g[16] = r / rn if axisymmetric else 1.0
-            J[q] = dc * by_dn * g[16]
-            if q < 4:
-                point[e, q, 43] = scale * dn * (rn if axisymmetric else 1.0)
-        for q in range(4):
-            g, P = geometry[e, q], point[e, q]
-            stretch = J[4] / J[q]  # α^m
-            alpha = math.exp(math.log(stretch) / m)
-            f0, f1, f2, f3 = alpha * g[12], alpha * g[13], alpha * g[14], alpha * g[15]
-            f4 = alpha * g[16] if axisymmetric else 1.0
-            o1, o2, o3, o12 = 1.0 + old[e, q, 0], 1.0 + old[e, q, 1], 1.0 + old[e, q, 2], old[e, q, 3]
+                w[_WAS_B + k * GROUP + i] = old[e, q, k]
+            if plastic:
+                w[_RISE + i] = new[e, q, 4] - old[e, q, 4]
+                w[_STRESS + i], w[_HARDENING + i], w[_BY_OLD + i] = after[e, q, 0], after[e, q, 1], after[e, q, 2]
+                w[_STRESS_WAS + i], w[_HARDENING_WAS + i] = before[e, q, 0], before[e, q, 1]
+        by, far = 2.0 / (3.0 if axisymmetric else 2.0), 0
+        for i in range(GROUP):
+            more = w[_STRETCH + i] - 1.0
+            w[_ALPHA + i] = 1.0 + exp_minus_one(by * half_log(more))
+            far += 1 if (i < m) & (abs(more) > SMALL_EXP) else 0
+        if far:
+            for i in range(m):
+                w[_ALPHA + i] = math.exp(0.5 * by * math.log(w[_STRETCH + i]))
+        far = 0
+        for i in range(GROUP):
+            alpha = w[_ALPHA + i]
+            hoop = alpha if axisymmetric else 1.0
+            f0, f1, f2, f3 = alpha * w[_POINT0 + i], alpha * w[_POINT1 + i], alpha * w[_POINT2 + i], alpha * w[_POINT3 + i]
+            f4 = hoop * w[_POINT4 + i]
+            o1, o2, o3, o12 = 1.0 + w[_WAS_B + i], 1.0 + w[_WAS_B1 + i], 1.0 + w[_WAS_B2 + i], w[_WAS_B3 + i]
             w11, w12, w21, w22 = f0 * o1 + f1 * o12, f0 * o12 + f1 * o2, f2 * o1 + f3 * o12, f2 * o12 + f3 * o2
             b11, b12, b22, b33 = w11 * f0 + w12 * f1, w11 * f2 + w12 * f3, w21 * f2 + w22 * f3, f4 * f4 * o3
-            B1, B2, c, s = principal(b11, b22, b12)
-            e1, e2, e3 = 0.5 * math.log(B1), 0.5 * math.log(B2), 0.5 * math.log(b33)
+            l1, l2, c, s = _axes(b11 - 1.0, b22 - 1.0, b12)
+            w[_POINT0 + i], w[_POINT1 + i], w[_POINT2 + i], w[_POINT3 + i], w[_POINT4 + i] = f0, f1, f2, f3, f4
+            w[_POINT5 + i], w[_POINT6 + i], w[_POINT7 + i], w[_POINT8 + i] = b11, b12, b22, b33
+            w[_POINT11 + i], w[_POINT12 + i] = c, s
+            l3 = b33 - 1.0
+            w[_L + i], w[_L1 + i], w[_L2 + i] = l1, l2, l3
+            far += 1 if (i < m) & ((l1 > SMALL_LOG) | (l2 < -SMALL_LOG) | (abs(l3) > SMALL_LOG)) else 0
+        for n in range(3 * GROUP):
+            w[_LOG + n] = half_log(w[_L + n])
+        if far:
+            for i in range(m):
+                for k in range(3):
+                    w[_LOG + k * GROUP + i] = 0.5 * math.log1p(w[_L + k * GROUP + i])
+        lame, far = bulk - 2.0 * G / 3.0, 0
+        for i in range(GROUP):
+            delta = w[_RISE + i]
+            flows = delta != 0.0
+            B1, B2, b33 = 1.0 + w[_L + i], 1.0 + w[_L1 + i], 1.0 + w[_L2 + i]
+            e1, e2, e3 = w[_LOG + i], w[_LOG1 + i], w[_LOG2 + i]
             trace = e1 + e2 + e3
             third = trace / 3.0
             e1, e2, e3 = e1 - third, e2 - third, e3 - third
             size = math.sqrt(1.5 * (e1 * e1 + e2 * e2 + e3 * e3))
-            det = o1 * o2 - o12 * o12
-            Jn = math.sqrt(det * o3)
-            delta = n1 = n2 = n3 = soft = volume = before = explicit = shear = ratio = 0.0
-            work, work_before, work_trace, work_Jn, work_new, work_old = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-            if plastic:
-                delta = new[e, q, 4] - old[e, q, 4]
-            if delta != 0.0:
-                n1, n2, n3 = 1.5 * e1 / size, 1.5 * e2 / size, 1.5 * e3 / size
-                ratio = delta / size
-                was, now = old[e, q, 4], new[e, q, 4]
-                y, dy, _ = flow_stress(kind, curve, knots, coefs, now, delta, dt)
-                by_old = slope_before(kind, curve, now, delta, dt, dy)
-                y0, dy0, _ = flow_stress(kind, curve, knots, coefs, was, 0.0, dt)
-                j, jn = (math.exp(trace), Jn) if cauchy else (1.0, 1.0)
-                soft = 1.0 / (3.0 * G + j * dy)
-                volume, before, explicit = (j * y * soft if cauchy else 0.0), j * by_old * soft, j * soft
-                shear = (2.0 * size - 3.0 * delta) * soft
-                half = 0.5 * delta
-                work = 0.5 * (jn * y0 + j * y) + half * j * dy
-                work_before, work_new, work_old = half * (jn * dy0 + j * by_old), half * j, half * jn
-                work_trace, work_Jn = (half * j * y, half * jn * y0) if cauchy else (0.0, 0.0)
+            o1, o2, o3, o12 = 1.0 + w[_WAS_B + i], 1.0 + w[_WAS_B1 + i], 1.0 + w[_WAS_B2 + i], w[_WAS_B3 + i]
+            by_det = 1.0 / (o1 * o2 - o12 * o12)
+            Jn = math.sqrt((o1 * o2 - o12 * o12) * o3)
+            by_size = 1.0 / size if flows else 0.0
+            n1, n2, n3, ratio = 1.5 * e1 * by_size, 1.5 * e2 * by_size, 1.5 * e3 * by_size, delta * by_size
+            y, dy, by_old, y0, dy0 = w[_STRESS + i], w[_HARDENING + i], w[_BY_OLD + i], w[_STRESS_WAS + i], w[_HARDENING_WAS + i]
+            j, jn, finite = (math.sqrt(B1 * B2 * b33), Jn, 1.0) if cauchy else (1.0, 1.0, 0.0)
+            soft, half = 1.0 / (3.0 * G + j * dy) if flows else 0.0, 0.5 * delta
+            on = 1.0 if flows else 0.0
             x1, x2, x3 = e1 + third - delta * n1, e2 + third - delta * n2, e3 + third - delta * n3
-            lame = bulk - 2.0 * G / 3.0
-            t1, t2, t3 = lame * trace + 2.0 * G * x1, lame * trace + 2.0 * G * x2, lame * trace + 2.0 * G * x3
-            E1, E2, E3 = math.exp(2.0 * x1), math.exp(2.0 * x2), math.exp(2.0 * x3)
-            if abs(B1 - B2) > 1e-7 * (abs(B1 - 1.0) + abs(B2 - 1.0)) + 1e-14:
-                s_tau, s_b = (t1 - t2) / (B1 - B2), (E1 - E2) / (B1 - B2)
-            else:
-                theta = 1.0 - 1.5 * ratio
-                s_tau, s_b = G * theta / B1, E1 * theta / B1
-            P[0], P[1], P[2], P[3], P[4] = f0, f1, f2, f3, f4
-            P[5], P[6], P[7], P[8] = b11, b12, b22, b33
-            P[9], P[10], P[11], P[12] = 0.5 / B1, 0.5 / B2, c, s
-            P[13], P[14], P[15], P[16] = n1, n2, n3, ratio
-            P[17], P[18], P[19], P[20], P[21] = soft, volume, before, explicit, shear
-            P[22], P[23], P[24], P[25], P[26] = x1, x2, x3, s_tau, s_b
-            P[27], P[28], P[29] = t1, t2, t3
-            P[30], P[31], P[32] = 2.0 * E1, 2.0 * E2, 2.0 * E3
-            P[33], P[34], P[35], P[36], P[37], P[38] = work, work_before, work_trace, work_Jn, work_new, work_old
-            P[39], P[40], P[41], P[42] = 0.5 * o2 / det, 0.5 * o1 / det, -o12 / det, 0.5 / o3  # (ln J_n)′ of b_n′
-            P[43] /= stretch * Jn
-            P[44], P[45], P[46], P[47] = b11, b12, b22, b33
+            w[_POINT9 + i], w[_POINT10 + i] = 0.5 / B1, 0.5 / B2
+            w[_POINT13 + i], w[_POINT14 + i], w[_POINT15 + i], w[_POINT16 + i] = n1, n2, n3, ratio
+            w[_POINT17 + i], w[_POINT18 + i], w[_POINT19 + i] = soft, finite * j * y * soft, j * by_old * soft
+            w[_POINT20 + i], w[_POINT21 + i] = j * soft, (2.0 * size - 3.0 * delta) * soft
+            w[_POINT22 + i], w[_POINT23 + i], w[_POINT24 + i] = x1, x2, x3
+            w[_POINT27 + i], w[_POINT28 + i], w[_POINT29 + i] = (
+                lame * trace + 2.0 * G * x1, lame * trace + 2.0 * G * x2, lame * trace + 2.0 * G * x3
+            )  # fmt: skip
+            w[_POINT33 + i], w[_POINT34 + i] = on * (0.5 * (jn * y0 + j * y) + half * j * dy), half * (jn * dy0 + j * by_old)
+            w[_POINT35 + i], w[_POINT36 + i] = finite * half * j * y, finite * half * jn * y0
+            w[_POINT37 + i], w[_POINT38 + i] = half * j, half * jn
+            w[_POINT39 + i], w[_POINT40 + i] = 0.5 * o2 * by_det, 0.5 * o1 * by_det  # (ln J_n)′ of b_n′
+            w[_POINT41 + i], w[_POINT42 + i] = -o12 * by_det, 0.5 / o3
+            w[_V + i] /= Jn
+            x1, x2, x3 = 2.0 * x1, 2.0 * x2, 2.0 * x3
+            w[_LOG + i], w[_LOG1 + i], w[_LOG2 + i] = x1, x2, x3
+            far += 1 if (i < m) & ((abs(x1) > SMALL_EXP) | (abs(x2) > SMALL_EXP) | (abs(x3) > SMALL_EXP)) else 0
+        if not far:
+            for n in range(3 * GROUP):
+                w[_LOG + n] = exp_minus_one(w[_LOG + n])
+        else:
+            for i in range(m):
+                for k in range(3):
+                    w[_LOG + k * GROUP + i] = math.expm1(w[_LOG + k * GROUP + i])
+        for i in range(GROUP):
+            l1, l2 = w[_L + i], w[_L1 + i]
+            E1, E2, E3, by_B1 = w[_LOG + i], w[_LOG1 + i], w[_LOG2 + i], 2.0 * w[_POINT9 + i]
+            theta = 1.0 - 1.5 * w[_POINT16 + i]
+            apart = abs(l1 - l2) > 1e-7 * (abs(l1) + abs(l2)) + 1e-14
+            by = 1.0 / ((l1 - l2) if apart else 1.0)
+            w[_POINT25 + i] = (w[_POINT27 + i] - w[_POINT28 + i]) * by if apart else G * theta * by_B1
+            w[_POINT26 + i] = (E1 - E2) * by if apart else (1.0 + E1) * theta * by_B1
+            w[_POINT30 + i], w[_POINT31 + i], w[_POINT32 + i] = 2.0 * (1.0 + E1), 2.0 * (1.0 + E2), 2.0 * (1.0 + E3)
+        for i in range(m):
+            e, q = first + i // 4, i % 4
+            P = point[e, q]
+            for k in range(44):
+                P[k] = w[_OF_POINT + k * GROUP + i]
+            P[44], P[45], P[46], P[47] = P[5], P[6], P[7], P[8]
             if plastic:  # what b_e of the last commit would be if nothing flowed; of backward Euler that is b
                 P[44], P[45], P[46], P[47] = 1.0 + new[e, q, 6], new[e, q, 9], 1.0 + new[e, q, 7], 1.0 + new[e, q, 8]
 

@@ -26,7 +26,7 @@ from prensa.kernels.lanes import (
 )
 from prensa.kernels.series import GROUP, SMALL_EXP, SMALL_LOG, artanh, exp_minus_one
 from prensa.kernels.tensor import det_minus_one, push_forward
-from prensa.materials.hardening import JOHNSON_COOK, LUDWIK, SWIFT, TINY, flow_stress
+from prensa.materials.hardening import JOHNSON_COOK, LUDWIK, SWIFT, TINY, flow_stress, slope_before
 from prensa.materials.j2 import ON_SURFACE, ROOT_STEPS, _converged, _start, _steps
 
 # where the rows of the scratch begin: what was committed, the trial state in its principal axes, the answer (a sum for each would
@@ -456,3 +456,30 @@ def begin_finite(history, share, cauchy, kind, p, knots, coefs, out):
             out[first + i, 2], out[first + i, 3] = w[_E2 + i], c * s * (b1 - b2)
             out[first + i, 4] = w[_A0 + i] + more
             out[first + i, 5] = w[_WORK + i] + 0.5 * w[_JAC + i] * (w[_Y0 + i] + w[_Y + i]) * more
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"})
+def stresses_at(before, after, kind, p, knots, coefs, dt, out):
+    """Plastic strains before and after (e, q) → flow stresses after, their slopes, those by the strain before: out (e, q, 3)."""
+    curve, count = (p[0], p[1], p[2], p[3], p[4]), after.shape[1]
+    w = np.zeros(_ROWS)
+    bits, power = w.view(np.int64), (kind == LUDWIK) | (kind == SWIFT)
+    s0, factor, shift = (p[0], p[1], 0.0) if kind == LUDWIK else (0.0, p[0], p[1])
+    chord = p[1] * TINY ** (p[2] - 1.0) if kind == LUDWIK else 0.0
+    for first in range(0, after.size, GROUP):
+        m = min(GROUP, after.size - first)
+        for i in range(m):
+            n = first + i
+            w[_A0 + i] = after[n // count, n % count]
+        if power:
+            power_curve(w, bits, s0, factor, shift, p[2], chord)
+        for i in range(m):
+            n, a = first + i, w[_A0 + i]
+            e, q = n // count, n % count
+            y, slope = w[_Y + i], w[_SLOPE + i]
+            by = slope
+            if (not power) | math.isnan(y):
+                da = a - before[e, q]
+                y, slope, _ = flow_stress(kind, curve, knots, coefs, a, da, dt)
+                by = slope_before(kind, curve, a, da, dt, slope)
+            out[e, q, 0], out[e, q, 1], out[e, q, 2] = y, slope, by

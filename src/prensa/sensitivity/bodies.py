@@ -26,6 +26,7 @@ from prensa.fem.assembly import Block, scatter_forces
 from prensa.fem.context import Context
 from prensa.fem.system import Evaluation, System
 from prensa.materials.begun import PER_BEGUN, slopes_of_begun
+from prensa.materials.j2_finite import stresses_at
 from prensa.sensitivity.change import Change, Changes
 
 Array = NDArray[np.float64]
@@ -60,10 +61,13 @@ class Elements:
         law: Any = block.law
         committed, old, seconds = c.state.history[k], c.history[k], c.rule.seconds(block, c.seconds)
         mode, (geometry, point) = block.mode, room or room_for(block)
-        flow = law.flow if law.plastic else None
+        stress = np.zeros((2, len(block), 4, 3))  # after the increment and where it begins
+        if law.plastic:
+            stresses_at(old[..., 4], new[..., 4], *law.flow, seconds, stress[0])
+            stresses_at(old[..., 4], old[..., 4], *law.flow, 0.0, stress[1])
         prepare(
             c.x_n, x, block.cells, old, new, *moduli_of(block), mode.axisymmetric, mode.scale, law.plastic,
-            law.plastic and law.yield_on_cauchy, *(NO_FLOW if flow is None else flow), seconds, geometry, point,
+            law.plastic and law.yield_on_cauchy, stress[0], stress[1], geometry, point,
         )  # fmt: skip
         return cls(block, committed, old, new, seconds, geometry, point, c.rule.share)
 
@@ -94,7 +98,7 @@ class Elements:
             flow = group.flow[k]
             at_fixed(
                 self.block.cells, self.geometry, self.point, *moduli_of(self.block), self.block.mode.axisymmetric,
-                self.block.volume, in_lanes(dxn, group.first), group.X, old, group.moduli[k],
+                self.block.volume, in_lanes(dxn, group.first, group.size), group.X, old, group.moduli[k],
                 slopes if len(flow) else slopes[..., :0], flow, force, new, spent, self.begun,
             )  # fmt: skip
             own = slice(group.first, group.first + group.size)
@@ -114,8 +118,9 @@ class Elements:
         for group, new in zip(changes.groups, histories):
             spent = np.zeros((2, LANES))
             along(
-                b.cells, self.geometry, self.point, G, b.mode.axisymmetric, b.volume, in_lanes(dx, group.first), new, spent
-            )
+                b.cells, self.geometry, self.point, G, b.mode.axisymmetric, b.volume,
+                in_lanes(dx, group.first, group.size), new, spent,
+            )  # fmt: skip
             energy[:, group.first : group.first + group.size] += spent[:, : group.size]
 
     def in_volumes(self, volumes: Array, energy: Array) -> None:

@@ -90,17 +90,27 @@ class Changes(NamedTuple):
         volume = tuple(np.stack(parts, axis=-1) for parts in zip(*(ch.volume for ch in last))) if last else tuple(none)
         scale = tuple(np.stack(parts, axis=-1) for parts in zip(*(ch.scale for ch in each)))
         curves, ways = zip(*(_curves([ch.flow[k] for ch in each], table) for k, table in enumerate(tables)))
-        groups = tuple(_group(each, first, X, ways) for first in range(0, len(each), LANES))
+        groups = tuple(_group(each, some, X, ways) for some in _grouped(len(each), len(last)))
         return cls(tuple(each), X, volume, np.stack([ch.at for ch in each], axis=-1), scale, groups, curves)
 
 
-def _group(each: Sequence[Change], first: int, X: Array, ways: Sequence[Array]) -> Group:
-    """The directions from one on."""
-    some = each[first : first + LANES]
-    places = in_lanes(X if any(ch.X is not None for ch in some) else X[:0], first)
+def _grouped(count: int, moving: int) -> list[range]:
+    """Numbers of directions that go together: the ``moving`` last apart from others, if that makes no more groups."""
+    still = count - moving
+    mixed = [range(first, min(first + LANES, count)) for first in range(0, count, LANES)]
+    apart = [range(first, min(first + LANES, still)) for first in range(0, still, LANES)]
+    apart += [range(first, min(first + LANES, count)) for first in range(still, count, LANES)]
+    return apart if len(apart) == len(mixed) else mixed
+
+
+def _group(each: Sequence[Change], numbers: range, X: Array, ways: Sequence[Array]) -> Group:
+    """Some directions that follow one another."""
+    first, size, own = numbers.start, len(numbers), slice(numbers.start, numbers.stop)
+    some = each[own]
+    places = in_lanes(X if any(ch.X is not None for ch in some) else X[:0], first, size)
     moduli = [np.array([[ch.bulk[k] for ch in some], [ch.G[k] for ch in some]]) for k in range(len(ways))]
-    flow = [in_lanes(way if way[:, first : first + LANES].any() else way[:0], first) for way in ways]
-    return Group(first, len(some), places, tuple(in_lanes(m, 0) for m in moduli), tuple(flow))
+    flow = [in_lanes(way if way[:, own].any() else way[:0], first, size) for way in ways]
+    return Group(first, size, places, tuple(in_lanes(m, 0) for m in moduli), tuple(flow))
 
 
 def _curves(flow: Sequence[FlowChange | None], table: bool) -> tuple[tuple[Array, Array] | None, Array]:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.record import ContactRecord
-from prensa.elements.q4_directions import LANES, in_lanes, slots
+from prensa.elements.q4_directions import in_lanes, slots
 from prensa.fem.context import Context
 from prensa.fem.loads import ToolForce
 from prensa.fem.state import Stability, State
@@ -50,8 +50,12 @@ def _constant(law: Any) -> bool:
 
 
 class Prescribed(NamedTuple):
-    """What directions (d) change of the plan of a step at a time: motions (ndof, d), forces (ndof, d), μ (d, contacts)."""
+    """What directions (d) change of the plan of a step at a time: those ``moved`` (m,) motions and forces, all the friction.
 
+    motion, force (ndof, m); μ (d, contacts).
+    """
+
+    moved: list[int]
     motion: Array
     force: Array
     mu: Array
@@ -60,22 +64,20 @@ class Prescribed(NamedTuple):
 def prescribed(c: Context, before: Bundle) -> Prescribed:
     """Of the plans of both sides of each direction."""
     if before.step is None or before.step[0] != c.plan.number:
-        mu = np.zeros_like(before.nothing.mu)
+        mu = np.zeros((len(before.directions), len(before.changes.scale)))
         for row, d in zip(mu, before.directions):
             for i, (law, p, q) in enumerate(zip(c.laws, *(plan.friction for plan in d.plans(c)))):
                 row[i] = 0.0 if law is None else (p.mu - q.mu) / (2.0 * d.step)
         before.step = c.plan.number, mu, [k for k, d in enumerate(before.directions) if not d.leaves_motions(c)]
     _, mu, moved = before.step
-    out = before.nothing._replace(mu=mu)
-    if moved:
-        out = out._replace(motion=out.motion.copy(), force=out.force.copy())
-    for k in moved:
-        d = before.directions[k]
+    motion, force = np.zeros((2, len(before.arrays["u"]), len(moved)))
+    for k, number in enumerate(moved):
+        d = before.directions[number]
         a, b = d.plans(c)
-        out.motion[c.plan.fixed, k] = d.difference(a.values(c.time), b.values(c.time))
+        motion[c.plan.fixed, k] = d.difference(a.values(c.time), b.values(c.time))
         for dof, course in a.push.items():
-            out.force[dof, k] = (course(c.time) - b.push[dof](c.time)) / (2.0 * d.step)
-    return out
+            force[dof, k] = (course(c.time) - b.push[dof](c.time)) / (2.0 * d.step)
+    return Prescribed(moved, motion, force, mu)
 
 
 @dataclass
@@ -83,14 +85,13 @@ class Bundle:
     """Derivatives of committed states along directions, the last axis of each array.
 
     ``histories`` (e, 4, h, s) by block and group of directions, s = `slots` of these; ``arrays``: all else that is carried.
-    ``sizes`` (d,) of the parameters; ``changes``: what these change of the system; ``nothing``: of plans that they leave;
-    ``step``: the number of the last step, μ (d, contacts) of its plan, which directions change its motions or forces.
+    ``sizes`` (d,) of the parameters; ``changes``: what these change of the system; ``step``: the number of the last step, μ
+    (d, contacts) of its plan, which directions change its motions or forces.
     """
 
     directions: tuple[Direction, ...]
     sizes: Array
     changes: Changes
-    nothing: Prescribed
     arrays: Arrays
     histories: list[list[Array]]
     step: tuple[int, Array, list[int]] | None = None
@@ -98,7 +99,7 @@ class Bundle:
     @classmethod
     def of(cls, directions: Sequence[Direction]) -> Bundle:
         """What the directions carry, all of which the closed derivatives know."""
-        count, system = len(directions), directions[0].systems[0]
+        system = directions[0].systems[0]
         sizes = np.array([d.parameter.size for d in directions])
         curves = [getattr(b.law, "flow", None) for b in system.blocks]
         tables = [curve is not None and curve.kind == TABLE for curve in curves]
@@ -113,9 +114,7 @@ class Bundle:
             for name in directions[0].carried
             if name not in names
         }
-        motion, force = np.zeros((2, *arrays["u"].shape))
-        nothing = Prescribed(motion, force, np.zeros((count, len(changes.scale))))
-        return cls(tuple(directions), sizes, changes, nothing, arrays, histories)
+        return cls(tuple(directions), sizes, changes, arrays, histories)
 
     def mixed(self, shares: Array) -> Arrays:
         """What a direction carries that goes along each of these by ``shares`` (d,)."""
@@ -123,16 +122,17 @@ class Bundle:
         for k, groups in enumerate(self.histories):
             out[f"history_{k}"] = np.zeros(groups[0].shape[:-1])
             for group, some in zip(self.changes.groups, groups):
-                own = in_lanes(shares, group.first)[: some.shape[-1]]
+                own = in_lanes(shares, group.first, group.size)[: some.shape[-1]]
                 out[f"history_{k}"] += (some.reshape(-1, len(own)) @ own).reshape(some.shape[:-1])
         return out
 
     def hand_on(self) -> None:
         """Let each direction carry its own."""
-        for k, d in enumerate(self.directions):
-            group, lane = divmod(k, LANES)
-            d.carried = {name: a[..., k] for name, a in self.arrays.items()}
-            d.carried |= {f"history_{b}": groups[group][..., lane] for b, groups in enumerate(self.histories)}
+        for number, group in enumerate(self.changes.groups):
+            for lane in range(group.size):
+                d, k = self.directions[group.first + lane], group.first + lane
+                d.carried = {name: a[..., k] for name, a in self.arrays.items()}
+                d.carried |= {f"history_{b}": groups[number][..., lane] for b, groups in enumerate(self.histories)}
 
 
 def _filled(histories: Sequence[Array]) -> Array:
@@ -174,7 +174,9 @@ def differentiate(at: Solution, columns: Columns, before: Bundle, state: State) 
     dxn = carried["u"][first].reshape(-1, 2, m)
     if len(changes.X):
         dxn = dxn + changes.X
-    r = -given.force
+    force = np.zeros((system.ndof, m))
+    force[:, given.moved] = given.force
+    r = -force
     bodies = [b.at_fixed(changes, k, dxn, before.histories[k], r) for k, b in enumerate(elements)]
     unfolding(system, c, at.u, changes.each, r)
     points = []
@@ -185,18 +187,19 @@ def differentiate(at: Solution, columns: Columns, before: Bundle, state: State) 
         scale, mu, place = changes.scale[k], given.mu[:, k], changes.place[s.tool]
         was = Committed(slip, area, area_was, coordinate, traction, scale, mu, place, changes.X)
         points.append(Points.of(c, k, f, was, carried["lam"][s.rows].copy(), at.u, r))
-    if given.motion is not before.nothing.motion:
-        r += columns.times(given.motion)
+    if given.moved:
+        r[:, given.moved] += columns.times(given.motion)
     left = -before.sizes * r
     x = columns.begun(left, onwards(carried, c.plan.fixed))
-    x = (x + columns.solve(left)) / before.sizes + given.motion
+    x = (x + columns.solve(left)) / before.sizes
+    x[:, given.moved] += given.motion
     reaction = left / -before.sizes  # r + K x
     for b, volumes, (histories, energy) in zip(elements, changes.volume, bodies):
         b.along(changes, x[first].reshape(-1, 2, m), histories, energy)
         b.in_volumes(volumes, energy[:, m - volumes.shape[-1] :])
     for p in points:
         p.follow(x)
-    found = Closed(x, reaction, given.force, points)
+    found = Closed(x, reaction, force, points)
     after = _carried_on(at, before, found, np.sum([b[1] for b in bodies], axis=0), state)
     return replace(before, arrays=after, histories=[b[0] for b in bodies]), found
 

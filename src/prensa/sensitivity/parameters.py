@@ -92,6 +92,11 @@ def with_values(problem: Problem, values: Mapping[str, float]) -> Problem:
     """
     for path in values:
         value_of(problem, path)
+    return _with(problem, values)
+
+
+def _with(problem: Problem, values: Mapping[str, float]) -> Problem:
+    """As `with_values`, of paths that are known to lead to numbers."""
     out = _replaced(problem, {path: float(value) for path, value in values.items()})
     assert isinstance(out, Problem)
     return out
@@ -190,7 +195,7 @@ def neighbours(system: System, parameters: Sequence[Parameter], steps: Sequence[
 
 def _with_values(system: System, values: Mapping[str, float]) -> System:
     """The system of other numbers at some paths."""
-    problem = with_values(system.problem, values)
+    problem = _with(system.problem, values)
     if all(map(LEAVES_MESHES.match, values)):
         return with_laws(system, problem)
     return discretise(problem, beside=system)
