@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,13 +70,6 @@ def _looks(system: System, s: Surface, state: State, plan: StepPlan, end: float,
     place = dict(zip(plan.moved.tolist(), plan.motion(end).tolist()))
     way = float(np.hypot(place[dof] - state.u[dof], place[dof + 1] - state.u[dof + 1]))
     return min(1 + int(2 * way / radius), most)
-
-
-def brought(c: Context, start: Array) -> Context:
-    """An increment that begins at dofs (ndof,) to which tools and bodies have been brought, those prescribed where they were."""
-    begun = start.copy()
-    begun[c.plan.fixed] = c.state.u[c.plan.fixed]
-    return replace(c, brought=begun)
 
 
 def approach(system: System, c: Context) -> tuple[Array, list[str]]:

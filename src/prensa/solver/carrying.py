@@ -7,7 +7,7 @@ rigid body, without friction, to where the springs of the tools against it balan
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -40,29 +40,36 @@ class Carried(NamedTuple):
 
 
 def carried(system: System, c: Context, loose: list[Loose], policy: Policy = DEFAULT) -> Carried | None:
-    """Where the bodies that nothing holds go in an increment; None if there are none, or nothing stops them.
+    """Where the bodies that nothing holds go in an increment; None if there are none, or what happens to them is not known.
 
-    loose: bodies that supports leave free to move (see `loose_bodies`). Those that tools press already are held by these; those
-    that touch all the tools that are going to press them need not be brought there.
+    loose: bodies that supports leave free to move (see `loose_bodies`). Those that tools press already are held by these. What
+    already touches another tool than those that push it is held by that as far as friction bears it, which is not for here.
     """
     unheld = [] if c.plan.control is not None else [body for body in loose if not _pressed(system, c, body, policy)]
     if not unheld:
         return None
-    rigid, names = _Rigid.of(system, c, unheld, policy.clear * system.length), [name for b in unheld for name in b.bodies]
-    z = rigid.balanced(policy.rigid_steps)
-    if z is None:
+    names, clear = [name for b in unheld for name in b.bodies], policy.clear * system.length
+    rigid = _Rigid.of(system, c, unheld, clear)
+    before = [float(system.pairs(s, rigid.base).g.min()) if s.body in names else np.inf for s in c.surfaces]
+    if not rigid.room:
+        z = rigid.balanced(policy.rigid_steps)
+        u = None if z is None else rigid.dofs(z)
+        if u is None or not _near(system, c, unheld, u, policy):
+            return None
+        brought = any(float(system.pairs(s, u).g.min()) < 0.0 and g > 0.1 * clear for s, g in zip(c.surfaces, before))
+        return Carried(u, names, False) if brought else None
+    rigid.pushers = [i for i, g in enumerate(before) if g < -0.1 * clear]
+    if not rigid.pushers:
+        return Carried(None, names, True)
+    z = rigid.balanced(policy.rigid_steps) if all(abs(g) > 0.1 * clear for g in before) else None
+    u = None if z is None else rigid.dofs(z)
+    if u is None or not _near(system, c, unheld, u, policy):
         return None
-    u, near = rigid.dofs(z), 0.1 * policy.clear * system.length
-    least = [(float(system.pairs(s, u).g.min()), float(system.pairs(s, rigid.base).g.min())) for s in c.surfaces]
-    bears = [before for now, before in least if now < 0.0]
-    if not bears:
-        return Carried(u if min(before for _, before in least) < -near else None, names, True)
-    return Carried(u, names, False) if max(bears) > near else None
+    stops = [s for i, s in enumerate(c.surfaces) if s.body in names and i not in rigid.pushers]
+    return Carried(u, names, all(float(system.pairs(s, u).g.min()) > -clear for s in stops))
 
 
-def first_clamped(
-    system: System, c: Context, loose: list[Loose], policy: Policy = DEFAULT
-) -> tuple[float, list[str]]:  # fmt: skip
+def first_clamped(system: System, c: Context, loose: list[Loose], policy: Policy = DEFAULT) -> tuple[float, list[str]]:
     """End of the increment, brought forward to the time at which bodies that are carried along meet what stops them.
 
     Returns the time and a message. Bodies that forces press, whatever these are, are clamped at once.
@@ -76,10 +83,17 @@ def first_clamped(
         at = carried(system, replace(c, time=t), loose, policy)
         return at is None or at.afloat
 
-    met, _ = bisected(free, now, end)
+    _, met = bisected(free, now, end)
     if not (met - now > policy.touch * (end - now) and end - met > policy.sliver * (c.plan.t1 - c.plan.t0)):
         return end, []
     return met, [f"{' and '.join(to.bodies)}, carried along, met what stops it at time {met:.6g}"]
+
+
+def _near(system: System, c: Context, loose: list[Loose], u: Array, policy: Policy) -> bool:
+    """Whether bodies have gone as far as what carries them, levers counted, and have not been squeezed out sideways."""
+    way = u - c.state.u
+    tools = np.abs(system.dofs.tool.of(way)[:, :2]).max()
+    return all(np.abs(system.displacement(way)[b.nodes]).max() <= policy.carried_far * tools for b in loose)
 
 
 def _pressed(system: System, c: Context, body: Loose, policy: Policy) -> bool:
@@ -106,7 +120,7 @@ class _Rigid:
 
     Unknowns z: motions of the bodies (see `Loose`), then of the tools' degrees of freedom ``tools`` (t,). ``base`` (ndof,):
     from where they start; ``forces`` (ndof,) on them. ``room``: gap at which a tool begins to press: nothing, or a little if
-    there are no forces, so that what is not clamped is not pressed.
+    there are no forces, so that what is not clamped is not pressed. ``pushers``: numbers of the contacts that count.
     """
 
     system: System
@@ -116,6 +130,7 @@ class _Rigid:
     tools: Index
     forces: Array
     room: float
+    pushers: Sequence[int]
 
     @classmethod
     def of(cls, system: System, c: Context, loose: list[Loose], room: float) -> _Rigid:
@@ -132,7 +147,7 @@ class _Rigid:
             for part in answer.parts if answer.external else ():
                 if part.r is not None:
                     np.add.at(forces, part.dofs, part.r)
-        rigid = cls(system, c, base, bodies, tools, forces, 0.0)
+        rigid = cls(system, c, base, bodies, tools, forces, 0.0, range(len(c.surfaces)))
         rigid.room = 0.0 if rigid.driving(rigid.start).any() else room
         return rigid
 
@@ -192,7 +207,8 @@ class _Rigid:
         u, fields = self.dofs(z), self.fields(z)
         r, K = -self.driving(z), np.zeros((len(z), len(z)))
         total, stiff = float(np.abs(r).max()), 0.0
-        for s, w, scale in zip(self.c.surfaces, self.c.weights, self.c.scales):
+        for i in self.pushers:
+            s, w, scale = self.c.surfaces[i], self.c.weights[i], self.c.scales[i]
             pairs = self.system.pairs(s, u)
             inside = np.flatnonzero(pairs.g < self.room)
             if not len(inside):

@@ -23,8 +23,7 @@ def nodal_work(system: System, c: Context, e: Evaluation) -> Array:
 def ledger(system: System, c: Context, u: Array, e: Evaluation, work: Array, dissipated: float) -> Energy:
     """Energies after an increment that ends at dofs u (ndof,) with forces ``work`` (ndof,); ``dissipated`` by viscous forces."""
     old = c.state
-    begun = old.u if c.brought is None else c.brought
-    external = old.energy.external + 0.5 * float((old.work + work) @ (u - begun))
+    external = old.energy.external + 0.5 * float((old.work + work) @ (u - old.u))
     elastic, plastic, friction = system.elastic_energy(e.history), system.plastic_work(e.history), old.energy.friction
     for s, f in zip(system.surfaces, e.contacts):
         was = old.contact.of(s.rows)

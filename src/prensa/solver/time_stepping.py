@@ -33,7 +33,7 @@ from prensa.model.feed import ends_early
 from prensa.model.remeshing import remeshing_of
 from prensa.solver.acceptance import Acceptance, Corners, unilaterally_supported
 from prensa.solver.ahead import Ahead
-from prensa.solver.approach import approach, brought, first_touch
+from prensa.solver.approach import approach, first_touch
 from prensa.solver.attempt import attempt, attempt_from
 from prensa.solver.carrying import Carried, carried, first_clamped
 from prensa.solver.condensation import Condensation, condensed, to_be_condensed
@@ -443,7 +443,7 @@ class TimeStepping:
                 return found
             c = replace(c, afloat=to.bodies if to.afloat else ())
         start, notes = approach(self.system, c)
-        c = brought(c, start) if notes else c
+        c = replace(c, brought=bool(notes))
         for message in notes:
             self.messages.note(state, plan, message)
         most = self.most_cutbacks(state)
@@ -469,7 +469,7 @@ class TimeStepping:
     def carry(self, c: Context, to: Carried) -> Outcome | None:
         """Outcome of an increment from where bodies that nothing holds have been carried; None if no equilibrium is near."""
         assert to.u is not None
-        c = brought(replace(c, afloat=to.bodies if to.afloat else ()), to.u)
+        c = replace(c, brought=True, afloat=to.bodies if to.afloat else ())
         eq = self.equilibrium(c)
         result = attempt_from(eq, to.u)
         if refusal := self.acceptance.refusal(c, result):
@@ -719,7 +719,7 @@ def committed(
     step, step_start = (c.plan.number + 1, result.u) if ended else (c.plan.number, old.step_start)
     difference, damping = old.damped_difference(du, c.dt, system.dofs.displacement.slice)
     return State(
-        u=result.u, du=du, dt_last=0.0 if ended or c.brought is not None else c.dt, second_difference=difference,
+        u=result.u, du=du, dt_last=0.0 if ended or c.brought else c.dt, second_difference=difference,
         history=e.history, contact=contact,
         lam=lam, energy=energy, work=work, clock=Clock(step, old.clock.number + 1, c.time, dt, damping),
         step_start=step_start, release=None if c.time >= c.plan.t1 else old.release,
