@@ -35,7 +35,9 @@ class Context:
     ``interactions``: contacts, in the order of the description, then loads. ``threads`` that may answer for elements at once.
     ``stopped``: what ends the step here before its
     time, in words; '' if nothing does. ``watched`` (criteria,): values of what may end it. ``touches``: whether a prescribed
-    tool first meets a body at the end of the increment.
+    tool first meets a body at the end of the increment. ``brought``: whether it begins elsewhere
+    than where the last one ended, since tools or bodies are brought into contact first; ``afloat``: bodies that nothing holds at
+    its end.
 
     ``supports``: see `Surface.supports`, by contact.
 
@@ -64,6 +66,8 @@ class Context:
     stopped: str = ""
     watched: Array = field(default_factory=lambda: np.zeros(0))
     touches: bool = False
+    brought: bool = False
+    afloat: Sequence[str] = ()
 
     @property
     def ends_step(self) -> bool:

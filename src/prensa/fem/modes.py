@@ -113,6 +113,31 @@ def free_to_move(system: System, body: str, c: Any, contacts: bool = True) -> st
     return _free(system, frame, np.concatenate(rows))
 
 
+class Loose(NamedTuple):
+    """Bodies tied to one another that supports leave free to move.
+
+    ``motions`` (m, 3): what is left, along x, along y, and the turn about the middle of the ``nodes`` times their ``size``.
+    """
+
+    bodies: list[str]
+    nodes: Index
+    size: float
+    motions: Array
+
+
+def loose_bodies(system: System, plan: StepPlan) -> list[Loose]:
+    """Bodies that the supports of a step leave free to move, contacts apart; in the plane only."""
+    if system.dofs.dimension != 2:
+        return []
+    out = []
+    for bodies in dict.fromkeys(tuple(system.tied_bodies(b)) for b in system.problem.bodies):
+        frame = _Frame.of(system, bodies[0])
+        motions = _left(system, _support_rows(system, frame, plan))
+        if len(motions):
+            out.append(Loose(list(bodies), frame.nodes, frame.size, motions))
+    return out
+
+
 def _nodes(system: System, body: str) -> Index:
     """Nodes of a body and of those tied to it: they move as one."""
     return np.concatenate(
@@ -172,12 +197,19 @@ def _contact_rows(system: System, body: str, frame: _Frame, plan: StepPlan, touc
     return np.concatenate(rows)
 
 
+def _left(system: System, rows: Array) -> Array:
+    """Rigid-body motions (m, 3) outside the span of the rows (k, 3): along x, along y, turn times the size."""
+    if system.axisymmetric:
+        return np.zeros((0, 3)) if (np.abs(rows[:, 1]) > 1e-6).any() else np.array([[0.0, 1.0, 0.0]])
+    _, values, v = np.linalg.svd(np.concatenate([rows, np.zeros((3, 3))]), full_matrices=False)
+    return np.asarray(v[values <= 1e-6 * max(float(values[0]), 1e-300)] if values[0] > 0 else np.eye(3))
+
+
 def _free(system: System, frame: _Frame, rows: Array) -> str:
     """The rigid-body motions outside the span of the rows, in words; '' if there is none."""
+    null = _left(system, rows)
     if system.axisymmetric:
-        return "" if (np.abs(rows[:, 1]) > 1e-6).any() else "move along the axis y"
-    _, values, v = np.linalg.svd(np.concatenate([rows, np.zeros((3, 3))]), full_matrices=False)
-    null = v[values <= 1e-6 * max(float(values[0]), 1e-300)] if values[0] > 0 else np.eye(3)
+        return "move along the axis y" if len(null) else ""
     if len(null) == 3:
         return "move along x and y and to turn"
     centre, size = frame.centre, frame.size

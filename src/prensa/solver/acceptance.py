@@ -202,6 +202,8 @@ def lost_support(system: System, c: Context, e: Evaluation) -> LostSupport | Non
     Its place means nothing then. The matrix need not be singular for that: stresses that stay inside resist a turn.
     """
     for body in system.problem.bodies:
+        if body in c.afloat:
+            continue
         own = contacts_of(system, body)
         closed = any(were_closed(c.state, system.surfaces[i]) for i in own)
         if closed and not any((e.contacts[i].p > 0).any() for i in own) and _loose(system, body, c):

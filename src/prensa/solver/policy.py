@@ -227,6 +227,14 @@ class Policy:
     """Share of the increment before a first touch below which the increment is not split there."""
     sliver: float = 1e-9
     """Share of a step below which what is left of it is no increment."""
+    clear: float = 1e-9
+    """Gap over the bodies' size at which those that nothing holds are carried along by a tool, pressed by none."""
+    carried_far: float = 10.0
+    """Times as far as tools that bodies may be carried: what goes farther was squeezed out from between them."""
+    rounded: float = 1e-12
+    """Depth over the bodies' size within which a tool that touches does not press."""
+    rigid_steps: int = 60
+    """Newton steps in which bodies that nothing holds find where tools clamp them, at most."""
     looks: int = 200
     """Times at most at which a first touch within an increment is looked for."""
 

@@ -19,7 +19,7 @@ from prensa.fem.folds import fold, hanging, outlines
 from prensa.fem.inside import inside, watches
 from prensa.fem.letting_go import held_at, let_go, removed_tools, still_held, table_jumps
 from prensa.fem.mirrors import Guard, Nearing, extended, guard_of, names_of, system_of, with_planes
-from prensa.fem.modes import free_to_move
+from prensa.fem.modes import Loose, loose_bodies
 from prensa.fem.planning import plan_step
 from prensa.fem.preflight import preflight
 from prensa.fem.schedule import StepPlan
@@ -34,7 +34,8 @@ from prensa.model.remeshing import remeshing_of
 from prensa.solver.acceptance import Acceptance, Corners, unilaterally_supported
 from prensa.solver.ahead import Ahead
 from prensa.solver.approach import approach, first_touch
-from prensa.solver.attempt import attempt
+from prensa.solver.attempt import attempt, attempt_from
+from prensa.solver.carrying import Carried, carried, first_clamped
 from prensa.solver.condensation import Condensation, condensed, to_be_condensed
 from prensa.solver.distortion import Distortion
 from prensa.solver.emergence import starts_inside
@@ -239,7 +240,7 @@ class TimeStepping:
         self.last: Increment | None = None
         self.turned = 0  # increments up to now, one after the other, at whose first iterates flow turned
         self.passages = Passages(system)
-        self.held = (-1, False)  # number of a step, and whether supports alone hold all bodies in it, which may flow
+        self.loose: list[Loose] = []  # bodies that the supports of the step leave free to move
         self.remeshes = False
         self.guard: Guard | None = None  # of lines of symmetry that free outlines may come to
         self.planes: list[str] = []  # tools that stand for them, once one has
@@ -370,7 +371,8 @@ class TimeStepping:
         return self.stopping.begin(state)
 
     def prepare(self, plan: StepPlan) -> None:
-        """The matrix of a step: that of the step before where the same dofs are prescribed."""
+        """The bodies that a step leaves free, and its matrix: that of the step before where the same dofs are prescribed."""
+        self.loose = loose_bodies(self.system, plan)
         if self.condense:
             with self.timer("condensation"):
                 self.condensed = condensed(self.system, plan, self.numerics, self.condensed, self.policy)
@@ -394,6 +396,9 @@ class TimeStepping:
             end, notes = control.end(now, dt, due), list[str]()
             if self.times is None:
                 end, notes = first_touch(self.system, state, plan, end, self.policy)
+                if self.loose and self.condensed is None:
+                    end, more = first_clamped(self.system, self.context(state, plan, end), self.loose, self.policy)
+                    notes = more or notes
             for message in notes:
                 self.messages.note(state, plan, message)
             solve = partial(self.solved, state, plan, control, cutbacks, spent, [])
@@ -430,7 +435,15 @@ class TimeStepping:
         """
         # where an increment was cut, flow begins or turns, of which the last one knows nothing
         c = self.context(state, plan, end, BACKWARD_EULER if cutbacks else self.rule(state, plan, end))
+        to = carried(self.system, c, self.loose, self.policy) if self.loose and self.condensed is None else None
+        if to is not None:
+            found = self.carry(c, to) if to.u is not None else None
+            if found is not None:
+                spent.append(found[1].iterations)
+                return found
+            c = replace(c, afloat=to.bodies if to.afloat else ())
         start, notes = approach(self.system, c)
+        c = replace(c, brought=bool(notes))
         for message in notes:
             self.messages.note(state, plan, message)
         most = self.most_cutbacks(state)
@@ -439,11 +452,11 @@ class TimeStepping:
         if not result.converged and c.rule.share and (plan.increments or self.times is not None):
             # before an increment that was asked for is cut: backward Euler damps more
             spent.append(result.iterations)
-            c = self.context(state, plan, end)
+            c = replace(self.context(state, plan, end), brought=c.brought, afloat=c.afloat)
             result = self.attempt(c, start, soften)
         if refusal := self.acceptance.refusal(c, result):
             result.converged, result.reason = False, refusal
-        if self.condensed is None:  # linear bodies are stable
+        if self.condensed is None and not c.afloat:  # linear bodies are stable, and those that nothing holds are neither
             last = cutbacks == most or control.exhausted(control.cut(c.dt))
             result = judged(self.equilibrium(c), result, self.acceptance, cutbacks, not last)
             if result.converged and not last and self.jumped_over(c, result):
@@ -452,6 +465,18 @@ class TimeStepping:
         if result.converged:
             known.append((c, result))
         return c, result
+
+    def carry(self, c: Context, to: Carried) -> Outcome | None:
+        """Outcome of an increment from where bodies that nothing holds have been carried; None if no equilibrium is near."""
+        assert to.u is not None
+        c = replace(c, brought=True, afloat=to.bodies if to.afloat else ())
+        eq = self.equilibrium(c)
+        result = attempt_from(eq, to.u)
+        if refusal := self.acceptance.refusal(c, result):
+            result.converged, result.reason = False, refusal
+        if result.converged and not to.afloat:
+            result = judged(eq, result, self.acceptance, 0, False)
+        return (c, result) if result.converged else None
 
     def between(self, state: State, known: list[Outcome], end: float) -> Foreseen | None:
         """What is expected at a time of an increment between two ends that are known, its start included: on their line.
@@ -537,12 +562,10 @@ class TimeStepping:
         report = Reporter(iteration, self.timer)
         reduced = self.reduced if self.condensed is None else self.condensed.reduced
         assert reduced is not None
-        if self.held[0] != c.plan.number:
-            bodies, loose = self.system.problem.bodies, partial(free_to_move, self.system, c=c, contacts=False)
-            known = self.system.has_memory and self.system.dofs.dimension == 2  # rigid motions in space are not looked for
-            self.held = c.plan.number, known and not any(loose(body=b) for b in bodies)
+        known = self.system.has_memory and self.system.dofs.dimension == 2  # rigid motions in space are not looked for
         turning = self.turned >= self.policy.turned_before
-        return Equilibrium(self.system, c, reduced, self.numerics, self.policy, report, self.held[1], may_turn=turning)
+        held = known and not self.loose
+        return Equilibrium(self.system, c, reduced, self.numerics, self.policy, report, held, may_turn=turning)
 
     def attempt(self, c: Context, start: Array, soften: bool, foreseen: Foreseen | None = None) -> NewtonResult:
         """Outcome of one attempt, on the condensed system where there is one; ``foreseen``: see `Equilibrium`."""
@@ -697,7 +720,8 @@ def committed(
     step, step_start = (c.plan.number + 1, result.u) if ended else (c.plan.number, old.step_start)
     difference, damping = old.damped_difference(du, c.dt, system.dofs.displacement.slice)
     return State(
-        u=result.u, du=du, dt_last=0.0 if ended else c.dt, second_difference=difference, history=e.history, contact=contact,
+        u=result.u, du=du, dt_last=0.0 if ended or c.brought else c.dt, second_difference=difference,
+        history=e.history, contact=contact,
         lam=lam, energy=energy, work=work, clock=Clock(step, old.clock.number + 1, c.time, dt, damping),
         step_start=step_start, release=None if c.time >= c.plan.t1 else old.release,
         strings=None if c.time >= c.plan.t1 else old.strings, stability=stability,

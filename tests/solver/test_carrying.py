@@ -1,0 +1,110 @@
+"""Bodies that nothing holds go along with the tools that touch them until others stop them."""
+
+from __future__ import annotations
+
+import logging
+from typing import Any
+
+import numpy as np
+import pytest
+
+import prensa as pr
+
+ENFORCEMENTS = {"penalty": pr.Penalty(), "augmented": pr.Augmented(), "exact": pr.Exact()}
+METAL = pr.J2(E=70e3, nu=0.33, flow=pr.Voce(s0=100.0, Q=100.0, b=10.0))
+
+
+def billet(under: float, over: float, step: pr.Step, space: str = "axisymmetric", **more: Any) -> pr.Problem:
+    """A billet with gaps to the plate under it and to that over it; in the plane the plates are smooth and a support holds x."""
+    plane = space != "axisymmetric"
+    return pr.Problem(
+        "billet", space=space,
+        bodies={"b": pr.Body(pr.Rectangle((6.0, 4.0), (6, 4), origin=(0.0, under)), more.pop("material", METAL))},
+        tools={"low": pr.Plane(normal=(0, 1), at=(0.0, 0.0)), "high": pr.Plane(normal=(0, -1), at=(0.0, under + 4.0 + over))},
+        contacts=[
+            pr.Contact(side, tool, friction=pr.Coulomb(0.0 if plane else 0.2), enforcement=more.get("enforcement", pr.Penalty()))
+            for side, tool in (("b.bottom", "low"), ("b.top", "high"))
+        ],
+        fixed={"b.left": "x"} if plane else {}, steps=[step],
+        kinematics=more.get("kinematics", "finite"),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("space", ["axisymmetric", "plane strain", "plane stress"])
+@pytest.mark.parametrize("enforcement", ENFORCEMENTS)
+def test_a_billet_between_two_gaps_is_pressed_as_one_that_touches(enforcement: str, space: str, caplog: Any) -> None:
+    """Forces are nothing until both gaps have gone, and then those of a billet that begins between its plates."""
+    way, by, gaps = 0.4, ENFORCEMENTS[enforcement], (0.3, 0.1)
+    touching = billet(0.0, 0.0, pr.Step("press", move={"high": pr.Motion(y=-way)}, increments=20), space, enforcement=by)
+    *_, right = pr.solve(touching)
+    apart = billet(*gaps, pr.Step("press", move={"high": pr.Motion(y=-way - sum(gaps))}), space, enforcement=by)
+    with caplog.at_level(logging.WARNING):
+        run = list(pr.solve(apart))
+    assert not any("buckle" in r.getMessage() for r in caplog.records)
+    for inc in run:
+        gone = -inc.tools["high"].place.y - sum(gaps)
+        assert (abs(inc.force("high").y) > 1.0) == (gone > 1e-6)
+    assert sum(inc.statistics.cutbacks for inc in run) == 0
+    assert run[-1].force("high").y == pytest.approx(right.force("high").y, rel=2e-3)
+
+
+@pytest.mark.parametrize("space", ["axisymmetric", "plane strain"])
+@pytest.mark.parametrize("enforcement", ENFORCEMENTS)
+@pytest.mark.parametrize("kinematics", ["small", "finite"])
+def test_a_pushed_tool_brings_the_billet_to_rest(kinematics: str, enforcement: str, space: str) -> None:
+    """Whatever the gaps, the force clamps the billet at once, and it yields as one that touches does."""
+    elastic = pr.Elastic(1e4, 0.3)
+    more = {"enforcement": ENFORCEMENTS[enforcement], "material": elastic, "kinematics": kinematics}
+    step = pr.Step("press", push={"high": pr.Push(y=-3000.0)}, increments=3)
+    (*_, right), (*_, inc) = (list(pr.solve(billet(*gaps, step, space, **more))) for gaps in ((0.0, 0.0), (0.2, 0.7)))
+    assert inc.force("low").y == pytest.approx(-3000.0, rel=1e-8)
+    short = 0.9 + inc.tools["high"].place.y - right.tools["high"].place.y
+    assert short == pytest.approx(0.0, abs=1e-9 if kinematics == "small" else 1e-7)
+
+
+def on_posts(at: float, gaps: tuple[float, float]) -> pr.Problem:
+    """A stiff beam of 20 × 2 over two round posts at x = 3 and 17, pushed down by a round tool at x = ``at``."""
+    tools: dict[str, Any] = {
+        f"post{k}": pr.Circle(1.0, at=(x, -1.0 - gap)) for k, (x, gap) in enumerate(zip((3.0, 17.0), gaps))
+    }
+    contacts = [pr.Contact("b.bottom", name) for name in tools]
+    return pr.Problem(
+        "beam", space="plane strain", bodies={"b": pr.Body(pr.Rectangle((20.0, 2.0), (40, 4)), pr.Elastic(1e6, 0.3))},
+        tools={**tools, "punch": pr.Circle(2.0, at=(at, 4.05))}, contacts=[*contacts, pr.Contact("b.top", "punch")],
+        fixed={"b.bottom-left": "x"}, steps=[pr.Step("press", push={"punch": pr.Push(y=-10.0)}, increments=1)],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("gaps", [(0.02, 0.05), (0.0, 0.1), (0.1, 0.0)], ids=str)
+def test_a_beam_turns_until_it_lies_on_both_posts(gaps: tuple[float, float]) -> None:
+    """It comes to lie on both, turned by the difference of the gaps; the posts bear what the lever rule gives them."""
+    *_, inc = pr.solve(on_posts(8.0, gaps))
+    left, right, u = inc.force("post0"), inc.force("post1"), inc.bodies["b"].x - inc.bodies["b"].X
+    assert -(left.y + right.y) == pytest.approx(10.0, rel=1e-6)
+    assert -right.y == pytest.approx(10.0 * 5.0 / 14.0, rel=0.02)
+    assert (u[40, 1] - u[0, 1]) / 20.0 == pytest.approx((gaps[0] - gaps[1]) / 14.0, rel=0.02)
+
+
+def test_a_body_that_nothing_stops_is_told() -> None:
+    """The tool takes it along, to where nothing is."""
+    p = billet(0.2, 0.1, pr.Step("press", push={"high": pr.Push(y=-10.0)}))
+    alone = replace_contacts(p)
+    with pytest.raises(pr.PrensaError, match="free to move"):
+        list(pr.solve(alone))
+
+
+def replace_contacts(p: pr.Problem) -> pr.Problem:
+    """Without the plate under the billet."""
+    return pr.Problem(
+        p.name, space=p.space, bodies=p.bodies, tools={"high": p.tools["high"]}, contacts=p.contacts[1:], steps=p.steps
+    )
+
+
+def test_it_goes_on_afloat_as_if_it_had_not_stopped() -> None:
+    """A run that goes on from an increment in which the billet is carried along has the same bits."""
+    p = billet(0.3, 0.1, pr.Step("press", move={"high": pr.Motion(y=-0.6)}))
+    run = list(pr.solve(p))
+    at = next(k for k, inc in enumerate(run) if inc.tools["high"].place.y < -0.2)
+    assert not run[at].force("high").y
+    again = list(pr.solve(p, start=run[at].state))
+    assert np.array_equal(again[-1].state.u, run[-1].state.u) and len(again) == len(run) - at - 1
