@@ -40,8 +40,8 @@ PER_POINT = 48  # numbers a point of `prepare`, in the order in which it writes 
 _MIDDLE = 4
 # of `prepare`, rows of points: tensors before, α^m, α, principal values of b less one, logarithms, plastic strain, flow stresses
 # with their slopes, and from `_OF_POINT` on its numbers, among them the volume
-_WAS_B, _WAS_B1, _WAS_B2, _WAS_B3, _STRETCH, _ALPHA, _L, _L1, _L2, _LOG, _LOG1, _LOG2 = range(0, 12 * GROUP, GROUP)
-_RISE, _STRESS, _HARDENING, _BY_OLD, _STRESS_WAS, _HARDENING_WAS, _OF_POINT = range(12 * GROUP, 19 * GROUP, GROUP)
+_WAS_B, _WAS_B1, _WAS_B2, _WAS_B3, _STRETCH, _ALPHA_OF, _L, _L1, _L2, _LOG, _LOG1, _LOG2 = range(0, 12 * GROUP, GROUP)
+_INCREASE, _STRESS, _HARDENING, _BY_OLD, _STRESS_WAS, _HARDENING_WAS, _OF_POINT = range(12 * GROUP, 19 * GROUP, GROUP)
 _V, _WORK_END = _OF_POINT + 43 * GROUP, _OF_POINT + 44 * GROUP
 (
     _POINT0, _POINT1, _POINT2, _POINT3, _POINT4, _POINT5, _POINT6, _POINT7, _POINT8, _POINT9,
@@ -118,20 +118,20 @@ def prepare(x_n, x, cells, old, new, bulk, G, axisymmetric, scale, plastic, cauc
             for k in range(4):
                 w[_WAS_B + k * GROUP + i] = old[e, q, k]
             if plastic:
-                w[_RISE + i] = new[e, q, 4] - old[e, q, 4]
+                w[_INCREASE + i] = new[e, q, 4] - old[e, q, 4]
                 w[_STRESS + i], w[_HARDENING + i], w[_BY_OLD + i] = after[e, q, 0], after[e, q, 1], after[e, q, 2]
                 w[_STRESS_WAS + i], w[_HARDENING_WAS + i] = before[e, q, 0], before[e, q, 1]
         by, far = 2.0 / (3.0 if axisymmetric else 2.0), 0
         for i in range(GROUP):
             more = w[_STRETCH + i] - 1.0
-            w[_ALPHA + i] = 1.0 + exp_minus_one(by * half_log(more))
+            w[_ALPHA_OF + i] = 1.0 + exp_minus_one(by * half_log(more))
             far += 1 if (i < m) & (abs(more) > SMALL_EXP) else 0
         if far:
             for i in range(m):
-                w[_ALPHA + i] = math.exp(0.5 * by * math.log(w[_STRETCH + i]))
+                w[_ALPHA_OF + i] = math.exp(0.5 * by * math.log(w[_STRETCH + i]))
         far = 0
         for i in range(GROUP):
-            alpha = w[_ALPHA + i]
+            alpha = w[_ALPHA_OF + i]
             hoop = alpha if axisymmetric else 1.0
             f0, f1, f2, f3 = alpha * w[_POINT0 + i], alpha * w[_POINT1 + i], alpha * w[_POINT2 + i], alpha * w[_POINT3 + i]
             f4 = hoop * w[_POINT4 + i]
@@ -153,7 +153,7 @@ def prepare(x_n, x, cells, old, new, bulk, G, axisymmetric, scale, plastic, cauc
                     w[_LOG + k * GROUP + i] = 0.5 * math.log1p(w[_L + k * GROUP + i])
         lame, far = bulk - 2.0 * G / 3.0, 0
         for i in range(GROUP):
-            delta = w[_RISE + i]
+            delta = w[_INCREASE + i]
             flows = delta != 0.0
             B1, B2, b33 = 1.0 + w[_L + i], 1.0 + w[_L1 + i], 1.0 + w[_L2 + i]
             e1, e2, e3 = w[_LOG + i], w[_LOG1 + i], w[_LOG2 + i]
