@@ -174,7 +174,7 @@ class _Rigid:
         bodies, ways = self.split(z)
         u[self.tools] += ways
         for b, (x, y, turn) in bodies:
-            moved[b.loose.nodes] += [x, y] + self._turned(b.arm, turn) - b.arm
+            moved[b.loose.nodes] += np.array([x, y]) + self._turned(b.arm, turn) - b.arm
         return u
 
     def _turned(self, arm: Array, turn: float) -> Array:
