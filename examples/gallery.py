@@ -259,7 +259,7 @@ def draw_bending(run: Run) -> Iterator[Row]:
     yield beside("radius of the wall (mm), rho", float("nan"), 1.0 / curl)
 
 
-@example("Drawbead")
+@example("Drawbead", told=STEPS)
 def drawbead(run: Run) -> Iterator[Row]:
     """The steady pull beside that of a strip which is bent to every bar and straightened behind it."""
     apart, deep = 9.0, 2.0

@@ -69,24 +69,29 @@ def carried(system: System, c: Context, loose: list[Loose], policy: Policy = DEF
     return Carried(u, names, all(float(system.pairs(s, u).g.min()) > -clear for s in stops))
 
 
-def first_clamped(system: System, c: Context, loose: list[Loose], policy: Policy = DEFAULT) -> tuple[float, list[str]]:
-    """End of the increment, brought forward to the time at which bodies that are carried along meet what stops them.
+class Met(NamedTuple):
+    """When bodies that are carried along first meet what stops them, and where they are then."""
 
-    Returns the time and a message. Bodies that forces press, whatever these are, are clamped at once.
+    time: float
+    there: Carried
+
+
+def first_clamped(system: System, c: Context, loose: list[Loose], policy: Policy = DEFAULT) -> Met | None:
+    """When the bodies that are clamped at the end of an increment are so first; None if that is no earlier, or at once.
+
+    Those that forces press, whatever these are, are clamped at once.
     """
-    now, end = c.state.clock.time, c.time
-    to = carried(system, c, loose, policy)
-    if to is None or to.u is None or to.afloat or c.plan.push:
-        return end, []
+    if c.plan.push:
+        return None
+    now, end, length = c.state.clock.time, c.time, c.plan.t1 - c.plan.t0
 
-    def free(t: float) -> bool:
-        at = carried(system, replace(c, time=t), loose, policy)
-        return at is None or at.afloat
+    def at(t: float) -> Carried | None:
+        return carried(system, replace(c, time=t), loose, policy)
 
-    _, met = bisected(free, now, end)
-    if not (met - now > policy.touch * (end - now) and end - met > policy.sliver * (c.plan.t1 - c.plan.t0)):
-        return end, []
-    return met, [f"{' and '.join(to.bodies)}, carried along, met what stops it at time {met:.6g}"]
+    _, time = bisected(lambda t: (to := at(t)) is None or to.afloat, now, end)
+    there = at(time)
+    apart = time - now > policy.touch * (end - now) and end - time > policy.sliver * length
+    return Met(time, there) if apart and there is not None and there.u is not None else None
 
 
 def _near(system: System, c: Context, loose: list[Loose], u: Array, policy: Policy) -> bool:
@@ -97,14 +102,10 @@ def _near(system: System, c: Context, loose: list[Loose], u: Array, policy: Poli
 
 
 def _pressed(system: System, c: Context, body: Loose, policy: Policy) -> bool:
-    """Whether tools press a body in the committed state, by more than where its positions are rounded."""
-    lam = system.initial_multipliers(c.state)
-    for s, scale in zip(c.surfaces, c.scales):
-        if s.body in body.bodies and were_closed(c.state, s):
-            depth = lam[s.rows, 0] / scale.k_n - system.pairs(s, c.state.u).g
-            if (depth[c.state.contact.closed[s.rows]] > policy.rounded * system.length).any():
-                return True
-    return False
+    """Whether tools press a body in the committed state, by more than what rounded positions make of their springs."""
+    nothing = policy.rounded * system.length
+    own = [(s, scale) for s, scale in zip(c.surfaces, c.scales) if s.body in body.bodies]
+    return any((c.state.lam[s.rows, 0] > nothing * scale.k_n).any() for s, scale in own)
 
 
 class _Body(NamedTuple):
@@ -170,10 +171,10 @@ class _Rigid:
         """All degrees of freedom (ndof,): distances within a body stay, in small strain to first order."""
         u = self.base.copy()
         moved = self.system.displacement(u)
-        bodies, u[self.tools] = self.split(z)[0], u[self.tools] + self.split(z)[1]
+        bodies, ways = self.split(z)
+        u[self.tools] += ways
         for b, (x, y, turn) in bodies:
-            moved[b.loose.nodes] += [x, y]
-            moved[b.loose.nodes] += self._turned(b.arm, turn) - b.arm
+            moved[b.loose.nodes] += np.array([x, y]) + self._turned(b.arm, turn) - b.arm
         return u
 
     def _turned(self, arm: Array, turn: float) -> Array:

@@ -396,9 +396,6 @@ class TimeStepping:
             end, notes = control.end(now, dt, due), list[str]()
             if self.times is None:
                 end, notes = first_touch(self.system, state, plan, end, self.policy)
-                if self.loose and self.condensed is None:
-                    end, more = first_clamped(self.system, self.context(state, plan, end), self.loose, self.policy)
-                    notes = more or notes
             for message in notes:
                 self.messages.note(state, plan, message)
             solve = partial(self.solved, state, plan, control, cutbacks, spent, [])
@@ -411,7 +408,7 @@ class TimeStepping:
             if result.converged:
                 self.look_inside(c, result)
                 self.stopping.refuse(c)
-                c = replace(c, touches=bool(notes) and c.time >= end)
+                c = replace(c, touches=c.touches or (bool(notes) and c.time >= end))
                 return self.commit(c, control, result, sum(spent), cutbacks)
             self.messages.rejected(state, plan, c.time, result)
             assert result.reason is not None
@@ -437,7 +434,7 @@ class TimeStepping:
         c = self.context(state, plan, end, BACKWARD_EULER if cutbacks else self.rule(state, plan, end))
         to = carried(self.system, c, self.loose, self.policy) if self.loose and self.condensed is None else None
         if to is not None:
-            found = self.carry(c, to) if to.u is not None else None
+            found = self.carry(c, to, cutbacks) if to.u is not None else None
             if found is not None:
                 spent.append(found[1].iterations)
                 return found
@@ -466,16 +463,26 @@ class TimeStepping:
             known.append((c, result))
         return c, result
 
-    def carry(self, c: Context, to: Carried) -> Outcome | None:
-        """Outcome of an increment from where bodies that nothing holds have been carried; None if no equilibrium is near."""
-        assert to.u is not None
+    def carry(self, c: Context, to: Carried, cutbacks: int) -> Outcome | None:
+        """Outcome of an increment from where bodies that nothing holds have been carried; None if no equilibrium is near.
+
+        It ends where they first meet what stops them.
+        """
+        state, plan = c.state, c.plan
+        if not to.afloat and self.times is None:
+            met = first_clamped(self.system, c, self.loose, self.policy)
+            if met is not None:
+                who = " and ".join(to.bodies)
+                self.messages.note(state, plan, f"{who}, carried along, met what stops it at time {met.time:.6g}")
+                c, to = replace(self.context(state, plan, met.time), touches=True), met.there
         c = replace(c, brought=True, afloat=to.bodies if to.afloat else ())
+        assert to.u is not None
         eq = self.equilibrium(c)
         result = attempt_from(eq, to.u)
         if refusal := self.acceptance.refusal(c, result):
             result.converged, result.reason = False, refusal
         if result.converged and not to.afloat:
-            result = judged(eq, result, self.acceptance, 0, False)
+            result = judged(eq, result, self.acceptance, cutbacks, False)
         return (c, result) if result.converged else None
 
     def between(self, state: State, known: list[Outcome], end: float) -> Foreseen | None:
