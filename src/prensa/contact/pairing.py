@@ -70,22 +70,13 @@ def _generalised(v: Array, arm: Array) -> Array:
 def current_pairs(shape: Closer, x: Array, at: Array, place: Array) -> Pairs:
     """Moved surface, true tool normal: x (k, 2) current positions, at (2,), place (3,) displacement and rotation."""
     k = len(x)
-    arm, xi, n = np.empty((3, k, 2))
+    c, s = math.cos(place[2]), math.sin(place[2])
+    arm, n = x - (at + place[:2]), np.empty((k, 2))
     e, ds, Ft = np.empty((k, 1, 2)), np.empty((k, 1, 5)), np.empty((k, 1, 5))
     Fn, turn = np.empty((2, k, 5))
-    _turn_into_frame(x, at, place, arm, xi)
-    close = shape.closest(xi)
+    close = shape.closest(arm @ np.array([[c, -s], [s, c]]))
     _turn_into_space(close.g, close.c, close.n, place, arm, n, e, Fn, Ft, ds, turn)
     return Pairs(close.g, close.s[:, None], n, e, Fn, ds, Fn, Ft, turn, arm, True)
-
-
-@njit(cache=True)
-def _turn_into_frame(x, at, place, arm, xi):
-    """Points x (k, 2) → arms from the tool's reference point (k, 2), and those in the tool frame, xi (k, 2)."""
-    c, s = math.cos(place[2]), math.sin(place[2])
-    for k in range(len(x)):
-        arm[k, 0], arm[k, 1] = x[k, 0] - (at[0] + place[0]), x[k, 1] - (at[1] + place[1])
-        xi[k, 0], xi[k, 1] = arm[k, 0] * c + arm[k, 1] * s, arm[k, 1] * c - arm[k, 0] * s
 
 
 @njit(cache=True)
