@@ -25,6 +25,9 @@ from prensa.kernels.compiled import njit
 Array = NDArray[np.float64]
 
 EPS = float(np.finfo(np.float64).eps)
+NO_FLAGS = np.zeros(0, dtype=bool)  # to kernels: none are given
+NO_FOUNDATION = np.zeros((0, 2))
+NO_FRICTION = np.zeros((0, 1)), np.zeros((0, 1, 1))  # slopes of tractions by pressure and way
 TOUCH = 1e-10  # gap over element depth below which a point touches where an increment starts
 
 
@@ -120,9 +123,9 @@ class Scale:
 
 def forces(
     pairs: Pairs, weight: Array, scale: Scale, lam: Array, committed: ContactRecord, law: FrictionLaw | None, at: At,
-    hold: NDArray[np.bool_] | None = None, area: Array | None = None, lagged: bool = False,
-    before: Array | None = None, round_off: Array | float = 0.0, landed: NDArray[np.bool_] | None = None,
-    foundation: Array | None = None, like: Branches | None = None,
+    round_off: Array, hold: NDArray[np.bool_] | None = None, area: Array | None = None, lagged: bool = False,
+    before: Array | None = None, landed: NDArray[np.bool_] | None = None,
+    foundation: Array | None = None, like: Branches | None = None, points: Points | None = None,
 ) -> ContactForces:  # fmt: skip
     """Contact forces on the pair coordinates and their exact, unsymmetric stiffness.
 
@@ -144,168 +147,137 @@ def forces(
     that sticks, whatever the state. ``like``: the points are closed and slip as these do, so that their forces are smooth.
     """
     k, m = len(weight), pairs.s.shape[1]
-    p, touching, rests = _normal(pairs.g, scale, lam[:, 0], committed.closed, before is not None, round_off, landed, like)
-    n = 1 + m
-    slope = touching.astype(np.float64)  # 0 where nothing touches
-    if foundation is not None:
-        slope = np.where(foundation[:, 0] > 0, foundation[:, 0], slope)
-        touching = slope > 0
-    dp, dt = np.zeros((k, n + pairs.dg.shape[1])), np.zeros((k, m, n + pairs.dg.shape[1]))
-    _normal_slopes(slope, scale.k_n, pairs.dg, n, dp)
+    dp, dt = np.zeros((k, 1 + m + pairs.dg.shape[1])), np.zeros((k, m, 1 + m + pairs.dg.shape[1]))
+    p, lam_T, ds, touching, rests = np.empty(k), np.empty((k, m)), np.empty((k, m)), np.empty(k, bool), np.empty(k, bool)
+    resting = NO_FOUNDATION if foundation is None else foundation
+    _normal(
+        pairs.g, pairs.s, lam, scale.k_n, scale.h, round_off, committed.closed, committed.coordinate,
+        NO_FLAGS if landed is None else landed, NO_FLAGS if like is None else like.closed, resting, before is not None,
+        p, touching, rests, lam_T, ds, dp,
+    )  # fmt: skip
     stretched, bound = None, None
     if law is None:
         t, kappa, slip = np.zeros((k, m)), committed.slip.copy(), np.zeros(k, dtype=bool)
+        by_p, dt_dg = NO_FRICTION
     else:
-        ds = pairs.s - committed.coordinate
-        share = np.ones(k) if area is None else weight / area
-        pressure = (np.maximum(p, 0.0) if like is None else p) * share
-        out = return_map(law, at, lam[:, 1:], ds, pressure, touching, committed.slip, scale.k_t, hold, like and like.slip)
-        by_p = out.dt_dp
-        bound = out.bound
-        if area is not None:
+        share = None if area is None else weight / area
+        pressure = np.maximum(p, 0.0) if like is None else p
+        pressure = pressure if share is None else pressure * share
+        out = return_map(law, at, lam_T, ds, pressure, touching, committed.slip, scale.k_t, hold, like and like.slip)
+        t, kappa, slip, by_p, dt_dg, bound = out.t, out.kappa, out.slip, out.dt_dp, out.dt_dg, out.bound
+        if share is not None:
             by_p, bound = by_p * share[:, None], bound * np.stack([np.ones(k), share], axis=1)
-            stretched = out.t - out.dt_dp * pressure[:, None]
-        t, kappa, slip = out.t, out.kappa, out.slip
-        _tangential_slopes(by_p, out.dt_dg, scale.k_t, dp, pairs.ds, lagged, dt)
-        _rest(dt, foundation, scale, pairs)
+            stretched = t - out.dt_dp * pressure[:, None]
     area = weight if area is None else area
-    P, T = weight * p, area[:, None] * t
-    F, K = assembled(pairs, P, T, weight[:, None] * dp, area[:, None, None] * dt)
+    F, K = np.empty(pairs.Fn.shape), np.empty((k, pairs.Fn.shape[1], pairs.Fn.shape[1]))
+    _assemble(
+        pairs.Fn, pairs.Ft, pairs.dg, pairs.ds, weight, area, p, t, by_p, dt_dg, scale.k_n, scale.k_t, resting, lagged,
+        dp, dt, F, K,
+    )  # fmt: skip
     if not lagged:
-        if before is not None:
-            P, T = weight * before, area[:, None] * committed.traction
-        turned(pairs, P, T, K)
-    return ContactForces(pairs, p, t, kappa, slip, F, K, weight, area, dp, dt, rests, stretched, bound)
+        turned(pairs, weight, area, *((p, t) if before is None else (before, committed.traction)), K)
+    return ContactForces(pairs, p, t, kappa, slip, F, K, weight, area, dp, dt, rests, stretched, bound, points)
 
 
+@njit(cache=True, error_model="numpy")
 def _normal(
-    g: Array, scale: Scale, lam: Array, closed: NDArray[np.bool_], guess: bool, round_off: Array | float,
-    landed: NDArray[np.bool_] | None, like: Branches | None,
-) -> tuple[Array, NDArray[np.bool_], NDArray[np.bool_]]:  # fmt: skip
-    """Pressures (k,) at gaps g (k,), which points resist, and which are open by no more than round-off.
+    g, s, lam, k_n, h, round_off, closed, coordinate, landed, like, foundation, guess, p, touching, rests, lam_T, ds, dp,
+):  # fmt: skip
+    """Pressures p (k,) at gaps g (k,), which points resist, and which are open by no more than round-off.
 
     ``closed``: committed flags; ``guess``: points that were closed stay so, and what is within `TOUCH` of the tool resists;
-    ``like``: which points are closed, whatever their gaps.
+    ``like``: which points are closed, whatever their gaps. dp (k, 1 + t + m): its first column, derivatives by λ_n. Besides
+    lam_T (k, t), the tangential multipliers, and ds (k, t), the ways since the last commit.
     """
-    trial = lam - scale.k_n * g  # −inf where a ray misses the tool
-    rests = trial >= -(scale.k_n * round_off + EPS * np.abs(lam))
-    if like is not None:
-        return np.where(like.closed, trial, 0.0), like.closed, rests
-    if guess:
-        closed = closed & np.isfinite(trial)  # a point that the tool has left behind has no gap
-        return np.where(closed, trial, np.maximum(trial, 0.0)), _just(trial, scale) | closed, rests
-    touching = np.where(closed, rests, trial >= 0.0)
-    if landed is not None:
-        touching = touching | (landed & _just(trial, scale))
-    return np.maximum(trial, 0.0), touching, rests
+    n = lam.shape[1]
+    for k in range(len(g)):
+        trial = lam[k, 0] - k_n[k] * g[k]  # −inf where a ray misses the tool
+        rests[k] = trial >= -(k_n[k] * round_off[k] + EPS * abs(lam[k, 0]))
+        just = trial >= -TOUCH * k_n[k] * h[k]
+        p[k] = 0.0 if trial <= 0.0 else trial
+        if len(like) > 0:
+            touching[k] = like[k]
+            p[k] = trial if like[k] else 0.0
+        elif guess:
+            stays = closed[k] and np.isfinite(trial)  # a point that the tool has left behind has no gap
+            touching[k] = just or stays
+            if stays:
+                p[k] = trial
+        else:
+            touching[k] = rests[k] if closed[k] else trial >= 0.0
+            if len(landed) > 0 and landed[k] and just:
+                touching[k] = True
+        slope = 1.0 if touching[k] else 0.0  # 0 where nothing touches
+        if len(foundation) > 0 and foundation[k, 0] > 0.0:
+            slope, touching[k] = foundation[k, 0], True
+        dp[k, 0] = slope
+        for a in range(n - 1):
+            lam_T[k, a], ds[k, a] = lam[k, 1 + a], s[k, a] - coordinate[k, a]
 
 
-def _just(trial: Array, scale: Scale) -> NDArray[np.bool_]:
-    """Which points (k,) are within `TOUCH` of the tool, by λ − k_n g."""
-    return np.asarray(trial >= -TOUCH * scale.k_n * scale.h)
+@njit(cache=True, error_model="numpy")
+def _assemble(Fn, Ft, dg, ds, weight, area, p, t, by_p, dt_dg, k_n, k_t, foundation, lagged, dp, dt, F, K):
+    """Derivatives dp, dt (k, t, 1 + t + m) by multipliers and q, forces F, and K = −∂F/∂q while the frame stays.
 
-
-def _rest(dt: Array, foundation: Array | None, scale: Scale, pairs: Pairs) -> None:
-    """Put the derivatives dt (k, t, 1 + t + m) of the points that rest on a tangential foundation at those of its springs."""
-    if foundation is None:
-        return
-    share, n = foundation[:, 1], 1 + dt.shape[1]
-    on = np.flatnonzero(share > 0)
-    dt[on] = 0.0
-    for a in range(n - 1):
-        dt[on, a, 1 + a] = share[on]
-    dt[on, :, n:] = -(share[on] * scale.k_t[on])[:, None, None] * pairs.ds[on]
-
-
-@njit(cache=True)
-def _normal_slopes(slope, k_n, dg, n, dp):
-    """Slopes (k,) of p by λ_n → its derivatives dp (k, n + m) by multipliers and q."""
-    for k in range(len(slope)):
-        dp[k, 0] = slope[k]
-        for i in range(dg.shape[1]):
-            dp[k, n + i] = (-slope[k] * k_n[k]) * dg[k, i]
-
-
-@njit(cache=True)
-def _tangential_slopes(by_p, dt_dg, k_t, dp, ds, lagged, dt):
-    """Derivatives by_p (k, t), dt_dg (k, t, t) of the tractions → dt (k, t, 1 + t + m) by multipliers and q."""
-    t = by_p.shape[1]
-    for k in range(len(by_p)):
-        for a in range(t):
-            if not lagged:
-                for i in range(dp.shape[1]):
-                    dt[k, a, i] = by_p[k, a] * dp[k, i]
-            for b in range(t):  # the trial traction is λ_T − k_T Δg_T
-                dt[k, a, 1 + b] -= dt_dg[k, a, b] / k_t[k]
-            for i in range(ds.shape[2]):
-                change = 0.0
-                for b in range(t):
-                    change += dt_dg[k, a, b] * ds[k, b, i]
-                dt[k, a, 1 + t + i] += change
-
-
-def assembled(pairs: Pairs, P: Array, T: Array, dP: Array, dT: Array) -> tuple[Array, Array]:
-    """F (k, m) of forces P (k,) along n and T (k, t) along e, and K = −∂F/∂q while the frame stays.
-
-    dP (k, 1 + t + m), dT (k, t, 1 + t + m): derivatives by multipliers and q.
+    dp (k, 1 + t + m) has its first column. by_p (k, t), dt_dg (k, t, t): derivatives of the return map, (0, …) without
+    friction. Points that rest on a tangential ``foundation`` have the derivatives of its springs.
     """
-    k, m = pairs.Fn.shape
-    F, K = np.empty((k, m)), np.empty((k, m, m))
-    if T.shape[1] == 1:
-        _assemble(pairs.Fn, pairs.Ft[:, 0], P, T[:, 0], dP, dT[:, 0], F, K)
-    else:
-        _assemble_any(pairs.Fn, pairs.Ft, P, T, dP, dT, F, K)
-    return F, K
+    n = 1 + t.shape[1]
+    for k in range(len(p)):
+        share = foundation[k, 1] if len(foundation) > 0 else 0.0
+        for i in range(Fn.shape[1]):
+            F[k, i] = weight[k] * p[k] * Fn[k, i]
+            for a in range(n - 1):
+                F[k, i] += area[k] * t[k, a] * Ft[k, a, i]
+        for c in range(dp.shape[1]):
+            if c >= n:
+                dp[k, c] = (-dp[k, 0] * k_n[k]) * dg[k, c - n]
+            for a in range(n - 1):
+                if len(by_p) == 0:
+                    break
+                change = 0.0 if lagged else by_p[k, a] * dp[k, c]
+                if c >= n:
+                    way = 0.0
+                    for b in range(n - 1):
+                        way += dt_dg[k, a, b] * ds[k, b, c - n]
+                    change = change + way if share <= 0.0 else -(share * k_t[k]) * ds[k, a, c - n]
+                elif share > 0.0:
+                    change = share if c == 1 + a else 0.0
+                elif c > 0:  # the trial traction is λ_T − k_T Δg_T
+                    change -= dt_dg[k, a, c - 1] / k_t[k]
+                dt[k, a, c] = change
+            if c >= n:
+                for i in range(Fn.shape[1]):
+                    stiff = -Fn[k, i] * (weight[k] * dp[k, c])
+                    for a in range(n - 1):
+                        stiff -= Ft[k, a, i] * (area[k] * dt[k, a, c])
+                    K[k, i, c - n] = stiff
 
 
-def turned(pairs: Pairs, P: Array, T: Array, K: Array) -> None:
-    """Add to K (k, m, m) what the turn of the frame and the change of the arm make of the forces P along n and T along e."""
-    if T.shape[1] == 1:
-        _turn(pairs.n, pairs.e[:, 0], pairs.arm, pairs.turn, pairs.moving, P, T[:, 0], K)
+def turned(pairs: Pairs, weight: Array, area: Array, p: Array, t: Array, K: Array) -> None:
+    """Add to K (k, m, m) what the turn of the frame and the change of the arm make of pressures p and tractions t."""
+    if t.shape[1] == 1:
+        _turn(pairs.n, pairs.e, pairs.arm, pairs.turn, pairs.moving, weight, area, p, t, K)
         return
     # the arm moves with the body point and against the tool; the frame of a plane that does not turn stays
-    f = P[:, None] * pairs.n + (T[:, :, None] * pairs.e).sum(axis=1)
+    f = (weight * p)[:, None] * pairs.n + ((area[:, None] * t)[:, :, None] * pairs.e).sum(axis=1)
     across = np.cross(np.eye(3)[None], f[:, None]).transpose(0, 2, 1)  # column j: e_j × f
     K[:, 6:, :3] += across
     K[:, 6:, 3:6] -= across
 
 
 @njit(cache=True)
-def _assemble_any(Fn, Ft, P, T, dP, dT, F, K):
-    """As `_assemble` for any number of tangents: T (k, t), dT (k, t, 1 + t + m)."""
-    first = 1 + T.shape[1]
-    for k in range(len(P)):
-        for i in range(Fn.shape[1]):
-            F[k, i] = P[k] * Fn[k, i]
-            for j in range(Fn.shape[1]):
-                K[k, i, j] = -Fn[k, i] * dP[k, first + j]
-            for a in range(T.shape[1]):
-                F[k, i] += T[k, a] * Ft[k, a, i]
-                for j in range(Fn.shape[1]):
-                    K[k, i, j] -= Ft[k, a, i] * dT[k, a, first + j]
-
-
-@njit(cache=True)
-def _assemble(Fn, Ft, P, T, dP, dT, F, K):
-    """Forces P, T (k,) along n and e, their derivatives (k, 2 + 5) → F, and K = −∂F/∂q while the frame stays."""
-    for k in range(len(P)):
-        for i in range(5):
-            F[k, i] = P[k] * Fn[k, i] + T[k] * Ft[k, i]
-            for j in range(5):
-                K[k, i, j] = -Fn[k, i] * dP[k, 2 + j] - Ft[k, i] * dT[k, 2 + j]
-
-
-@njit(cache=True)
-def _turn(n, e, arm, turn, moving, P, T, K):
-    """Add to K what the turn of the frame and the change of the arm make of the forces P along n and T along e."""
-    for k in range(len(P)):
-        v0, v1 = P[k] * e[k, 0] - T[k] * n[k, 0], P[k] * e[k, 1] - T[k] * n[k, 1]
+def _turn(n, e, arm, turn, moving, weight, area, p, t, K):
+    """`turned` in the plane."""
+    for k in range(len(p)):
+        P, T = weight[k] * p[k], area[k] * t[k, 0]
+        v0, v1 = P * e[k, 0, 0] - T * n[k, 0], P * e[k, 0, 1] - T * n[k, 1]
         v = (v0, v1, -v0, -v1, arm[k, 1] * v0 - arm[k, 0] * v1)
         for i in range(5):
             for j in range(5):
                 K[k, i, j] -= v[i] * turn[k, j]
         # the arm moves against the tool, and with the body point where forces act at it
-        x, y = P[k] * n[k, 0] + T[k] * e[k, 0], P[k] * n[k, 1] + T[k] * e[k, 1]
+        x, y = P * n[k, 0] + T * e[k, 0, 0], P * n[k, 1] + T * e[k, 0, 1]
         if moving:
             K[k, 4, 0] += y
             K[k, 4, 1] -= x

@@ -7,6 +7,7 @@ their derivatives with respect to q, and the directions F_n, F_t in which a unit
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -68,31 +69,31 @@ def _generalised(v: Array, arm: Array) -> Array:
 
 def current_pairs(shape: Closer, x: Array, at: Array, place: Array) -> Pairs:
     """Moved surface, true tool normal: x (k, 2) current positions, at (2,), place (3,) displacement and rotation."""
-    c, s = np.cos(place[2]), np.sin(place[2])
-    R = np.array([[c, -s], [s, c]])
-    arm = x - (at + place[:2])
-    close = shape.closest(arm @ R)
-    n, e = np.empty((2, *arm.shape))
-    Fn, Ft, ds, turn = np.empty((4, len(arm), 5))
-    _turn_into_space(close.g, close.c, close.n, R, arm, n, e, Fn, Ft, ds, turn)
-    return Pairs(close.g, close.s[:, None], n, e[:, None], Fn, ds[:, None], Fn, Ft[:, None], turn, arm, True)
+    k = len(x)
+    c, s = math.cos(place[2]), math.sin(place[2])
+    arm, n = x - (at + place[:2]), np.empty((k, 2))
+    e, ds, Ft = np.empty((k, 1, 2)), np.empty((k, 1, 5)), np.empty((k, 1, 5))
+    Fn, turn = np.empty((2, k, 5))
+    close = shape.closest(arm @ np.array([[c, -s], [s, c]]))
+    _turn_into_space(close.g, close.c, close.n, place, arm, n, e, Fn, Ft, ds, turn)
+    return Pairs(close.g, close.s[:, None], n, e, Fn, ds, Fn, Ft, turn, arm, True)
 
 
 @njit(cache=True)
-def _turn_into_space(g, c, n_tool, R, arm, n, e, Fn, Ft, ds, turn):
+def _turn_into_space(g, c, n_tool, place, arm, n, e, Fn, Ft, ds, turn):
     """Normals in the tool frame → the frame in space, its forces, and what changes s and turns the frame."""
+    cos, sin = math.cos(place[2]), math.sin(place[2])
     for k in range(len(g)):
-        n[k, 0] = R[0, 0] * n_tool[k, 0] + R[0, 1] * n_tool[k, 1]
-        n[k, 1] = R[1, 0] * n_tool[k, 0] + R[1, 1] * n_tool[k, 1]
-        e[k, 0], e[k, 1] = -n[k, 1], n[k, 0]
+        n[k, 0], n[k, 1] = cos * n_tool[k, 0] - sin * n_tool[k, 1], sin * n_tool[k, 0] + cos * n_tool[k, 1]
+        e[k, 0, 0], e[k, 0, 1] = -n[k, 1], n[k, 0]
         for i in range(2):
-            Fn[k, i], Ft[k, i] = n[k, i], e[k, i]
-            Fn[k, 2 + i], Ft[k, 2 + i] = -n[k, i], -e[k, i]
+            Fn[k, i], Ft[k, 0, i] = n[k, i], e[k, 0, i]
+            Fn[k, 2 + i], Ft[k, 0, 2 + i] = -n[k, i], -e[k, 0, i]
         Fn[k, 4] = arm[k, 1] * n[k, 0] - arm[k, 0] * n[k, 1]
-        Ft[k, 4] = arm[k, 1] * e[k, 0] - arm[k, 0] * e[k, 1]
+        Ft[k, 0, 4] = arm[k, 1] * e[k, 0, 0] - arm[k, 0] * e[k, 0, 1]
         for i in range(5):
-            ds[k, i] = (1.0 - g[k] * c[k]) * Ft[k, i]
-            turn[k, i] = c[k] * Ft[k, i]
+            ds[k, 0, i] = (1.0 - g[k] * c[k]) * Ft[k, 0, i]
+            turn[k, i] = c[k] * Ft[k, 0, i]
         turn[k, 4] += 1.0
 
 

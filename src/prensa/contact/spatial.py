@@ -51,10 +51,10 @@ def plane_pairs(shape: HalfSpace, x: Array, at: Array, place: Array) -> Pairs:
     k, frame = len(arm), shape.frame
     n = np.broadcast_to(frame[0], (k, 3))
     e = np.broadcast_to(frame[1:], (k, 2, 3))
-    local = arm @ frame.T
+    g, s = arm @ frame[0], arm @ frame[1:].T
     Fn = _generalised(n, arm)
     Ft = np.stack([_generalised(e[:, i], arm) for i in range(2)], axis=1)
-    return Pairs(local[:, 0], local[:, 1:], n, e, Fn, Ft, Fn, Ft, np.zeros((k, 9)), arm, True)
+    return Pairs(g, s, n, e, Fn, Ft, Fn, Ft, np.zeros((k, 9)), arm, True)
 
 
 def _generalised(v: Array, arm: Array) -> Array:

@@ -137,7 +137,7 @@ class ContactInteraction:
         system, s, k = self.system, c.surfaces[self.number], self.number
         scale, weight, law, own = c.scales[k], c.weights[k], c.laws[k], s.rows
         stick = None if ask.stick is None else ask.stick[own]
-        before = c.state.lam[own, 0] if ask.guess else None
+        before = c.state.lam[own, 0].copy() if ask.guess else None
         if ask.guess:
             stick = c.state.contact.closed[own]
         follows = law is not None and not law.proportional and system.problem.kinematics == "finite" and not s.sharp
@@ -152,16 +152,18 @@ class ContactInteraction:
             c.committed[k],
             law,
             c.law_at[k],
+            round_off,
             stick,
             area,
             c.lagged,
             before,
-            round_off,
             None if ask.landed is None else ask.landed[own],
             None if ask.foundation is None else ask.foundation[own],
             ask.like.contacts[k] if ask.like is not None and ask.like.contacts else None,
+            s.points,
         )
-        f = f._replace(points=s.points, kept=self._kept(c, f, round_off, ask.like))
+        if (kept := self._kept(c, f, round_off, ask.like)) is not None:
+            f = f._replace(kept=kept)
         # points that just touch are closed or open by the round-off of their gaps; those that stick have that of their slips
         stiff = weight * scale.k_n * (f.rests | (f.dp[:, 0] > 0)) + f.area * scale.k_t * f.resists
         out = Response(floor=_usual_sum(stiff * round_off), trial=f)

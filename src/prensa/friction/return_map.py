@@ -5,6 +5,7 @@ Elastic-plastic analogy (paper eqs. 9-23), integrated by backward Euler in the t
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -49,47 +50,61 @@ def return_map(
     A softening law needs k_T > |∂τ_y/∂κ| for the root to be unique; where it may not be, the tangent is NaN, which the
     solver takes as a failed evaluation.
     """
-    trial = np.where(touching[:, None], lam - k_t[:, None] * dg, 0.0)
-    size = np.abs(trial[:, 0]) if trial.shape[1] == 1 else np.sqrt((trial**2).sum(axis=1))
-    tau, dtau_p, dtau_k = bounded(law, p, kappa, at)
-    slip = touching & (size > (1.0 + ON_BOUND) * tau)
-    if hold is not None:
-        slip &= ~hold
-    if slips is not None:
-        slip = touching & slips
-    moves = slip & ((p > 0) if slips is None else (size > 0))
-    delta = np.where(moves, (size - tau) / k_t, 0.0)
-    if law.hardens and moves.any():
-        delta, tau, dtau_p, dtau_k = _hardening_root(law, at, size, tau, p, kappa, k_t, moves, slips is not None)
-    D = k_t + dtau_k
-    if law.hardens:
-        D = np.where(slip & (law.softening(p, kappa, at) >= k_t), np.nan, D)
     k, d = dg.shape
-    t, dt_dp, dt_dg = np.zeros((k, d)), np.zeros((k, d)), np.zeros((k, d, d))
-    _tractions(trial, size, tau, dtau_p, D, k_t, touching, slip, t, dt_dp, dt_dg)
-    bound = np.empty((k, 2))
-    bound[:, 0], bound[:, 1] = tau, dtau_p
+    t, dt_dp, dt_dg, bound = np.empty((k, d)), np.empty((k, d)), np.empty((k, d, d)), np.empty((k, 2))
+    size, delta, slip, moves = np.empty(k), np.empty(k), np.empty(k, dtype=bool), np.empty(k, dtype=bool)
+    tau, dtau_p, dtau_k = bounded(law, p, kappa, at)
+    free = touching[:0]  # to the kernel, flags of no points are none
+    results = size, moves, delta, slip, t, dt_dp, dt_dg, bound
+    sticks, slides = free if hold is None else hold, free if slips is None else slips
+    _tractions(lam, dg, p, k_t, touching, sticks, slides, tau, dtau_p, k_t + dtau_k, *results)
+    if law.hardens:
+        if moves.any():
+            far, tau, dtau_p, dtau_k = _hardening_root(law, at, size, tau, p, kappa, k_t, moves, slips is not None)
+        else:
+            far = delta.copy()
+        D = np.where(slip & (law.softening(p, kappa, at) >= k_t), np.nan, k_t + dtau_k)
+        _tractions(lam, dg, p, k_t, touching, free, slip.copy(), tau, dtau_p, D, *results)
+        delta = far
     return Tangential(t, dt_dg, dt_dp, kappa + delta, slip, bound)
 
 
 @njit(cache=True, error_model="numpy")
-def _tractions(trial, size, tau, dtau_p, D, k_t, touching, slip, t, dt_dp, dt_dg):
-    """Trial tractions → tractions on the bound or below it and their derivatives, which are zero where nothing touches."""
-    d = trial.shape[1]
+def _tractions(
+    lam, dg, p, k_t, touching, hold, slips, tau, dtau_p, D, size, moves, delta, slip, t, dt_dp, dt_dg, bound
+):  # fmt: skip
+    """Trial tractions → which points slip, and tractions on the bound tau (k,) or below it with their derivatives.
+
+    ``hold``, ``slips``: as of `return_map`, (0,) if not given. ``size`` (k,) of the trial tractions; ``moves``: which points
+    slip by more than nothing, and by how much, delta, if the bound stays.
+    """
+    d = dg.shape[1]
     for k in range(len(touching)):
-        if not touching[k]:
-            continue
+        bound[k, 0], bound[k, 1] = tau[k], dtau_p[k]
+        square = 0.0
+        for i in range(d):
+            t[k, i] = lam[k, i] - k_t[k] * dg[k, i] if touching[k] else 0.0
+            square += t[k, i] * t[k, i]
+        size[k] = abs(t[k, 0]) if d == 1 else math.sqrt(square)
+        if len(slips) > 0:
+            slip[k] = touching[k] and slips[k]
+            moves[k] = slip[k] and size[k] > 0.0
+        else:
+            slip[k] = touching[k] and size[k] > (1.0 + ON_BOUND) * tau[k] and not (len(hold) > 0 and hold[k])
+            moves[k] = slip[k] and p[k] > 0.0
+        delta[k] = (size[k] - tau[k]) / k_t[k] if moves[k] else 0.0
+        stick = -k_t[k] if touching[k] else 0.0
         theta = tau[k] / size[k] if slip[k] else 1.0
         for i in range(d):
-            t[k, i] = theta * trial[k, i]
-            dt_dg[k, i, i] = -k_t[k]
-            if slip[k]:
-                Ti = trial[k, i] / size[k]
-                dt_dp[k, i] = k_t[k] * dtau_p[k] / D[k] * Ti
-                for j in range(d):
-                    TT = Ti * trial[k, j] / size[k]
-                    eye = 1.0 if i == j else 0.0
-                    dt_dg[k, i, j] = -k_t[k] * (theta * (eye - TT) + (1.0 - k_t[k] / D[k]) * TT)
+            Ti = t[k, i] / size[k]
+            dt_dp[k, i] = k_t[k] * dtau_p[k] / D[k] * Ti if slip[k] else 0.0
+            for j in range(d):
+                eye = 1.0 if i == j else 0.0
+                TT = Ti * t[k, j] / size[k]
+                slide = -k_t[k] * (theta * (eye - TT) + (1.0 - k_t[k] / D[k]) * TT)
+                dt_dg[k, i, j] = slide if slip[k] else eye * stick
+        for i in range(d):
+            t[k, i] = theta * t[k, i]
 
 
 def _hardening_root(

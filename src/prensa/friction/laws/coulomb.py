@@ -111,6 +111,10 @@ class Coulomb(FrictionLaw):
 
     def bound(self, p: Array, kappa: Array, at: At) -> tuple[Array, Array, Array]:
         """μ(κ) p and its partial derivatives by p and κ, each (k,)."""
+        if isinstance(self.mu, float | int):
+            mu, none = np.empty(len(p)), np.zeros(len(p))
+            mu.fill(self.mu)
+            return self.mu * p, mu, none
         mu, slope = self.coefficient(kappa)
         return mu * p, mu, slope * p
 
