@@ -33,7 +33,6 @@ Array = NDArray[np.float64]
 
 SHIFT = 1e-7  # over the size of the bodies, for differences of shapes
 NOT_BEGUN = np.empty((0, 4, PER_BEGUN))
-NO_FLOW = (0, np.zeros(5), np.zeros(2), np.zeros((1, 4)))  # of a curve that nobody asks for
 
 
 @dataclass(frozen=True)
