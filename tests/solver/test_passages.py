@@ -8,7 +8,8 @@ from prensa.fem.discretise import discretise
 from prensa.fem.passing import passing
 from prensa.fem.planning import plan_step
 from prensa.fem.preflight import staircase
-from prensa.solver.passages import Passages
+from prensa.fem.state import Energy
+from prensa.solver.passages import Passages, jump_of
 from prensa.verify.sliding import FLOW, drawing, rolling
 
 ROLL = pr.Circle(radius=4.0, at=(2.0, 5.0))
@@ -94,6 +95,70 @@ def test_the_mean_of_a_square_wave_is_its_mean():
     # each of the two jumps may lie anywhere in its increment
     assert np.abs([m.mean - 103.0 for m in means]).max() < 10.0 * np.diff(n).max()
     assert np.allclose([m.ripple for m in means], 5.0)
+
+
+def test_the_work_of_an_increment_says_when_its_force_jumped():
+    """What is drawn at forces f₀, then f₁, and has taken the work of a jump at τ: τ comes out, nan of a force that stays."""
+    system = discretise(drawing(1 / 6, 3, 1e6))
+    state = system.initial()
+    c = system.context(state, plan_step(system, 0, state.step_start), 1.0)
+    own, u, before, after = c.plan.fixed, state.u.copy(), np.zeros(system.ndof), np.zeros(system.ndof)
+    right = own[system.dofs.displacement.owns(own)][:1]
+    u[right], before[right] = 0.2, 50.0
+    c = replace(c, state=replace(state, work=before))
+    for force, share in ((60.0, 0.0), (60.0, 0.3), (45.0, 0.8), (50.2, None), (50.0, None)):
+        after[right] = force
+        external = 0.2 * 0.5 * (50.0 + force)
+        done = external if share is None else 0.2 * (share * 50.0 + (1.0 - share) * force)
+        reached = replace(state, u=u, work=after, energy=Energy(external=external, plastic=done, imbalance=external - done))
+        found = jump_of(c, reached)
+        assert np.isnan(found) if share is None else found == pytest.approx(share, abs=1e-12)
+        # a time beyond the increment is that of no single jump
+        if share is not None:
+            far = replace(reached, energy=Energy(imbalance=0.2 * (force - 50.0) * 1.2))
+            near = replace(reached, energy=Energy(imbalance=0.2 * (force - 50.0) * 0.6))
+            assert np.isnan(jump_of(c, far)) and jump_of(c, near) == pytest.approx(0.9)
+
+
+def test_a_square_wave_whose_jumps_are_known_has_its_mean_exactly():
+    """Of a force of two levels and the times of its jumps the mean is the same to round-off, wherever a passage begins."""
+    passages = Passages(discretise(block()))
+    n = np.sort(np.random.default_rng(3).uniform(0, 6, 90))
+    before = 0.0
+    for count in n:
+        jumps = [at for at in np.concatenate([np.arange(7), np.arange(7) + 0.3]) if before < at <= count]
+        if len(jumps) > 1:
+            continue  # a landing and a leaving in one increment are not told apart
+        row = dict.fromkeys(passages.columns, 0.0) | {"block.top-roll.passages": count, "block.top-roll.elements": 5.0}
+        row["roll.fy"] = 100.0 + 10.0 * (count % 1.0 < 0.3)
+        row["jump"] = (jumps[0] - before) / (count - before) if jumps else np.nan
+        passages.restore("one", row, False)
+        before = count
+        if count > 1.5:
+            assert passages.means()["roll.fy"].mean == pytest.approx(103.0, rel=1e-12)
+
+
+def test_means_of_drawing_are_nearer_to_those_of_many_increments_than_the_trapezoid():
+    """Of a sheet drawn in 60 and 70 increments, what work says takes a third of the error of passage means of the pull away."""
+    problem = drawing(1 / 6, 3, 290 * FLOW.s0, travel=1.2)
+    pull, contact = "fixed.sheet.right.fx", "sheet.top-die"
+
+    def means(increments: int) -> np.ndarray:
+        """Rows of elements that have passed, mean of the pull, and that without a look at the work."""
+        step, out = replace(problem.steps[0], increments=increments), []
+        plain = Passages(discretise(problem))
+        for i in pr.solve(replace(problem, steps=(step,))):
+            row = dict.fromkeys(plain.columns, 0.0) | {f"{contact}.passages": i.passages[contact]}
+            plain.restore(i.step, row | {pull: i.supports["sheet.right"].x}, False)
+            if i.passages[contact] > 2.0:
+                out.append([i.passages[contact], i.means[pull].mean, plain.means()[pull].mean])
+        return np.array(out)
+
+    right = means(480)
+    for increments in (60, 70):
+        n, located, trapezoid = means(increments).T
+        exact = np.interp(n, right[:, 0], right[:, 1])
+        assert np.linalg.norm(located - exact) < 2 / 3 * np.linalg.norm(trapezoid - exact)
 
 
 def test_windows_do_not_reach_over_the_beginning_of_a_step_nor_into_a_dwell():

@@ -33,13 +33,13 @@ class PassageTable:
         means = [f"{column}.{c}" for column in self._quantities for c in Mean._fields]
         path = directory / PASSAGES
         keep = keep if path.is_file() else None
-        self._table = Table(path, ["step", "increment", "time", *contacts, *means], keep) if self._contacts else None
+        self._table = Table(path, ["step", "increment", "time", "jump", *contacts, *means], keep) if self._contacts else None
 
     def append(self, increment: Increment) -> None:
         """Write the row of *increment* and push it to the operating system."""
         if self._table is None:
             return
-        head = [increment.step, increment.number, increment.time]
+        head = [increment.step, increment.number, increment.time, increment.jump]
         contacts = [
             v for name in self._contacts
             for v in (increment.passages[name], increment.passing[name].elements, increment.passing[name].pressure)

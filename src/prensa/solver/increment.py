@@ -305,6 +305,8 @@ class Increment(Drawn):
     """The same contacts: elements that have passed in the whole run."""
     means: Mapping[str, Mean] = field(default_factory=dict)
     """By column of ``history.csv`` and ``<contact>.pressure``: over the last element that passed in this step, where one has."""
+    jump: float = float("nan")
+    """Share of the increment after which forces that drive the run jumped in it, as its work says; nan where they did not."""
     seconds: float = 0.0
     """Since the beginning, by the durations of the steps."""
     derivatives: Derivatives | None = field(default=None, repr=False, compare=False)

@@ -362,6 +362,10 @@ class Policy:
     """… and over the step that as many elements in the contact make: less of it has another cause, …"""
     settled: float = 0.25
     """… and as long as its mean changes by more than this share of the step while two elements pass."""
+    force_jump: float = 0.01
+    """Change of the forces on prescribed ways in an increment, over themselves, from which its work is asked when that was …"""
+    jump_beyond: float = 0.5
+    """… and how far beyond it, in increments, that may be for it to say anything of a jump."""
     hidden: float = 100.0
     """A tool force below this many times the residual allowed is not a result."""
 

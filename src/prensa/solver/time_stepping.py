@@ -55,7 +55,7 @@ from prensa.solver.failure import (
 from prensa.solver.folding import Folding
 from prensa.solver.increment import Increment, Monitor
 from prensa.solver.ledger import ledger, nodal_work
-from prensa.solver.passages import Passages, passing_of
+from prensa.solver.passages import Passages, jump_of, passing_of
 from prensa.solver.policy import Policy
 from prensa.solver.post_mortem import hint, remedy, where
 from prensa.solver.quality import quality_warnings, soft_springs, untouched_tools
@@ -621,7 +621,8 @@ class TimeStepping:
             self.messages.note(c.state, c.plan, f"step {c.plan.name!r} ends at time {c.time:.6g}: {c.stopped}")
             self.messages.warn(self.stopping.early(c))
             increment = replace(increment, stopped=c.stopped)
-        increment = self.passages.follow(increment, passing_of(self.system, e, c.state.u, state.u))
+        passed = passing_of(self.system, e, c.state.u, state.u)
+        increment = self.passages.follow(increment, passed, jump_of(c, state, self.policy))
         if ended:
             self.messages.warn(self.stopping.unmet(c))
             self.messages.warn(self.passages.warnings(self.policy))
