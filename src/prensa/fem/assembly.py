@@ -21,15 +21,51 @@ from prensa.mesh.mesh import corner_cells
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+Slots = NDArray[np.uint8] | NDArray[np.int32]
 CHUNK = 1024
 
 
-class Pattern(NamedTuple):
+class Part(NamedTuple):
+    """The rows of a pattern by those of a part of it, which somebody holds anyway.
+
+    ``indices`` (k,) rows of the part's entries, numbered among its ``numbers`` (f,); ``inside`` (nnz,): which entries of the
+    whole are in the part; ``beyond``: rows of those that are not.
+    """
+
+    indices: NDArray[np.int32]
+    numbers: Index
+    inside: NDArray[np.bool_]
+    beyond: NDArray[np.int32]
+
+    def whole(self) -> NDArray[np.int32]:
+        """Rows (nnz,) of the whole pattern."""
+        out = np.empty(len(self.inside), dtype=np.int32)
+        out[self.inside] = self.numbers.astype(np.int32)[self.indices]
+        out[~self.inside] = self.beyond
+        return out
+
+
+class Pattern:
     """Compressed sparse columns of the whole system, prescribed degrees of freedom included; structurally symmetric, sorted."""
 
-    n: int
-    indptr: NDArray[np.int32]
-    indices: NDArray[np.int32]
+    def __init__(self, n: int, indptr: NDArray[np.int32], indices: NDArray[np.int32]) -> None:
+        self.n, self.indptr = n, indptr
+        self._rows: NDArray[np.int32] | Part = indices
+
+    @property
+    def indices(self) -> NDArray[np.int32]:
+        """Rows (nnz,) of the entries; of a pattern that keeps a `Part` alone they are put together each time."""
+        rows = self._rows
+        return rows.whole() if isinstance(rows, Part) else rows
+
+    @property
+    def entries(self) -> int:
+        """How many there are."""
+        return int(self.indptr[-1])
+
+    def keep(self, indices: NDArray[np.int32], numbers: Index, inside: NDArray[np.bool_], rows: NDArray[np.int32]) -> None:
+        """Keep the rows (nnz,) by those of a `Part` alone: two of them would be an eighth of what a large run holds."""
+        self._rows = Part(indices, numbers, inside, rows[~inside])
 
 
 @njit(cache=True)
@@ -64,17 +100,25 @@ def scatter_matrix(K, slot, data):
 
 @njit(cache=True)
 def block_slots(indptr, indices, cells, out, d=2):
-    """Cells (e, a) → out (e, a, a): position in the matrix values of (first unknown of node i, first unknown of node j).
+    """Cells (e, a) → out (e, a, a): place of the first unknown of node i among the entries of the column of that of node j.
 
     d: degrees of freedom of a node.
     """
     for e in range(cells.shape[0]):
         for j in range(cells.shape[1]):
             for i in range(cells.shape[1]):
-                out[e, i, j] = _find(indptr, indices, d * cells[e, i], d * cells[e, j])
+                out[e, i, j] = _find(indptr, indices, d * cells[e, i], d * cells[e, j]) - indptr[d * cells[e, j]]
 
 
-def scatter_stiffness(K: Array, cells: Index, slot: NDArray[np.int32], indptr: NDArray[np.int32], data: Array) -> None:
+def slots_of(cells: Index, pattern: Pattern, d: int) -> Slots:
+    """`block_slots` of cells (e, a), in a byte each where columns are short: places among all values would take four."""
+    longest = int(np.diff(pattern.indptr)[d * cells].max(initial=0))
+    slot = np.empty((*cells.shape, cells.shape[1]), dtype=np.uint8 if longest <= 256 else np.int32)
+    block_slots(pattern.indptr, pattern.indices, cells, slot, d)
+    return slot
+
+
+def scatter_stiffness(K: Array, cells: Index, slot: Slots, indptr: NDArray[np.int32], data: Array) -> None:
     """Add K (e, d a, d a) to the matrix values; slot (e, a, a) of `block_slots`, d degrees of freedom a node.
 
     The degrees of freedom of a node are coupled with the same ones: its columns all have the same rows.
@@ -94,7 +138,7 @@ def _scatter_stiffness_in_space(K, cells, slot, indptr, data):
             column = d * cells[e, j]
             length = indptr[column + 1] - indptr[column]
             for i in range(cells.shape[1]):
-                k = slot[e, i, j]
+                k = indptr[column] + slot[e, i, j]
                 for n in range(d):
                     for m in range(d):
                         data[k + n * length + m] += K[e, d * i + m, d * j + n]
@@ -108,7 +152,7 @@ def _scatter_stiffness(K, cells, slot, indptr, data):
             column = 2 * cells[e, j]
             length = indptr[column + 1] - indptr[column]
             for i in range(cells.shape[1]):
-                k = slot[e, i, j]
+                k = indptr[column] + slot[e, i, j]
                 data[k] += K[e, 2 * i, 2 * j]
                 data[k + 1] += K[e, 2 * i + 1, 2 * j]
                 data[k + length] += K[e, 2 * i, 2 * j + 1]
@@ -233,7 +277,7 @@ class Block:
     law: Material
     element: Element
     mode: Mode
-    slots: NDArray[np.int32]
+    slots: Slots
     volume: Array
     rooms: list[_Room] = field(default_factory=list, init=False, repr=False, compare=False)
 

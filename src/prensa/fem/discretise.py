@@ -12,7 +12,7 @@ from prensa.contact.cut import may_cut, with_neighbours
 from prensa.contact.integration import Points, behind, depth_of, node_normals, point_normals, points_of
 from prensa.elements.element import Mode, element_of
 from prensa.errors import PrensaError, take
-from prensa.fem.assembly import Block, Pattern, block_slots, make_pattern
+from prensa.fem.assembly import Block, Pattern, Slots, make_pattern, slots_of
 from prensa.fem.control import couplings, factor_field
 from prensa.fem.interaction import Interaction
 from prensa.fem.outlines import contact_edges
@@ -93,7 +93,7 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = (), bes
         pattern, slots = beside.pattern, [b.slots for b in beside.blocks]
     else:
         pattern = _pattern(cells, surfaces, dofs, more, _sets(problem, meshes, offsets, dofs, surfaces))
-        slots = [_slots(cells[name], pattern) for name in problem.bodies]
+        slots = [slots_of(cells[name], pattern, 2) for name in problem.bodies]
     blocks = [_block(problem, name, cells[name], X, slot) for name, slot in zip(problem.bodies, slots)]
     system = System(problem, meshes, offsets, X, blocks, tools, surfaces, pattern, dofs, ties, more=more)
     for name in [*problem.fixed, *(k for s in problem.steps for k in (*s.fixed, *problem.driven(s)))]:
@@ -157,7 +157,7 @@ def on_meshes(system: System, remeshed: Remeshed) -> System:
     surfaces = [_sharpened(s, system.tools[s.tool], dofs) for s in surfaces]
     cells = {name: m.cells + offsets[name] if offsets[name] else m.cells for name, m in meshes.items()}
     pattern = _pattern(cells, surfaces, dofs, (), _sets(problem, meshes, offsets, dofs, surfaces))
-    blocks = [_block(problem, name, cells[name], x, _slots(cells[name], pattern)) for name in problem.bodies]
+    blocks = [_block(problem, name, cells[name], x, slots_of(cells[name], pattern, 2)) for name in problem.bodies]
     made = System(
         problem, meshes, offsets, x, blocks, system.tools, surfaces, pattern, dofs, courses=system.courses,
         first=system.first or system, mirrors=system.mirrors,
@@ -295,14 +295,7 @@ def _joined_alike(system: System, cells: Mapping[str, Index], surfaces: Sequence
     return alike and all(np.array_equal(a, b) for a, b in zip(own, others, strict=True))
 
 
-def _slots(cells: Index, pattern: Pattern) -> NDArray[np.int32]:
-    """Where couplings (e, a, a) of the nodes of elements begin among the values of a matrix."""
-    slot = np.empty((*cells.shape, cells.shape[1]), dtype=np.int32)
-    block_slots(pattern.indptr, pattern.indices, cells, slot, 2)
-    return slot
-
-
-def _block(problem: model.Problem, name: str, cells: Index, X: Array, slot: NDArray[np.int32]) -> Block:
+def _block(problem: model.Problem, name: str, cells: Index, X: Array, slot: Slots) -> Block:
     """The elements of a body."""
     body, axisymmetric = problem.bodies[name], problem.space == "axisymmetric"
     element = element_of(body.element_in(problem.space))

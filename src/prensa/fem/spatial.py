@@ -18,7 +18,7 @@ from prensa.contact.integration import SPREAD
 from prensa.contact.spatial import FacePoints, HalfSpace, face_measures
 from prensa.elements.element import Mode, element_of
 from prensa.errors import PrensaError
-from prensa.fem.assembly import Block, block_slots, make_pattern
+from prensa.fem.assembly import Block, make_pattern, slots_of
 from prensa.fem.schedule import Prescribed, StepPlan, course
 from prensa.fem.surface import Surface
 from prensa.fem.system import System
@@ -126,8 +126,7 @@ def discretise_bricks(problem: BricksUnderPlane) -> System:
     faces, behind = _outward(problem.surface, cells)
     nodes = np.unique(faces)
     pattern = make_pattern([cells], dofs, [nodes])
-    slot = np.empty((*cells.shape, 8), dtype=np.int32)
-    block_slots(pattern.indptr, pattern.indices, cells, slot, 3)
+    slot = slots_of(cells, pattern, 3)
     element, mode = element_of(problem.element), Mode(False, problem.kinematics == "finite", 1.0)
     volume, folded = element.volumes(X[cells], mode)
     if folded.any():

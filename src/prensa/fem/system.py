@@ -442,7 +442,7 @@ class System:
         ``overrides``: see `Request`. Pure: it answers the same for the same arguments.
         """
         r, f_ext = np.zeros((2, self.ndof))
-        data = np.zeros(len(self.pattern.indices)) if stiffness else None
+        data = np.zeros(self.pattern.entries) if stiffness else None
         like = overrides.get("like")
         bulk = self.bulk(c, u, r, data, None if like is None else like.flows, overrides.get("secant", 0.0))
         if bulk.failed:

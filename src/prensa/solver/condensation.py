@@ -300,9 +300,9 @@ class Condensation:
     def _contact_pattern(self, system: System) -> Pattern:
         """The pattern of the matrix without all that contact does not touch; ``entries``: the same among touched dofs."""
         count = np.zeros(system.ndof, dtype=np.int64)
-        places, ends = [], [0]
+        places, ends, indptr, rows = [], [0], system.pattern.indptr, system.pattern.indices
         for dof in self.touched:
-            column = system.pattern.indices[system.pattern.indptr[dof] : system.pattern.indptr[dof + 1]]
+            column = rows[indptr[dof] : indptr[dof + 1]]
             at = np.searchsorted(self.touched, column)
             at = at[self.touched.take(at, mode="clip") == column]
             places.append(at)

@@ -78,7 +78,7 @@ class Bodies:
     def _stiffness(self, plan: StepPlan) -> csc_matrix:
         """Stiffness (n, n) of the bodies in the displacements, what belongs to tied nodes handed over to their masters."""
         system, n, zero = self.system, self.system.dofs.displacement.size, np.zeros(self.system.ndof)
-        pattern, data = system.pattern, np.zeros(len(system.pattern.indices))
+        pattern, data = system.pattern, np.zeros(system.pattern.entries)
         c = system.context(system.initial(), plan, plan.t1)
         if failed := system.bulk(c, zero, zero.copy(), data).failed:
             raise SingularError(str(failed))

@@ -161,6 +161,8 @@ class Whole:
         """K δ with the whole matrix."""
         from scipy.sparse import csc_matrix
 
+        if not delta.any():  # tools alone move
+            return np.zeros(len(delta))
         n = self.pattern.n
         return np.asarray(csc_matrix((data, self.pattern.indices, self.pattern.indptr), (n, n)) @ delta)
 
@@ -168,16 +170,20 @@ class Whole:
 class Selected:
     """Free dofs that are just those not prescribed; ``indptr``, ``indices``: pattern of their matrix (compressed columns)."""
 
-    def __init__(self, pattern: Pattern, fixed: Index) -> None:
-        mask = np.ones(pattern.n, dtype=bool)
+    def __init__(self, pattern: Pattern, fixed: Index, shared: bool = False) -> None:
+        """``shared``: the pattern of all dofs keeps its rows by those of this one alone."""
+        rows, mask = pattern.indices, np.ones(pattern.n, dtype=bool)
         mask[fixed] = False
         self.free = self.rows = np.flatnonzero(mask)
         cols = np.repeat(np.arange(pattern.n, dtype=np.int32), np.diff(pattern.indptr))
         number = np.cumsum(mask, dtype=np.int32) - 1
         # as flags: their places take as much memory as the matrix
-        self.entries: Flags | Index = mask[pattern.indices] & mask[cols]
-        ends = running(self.entries)[pattern.indptr]
-        self.indptr, self.indices = np.append(ends[self.free], ends[-1]), number[pattern.indices[self.entries]]
+        inside = mask[rows] & mask[cols]
+        ends = running(inside)[pattern.indptr]
+        self.indptr, self.indices = np.append(ends[self.free], ends[-1]), number[rows[inside]]
+        self.entries: Flags | Index = inside
+        if shared:
+            pattern.keep(self.indices, self.free, inside, rows)
 
     def part(self, r: Array) -> Array:
         """See `Restriction`."""
@@ -248,7 +254,9 @@ class Reduced:
         elif control is not None:
             restriction = Controlled(system.pattern, fixed, control)
         else:
-            restriction = Selected(system.pattern, fixed)
+            # where bodies flow, few nodes find their equilibrium first, and the rows of the whole are asked for at every turn
+            shared = system.ndof >= policy.worth_sharing and not system.has_memory
+            restriction = Selected(system.pattern, fixed, shared)
         weight = weights_of(system)[restriction.rows]
         # multipliers make a matrix indefinite; without them that takes a free tool, or large compression
         definite = not any(s.exact for s in system.surfaces)
