@@ -142,7 +142,7 @@ def _evaluating(eq: Equilibrium, own: Index) -> Evaluate:
     kept = [np.flatnonzero(near[b.cells].any(axis=1)) for b in system.blocks]
     rows = [(b, h, k) for b, h, k in zip(system.blocks, c.history, kept) if len(k)]
     blocks = [replace(b, cells=b.cells[k], X=b.X[k], slots=b.slots[k], volume=b.volume[k]) for b, _, k in rows]
-    some, there = replace(system, blocks=blocks), replace(c, history=[h[k] for _, h, k in rows])
+    some, there = system.of_elements(blocks), replace(c, history=[h[k] for _, h, k in rows])
     if system.bodies is not None or some.has_memory != system.has_memory:
         return eq.evaluate
 
