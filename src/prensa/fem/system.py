@@ -171,7 +171,7 @@ class System:
         return mesh.edges[edge] + self.offsets[body]
 
     def of_elements(self, blocks: list[Block]) -> System:
-        """The same system of some of its elements alone; its length and its scale of forces stay: those take all nodes to find."""
+        """The same system of some of its elements alone; its length and scale of forces stay, which take all nodes to find."""
         out = replace(self, blocks=blocks)
         vars(out).update(length=self.length, stiffness=self.stiffness)
         return out
