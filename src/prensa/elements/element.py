@@ -164,4 +164,6 @@ def material(c: Chunk, law: Material, at: At, work: Work) -> Failure | None:
     work.points[:] = False
     out = Out(work.P.reshape(n, m), work.A.reshape(n, m, m), c.new.reshape(n, -1), work.points.reshape(n))
     law.update(work.h.reshape(n, m), c.old.reshape(n, -1), at, out)
-    return Failure(int(np.argmax(work.points.any(axis=1))), Why.LAW) if work.points.any() else None
+    if np.count_nonzero(work.points):
+        return Failure(int(np.argmax(work.points.any(axis=1))), Why.LAW)
+    return None

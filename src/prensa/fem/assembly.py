@@ -161,7 +161,7 @@ def _scatter_stiffness(K, cells, slot, indptr, data):
 
 def gather(values: Array, cells: Index, out: Array) -> None:
     """out[e, a] = values[cells[e, a]] for values (n, d), cells (m, a)."""
-    np.take(values, cells, axis=0, out=out, mode="clip")  # "raise" would copy out
+    values.take(cells, axis=0, out=out, mode="clip")  # "raise" would copy out
 
 
 @njit(cache=True)

@@ -116,7 +116,10 @@ def least_corner(x: Array) -> Array:
     np.subtract(x[1:], x[:-1], out=along[:-1])
     np.subtract(x[0], x[-1], out=along[-1])
     dx, dy = along[..., 0], along[..., 1]
-    area = np.stack([dx[k - 1] * dy[k] - dy[k - 1] * dx[k] for k in range(len(x))])
+    area = np.empty(dx.shape)
+    for k, out in enumerate(area):
+        np.multiply(dx[k - 1], dy[k], out=out)
+        out -= dy[k - 1] * dx[k]
     return np.asarray(area.min(axis=0) / np.maximum(np.abs(area.mean(axis=0)), 1e-300))
 
 

@@ -110,7 +110,7 @@ def _solve(
     if guess.assumed is not None:
         result.iterations += 1
         result.linear = guess.u - start
-    rough = replace(eq.numerics, tolerance=eq.policy.rough)
+    rough = replace(eq.numerics, tolerance=eq.policy.rough) if path else eq.numerics
     for now, then in pairwise([*path, eq.context]):
         end = newton(replace(eq, context=now, numerics=rough), guess, lam, result)
         if not isinstance(end, Evaluation):

@@ -8,9 +8,8 @@ equations and what counts as converged are the same.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,11 +21,21 @@ from prensa.solver.reduced import Selected, Whole
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
-Evaluate = Callable[[Array, Array], Evaluation]
 
 
-def eliminated(eq: Equilibrium, u: Array, lam: Array, e: Evaluation) -> tuple[Array, Evaluation] | None:
+class Evaluate(Protocol):
+    """What evaluates dofs (ndof,) and multipliers, with a matrix that goes as far as ``secant`` to the secant moduli."""
+
+    def __call__(self, u: Array, lam: Array, *, secant: float = 0.0) -> Evaluation:
+        """Residual and matrix."""
+
+
+def eliminated(
+    eq: Equilibrium, u: Array, lam: Array, e: Evaluation, secant: float = 0.0
+) -> tuple[Array, Evaluation] | None:  # fmt: skip
     """Dofs (ndof,) and evaluation after the few nodes that miss equilibrium in e have found theirs.
+
+    ``secant``: how far the matrix of their first step goes to the secant moduli, where e has none.
 
     None where the residual is small or not that of few nodes, where nothing flows, and where no less is left in all.
     """
@@ -42,7 +51,7 @@ def eliminated(eq: Equilibrium, u: Array, lam: Array, e: Evaluation) -> tuple[Ar
     first = least = _left(e, own)
     evaluate, coupled, begun = _evaluating(eq, own), Coupled.of(eq.system.pattern, own), u
     for _ in range(policy.local_steps):
-        e = evaluate(u, lam) if e.data is None else e
+        e = evaluate(u, lam, secant=secant) if e.data is None else e
         moved = _nearer(eq, evaluate, u, lam, e, coupled, least)
         if moved is None:
             break
@@ -142,13 +151,13 @@ def _evaluating(eq: Equilibrium, own: Index) -> Evaluate:
     kept = [np.flatnonzero(near[b.cells].any(axis=1)) for b in system.blocks]
     rows = [(b, h, k) for b, h, k in zip(system.blocks, c.history, kept) if len(k)]
     blocks = [replace(b, cells=b.cells[k], X=b.X[k], slots=b.slots[k], volume=b.volume[k]) for b, _, k in rows]
-    some, there = replace(system, blocks=blocks), replace(c, history=[h[k] for _, h, k in rows])
+    some, there = system.of_elements(blocks), replace(c, history=[h[k] for _, h, k in rows])
     if system.bodies is not None or some.has_memory != system.has_memory:
         return eq.evaluate
 
-    def evaluate(u: Array, lam: Array) -> Evaluation:
+    def evaluate(u: Array, lam: Array, *, secant: float = 0.0) -> Evaluation:
         with eq.report.timed("assembly"):
-            return some.evaluate(there, u, lam)
+            return some.evaluate(there, u, lam, secant=secant)
 
     return evaluate
 

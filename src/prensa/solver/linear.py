@@ -35,6 +35,9 @@ Solve = Callable[[Array], Array]
 Factor = Callable[[Array | Single], Solve]
 
 
+NO_VALUES = np.zeros(0)
+
+
 class SingularError(ArithmeticError):
     """No solver could factor the matrix to an acceptable residual."""
 
@@ -290,6 +293,7 @@ class Factorisation:
         self.made_from: Single | None = None
         self._own, self._single = False, True
         self._matrix: Any = None
+        self._frame: Any = None  # a matrix of the pattern, for the values of the one that is being solved
         self._apart = 0  # contact points that have another status in that matrix than in that of the factors
         self._to_check: Any = None  # the matrix of factors in single precision of which it is not known what they tell
         self._telling = True
@@ -503,17 +507,31 @@ class Factorisation:
 
     def solve(self, values: Array, b: Array) -> Array:
         """Solution x (n,) of A x = b for the matrix values (nnz,), as exact as it can be; raises `SingularError`."""
-        from scipy.sparse import csc_matrix
-
-        n, indptr, indices = self.structure[:3]
-        if n == 0:
+        if self.structure.n == 0:
             return np.zeros(0)
         if self.scale is not None:
             values, b = self._scaled(values), self.scale * b
-        A = csc_matrix((values, indices, indptr), (n, n))
         largest = max(float(values.max(initial=0.0)), -float(values.min(initial=0.0)))
         if not np.isfinite(largest):
             raise SingularError("the matrix has entries that are not numbers")
+        A = self._framed(values)
+        try:
+            return self._by_some_solver(A, largest, values, b)
+        finally:
+            A.data = NO_VALUES
+
+    def _framed(self, values: Array) -> Any:
+        """The matrix with these values, always the same object: to make one takes longer than to multiply with it."""
+        if self._frame is None:
+            from scipy.sparse import csc_matrix
+
+            n, indptr, indices = self.structure[:3]
+            self._frame = csc_matrix((values, indices, indptr), (n, n))
+        self._frame.data = values
+        return self._frame
+
+    def _by_some_solver(self, A: Any, largest: float, values: Array, b: Array) -> Array:
+        """Solution by the first solver that finds one; see `_checked`."""
         fallback = 0
         while True:
             try:

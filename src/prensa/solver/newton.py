@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from prensa.fem.system import Evaluation
 from prensa.solver.contact_step import affordable, contact_step, decides_friction
 from prensa.solver.edge_step import with_edges
-from prensa.solver.elimination import eliminated
+from prensa.solver.elimination import applies, eliminated
 from prensa.solver.equilibrium import Equilibrium, NewtonResult, Signature, reversed_slip, signature
 from prensa.solver.failure import Diverged, Failure, NotConverged, Stagnated, Unevaluable
 from prensa.solver.finish import finish
@@ -206,12 +206,14 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     moved = contact_corrected(eq.system, eq.context, e, state.u, delta, state.lam)
     wanted = not (state.relative <= eq.policy.close and state.settled and not (state.iteration and state.changed))
     wanted = wanted or _follows(eq)
-    full = eq.evaluate(moved, state.lam, wanted, secant=_secant(eq, state))
+    secant = _secant(eq, state)
+    # where flow turns, few nodes are nearly always put right first: then the next step begins with another matrix
+    full = eq.evaluate(moved, state.lam, wanted and not (secant and applies(eq)), secant=secant)
     size = eq.norm(full)
     if not decided and size > state.norm and (better := _decided(eq, state, e, full, result)) is not None:
         moved, full, decided = better
         size = eq.norm(full)
-    alone = eliminated(eq, moved, state.lam, full) if size > eq.policy.local_slow * state.norm else None
+    alone = eliminated(eq, moved, state.lam, full, secant) if size > eq.policy.local_slow * state.norm else None
     if alone is not None:
         moved, full = alone
         size = eq.norm(full)

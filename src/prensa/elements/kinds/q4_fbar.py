@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from functools import cache
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,14 @@ from prensa.elements.shapes import Table
 from prensa.materials.protocol import At, Material
 
 Array = NDArray[np.float64]
+
+
+@cache
+def _kernels() -> Any:
+    """The kernels, loaded where the element first responds: every chunk asks for them."""
+    from prensa.elements import q4
+
+    return q4
 
 
 class Q4Bar(Isoparametric):
@@ -31,12 +40,11 @@ class Q4Bar(Isoparametric):
 
     def respond(self, c: Chunk, law: Material, at: At, mode: Mode, work: Work, stiffness: bool) -> Failure | None:
         """See `Element`."""
-        from prensa.elements import q4
-
+        q4 = _kernels()
         axi, finite, scale = mode
         work.flags[:] = False
         q4.kinematics(c.x, c.d, axi, finite, scale, work.h, work.w, work.alpha, work.flags)
-        if work.flags.any():
+        if np.count_nonzero(work.flags):
             return Failure(int(np.argmax(work.flags)), Why.INVERTED)
         if failure := material(c, law, at, work):
             return failure
