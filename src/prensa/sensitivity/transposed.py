@@ -8,7 +8,6 @@ All arrays have the measures m as first axis.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -27,6 +26,7 @@ from prensa.fem.system import Evaluation, System
 from prensa.materials.begun import begun_owed
 from prensa.materials.hardening import TABLE
 from prensa.sensitivity.bodies import SHIFT, Elements, elements_of, moduli_of, room_for
+from prensa.sensitivity.substitutions import Solve, Substitutions, combined
 from prensa.solver.linear import Kept as KeptFactors
 from prensa.solver.reduced import Reduced, Selected
 
@@ -158,13 +158,13 @@ class Owed:
         self.stages: dict[int, Stage] = {}
         self.rooms = [room_for(b) for b in system.blocks]
         """For the elements of the increment in turn: memory that is new each time costs as much as what is written there."""
-        self._places: tuple[Reduced, Index | slice] | None = None
+        self._common: Common | None = None
 
-    def places(self, reduced: Reduced) -> Index | slice:
-        """See `places_of`; looked for once a step."""
-        if self._places is None or self._places[0] is not reduced:
-            self._places = reduced, places_of(reduced)
-        return self._places[1]
+    def common(self, reduced: Reduced) -> Common:
+        """What increments with these equations have in common."""
+        if self._common is None or self._common.reduced is not reduced:
+            self._common = Common(reduced)
+        return self._common
 
     def stage(self, c: Context) -> Stage:
         """Where what an increment's step owes is kept."""
@@ -182,67 +182,72 @@ def _no_flow(b: Block, m: int) -> FlowWeights:
     return FlowWeights(*(np.zeros((m, *np.shape(v))) for v in (p, knots, coefficients)))
 
 
+class Common:
+    """What the increments of a step have in common backwards: where transposes stand, the last solutions, room for steps."""
+
+    def __init__(self, reduced: Reduced) -> None:
+        self.reduced, policy = reduced, reduced.policy
+        self.places = places_of(reduced)
+        self.solutions: list[Array] = []
+        self.substitutions = Substitutions(len(reduced.free), policy.transposed_steps, policy.transposed_fine)
+
+    def note(self, x: Array) -> None:
+        """Keep solutions (f, m) for the next to begin with."""
+        self.solutions = [x, *self.solutions[: self.reduced.policy.transposed_begun - 1]]
+
+
 class Backwards:
     """Solutions with the transpose of the matrix at a solution.
 
     Factors of a matrix nearby do where what they leave is solved for again: Newton's last ones, of an iterate before, which the
-    run has left, or else those of the transpose in single precision, which cost half of those in double precision.
+    run has left, or else those of the transpose in single precision, which cost less than those in double precision.
     """
 
     def __init__(self, at: Converged, e: Evaluation, pattern: Pattern, owed: Owed) -> None:
         from scipy.sparse import csr_matrix
 
-        self.at, self.reduced, self.e, self.owed = at, at.reduced, e, owed
+        self.at, self.reduced, self.e, self.common = at, at.reduced, e, owed.common(at.reduced)
         self.whole = csr_matrix((e.data, pattern.indices, pattern.indptr), (pattern.n, pattern.n))  # columns of K as rows
+        r = self.reduced.restriction
+        assert isinstance(r, Selected)
+        assert e.data is not None
+        self.part = csr_matrix((r.values(e.data), r.indices, r.indptr), (len(r.free), len(r.free)))
 
     def solve(self, b: Array) -> Array:
         """Dofs (ndof, m) of Kᵀ x = b for b (ndof, m), zero where prescribed."""
-        x = None if self.at.factors is None else self._refined(b, self._nearby)
+        part = self.reduced.restriction.part(b)
+        x = None if self.at.factors is None else self._refined(part, self.at.factors.transposed)
         if x is None:
-            matrix = self.reduced.matrix(self.e, np.zeros(len(b)))[self.owed.places(self.reduced)]
-            x = self._refined(b, self.reduced.again) if self.reduced.factorisation.coarse(matrix) else None
-            x = self._factored(b, matrix) if x is None else x
-        return x
+            x = self._newly_factored(b, part)
+        self.common.note(x)
+        return self.reduced.restriction.whole(x, len(b))
 
-    def _nearby(self, b: Array) -> Array:
-        """Dofs (ndof, m) for b (ndof, m) by Newton's last factors."""
-        factors, restriction = self.at.factors, self.reduced.restriction
-        assert factors is not None
-        part = restriction.part(b)
-        return restriction.whole(np.stack([factors.transposed(column) for column in part.T], axis=1), len(b))
+    def _refined(self, b: Array, again: Solve) -> Array | None:
+        """Free dofs (f, m) for b (f, m) by substitutions with factors nearby; None where they do not lead to it."""
+        out = np.empty_like(b)
+        for k, column in enumerate(b.T):
+            begun = combined(self.part, column, [x[:, k] for x in self.common.solutions])
+            x = self.common.substitutions.solve(self.part, again, np.ascontiguousarray(column), begun)
+            if x is None:
+                return None
+            out[:, k] = x
+        return out
 
-    def _refined(self, b: Array, again: Callable[[Array], Array]) -> Array | None:
-        """By substitutions with factors nearby; None where they do not lead to it.
+    def _newly_factored(self, b: Array, part: Array) -> Array:
+        """Free dofs (f, m) for b (ndof, m), of which ``part`` (f, m) are of those, by factors of the transpose.
 
-        What is left is judged by x: forces on tools make right-hand sides of their penalties, far larger than what comes of them.
+        In double precision where single is not enough, refined once where contacts are exact, which takes back what
+        `determined` adds.
         """
-        policy = self.reduced.policy
-        x, rest, size = np.zeros_like(b), b, np.full(b.shape[1], np.inf)
-        for left in reversed(range(policy.transposed_steps)):
-            step = again(rest)
-            x = x + step
-            before, size = size, _lengths(step)
-            rate, enough = size / np.where(before > 0.0, before, np.inf), policy.transposed_fine * _lengths(x)
-            if np.isfinite(before).all():
-                if np.all(size * rate <= enough):
-                    return x
-                if not np.all(size * rate ** (1 + left) <= enough):
-                    return None
-            rest = b - self.whole @ x
-        return None
-
-    def _factored(self, b: Array, matrix: Array) -> Array:
-        """By factors in double precision, refined once where contacts are exact, which takes back what `determined` adds."""
         reduced = self.reduced
-        x = reduced.solve(matrix, b[:, 0])[:, None]
-        if b.shape[1] > 1:
-            x = np.hstack([x, reduced.again(b[:, 1:])])
-        return x + reduced.again(b - self.whole @ x) if reduced.equations else x
-
-
-def _lengths(x: Array) -> Array:
-    """|x| (m,) of the columns of x (n, m)."""
-    return np.asarray(np.sqrt(np.einsum("nm,nm->m", x, x)))
+        matrix, factors = reduced.matrix(self.e, np.zeros(len(b)))[self.common.places], reduced.factorisation
+        x = self._refined(part, factors.again) if factors.coarse(matrix) else None
+        if x is not None:
+            return x
+        x = factors.solve(matrix, part[:, 0])[:, None]
+        if part.shape[1] > 1:
+            x = np.hstack([x, factors.again(part[:, 1:])])
+        return x + factors.again(part - self.part @ x) if reduced.equations else x
 
 
 def places_of(reduced: Reduced) -> Index | slice:

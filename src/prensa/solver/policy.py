@@ -91,12 +91,14 @@ class Policy:
     """A way that is this near to a combination of those before, in squares of residuals, says nothing more than they do."""
     kept_matrices: float = 1e9
     """Bytes of matrices at solutions that a run keeps for the way back, which evaluates again where it has none."""
-    kept_factors: float = 1e8
+    kept_factors: float = 1.5e8
     """Bytes of Newton's last factors likewise; beyond that, new memory costs a process as much as factors of the transposes."""
-    transposed_fine: float = 1e-12
+    transposed_fine: float = 1e-13
     """Share of the solution of linear equations with a transpose that substitutions with factors of a matrix nearby leave, …"""
     transposed_steps: int = 12
     """… in so many at most: that costs as much as other factors."""
+    transposed_begun: int = 4
+    """Solutions of so many increments make the one that substitutions begin with."""
 
     # ------------------------------------------------------------------------------------------------------- finish
     near: float = 1e-5
