@@ -59,7 +59,7 @@ class Substitutions:
             enough, slower = self.fine * _length(x), max(rate, slower if k > 1 else rate)
             if size * slower <= enough or size == 0.0:
                 return x
-            if k and not size * slower ** (self.most - k) <= enough or k + 1 == self.most:
+            if (k and not size * slower ** (self.most - k) <= enough) or k + 1 == self.most:
                 return None
             after = again(b - A @ x)
             change, z = z - after, after
