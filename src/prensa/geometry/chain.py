@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from math import atan2, cos, hypot, inf, isfinite, pi, sin, sqrt, tan
 from typing import Any
@@ -50,6 +51,24 @@ class Piece:
     def length(self) -> float:
         """Length, inf for the ends of an open chain."""
         return self.hi - self.lo
+
+    @cached_property
+    def box(self) -> tuple[float, float, float, float]:
+        """Least and largest x, least and largest y."""
+        if self.radius:
+            # of the whole circle where it may bulge: a little too large is good enough
+            (x, y), r = self.origin, self.radius
+            if self.length > 0.5 * pi * r:
+                return x - r, x + r, y - r, y + r
+            rise = r * (1 - cos(0.5 * self.length / r))
+            (ax, ay), (bx, by) = self.at(self.lo), self.at(self.hi)
+            return min(ax, bx) - rise, max(ax, bx) + rise, min(ay, by) - rise, max(ay, by) + rise
+        out = []
+        for k in range(2):
+            d = self.direction[k]
+            values = [self.origin[k] + t * d if isfinite(t) else (t * d if d else self.origin[k]) for t in (self.lo, self.hi)]
+            out += [min(values), max(values)]
+        return out[0], out[1], out[2], out[3]
 
     def at(self, t: float) -> Point:
         """Place at the coordinate t."""
@@ -330,27 +349,9 @@ def _radii(sharp: list[Piece], points: Sequence[Any], fillet: Any, closed: bool,
 
 
 # ------------------------------------------------------------------------------------------------------- crossing itself
-def box_of(p: Piece) -> tuple[float, float, float, float]:
-    """Least and largest x, least and largest y of a piece."""
-    if p.radius:
-        # of the whole circle where it may bulge: a little too large is good enough
-        (x, y), r = p.origin, p.radius
-        if p.length > 0.5 * pi * r:
-            return x - r, x + r, y - r, y + r
-        rise = r * (1 - cos(0.5 * p.length / r))
-        (ax, ay), (bx, by) = p.at(p.lo), p.at(p.hi)
-        return min(ax, bx) - rise, max(ax, bx) + rise, min(ay, by) - rise, max(ay, by) + rise
-    out = []
-    for k in range(2):
-        d = p.direction[k]
-        values = [p.origin[k] + t * d if isfinite(t) else (t * d if d else p.origin[k]) for t in (p.lo, p.hi)]
-        out += [min(values), max(values)]
-    return out[0], out[1], out[2], out[3]
-
-
 def _self_crossing(chain: list[Piece], closed: bool, slack: float) -> tuple[Piece, Piece, Point] | None:
     """Two pieces and a point that both pass through away from the joint they share; sweep over x."""
-    boxes = [box_of(p) for p in chain]
+    boxes = [p.box for p in chain]
     order = sorted(range(len(chain)), key=lambda i: boxes[i][0])
     active: list[int] = []
     for j in order:

@@ -9,6 +9,7 @@ All arrays have the measures m as first axis.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -187,9 +188,13 @@ class Common:
 
     def __init__(self, reduced: Reduced) -> None:
         self.reduced, policy = reduced, reduced.policy
-        self.places = places_of(reduced)
         self.solutions: list[Array] = []
         self.substitutions = Substitutions(len(reduced.free), policy.transposed_steps, policy.transposed_fine)
+
+    @cached_property
+    def places(self) -> Index | slice:
+        """See `places_of`."""
+        return places_of(self.reduced)
 
     def note(self, x: Array) -> None:
         """Keep solutions (f, m) for the next to begin with."""
@@ -200,7 +205,7 @@ class Backwards:
     """Solutions with the transpose of the matrix at a solution.
 
     Factors of a matrix nearby do where what they leave is solved for again: Newton's last ones, of an iterate before, which the
-    run has left, or else those of the transpose in single precision, which cost less than those in double precision.
+    run has left, or else those of the matrix itself in single precision, which cost less than those in double precision.
     """
 
     def __init__(self, at: Converged, e: Evaluation, pattern: Pattern, owed: Owed) -> None:
@@ -234,16 +239,21 @@ class Backwards:
         return out
 
     def _newly_factored(self, b: Array, part: Array) -> Array:
-        """Free dofs (f, m) for b (ndof, m), of which ``part`` (f, m) are of those, by factors of the transpose.
+        """Free dofs (f, m) for b (ndof, m), of which ``part`` (f, m) are of those, by factors of the matrix at the solution.
 
-        In double precision where single is not enough, refined once where contacts are exact, which takes back what
-        `determined` adds.
+        In single precision or, where that is not enough or the factors serve no transposes, those of the transpose in double,
+        refined once where contacts are exact, which takes back what `determined` adds.
         """
-        reduced = self.reduced
-        matrix, factors = reduced.matrix(self.e, np.zeros(len(b)))[self.common.places], reduced.factorisation
-        x = self._refined(part, factors.again) if factors.coarse(matrix) else None
-        if x is not None:
-            return x
+        reduced, factors = self.reduced, self.reduced.factorisation
+        matrix = reduced.matrix(self.e, np.zeros(len(b)))
+        if factors.coarse(matrix):
+            made = factors.kept()
+            x = self._refined(part, made.transposed) if made is not None else None
+            if x is None and reduced.symmetric:
+                x = self._refined(part, factors.again)
+            if x is not None:
+                return x
+        matrix = matrix[self.common.places]
         x = factors.solve(matrix, part[:, 0])[:, None]
         if part.shape[1] > 1:
             x = np.hstack([x, factors.again(part[:, 1:])])

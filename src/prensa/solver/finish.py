@@ -65,7 +65,7 @@ class Finish:
 
     def is_nearly_there(self, eq: Equilibrium) -> bool:
         """Whether another substitution is likely to be the last."""
-        return self.norm * max(self.rate, eq.policy.usual_rate) <= self.enough(eq)
+        return self.norm * max(self.rate or eq.policy.likely_rate, eq.policy.usual_rate) <= self.enough(eq)
 
     def enough(self, eq: Equilibrium) -> float:
         """Sum of the absolute residuals below which only sums with signs matter, if tools are only moved; else what is fine.

@@ -91,7 +91,7 @@ class Policy:
     """A way that is this near to a combination of those before, in squares of residuals, says nothing more than they do."""
     kept_matrices: float = 1e9
     """Bytes of matrices at solutions that a run keeps for the way back, which evaluates again where it has none."""
-    kept_factors: float = 1.5e8
+    kept_factors: float = 1.4e8
     """Bytes of Newton's last factors likewise; beyond that, new memory costs a process as much as factors of the transposes."""
     transposed_fine: float = 1e-13
     """Share of the solution of linear equations with a transpose that substitutions with factors of a matrix nearby leave, …"""
@@ -119,6 +119,8 @@ class Policy:
     """Substitutions, with an evaluation each, that cost as much as a factorisation with its own."""
     usual_rate: float = 1e-3
     """Ratio of successive residuals that a substitution with new factors is expected to have."""
+    likely_rate: float = 3e-3
+    """That which must be enough for the first, if its evaluation is to make the matrix that somebody wants at the solution."""
     contraction: float = 0.3
     """Ratio of successive residuals above which substitutions with old factors are given up."""
     stalled: float = 10.0

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cached_property
 from itertools import pairwise
+from math import isfinite
 
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.geometry.chain import SMOOTH, Piece, box_of, corner, signed_area
+from prensa.geometry.chain import SMOOTH, Piece, corner, signed_area
 from prensa.geometry.outline import width
 from prensa.tools import projection
 from prensa.tools.analytic import Closest
@@ -30,48 +31,43 @@ class Chain:
 
     def __init__(self, pieces: Sequence[Piece], closed: bool) -> None:
         self.pieces, self.closed = tuple(pieces), closed
-        ends = np.array([p.at(t) for p in pieces for t in (p.lo, p.hi) if np.isfinite(t)] or [pieces[0].origin])
+        ends = np.array([p.at(t) for p in pieces for t in (p.lo, p.hi) if isfinite(t)] or [pieces[0].origin])
         self.size = float(max(np.abs(ends).max(), 1e-300))
         self.centre = 0.5 * (ends.min(axis=0) + ends.max(axis=0))
         self.period = sum(p.length for p in pieces) if closed else np.inf
         self.cavity = closed and signed_area(pieces) < 0
-        self._table = np.array([self._row(i) for i in range(len(pieces))])
+        self._table = self._rows()
         self._lengths()
 
-    def _row(self, i: int) -> Array:
-        p, row = self.pieces[i], np.zeros(projection.COLUMNS)
-        row[projection.X], row[projection.Y] = p.origin
-        row[projection.LO], row[projection.HI] = p.lo, p.hi
-        row[projection.DX], row[projection.DY] = p.direction
-        if p.radius:
-            middle = p.angle + p.side * 0.5 * (p.lo + p.hi) / p.radius
-            half = 0.5 * p.length
-            row[[projection.DX, projection.DY, projection.COS]] = (
-                np.cos(middle),
-                np.sin(middle),
-                np.cos(half / p.radius),
-            )
-            row[[projection.R, projection.SIDE, projection.HALF]] = p.radius, p.side, half
-        for t, xy, normal, smooth, j in (
-            (p.lo, [projection.AX, projection.AY], [projection.NAX, projection.NAY], projection.SA, i - 1),
-            (p.hi, [projection.BX, projection.BY], [projection.NBX, projection.NBY], projection.SB, i + 1),
-        ):
-            if not np.isfinite(t):
-                continue
-            row[xy] = p.at(t)
-            q = self.pieces[j % len(self.pieces)]
-            first, second = (q, p) if j < i else (p, q)
-            a, b = np.array(first.tangent(first.hi)), np.array(second.tangent(second.lo))
-            mean = a + b
-            row[normal] = np.array([mean[1], -mean[0]]) / np.hypot(*mean)
-            row[smooth] = abs(corner(first, second)) <= SMOOTH
-        return row
+    def _rows(self) -> Array:
+        """Rows of `projection`, of which `_lengths` fills in where their coordinates begin."""
+        pieces, rows = self.pieces, []
+        joints = [_joint(pieces[i - 1], p) for i, p in enumerate(pieces)]
+        for i, p in enumerate(pieces):
+            row = [0.0] * projection.COLUMNS
+            row[projection.X], row[projection.Y] = p.origin
+            row[projection.LO], row[projection.HI] = p.lo, p.hi
+            row[projection.DX], row[projection.DY] = p.direction
+            if p.radius:
+                middle = p.angle + p.side * 0.5 * (p.lo + p.hi) / p.radius
+                half = 0.5 * p.length
+                row[projection.DX], row[projection.DY] = float(np.cos(middle)), float(np.sin(middle))
+                row[projection.COS] = float(np.cos(half / p.radius))
+                row[projection.R], row[projection.SIDE], row[projection.HALF] = p.radius, p.side, half
+            if isfinite(p.lo):
+                row[projection.AX], row[projection.AY] = p.at(p.lo)
+                row[projection.NAX], row[projection.NAY], row[projection.SA] = joints[i]
+            if isfinite(p.hi):
+                row[projection.BX], row[projection.BY] = p.at(p.hi)
+                row[projection.NBX], row[projection.NBY], row[projection.SB] = joints[(i + 1) % len(pieces)]
+            rows.append(row)
+        return np.array(rows)
 
     def _lengths(self) -> None:
         s = 0.0
         for p, row in zip(self.pieces, self._table):
-            if not np.isfinite(p.lo):
-                s = p.hi if np.isfinite(p.hi) else 0.0
+            if not isfinite(p.lo):
+                s = p.hi if isfinite(p.hi) else 0.0
                 row[projection.S] = 0.0
                 continue
             row[projection.S] = s + row[projection.HALF] if p.radius else s - p.lo
@@ -84,7 +80,7 @@ class Chain:
         boxes = np.tile([np.inf, -np.inf, np.inf, -np.inf], (2 * leaves, 1))
         slack = 1e-12 * self.size
         for i, p in enumerate(self.pieces):
-            x0, x1, y0, y1 = box_of(p)
+            x0, x1, y0, y1 = p.box
             boxes[leaves + i] = x0 - slack, x1 + slack, y0 - slack, y1 + slack
         for i in range(leaves - 1, 0, -1):
             a, b = boxes[2 * i], boxes[2 * i + 1]
@@ -147,3 +143,13 @@ class Chain:
                 mean = np.array(p.tangent(p.hi)) + np.array(q.tangent(q.lo))
                 out.append([*q.at(q.lo), *(mean / np.hypot(*mean))])
         return np.array(out).reshape(-1, 4)
+
+
+def _joint(p: Piece, q: Piece) -> tuple[float, float, float]:
+    """Mean unit normal at the end of p, where q begins, and 1 where it is smooth; 0, 0, 0 where both are endless there."""
+    if not (isfinite(p.hi) or isfinite(q.lo)):
+        return 0.0, 0.0, 0.0
+    (ax, ay), (bx, by) = p.tangent(p.hi), q.tangent(q.lo)
+    x, y = ax + bx, ay + by
+    length = float(np.hypot(x, y))
+    return y / length, -x / length, float(abs(corner(p, q)) <= SMOOTH)
