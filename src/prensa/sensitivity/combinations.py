@@ -12,7 +12,8 @@ from prensa.kernels.compiled import njit
 @njit(cache=True, error_model="numpy")
 def foretold(past, fixed, out):
     """Of what columns are expected to consist: those of the last k increments, k times (n, d), and their differences one after
-    the other → out (n, k d); 0 in fixed rows."""
+    the other → out (n, k d); 0 in fixed rows.
+    """
     k, d = len(past), past[0].shape[1]
     for i in range(out.shape[0]):
         for j in range(k):

@@ -141,7 +141,8 @@ class Direction:
         viscous = Stabilisation(systems[0], policy), Stabilisation(systems[1], policy)
         change = change_of(*systems, step) if known(system) else None
         if path in start.derivatives:
-            return cls(parameter, step, systems, viscous, dict(start.derivatives[path]), change)
+            stored = start.derivatives[path]  # one that was stored before may know fewer of the `EARLIER`
+            return cls(parameter, step, systems, viscous, dict.fromkeys(EARLIER, stored["u"]) | dict(stored), change)
         if change is not None and not change.moves:  # materials, friction and steps leave where the run begins
             carried = {k: np.zeros(a.shape) for k, a in system.initial().moving().items()}
         else:

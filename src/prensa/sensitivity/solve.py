@@ -24,7 +24,7 @@ from prensa.model.remeshing import remeshing_of
 from prensa.sensitivity.closed import Beside, Bundle, covers, differentiate
 from prensa.sensitivity.direct import Columns, Direction, Neighbour, Solution
 from prensa.solver import time_stepping
-from prensa.solver.equilibrium import Equilibrium, NewtonResult
+from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import Derivatives, Increment, Monitor
 from prensa.solver.passages import Passages
 from prensa.solver.policy import Policy
