@@ -27,7 +27,7 @@ from prensa.measures.measure import Gradient
 from prensa.sensitivity.bodies import elements_of, unfolding
 from prensa.sensitivity.change import Changes
 from prensa.sensitivity.contacts import Committed, Points
-from prensa.sensitivity.direct import BEFORE, LAST, Columns, Direction, Solution, onwards
+from prensa.sensitivity.direct import Columns, Direction, Solution, handed_down, onwards
 from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import Increment
 from prensa.solver.results import increment_of
@@ -210,7 +210,7 @@ def _carried_on(at: Solution, before: Bundle, found: Closed, stored: Array, stat
     x, m = found.x, len(before.sizes)
     work = found.force.copy()
     work[c.plan.fixed] += found.reaction[c.plan.fixed]
-    out: Arrays = {"u": x, LAST: was["u"], BEFORE: was[LAST]}
+    out: Arrays = {"u": x} | handed_down(was)
     out |= {k: was[k].copy() for k in (*CONTACT, "lam")}
     for p in found.points:
         rows = p.surface.rows

@@ -10,15 +10,21 @@ from prensa.kernels.compiled import njit
 
 
 @njit(cache=True, error_model="numpy")
-def foretold(now, last, before, fixed, out):
-    """Of what columns (n, d) are expected to consist, from those of the last three increments → out (n, 3 d); 0 in fixed rows."""
-    d = now.shape[1]
-    for i in range(now.shape[0]):
-        for c in range(d):
-            out[i, c], out[i, d + c] = now[i, c], now[i, c] - last[i, c]
-            out[i, 2 * d + c] = now[i, c] - 2.0 * last[i, c] + before[i, c]
+def foretold(past, fixed, out):
+    """Of what columns are expected to consist: those of the last k increments, k times (n, d), and their differences one after
+    the other → out (n, k d); 0 in fixed rows.
+    """
+    k, d = len(past), past[0].shape[1]
+    for i in range(out.shape[0]):
+        for j in range(k):
+            for c in range(d):
+                out[i, j * d + c] = past[j][i, c]
+        for order in range(1, k):
+            for j in range(k - 1, order - 1, -1):
+                for c in range(d):
+                    out[i, j * d + c] = out[i, (j - 1) * d + c] - out[i, j * d + c]
     for i in fixed:
-        for c in range(3 * d):
+        for c in range(k * d):
             out[i, c] = 0.0
 
 

@@ -50,19 +50,25 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 DROPPED = np.zeros(0)
-LAST, BEFORE = "u_last", "u_before"
-"""What carries the derivatives of the dofs one and two increments earlier, from which the next ones are foretold."""
+EARLIER = ("u_last", "u_before", "u_third", "u_fourth", "u_fifth")
+"""What carries the derivatives of the dofs one, two … increments earlier, from which the next ones are foretold."""
+PAST = ("u", *EARLIER)
 
 
 def onwards(carried: dict[str, Array], fixed: Index) -> Array:
-    """Of what d derivatives of the free dofs after an increment are expected to consist (ndof, 3 d), zero at the prescribed ones.
+    """Of what d derivatives of the free dofs after an increment are expected to consist (ndof, k d), zero at the prescribed ones.
 
-    That is those carried, how they change, and how that changes.
+    That is those carried, how they change, how that changes, and so on.
     """
-    u, last, before = (a if a.ndim == 2 else a[:, None] for a in (carried["u"], carried[LAST], carried[BEFORE]))
-    out = np.empty((len(u), 3 * u.shape[1]))
-    foretold(u, last, before, fixed, out)
+    past = tuple(a if a.ndim == 2 else a[:, None] for a in (carried[name] for name in PAST))
+    out = np.empty((len(past[0]), len(past) * past[0].shape[1]))
+    foretold(past, fixed, out)
     return out
+
+
+def handed_down(carried: dict[str, Array]) -> dict[str, Array]:
+    """The `EARLIER` derivatives of the dofs after an increment that began with those carried."""
+    return {name: carried[before] for name, before in zip(EARLIER, PAST)}
 
 
 @dataclass
@@ -135,13 +141,14 @@ class Direction:
         viscous = Stabilisation(systems[0], policy), Stabilisation(systems[1], policy)
         change = change_of(*systems, step) if known(system) else None
         if path in start.derivatives:
-            return cls(parameter, step, systems, viscous, dict(start.derivatives[path]), change)
+            stored = start.derivatives[path]  # one that was stored before may know fewer of the `EARLIER`
+            return cls(parameter, step, systems, viscous, dict.fromkeys(EARLIER, stored["u"]) | dict(stored), change)
         if change is not None and not change.moves:  # materials, friction and steps leave where the run begins
             carried = {k: np.zeros(a.shape) for k, a in system.initial().moving().items()}
         else:
             above, below = (s.initial().moving() for s in systems)
             carried = {k: (a - below[k]) / (2 * step) for k, a in above.items()}
-        return cls(parameter, step, systems, viscous, carried | {LAST: carried["u"], BEFORE: carried["u"]}, change)
+        return cls(parameter, step, systems, viscous, carried | dict.fromkeys(EARLIER, carried["u"]), change)
 
     @classmethod
     def together(cls, system: System, parameters: Sequence[Parameter], shares: Array, policy: Policy) -> Direction:
@@ -234,7 +241,7 @@ class Direction:
         return dr, system.with_slaves(given)
 
     def ways(self, at: Solution) -> Array:
-        """Of what the derivative of the free dofs is expected to consist (ndof, 3), 0 for the prescribed ones."""
+        """Of what the derivative of the free dofs is expected to consist (ndof, k), 0 for the prescribed ones."""
         ways = onwards(self.carried, at.c.plan.fixed)
         return np.stack([at.system.with_slaves(way) for way in ways.T], axis=-1)
 
@@ -308,7 +315,7 @@ class Direction:
             states[k]["energy.imbalance"] += beyond
             slim = tuple(f._replace(K=DROPPED, dp=DROPPED, dt=DROPPED) for f in e.contacts)
             out.append(Neighbour(system, side.c.plan, e._replace(contacts=slim, history=()), self.step))
-        earlier = {LAST: self.carried["u"], BEFORE: self.carried[LAST]}
+        earlier = handed_down(self.carried)
         self.carried = {k: self.difference(a, states[1][k]) for k, a in states[0].items()} | earlier
         return (out[0], out[1]), flat, unmet
 

@@ -24,7 +24,7 @@ from prensa.model.remeshing import remeshing_of
 from prensa.sensitivity.closed import Beside, Bundle, covers, differentiate
 from prensa.sensitivity.direct import Columns, Direction, Neighbour, Solution
 from prensa.solver import time_stepping
-from prensa.solver.equilibrium import Equilibrium, NewtonResult
+from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import Derivatives, Increment, Monitor
 from prensa.solver.passages import Passages
 from prensa.solver.policy import Policy
@@ -177,10 +177,20 @@ class _Derivatives(Derivatives):
 
     neighbours: Mapping[str, tuple[Beside | Neighbour, Beside | Neighbour]]
     before: State
+    led_from: Mapping[str, dict[str, Array]]
+    """By path: the derivatives that belong to the state ``before``."""
     state: State
     ended: bool
+    measures: dict[str, Measure]
+    """Those that have been asked for in the run, by their texts."""
 
     _made: dict[str, tuple[Increment, Increment]] = field(default_factory=dict)
+
+    def measure(self, name: str, problem: model.Problem) -> Measure:
+        """See `Derivatives`."""
+        if name not in self.measures:
+            self.measures[name] = super().measure(name, problem)
+        return self.measures[name]
 
     def _increments(self, path: str) -> tuple[Increment, Increment]:
         """Neighbouring increments by a parameter, made when first asked for."""
@@ -188,7 +198,8 @@ class _Derivatives(Derivatives):
             both = []
             for side, sign in zip(self.neighbours[path], (1.0, -1.0)):
                 step = sign * side.step
-                before, state = (s.moved(s.derivatives[path], step) for s in (self.before, self.state))
+                before = self.before.moved(self.led_from[path], step)
+                state = self.state.moved(self.state.derivatives[path], step)
                 both.append(side.increment(before, state, self.ended))
             self._made[path] = both[0], both[1]
         return self._made[path]
@@ -219,6 +230,8 @@ class Followed(TimeStepping):
 class Differentiated(Followed):
     """A run that carries derivatives of the committed state along; its increments are those of a run without, bit for bit."""
 
+    keeps_matrix = True
+
     def __init__(
         self, system: System, numerics: model.Numerics, policy: Policy, messages: Messages, timer: Timer
     ) -> None:
@@ -228,6 +241,7 @@ class Differentiated(Followed):
         self.mixtures: dict[tuple[str, ...], Direction | None] = {}
         self.finer: dict[tuple[str, float], Direction] = {}
         self.told: set[str] = set()
+        self.measures: dict[str, Measure] = {}
 
     def onto(self, system: System) -> Differentiated:
         """As `TimeStepping.onto`; derivatives go on from where they are.
@@ -247,21 +261,17 @@ class Differentiated(Followed):
             rest.directions = [*rest.directions, there]
         return rest
 
-    def equilibrium(self, c: Context) -> Equilibrium:
-        """As `TimeStepping.equilibrium`, with the matrix at the solution."""
-        return replace(super().equilibrium(c), keeps_matrix=True)
-
     def commit(
         self, c: Context, control: StepControl, result: NewtonResult, spent: int, cutbacks: int
     ) -> tuple[State, Increment]:
         """As `TimeStepping.commit`, with the derivatives of what it commits."""
         state, increment = super().commit(c, control, result, spent, cutbacks)
-        before = replace(c.state, derivatives=self._carried())
+        led_from = self._carried()
         with self.timer("derivatives"):
             neighbours, flat = self.differentiate(c, result, state)
         state = replace(state, derivatives=self._carried())
         counts = self._switched(c, result), self._at_kinks(c, result)
-        found = _Derivatives(flat, *counts, neighbours, before, state, increment.end_of_step)
+        found = _Derivatives(flat, *counts, neighbours, c.state, led_from, state, increment.end_of_step, self.measures)
         return state, replace(increment, derivatives=found, _state=lambda: state)
 
     def _carried(self) -> dict[str, dict[str, Array]]:
@@ -280,7 +290,7 @@ class Differentiated(Followed):
         """
         assert self.reduced is not None
         assert result.evaluation is not None
-        lagged, c, system = c.lagged, replace(c, lagged=False), self.system
+        lagged, c, system = c.lagged, replace(c, lagged=False) if c.lagged else c, self.system
         at = Solution(system, c, result.u, result.evaluation)
         if at.e.data is None or lagged:  # else it has its own branches
             at.e = system.evaluate(c, result.u, system.initial_multipliers(c.state), like=at.branches)

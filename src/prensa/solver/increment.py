@@ -276,6 +276,12 @@ class Derivatives:
         """Derivatives of a number that is read off the increment that they belong to, by the path of the parameter."""
         raise NotImplementedError
 
+    def measure(self, name: str, problem: Problem) -> Measure:
+        """The measure of a text in a problem, that of all increments of the run."""
+        from prensa.measures import parse
+
+        return parse(name, problem)
+
 
 @dataclass(frozen=True, repr=False)
 class Increment(Drawn):
@@ -347,13 +353,13 @@ class Increment(Drawn):
             If the run has no derivatives, or there is no such measure.
 
         """
-        from prensa.measures import Measure, parse
+        from prensa.measures import Measure
 
         if self.derivatives is None:
             raise PrensaError("this run has no derivatives; ask for them: solve(problem, derivatives=['friction.mu'])")
         if not callable(observable) and not isinstance(observable, Measure):
             take("derivative", "observable", observable, str, "give the name of a measure, such as 'punch.force.y'")
-            observable = parse(observable, self._known.problem)
+            observable = self.derivatives.measure(observable, self._known.problem)
         return self.derivatives.of(observable, self)
 
     @cached_property

@@ -233,6 +233,9 @@ def _as_times(name: str, given: Sequence[float]) -> Array:
 class TimeStepping:
     """A run: the steps of a problem one after the other, each in increments."""
 
+    keeps_matrix = False
+    """Whether matrices at solutions are wanted, see `Equilibrium`."""
+
     def __init__(
         self, system: System, numerics: model.Numerics, policy: Policy, messages: Messages, timer: Timer, condense: bool
     ) -> None:
@@ -581,7 +584,9 @@ class TimeStepping:
         known = self.system.has_memory and self.system.dofs.dimension == 2  # rigid motions in space are not looked for
         turning = self.turned >= self.policy.turned_before
         held = known and not self.loose
-        return Equilibrium(self.system, c, reduced, self.numerics, self.policy, report, held, may_turn=turning)
+        return Equilibrium(
+            self.system, c, reduced, self.numerics, self.policy, report, held, self.keeps_matrix, may_turn=turning
+        )
 
     def attempt(self, c: Context, start: Array, soften: bool, foreseen: Foreseen | None = None) -> NewtonResult:
         """Outcome of one attempt, on the condensed system where there is one; ``foreseen``: see `Equilibrium`."""
