@@ -364,11 +364,11 @@ def energy(d: Drawn, record: Record) -> str:
 def through_air(record: Record) -> Array:
     """The most (rows,) that forces times paths of pushed tools are in an increment in which they first touch: all of it."""
     h, problem = record.history, record.problem
-    pushed = {s.name: set(s.push) for s in problem.steps}
-    out = np.zeros(len(h["time"]))
+    step = np.clip(np.ceil(h["time"]).astype(np.int64) - 1, 0, len(problem.steps) - 1)  # step k spans times k − 1 to k
+    out = np.zeros(len(step))
     for name in problem.tools:
         area = sum((h[f"{c.name}.area"] for c in problem.contacts if c.against == name), np.zeros(len(out)))
-        lands = (area > 0) & (np.concatenate([[0.0], area[:-1]]) == 0) & [name in pushed[str(s)] for s in h["step"]]
+        lands = (area > 0) & (np.concatenate([[0.0], area[:-1]]) == 0) & [name in problem.steps[k].push for k in step]
         for f, u in (("fx", "ux"), ("fy", "uy"), ("mz", "rz")):
             force, way = (np.concatenate([[0.0], h[f"{name}.{c}"]]) for c in (f, u))
             out += np.where(lands, np.abs(0.5 * (force[1:] + force[:-1]) * np.diff(way)), 0.0)
