@@ -62,6 +62,59 @@ def test_a_pushed_tool_brings_the_billet_to_rest(kinematics: str, enforcement: s
     assert short == pytest.approx(0.0, abs=1e-9 if kinematics == "small" else 1e-7)
 
 
+@pytest.mark.parametrize("space", ["axisymmetric", "plane strain"])
+@pytest.mark.parametrize("enforcement", ENFORCEMENTS)
+@pytest.mark.parametrize("kinematics", ["small", "finite"])
+def test_the_way_of_a_pushed_tool_through_air_is_no_work(kinematics: str, enforcement: str, space: str) -> None:
+    """Whatever the gaps, the ledger has the work of a press that touches from the start, and misses no more of it."""
+    more = {"enforcement": ENFORCEMENTS[enforcement], "material": pr.Elastic(1e4, 0.3), "kinematics": kinematics}
+    step = pr.Step("press", push={"high": pr.Push(y=-300.0)}, increments=2)
+    runs = [list(pr.solve(billet(*gaps, step, space, **more)))[-1] for gaps in ((0.0, 0.0), (0.2, 0.7), (0.2, 0.0), (0.0, 0.3))]
+    work = [inc.energy["external"] for inc in runs]
+    assert work == pytest.approx([work[0]] * len(runs), rel=1e-6)
+    missed = [inc.energy["imbalance"] for inc in runs]
+    assert missed == pytest.approx([missed[0]] * len(runs), abs=1e-6 * work[0])
+    if kinematics == "small" and enforcement != "augmented":  # that ends at a tolerance
+        assert abs(missed[0]) < 1e-6 * work[0]
+
+
+@pytest.mark.parametrize("element", ["q4", "q4_fbar"])
+@pytest.mark.parametrize("enforcement", ENFORCEMENTS)
+def test_a_tool_that_is_pushed_onto_a_held_body_does_no_work_in_the_air(enforcement: str, element: str) -> None:
+    """The work of a roller lowered by a force on a block does not depend on its height, nor does what the trapezoid misses.
+
+    Its derivatives, by modulus, force, height and radius, are those of differences.
+    """
+
+    def lowered(gap: float = 0.05, radius: float = 8.0, E: float = 1e4, force: float = -300.0) -> pr.Problem:
+        by = ENFORCEMENTS[enforcement]
+        return pr.Problem(
+            "roller", space="plane strain", tools={"t": pr.Circle(radius, at=(3.0, 12.0 + gap))},
+            bodies={"b": pr.Body(pr.Rectangle((6.0, 4.0), (12, 8)), pr.Elastic(E, 0.3), element)},
+            contacts=[pr.Contact("b.top", "t", enforcement=by)], fixed={"b.bottom": "xy"},
+            steps=[pr.Step("press", push={"t": pr.Push(y=force)}, increments=2)],
+        )  # fmt: skip
+
+    def work(problem: pr.Problem) -> tuple[float, float]:
+        *_, inc = pr.solve(problem, exact)
+        return inc.energy["external"], inc.energy["imbalance"]
+
+    exact = pr.Numerics(tolerance=1e-11)
+    low, high = work(lowered(0.01)), work(lowered(0.7))
+    assert low == pytest.approx(high, rel=1e-9)
+    if enforcement == "augmented":  # its end is a tolerance, which differences see
+        return
+    sizes = {"tools.t.radius": ("radius", 8.0), "bodies.b.material.E": ("E", 1e4), "steps.0.push.t.y": ("force", -300.0)}
+    *_, inc = pr.solve(lowered(), exact, derivatives=[*sizes, "tools.t.at.1"])
+    assert inc.derivatives is not None
+    found = inc.derivatives.of(lambda i: i.energy["external"], inc)
+    for path, (name, size) in sizes.items():
+        step = 1e-4 * abs(size)
+        above, below = (work(lowered(**{name: size + sign * step}))[0] for sign in (1.0, -1.0))
+        assert found[path] == pytest.approx((above - below) / (2.0 * step), rel=1e-5)
+    assert abs(found["tools.t.at.1"]) < 1e-6 * low[0]
+
+
 def on_posts(at: float, gaps: tuple[float, float]) -> pr.Problem:
     """A stiff beam of 20 × 2 over two round posts at x = 3 and 17, pushed down by a round tool at x = ``at``."""
     tools: dict[str, Any] = {

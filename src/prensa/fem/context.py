@@ -36,8 +36,8 @@ class Context:
     ``stopped``: what ends the step here before its
     time, in words; '' if nothing does. ``watched`` (criteria,): values of what may end it. ``touches``: whether a prescribed
     tool first meets a body at the end of the increment. ``brought``: whether it begins elsewhere
-    than where the last one ended, since tools or bodies are brought into contact first; ``afloat``: bodies that nothing holds at
-    its end.
+    than where the last one ended, since tools or bodies are brought into contact first, and ``through_air`` (ndof,) the way on
+    which nothing resisted what forces brought there (None: there is none); ``afloat``: bodies that nothing holds at its end.
 
     ``supports``: see `Surface.supports`, by contact.
 
@@ -67,6 +67,7 @@ class Context:
     watched: Array = field(default_factory=lambda: np.zeros(0))
     touches: bool = False
     brought: bool = False
+    through_air: Array | None = None
     afloat: Sequence[str] = ()
 
     @property

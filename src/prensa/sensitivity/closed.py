@@ -227,8 +227,11 @@ def _carried_on(at: Solution, before: Bundle, found: Closed, stored: Array, stat
 def _energies(at: Solution, before: Bundle, found: Closed, u: Array, work: Array, stored: Array, state: State) -> Arrays:
     """Derivatives (d,) of the ledger of energies, term by term as in `prensa.solver.ledger`; u, work (ndof, d) as committed."""
     was, old = before.arrays, at.c.state
-    external = was["energy.external"] + 0.5 * ((state.u - old.u) @ (was["work"] + work))
-    external += 0.5 * (old.work + state.work) @ (u - was["u"])
+    way, ways = state.u - old.u, u - was["u"]
+    if at.c.through_air is not None:
+        way, ways = way - at.c.through_air, ways - np.stack([d.through_air(at) for d in before.directions], axis=-1)
+    external = was["energy.external"] + 0.5 * (way @ (was["work"] + work))
+    external += 0.5 * (old.work + state.work) @ ways
     (elastic, plastic), friction, contact = stored, was["energy.friction"].copy(), np.zeros(len(before.sizes))
     for p in found.points:
         p.add_energies(old.contact.of(p.surface.rows), friction, contact)

@@ -26,6 +26,7 @@ from prensa.fem.assembly import Pattern, scatter_vector
 from prensa.fem.context import Context
 from prensa.fem.interaction import Branches
 from prensa.fem.letting_go import let_go
+from prensa.fem.modes import loose_bodies
 from prensa.fem.planning import plan_step
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
@@ -35,6 +36,8 @@ from prensa.measures.measure import Gradient
 from prensa.sensitivity.change import Change, change_of, known
 from prensa.sensitivity.combinations import combined, foretold, nearest, sums
 from prensa.sensitivity.parameters import Parameter, neighbours
+from prensa.solver.approach import approach
+from prensa.solver.carrying import carried
 from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import Increment
 from prensa.solver.policy import Policy
@@ -253,7 +256,19 @@ class Direction:
             carried = let_go(system, replace(old, release=None), plan)
             old = replace(old, release=np.zeros(system.ndof) if carried is None else carried)
         c = system.context(old, plan, at.c.time, at.c.rule)
-        return replace(c, interactions=[*c.interactions, *stabilisation.forces(c)])
+        c = replace(c, interactions=[*c.interactions, *stabilisation.forces(c)])
+        return c if at.c.through_air is None else replace(c, through_air=self._through_air(system, c, stabilisation.policy))
+
+    def through_air(self, at: Solution) -> Array:
+        """Derivative (ndof,) of the way that tools and bodies go through air in an increment."""
+        ways = [self._context(at, *side).through_air for side in self.sides]
+        return self.difference(*(np.zeros(at.system.ndof) if way is None else way for way in ways))
+
+    def _through_air(self, system: System, c: Context, policy: Policy) -> Array | None:
+        """Way (ndof,) that tools and bodies go through air in an increment beside, as in `TimeStepping.solved`."""
+        loose = loose_bodies(system, c.plan)
+        to = carried(system, c, loose, policy) if loose else None
+        return to.through_air if to is not None and to.through_air is not None else approach(system, c, policy).through_air
 
     def rest(self, at: Solution, x: Array) -> Array:
         """What the residual (ndof,) does along the parameter and the derivative x (ndof,) of the dofs: nothing, if right."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,11 +73,22 @@ def _looks(system: System, s: Surface, state: State, plan: StepPlan, end: float,
     return min(1 + int(2 * way / radius), most)
 
 
-def approach(system: System, c: Context) -> tuple[Array, list[str]]:
-    """Dofs (ndof,) to start from: tools driven by force that touch nothing are brought to rest on the penalty springs.
+class Approach(NamedTuple):
+    """Dofs ``u`` (ndof,) to start an increment from, what of the way there went ``through_air`` (ndof,) and what there is to say.
+
+    ``through_air`` is None where no tool was brought anywhere.
+    """
+
+    u: Array
+    through_air: Array | None
+    notes: list[str]
+
+
+def approach(system: System, c: Context, policy: Policy = DEFAULT) -> Approach:
+    """Where to start from: tools driven by force that touch nothing are brought to rest on the penalty springs.
 
     The springs stand on the bodies as they are, so the start is in equilibrium with the tool's force, or with its moment
-    if that is all that drives it.
+    if that is all that drives it. Through air it went to where they bear a millionth of that (`Policy.just_touches`).
 
     Raises
     ------
@@ -84,7 +96,7 @@ def approach(system: System, c: Context) -> tuple[Array, list[str]]:
         If such a tool meets nothing in the direction of its force.
 
     """
-    u = c.state.u
+    u, touch = c.state.u, c.state.u
     notes = []
     for t, tool in enumerate(system.tools):
         dofs, d = system.dofs.tool.dofs(t), system.dofs.dimension
@@ -96,9 +108,10 @@ def approach(system: System, c: Context) -> tuple[Array, list[str]]:
         own = [(i, s) for i, s in enumerate(system.surfaces) if s.tool == t]
         if not force.any() or not own or any(were_closed(c.state, s) for _, s in own):
             continue
+        touch, _ = _brought_to_rest(system, c, touch, t, policy.just_touches * force, own)
         u, way = _brought_to_rest(system, c, u, t, force, own)
         notes.append(f"{tool.name} is driven by force and touched nothing: brought into contact over {way:.4g}")
-    return u, notes
+    return Approach(u, touch - c.state.u if notes else None, notes)
 
 
 def _brought_to_rest(

@@ -31,12 +31,14 @@ Index = NDArray[np.int64]
 class Carried(NamedTuple):
     """Where loose ``bodies`` have been carried: all degrees of freedom ``u`` (ndof,); None where they have nowhere to go.
 
-    ``afloat``: no tool presses them there. Otherwise they are clamped.
+    ``afloat``: no tool presses them there. Otherwise they are clamped, and what forces have moved went ``through_air`` (ndof,)
+    to where it only just touched.
     """
 
     u: Array | None
     bodies: list[str]
     afloat: bool
+    through_air: Array | None = None
 
 
 def carried(system: System, c: Context, loose: list[Loose], policy: Policy = DEFAULT) -> Carried | None:
@@ -57,7 +59,7 @@ def carried(system: System, c: Context, loose: list[Loose], policy: Policy = DEF
         if u is None or not _near(system, c, unheld, u, policy):
             return None
         brought = any(float(system.pairs(s, u).g.min()) < 0.0 and g > 0.1 * clear for s, g in zip(c.surfaces, before))
-        return Carried(u, names, False) if brought else None
+        return Carried(u, names, False, rigid.through_air(policy)) if brought else None
     rigid.pushers = [i for i, g in enumerate(before) if g < -0.1 * clear]
     if not rigid.pushers:
         return Carried(None, names, True)
@@ -218,7 +220,11 @@ class _Rigid:
             force = k * (self.room - pairs.g[inside])
             r, K = r - slopes.T @ force, K + slopes.T @ (k[:, None] * slopes)
             total, stiff = total + float(force.sum()), stiff + float(k.sum())
-        return r, K, max(1e-9 * total, 16.0 * np.finfo(np.float64).eps * self.system.length * stiff)
+        return r, K, max(1e-9 * total, self._rounded(stiff))
+
+    def _rounded(self, stiff: float) -> float:
+        """What the rounding of positions makes of springs of a stiffness."""
+        return 16.0 * float(np.finfo(np.float64).eps) * self.system.length * stiff
 
     def _slopes(self, s: Surface, pairs: Pairs, fields: list[tuple[list[str], Array]]) -> Array:
         """Derivatives (points, k) of the gaps by the unknowns."""
@@ -250,6 +256,13 @@ class _Rigid:
                 return None
             z = z + share * step
         return None
+
+    def through_air(self, policy: Policy) -> Array | None:
+        """Way (ndof,) of bodies and pushed tools to where they only just touch; None if that is not found."""
+        stiff = sum(float((self.c.weights[i] * self.c.scales[i].k_n).sum()) for i in self.pushers)
+        share = max(policy.just_touches, 100.0 * self._rounded(stiff) / float(np.abs(self.driving(self.start)).max()))
+        z = replace(self, forces=min(share, 1.0) * self.forces).balanced(policy.rigid_steps)
+        return None if z is None else self.dofs(z) - self.base
 
     def _search(self, z: Array, step: Array) -> float | None:
         """Share of a step at which it is no longer driven on; None if that is farther away than bodies are long."""

@@ -21,9 +21,13 @@ def nodal_work(system: System, c: Context, e: Evaluation) -> Array:
 
 
 def ledger(system: System, c: Context, u: Array, e: Evaluation, work: Array, dissipated: float) -> Energy:
-    """Energies after an increment that ends at dofs u (ndof,) with forces ``work`` (ndof,); ``dissipated`` by viscous forces."""
+    """Energies after an increment that ends at dofs u (ndof,) with forces ``work`` (ndof,); ``dissipated`` by viscous forces.
+
+    What forces bring through air into contact has nothing against it until it touches: their work counts from there on.
+    """
     old = c.state
-    external = old.energy.external + 0.5 * float((old.work + work) @ (u - old.u))
+    way = u - old.u if c.through_air is None else u - old.u - c.through_air
+    external = old.energy.external + 0.5 * float((old.work + work) @ way)
     elastic, plastic, friction = system.elastic_energy(e.history), system.plastic_work(e.history), old.energy.friction
     for s, f in zip(system.surfaces, e.contacts):
         was = old.contact.of(s.rows)

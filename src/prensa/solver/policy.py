@@ -233,6 +233,8 @@ class Policy:
     """Share of a step below which what is left of it is no increment."""
     clear: float = 1e-9
     """Gap over the bodies' size at which those that nothing holds are carried along by a tool, pressed by none."""
+    just_touches: float = 1e-6
+    """Share of the forces that bring tools and bodies through air at which the springs that they meet count as just touched."""
     carried_far: float = 10.0
     """Times as far as tools that bodies may be carried: what goes farther was squeezed out from between them."""
     rounded: float = 1e-12

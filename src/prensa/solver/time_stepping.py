@@ -451,8 +451,8 @@ class TimeStepping:
                 spent.append(found[1].iterations)
                 return found
             c = replace(c, afloat=to.bodies if to.afloat else ())
-        start, notes = approach(self.system, c)
-        c = replace(c, brought=bool(notes))
+        start, air, notes = approach(self.system, c, self.policy)
+        c = replace(c, brought=bool(notes), through_air=air)
         for message in notes:
             self.messages.note(state, plan, message)
         most = self.most_cutbacks(state)
@@ -461,7 +461,7 @@ class TimeStepping:
         if not result.converged and c.rule.share and (plan.increments or self.times is not None):
             # before an increment that was asked for is cut: backward Euler damps more
             spent.append(result.iterations)
-            c = replace(self.context(state, plan, end), brought=c.brought, afloat=c.afloat)
+            c = replace(self.context(state, plan, end), brought=c.brought, through_air=air, afloat=c.afloat)
             result = self.attempt(c, start, soften)
         if refusal := self.acceptance.refusal(c, result):
             result.converged, result.reason = False, refusal
@@ -487,7 +487,7 @@ class TimeStepping:
                 who = " and ".join(to.bodies)
                 self.messages.note(state, plan, f"{who}, carried along, met what stops it at time {met.time:.6g}")
                 c, to = replace(self.context(state, plan, met.time), touches=True), met.there
-        c = replace(c, brought=True, afloat=to.bodies if to.afloat else ())
+        c = replace(c, brought=True, through_air=to.through_air, afloat=to.bodies if to.afloat else ())
         assert to.u is not None
         eq = self.equilibrium(c)
         result = attempt_from(eq, to.u)
