@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -45,6 +46,29 @@ def test_a_free_roller_rolls_freely(geometry: str, above: float) -> None:
     turned = path[-1].place[2] - path[0].place[2]
     rolled = path[-1].place[0] - path[0].place[0]
     assert turned == pytest.approx(-rolled / R, rel=1e-2)  # but for penetration and creep
+
+
+@pytest.mark.parametrize("geometry", GEOMETRIES)
+def test_the_mean_drag_of_a_passage_is_that_of_the_blocks_ends(geometry: str) -> None:
+    """In the middle of the block the mean over a passage is none, before and behind it the nearer end draws the roller.
+
+    The ripple about it is much the same with points at nodes, two an edge, and exact enforcement.
+    """
+    ripples = []
+    for more in ({}, {"integration": "gauss2"}, {"enforcement": pr.Exact()}):
+        press = pr.Step("press", move={"roll": pr.Motion(y=-0.05)}, increments=2)
+        tow = pr.Step("tow", move={"roll": pr.Motion(x=6.0, y=-0.05)}, push={"roll": pr.Push(m=0.0)}, increments=120)
+        problem = roller(geometry, press, tow)
+        problem = replace(problem, contacts=[replace(problem.contacts[0], **more)])
+        late = [i for i in pr.solve(problem) if "roll.fx" in i.means and i.tools["roll"].place.x > 2.5]
+        x = np.array([i.tools["roll"].place.x for i in late]) - 0.125  # the middle of the passage
+        borne = np.array([MU * i.force("roll").y for i in late])
+        mean, ripple = (np.array([getattr(i.means["roll.fx"], of) for i in late]) / borne for of in ("mean", "ripple"))
+        before, middle, behind = np.interp([3.0, 4.0, 5.0], x, mean)
+        assert abs(middle) < 1e-5
+        assert 1e-4 < behind < 2e-4 and -2e-4 < before < -1e-4
+        ripples.append(ripple[-1])
+    assert max(ripples) < 1.5 * min(ripples) < 1e-3
 
 
 @pytest.mark.parametrize("geometry", GEOMETRIES)
