@@ -422,9 +422,9 @@ class Policy:
 
     stretch: int = 2**15
     """Values that are moved at once within a matrix: they stay in the cache."""
-    worth_sharing: int = 200000
+    worth_sharing: int = 50000
     """Dofs from which on the pattern of all of them is kept by that of the free ones: putting it together takes a hundredth of a
-    step, once an increment."""
+    step, once or twice a step of the description."""
     shared_products: int = 10000
     """Length of vectors from which BLAS may share out products among threads, whose sums then depend on how many there are."""
     worth_threads: int = 5000
