@@ -453,7 +453,7 @@ class TimeStepping:
                 return found
             c = replace(c, afloat=to.bodies if to.afloat else ())
         start, air, notes = approach(self.system, c, self.policy)
-        if notes or air:
+        if notes or air is not None:
             c = replace(c, brought=bool(notes), through_air=air)
         for message in notes:
             self.messages.note(state, plan, message)
