@@ -74,7 +74,7 @@ def current_pairs(shape: Closer, x: Array, at: Array, place: Array) -> Pairs:
     arm, n = x - (at + place[:2]), np.empty((k, 2))
     e, ds, Ft = np.empty((k, 1, 2)), np.empty((k, 1, 5)), np.empty((k, 1, 5))
     Fn, turn = np.empty((2, k, 5))
-    close = shape.closest(arm @ np.array([[c, -s], [s, c]]))
+    close = shape.closest(arm @ np.array([[c, -s], [s, c]]) if s else arm)
     _turn_into_space(close.g, close.c, close.n, place, arm, n, e, Fn, Ft, ds, turn)
     return Pairs(close.g, close.s[:, None], n, e, Fn, ds, Fn, Ft, turn, arm, True)
 

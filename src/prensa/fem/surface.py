@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import reduce
+from functools import cached_property, reduce
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -77,7 +77,7 @@ class Surface:
         assert self.multipliers is not None
         return self.multipliers.slice
 
-    @property
+    @cached_property
     def rows(self) -> slice:
         """Rows of this contact in `State.contact` and `State.lam`."""
         return slice(self.first, self.first + len(self.points))

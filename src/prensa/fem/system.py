@@ -181,6 +181,11 @@ class System:
         return replace(self, surfaces=[], removed=self.surfaces, gone=True)
 
     @cached_property
+    def exact(self) -> bool:
+        """Whether the multipliers of some contact are degrees of freedom."""
+        return any(s.exact for s in self.surfaces)
+
+    @cached_property
     def _contacts(self) -> list[ContactInteraction]:
         return [ContactInteraction(self, s, i) for i, s in enumerate(self.surfaces)]
 
@@ -193,7 +198,7 @@ class System:
 
     def multipliers(self, u: Array, lam: Array) -> Array:
         """λ_n, λ_T (points, 2) of all contact points: of exact contacts from the dofs u (ndof,), else those of lam."""
-        if not any(s.exact for s in self.surfaces):
+        if not self.exact:
             return lam
         out = lam.copy()
         for s in self.surfaces:
@@ -453,11 +458,8 @@ class System:
         bulk = self.bulk(c, u, r, data, None if like is None else like.flows, overrides.get("secant", 0.0))
         if bulk.failed:
             return Evaluation(r, data, np.inf, (), (), r, bulk.failed)
-        scale, floor, violation = NOTHING * self.stiffness + bulk.scale, bulk.floor, 0.0
-        ways = self.dofs.tool.of(u)[:, : self.dofs.dimension]  # turns are no lengths
-        reach = self.length + float(np.abs(ways).max(initial=0.0))
-        ask = Request(u, self.multipliers(u, lam), stiffness, reach=reach, **overrides)
-        trials = []
+        scale, floor, violation, loaded = NOTHING * self.stiffness + bulk.scale, bulk.floor, 0.0, False
+        ask, trials = self._asked(u, lam, stiffness, overrides), []
         for interaction in c.interactions:
             out = interaction.respond(c, ask)
             if out.failed:
@@ -465,10 +467,21 @@ class System:
             for part in out.parts:
                 self._scatter(part, f_ext if out.external else r, data)
             scale, floor, violation = scale + out.scale, floor + out.floor, max(violation, out.violation)
+            loaded = loaded or out.external
             if out.trial is not None:
                 trials.append(out.trial)
-        scale += float(np.abs(f_ext[self.dofs.displacement.slice]).sum())
-        return Evaluation(r - f_ext, data, scale, bulk.history, tuple(trials), f_ext, None, floor, violation)
+        if loaded:
+            scale += float(np.abs(f_ext[self.dofs.displacement.slice]).sum())
+            r = r - f_ext
+        return Evaluation(r, data, scale, bulk.history, tuple(trials), f_ext, None, floor, violation)
+
+    def _asked(self, u: Array, lam: Array, stiffness: bool, overrides: Overrides) -> Request:
+        """What interactions are asked for at degrees of freedom u (ndof,); loads and springs do not ask how far these reach."""
+        if not (self.exact or self.more):
+            return Request(u, lam, stiffness, **overrides)
+        ways = self.dofs.tool.of(u)[:, : self.dofs.dimension]  # turns are no lengths
+        reach = self.length + float(np.abs(ways).max(initial=0.0))
+        return Request(u, self.multipliers(u, lam), stiffness, reach=reach, **overrides)
 
     def _scatter(self, part: Part, vector: Array, data: Array | None) -> None:
         """Add the part of an interaction to a vector (ndof,) and to the matrix values (nnz,)."""
@@ -501,9 +514,9 @@ class System:
         du = self.displacement(u if total else u - c.state.u)
         base = self.initial_history if total else c.history
         history, scale, floor = [], 0.0, ROUND_OFF * EPS * self.stiffness * self.nodes
-        at = At(c.seconds, elapsed(self.problem, c.time, c.state.ends), data is not None, secant)
+        now, begun = elapsed(self.problem, c.time, c.state.ends), c.rule.share > 0.0
         for block, old, held in zip(self.blocks, base, flows or [None] * len(self.blocks)):
-            here = at._replace(dt=c.rule.seconds(block, c.seconds), flows=held, begun=c.rule.share > 0.0)
+            here = At(c.rule.seconds(block, c.seconds), now, data is not None, secant, held, begun)
             out = sweep(block, c.x_n, du, old, here, r, data, self.pattern, c.threads)
             if out.failed:
                 x, y = self.X[block.cells[out.failed.element]].mean(axis=0)[:2].tolist()

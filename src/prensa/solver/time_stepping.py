@@ -420,7 +420,8 @@ class TimeStepping:
             if result.converged:
                 self.look_inside(c, result)
                 self.stopping.refuse(c)
-                c = replace(c, touches=c.touches or (bool(notes) and c.time >= end))
+                if notes and c.time >= end:
+                    c = replace(c, touches=True)
                 return self.commit(c, control, result, sum(spent), cutbacks)
             self.messages.rejected(state, plan, c.time, result)
             assert result.reason is not None
@@ -452,7 +453,8 @@ class TimeStepping:
                 return found
             c = replace(c, afloat=to.bodies if to.afloat else ())
         start, air, notes = approach(self.system, c, self.policy)
-        c = replace(c, brought=bool(notes), through_air=air)
+        if notes or air is not None:
+            c = replace(c, brought=bool(notes), through_air=air)
         for message in notes:
             self.messages.note(state, plan, message)
         most = self.most_cutbacks(state)
@@ -622,9 +624,8 @@ class TimeStepping:
         dt = 0.0 if ended else control.next(c, e, grown, result.iterations - result.vain, cutbacks, unsteady)
         result.grown = grown = ()  # a large increment has no room for that of the one before
         state = committed(self.system, c, result, e, dt, self.stabilisation)
-        state = replace(state, clock=state.clock._replace(unsteady=unsteady))
-        if self.reduced is not None and not ended:
-            state = replace(state, made_from=self.reduced.factorisation.made_from)
+        made_from = state.made_from if self.reduced is None or ended else self.reduced.factorisation.made_from
+        state = replace(state, clock=state.clock._replace(unsteady=unsteady), made_from=made_from)
         self.validity.look_at_friction(c, e)
         # of condensed bodies the displacements are known at the end of a step
         if result.recover is None and (refusal := self.validity.look(state.u, state.history)):
