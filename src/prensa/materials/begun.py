@@ -34,7 +34,7 @@ def _in_axes(c, s, d1, d2, d12, a11, a22, a12):
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _put_slopes(c, s, d1, d2, d12, d3, M, k):
-    """What `_in_axes` does, as a matrix with rows 11, 22, 12 → its 11, 12, 13, 22, 23, 33 (31, 32: half of 13, 23) and d3, M[k:]."""
+    """`_in_axes` as a matrix, rows 11, 22, 12 → its 11, 12, 13, 22, 23, 33 (31, 32: half of 13, 23) and d3, from M[k] on."""
     cc, cs, ss = c * c, c * s, s * s
     M[k], M[k + 1] = cc * cc * d1 + ss * ss * d2 + 2.0 * cs * cs * d12, cs * cs * (d1 + d2 - 2.0 * d12)
     M[k + 2] = 2.0 * cs * (cc * (d1 - d12) - ss * (d2 - d12))
