@@ -178,7 +178,10 @@ def test_weights_of_what_an_increment_begins_with_are_those_of_its_slopes() -> N
     new[::2, :, 4] += 0.003
     slopes = np.zeros((3, 4, PER_BEGUN))
     curve = 1, np.array([1.0, 2.0, 0.0, 0.0, 0.0]), np.zeros(2), np.zeros((1, 4))
-    slopes_of_begun(committed, begun, new, share, True, *curve, slopes)
+    stresses = np.empty((2, 3, 4, 3))
+    for state, out in zip((committed, begun), stresses):
+        stresses_at(state[..., 4], state[..., 4], *curve, 0.0, out)
+    slopes_of_begun(committed, begun, new, share, True, *stresses, slopes)
     weights = rng.normal(size=(2, 3, 4, 10))
     weights[..., 5] = 0.0  # plastic work
     back = weights.copy()

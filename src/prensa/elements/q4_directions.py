@@ -463,7 +463,7 @@ def at_fixed(
     """Of `LANES` directions: dxn, dx (n, 2, LANES), dold (e, 4, h, s), moduli (2, LANES): bulk, shear → r (n, 2, LANES), dnew.
 
     dx is (0, 2, LANES) where no present place moves. dold of the committed histories, dnew of the new ones, s = `slots` of
-    the directions that there are; begun (e, 4, n): see `slopes_of_begun`, (0, 4, n) where increments begin with these. dflow
+    the directions that there are; begun (e, 4, n) of `slopes_of_begun`, (0, 4, n) where increments begin with these. dflow
     (m, LANES): changes of a flow curve, of which the stress has the slopes (e, 4, 3, m), see `flow_gradients`; m is a multiple
     of `WAYS`. Forces r and energy (2, LANES), ∫ψ dV and plastic work, are added to; volume (e, 4).
     """

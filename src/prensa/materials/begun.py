@@ -3,7 +3,8 @@
 With E = ½ ln b_e and D = dev(½ ln b_trial − E) of the committed state, it begins with ½ ln b̃ = E − s D and a plastic strain
 ε̃ = ε + s √(⅔ D:D) (see `prensa.kernels.tensor.begin`). Logarithm and exponential of a symmetric tensor are differentiated in its
 principal axes: diagonal components go with the derivative of the function, the others with its divided difference
-(Daleckiĭ and Kreĭn 1965). Many directions share a small matrix a point; weights go back through the same maps themselves.
+(Daleckiĭ and Kreĭn 1965). Many directions share the matrices of both logarithms and of the exponential at a point; weights go
+back through the same maps themselves.
 """
 
 from __future__ import annotations
@@ -12,14 +13,14 @@ import math
 
 from prensa.kernels.compiled import njit
 from prensa.kernels.tensor import principal
-from prensa.materials.hardening import flow_stress
 
 LANES = 8  # directions at a time
-PER_BEGUN = 52
-"""Numbers a point: b̃ (4), ε̃, work (6 rows) by b_e (4), b_trial (4); work by the plastic strain, by the flow stresses; whether
-the increment begins elsewhere than the last one ended, and whether the point flows in it."""
+PER_BEGUN = 32
+"""Numbers a point: slopes (6, and of 33) of the logarithms of b_e and b_trial and of the exponential (7 each), rise of ε̃ by a
+change of D (11, 22, 33, 12), share; work by the rise, by the volume, by the plastic strain, by the flow stresses; whether the
+increment begins elsewhere than the last one ended, and whether the point flows in it."""
 FAR_APART = 0.1  # relative difference of two eigenvalues from which that of their logarithms has all its digits
-_BY_STRAIN, _BY_STRESS, _MOVED, _FLOWS = 48, 49, 50, 51
+_MOVED, _FLOWS = 30, 31
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -29,6 +30,17 @@ def _in_axes(c, s, d1, d2, d12, a11, a22, a12):
     p1, p2 = d1 * (cc * a11 + 2.0 * cs * a12 + ss * a22), d2 * (ss * a11 - 2.0 * cs * a12 + cc * a22)
     p12 = d12 * (cs * (a22 - a11) + (cc - ss) * a12)
     return cc * p1 + ss * p2 - 2.0 * cs * p12, ss * p1 + cc * p2 + 2.0 * cs * p12, cs * (p1 - p2) + (cc - ss) * p12
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _put_slopes(c, s, d1, d2, d12, d3, M, k):
+    """`_in_axes` as a matrix, rows 11, 22, 12 → its 11, 12, 13, 22, 23, 33 (31, 32: half of 13, 23) and d3, from M[k] on."""
+    cc, cs, ss = c * c, c * s, s * s
+    M[k], M[k + 1] = cc * cc * d1 + ss * ss * d2 + 2.0 * cs * cs * d12, cs * cs * (d1 + d2 - 2.0 * d12)
+    M[k + 2] = 2.0 * cs * (cc * (d1 - d12) - ss * (d2 - d12))
+    M[k + 3] = ss * ss * d1 + cc * cc * d2 + 2.0 * cs * cs * d12
+    M[k + 4] = 2.0 * cs * (ss * (d1 - d12) - cc * (d2 - d12))
+    M[k + 5], M[k + 6] = 2.0 * cs * cs * (d1 + d2) + (cc - ss) * (cc - ss) * d12, d3
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -58,12 +70,12 @@ def _exponential(b11, b22, b33, b12):
 
 
 @njit(cache=True, error_model="numpy")
-def slopes_of_begun(history, begun, new, share, cauchy, kind, p, knots, coefs, out):
+def slopes_of_begun(history, begun, new, share, cauchy, before, after, out):
     """Histories as committed, as an increment begins with them and as it leads to (e, q, 10) → out (e, q, PER_BEGUN).
 
-    ``share`` of the last plastic strain; ``cauchy``: the flow curve p, knots, coefs limits the Cauchy stress.
+    ``share`` of the last plastic strain; ``before``, ``after`` (e, q, 3): flow stresses and slopes of the first two, see
+    `prensa.materials.j2_finite.stresses_at`; ``cauchy``: they limit the Cauchy stress.
     """
-    curve = (p[0], p[1], p[2], p[3], p[4])
     for e in range(history.shape[0]):
         for q in range(history.shape[1]):
             h, M = history[e, q], out[e, q]
@@ -79,30 +91,15 @@ def slopes_of_begun(history, begun, new, share, cauchy, kind, p, knots, coefs, o
             D11, D22, D33 = D11 - third, D22 - third, D33 - third
             rise = share / (1.5 * math.sqrt((D11 * D11 + D22 * D22 + D33 * D33 + 2.0 * D12 * D12) / 1.5))
             jac = math.exp(e11 + e22 + e33) if cauchy else 1.0
-            y0, dy0, _ = flow_stress(kind, curve, knots, coefs, h[4], 0.0, 0.0)
-            y1, dy1, _ = flow_stress(kind, curve, knots, coefs, begun[e, q, 4], 0.0, 0.0)
-            by_rise = 0.5 * jac * (y0 + y1 + more * dy1)
-            by_volume = 0.5 * jac * (y0 + y1) * more if cauchy else 0.0
-            M[_BY_STRAIN], M[_BY_STRESS] = 0.5 * jac * more * (dy0 + dy1), 0.5 * jac * more
+            y0, dy0, y1, dy1 = before[e, q, 0], before[e, q, 1], after[e, q, 0], after[e, q, 1]
+            _put_slopes(c, s, d1, d2, d12, d3, M, 0)
+            _put_slopes(ct, st, u1, u2, u12, u3, M, 7)
             cb, sb, x1, x2, x12, x3 = _exponential(begun[e, q, 0], begun[e, q, 1], begun[e, q, 2], begun[e, q, 3])
-            for k in range(8):
-                a11, a22 = 1.0 if k % 4 == 0 else 0.0, 1.0 if k % 4 == 1 else 0.0
-                a33, a12 = 1.0 if k % 4 == 2 else 0.0, 1.0 if k % 4 == 3 else 0.0
-                volume = 0.0
-                if k < 4:
-                    r11, r22, r12 = _in_axes(c, s, d1, d2, d12, a11, a22, a12)
-                    r33, way, keep = d3 * a33, -1.0, 1.0
-                    volume = r11 + r22 + r33
-                else:
-                    r11, r22, r12 = _in_axes(ct, st, u1, u2, u12, a11, a22, a12)
-                    r33, way, keep = u3 * a33, 1.0, 0.0
-                along = way * rise * (D11 * r11 + D22 * r22 + D33 * r33 + 2.0 * D12 * r12)
-                third = (r11 + r22 + r33) / 3.0
-                step = way * share
-                own, common = keep - step, step * third
-                o11, o22, o12 = _in_axes(cb, sb, x1, x2, x12, own * r11 + common, own * r22 + common, own * r12)
-                M[k], M[8 + k], M[16 + k], M[24 + k] = o11, o22, x3 * (own * r33 + common), o12
-                M[32 + k], M[40 + k] = along, by_rise * along + by_volume * volume
+            _put_slopes(cb, sb, x1, x2, x12, x3, M, 14)
+            M[21], M[22], M[23], M[24], M[25] = rise * D11, rise * D22, rise * D33, 2.0 * rise * D12, share
+            M[26] = 0.5 * jac * (y0 + y1 + more * dy1)
+            M[27] = 0.5 * jac * (y0 + y1) * more if cauchy else 0.0
+            M[28], M[29] = 0.5 * jac * more * (dy0 + dy1), 0.5 * jac * more
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -110,20 +107,16 @@ def _values(M):
     """The numbers M (PER_BEGUN,) of a point that multiply derivatives, as values: see `prensa.elements.q4_directions`."""
     return (
         M[0], M[1], M[2], M[3], M[4], M[5], M[6], M[7], M[8], M[9], M[10], M[11], M[12], M[13], M[14], M[15],
-        M[16], M[17], M[18], M[19], M[20], M[21], M[22], M[23], M[24], M[25], M[26], M[27], M[28], M[29], M[30], M[31],
-        M[32], M[33], M[34], M[35], M[36], M[37], M[38], M[39], M[40], M[41], M[42], M[43], M[44], M[45], M[46], M[47],
-        M[48], M[49],
+        M[16], M[17], M[18], M[19], M[20], M[21], M[22], M[23], M[24], M[25], M[26], M[27], M[28], M[29],
     )  # fmt: skip
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
-def _product(M, row, h):
-    """A row of the matrix of a point times derivatives h (8) of b_e and b_trial."""
-    h0, h1, h2, h3, h6, h7, h8, h9 = h
-    n = 8 * row
+def _sloped(V, k, a11, a22, a33, a12):
+    """Components 11, 22, 33, 12 of what slopes from V[k] on make of a tensor (see `_put_slopes`)."""
     return (
-        M[n] * h0 + M[n + 1] * h1 + M[n + 2] * h2 + M[n + 3] * h3 + M[n + 4] * h6 + M[n + 5] * h7 + M[n + 6] * h8
-        + M[n + 7] * h9
+        V[k] * a11 + V[k + 1] * a22 + V[k + 2] * a12, V[k + 1] * a11 + V[k + 3] * a22 + V[k + 4] * a12, V[k + 6] * a33,
+        0.5 * (V[k + 2] * a11 + V[k + 4] * a22) + V[k + 5] * a12,
     )  # fmt: skip
 
 
@@ -143,11 +136,18 @@ def begun_along(M, w, first, stress):
         at = first + d
         h0, h1, h2, h3 = w[at], w[at + LANES], w[at + 2 * LANES], w[at + 3 * LANES]
         h6, h7, h8, h9 = w[at + 6 * LANES], w[at + 7 * LANES], w[at + 8 * LANES], w[at + 9 * LANES]
-        strain, h = w[at + 4 * LANES], (h0, h1, h2, h3, h6, h7, h8, h9)
-        b0, b1, b2, b3 = _product(V, 0, h), _product(V, 1, h), _product(V, 2, h), _product(V, 3, h)
+        strain = w[at + 4 * LANES]
+        r11, r22, r33, r12 = _sloped(V, 0, h0, h1, h2, h3)
+        q11, q22, q33, q12 = _sloped(V, 7, h6, h7, h8, h9)
+        q11, q22, q33, q12 = q11 - r11, q22 - r22, q33 - r33, q12 - r12
+        third, share = (q11 + q22 + q33) / 3.0, V[25]
+        rise = V[21] * q11 + V[22] * q22 + V[23] * q33 + V[24] * q12
+        b0, b1, b2, b3 = _sloped(
+            V, 14, r11 - share * (q11 - third), r22 - share * (q22 - third), r33 - share * (q33 - third), r12 - share * q12
+        )
         w[at], w[at + LANES], w[at + 2 * LANES], w[at + 3 * LANES] = b0, b1, b2, b3
-        w[at + 4 * LANES] = strain + _product(V, 4, h)
-        w[at + 5 * LANES] += V[_BY_STRAIN] * strain + _product(V, 5, h) + V[_BY_STRESS] * w[stress + d]
+        w[at + 4 * LANES] = strain + rise
+        w[at + 5 * LANES] += V[26] * rise + V[27] * (r11 + r22 + r33) + V[28] * strain + V[29] * w[stress + d]
         # what it would be if nothing flowed goes on from the last commit where something flows
         w[at + 6 * LANES], w[at + 7 * LANES] = h0 if flows else b0, h1 if flows else b1
         w[at + 8 * LANES], w[at + 9 * LANES] = h2 if flows else b2, h3 if flows else b3

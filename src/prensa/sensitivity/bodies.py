@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from prensa.elements.q4_directions import (
     LANES,
     PER_PLACE,
     PER_POINT,
+    WAYS,
     along,
     at_fixed,
     flow_gradients,
@@ -35,6 +36,20 @@ SHIFT = 1e-7  # over the size of the bodies, for differences of shapes
 NOT_BEGUN = np.empty((0, 4, PER_BEGUN))
 
 
+class Room(NamedTuple):
+    """Arrays for what `Elements` find, which those of the next increment write over: new ones would cost as much as the work.
+
+    See `prepare` for ``geometry`` and ``point``, `slopes_of_begun` for ``begun``, `flow_gradients` for ``slopes`` (m: `WAYS`),
+    `stresses_at` for ``stresses``: after the increment, where it begins and where the last one ended.
+    """
+
+    geometry: Array
+    point: Array
+    begun: Array
+    slopes: Array
+    stresses: Array
+
+
 @dataclass(frozen=True)
 class Elements:
     """A block in an increment, as its directions need it: see `prepare` for ``geometry`` and ``point``.
@@ -50,25 +65,26 @@ class Elements:
     geometry: Array
     point: Array
     share: float
+    room: Room
 
     @classmethod
-    def of(cls, block: Block, c: Context, x: Array, k: int, new: Array, room: tuple[Array, Array] | None = None) -> Elements:
+    def of(cls, block: Block, c: Context, x: Array, k: int, new: Array, room: Room | None = None) -> Elements:
         """Of block number k at node positions x (n, 2) and with the history that an increment has led to.
 
         room: see `room_for`, which is written over; new arrays if None.
         """
         law: Any = block.law
         committed, old, seconds = c.state.history[k], c.history[k], c.rule.seconds(block, c.seconds)
-        mode, (geometry, point) = block.mode, room or room_for(block)
-        stress = np.zeros((2, len(block), 4, 3))  # after the increment and where it begins
+        mode, room = block.mode, room or room_for(block)
+        stress = room.stresses
         if law.plastic:
             stresses_at(old[..., 4], new[..., 4], *law.flow, seconds, stress[0])
             stresses_at(old[..., 4], old[..., 4], *law.flow, 0.0, stress[1])
         prepare(
             c.x_n, x, block.cells, old, new, *moduli_of(block), mode.axisymmetric, mode.scale, law.plastic,
-            law.plastic and law.yield_on_cauchy, stress[0], stress[1], geometry, point,
+            law.plastic and law.yield_on_cauchy, stress[0], stress[1], room.geometry, room.point,
         )  # fmt: skip
-        return cls(block, committed, old, new, seconds, geometry, point, c.rule.share)
+        return cls(block, committed, old, new, seconds, room.geometry, room.point, c.rule.share, room)
 
     @cached_property
     def begun(self) -> Array:
@@ -79,9 +95,10 @@ class Elements:
         law: Any = self.block.law
         if not law.plastic:
             return NOT_BEGUN
-        out = np.empty((len(self.block), 4, PER_BEGUN))
-        slopes_of_begun(self.committed, self.old, self.new, self.share, law.yield_on_cauchy, *law.flow, out)
-        return out
+        _, after, before = self.room.stresses
+        stresses_at(self.committed[..., 4], self.committed[..., 4], *law.flow, 0.0, before)
+        slopes_of_begun(self.committed, self.old, self.new, self.share, law.yield_on_cauchy, before, after, self.room.begun)
+        return self.room.begun
 
     def at_fixed(self, changes: Changes, k: int, dxn: Array, dold: Sequence[Array], r: Array) -> tuple[list[Array], Array]:
         """Histories (e, 4, h, s) by group and energies (2, d) of directions, with forces added to r (ndof, d); k: the block.
@@ -89,7 +106,8 @@ class Elements:
         The energies are what is stored and the plastic work. dold: of the committed histories; dxn (n, 2, d).
         """
         histories, energy = [], np.zeros((2, len(changes.each)))
-        slopes = np.empty((*self.old.shape[:2], 3, max(len(group.flow[k]) for group in changes.groups)))
+        ways = max(len(group.flow[k]) for group in changes.groups)
+        slopes = self.room.slopes[..., :ways] if ways <= WAYS else np.empty((*self.old.shape[:2], 3, ways))
         if (curves := changes.curves[k]) is not None:
             self.flow_slopes(*curves, slopes)
         for group, old in zip(changes.groups, dold):
@@ -133,13 +151,17 @@ def moduli_of(block: Block) -> tuple[float, float]:
     return law.E / (3.0 * (1.0 - 2.0 * law.nu)), law.mu
 
 
-def room_for(block: Block) -> tuple[Array, Array]:
-    """Arrays for the geometry and the points of a block's `Elements`."""
-    return np.empty((len(block), 5, PER_PLACE)), np.empty((len(block), 4, PER_POINT))
+def room_for(block: Block) -> Room:
+    """Arrays for a block's `Elements`."""
+    points = len(block), 4
+    return Room(
+        np.empty((len(block), 5, PER_PLACE)), np.empty((*points, PER_POINT)), np.empty((*points, PER_BEGUN)),
+        np.empty((*points, 3, WAYS)), np.zeros((3, *points, 3)),
+    )  # fmt: skip
 
 
 def elements_of(
-    system: System, c: Context, u: Array, e: Evaluation, rooms: Sequence[tuple[Array, Array] | None] | None = None
+    system: System, c: Context, u: Array, e: Evaluation, rooms: Sequence[Room | None] | None = None
 ) -> list[Elements]:  # fmt: skip
     """All blocks at degrees of freedom u (ndof,), with the histories that an increment has led to, in ``rooms`` (`room_for`)."""
     x, rooms = system.positions(u), rooms or [None] * len(system.blocks)

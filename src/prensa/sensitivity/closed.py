@@ -24,7 +24,7 @@ from prensa.fem.system import System
 from prensa.friction.laws.coulomb import Coulomb
 from prensa.materials.hardening import TABLE
 from prensa.measures.measure import Gradient
-from prensa.sensitivity.bodies import elements_of, unfolding
+from prensa.sensitivity.bodies import Room, elements_of, room_for, unfolding
 from prensa.sensitivity.change import Changes
 from prensa.sensitivity.contacts import Committed, Points
 from prensa.sensitivity.direct import Columns, Direction, Solution, handed_down, onwards
@@ -86,7 +86,7 @@ class Bundle:
 
     ``histories`` (e, 4, h, s) by block and group of directions, s = `slots` of these; ``arrays``: all else that is carried.
     ``sizes`` (d,) of the parameters; ``changes``: what these change of the system; ``step``: the number of the last step, μ
-    (d, contacts) of its plan, which directions change its motions or forces.
+    (d, contacts) of its plan, which directions change its motions or forces; ``rooms`` by block.
     """
 
     directions: tuple[Direction, ...]
@@ -94,6 +94,7 @@ class Bundle:
     changes: Changes
     arrays: Arrays
     histories: list[list[Array]]
+    rooms: list[Room]
     step: tuple[int, Array, list[int]] | None = None
 
     @classmethod
@@ -114,7 +115,7 @@ class Bundle:
             for name in directions[0].carried
             if name not in names
         }
-        return cls(tuple(directions), sizes, changes, arrays, histories)
+        return cls(tuple(directions), sizes, changes, arrays, histories, [room_for(b) for b in system.blocks])
 
     def mixed(self, shares: Array) -> Arrays:
         """What a direction carries that goes along each of these by ``shares`` (d,)."""
@@ -168,7 +169,7 @@ class Closed:
 def differentiate(at: Solution, columns: Columns, before: Bundle, state: State) -> tuple[Bundle, Closed]:
     """What is committed of an increment that led to ``state``, and its derivatives; directions that move bodies come last."""
     system, c, carried, changes = at.system, at.c, before.arrays, before.changes
-    elements = elements_of(system, c, at.u, at.e)
+    elements = elements_of(system, c, at.u, at.e, before.rooms)
     given = prescribed(c, before)
     m, first = len(before.sizes), system.dofs.displacement.slice
     dxn = carried["u"][first].reshape(-1, 2, m)
