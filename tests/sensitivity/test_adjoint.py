@@ -166,10 +166,14 @@ def test_transposes_are_transposes() -> None:
         assert np.vdot(h[0], dnew[..., 0]) == pytest.approx(np.vdot(back, motion), rel=1e-12)
 
 
-def test_weights_of_what_an_increment_begins_with_are_those_of_its_slopes() -> None:
-    """The way back of a start of second order is the transpose of its matrix: of points that flow, that cease to, that rest."""
+@pytest.mark.parametrize("size", [0.02, 0.005])
+def test_weights_of_what_an_increment_begins_with_are_those_of_its_slopes(size: float) -> None:
+    """The way back of a start of second order is the transpose of its matrix: of points that flow, that cease to, that rest.
+
+    Of strains that go through the library, and of those whose logarithms are polynomials.
+    """
     rng = np.random.default_rng(5)
-    committed, share = 0.02 * rng.normal(size=(3, 4, 10)), 0.4
+    committed, share = size * rng.normal(size=(3, 4, 10)), 0.4
     committed[..., 4:6] = 0.02
     begun = committed + 0.001 * rng.normal(size=committed.shape)
     begun[..., 4] = committed[..., 4] + 0.002

@@ -26,6 +26,16 @@ def artanh(z):
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def log_slope(x):
+    """ln(1 + x)/x of |x| up to `SMALL_LOG`, 1 of 0."""
+    by = 1.0 / (2.0 + x)
+    z = x * by
+    s = z * z
+    tail = 1.0 / 3.0 + s * (1.0 / 5.0 + s * (1.0 / 7.0 + s * (1.0 / 9.0 + s * (1.0 / 11.0 + s * (1.0 / 13.0)))))
+    return 2.0 * by * (1.0 + s * tail)
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
 def exp_minus_one(x):
     """exp(x) − 1 of |x| up to `SMALL_EXP`."""
     tail = 1.0 / 40320.0 + x * (1.0 / 362880.0 + x * (1.0 / 3628800.0))

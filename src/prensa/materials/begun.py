@@ -11,8 +11,12 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from prensa.kernels.compiled import njit
+from prensa.kernels.series import GROUP, SMALL_LOG, half_log, log_slope
 from prensa.kernels.tensor import principal
+from prensa.materials.j2_finite import _axes
 
 LANES = 8  # directions at a time
 PER_BEGUN = 32
@@ -21,6 +25,11 @@ change of D (11, 22, 33, 12), share; work by the rise, by the volume, by the pla
 increment begins elsewhere than the last one ended, and whether the point flows in it."""
 FAR_APART = 0.1  # relative difference of two eigenvalues from which that of their logarithms has all its digits
 _MOVED, _FLOWS = 30, 31
+SMALL_TENSOR = 0.3 * SMALL_LOG
+"""Components of strains up to which those of their axes, and relative differences of these, are within `SMALL_LOG`."""
+# of `begun_owed`, rows of points: tensors, whether increments begin elsewhere and flow, what there is of each tensor, weights
+_OLD_B, _TRIAL_B, _BEGUN_B = (k * GROUP for k in (0, 4, 8))
+_MOVES, _FLOWING, _OF_COMMITTED, _OF_TRIAL, _OF_BEGUN, _OWED_W, _OWED_END = (k * GROUP for k in (12, 13, 14, 24, 34, 40, 50))
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -153,40 +162,121 @@ def begun_along(M, w, first, stress):
         w[at + 8 * LANES], w[at + 9 * LANES] = h2 if flows else b2, h3 if flows else b3
 
 
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _logarithms(w, tensor, to):
+    """Rows of tensors b (11, 22, 33, 12) → of ½ ln of I + b (11, 22, 33, 12), axes and slopes c, s, d1, d2, d12, d3.
+
+    Of small strains: as `_logarithm`, for `GROUP` points.
+    """
+    for i in range(GROUP):
+        n, k = tensor + i, to + i
+        l1, l2, c, s = _axes(w[n], w[n + GROUP], w[n + 3 * GROUP])
+        e1, e2, b33 = half_log(l1), half_log(l2), w[n + 2 * GROUP]
+        d2 = 0.5 / (1.0 + l2)
+        w[k], w[k + GROUP] = c * c * e1 + s * s * e2, s * s * e1 + c * c * e2
+        w[k + 2 * GROUP], w[k + 3 * GROUP] = half_log(b33), c * s * (e1 - e2)
+        w[k + 4 * GROUP], w[k + 5 * GROUP] = c, s
+        w[k + 6 * GROUP], w[k + 7 * GROUP] = 0.5 / (1.0 + l1), d2
+        w[k + 8 * GROUP], w[k + 9 * GROUP] = d2 * log_slope(2.0 * d2 * (l1 - l2)), 0.5 / (1.0 + b33)
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _exponentials(w, tensor, to):
+    """Rows of tensors b → of axes c, s of I + b and slopes x1, x2, x12, x3 there, as `_exponential`, of small strains."""
+    for i in range(GROUP):
+        n, k = tensor + i, to + i
+        l1, l2, c, s = _axes(w[n], w[n + GROUP], w[n + 3 * GROUP])
+        x2 = 2.0 * (1.0 + l2)
+        w[k], w[k + GROUP], w[k + 2 * GROUP], w[k + 3 * GROUP] = c, s, 2.0 * (1.0 + l1), x2
+        w[k + 4 * GROUP], w[k + 5 * GROUP] = x2 / log_slope(2.0 * (l1 - l2) / x2), 2.0 * (1.0 + w[n + 2 * GROUP])
+
+
+@njit(cache=True, error_model="numpy")
+def _exactly(w, i):
+    """As `_logarithms` and `_exponentials`, of point i and of strains of any size."""
+    for tensor, to in ((_OLD_B, _OF_COMMITTED), (_TRIAL_B, _OF_TRIAL)):
+        b11, b22, b33, b12 = w[tensor + i], w[tensor + GROUP + i], w[tensor + 2 * GROUP + i], w[tensor + 3 * GROUP + i]
+        e11, e22, e33, e12, c, s, d1, d2, d12, d3 = _logarithm(b11, b22, b33, b12)
+        k = to + i
+        w[k], w[k + GROUP], w[k + 2 * GROUP], w[k + 3 * GROUP], w[k + 4 * GROUP] = e11, e22, e33, e12, c
+        w[k + 5 * GROUP], w[k + 6 * GROUP], w[k + 7 * GROUP], w[k + 8 * GROUP], w[k + 9 * GROUP] = s, d1, d2, d12, d3
+    k = _BEGUN_B + i
+    c, s, x1, x2, x12, x3 = _exponential(w[k], w[k + GROUP], w[k + 2 * GROUP], w[k + 3 * GROUP])
+    k = _OF_BEGUN + i
+    w[k], w[k + GROUP], w[k + 2 * GROUP], w[k + 3 * GROUP], w[k + 4 * GROUP], w[k + 5 * GROUP] = c, s, x1, x2, x12, x3
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _owed(w, share):
+    """Rows of weights of what an increment begins with → in place, of what was committed, by what `_logarithms` and such left."""
+    for i in range(GROUP):
+        moved, flows, k = w[_MOVES + i] != 0.0, w[_FLOWING + i] != 0.0, _OWED_W + i
+        w0, w1, w2, w3, w4 = w[k], w[k + GROUP], w[k + 2 * GROUP], w[k + 3 * GROUP], w[k + 4 * GROUP]
+        t0, t1, t2, t3 = w[k + 6 * GROUP], w[k + 7 * GROUP], w[k + 8 * GROUP], w[k + 9 * GROUP]
+        # what it would be if nothing flowed goes on from the last commit where something flows, else from the beginning
+        w0, w1 = w0 + (0.0 if flows else t0), w1 + (0.0 if flows else t1)
+        w2, w3 = w2 + (0.0 if flows else t2), w3 + (0.0 if flows else t3)
+        t0, t1, t2, t3 = t0 if flows else 0.0, t1 if flows else 0.0, t2 if flows else 0.0, t3 if flows else 0.0
+        a, b, x = _OF_COMMITTED + i, _OF_TRIAL + i, _OF_BEGUN + i
+        D11, D22, D33 = w[b] - w[a], w[b + GROUP] - w[a + GROUP], w[b + 2 * GROUP] - w[a + 2 * GROUP]
+        D12, third = w[b + 3 * GROUP] - w[a + 3 * GROUP], (D11 + D22 + D33) / 3.0
+        D11, D22, D33 = D11 - third, D22 - third, D33 - third
+        size = math.sqrt((D11 * D11 + D22 * D22 + D33 * D33 + 2.0 * D12 * D12) / 1.5)
+        along = share / (1.5 * (size if moved else 1.0)) * w4
+        g11, g22, g12 = _in_axes(
+            w[x], w[x + GROUP], w[x + 2 * GROUP], w[x + 3 * GROUP], w[x + 4 * GROUP], w0, w1, 0.5 * w3
+        )  # fmt: skip
+        g33 = w[x + 5 * GROUP] * w2
+        third = (g11 + g22 + g33) / 3.0
+        r11, r22 = along * D11 - share * (g11 - third), along * D22 - share * (g22 - third)
+        r33, r12 = along * D33 - share * (g33 - third), along * D12 - share * g12
+        v6, v7, v9 = _in_axes(
+            w[b + 4 * GROUP], w[b + 5 * GROUP], w[b + 6 * GROUP], w[b + 7 * GROUP], w[b + 8 * GROUP], r11, r22, r12
+        )
+        v0, v1, v3 = _in_axes(
+            w[a + 4 * GROUP], w[a + 5 * GROUP], w[a + 6 * GROUP], w[a + 7 * GROUP], w[a + 8 * GROUP],
+            g11 - r11, g22 - r22, g12 - r12,
+        )  # fmt: skip
+        v2, v8 = w[a + 9 * GROUP] * (g33 - r33), w[b + 9 * GROUP] * r33
+        w[k], w[k + GROUP] = (v0 if moved else w0) + t0, (v1 if moved else w1) + t1
+        w[k + 2 * GROUP], w[k + 3 * GROUP] = (v2 if moved else w2) + t2, (2.0 * v3 if moved else w3) + t3
+        w[k + 5 * GROUP], w[k + 6 * GROUP], w[k + 7 * GROUP] = 0.0, v6 if moved else 0.0, v7 if moved else 0.0
+        w[k + 8 * GROUP], w[k + 9 * GROUP] = v8 if moved else 0.0, 2.0 * v9 if moved else 0.0
+
+
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
 def begun_owed(history, begun, new, share, weights):
     """Weights (m, e, q, 10) of what an increment begins with → in place, those of the committed histories; work has none.
 
     Histories (e, q, 10) and ``share`` as for `slopes_of_begun`. In a tensor's axes weights go as tensors do if those of its
-    shear, which stands for two components, are halved.
+    shear, which stands for two components, are halved. `GROUP` points go abreast.
     """
-    for e in range(history.shape[0]):
-        for q in range(history.shape[1]):
+    w, count = np.zeros(_OWED_END), history.shape[1]
+    for first in range(0, history.shape[0] * count, GROUP):
+        m = min(GROUP, history.shape[0] * count - first)
+        far = 0
+        for i in range(m):
+            e, q = (first + i) // count, (first + i) % count
             h, b = history[e, q], begun[e, q]
-            moved, flows = b[4] != h[4], new[e, q, 4] != b[4]
-            if moved:
-                e11, e22, e33, e12, c, s, d1, d2, d12, d3 = _logarithm(h[0], h[1], h[2], h[3])
-                t11, t22, t33, t12, ct, st, u1, u2, u12, u3 = _logarithm(h[6], h[7], h[8], h[9])
-                D11, D22, D33, D12 = t11 - e11, t22 - e22, t33 - e33, t12 - e12
-                third = (D11 + D22 + D33) / 3.0
-                D11, D22, D33 = D11 - third, D22 - third, D33 - third
-                rise = share / (1.5 * math.sqrt((D11 * D11 + D22 * D22 + D33 * D33 + 2.0 * D12 * D12) / 1.5))
-                cb, sb, x1, x2, x12, x3 = _exponential(b[0], b[1], b[2], b[3])
-            for m in range(weights.shape[0]):
-                w = weights[m, e, q]
-                t0, t1, t2, t3 = w[6], w[7], w[8], w[9]
-                w[5] = w[6] = w[7] = w[8] = w[9] = 0.0
-                if not flows:
-                    w[0], w[1], w[2], w[3] = w[0] + t0, w[1] + t1, w[2] + t2, w[3] + t3
-                    t0 = t1 = t2 = t3 = 0.0
-                if moved:
-                    g11, g22, g12 = _in_axes(cb, sb, x1, x2, x12, w[0], w[1], 0.5 * w[3])
-                    g33, along = x3 * w[2], rise * w[4]
-                    third = (g11 + g22 + g33) / 3.0
-                    r11, r22 = along * D11 - share * (g11 - third), along * D22 - share * (g22 - third)
-                    r33, r12 = along * D33 - share * (g33 - third), along * D12 - share * g12
-                    w[6], w[7], half = _in_axes(ct, st, u1, u2, u12, r11, r22, r12)
-                    w[8], w[9] = u3 * r33, 2.0 * half
-                    w[0], w[1], half = _in_axes(c, s, d1, d2, d12, g11 - r11, g22 - r22, g12 - r12)
-                    w[2], w[3] = d3 * (g33 - r33), 2.0 * half
-                w[0], w[1], w[2], w[3] = w[0] + t0, w[1] + t1, w[2] + t2, w[3] + t3
+            for k in range(4):
+                w[_OLD_B + k * GROUP + i], w[_TRIAL_B + k * GROUP + i], w[_BEGUN_B + k * GROUP + i] = h[k], h[6 + k], b[k]
+            w[_MOVES + i] = 1.0 if b[4] != h[4] else 0.0
+            w[_FLOWING + i] = 1.0 if new[e, q, 4] != b[4] else 0.0
+        for n in range(_OLD_B, _MOVES):
+            far += 1 if abs(w[n]) > SMALL_TENSOR else 0
+        _logarithms(w, _OLD_B, _OF_COMMITTED)
+        _logarithms(w, _TRIAL_B, _OF_TRIAL)
+        _exponentials(w, _BEGUN_B, _OF_BEGUN)
+        if far:
+            for i in range(m):
+                _exactly(w, i)
+        for d in range(weights.shape[0]):
+            for i in range(m):
+                e, q = (first + i) // count, (first + i) % count
+                for k in range(10):
+                    w[_OWED_W + k * GROUP + i] = weights[d, e, q, k]
+            _owed(w, share)
+            for i in range(m):
+                e, q = (first + i) // count, (first + i) % count
+                for k in range(10):
+                    weights[d, e, q, k] = w[_OWED_W + k * GROUP + i]

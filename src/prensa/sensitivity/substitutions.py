@@ -2,31 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.sensitivity.combinations import nearest
+
 Array = NDArray[np.float64]
 Solve = Callable[[Array], Array]
 
 
-def combined(A: Any, b: Array, before: Sequence[Array]) -> Array:
-    """The combination (n,) of some vectors (n,) that comes nearest to the solution of A x = b (n,), rows over their diagonals.
+def begun(A: Any, b: Array, before: Array, least: float) -> Array:
+    """Combinations (n, m) of vectors before (n, k m) that come nearest to solutions of A x = b (n, m), rows over their diagonals.
 
-    Those make lengths of the forces of penalties, which would hide all others.
+    Those make lengths of the forces of penalties, which would hide all others. ``least``: see `nearest`.
     """
-    if not before:
+    count = before.shape[1] // b.shape[1]
+    if not count:
         return np.zeros_like(b)
-    X, diagonal = np.stack(before, axis=1), np.abs(A.diagonal())
-    weight = np.divide(1.0, diagonal, out=np.zeros_like(diagonal), where=diagonal > 0.0)
-    AX = (A @ X) * weight[:, None]
-    sizes = np.sqrt(np.einsum("nk,nk->k", AX, AX))
-    scale = np.divide(1.0, sizes, out=np.zeros_like(sizes), where=sizes > 0.0)
-    AX *= scale
-    shares = np.linalg.lstsq(AX.T @ AX, AX.T @ (weight * b), rcond=None)[0]
-    return np.asarray(X @ (scale * shares))
+    diagonal, images, shares = A.diagonal(), A @ before, np.empty((count, b.shape[1]))
+    nearest(images, b, np.divide(1.0, diagonal, out=np.zeros(len(b)), where=diagonal != 0.0), least, shares)
+    return np.asarray(np.einsum("nkm,km->nm", before.reshape(len(b), count, -1), shares))
 
 
 class Substitutions:

@@ -27,7 +27,7 @@ from prensa.fem.system import Evaluation, System
 from prensa.materials.begun import begun_owed
 from prensa.materials.hardening import TABLE
 from prensa.sensitivity.bodies import SHIFT, Elements, elements_of, moduli_of, room_for
-from prensa.sensitivity.substitutions import Solve, Substitutions, combined
+from prensa.sensitivity.substitutions import Solve, Substitutions, begun
 from prensa.solver.linear import Kept as KeptFactors
 from prensa.solver.reduced import Reduced, Selected
 
@@ -188,7 +188,8 @@ class Common:
 
     def __init__(self, reduced: Reduced) -> None:
         self.reduced, policy = reduced, reduced.policy
-        self.solutions: list[Array] = []
+        self.solutions = np.empty((len(reduced.free), 0))
+        """Of the last increments (f, k m), that of the last one first."""
         self.substitutions = Substitutions(len(reduced.free), policy.transposed_steps, policy.transposed_fine)
 
     @cached_property
@@ -198,7 +199,8 @@ class Common:
 
     def note(self, x: Array) -> None:
         """Keep solutions (f, m) for the next to begin with."""
-        self.solutions = [x, *self.solutions[: self.reduced.policy.transposed_begun - 1]]
+        most = (self.reduced.policy.transposed_begun - 1) * x.shape[1]
+        self.solutions = np.hstack([x, self.solutions[:, :most]])
 
 
 class Backwards:
@@ -229,10 +231,10 @@ class Backwards:
 
     def _refined(self, b: Array, again: Solve) -> Array | None:
         """Free dofs (f, m) for b (f, m) by substitutions with factors nearby; None where they do not lead to it."""
-        out = np.empty_like(b)
-        for k, column in enumerate(b.T):
-            begun = combined(self.part, column, [x[:, k] for x in self.common.solutions])
-            x = self.common.substitutions.solve(self.part, again, np.ascontiguousarray(column), begun)
+        out = begun(self.part, b, self.common.solutions, self.reduced.policy.columns_alike)
+        for k in range(b.shape[1]):
+            one, first = np.ascontiguousarray(b[:, k]), np.ascontiguousarray(out[:, k])
+            x = self.common.substitutions.solve(self.part, again, one, first)
             if x is None:
                 return None
             out[:, k] = x
