@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.sparse import csc_matrix
 
 import prensa as pr
 from prensa.fem.planning import plan_step
@@ -140,6 +141,54 @@ def test_the_secant_keeps_the_direction_of_flow():
     np.testing.assert_allclose(full[1, 1], G * theta, rtol=1e-10)
     assert np.linalg.eigvalsh(full[np.ix_([0, 3, 4], [0, 3, 4])]).min() > 0
     assert tangent[0, 0] < full[0, 0]
+
+
+@pytest.mark.parametrize("space", ["plane strain", "axisymmetric"])
+@pytest.mark.parametrize("element", ["q4", "q4_enhanced", "q4_sheet"])
+def test_the_secant_of_an_element_gives_back_its_forces(element, space):
+    """In small strain, flowing from rest, stresses are secant moduli times strains: forces are the matrix times displacements.
+
+    Of enhanced elements that holds with their modes, whose forces vanish, and so with what is left when they are eliminated.
+    """
+    metal = pr.J2(E=1e3, nu=0.3, flow=pr.Voce(s0=1.0, Q=1.0, b=10.0))
+    problem = pr.Problem(
+        "bent", space=space, kinematics="small",
+        bodies={"b": pr.Body(pr.Rectangle(origin=(1, 0), size=(3, 2), n=(3, 2)), metal, element=element)},
+        fixed={"b.bottom": "xy"}, steps=(pr.Step("bend", by={"b.top": pr.Motion(x=0.1)}),),
+    )  # fmt: skip
+    system = pr.discretise(problem)
+    state = system.initial()
+    c = system.context(state, plan_step(system, 0, state.step_start), 1.0)
+    u = 0.01 * np.random.default_rng(7).normal(size=system.ndof)
+    found = {s: system.evaluate(c, u, state.lam, secant=s) for s in (0.0, 1.0)}
+    np.testing.assert_array_equal(found[0.0].r, found[1.0].r)
+    r, pattern = found[1.0].r, system.pattern
+    secant, tangent = (csc_matrix((found[s].data, pattern.indices, pattern.indptr)) @ u for s in (1.0, 0.0))
+    np.testing.assert_allclose(secant, r, rtol=0, atol=1e-9 * np.abs(r).max())
+    assert np.abs(tangent - r).max() > 0.05 * np.abs(r).max()
+
+
+def test_steps_may_go_far_until_one_has_failed():
+    """A block that nothing but contact holds: at the first attempt at an increment; one that stands on its support: always."""
+    from prensa.fem.modes import loose_bodies
+    from prensa.solver.time_stepping import Messages, Timer, TimeStepping
+
+    metal = pr.J2(E=1e3, nu=0.3, flow=pr.Voce(s0=1.0, Q=1.0, b=10.0))
+    for held, expected in ({"b.left": "x"}, (True, False)), ({"b.bottom": "xy"}, (True, True)):
+        problem = pr.Problem(
+            "pressed", bodies={"b": pr.Body(pr.Rectangle(size=(2, 1), n=(4, 2)), metal)}, fixed=held,
+            tools={"top": pr.Plane(touching="b.top"), "table": pr.Plane(touching="b.bottom")},
+            contacts=(pr.Contact("b.top", "top", pr.Coulomb(0.1)), pr.Contact("b.bottom", "table", pr.Coulomb(0.1))),
+            steps=(pr.Step("press", move={"top": pr.Motion(y=-0.05)}),),
+        )  # fmt: skip
+        system, policy = pr.discretise(problem), Policy()
+        run = TimeStepping(system, pr.Numerics(), policy, Messages(system, None), Timer(), condense=False)
+        state = system.initial()
+        plan = plan_step(system, 0, state.step_start)
+        run.prepare(plan)
+        assert bool(run.loose) == bool(loose_bodies(system, plan)) == (not expected[1])
+        c = run.context(state, plan, 0.1)
+        assert tuple(run.equilibrium(c, uncut=uncut).may_go_far for uncut in (True, False)) == expected
 
 
 def test_a_node_that_lands_on_a_wedge_takes_few_iterations():

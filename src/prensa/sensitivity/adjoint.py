@@ -230,13 +230,13 @@ class Recorded(Followed):
         self.kept.append(at)
         return self.state, increment
 
-    def equilibrium(self, c: Context) -> Equilibrium:
+    def equilibrium(self, c: Context, uncut: bool = False) -> Equilibrium:
         """As `TimeStepping.equilibrium`, with the matrix at the solution while there is room for it.
 
         Not where Newton would go otherwise then (see `Equilibrium.keeps_matrix`).
         """
         assert self.reduced is not None
-        return replace(super().equilibrium(c), keeps_matrix=self.room > 0 and not self.reduced.factorisation.follows)
+        return replace(super().equilibrium(c, uncut), keeps_matrix=self.room > 0 and not self.reduced.factorisation.follows)
 
     def _factors(self) -> KeptFactors | None:
         """Newton's last factors, unless there is no room for more of them."""

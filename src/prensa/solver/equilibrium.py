@@ -89,8 +89,8 @@ class Equilibrium:
     numerics: model.Numerics
     policy: Policy
     report: Reporter
-    flows_held: bool = False
-    """Whether bodies may flow, and their supports alone hold each of them."""
+    may_go_far: bool = False
+    """Whether bodies may flow, and steps may go far: supports hold each of them, or no attempt at the increment has failed."""
     keeps_matrix: bool = False
     """Whether the matrix at the solution is wanted: evaluations that are likely to be the last make it."""
     foreseen: Foreseen | None = None
@@ -127,7 +127,7 @@ class Equilibrium:
         Where a node lands, the velocities behind it turn at once. The tangent at what was extrapolated resists a change of
         stress across the flow alone and leads far beyond; a part of the way to the secant moduli, whose steps never raise the
         plastic work (Kačanov), is taken there. The last steps are Newton's. Bodies that nothing but contact holds are left to the
-        tangent: far steps let go of them. ``first``: of the iterates, which was extrapolated.
+        tangent once an increment was cut: far steps may let go of them. ``first``: of the iterates, which was extrapolated.
         """
         policy = self.policy
         limit = policy.turned if first else policy.turning
@@ -136,7 +136,7 @@ class Equilibrium:
             # in long increments flow turns in few elements too, whose share of all forces falls with their size
             few = policy.turning_elements
             limit *= max(few / max(sum(len(b) for b in self.system.blocks), few), policy.least_turning)
-        return self.flows_held and relative > limit
+        return self.may_go_far and relative > limit
 
     @property
     def secant(self) -> float:

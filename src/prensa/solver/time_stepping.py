@@ -459,7 +459,7 @@ class TimeStepping:
             self.messages.note(state, plan, message)
         most = self.most_cutbacks(state)
         soften = cutbacks >= min(self.policy.soften_after, self.numerics.max_cutbacks, most)
-        result = self.attempt(c, start, soften, self.between(state, known, end))
+        result = self.attempt(c, start, soften, self.between(state, known, end), uncut=not cutbacks)
         if not result.converged and c.rule.share and (plan.increments or self.times is not None):
             # before an increment that was asked for is cut: backward Euler damps more
             spent.append(result.iterations)
@@ -491,7 +491,7 @@ class TimeStepping:
                 c, to = replace(self.context(state, plan, met.time), touches=True), met.there
         c = replace(c, brought=True, through_air=to.through_air, afloat=to.bodies if to.afloat else ())
         assert to.u is not None
-        eq = self.equilibrium(c)
+        eq = self.equilibrium(c, uncut=not cutbacks)
         result = attempt_from(eq, to.u)
         if refusal := self.acceptance.refusal(c, result):
             result.converged, result.reason = False, refusal
@@ -577,22 +577,25 @@ class TimeStepping:
         lagged, threads = self.numerics.iteration == "paper", threads_of(self.numerics, self.system.ndof, self.policy)
         return replace(c, lagged=lagged, interactions=[*c.interactions, *viscous], threads=threads)
 
-    def equilibrium(self, c: Context) -> Equilibrium:
-        """The equations of an increment, condensed where the bodies are."""
+    def equilibrium(self, c: Context, uncut: bool = False) -> Equilibrium:
+        """The equations of an increment, condensed where the bodies are; ``uncut``: at the first attempt at it."""
         iteration = partial(self.messages.iteration, c.state, c.plan, c.time)
         report = Reporter(iteration, self.timer)
         reduced = self.reduced if self.condensed is None else self.condensed.reduced
         assert reduced is not None
         known = self.system.has_memory and self.system.dofs.dimension == 2  # rigid motions in space are not looked for
         turning = self.turned >= self.policy.turned_before
-        held = known and not self.loose
+        # a far step may let go of a body that only contact holds: once one has failed, steps are those of the tangent
+        far = known and (uncut or not self.loose)
         return Equilibrium(
-            self.system, c, reduced, self.numerics, self.policy, report, held, self.keeps_matrix, may_turn=turning
+            self.system, c, reduced, self.numerics, self.policy, report, far, self.keeps_matrix, may_turn=turning
         )
 
-    def attempt(self, c: Context, start: Array, soften: bool, foreseen: Foreseen | None = None) -> NewtonResult:
+    def attempt(
+        self, c: Context, start: Array, soften: bool, foreseen: Foreseen | None = None, uncut: bool = False
+    ) -> NewtonResult:  # fmt: skip
         """Outcome of one attempt, on the condensed system where there is one; ``foreseen``: see `Equilibrium`."""
-        eq = self.equilibrium(c)
+        eq = self.equilibrium(c, uncut)
         if self.condensed is not None:
             return self.condensed.attempt(attempt, eq, start, soften)
         if foreseen is None:

@@ -98,7 +98,7 @@ class Enhanced(Isoparametric, abstract=True):
 
         axi, finite, _ = mode
         t = self.table
-        at = at._replace(secant=0.0)  # the modes are iterated with the tangent
+        whole, at = at, at._replace(secant=0.0)  # the modes are iterated with the tangent
         u = c.x - c.X + c.d if finite else c.d
         first = law.size
         Hn = np.ascontiguousarray(c.old[..., first : first + 5])
@@ -117,7 +117,9 @@ class Enhanced(Isoparametric, abstract=True):
         if weak.any():
             return Failure(int(np.argmax(weak)), Why.SOFT)
         if stiffness:
-            work.K[:] = K[:, :8, :8] - K[:, :8, 8:] @ np.linalg.solve(inner, K[:, 8:, :8])
+            if whole.secant and law.plastic:
+                K = self._towards_secant(c, law, whole, mode, u, Hn, alpha)
+            work.K[:] = K[:, :8, :8] - K[:, :8, 8:] @ np.linalg.solve(K[:, 8:, 8:], K[:, 8:, :8])
         work.r[:] = r[:, :8]
         c.new[..., first : first + 5] = H if finite else c.old[..., first : first + 5] + H
         self._keep(c.new, first, alpha if finite else kept + alpha)
@@ -166,6 +168,27 @@ class Enhanced(Isoparametric, abstract=True):
             if failure := left.move(r[:, 8:], K[:, 8:, 8:], over, bad, reason):
                 return Failure(int(rows[failure.element]), failure.why)
         return Failure(int(rows[0]), Why.SOFT)
+
+    def _towards_secant(
+        self, c: Chunk, law: Material, at: At, mode: Mode, u: Array, Hn: Array, alpha: Array
+    ) -> Array:  # fmt: skip
+        """Stiffness (k, 8 + m, 8 + m) at modes alpha (k, m) that have been found, with moduli that go towards the secant.
+
+        They come of another update: what the modes were found with are the tangent's.
+        """
+        from prensa.elements import enhanced
+
+        axi, finite, scale = mode
+        t, w, k, n = self.table, workspace(self, len(u)), len(u), 8 + alpha.shape[1]
+        old = np.ascontiguousarray(c.old[..., : law.size])
+        part, F = Chunk(c.X, c.X, u, old, np.empty_like(old)), np.empty((k, self.points, self.layout.components))
+        enhanced.kinematics(c.X, u, alpha, Hn, *t, axi, finite, scale, F, w.h, w.w, np.zeros(k, dtype=np.bool_))
+        material(part, law, at, w)
+        if finite:
+            enhanced.pull_back(Hn, w.P, w.A)
+        r, K, noise = np.empty((k, n)), np.empty((k, n, n)), np.empty((k, n))
+        enhanced.integrate(c.X, u, alpha, F, t.N, t.dN, t.at, axi, finite, w.w, w.P, w.A, 0, r, K, w.size, noise)
+        return K
 
     def _modes(self, history: Array, first: int, mode: Mode) -> Array:
         """Modes (k, m) of a history."""
