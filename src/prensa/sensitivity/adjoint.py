@@ -221,8 +221,8 @@ class Recorded(Followed):
             )
         if self._lands_beside(c, result):
             raise OnlyForwards(
-                f"gradient: step {c.plan.name!r}, time {c.time:.6g}: a force brings a tool through air into contact with friction, "
-                "and where it first touches cannot be followed backwards; use solve(derivatives=...)"
+                f"gradient: step {c.plan.name!r}, time {c.time:.6g}: a force brings a tool through air into contact with "
+                "friction, and where it first touches cannot be followed backwards; use solve(derivatives=...)"
             )
         self.state, increment = super().commit(c, control, result, spent, cutbacks)
         assert self.reduced is not None
