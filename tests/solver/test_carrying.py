@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import logging
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 import prensa as pr
+from prensa.errors import ArgumentError
 
 ENFORCEMENTS = {"penalty": pr.Penalty(), "augmented": pr.Augmented(), "exact": pr.Exact()}
 METAL = pr.J2(E=70e3, nu=0.33, flow=pr.Voce(s0=100.0, Q=100.0, b=10.0))
@@ -113,6 +115,69 @@ def test_a_tool_that_is_pushed_onto_a_held_body_does_no_work_in_the_air(enforcem
         above, below = (work(lowered(**{name: size + sign * step}))[0] for sign in (1.0, -1.0))
         assert found[path] == pytest.approx((above - below) / (2.0 * step), rel=1e-5)
     assert abs(found["tools.t.at.1"]) < 1e-6 * low[0]
+
+
+def rolled_down(
+    gap: float, space: str = "plane strain", radius: float = 8.0, mu: float = 0.3, element: str = "q4_fbar",
+    enforcement: Any = None, **more: Any,
+) -> pr.Problem:  # fmt: skip
+    """A block under a roller beside its middle, with friction, that a force lowers through a gap; nothing else moves it."""
+    axisymmetric, by = space == "axisymmetric", enforcement or pr.Penalty()
+    return pr.Problem(
+        "roller", space=space, bodies={"b": pr.Body(pr.Rectangle((6.0, 4.0), (24, 16)), pr.Elastic(1e4, 0.3), element)},
+        tools={"t": pr.Circle(radius, at=(0.0 if axisymmetric else 2.3, 4.0 + radius + gap))},
+        contacts=[pr.Contact("b.top", "t", friction=pr.Coulomb(mu), enforcement=by)],
+        fixed={"b.bottom": "y", "b.left": "x"} if axisymmetric else {"b.bottom": "xy"},
+        steps=[pr.Step("press", push={"t": pr.Push(y=-300.0)}, increments=2)], **more,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("space", ["axisymmetric", "plane strain", "plane stress"])
+@pytest.mark.parametrize("enforcement", ENFORCEMENTS)
+@pytest.mark.parametrize("kinematics", ["small", "finite"])
+def test_friction_knows_nothing_of_the_way_through_air(kinematics: str, enforcement: str, space: str) -> None:
+    """A round tool comes near to other points as it is lowered; what slips, and the forces of that, begin at the touch."""
+    more: dict[str, Any] = {"enforcement": ENFORCEMENTS[enforcement], "kinematics": kinematics, "element": "q4"}
+    (*_, near), (*_, far) = (list(pr.solve(rolled_down(gap, space, **more))) for gap in (0.0, 1.5))
+    name = "b.top-t"
+    shear, most = near.contacts[name].shear, float(np.abs(near.contacts[name].shear).max())
+    assert most > 0.1 * np.abs(near.contacts[name].pressure).max()
+    assert far.force("t").x == pytest.approx(near.force("t").x, rel=1e-5, abs=1e-5)
+    assert far.contacts[name].shear == pytest.approx(shear, abs=1e-4 * most)
+
+
+@pytest.mark.parametrize("element", ["q4", "q4_fbar"])
+@pytest.mark.parametrize("enforcement", ["penalty", "exact"])
+def test_derivatives_know_where_friction_begins(enforcement: str, element: str) -> None:
+    """Those of the force along a roller that a force lowers through a gap are those of differences of whole runs."""
+    by = {"friction.mu": "mu", "tools.t.radius": "radius", "tools.t.at.1": "gap"}
+    own = {"mu": 0.3, "radius": 8.0, "gap": 0.7}
+
+    def force(**more: float) -> float:
+        values = own | more
+        problem = rolled_down(values.pop("gap"), element=element, enforcement=ENFORCEMENTS[enforcement], **values)
+        *_, inc = pr.solve(problem, exact)
+        return float(inc.force("t").x)
+
+    exact = pr.Numerics(tolerance=1e-11)
+    problem = rolled_down(0.7, element=element, enforcement=ENFORCEMENTS[enforcement])
+    paths = {"friction.mu": "contacts.0.friction.mu"}
+    *_, inc = pr.solve(problem, exact, derivatives=[paths.get(path, path) for path in by])
+    found = inc.derivative("t.force.x")
+    for path, name in by.items():
+        step = 1e-5 * own[name]
+        above, below = (force(**{name: own[name] + sign * step}) for sign in (1.0, -1.0))
+        assert found[paths.get(path, path)] == pytest.approx((above - below) / (2.0 * step), rel=1e-5, abs=1e-4)
+
+
+def test_what_slips_from_the_air_goes_no_way_back() -> None:
+    """Where a round tool first touches cannot be followed backwards, and that is told; a flat one slips nowhere on its way."""
+    with pytest.raises(ArgumentError, match="through air into contact with friction"):
+        pr.gradient(rolled_down(0.7), "t.force.x", ["contacts.0.friction.mu"])
+    flat = replace(rolled_down(0.7), tools={"t": pr.Plane(at=(0.0, 4.7))})
+    *_, inc = pr.solve(flat, derivatives=["contacts.0.friction.mu"])
+    back = pr.gradient(flat, "t.travel.y", ["contacts.0.friction.mu"])
+    assert back["contacts.0.friction.mu"] == pytest.approx(inc.derivative("t.travel.y")["contacts.0.friction.mu"], rel=1e-6)
 
 
 def on_posts(at: float, gaps: tuple[float, float]) -> pr.Problem:

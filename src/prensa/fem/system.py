@@ -349,6 +349,19 @@ class System:
             [s.supports(self.prescribed(plan.fixed)) for s in surfaces], history, rule, interactions,
         )  # fmt: skip
 
+    def through_air(self, c: Context, way: Array | None) -> Context:
+        """An increment of whose motion nothing resists ``way`` (ndof,): what was open slips from where that brings it."""
+        if way is None:
+            return c
+        u = c.state.u + way
+        committed = [
+            record if self.frictionless(law) else replace(
+                record, coordinate=np.where(record.closed[:, None], record.coordinate, self.pairs(s, u, c.state).s)
+            )
+            for s, record, law in zip(c.surfaces, c.committed, c.plan.friction)
+        ]  # fmt: skip
+        return replace(c, through_air=way, committed=committed)
+
     def _cut(self, state: State, plan: StepPlan, time: float) -> list[Surface]:
         """The contacts, edges of committed bodies cut where sharp corners are: at *time* as far as that is prescribed."""
         if not any(s.sharp for s in self.surfaces):

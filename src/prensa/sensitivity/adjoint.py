@@ -219,6 +219,11 @@ class Recorded(Followed):
                 "backwards, as motions of tools, forces on them and constant coefficients of friction can; use "
                 "solve(derivatives=...)"
             )
+        if self._lands_beside(c, result):
+            raise OnlyForwards(
+                f"gradient: step {c.plan.name!r}, time {c.time:.6g}: a force brings a tool through air into contact with "
+                "friction, and where it first touches cannot be followed backwards; use solve(derivatives=...)"
+            )
         self.state, increment = super().commit(c, control, result, spent, cutbacks)
         assert self.reduced is not None
         assert result.evaluation is not None
@@ -229,6 +234,18 @@ class Recorded(Followed):
             at = at._replace(evaluation=e)
         self.kept.append(at)
         return self.state, increment
+
+    def _lands_beside(self, c: Context, result: NewtonResult) -> bool:
+        """Whether points with friction land where a way through air has brought the tool's surface past them."""
+        if c.through_air is None:
+            return False
+        assert result.evaluation is not None
+        slack = self.policy.rounded * self.system.length
+        for s, law, now, f in zip(c.surfaces, c.laws, c.committed, result.evaluation.contacts):
+            slid = np.abs(now.coordinate - c.state.contact.coordinate[s.rows]).max(axis=1)
+            if law is not None and (f.branches.closed & ~now.closed & (slid > slack)).any():
+                return True
+        return False
 
     def equilibrium(self, c: Context, uncut: bool = False) -> Equilibrium:
         """As `TimeStepping.equilibrium`, with the matrix at the solution while there is room for it.

@@ -257,12 +257,16 @@ class Direction:
             old = replace(old, release=np.zeros(system.ndof) if carried is None else carried)
         c = system.context(old, plan, at.c.time, at.c.rule)
         c = replace(c, interactions=[*c.interactions, *stabilisation.forces(c)])
-        return c if at.c.through_air is None else replace(c, through_air=self._through_air(system, c, stabilisation.policy))
+        return c if at.c.through_air is None else system.through_air(c, self._through_air(system, c, stabilisation.policy))
 
     def through_air(self, at: Solution) -> Array:
         """Derivative (ndof,) of the way that tools and bodies go through air in an increment."""
         ways = [self._context(at, *side).through_air for side in self.sides]
         return self.difference(*(np.zeros(at.system.ndof) if way is None else way for way in ways))
+
+    def coordinates(self, at: Solution, k: int) -> Array:
+        """Derivatives (points, t) of the coordinates from which the points of contact k slip after a way through air."""
+        return self.difference(*(self._context(at, *side).committed[k].coordinate for side in self.sides))
 
     def _through_air(self, system: System, c: Context, policy: Policy) -> Array | None:
         """Way (ndof,) that tools and bodies go through air in an increment beside, as in `TimeStepping.solved`."""

@@ -453,8 +453,8 @@ class TimeStepping:
                 return found
             c = replace(c, afloat=to.bodies if to.afloat else ())
         start, air, notes = approach(self.system, c, self.policy)
-        if notes or air is not None:
-            c = replace(c, brought=bool(notes), through_air=air)
+        if notes:
+            c = replace(self.system.through_air(c, air), brought=True)
         for message in notes:
             self.messages.note(state, plan, message)
         most = self.most_cutbacks(state)
@@ -463,7 +463,8 @@ class TimeStepping:
         if not result.converged and c.rule.share and (plan.increments or self.times is not None):
             # before an increment that was asked for is cut: backward Euler damps more
             spent.append(result.iterations)
-            c = replace(self.context(state, plan, end), brought=c.brought, through_air=air, afloat=c.afloat)
+            again = self.system.through_air(self.context(state, plan, end), air)
+            c = replace(again, brought=c.brought, afloat=c.afloat)
             result = self.attempt(c, start, soften)
         if refusal := self.acceptance.refusal(c, result):
             result.converged, result.reason = False, refusal
@@ -489,7 +490,8 @@ class TimeStepping:
                 who = " and ".join(to.bodies)
                 self.messages.note(state, plan, f"{who}, carried along, met what stops it at time {met.time:.6g}")
                 c, to = replace(self.context(state, plan, met.time), touches=True), met.there
-        c = replace(c, brought=True, through_air=to.through_air, afloat=to.bodies if to.afloat else ())
+        c = self.system.through_air(c, to.through_air)
+        c = replace(c, brought=True, afloat=to.bodies if to.afloat else ())
         assert to.u is not None
         eq = self.equilibrium(c, uncut=not cutbacks)
         result = attempt_from(eq, to.u)
