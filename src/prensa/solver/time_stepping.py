@@ -426,7 +426,9 @@ class TimeStepping:
             self.messages.rejected(state, plan, c.time, result)
             assert result.reason is not None
             dt = control.cut(c.dt)
-            last = cutbacks == most or control.exhausted(dt) or control.comes_free(result.reason, c.dt)
+            # a first attempt may have let go of a body that only contact holds by a far step: the next has none
+            came_free = control.comes_free(result.reason, c.dt) and not (self.loose and cutbacks == 0)
+            last = cutbacks == most or control.exhausted(dt) or came_free
             hopeless = self.distortion.rejected(c, result.reason, control.longest(None)) or self.stays_inside(
                 state, cutbacks
             )
