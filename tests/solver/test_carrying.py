@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.errors import ArgumentError
+from prensa.sensitivity.parameters import numbers as numbers_of
 
 ENFORCEMENTS = {"penalty": pr.Penalty(), "augmented": pr.Augmented(), "exact": pr.Exact()}
 METAL = pr.J2(E=70e3, nu=0.33, flow=pr.Voce(s0=100.0, Q=100.0, b=10.0))
@@ -170,14 +170,34 @@ def test_derivatives_know_where_friction_begins(enforcement: str, element: str) 
         assert found[paths.get(path, path)] == pytest.approx((above - below) / (2.0 * step), rel=1e-5, abs=1e-4)
 
 
-def test_what_slips_from_the_air_goes_no_way_back() -> None:
-    """Where a round tool first touches cannot be followed backwards, and that is told; a flat one slips nowhere on its way."""
-    with pytest.raises(ArgumentError, match="through air into contact with friction"):
-        pr.gradient(rolled_down(0.7), "t.force.x", ["contacts.0.friction.mu"])
-    flat = replace(rolled_down(0.7), tools={"t": pr.Plane(at=(0.0, 4.7))})
-    *_, inc = pr.solve(flat, derivatives=["contacts.0.friction.mu"])
-    back = pr.gradient(flat, "t.travel.y", ["contacts.0.friction.mu"])
-    assert back["contacts.0.friction.mu"] == pytest.approx(inc.derivative("t.travel.y")["contacts.0.friction.mu"], rel=1e-6)
+@pytest.mark.parametrize("enforcement", ["penalty", "exact"])
+def test_the_way_back_knows_where_friction_begins(enforcement: str) -> None:
+    """Gradients by friction, shape, height, place and a slanting force are the derivatives forwards, after a lift as well."""
+    push = pr.Push(x=-20.0, y=-300.0)
+    steps = [
+        pr.Step("press", push={"t": push}, increments=2), pr.Step("lift", move={"t": pr.Motion(y=0.6)}, increments=1),
+        pr.Step("again", push={"t": push}, increments=2),
+    ]  # fmt: skip
+    problem = replace(rolled_down(0.7, enforcement=ENFORCEMENTS[enforcement]), steps=steps)
+    by = [
+        "contacts.0.friction.mu", "tools.t.radius", "tools.t.at.0", "tools.t.at.1", "steps.0.push.t.x", "steps.0.push.t.y",
+        "steps.1.move.t.y", "steps.2.push.t.y", "bodies.b.material.E", "bodies.b.mesh.size.0",
+    ]  # fmt: skip
+    exact = pr.Numerics(tolerance=1e-11)
+    *_, inc = pr.solve(problem, exact, derivatives=by)
+    of = ["t.travel.x", "t.travel.y"]
+    back, numbers = pr.gradient(problem, of, by, exact), numbers_of(problem)
+    for k, measure in enumerate(of):
+        forwards = inc.derivative(measure)
+        sized = np.array([[forwards[path] * numbers[path], back[path][k] * numbers[path]] for path in by])
+        assert np.abs(sized[:, 0] - sized[:, 1]).max() < 1e-7 * np.abs(sized).max()
+
+
+def test_bodies_carried_through_air_go_no_way_back() -> None:
+    """Where a billet between gaps comes to rest cannot be followed backwards, and that is told."""
+    problem = billet(0.2, 0.7, pr.Step("press", push={"high": pr.Push(y=-3000.0)}, increments=3))
+    with pytest.raises(pr.PrensaError, match="carried through air until something stops them"):
+        pr.gradient(problem, "high.travel.y", ["contacts.1.friction.mu"])
 
 
 def on_posts(at: float, gaps: tuple[float, float]) -> pr.Problem:

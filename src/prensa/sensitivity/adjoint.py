@@ -22,6 +22,7 @@ from prensa.measures.measure import Gradient, Measure
 from prensa.model import problem as model
 from prensa.sensitivity.change import Change, change_of, known
 from prensa.sensitivity.closed import covers
+from prensa.sensitivity.landing import Landing, coordinates, landing_of
 from prensa.sensitivity.parameters import Parameter, refuse_other_mesh
 from prensa.sensitivity.solve import Followed, check_paths, refuse
 from prensa.sensitivity.transposed import Converged, Owed, Stage, Touching, Weights, back
@@ -129,10 +130,10 @@ def gradient(
     c = run.kept[-1].c
     with timer("backwards"):
         slopes = [_slope(m, increment) for m in measures]
-        start, owed = _backwards(system, run, slopes, any(p.bends for p in parameters))
+        start, owed, landings = _backwards(system, run, slopes, any(p.bends for p in parameters))
     with timer("parameters"):
         seen = _Seen(measures, slopes, run, c, increment)
-        columns = np.stack([p.derivative(start, owed, seen) for p in parameters], axis=1)
+        columns = np.stack([p.derivative(start, owed, landings, seen) for p in parameters], axis=1)
     values, units = np.array([m.value(increment) for m in measures]), tuple(m.unit for m in measures)
     return Slopes(names, units, tuple(by), values, columns, increment, isinstance(of, str))
 
@@ -219,10 +220,10 @@ class Recorded(Followed):
                 "backwards, as motions of tools, forces on them and constant coefficients of friction can; use "
                 "solve(derivatives=...)"
             )
-        if self._lands_beside(c, result):
+        if c.through_air is not None and c.through_air[self.system.dofs.displacement.slice].any():
             raise OnlyForwards(
-                f"gradient: step {c.plan.name!r}, time {c.time:.6g}: a force brings a tool through air into contact with "
-                "friction, and where it first touches cannot be followed backwards; use solve(derivatives=...)"
+                f"gradient: step {c.plan.name!r}, time {c.time:.6g}: bodies are carried through air until something stops them, "
+                "and where that is cannot be followed backwards; use solve(derivatives=...)"
             )
         self.state, increment = super().commit(c, control, result, spent, cutbacks)
         assert self.reduced is not None
@@ -234,18 +235,6 @@ class Recorded(Followed):
             at = at._replace(evaluation=e)
         self.kept.append(at)
         return self.state, increment
-
-    def _lands_beside(self, c: Context, result: NewtonResult) -> bool:
-        """Whether points with friction land where a way through air has brought the tool's surface past them."""
-        if c.through_air is None:
-            return False
-        assert result.evaluation is not None
-        slack = self.policy.rounded * self.system.length
-        for s, law, now, f in zip(c.surfaces, c.laws, c.committed, result.evaluation.contacts):
-            slid = np.abs(now.coordinate - c.state.contact.coordinate[s.rows]).max(axis=1)
-            if law is not None and (f.branches.closed & ~now.closed & (slid > slack)).any():
-                return True
-        return False
 
     def equilibrium(self, c: Context, uncut: bool = False) -> Equilibrium:
         """As `TimeStepping.equilibrium`, with the matrix at the solution while there is room for it.
@@ -267,16 +256,21 @@ class Recorded(Followed):
         return found
 
 
-def _backwards(system: System, run: Recorded, slopes: Sequence[Gradient], curves: bool) -> tuple[Weights, Owed]:
+def _backwards(
+    system: System, run: Recorded, slopes: Sequence[Gradient], curves: bool
+) -> tuple[Weights, Owed, list[Landing]]:
     """What measures with these slopes owe to the state in which the run began and to the system, its flow curves if asked."""
     m = len(slopes)
-    weights, owed = Weights.none(system, m), Owed(system, m, curves)
+    weights, owed, landings = Weights.none(system, m), Owed(system, m, curves), list[Landing]()
     for k, slope in enumerate(slopes):
         np.add.at(weights.u[k], *slope.displacements(system))
         np.add.at(weights.force[k], *slope.reactions(system))
     while run.kept:  # what was kept of an increment goes with it
-        weights = back(system, run.kept.pop(), weights, owed)
-    return weights, owed
+        at = run.kept.pop()
+        weights = back(system, at, weights, owed)
+        if at.c.through_air is not None:
+            landings.append(landing_of(system, at.c, weights))
+    return weights, owed, landings
 
 
 class _Seen(NamedTuple):
@@ -302,7 +296,7 @@ class _Seen(NamedTuple):
 class _Parameter:
     """A parameter: the systems a ``step`` above and below it, and what it changes of their arrays.
 
-    ``still``: lengths over element depths by which changes of a parameter's size may move what stands still (see `Still`).
+    ``policy.flat``: lengths over element depths by which changes of a parameter's size may move what stands still (`Still`).
     """
 
     path: str
@@ -312,7 +306,7 @@ class _Parameter:
     change: Change | None
     shape: bool
     """Whether it is of a tool alone, and changes nothing but this one's shape and place."""
-    still: float
+    policy: Policy
 
     @classmethod
     def of(cls, system: System, path: str, policy: Policy) -> _Parameter:
@@ -327,7 +321,7 @@ class _Parameter:
         change = None if shape else change_of(above, below, step)
         if not shape and change is None:
             raise OnlyForwards(f"gradient: what {path} changes cannot be followed backwards; use solve(derivatives=...)")
-        return cls(path, parameter.size, step, systems, change, shape, policy.flat)
+        return cls(path, parameter.size, step, systems, change, shape, policy)
 
     @property
     def bends(self) -> bool:
@@ -342,7 +336,7 @@ class _Parameter:
         """Derivative of a number of the system."""
         return self.difference(*map(value, self.systems))
 
-    def derivative(self, start: Weights, owed: Owed, seen: _Seen) -> Array:
+    def derivative(self, start: Weights, owed: Owed, landings: Sequence[Landing], seen: _Seen) -> Array:
         """Derivatives (m,) of the measures."""
         out = np.einsum("mta,ta->m", owed.at, self.between(lambda s: np.array([t.at for t in s.tools]).reshape(-1, 2)))
         for t, touching in enumerate(owed.touching):
@@ -350,6 +344,8 @@ class _Parameter:
             if touching and pickle.dumps(a.shape) != pickle.dumps(b.shape):
                 out = out + self._of_shape(t, touching)
         out = out + self._of_start(start)
+        for landing in landings:
+            out = out + self._of_landing(landing, owed.stage(landing.c))
         if self.change is None:
             return out
         out = out + self._of_arrays(self.change, owed)
@@ -388,6 +384,14 @@ class _Parameter:
         turned = n[:, 0] * dn[:, 1] - n[:, 1] * dn[:, 0]
         return np.asarray(g @ self.difference(above.g, below.g) + turn @ turned + s @ rate)
 
+    def _of_landing(self, landing: Landing, stage: Stage) -> Array:
+        """Through where points that a tool comes to through air begin to slip."""
+        c, policy = landing.c, self.policy
+        plans = (plan_step(s, c.plan.number, stage.step_start, stage.ends) for s in self.systems)
+        above, below = (coordinates(s, plan, c, policy) for s, plan in zip(self.systems, plans))
+        found = [w @ self.difference(a, b)[:, 0] for w, a, b in zip(landing.weights, above, below)]
+        return np.asarray(np.sum(found, axis=0))
+
     def _of_start(self, start: Weights) -> Array:
         """Through the state in which the run began."""
         above, below = (s.initial() for s in self.systems)
@@ -411,7 +415,7 @@ class _Parameter:
         out = stage.mu @ self.difference(mu, [0.0 if p is None else getattr(p, "mu", 0.0) for p in b.friction])
         for still in stage.still:
             moves = still.slopes @ (self.difference(*(p.values(still.time) - p.values(still.before) for p in (a, b))))
-            if np.abs(moves * self.size).max(initial=0.0) > self.still:
+            if np.abs(moves * self.size).max(initial=0.0) > self.policy.flat:
                 raise OnlyForwards(
                     f"gradient: {self.path} moves a node that supports hold at rest on a tool, which would begin to slide or "
                     f"open (step {a.name!r}, time {still.time:.6g}), which has no derivative; solve(derivatives=...) follows "

@@ -85,7 +85,7 @@ class Policy:
     """Those that are tried where more is left of the residual along a derivative than there should be."""
     flat: float = 1e-5
     """Share of the forces, beyond round-off, that may be left of the residual along a derivative."""
-    columns_fine: float = 1e-10
+    columns_fine: float = 3e-11
     """Share of the forces that substitutions with Newton's last factors may leave of the linear equations of a derivative."""
     columns_alike: float = 1e-10
     """A way that is this near to a combination of those before, in squares of residuals, says nothing more than they do."""

@@ -1,0 +1,59 @@
+"""Backwards through the way of a tool that a force brings through air: where points with friction begin to slip."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.fem.context import Context
+from prensa.fem.schedule import StepPlan
+from prensa.fem.system import System
+from prensa.sensitivity.transposed import Weights
+from prensa.solver.approach import approach
+from prensa.solver.policy import Policy
+
+Array = NDArray[np.float64]
+
+
+class Landing(NamedTuple):
+    """An increment with a way through air: its context, and weights (m, points) by contact of the coordinates at its end."""
+
+    c: Context
+    weights: Sequence[Array]
+
+
+def landing_of(system: System, c: Context, before: Weights) -> Landing:
+    """What coordinates at the end of a way through air owe to the state before it; they are those of the committed no more.
+
+    A tool goes along its force until springs on the points that it meets first bear next to nothing: their gaps, weighted by
+    these springs, stay what they are. See `System.through_air`.
+    """
+    way = np.asarray(c.through_air)
+    u, weights = c.state.u + way, list[Array]()
+    for k, owed in enumerate(before.contact):
+        w = np.where(c.committed[k].closed | (c.laws[k] is None), 0.0, owed.s)
+        before.contact[k] = owed._replace(s=owed.s - w)
+        weights.append(w)
+    for t in range(len(system.tools)):
+        along = way[system.dofs.tool.dofs(t)]
+        own = [(s, weights[k], c.scales[k].k_n * c.weights[k]) for k, s in enumerate(c.surfaces) if s.tool == t]
+        pairs = [system.pairs(s, u, c.state) for s, *_ in own]
+        springs = [np.where(p.g < 0.0, stiff, 0.0) for p, (_, _, stiff) in zip(pairs, own)]
+        rise = sum(float((met * (p.dg[:, 2:] @ along)).sum()) for p, met in zip(pairs, springs))
+        slide = np.sum([w @ (p.ds[:, 0, 2:] @ along) for p, (_, w, _) in zip(pairs, own)], axis=0)
+        for p, met, (s, w, _) in zip(pairs, springs, own):
+            q = w[:, :, None] * p.ds[:, 0]
+            if along.any():
+                q = q - (slide[:, None] / rise * met)[:, :, None] * p.dg
+            for out, x in zip(before.u, q):
+                np.add.at(out, s.dofs, x if s.points.N.shape[1] == 1 else s.points.on_dofs(x))
+    return Landing(c, weights)
+
+
+def coordinates(system: System, plan: StepPlan, c: Context, policy: Policy) -> list[Array]:
+    """Those (points, 1) by contact from which points slip in an increment of another system from the same state."""
+    beside = system.context(c.state, plan, c.time, c.rule)
+    return [r.coordinate for r in system.through_air(beside, approach(system, beside, policy).through_air).committed]
