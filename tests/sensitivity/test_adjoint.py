@@ -18,6 +18,7 @@ from prensa.materials.j2_finite import stresses_at
 from prensa.model.problem import Problem
 from prensa.model.schema import loads
 from prensa.sensitivity.parameters import value_of, with_values
+from prensa.solver.linear import Factorisation
 from prensa.solver.policy import Policy
 from rings import ring
 
@@ -209,6 +210,25 @@ def test_what_is_not_kept_is_made_again(room: float) -> None:
     made = pr.gradient(problem, of, by, step="press", policy=Policy(kept_matrices=room, kept_factors=room))
     assert made.values.tolist() == kept.values.tolist()
     assert made.slopes == pytest.approx(kept.slopes, rel=1e-10, abs=1e-12 * np.abs(kept.slopes).max())
+
+
+def test_factors_serve_increments_beside(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where Newton's factors are too large to be kept, new ones of a few increments serve those beside: the same gradients."""
+    problem = loads(SHAPED.replace("increments: 10", "increments: 40")).problem
+    by = ["tools.die.points.1.1", "friction.mu", "bodies.billet.material.flow.K", "steps.0.move.die.y"]
+    of = ["die.force.y", "billet.top.x at x=5"]
+    kept = pr.gradient(problem, of, by, step="press")
+    coarse, made = Factorisation.coarse, list[int]()
+
+    def counted(self: Factorisation, values: np.ndarray) -> bool:
+        made.append(len(values))
+        return coarse(self, values)
+
+    monkeypatch.setattr(Factorisation, "coarse", counted)
+    beside = pr.gradient(problem, of, by, step="press", policy=Policy(kept_size=0.0))
+    assert 0 < len(made) < 0.5 * 40
+    assert beside.values.tolist() == kept.values.tolist()
+    assert beside.slopes == pytest.approx(kept.slopes, rel=1e-10, abs=1e-12 * np.abs(kept.slopes).max())
 
 
 def test_one_measure_gives_numbers() -> None:

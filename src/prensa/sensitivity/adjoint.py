@@ -228,8 +228,8 @@ class Recorded(Followed):
         self.state, increment = super().commit(c, control, result, spent, cutbacks)
         assert self.reduced is not None
         assert result.evaluation is not None
-        e, factors = result.evaluation, self._factors()
-        at = Converged(replace(c, lagged=False), result.u, self.system.branches(c, e), self.reduced, factors=factors)
+        e = result.evaluation
+        at = Converged(replace(c, lagged=False), result.u, self.system.branches(c, e), self.reduced, factors=self._factors())
         if e.data is not None and not c.lagged and self.room >= e.data.nbytes:
             self.room -= e.data.nbytes
             at = at._replace(evaluation=e)
@@ -245,12 +245,12 @@ class Recorded(Followed):
         return replace(super().equilibrium(c, uncut), keeps_matrix=self.room > 0 and not self.reduced.factorisation.follows)
 
     def _factors(self) -> KeptFactors | None:
-        """Newton's last factors, unless there is no room for more of them."""
+        """Newton's last factors, unless they are large or there is no room for more of them."""
         assert self.reduced is not None
         found, last = self.reduced.factorisation.kept(), self.kept[-1].factors if self.kept else None
         if found is None or (last is not None and found.factors is last.factors):
             return found
-        if self.room_for_factors < found.size:
+        if found.size > min(self.room_for_factors, self.policy.kept_size):
             return None
         self.room_for_factors -= found.size
         return found
@@ -267,7 +267,7 @@ def _backwards(
         np.add.at(weights.force[k], *slope.reactions(system))
     while run.kept:  # what was kept of an increment goes with it
         at = run.kept.pop()
-        weights = back(system, at, weights, owed)
+        weights = back(system, at, weights, owed, run.kept)
         if at.c.through_air is not None:
             landings.append(landing_of(system, at.c, weights))
     return weights, owed, landings

@@ -8,6 +8,7 @@ All arrays have the measures m as first axis.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -183,11 +184,47 @@ def _no_flow(b: Block, m: int) -> FlowWeights:
     return FlowWeights(*(np.zeros((m, *np.shape(v))) for v in (p, knots, coefficients)))
 
 
+class Nearby(NamedTuple):
+    """Factors of an increment, and the diagonal (f,) of the matrix at its end."""
+
+    factors: KeptFactors
+    diagonal: Array
+
+    def solve(self, diagonal: Array) -> Solve:
+        """Their transposed substitution for a matrix with another diagonal, rows and columns scaled alike to that.
+
+        Bodies that are pressed flatter have other stiffnesses along each axis, which that takes up; flow that turns and contact
+        are left to what substitutions learn.
+        """
+        scale = _scales(self.diagonal, diagonal)
+        return lambda b: scale * self.factors.transposed(scale * b)
+
+
+def _scales(a: Array, b: Array) -> Array:
+    """Lengths (f,) of unknowns that make one diagonal (f,) of a matrix the size of another."""
+    return np.sqrt(np.abs(np.divide(a, b, out=np.ones(len(a)), where=(a != 0.0) & (b != 0.0))))
+
+
+def departure(a: Array, b: Array) -> float:
+    """How unlike two matrices are, by their diagonals (f,): scatter of the logarithms of the lengths between them."""
+    return float(np.log(_scales(a, b)).std())
+
+
+def diagonal_places(pattern: Pattern, free: Index) -> Index:
+    """Where the diagonal of the free dofs (f,) stands among the values of the matrix of all."""
+    columns = np.repeat(np.arange(pattern.n, dtype=pattern.indices.dtype), np.diff(pattern.indptr))
+    return np.flatnonzero(pattern.indices == columns)[free]
+
+
 class Common:
     """What the increments of a step have in common backwards: where transposes stand, the last solutions, room for steps."""
 
     def __init__(self, reduced: Reduced) -> None:
         self.reduced, policy = reduced, reduced.policy
+        self.diagonal: Index | None = None
+        """See `diagonal_places`."""
+        self.nearby: Nearby | None = None
+        """Factors that increments after were solved with, where they had none of Newton's."""
         self.solutions = np.empty((len(reduced.free), 0))
         """Of the last increments (f, k m), that of the last one first."""
         self.substitutions = Substitutions(len(reduced.free), policy.transposed_steps, policy.transposed_fine)
@@ -207,13 +244,15 @@ class Backwards:
     """Solutions with the transpose of the matrix at a solution.
 
     Factors of a matrix nearby do where what they leave is solved for again: Newton's last ones, of an iterate before, which the
-    run has left, or else those of the matrix itself in single precision, which cost less than those in double precision.
+    run has left, or else those of an increment beside or of the matrix itself in single precision, which cost less than those in
+    double precision.
     """
 
-    def __init__(self, at: Converged, e: Evaluation, pattern: Pattern, owed: Owed) -> None:
+    def __init__(self, at: Converged, earlier: Sequence[Converged], e: Evaluation, pattern: Pattern, owed: Owed) -> None:
         from scipy.sparse import csr_matrix
 
         self.at, self.reduced, self.e, self.common = at, at.reduced, e, owed.common(at.reduced)
+        self.earlier, self.pattern = earlier, pattern
         self.whole = csr_matrix((e.data, pattern.indices, pattern.indptr), (pattern.n, pattern.n))  # columns of K as rows
         r = self.reduced.restriction
         assert isinstance(r, Selected)
@@ -222,12 +261,51 @@ class Backwards:
 
     def solve(self, b: Array) -> Array:
         """Dofs (ndof, m) of Kᵀ x = b for b (ndof, m), zero where prescribed."""
-        part = self.reduced.restriction.part(b)
-        x = None if self.at.factors is None else self._refined(part, self.at.factors.transposed)
+        part, x = self.reduced.restriction.part(b), None
+        if self.at.factors is not None:
+            x = self._refined(part, self.at.factors.transposed)
+        elif (nearby := self._nearby()) is not None:
+            x = self._refined(part, nearby.solve(self.diagonal))
         if x is None:
             x = self._newly_factored(b, part)
         self.common.note(x)
         return self.reduced.restriction.whole(x, len(b))
+
+    @cached_property
+    def diagonal(self) -> Array:
+        """Of the matrix in the free dofs, (f,)."""
+        return self._diagonal(self.e)
+
+    def _diagonal(self, e: Evaluation) -> Array:
+        if self.common.diagonal is None:
+            self.common.diagonal = diagonal_places(self.pattern, self.reduced.restriction.free)
+        assert e.data is not None
+        return e.data[self.common.diagonal]
+
+    def _nearby(self) -> Nearby | None:
+        """Factors of an increment like this one: those at hand, or new ones of one before; None if there are none.
+
+        The furthest one is taken, which is in the middle of those that its factors serve.
+        """
+        far, common, reduced = self.reduced.policy.transposed_apart, self.common, self.reduced
+        if common.nearby is not None and departure(common.nearby.diagonal, self.diagonal) < far:
+            return common.nearby
+        common.nearby, found = None, None
+        for at in reversed(self.earlier):
+            if at.reduced is not reduced or at.factors is not None or at.evaluation is None or reduced.symmetric:
+                break
+            diagonal = self._diagonal(at.evaluation)
+            if not departure(diagonal, self.diagonal) < far:
+                break
+            found = at.evaluation, diagonal
+        if found is not None and (made := self._coarse(found[0])) is not None:
+            common.nearby = Nearby(made, found[1])
+        return common.nearby
+
+    def _coarse(self, e: Evaluation) -> KeptFactors | None:
+        """Factors of the matrix of an evaluation in single precision; None where there are none for its transpose."""
+        matrix, factors = self.reduced.matrix(e, np.zeros(len(e.r))), self.reduced.factorisation
+        return factors.kept() if factors.coarse(matrix) else None
 
     def _refined(self, b: Array, again: Solve) -> Array | None:
         """Free dofs (f, m) for b (f, m) by substitutions with factors nearby; None where they do not lead to it."""
@@ -247,9 +325,10 @@ class Backwards:
         refined once where contacts are exact, which takes back what `determined` adds.
         """
         reduced, factors = self.reduced, self.reduced.factorisation
-        matrix = reduced.matrix(self.e, np.zeros(len(b)))
+        matrix, self.common.nearby = reduced.matrix(self.e, np.zeros(len(b))), None
         if factors.coarse(matrix):
             made = factors.kept()
+            self.common.nearby = Nearby(made, self.diagonal) if made is not None else None
             x = self._refined(part, made.transposed) if made is not None else None
             if x is None and reduced.symmetric:
                 x = self._refined(part, factors.again)
@@ -275,11 +354,14 @@ def places_of(reduced: Reduced) -> Index | slice:
     return np.asarray(numbered.data, dtype=np.int64)
 
 
-def back(system: System, at: Converged, after: Weights, owed: Owed) -> Weights:
-    """Weights of the state before an increment from those of the state after it; adds to what is ``owed`` to the system."""
+def back(system: System, at: Converged, after: Weights, owed: Owed, earlier: Sequence[Converged] = ()) -> Weights:
+    """Weights of the state before an increment from those of the state after it; adds to what is ``owed`` to the system.
+
+    ``earlier``: the increments before it, in order.
+    """
     c, m = at.c, len(after.u)
     e = at.evaluation or system.evaluate(c, at.u, system.initial_multipliers(c.state), like=at.branches)
-    columns = Backwards(at, e, system.pattern, owed)
+    columns = Backwards(at, earlier, e, system.pattern, owed)
     elements = elements_of(system, c, at.u, e, owed.rooms)
     x, step_start = after.u.copy(), after.step_start
     if c.ends_step:

@@ -12,6 +12,8 @@ class Policy:
     # ------------------------------------------------------------------------------------------------ initial guess
     good_start: float = 0.05
     """Relative residual of the extrapolation below which nothing better is looked for."""
+    cubic: float = 0.9
+    """How far the third differences of two increments are alike from which on the next is extrapolated by them."""
     sunk_start: float = 0.01
     """Penetration over element depth that default penalties stay below at any pressure that a body bears; contact nodes
     beyond it are not projected, since the gap of a soft penalty goes on growing."""
@@ -93,6 +95,10 @@ class Policy:
     """Bytes of matrices at solutions that a run keeps for the way back, which evaluates again where it has none."""
     kept_factors: float = 1.4e8
     """Bytes of Newton's last factors likewise; beyond that, new memory costs a process as much as factors of the transposes."""
+    kept_size: float = 4e6
+    """Bytes of those of one increment up to which they are kept: above, memory costs what new factors do, which serve three."""
+    transposed_apart: float = 0.012
+    """Scatter of the logarithms of lengths between the diagonals of matrices up to which factors of one serve the other."""
     transposed_fine: float = 1e-13
     """Share of the solution of linear equations with a transpose that substitutions with factors of a matrix nearby leave, …"""
     transposed_steps: int = 12

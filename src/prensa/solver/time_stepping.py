@@ -748,13 +748,18 @@ def committed(
     if ended and result.recover is not None:
         result.u, result.recover = result.recover(), None
     step, step_start = (c.plan.number + 1, result.u) if ended else (c.plan.number, old.step_start)
-    difference, damping = old.damped_difference(du, c.dt, system.dofs.displacement.slice)
+    nodal = system.dofs.displacement.slice
+    difference, damping = old.damped_difference(du, c.dt, nodal)
+    third, alike = old.bent(difference, c.dt, nodal)
+    clock = Clock(
+        step, old.clock.number + 1, c.time, dt, damping, before=old.dt_last, cubic=alike >= stabilisation.policy.cubic
+    )
     return State(
         u=result.u, du=du, dt_last=0.0 if ended or c.brought else c.dt, second_difference=difference,
         history=e.history, contact=contact,
-        lam=lam, energy=energy, work=work, clock=Clock(step, old.clock.number + 1, c.time, dt, damping),
+        lam=lam, energy=energy, work=work, clock=clock,
         step_start=step_start, release=None if c.time >= c.plan.t1 else old.release,
         strings=None if c.time >= c.plan.t1 else old.strings, stability=stability,
         ends=np.append(old.ends, c.time) if ended else old.ends, watched=c.watched, softest=softest,
-        remeshed=old.remeshed,
+        remeshed=old.remeshed, third_difference=third,
     )  # fmt: skip
