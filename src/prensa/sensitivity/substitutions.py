@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from prensa.sensitivity.combinations import nearest
 
+SURE = 10.0
+"""Shares ``fine`` of a solution that what it leaves may come from: rates of substitutions do not tell them better."""
+
 Array = NDArray[np.float64]
 Solve = Callable[[Array], Array]
 
@@ -42,8 +45,10 @@ class Substitutions:
         """Solution (n,) of A x = b (n,) from x (n,) on by substitutions ``again``; None where they do not lead there.
 
         What is left is judged by x: forces on tools make right-hand sides of their penalties, far larger than what comes of them.
+        Where the factors are of a nearly singular matrix, single precision answers by noise, and directions tell nothing: what is
+        taken for a solution has to leave no more of any equation than a change of x by a few ``fine`` could.
         """
-        P, Q, size, rate = self._ways, self._changes, np.inf, np.inf
+        P, Q, size, rate, first = self._ways, self._changes, np.inf, np.inf, np.inf
         z = again(b - A @ x)
         for k in range(self.most):
             shares = Q[:k] @ z
@@ -55,17 +60,26 @@ class Substitutions:
                 return None
             rate = size / before if k and before > 0.0 else 0.0 if size == 0.0 else np.inf
             enough, slower = self.fine * _length(x), max(rate, slower if k > 1 else rate)
-            if size * slower <= enough or size == 0.0:
+            left = b - A @ x
+            if (size * slower <= enough or size == 0.0) and np.all(np.abs(left) <= SURE * enough * _rows(A)):
                 return x
-            if (k and not size * slower ** (self.most - k) <= enough) or k + 1 == self.most:
+            first = size if not k else first
+            if (k > 1 and not size * (size / first) ** ((self.most - k) / k) <= enough) or k + 1 == self.most:
                 return None
-            after = again(b - A @ x)
+            after = again(left)
             change, z = z - after, after
             own = Q[:k] @ change
             change, way = change - own @ Q[:k], way - own @ P[:k]
-            by = 1.0 / _length(change)
+            if not (length := _length(change)) > 0.0:
+                return None
+            by = 1.0 / length
             Q[k], P[k] = by * change, by * way
         return None
+
+
+def _rows(A: Any) -> Array:
+    """Sums (n,) of the sizes of each row of A."""
+    return np.asarray(abs(A).sum(axis=1)).ravel()
 
 
 def _length(x: Array) -> float:
