@@ -43,3 +43,22 @@ def test_an_element_answers_the_same_whoever_stands_beside_it(axisymmetric: bool
         for first, last in ((0, 1), (5, 20), (q4.ABREAST, q4.ABREAST + 1), (7, n)):
             for some, others in zip(answer(slice(first, last), stiffness), every):
                 assert some.tobytes() == others[first:last].tobytes()
+
+
+def test_elements_with_a_point_that_has_little_area_are_counted() -> None:
+    """Of any number of elements in finite strain those are to which `unfold` adds forces, and no others."""
+    rng, n = np.random.default_rng(1), 2 * q4.ABREAST + 5
+    x = np.array([[3.0, 0.0], [4.0, 0.0], [4.0, 1.0], [3.0, 1.0]]) + 0.005 * rng.standard_normal((n, 4, 2))
+    d = np.zeros_like(x)
+    for e in (2, q4.ABREAST, n - 1):
+        d[e, 2] = [-0.6, -0.6]  # a corner beyond the line of its neighbours
+    counts = []
+    for first in range(n + 1):
+        k = n - first
+        out = [np.empty((k, 4, 5)), np.empty((k, 4)), np.empty((k, 4)), np.zeros(k, dtype=np.bool_)]
+        counts.append(q4.kinematics(x[first:].copy(), d[first:].copy(), True, True, 1.0, *out))
+        assert q4.folding(x[first:], d[first:]) == (counts[-1] > 0)
+    assert counts == [sum(e >= first for e in (2, q4.ABREAST, n - 1)) for first in range(n + 1)]
+    size, r = np.zeros(n), np.zeros((n, 8))
+    q4.unfold(x, x, d, True, 1.0, size, False, r, np.empty((n, 8, 8)))
+    assert np.flatnonzero(size).tolist() == [2, q4.ABREAST, n - 1]

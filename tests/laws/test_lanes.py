@@ -126,3 +126,20 @@ def test_increments_begin_at_once_as_one_by_one(curve: pr.Ludwik, yield_on: str)
     still = more == 0.0
     assert 0.1 < still.mean() < 0.9
     np.testing.assert_array_equal(found[still], expected[still])
+
+
+@pytest.mark.parametrize("scale", [1e-14, 1e-6, 0.1, 0.4])
+def test_elastic_strains_are_halves_of_logarithms_of_eigenvalues(scale: float) -> None:
+    """They have all the digits of those of NumPy, of small and of large strains and of a group that has both."""
+    old = np.zeros((150, 10))
+    old[:, :4] = scale * np.random.default_rng(3).uniform(-1.0, 1.0, (150, 4))
+    old[7:90, :4] *= 1e-3
+    old[3, :4] = 0.0
+    eps, plain = np.empty((2, 150, 3))
+    tensor.elastic_strains(old, True, eps)
+    tensor.elastic_strains(old, False, plain)
+    b = np.stack([old[:, [0, 3]], old[:, [3, 1]]], axis=1)
+    expected = np.column_stack([np.linalg.eigvalsh(b)[:, ::-1], old[:, 2]])
+    size = np.abs(expected).max(axis=1, keepdims=True)
+    assert np.all(np.abs(plain - expected) <= 4e-16 * size)
+    assert np.all(np.abs(eps - 0.5 * np.log1p(expected)) <= 1e-15 * size / (1.0 - min(size.max(), 0.9)))

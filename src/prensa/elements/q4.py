@@ -97,15 +97,29 @@ def _increment(s, i, q, axisymmetric):
     return det * (radius if axisymmetric else 1.0), h11, h12, h21, h22, u / radius if axisymmetric else 0.0
 
 
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _narrow(x1, y1, x2, y2, x3, y3):
+    """Whether a point of the element with these corners and 0 has so little area that `unfold` has to look.
+
+    That of a point is linear in ξ and η.
+    """
+    # along ξ and η at the centre, and what changes along both, each four times
+    ax, ay, bx, by, cx, cy = x1 + x2 - x3, y1 + y2 - y3, x3 + x2 - x1, y3 + y2 - y1, x2 - x3 - x1, y2 - y3 - y1
+    centre = ax * by - ay * bx
+    least = centre - _G * (abs(ax * cy - ay * cx) + abs(cx * by - cy * bx))
+    # points of convex shapes have 0.42 to 1.58 of the area of their centre, initial ones too: most elements end here
+    return not least > 1.6 * _LEAST_SHARE * centre
+
+
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
 def kinematics(x, du, axisymmetric, finite, scale, h, w, alpha, failed):
     """X (e, 4, 2) committed positions, du (e, 4, 2) increments → h (e, 4, 5), w (e, 4) volumes, alpha (e, 4), failed (e,).
 
     ``scale`` multiplies the volumes (thickness, or 2π in axisymmetry). h is that of f̄ and alpha − 1 is what F-bar
     added. failed marks elements with det f ≤ 0 (or an inverted committed shape) at a point. `ABREAST` elements are answered for
-    at a time, as in `integrate`.
+    at a time, as in `integrate`. In finite strain the answer is how many elements `unfold` has to look at.
     """
-    s = np.zeros(_KINEMATIC)
+    s, narrow = np.zeros(_KINEMATIC), 0
     middle = _centre()
     share, third = (1.0 / 3.0, 1.0) if axisymmetric else (0.5, 0.0)
     for first in range(0, x.shape[0], ABREAST):
@@ -119,6 +133,12 @@ def kinematics(x, du, axisymmetric, finite, scale, h, w, alpha, failed):
                 _, h11, h12, h21, h22, h33 = _increment(s, i, middle, axisymmetric)
                 centre = det_minus_one(h11, h12, h21, h22, h33)
                 s[_C + i], s[_BAD + i] = centre, 0.0 if centre > -1.0 else 1.0
+            for i in range(ABREAST):
+                x0, y0 = s[_V + i] + s[_D_V + i], s[_V + ABREAST + i] + s[_D_V + ABREAST + i]
+                x1, y1 = s[_V + 2 * ABREAST + i] + s[_D_V + 2 * ABREAST + i], s[_V + 3 * ABREAST + i] + s[_D_V + 3 * ABREAST + i]
+                x2, y2 = s[_V + 4 * ABREAST + i] + s[_D_V + 4 * ABREAST + i], s[_V + 5 * ABREAST + i] + s[_D_V + 5 * ABREAST + i]
+                x3, y3 = s[_V + 6 * ABREAST + i] + s[_D_V + 6 * ABREAST + i], s[_V + 7 * ABREAST + i] + s[_D_V + 7 * ABREAST + i]
+                narrow += 1 if (i < lanes) & _narrow(x1 - x0, y1 - y0, x2 - x0, y2 - y0, x3 - x0, y3 - y0) else 0
         else:
             for i in range(ABREAST):
                 s[_C + i], s[_TOTAL + i], s[_BAD + i] = 0.0, 0.0, 0.0
@@ -165,6 +185,7 @@ def kinematics(x, du, axisymmetric, finite, scale, h, w, alpha, failed):
         for i in range(lanes):
             if s[_BAD + i] != 0.0:
                 failed[first + i] = True
+    return narrow
 
 
 # where those of `integrate` begin: positions, increments; of a point gradients (x, y, hoop), f, weighted stress, tangent,
@@ -223,7 +244,9 @@ def _into_rows(s, i, to, h11, h12, h21, h22, h33):
 def _tangent_row(s, i, k, less):
     """Row k of the tangent times the gradients of lane i, G + f ⊗ g; ``less``: 1 − m of F-bar, 0 in small strain."""
     row = _A + 5 * k * ABREAST + i
-    a0, a1, a2, a3, a4 = s[row], s[row + ABREAST], s[row + 2 * ABREAST], s[row + 3 * ABREAST], s[row + 4 * ABREAST]
+    c = s[_WC + i]
+    a0, a1, a2, a3 = s[row] * c, s[row + ABREAST] * c, s[row + 2 * ABREAST] * c, s[row + 3 * ABREAST] * c
+    a4 = s[row + 4 * ABREAST] * c
     t = a0 * s[_F + i] + a1 * s[_F + ABREAST + i] + a2 * s[_F + 2 * ABREAST + i] + a3 * s[_F + 3 * ABREAST + i]
     t += a4 * s[_F + 4 * ABREAST + i] + less * s[_P + k * ABREAST + i]
     to = _AG + 8 * k * ABREAST + i
@@ -293,10 +316,6 @@ def integrate(x, du, axisymmetric, finite, w, alpha, P, A, forces, stiffness, r_
                 s[_WC + i] = wc * al
                 for k in range(5):
                     s[_P + k * ABREAST + i] *= wc
-            if stiffness:
-                for k in range(25):
-                    for i in range(ABREAST):
-                        s[_A + k * ABREAST + i] *= s[_WC + i]
             for i in range(ABREAST):
                 _, h11, h12, h21, h22, h33 = _at_point(s, i, q, axisymmetric)
                 if not finite:
@@ -329,13 +348,17 @@ def integrate(x, du, axisymmetric, finite, w, alpha, P, A, forces, stiffness, r_
                 _tangent_row(s, i, o + 2, less)
                 _tangent_row(s, i, o + 3, less)
                 _tangent_row(s, i, o + 4, less)
-            for a in range(4):
+            for b in range(0, 8, 4):
                 for i in range(ABREAST):
-                    dx, dy, dr = s[_GX + a * ABREAST + i], s[_GY + a * ABREAST + i], s[_GR + a * ABREAST + i]
-                    for j in range(8):
-                        row, to = _AG + j * ABREAST + i, _K + (16 * a + j) * ABREAST + i
-                        s[to] += dx * s[row] + dy * s[row + 8 * ABREAST] + dr * s[row + 32 * ABREAST]
-                        s[to + 8 * ABREAST] += dx * s[row + 16 * ABREAST] + dy * s[row + 24 * ABREAST]
+                    for j in range(4):
+                        row = _AG + (b + j) * ABREAST + i
+                        a0, a1, a2 = s[row], s[row + 8 * ABREAST], s[row + 16 * ABREAST]
+                        a3, a4 = s[row + 24 * ABREAST], s[row + 32 * ABREAST]
+                        for a in range(4):
+                            at, to = a * ABREAST + i, _K + (16 * a + b + j) * ABREAST + i
+                            dx, dy = s[_GX + at], s[_GY + at]
+                            s[to] += dx * a0 + dy * a1 + s[_GR + at] * a4
+                            s[to + 8 * ABREAST] += dx * a2 + dy * a3
             if not finite:
                 for m in range(8):
                     for i in range(ABREAST):
@@ -376,7 +399,7 @@ def _shape_gradients(v, e, q, out):
 def folding(x, d):
     """Whether the area of some point is so much less than that of its centre that `unfold` has to look; x, d as there.
 
-    Nearly always it is not: then nothing but this has to be compiled, and run.
+    Nearly always it is not: then `unfold` need not be compiled, and run.
     """
     for e in range(x.shape[0]):  # noqa: SIM110 (kernels have no generators)
         if _folds(x, d, e):
@@ -386,17 +409,12 @@ def folding(x, d):
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _folds(x, d, e):
-    """Whether element e in node positions x + d (e, 4, 2) has such a point: its area is linear in ξ and η."""
+    """Whether element e in node positions x + d (e, 4, 2) has such a point."""
     x0, y0 = x[e, 0, 0] + d[e, 0, 0], x[e, 0, 1] + d[e, 0, 1]
     x1, y1 = x[e, 1, 0] + d[e, 1, 0] - x0, x[e, 1, 1] + d[e, 1, 1] - y0
     x2, y2 = x[e, 2, 0] + d[e, 2, 0] - x0, x[e, 2, 1] + d[e, 2, 1] - y0
     x3, y3 = x[e, 3, 0] + d[e, 3, 0] - x0, x[e, 3, 1] + d[e, 3, 1] - y0
-    # along ξ and η at the centre, and what changes along both, each four times
-    ax, ay, bx, by, cx, cy = x1 + x2 - x3, y1 + y2 - y3, x3 + x2 - x1, y3 + y2 - y1, x2 - x3 - x1, y2 - y3 - y1
-    centre = ax * by - ay * bx
-    least = centre - _G * (abs(ax * cy - ay * cx) + abs(cx * by - cy * bx))
-    # points of convex shapes have 0.42 to 1.58 of the area of their centre, initial ones too: most elements end here
-    return not least > 1.6 * _LEAST_SHARE * centre
+    return _narrow(x1, y1, x2, y2, x3, y3)
 
 
 @njit(cache=True, error_model="numpy")

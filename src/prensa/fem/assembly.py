@@ -146,17 +146,22 @@ def _scatter_stiffness_in_space(K, cells, slot, indptr, data):
 
 @njit(cache=True)
 def _scatter_stiffness(K, cells, slot, indptr, data):
-    """`scatter_stiffness` for two degrees of freedom a node."""
+    """`scatter_stiffness` for two degrees of freedom a node.
+
+    Places have no sign: those with one are asked each time whether they are counted from the end.
+    """
+    one = np.uint64(1)
     for e in range(K.shape[0]):
         for j in range(cells.shape[1]):
-            column = 2 * cells[e, j]
-            length = indptr[column + 1] - indptr[column]
+            column = np.uint64(2 * cells[e, j])
+            begin = np.uint64(indptr[column])
+            length = np.uint64(indptr[column + one]) - begin
             for i in range(cells.shape[1]):
-                k = indptr[column] + slot[e, i, j]
+                k = begin + np.uint64(slot[e, i, j])
                 data[k] += K[e, 2 * i, 2 * j]
-                data[k + 1] += K[e, 2 * i + 1, 2 * j]
+                data[k + one] += K[e, 2 * i + 1, 2 * j]
                 data[k + length] += K[e, 2 * i, 2 * j + 1]
-                data[k + length + 1] += K[e, 2 * i + 1, 2 * j + 1]
+                data[k + length + one] += K[e, 2 * i + 1, 2 * j + 1]
 
 
 def gather(values: Array, cells: Index, out: Array) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 
 from prensa.kernels.compiled import njit
+from prensa.kernels.series import GROUP, SMALL_LOG, half_log
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -101,14 +102,23 @@ def trial_small(h, old, eps, frame, failed):
 @njit(cache=True, error_model="numpy")
 def elastic_strains(history, finite, eps):
     """Principal strains eps (n, 3) of histories (n, ≥4), b_e − I as 11, 22, 33, 12 (``finite``, logarithmic) or ε_e."""
-    for i in range(history.shape[0]):
-        l1, l2, _, _ = principal(history[i, 0], history[i, 1], history[i, 3])
-        l3 = history[i, 2]
-        if finite:
-            l1, l2, l3 = 0.5 * math.log1p(l1), 0.5 * math.log1p(l2), 0.5 * math.log1p(l3)
-        eps[i, 0] = l1
-        eps[i, 1] = l2
-        eps[i, 2] = l3
+    flat = eps.reshape(eps.size)
+    for first in range(0, history.shape[0], GROUP):
+        last, far = min(first + GROUP, history.shape[0]), 0
+        for i in range(first, last):
+            b11, b22, b33, b12 = history[i, 0], history[i, 1], history[i, 2], history[i, 3]
+            mean, half = 0.5 * (b11 + b22), 0.5 * (b11 - b22)
+            r = math.sqrt(half * half + b12 * b12)
+            eps[i, 0], eps[i, 1], eps[i, 2] = mean + r, mean - r, b33
+            near = (abs(mean) + r <= SMALL_LOG) & (abs(b33) <= SMALL_LOG)
+            far += 0 if near else 1
+        part = flat[3 * first : 3 * last]
+        if finite and not far:
+            for k in range(len(part)):
+                part[k] = half_log(part[k])
+        elif finite:
+            for k in range(len(part)):
+                part[k] = 0.5 * math.log1p(part[k])
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
