@@ -205,6 +205,19 @@ def test_every_column_of_the_history_is_a_measure(pressed):
     assert parse("punch.fy", p).unit == "N/mm" and parse("energy.plastic", p).unit == "N mm/mm"
 
 
+def test_figures_of_a_thickness_are_told_in_units_of_the_whole(pressed):
+    """Forces, moments, energies and areas are those of the thickness, and say so: twice those per mm, in N, where it is 2 mm."""
+    p, increments = pressed
+    thick = problem("q4_fbar", n=(6, 4), thickness=2.0)
+    last = next(iter(pr.solve(thick)))
+    units = {"punch.fy": "N", "punch.moment": "N mm", "energy.plastic": "N mm", "block.top+block.right-punch.area": "mm²"}
+    for name, unit in units.items():
+        assert parse(name, thick).unit == unit
+        per_length = parse(name, p)
+        assert per_length.unit == {"N": "N/mm", "N mm": "N mm/mm", "mm²": "mm"}[unit]
+        assert parse(name, thick).value(last) == pytest.approx(2.0 * per_length.value(increments[0]), rel=1e-6)
+
+
 def test_every_listed_measure_has_a_value_or_says_why_not(pressed):
     """What `names` lists is parsed, and is a finite number unless it says what is missing."""
     p, increments = pressed
@@ -224,7 +237,7 @@ def test_contacts_and_powers_add_up(pressed):
     first, last = increments[0], increments[-1]
     contact = p.contacts[0].name
     assert first.measure(f"{contact}.length") == pytest.approx(first.measure(f"{contact}.area"), rel=0.02)
-    force = first.measure("punch.mean.pressure") * first.contacts[contact].weight[first.contacts[contact].status > 0].sum()
+    force = first.measure("punch.mean.pressure") * first.measure(f"{contact}.area")
     assert force == pytest.approx(first.force("punch").y, rel=1e-6)
     times = np.diff([0.0, *(i.time for i in increments)])
     work = sum(i.measure("block.plastic_power") * dt for i, dt in zip(increments, times))
@@ -234,6 +247,28 @@ def test_contacts_and_powers_add_up(pressed):
     assert 0.5 * friction < last.energy["friction"] < friction
     with pytest.raises(MeasureError, match="nothing is in contact"):
         last.measure("punch.mean.pressure")
+
+
+@pytest.mark.parametrize("element", ["q4_fbar", "q8", "t6"])
+@pytest.mark.parametrize("rule", ["nodal", "gauss2"])
+@pytest.mark.parametrize("surface", ["block", ("block.right", "block.top")])
+def test_contact_ends_at_the_corners_of_a_body(element, rule, surface):
+    """A block under a plane: area and length of its outline in contact are its width, mean pressure is the force over it."""
+    if rule != "nodal" and element != "q4_fbar":
+        return  # quadratic edges take the nodal rule
+    body = pr.Body(pr.Rectangle((4, 2), (4, 3)), pr.Elastic(1000, 0.3), element)
+    p = pr.Problem(
+        "block", bodies={"block": body}, tools={"punch": pr.Plane(touching="block.top")},
+        contacts=(pr.Contact(surface, "punch", integration=rule),),
+        fixed={"block.bottom": "y", "block.bottom-left": "x"},
+        steps=(pr.Step("press", move={"punch": {"y": -0.02}}, increments=1),),
+    )  # fmt: skip
+    (last,) = pr.solve(p)
+    width = last.measure("block.top.max.x") - last.measure("block.top.min.x")
+    name = p.contacts[0].name
+    assert last.measure(f"{name}.area") == pytest.approx(width, rel=1e-6)
+    assert last.measure(f"{name}.length") == pytest.approx(width, rel=1e-6)
+    assert last.measure("punch.mean.pressure") == pytest.approx(last.force("punch").y / width, rel=1e-6)
 
 
 def test_neutral_point_divides_friction():

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.rule import IntegrationRule
-from prensa.mesh.mesh import areas, corner_cells, segments, sides
+from prensa.mesh.mesh import areas, beyond_corners, corner_cells, segments, sides
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -87,6 +87,13 @@ class Points:
     def _areas(self, x: Array, s: Shares, n: int) -> Array:
         parts = s.factor * self.measure(x, s.edge, s.at)
         return np.asarray(np.bincount(s.point, parts, n), dtype=np.float64)
+
+    def beyond_corners(self, x: Array, closed: NDArray[np.bool_]) -> Array:
+        """What of the areas (k,) lies on edges that leave the tool at a corner of the body, some points closed."""
+        touching = np.zeros(len(x), dtype=bool)
+        touching[self.nodes[self.any_at_nodes(closed)]] = True
+        off = np.flatnonzero(beyond_corners(x, self.edges, touching)[self.shares.edge])
+        return self._areas(x, self.shares.rows(off), len(self))
 
     def slopes(self, x: Array) -> Array:
         """∂w/∂x (s, 2, 2) of the shares' areas on positions x (n, 2): share, end of its edge that moves, axis."""

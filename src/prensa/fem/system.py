@@ -275,6 +275,13 @@ class System:
         """Areas (k,) of the contact points on node positions x (n, 2) with the nodes' thickness (n,)."""
         return s.points.weights(x) * s.points.at(self.share(depth))
 
+    def touching(self, s: Surface, x: Array, depth: Array | None, closed: NDArray[np.bool_]) -> Array:
+        """Areas of the closed points, without what they have of edges that leave the tool at a corner of the body."""
+        weight = self.weights(s, x, depth)
+        if self.dofs.dimension == 2:
+            weight = weight - s.points.beyond_corners(x, closed) * s.points.at(self.share(depth))
+        return np.asarray(weight[closed])
+
     def tributary(self, s: Surface, x: Array, depth: Array | None) -> Array:
         """∫N_A dΓ (n,) of the surface's nodes on node positions x with the nodes' thickness."""
         return s.points.tributary(x) * self.share(depth)[s.points.nodes]

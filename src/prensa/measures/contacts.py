@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from prensa.measures.measure import MeasureError
 from prensa.measures.outline import length
-from prensa.mesh.mesh import boundary_edges, edges_between
+from prensa.mesh.mesh import beyond_corners, boundary_edges, edges_between
 
 if TYPE_CHECKING:
     from prensa.solver.increment import ContactState, Increment
@@ -27,19 +27,20 @@ def _states(increment: Increment, names: Names) -> list[ContactState]:
 
 
 def area(names: Names) -> Value:
-    """Area of the closed points."""
+    """Area of the closed points, up to the corners of the body."""
     return lambda increment: sum(c.area for c in _states(increment, names))
 
 
 def contact_length(names: Names) -> Value:
-    """Length of the outline in contact: half of each edge at each of its ends that is closed."""
+    """Length of the outline in contact: half of each edge at each of its ends that is closed, up to the corners of the body."""
 
     def value(increment: Increment) -> float:
         total = 0.0
         for c in _states(increment, names):
             shape = increment.shapes[c.body]
             edges = edges_between(boundary_edges(shape.cells), c.node)
-            closed = np.isin(edges[:, :2], c.node[c.status != OPEN]).sum(axis=1)
+            touching = np.isin(np.arange(len(shape.x)), c.node[c.status != OPEN])
+            closed = np.where(beyond_corners(shape.x, edges[:, :2], touching), 0, touching[edges[:, :2]].sum(axis=1))
             total += float(length(shape.x, edges) @ (0.5 * closed))
         return total
 
@@ -80,14 +81,11 @@ def mean(names: Names, field: str) -> Value:
     """Mean pressure or |shear| over the closed area."""
 
     def value(increment: Increment) -> float:
-        total = weight = 0.0
-        for c in _states(increment, names):
-            closed = c.status != OPEN
-            total += float(np.abs(_values(c, field)[closed]) @ c.weight[closed])
-            weight += float(c.weight[closed].sum())
-        if weight == 0.0:
+        states = _states(increment, names)
+        whole = sum(c.area for c in states)
+        if whole == 0.0:
             raise MeasureError("nothing is in contact, so that there is no mean")
-        return total / weight
+        return sum(float(np.abs(getattr(c.points, field)) @ c.points.weight) for c in states) / whole
 
     return value
 

@@ -158,6 +158,22 @@ def boundary_edges(cells: Index) -> Index:
     return edges[np.sort(first[count == 1])]
 
 
+def beyond_corners(x: Array, edges: NDArray[np.int64], touching: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Whether an edge (m, 2), of nodes at x (n, 2) of which some touch, leaves what the others lie on at a corner (m,).
+
+    It has one end that touches, beyond which the outline goes on in an edge that touches with both, turned by more than 60°: the
+    side of a block under a punch. Edges that meet along one surface turn by less.
+    """
+    a, b = edges.T
+    ends = touching[edges].sum(axis=1)
+    t = x[b] - x[a]
+    t = t / np.hypot(*t.T)[:, None]
+    lies = np.full((len(x), 2), np.nan)  # directions of the edge that touches with both ends, at each of its ends
+    lies[edges[ends == 2]] = t[ends == 2][:, None]
+    at = np.where(touching[a], a, b)
+    return np.asarray((ends == 1) & ((t * lies[at]).sum(axis=1) < 0.5))
+
+
 def edges_between(edges: Index, nodes: Index) -> Index:
     """The edges both ends of which are in *nodes*."""
     return edges[np.isin(edges[:, :2], nodes).all(axis=1)]

@@ -175,7 +175,8 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
             shear=told.shear, slip=told.slip, status=told.status, weight=told.weight,
             force=s.points.to_nodes(f.F[:, : system.dofs.dimension]), pressure_from_stress=from_stress,
             pressure_smoothed=_pressure_of(smooth, nodes, pairs.n),
-            error=np.where(told.status > 0, np.abs(told.pressure - from_stress), 0.0), area=float(weight[f.p > 0].sum()),
+            error=np.where(told.status > 0, np.abs(told.pressure - from_stress), 0.0),
+            area=float(system.touching(s, where, depth, f.p > 0).sum()),
             points=PointValues(s.X, s.points.at(x), f.g, p, t, f.kappa, status, weight, state.contact.speed[s.rows]),
         )  # fmt: skip
     return out
