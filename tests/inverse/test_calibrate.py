@@ -176,6 +176,27 @@ def test_bad_data_are_told_in_a_line(
     assert "\n" not in str(caught.value)
 
 
+def test_forces_of_a_strip_of_some_thickness_are_whole_ones(tmp_path: Path) -> None:
+    """A strip of 5 mm: its table in kN gives back the strength that made it; per millimetre of thickness is refused."""
+    body = pr.Body(pr.Rectangle((4, 2), (6, 3)), pr.J2(70e3, 0.33, pr.Linear(100, 200)))
+    case = Problem(
+        "strip", bodies={"strip": body}, tools={"die": pr.Plane(touching="strip.top")}, friction=pr.Coulomb(0.1), thickness=5.0,
+        fixed={"strip.bottom": "y", "strip.left": "x"}, steps=[pr.Step("press", move={"die": {"y": -0.2}}, increments=4)],
+    )  # fmt: skip
+    rows = [f"{-i.measure('die.uy')!r},{i.measure('die.fy') / 1e3!r}" for i in pr.solve(case)]
+    strength = "bodies.strip.material.flow.H"
+    for unit in ("kN", "kN/mm"):
+        (tmp_path / "d.csv").write_text("\n".join([f"travel [mm],force [{unit}]", *rows]), encoding="utf-8")
+        guess = loads(dump(case), [f"{strength}=300"]).problem if unit == "kN" else case
+        args = guess, tmp_path / "d.csv", {"force": "die.fy"}, {strength: None}
+        if unit == "kN":
+            fit = pr.calibrate(*args, along="-die.uy", refine=False, profiles=False, compare=False)
+            assert fit.values[strength] == pytest.approx(200.0, rel=1e-3)
+        else:
+            with pytest.raises(PrensaError, match="'force' is in 'kN/mm', but N is measured"):
+                pr.calibrate(*args, along="-die.uy")
+
+
 def test_a_column_that_no_parameter_moves_is_told_before_the_fit(table: Path, caplog: pytest.LogCaptureFixture) -> None:
     """The travel of the tool is prescribed: a column of it is told after the first run, before the steps of the fit.
 

@@ -57,6 +57,14 @@ def done(tmp_path_factory):
     return run(small(pictures=True, report=True), directory, quiet=True, source="small.yaml")
 
 
+def test_a_report_says_whose_thickness_its_forces_are(done, tmp_path):
+    """Per unit thickness where none is given; of a strip of 3 mm those of 3 mm, in N."""
+    assert "per unit thickness" in (done.directory / "report.html").read_text()
+    problem = replace(small().problem, thickness=3.0, name="strip")
+    page = (run(pr.Case(problem, output=small(report=True).output), tmp_path, quiet=True).directory / "report.html").read_text()
+    assert "of a thickness of 3 mm" in page and "per unit thickness" not in page and "N/mm<" not in page
+
+
 def test_a_run_leaves_everything_that_is_promised(done):
     """Tables, fields, checkpoint, summary, log, pictures and report are there under their stable names."""
     there = {str(p.relative_to(done.directory)) for p in done.directory.rglob("*") if p.is_file()}

@@ -17,16 +17,20 @@ def pressure_unit(problem: Problem) -> str:
     return known.get((units.force, units.length), f"{units.force}/{units.length}²")
 
 
+def _of_unit_thickness(problem: Problem) -> bool:
+    """Whether forces are as much per length of thickness: plane problems of thickness 1, which they have unless it is given."""
+    return problem.space != "axisymmetric" and problem.thickness == 1.0
+
+
 def force_unit(problem: Problem) -> str:
-    """Unit of tool forces: per thickness in plane problems, whole in axisymmetric ones."""
+    """Unit of tool forces: whole ones, and per length in plane problems of thickness 1."""
     units = problem.units
-    return units.force if problem.space == "axisymmetric" else f"{units.force}/{units.length}"
+    return units.force + (f"/{units.length}" if _of_unit_thickness(problem) else "")
 
 
 def moment_unit(problem: Problem) -> str:
-    """Unit of tool moments: per thickness in plane problems."""
-    units = problem.units
-    return f"{units.force} {units.length}" + ("" if problem.space == "axisymmetric" else f"/{units.length}")
+    """Unit of tool moments: per length in plane problems of thickness 1."""
+    return f"{problem.units.force} {problem.units.length}" + (f"/{problem.units.length}" if _of_unit_thickness(problem) else "")
 
 
 def energy_unit(problem: Problem) -> str:
@@ -35,5 +39,5 @@ def energy_unit(problem: Problem) -> str:
 
 
 def area_unit(problem: Problem) -> str:
-    """Unit of contact areas: a width in plane problems (area per thickness)."""
-    return f"{problem.units.length}²" if problem.space == "axisymmetric" else problem.units.length
+    """Unit of contact areas: a width in plane problems of thickness 1."""
+    return problem.units.length + ("" if _of_unit_thickness(problem) else "²")

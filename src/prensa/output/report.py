@@ -136,6 +136,7 @@ def _tables(stored: Stored, summary: dict[str, Any]) -> dict[str, Any]:
         "units": {"length": style.length_unit(problem), "force": style.force_unit(problem), "area": style.area_unit(problem),
                   "moment": style.moment_unit(problem), "energy": style.energy_unit(problem)},
         "axes": style.axes_names(problem),
+        "thickness": problem.thickness,
         "time": float(last["time"]) if last else 0.0,
         "step": str(last.get("step", "–")),
     }  # fmt: skip

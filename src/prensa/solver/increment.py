@@ -26,7 +26,7 @@ STATUS = ("open", "stick", "slip")
 
 
 class Force(NamedTuple):
-    """Force (x, y) and moment m about the tool's reference point: per unit thickness (plane) or whole 2π (axisymmetric)."""
+    """Force (x, y) and moment m about the tool's reference point: of the thickness (plane) or whole 2π (axisymmetric)."""
 
     x: float
     y: float
