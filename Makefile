@@ -43,7 +43,7 @@ examples: $(VENV)/installed  ## the gallery of forming processes, each beside an
 verify: $(VENV)/installed  ## the verification table, every case against its reference
 	$(BIN)/prensa verify --jobs $(JOBS) --out results/verification-table.md
 
-bench: $(VENV)/installed  ## benchmarks/RESULTS.md: against the factorisations alone, CalculiX, felupe; three quarters of an hour
+bench: $(VENV)/installed  ## benchmarks/RESULTS.md: against the factorisations alone, CalculiX, felupe; half an hour
 	$(BIN)/python benchmarks/run.py
 
 $(VENV)/docs: pyproject.toml $(VENV)/installed

@@ -21,12 +21,14 @@ from prensa.verify.forming import upsetting
 class Limit:
     """Processor seconds inside the linear solver alone: analyses, factorisations, substitutions; how many there were.
 
-    ``columns``: right-hand sides of the substitutions with more than one.
+    ``columns``: right-hand sides of the substitutions with more than one. ``release``: what the solver takes to give the memory
+    of factors back when they are dropped; whoever factors again and again pays it too, so that it is a part of the limit.
     """
 
     analysis: float = 0.0
     factorisation: float = 0.0
     substitution: float = 0.0
+    release: float = 0.0
     analyses: int = 0
     factorisations: int = 0
     substitutions: int = 0
@@ -35,7 +37,26 @@ class Limit:
     @property
     def seconds(self) -> float:
         """All of them."""
-        return self.analysis + self.factorisation + self.substitution
+        return self.analysis + self.factorisation + self.substitution + self.release
+
+
+class _Factors:
+    """A backend's factors (``solve``): their substitutions are ``timed``, and what their release alone takes is ``told``."""
+
+    def __init__(self, solve: Any, timed: Callable[..., Any], told: Callable[[float], None]) -> None:
+        self.solve, self.timed, self.told = solve, timed, told
+
+    def __call__(self, b: Any) -> Any:
+        return self.timed(b, self.solve)
+
+    def __getattr__(self, name: str) -> Any:
+        """What else factors tell: whether they are ``positive``."""
+        return getattr(self.solve, name)
+
+    def __del__(self) -> None:
+        start = time.process_time()
+        del self.solve  # somebody who keeps factors keeps them longer: then nothing is released here
+        self.told(time.process_time() - start)
 
 
 @contextmanager
@@ -51,20 +72,21 @@ def limit() -> Iterator[Limit]:
             setattr(out, part, getattr(out, part) + time.process_time() - start)
             setattr(out, many, getattr(out, many) + 1)
 
+    def substituted(b: Any, solve: Any) -> Any:
+        out.columns += b.shape[1] if b.ndim > 1 else 0
+        return timed("substitution", "substitutions", solve, b)
+
+    counting = True
+
+    def released(seconds: float) -> None:
+        out.release += seconds if counting else 0.0
+
     def wrapped(analyze: Any) -> Any:
         def begin(structure: Any) -> Any:
             factor = timed("analysis", "analyses", analyze, structure)
 
             def factored(values: Any) -> Any:
-                solve = timed("factorisation", "factorisations", factor, values)
-
-                def substituted(b: Any) -> Any:
-                    out.columns += b.shape[1] if b.ndim > 1 else 0
-                    return timed("substitution", "substitutions", solve, b)
-
-                if hasattr(solve, "positive"):
-                    substituted.positive = solve.positive  # type: ignore[attr-defined]
-                return substituted
+                return _Factors(timed("factorisation", "factorisations", factor, values), substituted, released)
 
             return factored
 
@@ -75,6 +97,7 @@ def limit() -> Iterator[Limit]:
     try:
         yield out
     finally:
+        counting = False  # factors that are dropped after the end are not of the time until then
         linear.BACKENDS.update(before)
 
 

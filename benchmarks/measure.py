@@ -2,8 +2,8 @@
 
 Processor time of one thread (set OMP_NUM_THREADS=1). ``run.py`` calls this for the whole table.
 
-* ``limit hertz|upsetting UNKNOWNS [INCREMENTS]``: a history beside its factorisations and solves alone, and beside those
-  of the same history with factors of double precision throughout;
+* ``limit hertz|upsetting UNKNOWNS [INCREMENTS]``: a history beside its factorisations and solves alone, by default and
+  with factors of double precision throughout;
 * ``iteration ELEMENTS [symmetric]``: one Newton iteration (evaluation, factorisation, solve) on a square block;
 * ``memory UNKNOWNS``: peak of a run above what the packages take, beside that of the factorisation alone;
 * ``elastic UNKNOWNS INCREMENTS [whole]``: a linear elastic history with friction beside one factorisation (LDLᵀ of the
@@ -41,11 +41,11 @@ def of_limit(name: str, unknowns: str, most: str = "") -> dict[str, Any]:
     common.warm(common.sized(name, 200 if name == "upsetting" else 400, 0.5))
     problem, number = common.sized(name, int(unknowns)), int(most) if most else None
     c = common.cost(problem, most=number)
-    double = common.cost(problem, most=number, policy=Policy(worth_single=10**9)).limit.seconds
+    double = common.cost(problem, most=number, policy=Policy(worth_single=10**9))
     return {
         "unknowns": c.unknowns, "increments": c.increments, "iterations": c.iterations, "total": c.total,
         "limit": c.limit.seconds, "outside": c.outside, "ratio": c.ratio, "factorisations": c.limit.factorisations,
-        "double": double, "over_double": c.total / double,
+        "double": double.limit.seconds, "double_total": double.total, "double_ratio": double.ratio,
     }  # fmt: skip
 
 
