@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -108,6 +109,20 @@ def test_how_much_flow_changes_is_measured() -> None:
         assert c.clock.unsteady * (c.clock.time - b.clock.time) == pytest.approx(apart, rel=0.02, abs=1e-4)
         looked += apart > 0.01
     assert looked > 2
+
+
+def test_increments_after_a_node_has_landed_are_short() -> None:
+    """No more than a hundredth of plastic strain at most points where a node of the side met the punch just before, else two."""
+    def grown(after: State, before: State) -> float:
+        now, was = (s.history[0][..., 4] for s in (after, before))
+        return float(np.quantile(now - was, 0.9))
+
+    states = [i.state for i in pr.solve(upsetting((40, 30), 0.3, reductions=(0.4,)), AUTO)]
+    landed = [int(b.contact.closed.sum() > a.contact.closed.sum()) for a, b in pairwise(states)]
+    spent = [grown(b, a) for a, b in pairwise(states)]
+    after = [g for g, was in zip(spent[1:], landed) if was]
+    assert len(after) > 2 and max(after) < 0.6 * max(spent)
+    assert sum(g > 1.5 * max(after) for g in spent) > 5
 
 
 def test_increments_follow_the_tolerance() -> None:

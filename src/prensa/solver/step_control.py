@@ -144,7 +144,7 @@ class StepControl:
         """Duration of the next increment from what this one cost and did; ``grown``, ``unsteady``: see `prensa.fem.time_rule`."""
         longer = self.policy.second_order if self.second_order else 1.0
         dt = self._next(c, e, grown, iterations, cutbacks, longer)
-        if self.steady and unsteady * dt > self.policy.unsteady:
+        if self.steady and (unsteady * dt > self.policy.unsteady or _lands(c, e)):
             dt = self._next(c, e, grown, iterations, cutbacks, 1.0)
         if self.tolerance is not None and not self.plan.increments and unsteady * dt > self.tolerance:
             dt = max(self.tolerance / unsteady, self.policy.plastic_cut * c.dt, min(dt, self.policy.least * self.length))
@@ -197,3 +197,8 @@ class StepControl:
         if np.count_nonzero(growth <= allowed) > np.ceil(share * last):
             return 0.0
         return float(np.quantile(growth, share))
+
+
+def _lands(c: Context, e: Evaluation) -> bool:
+    """Whether some contact point closed in an increment: the flow behind it turned at once, and how it went tells little."""
+    return any(((f.p > 0) & ~was.closed).any() for f, was in zip(e.contacts, c.committed))
