@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from prensa.sensitivity.combinations import nearest
 
-SURE = 10.0
+LEEWAY = 10.0
 """Shares ``fine`` of a solution that what it leaves may come from: rates of substitutions do not tell them better."""
 
 Array = NDArray[np.float64]
@@ -61,7 +61,7 @@ class Substitutions:
             rate = size / before if k and before > 0.0 else 0.0 if size == 0.0 else np.inf
             enough, slower = self.fine * _length(x), max(rate, slower if k > 1 else rate)
             left = b - A @ x
-            if (size * slower <= enough or size == 0.0) and np.all(np.abs(left) <= SURE * enough * _rows(A)):
+            if (size * slower <= enough or size == 0.0) and np.all(np.abs(left) <= LEEWAY * enough * _rows(A)):
                 return x
             first = size if not k else first
             if (k > 1 and not size * (size / first) ** ((self.most - k) / k) <= enough) or k + 1 == self.most:
