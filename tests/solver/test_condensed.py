@@ -293,6 +293,40 @@ def test_one_factorisation_and_no_column_that_contact_does_not_reach(monkeypatch
     assert 0 < closed < 6 and 2 * closed <= counted.columns <= 2 * closed + 2 * 8 < 26
 
 
+def test_displacements_are_recovered_only_where_somebody_looks(monkeypatch):
+    """Once at the end of a step, though a tool goes deep beside a line of symmetry; once more for each increment looked at."""
+    counted = []
+    original = condensation.Bodies.solved
+
+    def counting(self, b):
+        counted.append(b.ndim)
+        return original(self, b)
+
+    monkeypatch.setattr(condensation.Bodies, "solved", counting)
+    side = {"b.bottom": "y", "b.left": "x"}
+    tool = {"t": pr.Circle(radius=2.0, at=(0.0, 3.0))}
+    steps = (pr.Step("press", move={"t": pr.Motion(y=-0.2)}, increments=8),)
+    problem = pressed(steps=steps, fixed=side, tools=tool, bodies={"b": block((24, 12))})
+    increments = solved(problem, CONDENSED)
+    assert counted.count(1) == 1
+    element = 1.0 / 12
+    assert -increments[-1].tools["t"].place.y > element
+    increments[3].bodies, increments[3].bodies  # noqa: B018
+    assert counted.count(1) == 2
+
+
+def test_a_side_that_no_contact_names_is_found_within_a_step():
+    """A pin comes from the side to nodes that contact does not touch: both ways tell the same node at the same time."""
+    tools = {"t": pr.Circle(radius=2.0, touching="b.top"), "pin": pr.Circle(radius=0.2, at=(2.22, 0.5))}
+    steps = (pr.Step("press", move={"t": pr.Motion(y=-0.05), "pin": pr.Motion(x=-0.12)}, increments=6),)
+    told = []
+    for numerics in (WHOLE, CONDENSED):
+        with pytest.raises(PrensaError, match=r"of 'b.right' .* inside tool 'pin'") as caught:
+            solved(pressed(steps=steps, tools=tools), numerics)
+        told.append(str(caught.value))
+    assert told[0] == told[1] and "time 0.333333" in told[0]
+
+
 def same(a, b) -> bool:
     a, b = a.arrays(), b.arrays()
     return list(a) == list(b) and all(a[k].tobytes() == b[k].tobytes() for k in a)

@@ -72,8 +72,8 @@ def all_follow(blocks: Sequence[Block]) -> bool:
 def growths(blocks: Sequence[Block], new: Sequence[Array], old: Sequence[Array]) -> list[Array | None]:
     """Growth (m, q) of the equivalent plastic strain of each block between two histories; None of one that does not flow."""
     out: list[Array | None] = []
-    for block, now, was in zip(blocks, new, old):
-        strains = [block.field(h, "plastic_strain")[..., 0] for h in (now, was)] if block.law.plastic else None
+    for k, block in enumerate(blocks):  # those of condensed bodies are computed when somebody looks at them
+        strains = [block.field(h[k], "plastic_strain")[..., 0] for h in (new, old)] if block.law.plastic else None
         out.append(None if strains is None else strains[0] - strains[1])
     return out
 

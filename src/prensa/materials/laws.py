@@ -34,6 +34,9 @@ __all__ = ["At", "Field", "Material", "Out"]
 Array = NDArray[np.float64]
 
 
+STRESSES_AT_ONCE = 4096
+"""Points whose stresses are found together: moduli of all points of a large body would take a gigabyte."""
+
 _KERNELS: dict[TensorLayout, Any] = {PLANE: tensor, SPATIAL: spatial}
 """Modules of the same functions for each layout."""
 
@@ -120,9 +123,16 @@ class _Isotropic:
     def cauchy(self, history: Array) -> Array:
         """Cauchy stress (n, k) xx, yy, zz, xy[, xz, yz]: the law at rest (h = 0) on the committed history."""
         n, c = len(history), self.layout.components
-        out = Out(np.empty((n, c)), np.empty((n, c, c)), np.empty_like(history), np.zeros(n, dtype=np.bool_))
-        self.update(np.zeros((n, c)), history, At(1.0, 0.0, tangent=False), out)
-        return out.P[:, self.layout.cauchy]
+        found, k = np.empty((n, len(self.layout.cauchy))), min(n, STRESSES_AT_ONCE)
+        h = np.zeros((k, c))
+        room = Out(np.empty((k, c)), np.empty((k, c, c)), np.empty((k, history.shape[1])), np.zeros(k, dtype=np.bool_))
+        for first in range(0, n, STRESSES_AT_ONCE):
+            part = history[first : first + STRESSES_AT_ONCE]
+            m = len(part)
+            out = Out(room.P[:m], room.A[:m], room.new[:m], room.failed[:m])
+            self.update(h[:m], part, At(1.0, 0.0, tangent=False), out)
+            found[first : first + STRESSES_AT_ONCE] = out.P[:, self.layout.cauchy]
+        return found
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cache
+from functools import cache, cached_property
 from typing import Any, Unpack
 
 import numpy as np
@@ -337,6 +337,35 @@ class Condensation:
             small = CondensedMatrix(self, blocks)
             self._recent = dict(list(self._recent.items())[-1:]) | {blocks: small}
         return self._recent[blocks]
+
+    @cached_property
+    def _beside(self) -> tuple[Index, Index]:
+        """Dofs (k,) of outlines that are not known within a step, and those of the nearest nodes of the same body that are."""
+        from scipy.spatial import cKDTree
+
+        system, known = self.bodies.system, np.union1d(self.nodal, self.bodies.held)
+        dofs, nearest = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.int64)]
+        for body, mesh in system.meshes.items():
+            nodes = np.arange(len(mesh.points)) + system.offsets[body]
+            for axis in range(2):
+                own = np.flatnonzero(np.isin(2 * nodes + axis, known))
+                left = np.setdiff1d(mesh.boundary, own)
+                if len(own) and len(left):
+                    near = own[cKDTree(mesh.points[own]).query(mesh.points[left])[1]]
+                    dofs.append(2 * nodes[left] + axis)
+                    nearest.append(2 * nodes[near] + axis)
+        return np.concatenate(dofs), np.concatenate(nearest)
+
+    def outlined(self, u: Array) -> Array:
+        """Degrees of freedom (ndof,) that are good enough to look whether a tool comes near an outline.
+
+        u are those of an increment whose displacements are known where contact needs them alone: other nodes of the outline
+        are taken to have gone with the nearest of these, not to stand where they stood when the step began.
+        """
+        dofs, nearest = self._beside
+        out = u.copy()
+        out[dofs] = u[nearest]
+        return out
 
     def attempt(
         self, solve: Callable[[Equilibrium, Array, bool], NewtonResult], eq: Equilibrium, start: Array, soften: bool

@@ -666,7 +666,8 @@ class TimeStepping:
         for s, f in zip(self.system.surfaces, result.evaluation.contacts):
             sunk[s.tool] = max(sunk[s.tool], -float(f.g.min()))
         folded = self.folding.folded(result.u) if result.recover is None else []
-        node = inside(self.system, self.watched, result.u, sunk, self.folding.creased(c, folded))
+        known = result.u if result.recover is None or self.condensed is None else self.condensed.outlined(result.u)
+        node = inside(self.system, self.watched, known, sunk, self.folding.creased(c, folded))
         if result.recover is not None and (node is not None or c.ends_step):  # displacements not yet computed
             node = inside(self.system, self.watched, result.recover(), sunk)
         reason: Failure | None = None if node is None else MetalInside(node)
