@@ -311,7 +311,7 @@ def test_displacements_are_recovered_only_where_somebody_looks(monkeypatch):
     assert counted.count(1) == 1
     element = 1.0 / 12
     assert -increments[-1].tools["t"].place.y > element
-    increments[3].bodies, increments[3].bodies  # noqa: B018
+    increments[3].bodies, increments[3].bodies
     assert counted.count(1) == 2
 
 
