@@ -57,33 +57,52 @@ def _gradient(u, e, N, G, r, axisymmetric, H):
 
 
 @njit(cache=True, error_model="numpy")
-def _modes(at, inverse0, det0, scale, axisymmetric, M):
-    """M (m, 5): the modes at a point (ξ, η), from ∂ξ/∂X and j₀ at the centroid and j₀ r₀/(j r).
+def _tensors(inverse0, det0, axisymmetric, E):
+    """E (m, 5): what the modes have in common at all points, j₀ J₀⁻ᵀ E J₀⁻¹ from ∂ξ/∂X at the centroid; see `_shares`.
 
-    Behind the four or five (`MODES`) follow as many of the strain across, of the second degree in η and higher, as M has rows.
+    Behind the four or five (`MODES`) follow as many of the strain across, of the second degree in η and higher, as E has rows.
     They are without a dimension, j₀ times those of the source, so that the stiffnesses of all can be held against each other.
     """
-    xi, eta = at[0], at[1]
-    for k in range(4):
-        I, J = k // 2, k % 2
-        s = scale * det0 * (xi if I == 0 else eta)
+    last = 5 if axisymmetric else 4
+    for k in range(E.shape[0]):
+        I, J = (k // 2, k % 2) if k < 4 else (1, 1)
         for i in range(2):
             for j in range(2):
-                M[k, 2 * i + j] = s * inverse0[I, i] * inverse0[J, j]
-        M[k, 4] = 0.0
+                E[k, 2 * i + j] = det0 * inverse0[I, i] * inverse0[J, j]
+        E[k, 4] = 0.0
+    if axisymmetric:
+        E[last - 1, :] = 0.0
+        E[last - 1, 4] = 1.0
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _shares(xi, eta, scale, axisymmetric, f):
+    """Shares f (m,) of `_tensors` in the modes at a point (ξ, η); scale: j₀ r₀/(j r)."""
+    f[0] = f[1] = scale * xi
+    f[2] = f[3] = scale * eta
     last = 4
     if axisymmetric:
-        M[4, :] = 0.0
-        M[4, 4] = scale * xi * eta
+        f[4] = scale * xi * eta
         last = 5
     before, legendre = eta, 1.5 * eta * eta - 0.5
-    for k in range(last, M.shape[0]):
+    for k in range(last, f.shape[0]):
         degree = 2 + k - last
-        for i in range(2):
-            for j in range(2):
-                M[k, 2 * i + j] = scale * det0 * legendre * inverse0[1, i] * inverse0[1, j]
-        M[k, 4] = 0.0
+        f[k] = scale * legendre
         before, legendre = legendre, ((2 * degree + 1) * eta * legendre - degree * before) / (degree + 1)
+
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _jacobian(X, e, N, dN, axisymmetric):
+    """Jacobian determinant and radius at a point of element e, as `_map` has them."""
+    j11 = j12 = j21 = j22 = r = 0.0
+    for a in range(4):
+        x, y = X[e, a, 0], X[e, a, 1]
+        j11 += dN[a, 0] * x
+        j12 += dN[a, 0] * y
+        j21 += dN[a, 1] * x
+        j22 += dN[a, 1] * y
+        r += N[a] * x
+    return j11 * j22 - j12 * j21, r if axisymmetric else 1.0
 
 
 @njit(cache=True, error_model="numpy")
@@ -95,12 +114,14 @@ def kinematics(X, u, alpha, Hn, N, dN, weight, at, axisymmetric, finite, scale, 
     """
     G, G0 = np.empty((4, 2)), np.empty((4, 2))
     inverse, inverse0 = np.empty((2, 2)), np.empty((2, 2))
-    H0, M, B = np.empty(5), np.empty((alpha.shape[1], 5)), np.empty(5)
+    m = alpha.shape[1]
+    H0, E, f = np.empty(5), np.empty((m, 5)), np.empty(m)
     for e in range(X.shape[0]):
         det0, r0 = _map(X, e, _N0, _DN0, axisymmetric, G0, inverse0)
         _gradient(u, e, _N0, G0, r0, axisymmetric, H0)
         if not finite:
             H0[:] = 0.0
+        _tensors(inverse0, det0, axisymmetric, E)
         for q in range(w.shape[1]):
             det, r = _map(X, e, N[q], dN[q], axisymmetric, G, inverse)
             w[e, q] = scale * weight[q] * det * r
@@ -108,16 +129,20 @@ def kinematics(X, u, alpha, Hn, N, dN, weight, at, axisymmetric, finite, scale, 
                 failed[e] = True
             F = H[e, q]
             _gradient(u, e, N[q], G, r, axisymmetric, F)
-            _modes(at[q], inverse0, det0, det0 * r0 / (det * r), axisymmetric, M)
-            B[:] = 0.0
-            for k in range(alpha.shape[1]):
-                for c in range(5):
-                    B[c] += alpha[e, k] * M[k, c]
-            F[0] += (1.0 + H0[0]) * B[0] + H0[1] * B[2]
-            F[1] += (1.0 + H0[0]) * B[1] + H0[1] * B[3]
-            F[2] += H0[2] * B[0] + (1.0 + H0[3]) * B[2]
-            F[3] += H0[2] * B[1] + (1.0 + H0[3]) * B[3]
-            F[4] += (1.0 + H0[4]) * B[4]
+            _shares(at[q, 0], at[q, 1], det0 * r0 / (det * r), axisymmetric, f)
+            b0 = b1 = b2 = b3 = b4 = 0.0
+            for k in range(m):
+                a = alpha[e, k] * f[k]
+                b0 += a * E[k, 0]
+                b1 += a * E[k, 1]
+                b2 += a * E[k, 2]
+                b3 += a * E[k, 3]
+                b4 += a * E[k, 4]
+            F[0] += (1.0 + H0[0]) * b0 + H0[1] * b2
+            F[1] += (1.0 + H0[0]) * b1 + H0[1] * b3
+            F[2] += H0[2] * b0 + (1.0 + H0[3]) * b2
+            F[3] += H0[2] * b1 + (1.0 + H0[3]) * b3
+            F[4] += (1.0 + H0[4]) * b4
             d0, d1, d2, d3 = F[0] - Hn[e, q, 0], F[1] - Hn[e, q, 1], F[2] - Hn[e, q, 2], F[3] - Hn[e, q, 3]
             d4 = F[4] - Hn[e, q, 4]
             if finite:
@@ -164,86 +189,144 @@ def pull_back(Hn, P, A):
 
 
 @njit(cache=True, error_model="numpy")
-def integrate(X, u, alpha, H, N, dN, at, axisymmetric, finite, w, P, A, lo, r, K, forces, noise):
-    """Forces r (e, 8 + m) on displacements and modes and K = ∂r/∂(u, α) from row and column lo on (8: the modes only).
+def _stretched(H0, E):
+    """E (m, 5), in place: F₀ E with F₀ − I = H0."""
+    f0, f1, f2, f3, f4 = 1.0 + H0[0], H0[1], H0[2], 1.0 + H0[3], 1.0 + H0[4]
+    for k in range(E.shape[0]):
+        a, b, c, d = E[k, 0], E[k, 1], E[k, 2], E[k, 3]
+        E[k, 0], E[k, 1], E[k, 2], E[k, 3] = f0 * a + f1 * c, f0 * b + f1 * d, f2 * a + f3 * c, f2 * b + f3 * d
+        E[k, 4] *= f4
 
-    P (e, q, 5) and A (e, q, 5, 5) per initial volume; forces (e,) = Σ |r| on displacements before points cancel; noise
-    (e, 8 + m): stresses, and the round-off of A H, that a zero of r is made of. H (e, q, 5): the strains they come of, in size.
+
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _moduli_times(A, e, q, wq, D, lo, AD):
+    """AD (5, 8 + m) = w A D at a point, from column lo on; displacements along an axis change its components and the hoop."""
+    n = D.shape[1]
+    for c in range(5):
+        a0, a1, a2, a3, a4 = wq * A[e, q, c, 0], wq * A[e, q, c, 1], wq * A[e, q, c, 2], wq * A[e, q, c, 3], wq * A[e, q, c, 4]
+        for j in range(lo, 8, 2):
+            AD[c, j] = a0 * D[0, j] + a1 * D[1, j] + a4 * D[4, j]
+            AD[c, j + 1] = a2 * D[2, j + 1] + a3 * D[3, j + 1]
+        for j in range(8, n):
+            AD[c, j] = a0 * D[0, j] + a1 * D[1, j] + a2 * D[2, j] + a3 * D[3, j] + a4 * D[4, j]
+
+
+@njit(cache=True, error_model="numpy")
+def modes_left(X, u, alpha, H, Hn, N, dN, at, axisymmetric, finite, w, P, A, r, K, noise):
+    """Forces r (e, m) on the modes and K = ∂r/∂α (e, m, m), for which they are sought; arguments as in `integrate`.
+
+    noise (e, m): stresses, and the round-off of A times strains, that a zero of r is made of. H, Hn (e, q, 5): F − I now and as
+    committed, both of which the strains come of: a body let go has none left, but the round-off of that which it had.
     """
     m = alpha.shape[1]
-    n = 8 + m
-    last = 5 if axisymmetric else 4  # no displacement or mode of the plane stretches it across
-    G, G0 = np.empty((4, 2)), np.empty((4, 2))
-    inverse, inverse0 = np.empty((2, 2)), np.empty((2, 2))
-    H0, M, B = np.empty(5), np.empty((alpha.shape[1], 5)), np.empty(5)
-    D, AD = np.zeros((5, n)), np.empty((5, n))
+    G0, inverse0, H0 = np.empty((4, 2)), np.empty((2, 2)), np.empty(5)
+    E, f = np.empty((m, 5)), np.empty(m)
+    D, AD = np.zeros((5, 8 + m)), np.empty((5, 8 + m))
     for e in range(X.shape[0]):
-        r[e, lo:] = 0.0
-        forces[e] = 0.0
-        noise[e, lo:] = 0.0
-        K[e, lo:, lo:] = 0.0
+        r[e], noise[e], K[e] = 0.0, 0.0, 0.0
         det0, r0 = _map(X, e, _N0, _DN0, axisymmetric, G0, inverse0)
         _gradient(u, e, _N0, G0, r0, axisymmetric, H0)
         if not finite:
             H0[:] = 0.0
+        _tensors(inverse0, det0, axisymmetric, E)
+        _stretched(H0, E)
+        for q in range(w.shape[1]):
+            det, rad = _jacobian(X, e, N[q], dN[q], axisymmetric)
+            _shares(at[q, 0], at[q, 1], det0 * r0 / (det * rad), axisymmetric, f)
+            for k in range(m):
+                for c in range(5):
+                    D[c, 8 + k] = f[k] * E[k, c]
+            wq, size = w[e, q], 0.0
+            for c in range(5):
+                size += abs(P[e, q, c])
+                for b in range(5):
+                    size += 1e-2 * abs(A[e, q, c, b]) * (abs(H[e, q, b]) + abs(Hn[e, q, b]))
+            _moduli_times(A, e, q, wq, D, 8, AD)
+            p0, p1, p2, p3, p4 = wq * P[e, q, 0], wq * P[e, q, 1], wq * P[e, q, 2], wq * P[e, q, 3], wq * P[e, q, 4]
+            for i in range(m):
+                d0, d1, d2, d3, d4 = D[0, 8 + i], D[1, 8 + i], D[2, 8 + i], D[3, 8 + i], D[4, 8 + i]
+                r[e, i] += d0 * p0 + d1 * p1 + d2 * p2 + d3 * p3 + d4 * p4
+                noise[e, i] += (abs(d0) + abs(d1) + abs(d2) + abs(d3) + abs(d4)) * (wq * size)
+                for j in range(m):
+                    K[e, i, j] += (
+                        d0 * AD[0, 8 + j] + d1 * AD[1, 8 + j] + d2 * AD[2, 8 + j] + d3 * AD[3, 8 + j] + d4 * AD[4, 8 + j]
+                    )
+
+
+@njit(cache=True, error_model="numpy")
+def integrate(X, u, alpha, N, dN, at, axisymmetric, finite, w, P, A, stiffness, r, K, forces):
+    """Forces r (e, 8 + m) on displacements and modes and, for ``stiffness``, K = ∂r/∂(u, α) (e, 8 + m, 8 + m).
+
+    P (e, q, 5) and A (e, q, 5, 5) per initial volume; forces (e,) = Σ |r| on displacements before points cancel.
+    """
+    m = alpha.shape[1]
+    n = 8 + m
+    G, G0 = np.empty((4, 2)), np.empty((4, 2))
+    inverse, inverse0 = np.empty((2, 2)), np.empty((2, 2))
+    H0, B, f = np.empty(5), np.empty(5), np.empty(m)
+    E, M = np.empty((m, 5)), np.empty((m, 5))
+    D, AD = np.zeros((5, n)), np.empty((5, n))
+    for e in range(X.shape[0]):
+        r[e] = 0.0
+        forces[e] = 0.0
+        if stiffness:
+            K[e] = 0.0
+        det0, r0 = _map(X, e, _N0, _DN0, axisymmetric, G0, inverse0)
+        _gradient(u, e, _N0, G0, r0, axisymmetric, H0)
+        if not finite:
+            H0[:] = 0.0
+        _tensors(inverse0, det0, axisymmetric, M)
+        E[:] = M
+        _stretched(H0, E)
         for q in range(w.shape[1]):
             det, rad = _map(X, e, N[q], dN[q], axisymmetric, G, inverse)
-            _modes(at[q], inverse0, det0, det0 * r0 / (det * rad), axisymmetric, M)
+            _shares(at[q, 0], at[q, 1], det0 * r0 / (det * rad), axisymmetric, f)
             B[:] = 0.0
-            if finite and lo == 0:
+            if finite:
                 for k in range(m):
-                    for c in range(last):
-                        B[c] += alpha[e, k] * M[k, c]
-            for a in range(4 if lo == 0 else 0):
+                    for c in range(5):
+                        B[c] += alpha[e, k] * f[k] * M[k, c]
+            for a in range(4):
                 g0, g1 = G0[a, 0], G0[a, 1]
                 D[0, 2 * a] = D[2, 2 * a + 1] = G[a, 0] + g0 * B[0] + g1 * B[2]
                 D[1, 2 * a] = D[3, 2 * a + 1] = G[a, 1] + g0 * B[1] + g1 * B[3]
                 if axisymmetric:
                     D[4, 2 * a] = N[q, a] / rad + _N0[a] / r0 * B[4]
             for k in range(m):
-                D[0, 8 + k] = (1.0 + H0[0]) * M[k, 0] + H0[1] * M[k, 2]
-                D[1, 8 + k] = (1.0 + H0[0]) * M[k, 1] + H0[1] * M[k, 3]
-                D[2, 8 + k] = H0[2] * M[k, 0] + (1.0 + H0[3]) * M[k, 2]
-                D[3, 8 + k] = H0[2] * M[k, 1] + (1.0 + H0[3]) * M[k, 3]
-                D[4, 8 + k] = (1.0 + H0[4]) * M[k, 4]
+                for c in range(5):
+                    D[c, 8 + k] = f[k] * E[k, c]
             wq = w[e, q]
-            size = 0.0
-            for c in range(5):
-                size += abs(P[e, q, c])
-                for b in range(5):
-                    size += 1e-2 * abs(A[e, q, c, b] * H[e, q, b])
-            for c in range(last):
-                p = wq * P[e, q, c]
-                for i in range(lo, n):
-                    r[e, i] += D[c, i] * p
-                    noise[e, i] += abs(D[c, i]) * wq * size
-            for i in range(lo, 8):
-                s = 0.0
-                for c in range(last):
-                    s += D[c, i] * P[e, q, c]
-                forces[e] += wq * abs(s)
-            for c in range(last):
-                for j in range(lo, n):
-                    s = 0.0
-                    for b in range(last):
-                        s += A[e, q, c, b] * D[b, j]
-                    AD[c, j] = wq * s
-            for i in range(lo, n):
-                for c in range(last):
-                    d = D[c, i]
-                    if d != 0.0:
-                        for j in range(lo, n):
-                            K[e, i, j] += d * AD[c, j]
-            if not finite or lo > 0:
+            p0, p1, p2, p3, p4 = wq * P[e, q, 0], wq * P[e, q, 1], wq * P[e, q, 2], wq * P[e, q, 3], wq * P[e, q, 4]
+            for j in range(0, 8, 2):
+                x = D[0, j] * p0 + D[1, j] * p1 + D[4, j] * p4
+                y = D[2, j + 1] * p2 + D[3, j + 1] * p3
+                r[e, j] += x
+                r[e, j + 1] += y
+                forces[e] += abs(x) + abs(y)
+            for j in range(8, n):
+                r[e, j] += D[0, j] * p0 + D[1, j] * p1 + D[2, j] * p2 + D[3, j] * p3 + D[4, j] * p4
+            if not stiffness:
+                continue
+            _moduli_times(A, e, q, wq, D, 0, AD)
+            for i in range(0, 8, 2):
+                x0, x1, x4, y2, y3 = D[0, i], D[1, i], D[4, i], D[2, i + 1], D[3, i + 1]
+                for j in range(n):
+                    K[e, i, j] += x0 * AD[0, j] + x1 * AD[1, j] + x4 * AD[4, j]
+                for j in range(n):
+                    K[e, i + 1, j] += y2 * AD[2, j] + y3 * AD[3, j]
+            for i in range(8, n):
+                d0, d1, d2, d3, d4 = D[0, i], D[1, i], D[2, i], D[3, i], D[4, i]
+                for j in range(n):
+                    K[e, i, j] += d0 * AD[0, j] + d1 * AD[1, j] + d2 * AD[2, j] + d3 * AD[3, j] + d4 * AD[4, j]
+            if not finite:
                 continue
             for a in range(4):  # P : ∂²F/∂u∂α, F₀ carries the displacements too
                 g0, g1 = G0[a, 0], G0[a, 1]
                 for k in range(m):
-                    m0, m1 = g0 * M[k, 0] + g1 * M[k, 2], g0 * M[k, 1] + g1 * M[k, 3]
-                    x = wq * (P[e, q, 0] * m0 + P[e, q, 1] * m1)
+                    m0, m1 = f[k] * (g0 * M[k, 0] + g1 * M[k, 2]), f[k] * (g0 * M[k, 1] + g1 * M[k, 3])
+                    x, y = p0 * m0 + p1 * m1, p2 * m0 + p3 * m1
                     if axisymmetric:
-                        x += wq * P[e, q, 4] * _N0[a] / r0 * M[k, 4]
-                    y = wq * (P[e, q, 2] * m0 + P[e, q, 3] * m1)
+                        x += p4 * _N0[a] / r0 * f[k] * M[k, 4]
                     K[e, 2 * a, 8 + k] += x
                     K[e, 8 + k, 2 * a] += x
                     K[e, 2 * a + 1, 8 + k] += y

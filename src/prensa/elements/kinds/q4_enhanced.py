@@ -107,17 +107,18 @@ class Enhanced(Isoparametric, abstract=True):
             # increments of displacement, strain and modes; the modes that are kept are their sum
             Hn = np.zeros_like(Hn)
             kept, alpha = alpha, np.zeros_like(alpha)
-        if failure := self._solve(c, law, at, mode, work, u, Hn, alpha, H):
+        k, m = alpha.shape
+        n, inner = 8 + m, np.empty((k, m, m))
+        if failure := self._solve(c, law, at, mode, work, u, Hn, alpha, H, inner):
             return failure
-        k, n = len(u), 8 + alpha.shape[1]
-        r, K, noise = np.empty((k, n)), np.empty((k, n, n)), np.empty((k, n))
-        enhanced.integrate(c.X, u, alpha, H, t.N, t.dN, t.at, axi, finite, work.w, work.P, work.A, 0, r, K, work.size, noise)
-        inner = K[:, 8:, 8:]
+        tangent = stiffness and not (whole.secant and law.plastic)
+        r, K = np.empty((k, n)), np.empty((k if tangent else 0, n, n))
+        enhanced.integrate(c.X, u, alpha, t.N, t.dN, t.at, axi, finite, work.w, work.P, work.A, tangent, r, K, work.size)
         weak = np.linalg.eigvalsh(0.5 * (inner + inner.transpose(0, 2, 1)))[:, 0] <= 0.0
         if weak.any():
             return Failure(int(np.argmax(weak)), Why.SOFT)
         if stiffness:
-            if whole.secant and law.plastic:
+            if not tangent:
                 K = self._towards_secant(c, law, whole, mode, u, Hn, alpha)
             work.K[:] = K[:, :8, :8] - K[:, :8, 8:] @ np.linalg.solve(K[:, 8:, 8:], K[:, 8:, :8])
         work.r[:] = r[:, :8]
@@ -126,15 +127,18 @@ class Enhanced(Isoparametric, abstract=True):
         return None
 
     def _solve(
-        self, c: Chunk, law: Material, at: At, mode: Mode, work: Work, u: Array, Hn: Array, alpha: Array, H: Array
+        self, c: Chunk, law: Material, at: At, mode: Mode, work: Work, u: Array, Hn: Array, alpha: Array, H: Array, inner: Array
     ) -> Failure | None:  # fmt: skip
-        """Modes alpha (k, m), in place, that are in equilibrium at displacements u: Newton, halved where it goes too far."""
+        """Modes alpha (k, m), in place, that are in equilibrium at displacements u: Newton, halved where it goes too far.
+
+        inner (k, m, m): their stiffness there.
+        """
         from prensa.elements import enhanced
 
         axi, finite, scale = mode
         t = self.table
         at = at._replace(tangent=True)  # Newton needs it in any case
-        n, size = 8 + alpha.shape[1], law.size
+        m, size = alpha.shape[1], law.size
         rows, points = np.arange(len(u)), np.arange(self.points)
         left = Left.begin(c.X, u, Hn, np.ascontiguousarray(c.old[..., :size]), alpha)
         for _ in range(MODE_ITERATIONS):
@@ -149,23 +153,21 @@ class Enhanced(Isoparametric, abstract=True):
                 bad, reason = bad | w.points.any(axis=1), reason if bad.any() else failure.why
             if finite:
                 enhanced.pull_back(left.Hn, w.P, w.A)
-            r, K, noise = np.empty((k, n)), np.empty((k, n, n)), np.empty((k, n))
-            # a body let go has no strain left, but the round-off of that which it had when the increment began
-            strain = np.abs(F) + np.abs(left.Hn)
-            enhanced.integrate(
-                left.X, left.u, left.alpha, strain, t.N, t.dN, t.at, axi, finite, w.w, w.P, w.A, 8, r, K, w.size, noise
+            r, K, noise = np.empty((k, m)), np.empty((k, m, m)), np.empty((k, m))
+            enhanced.modes_left(
+                left.X, left.u, left.alpha, F, left.Hn, t.N, t.dN, t.at, axi, finite, w.w, w.P, w.A, r, K, noise
             )
-            over = (np.abs(r[:, 8:]) / np.maximum(TOLERANCE * noise[:, 8:], 1e-300)).max(axis=1)
+            over = (np.abs(r) / np.maximum(TOLERANCE * noise, 1e-300)).max(axis=1)
             done = (over <= 1.0) & ~bad
             if done.any():
                 some = rows[done]
                 work.P[some], work.A[some], work.w[some], H[some] = w.P[done], w.A[done], w.w[done], F[done]
-                alpha[some], c.new[some, :, :size] = left.alpha[done], part.new[done]
+                alpha[some], c.new[some, :, :size], inner[some] = left.alpha[done], part.new[done], K[done]
                 if len(some) == k:
                     return None
                 go = ~done
                 rows, left, r, K, over, bad = rows[go], left.of(go), r[go], K[go], over[go], bad[go]
-            if failure := left.move(r[:, 8:], K[:, 8:, 8:], over, bad, reason):
+            if failure := left.move(r, K, over, bad, reason):
                 return Failure(int(rows[failure.element]), failure.why)
         return Failure(int(rows[0]), Why.SOFT)
 
@@ -186,8 +188,8 @@ class Enhanced(Isoparametric, abstract=True):
         material(part, law, at, w)
         if finite:
             enhanced.pull_back(Hn, w.P, w.A)
-        r, K, noise = np.empty((k, n)), np.empty((k, n, n)), np.empty((k, n))
-        enhanced.integrate(c.X, u, alpha, F, t.N, t.dN, t.at, axi, finite, w.w, w.P, w.A, 0, r, K, w.size, noise)
+        r, K = np.empty((k, n)), np.empty((k, n, n))
+        enhanced.integrate(c.X, u, alpha, t.N, t.dN, t.at, axi, finite, w.w, w.P, w.A, True, r, K, w.size)
         return K
 
     def _modes(self, history: Array, first: int, mode: Mode) -> Array:
