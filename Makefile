@@ -14,7 +14,7 @@ export OMP_NUM_THREADS ?= 1
 # processes of the tests and of the verification table
 JOBS ?= 2
 
-.PHONY: demo lint test coverage verify bench docs package clean examples
+.PHONY: demo lint test pardiso coverage verify bench docs package clean examples
 
 $(VENV)/installed: pyproject.toml
 	@echo "installing into $(VENV): once, about a minute"
@@ -32,6 +32,14 @@ lint: $(VENV)/installed
 
 test: lint  ## lint, types, and the whole test suite
 	$(BIN)/python -m pytest -n $(JOBS)
+
+# in an environment of its own, since `solver: auto` takes PARDISO wherever it is installed. Left out is a test that compares
+# derivatives with differences of 1e-9 of a force, which PARDISO's last digits are worth
+pardiso: pyproject.toml  ## tests of contact and of the solver with PARDISO (0.9 GB more) instead of rslab
+	$(PYTHON) -m venv $(VENV)-pardiso
+	$(VENV)-pardiso/$(notdir $(BIN))/python -m pip install -e ".[dev,mkl]"
+	$(VENV)-pardiso/$(notdir $(BIN))/python -m pytest -n $(JOBS) tests/contact tests/solver \
+		--deselect "tests/solver/test_carrying.py::test_derivatives_know_where_friction_begins[penalty-q4_fbar]"
 
 # kernels run as machine code, out of sight of the measurement: they are left out (tool.coverage in pyproject.toml)
 coverage: $(VENV)/installed  ## lines of src/prensa that the test suite runs, kernels apart
@@ -57,4 +65,4 @@ package: $(VENV)/installed  ## wheel and sdist in dist/, the wheel tried in a cl
 	$(BIN)/python .ci/package.py
 
 clean:
-	rm -rf $(VENV) results site dist .coverage .pytest_cache .mypy_cache .ruff_cache
+	rm -rf $(VENV) $(VENV)-pardiso results site dist .coverage .pytest_cache .mypy_cache .ruff_cache

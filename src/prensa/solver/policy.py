@@ -29,7 +29,7 @@ class Policy:
     """… and when points reverse their slip."""
     shrinks: float = 0.25
     """Next step over a step that raises the residual, both with its factors, below which it is accepted all the same."""
-    vain: int = 3
+    vain: int = 4
     """Iterations, none of which has lowered the residual, after which an attempt is given up."""
     patience: int = 6
     """Iterations in which the least residual must fall to ``stagnation`` of its value: a smaller increment is cheaper."""
