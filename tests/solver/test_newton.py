@@ -237,12 +237,14 @@ def test_what_contact_steps_have_settled_newton_finishes():
 
 
 def test_an_attempt_that_only_gets_worse_is_given_up():
-    """Three iterations above the residual of the start end an attempt; not where the start was left behind once, nor
-    without line search.
+    """Four iterations above the residual of the start end an attempt; not three, nor where the start was left behind once,
+    nor without line search.
     """
     eq = pressed()
     lam, result = start(eq)
-    for least, search, ends in (([0.5] * 3, True, True), ([0.5, 0.4, 0.4], True, False), ([0.5] * 3, False, False)):
+    never = [0.5] * 4
+    left = [0.5, *[0.4] * 3]
+    for least, search, ends in ((never, True, True), (never[:3], True, False), (left, True, False), (never, False, False)):
         with_search = replace(eq, numerics=replace(eq.numerics, line_search=search))
         state = init(with_search, Guess(eq.context.state.u), lam)
         observe(with_search, state, result)
