@@ -23,16 +23,24 @@ MODES = {False: 4, True: 5}
 """Internal degrees of freedom of every enhanced element, by whether the problem is axisymmetric."""
 
 
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _jacobian(X, e, N, dN):
+    """∂X_i/∂ξ_I as 11, 12, 21, 22 at a point of element e, and its first coordinate, the radius in axisymmetry."""
+    j11 = j12 = j21 = j22 = r = 0.0
+    for a in range(4):
+        x, y = X[e, a, 0], X[e, a, 1]
+        j11 += dN[a, 0] * x
+        j12 += dN[a, 0] * y
+        j21 += dN[a, 1] * x
+        j22 += dN[a, 1] * y
+        r += N[a] * x
+    return j11, j12, j21, j22, r
+
+
 @njit(cache=True, error_model="numpy")
 def _map(X, e, N, dN, axisymmetric, G, inverse):
     """G (4, 2) = ∂N/∂X and inverse (2, 2) = ∂ξ_I/∂X_i at a point of element e → Jacobian determinant, radius."""
-    j11 = j12 = j21 = j22 = r = 0.0
-    for a in range(4):
-        j11 += dN[a, 0] * X[e, a, 0]
-        j12 += dN[a, 0] * X[e, a, 1]
-        j21 += dN[a, 1] * X[e, a, 0]
-        j22 += dN[a, 1] * X[e, a, 1]
-        r += N[a] * X[e, a, 0]
+    j11, j12, j21, j22, r = _jacobian(X, e, N, dN)
     det = j11 * j22 - j12 * j21
     inverse[0, 0], inverse[0, 1] = j22 / det, -j21 / det
     inverse[1, 0], inverse[1, 1] = -j12 / det, j11 / det
@@ -63,7 +71,6 @@ def _tensors(inverse0, det0, axisymmetric, E):
     Behind the four or five (`MODES`) follow as many of the strain across, of the second degree in η and higher, as E has rows.
     They are without a dimension, j₀ times those of the source, so that the stiffnesses of all can be held against each other.
     """
-    last = 5 if axisymmetric else 4
     for k in range(E.shape[0]):
         I, J = (k // 2, k % 2) if k < 4 else (1, 1)
         for i in range(2):
@@ -71,8 +78,8 @@ def _tensors(inverse0, det0, axisymmetric, E):
                 E[k, 2 * i + j] = det0 * inverse0[I, i] * inverse0[J, j]
         E[k, 4] = 0.0
     if axisymmetric:
-        E[last - 1, :] = 0.0
-        E[last - 1, 4] = 1.0
+        E[4, :] = 0.0
+        E[4, 4] = 1.0
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -89,20 +96,6 @@ def _shares(xi, eta, scale, axisymmetric, f):
         degree = 2 + k - last
         f[k] = scale * legendre
         before, legendre = legendre, ((2 * degree + 1) * eta * legendre - degree * before) / (degree + 1)
-
-
-@njit(cache=True, error_model="numpy", forceinline=True)
-def _jacobian(X, e, N, dN, axisymmetric):
-    """Jacobian determinant and radius at a point of element e, as `_map` has them."""
-    j11 = j12 = j21 = j22 = r = 0.0
-    for a in range(4):
-        x, y = X[e, a, 0], X[e, a, 1]
-        j11 += dN[a, 0] * x
-        j12 += dN[a, 0] * y
-        j21 += dN[a, 1] * x
-        j22 += dN[a, 1] * y
-        r += N[a] * x
-    return j11 * j22 - j12 * j21, r if axisymmetric else 1.0
 
 
 @njit(cache=True, error_model="numpy")
@@ -231,8 +224,9 @@ def modes_left(X, u, alpha, H, Hn, N, dN, at, axisymmetric, finite, w, P, A, r, 
         _tensors(inverse0, det0, axisymmetric, E)
         _stretched(H0, E)
         for q in range(w.shape[1]):
-            det, rad = _jacobian(X, e, N[q], dN[q], axisymmetric)
-            _shares(at[q, 0], at[q, 1], det0 * r0 / (det * rad), axisymmetric, f)
+            j11, j12, j21, j22, rad = _jacobian(X, e, N[q], dN[q])
+            scale = det0 * r0 / ((j11 * j22 - j12 * j21) * (rad if axisymmetric else 1.0))
+            _shares(at[q, 0], at[q, 1], scale, axisymmetric, f)
             for k in range(m):
                 for c in range(5):
                     D[c, 8 + k] = f[k] * E[k, c]
