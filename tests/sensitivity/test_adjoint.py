@@ -139,13 +139,15 @@ def test_transposes_are_transposes() -> None:
         q4_directions.prepare(X, x, cells, old, new, *moduli, axisymmetric, 1.3, True, cauchy, *stress, geometry, point)
         dxn, dx, motion = rng.normal(size=(3, 1, 4, 2))
         dold, dflow, dbulk, dG = rng.normal(size=old.shape)[None], rng.normal(size=(1, 1, 4, 2)), *rng.normal(size=(2, 1))
-        lanes = [q4_directions.in_lanes(a[..., None], 0) for a in (dxn[0], dx[0], dold[0], np.array([dbulk[0], dG[0]]))]
+        lanes = [q4_directions.in_lanes(a[..., None], 0) for a in (dxn[0], dx[0], np.array([dbulk[0], dG[0]]))]
+        begins, dnew = (q4_directions.histories(old.shape, 1) for _ in range(2))
+        begins[..., 0] = dold[0]
         slopes, ways = np.zeros((1, 4, 3, q4_directions.WAYS)), np.zeros((q4_directions.WAYS, q4_directions.LANES))
         slopes[..., :2, 0], ways[0, 0] = dflow[0], 1.0
-        forces, dnew, energy = np.zeros_like(lanes[0]), np.zeros_like(lanes[2]), np.zeros_like(lanes[3])
+        forces, energy = np.zeros_like(lanes[0]), np.zeros_like(lanes[2])
         q4_directions.at_fixed(
-            cells, geometry, point, *moduli, axisymmetric, np.ones((1, 4)), *lanes, slopes, ways, forces, dnew, energy,
-            np.empty((0, 4, 0)),
+            cells, geometry, point, *moduli, axisymmetric, np.ones((1, 4)), *lanes[:2], begins, lanes[2], slopes, ways, forces,
+            dnew, energy, np.empty((0, 4, 0)),
         )  # fmt: skip
         r = forces[..., 0].ravel()
         w, h = rng.normal(size=(1, 8)), rng.normal(size=dold.shape)

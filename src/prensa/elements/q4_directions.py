@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from prensa.elements.q4 import _DX, _DY, _N
 from prensa.kernels.compiled import njit
+from prensa.kernels.lanes import add_eight, eight
 from prensa.kernels.series import GROUP, SMALL_EXP, SMALL_LOG, exp_minus_one, half_log
 from prensa.materials.begun import LANES, begun_along
 from prensa.materials.hardening import TABLE, flow_gradient, table_gradient
@@ -51,12 +52,16 @@ _V, _WORK_END = _OF_POINT + 43 * GROUP, _OF_POINT + 44 * GROUP
     _POINT40, _POINT41, _POINT42,
 ) = range(_OF_POINT, _V, GROUP)  # fmt: skip
 WAYS = 5  # in which a flow curve changes, that are added up at a time: as many as its scalars
-_HALF = LANES // 2
 
 
-def slots(count: int) -> int:
-    """Half or full lanes that a number of directions, at most `LANES`, fill: how long the last axis of their histories is."""
-    return -(-count // _HALF) * _HALF
+def histories(points: tuple[int, ...], count: int) -> NDArray[np.float64]:
+    """Room for the derivatives (e, 4, h, d) of histories (e, 4, h) along d directions, with whatever numbers there are.
+
+    The kernels go over all `LANES` from each number's first direction on, and so beyond the last one's end.
+    """
+    shape = (*points, count)
+    size = int(np.prod(shape))
+    return np.empty(size + LANES)[:size].reshape(shape)
 
 
 def in_lanes(a: NDArray[np.float64], first: int, size: int = LANES) -> NDArray[np.float64]:
@@ -249,15 +254,14 @@ def flow_gradients(kind, p, knots, coefs, committed, old, new, dt, dknots, dcoef
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _motions(u, cells, e, w, row):
-    """Motions u (n, 2, LANES) of the nodes of element e → eight rows of w."""
+    """Motions u (2 n LANES,) of the nodes of element e → eight rows of w."""
     for k in range(4):
-        node = cells[e, k]
-        for d in range(LANES):
-            w[row + 2 * k * LANES + d] = u[node, 0, d]
-            w[row + (2 * k + 1) * LANES + d] = u[node, 1, d]
+        at = 2 * LANES * cells[e, k]
+        eight(u, at, w, row + 2 * k * LANES)
+        eight(u, at + LANES, w, row + (2 * k + 1) * LANES)
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
 def _gradients(w, row, B, out):
     """Gradients 11, 12, 21, 22, 33 of motions, eight rows of w, with the ∂N of a point → five rows."""
     x0, x1, x2, x3, y0, y1, y2, y3 = B[0], B[1], B[2], B[3], B[4], B[5], B[6], B[7]
@@ -272,25 +276,22 @@ def _gradients(w, row, B, out):
         w[out + _4 + d] = u0 * h0 + u1 * h1 + u2 * h2 + u3 * h3
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
 def _rates(w, B):
     """Rates l = ∇x′ − f (∂x_n′/∂x) at a point, and its trace: ∇x_n′ in the present places takes an f from the left."""
+    x0, x1, x2, x3, y0, y1, y2, y3 = B[0], B[1], B[2], B[3], B[4], B[5], B[6], B[7]
+    g0, g1, g2, g3 = B[8], B[9], B[10], B[11]
     f0, f1, f2, f3, f4 = B[12], B[13], B[14], B[15], B[16]
     for d in range(LANES):
-        h0, h1, h2, h3, h4 = w[_RATE + d], w[_RATE + _1 + d], w[_RATE + _2 + d], w[_RATE + _3 + d], w[_RATE + _4 + d]
+        u0, u1, u2, u3 = w[_OLD + d], w[_OLD + _2 + d], w[_OLD + _4 + d], w[_OLD + _6 + d]
+        v0, v1, v2, v3 = w[_OLD + _1 + d], w[_OLD + _3 + d], w[_OLD + _5 + d], w[_OLD + _7 + d]
+        h0, h1 = u0 * x0 + u1 * x1 + u2 * x2 + u3 * x3, u0 * y0 + u1 * y1 + u2 * y2 + u3 * y3
+        h2, h3 = v0 * x0 + v1 * x1 + v2 * x2 + v3 * x3, v0 * y0 + v1 * y1 + v2 * y2 + v3 * y3
         l0, l3 = w[_GRADIENT + d] - f0 * h0 - f1 * h2, w[_GRADIENT + _3 + d] - f2 * h1 - f3 * h3
-        l4 = w[_GRADIENT + _4 + d] - f4 * h4
+        l4 = w[_GRADIENT + _4 + d] - f4 * (u0 * g0 + u1 * g1 + u2 * g2 + u3 * g3)
         w[_RATE + d], w[_RATE + _1 + d] = l0, w[_GRADIENT + _1 + d] - f0 * h1 - f1 * h3
         w[_RATE + _2 + d], w[_RATE + _3 + d], w[_RATE + _4 + d] = w[_GRADIENT + _2 + d] - f2 * h0 - f3 * h2, l3, l4
         w[_TRACE + d] = l0 + l3 + l4
-
-
-@njit(cache=True, error_model="numpy", forceinline=True)
-def _copied(a, i, n, b, j):
-    """The n rows that begin at i in a, copied to j in b."""
-    for k in range(n):
-        for d in range(LANES):
-            b[j + k * LANES + d] = a[i + k * LANES + d]
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -409,104 +410,91 @@ def _answer(w, P, B, bulk, G, part, hoop, volume):
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _filled(dold, e, q, fields, w):
-    """Histories of a point → the rows before."""
-    if dold.shape[3] == LANES:  # numbers that the compiler knows
-        for k in range(fields):
-            for d in range(LANES):
-                w[_BEFORE + k * LANES + d] = dold[e, q, k, d]
-    else:
-        for k in range(fields):
-            for d in range(_HALF):
-                w[_BEFORE + k * LANES + d] = dold[e, q, k, d]
+def _filled(dold, at, fields, count, w):
+    """Histories (fields, d) of a point, from ``at`` on in an array, → the rows before; beyond d lanes have numbers of no meaning."""
+    for k in range(fields):
+        eight(dold, at + k * count, w, _BEFORE + k * LANES)
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
-def _add_ways(s0, s1, s2, s3, s4, dflow, k, w, row):
-    """What directions change of a flow stress, by its slopes along `WAYS` ways from k on, is added to a row of w."""
+def _ways(s, k, ways, w):
+    """What directions change of flow stresses, by their slopes s (3, m) along `WAYS` ways from k on, is added to rows of w.
+
+    ways: the row from which on directions say how far they go along those.
+    """
+    a0, a1, a2, a3, a4 = s[0, k], s[0, k + 1], s[0, k + 2], s[0, k + 3], s[0, k + 4]
+    b0, b1, b2, b3, b4 = s[1, k], s[1, k + 1], s[1, k + 2], s[1, k + 3], s[1, k + 4]
+    c0, c1, c2, c3, c4 = s[2, k], s[2, k + 1], s[2, k + 2], s[2, k + 3], s[2, k + 4]
     for d in range(LANES):
-        w[row + d] += (
-            s0 * dflow[k, d] + s1 * dflow[k + 1, d] + s2 * dflow[k + 2, d] + s3 * dflow[k + 3, d] + s4 * dflow[k + 4, d]
-        )
+        x0, x1, x2, x3, x4 = w[ways + d], w[ways + _1 + d], w[ways + _2 + d], w[ways + _3 + d], w[ways + _4 + d]
+        w[_NOW + d] += a0 * x0 + a1 * x1 + a2 * x2 + a3 * x3 + a4 * x4
+        w[_WAS + d] += b0 * x0 + b1 * x1 + b2 * x2 + b3 * x3 + b4 * x4
+        w[_COMMITTED + d] += c0 * x0 + c1 * x1 + c2 * x2 + c3 * x3 + c4 * x4
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _put(w, fields, dnew, e, q):
-    """The rows after → histories of a point."""
-    if dnew.shape[3] == LANES:
-        for k in range(fields):
-            for d in range(LANES):
-                dnew[e, q, k, d] = w[_AFTER + k * LANES + d]
-    else:
-        for k in range(fields):
-            for d in range(_HALF):
-                dnew[e, q, k, d] = w[_AFTER + k * LANES + d]
+def _put(w, fields, count, dnew, at):
+    """The rows after → histories of a point, one after the other: each is put over what the one before wrote beyond its end."""
+    for k in range(fields):
+        eight(w, _AFTER + k * LANES, dnew, at + k * count)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
-def _add(w, fields, dnew, e, q):
-    """The rows after are added to histories of a point."""
-    if dnew.shape[3] == LANES:
-        for k in range(fields):
-            for d in range(LANES):
-                dnew[e, q, k, d] += w[_AFTER + k * LANES + d]
-    else:
-        for k in range(fields):
-            for d in range(_HALF):
-                dnew[e, q, k, d] += w[_AFTER + k * LANES + d]
+def _add(w, fields, count, dnew, at):
+    """The rows after are added to histories of a point; what follows in the array stays as it is."""
+    eight(dnew, at + fields * count, w, _NOW)
+    for k in range(fields):
+        add_eight(dnew, at + k * count, w, _AFTER + k * LANES)
+    _put(w, fields, count, dnew, at)
+    eight(w, _NOW, dnew, at + fields * count)
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
 def at_fixed(
     cells, geometry, point, bulk, G, axisymmetric, volume, dxn, dx, dold, moduli, slopes, dflow, r, dnew, energy, begun
 ):  # fmt: skip
-    """Of `LANES` directions: dxn, dx (n, 2, LANES), dold (e, 4, h, s), moduli (2, LANES): bulk, shear → r (n, 2, LANES), dnew.
+    """Of `LANES` directions: dxn, dx (n, 2, LANES), dold, moduli (2, LANES): bulk, shear → r (n, 2, LANES), dnew.
 
-    dx is (0, 2, LANES) where no present place moves. dold of the committed histories, dnew of the new ones, s = `slots` of
-    the directions that there are; begun (e, 4, n) of `slopes_of_begun`, (0, 4, n) where increments begin with these. dflow
+    dx is (0, 2, LANES) where no present place moves. dold (e, 4, h, d) of the committed histories, dnew of the new ones, d of
+    `LANES` directions that there are, see `histories`; begun (e, 4, n) of `slopes_of_begun`, (0, 4, n) where increments begin with these. dflow
     (m, LANES): changes of a flow curve, of which the stress has the slopes (e, 4, 3, m), see `flow_gradients`; m is a multiple
     of `WAYS`. Forces r and energy (2, LANES), ∫ψ dV and plastic work, are added to; volume (e, 4).
     """
     moved, moves, fields, kinds = len(begun) > 0, len(dx) > 0, dold.shape[2], dflow.shape[0]
     part = 1.0 / 3.0 if axisymmetric else 0.5
     hoop = part if axisymmetric else 0.0
-    w = np.zeros(_END)
+    w, count = np.zeros(_END + kinds * LANES), dold.shape[3]
+    then, now, before, after, forces = dxn.reshape(-1), dx.reshape(-1), dold.reshape(-1), dnew.reshape(-1), r.reshape(-1)
     for d in range(LANES):
         w[_LAME + d] = moduli[0, d] - 2.0 * moduli[1, d] / 3.0
         w[_SHEAR + d] = moduli[1, d]
+        for k in range(kinds):
+            w[_END + k * LANES + d] = dflow[k, d]
     for e in range(cells.shape[0]):
-        _motions(dxn, cells, e, w, _OLD)
+        _motions(then, cells, e, w, _OLD)
         if moves:
-            _motions(dx, cells, e, w, _PRESENT)
+            _motions(now, cells, e, w, _PRESENT)
             _gradients(w, _PRESENT, geometry[e, _MIDDLE], _GRADIENT)
         w[_FORCE:_BEFORE] = 0.0
-        _gradients(w, _OLD, geometry[e, _MIDDLE], _RATE)
         _rates(w, geometry[e, _MIDDLE])
-        _copied(w, _TRACE, 1, w, _MIDDLE_TRACE)
+        eight(w, _TRACE, w, _MIDDLE_TRACE)
         for q in range(4):
             if moves:
                 _gradients(w, _PRESENT, geometry[e, q], _GRADIENT)
-            _gradients(w, _OLD, geometry[e, q], _RATE)
             _rates(w, geometry[e, q])
-            _filled(dold, e, q, fields, w)
+            at = (4 * e + q) * fields * count
+            _filled(before, at, fields, count, w)
             w[_NOW:_LAME] = 0.0
             w[_COMMITTED:_END] = 0.0
             for k in range(0, kinds, WAYS):
-                s = slopes[e, q]
-                _add_ways(s[0, k], s[0, k + 1], s[0, k + 2], s[0, k + 3], s[0, k + 4], dflow, k, w, _NOW)
-                _add_ways(s[1, k], s[1, k + 1], s[1, k + 2], s[1, k + 3], s[1, k + 4], dflow, k, w, _WAS)
-                _add_ways(s[2, k], s[2, k + 1], s[2, k + 2], s[2, k + 3], s[2, k + 4], dflow, k, w, _COMMITTED)
+                _ways(slopes[e, q], k, _END + k * LANES, w)
             if moved:
-                for d in range(LANES):
-                    w[_COMMITTED + d] += w[_WAS + d]
+                add_eight(w, _WAS, w, _COMMITTED)
                 begun_along(begun[e, q], w, _BEFORE, _COMMITTED)
             _answer(w, _values(point[e, q]), geometry[e, q], bulk, G, part, hoop, volume[e, q])
-            _put(w, fields, dnew, e, q)
-        for k in range(4):
-            node = cells[e, k]
-            for d in range(LANES):
-                r[node, 0, d] += w[_FORCE + (2 * k) * LANES + d]
-                r[node, 1, d] += w[_FORCE + (2 * k + 1) * LANES + d]
+            _put(w, fields, count, after, at)
+        for k in range(8):
+            add_eight(w, _FORCE + k * LANES, forces, (2 * cells[e, k // 2] + k % 2) * LANES)
     for d in range(LANES):
         energy[0, d] += w[_ENERGY + d]
         energy[1, d] += w[_ENERGY + _1 + d]
@@ -536,20 +524,20 @@ def _answer_along(w, P, G, part, hoop, volume):
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
 def along(cells, geometry, point, G, axisymmetric, volume, dx, dnew, energy):
-    """Add what motions dx (n, 2, LANES) of the present nodes make of histories dnew (e, 4, h, s) and of energy (2, LANES)."""
+    """Add what motions dx (n, 2, LANES) of the present nodes make of histories dnew (e, 4, h, d) and of energy (2, LANES)."""
     part = 1.0 / 3.0 if axisymmetric else 0.5
     hoop = part if axisymmetric else 0.0
-    fields = dnew.shape[2]
-    w = np.zeros(_END)
+    fields, count = dnew.shape[2], dnew.shape[3]
+    w, now, after = np.zeros(_END), dx.reshape(-1), dnew.reshape(-1)
     for e in range(cells.shape[0]):
-        _motions(dx, cells, e, w, _PRESENT)
+        _motions(now, cells, e, w, _PRESENT)
         _gradients(w, _PRESENT, geometry[e, _MIDDLE], _GRADIENT)
         for d in range(LANES):
             w[_MIDDLE_TRACE + d] = w[_GRADIENT + d] + w[_GRADIENT + _3 + d] + w[_GRADIENT + _4 + d]
         for q in range(4):
             _gradients(w, _PRESENT, geometry[e, q], _GRADIENT)
             _answer_along(w, _values(point[e, q]), G, part, hoop, volume[e, q])
-            _add(w, fields, dnew, e, q)
+            _add(w, fields, count, after, (4 * e + q) * fields * count)
     for d in range(LANES):
         energy[0, d] += w[_ENERGY + d]
         energy[1, d] += w[_ENERGY + _1 + d]

@@ -140,6 +140,30 @@ def _announcer(write: bool) -> Callable[..., None]:
     return intrinsic(typed)
 
 
+def _copier(adds: bool) -> Callable[..., None]:
+    """(source, at, target, to): `WIDE` numbers that follow one another from ``at`` on put, or added, to those from ``to`` on.
+
+    A loop over so few is unrolled before it could become one instruction, and then nothing tells that what is written is not
+    what is still to be read.
+    """
+
+    def typed(_: Any, source: Any, at: Any, target: Any, to: Any) -> Any:
+        _contiguous(source)
+        _contiguous(target)
+
+        def generated(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+            source, at, target, to = args
+            place = builder.gep(_base(context, builder, sig.args[2], target), [to])
+            value = _load(builder, builder.gep(_base(context, builder, sig.args[0], source), [at]))
+            _store(builder, builder.fadd(_load(builder, place), value) if adds else value, place)
+            return context.get_dummy_value()
+
+        return types.void(source, types.intp, target, types.intp), generated
+
+    return intrinsic(typed)
+
+
+eight, add_eight = _copier(False), _copier(True)
 into_rows, five_into_rows, four_into_rows = _carrier(WIDE, True), _carrier(5, True), _carrier(_NARROW, True)
 out_of_rows, five_out_of_rows, four_out_of_rows = _carrier(WIDE, False), _carrier(5, False), _carrier(_NARROW, False)
 to_be_read, to_be_written = _announcer(False), _announcer(True)

@@ -14,7 +14,8 @@ import math
 import numpy as np
 
 from prensa.kernels.compiled import njit
-from prensa.kernels.series import GROUP, SMALL_LOG, half_log, log_slope
+from prensa.kernels.lanes import WIDE, out_of_rows
+from prensa.kernels.series import GROUP, SMALL_EXP, SMALL_LOG, exp_minus_one, half_log, log_slope
 from prensa.kernels.tensor import principal
 from prensa.materials.j2_finite import _axes
 
@@ -27,9 +28,20 @@ FAR_APART = 0.1  # relative difference of two eigenvalues from which that of the
 _MOVED, _FLOWS = 30, 31
 SMALL_TENSOR = 0.3 * SMALL_LOG
 """Components of strains up to which those of their axes, and relative differences of these, are within `SMALL_LOG`."""
-# of `begun_owed`, rows of points: tensors, whether increments begin elsewhere and flow, what there is of each tensor, weights
+# rows of points: tensors, whether increments begin elsewhere and flow, what there is of each tensor, weights
 _OLD_B, _TRIAL_B, _BEGUN_B = (k * GROUP for k in (0, 4, 8))
-_MOVES, _FLOWING, _OF_COMMITTED, _OF_TRIAL, _OF_BEGUN, _OWED_W, _OWED_END = (k * GROUP for k in (12, 13, 14, 24, 34, 40, 50))
+_MOVES, _FLOWING, _OF_COMMITTED, _OF_TRIAL, _OF_BEGUN, _MORE = (k * GROUP for k in (12, 13, 14, 24, 34, 40))
+_OWED_W, _OWED_END = (k * GROUP for k in (41, 51))
+# of `slopes_of_begun`: trace and determinant, flow stresses and slopes where increments begin and as committed, what is found
+_VOLUME, _JACOBIAN, _FLOW, _HARDENING, _FLOW_WAS, _HARDENING_WAS, _SLOPES, _SLOPES_END = (
+    k * GROUP for k in (41, 42, 43, 44, 45, 46, 47, 79)
+)
+# rows of the slopes d1, d2, d12, d3 of what there is of each tensor
+_FOUR_OF_LOG, _FOUR_OF_TRIAL, _FOUR_OF_EXP = (
+    (_OF_COMMITTED + 6 * GROUP, _OF_COMMITTED + 7 * GROUP, _OF_COMMITTED + 8 * GROUP, _OF_COMMITTED + 9 * GROUP),
+    (_OF_TRIAL + 6 * GROUP, _OF_TRIAL + 7 * GROUP, _OF_TRIAL + 8 * GROUP, _OF_TRIAL + 9 * GROUP),
+    (_OF_BEGUN + 2 * GROUP, _OF_BEGUN + 3 * GROUP, _OF_BEGUN + 4 * GROUP, _OF_BEGUN + 5 * GROUP),
+)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -39,17 +51,6 @@ def _in_axes(c, s, d1, d2, d12, a11, a22, a12):
     p1, p2 = d1 * (cc * a11 + 2.0 * cs * a12 + ss * a22), d2 * (ss * a11 - 2.0 * cs * a12 + cc * a22)
     p12 = d12 * (cs * (a22 - a11) + (cc - ss) * a12)
     return cc * p1 + ss * p2 - 2.0 * cs * p12, ss * p1 + cc * p2 + 2.0 * cs * p12, cs * (p1 - p2) + (cc - ss) * p12
-
-
-@njit(cache=True, error_model="numpy", forceinline=True)
-def _put_slopes(c, s, d1, d2, d12, d3, M, k):
-    """`_in_axes` as a matrix, rows 11, 22, 12 → its 11, 12, 13, 22, 23, 33 (31, 32: half of 13, 23) and d3, from M[k] on."""
-    cc, cs, ss = c * c, c * s, s * s
-    M[k], M[k + 1] = cc * cc * d1 + ss * ss * d2 + 2.0 * cs * cs * d12, cs * cs * (d1 + d2 - 2.0 * d12)
-    M[k + 2] = 2.0 * cs * (cc * (d1 - d12) - ss * (d2 - d12))
-    M[k + 3] = ss * ss * d1 + cc * cc * d2 + 2.0 * cs * cs * d12
-    M[k + 4] = 2.0 * cs * (ss * (d1 - d12) - cc * (d2 - d12))
-    M[k + 5], M[k + 6] = 2.0 * cs * cs * (d1 + d2) + (cc - ss) * (cc - ss) * d12, d3
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -76,39 +77,6 @@ def _exponential(b11, b22, b33, b12):
     x1, x2 = 2.0 * (1.0 + l1), 2.0 * (1.0 + l2)
     apart = (l1 - l2) / (1.0 + l2)
     return c, s, x1, x2, x2 * apart / math.log1p(apart) if apart > 0.0 else x1, 2.0 * (1.0 + b33)
-
-
-@njit(cache=True, error_model="numpy")
-def slopes_of_begun(history, begun, new, share, cauchy, before, after, out):
-    """Histories as committed, as an increment begins with them and as it leads to (e, q, 10) → out (e, q, PER_BEGUN).
-
-    ``share`` of the last plastic strain; ``before``, ``after`` (e, q, 3): flow stresses and slopes of the first two, see
-    `prensa.materials.j2_finite.stresses_at`; ``cauchy``: they limit the Cauchy stress.
-    """
-    for e in range(history.shape[0]):
-        for q in range(history.shape[1]):
-            h, M = history[e, q], out[e, q]
-            M[_FLOWS] = 1.0 if new[e, q, 4] != begun[e, q, 4] else 0.0
-            more = begun[e, q, 4] - h[4]
-            M[_MOVED] = 1.0 if more != 0.0 else 0.0
-            if more == 0.0:
-                continue
-            e11, e22, e33, e12, c, s, d1, d2, d12, d3 = _logarithm(h[0], h[1], h[2], h[3])
-            t11, t22, t33, t12, ct, st, u1, u2, u12, u3 = _logarithm(h[6], h[7], h[8], h[9])
-            D11, D22, D33, D12 = t11 - e11, t22 - e22, t33 - e33, t12 - e12
-            third = (D11 + D22 + D33) / 3.0
-            D11, D22, D33 = D11 - third, D22 - third, D33 - third
-            rise = share / (1.5 * math.sqrt((D11 * D11 + D22 * D22 + D33 * D33 + 2.0 * D12 * D12) / 1.5))
-            jac = math.exp(e11 + e22 + e33) if cauchy else 1.0
-            y0, dy0, y1, dy1 = before[e, q, 0], before[e, q, 1], after[e, q, 0], after[e, q, 1]
-            _put_slopes(c, s, d1, d2, d12, d3, M, 0)
-            _put_slopes(ct, st, u1, u2, u12, u3, M, 7)
-            cb, sb, x1, x2, x12, x3 = _exponential(begun[e, q, 0], begun[e, q, 1], begun[e, q, 2], begun[e, q, 3])
-            _put_slopes(cb, sb, x1, x2, x12, x3, M, 14)
-            M[21], M[22], M[23], M[24], M[25] = rise * D11, rise * D22, rise * D33, 2.0 * rise * D12, share
-            M[26] = 0.5 * jac * (y0 + y1 + more * dy1)
-            M[27] = 0.5 * jac * (y0 + y1) * more if cauchy else 0.0
-            M[28], M[29] = 0.5 * jac * more * (dy0 + dy1), 0.5 * jac * more
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)
@@ -207,6 +175,96 @@ def _exactly(w, i):
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _put_slopes(w, axes, d1, d2, d12, d3, to):
+    """Rows of axes c, s and of slopes there → seven rows of `_in_axes` as a matrix, those of 11, 22, 12.
+
+    Its 11, 12, 13, 22, 23, 33 (31, 32: half of 13, 23), and d3.
+    """
+    for i in range(GROUP):
+        c, s = w[axes + i], w[axes + GROUP + i]
+        e1, e2, e12, k = w[d1 + i], w[d2 + i], w[d12 + i], to + i
+        cc, cs, ss = c * c, c * s, s * s
+        w[k], w[k + GROUP] = cc * cc * e1 + ss * ss * e2 + 2.0 * cs * cs * e12, cs * cs * (e1 + e2 - 2.0 * e12)
+        w[k + 2 * GROUP] = 2.0 * cs * (cc * (e1 - e12) - ss * (e2 - e12))
+        w[k + 3 * GROUP] = ss * ss * e1 + cc * cc * e2 + 2.0 * cs * cs * e12
+        w[k + 4 * GROUP] = 2.0 * cs * (ss * (e1 - e12) - cc * (e2 - e12))
+        w[k + 5 * GROUP] = 2.0 * cs * cs * (e1 + e2) + (cc - ss) * (cc - ss) * e12
+        w[k + 6 * GROUP] = w[d3 + i]
+
+
+@njit(cache=True, error_model="numpy")
+def _tensors(history, begun, new, first, m, w):
+    """Of m points from the ``first`` on, histories (e, q, 10) → the rows of tensors, of what there is of each, of flags."""
+    far, count = 0, history.shape[1]
+    for i in range(m):
+        e, q = (first + i) // count, (first + i) % count
+        h, b = history[e, q], begun[e, q]
+        for k in range(4):
+            w[_OLD_B + k * GROUP + i], w[_TRIAL_B + k * GROUP + i], w[_BEGUN_B + k * GROUP + i] = h[k], h[6 + k], b[k]
+        w[_MOVES + i] = 1.0 if b[4] != h[4] else 0.0
+        w[_FLOWING + i] = 1.0 if new[e, q, 4] != b[4] else 0.0
+        w[_MORE + i] = b[4] - h[4]
+    for n in range(_OLD_B, _MOVES):
+        far += 1 if abs(w[n]) > SMALL_TENSOR else 0
+    _logarithms(w, _OLD_B, _OF_COMMITTED)
+    _logarithms(w, _TRIAL_B, _OF_TRIAL)
+    _exponentials(w, _BEGUN_B, _OF_BEGUN)
+    if far:
+        for i in range(m):
+            _exactly(w, i)
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"})
+def slopes_of_begun(history, begun, new, share, cauchy, before, after, out):
+    """Histories as committed, as an increment begins with them and as it leads to (e, q, 10) → out (e, q, PER_BEGUN).
+
+    ``share`` of the last plastic strain; ``before``, ``after`` (e, q, 3): flow stresses and slopes of the first two, see
+    `prensa.materials.j2_finite.stresses_at`; ``cauchy``: they limit the Cauchy stress. `GROUP` points go abreast.
+    """
+    w, count = np.zeros(_SLOPES_END), history.shape[1]
+    points, y0, y1, first_row = out.reshape(-1), before.reshape(-1), after.reshape(-1), _SLOPES
+    for first in range(0, history.shape[0] * count, GROUP):
+        m = min(GROUP, history.shape[0] * count - first)
+        _tensors(history, begun, new, first, m, w)
+        for i in range(m):
+            n = 3 * (first + i)
+            w[_FLOW_WAS + i], w[_HARDENING_WAS + i], w[_FLOW + i], w[_HARDENING + i] = y0[n], y0[n + 1], y1[n], y1[n + 1]
+        _put_slopes(w, _OF_COMMITTED + 4 * GROUP, *_FOUR_OF_LOG, _SLOPES)
+        _put_slopes(w, _OF_TRIAL + 4 * GROUP, *_FOUR_OF_TRIAL, _SLOPES + 7 * GROUP)
+        _put_slopes(w, _OF_BEGUN, *_FOUR_OF_EXP, _SLOPES + 14 * GROUP)
+        for i in range(GROUP):
+            a, b, k = _OF_COMMITTED + i, _OF_TRIAL + i, _SLOPES + 21 * GROUP + i
+            e11, e22, e33 = w[a], w[a + GROUP], w[a + 2 * GROUP]
+            D11, D22, D33 = w[b] - e11, w[b + GROUP] - e22, w[b + 2 * GROUP] - e33
+            D12, third = w[b + 3 * GROUP] - w[a + 3 * GROUP], (D11 + D22 + D33) / 3.0
+            D11, D22, D33 = D11 - third, D22 - third, D33 - third
+            size = math.sqrt((D11 * D11 + D22 * D22 + D33 * D33 + 2.0 * D12 * D12) / 1.5)
+            rise = share / (1.5 * (size if w[_MOVES + i] != 0.0 else 1.0))
+            w[k], w[k + GROUP], w[k + 2 * GROUP] = rise * D11, rise * D22, rise * D33
+            w[k + 3 * GROUP], w[k + 4 * GROUP] = 2.0 * rise * D12, share
+            w[_VOLUME + i] = e11 + e22 + e33
+        far = 0
+        for i in range(GROUP):
+            far += 1 if abs(w[_VOLUME + i]) > SMALL_EXP else 0
+        for i in range(GROUP):
+            w[_JACOBIAN + i] = 1.0 + exp_minus_one(w[_VOLUME + i])
+        if far:
+            for i in range(m):
+                w[_JACOBIAN + i] = math.exp(w[_VOLUME + i])
+        for i in range(GROUP):
+            k, more = _SLOPES + 26 * GROUP + i, w[_MORE + i]
+            half = 0.5 * (w[_JACOBIAN + i] if cauchy else 1.0)
+            y = w[_FLOW_WAS + i] + w[_FLOW + i]
+            w[k], w[k + GROUP] = half * (y + more * w[_HARDENING + i]), half * y * more if cauchy else 0.0
+            w[k + 2 * GROUP], w[k + 3 * GROUP] = half * more * (w[_HARDENING_WAS + i] + w[_HARDENING + i]), half * more
+            w[k + 4 * GROUP], w[k + 5 * GROUP] = w[_MOVES + i], w[_FLOWING + i]
+        for i in range(0, m, WIDE):
+            n, last = first + i, m - 1 - i
+            for k in range(0, PER_BEGUN, WIDE):
+                out_of_rows(points, n * PER_BEGUN + k, PER_BEGUN, last, w, first_row + k * GROUP + i, GROUP)
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
 def _owed(w, share):
     """Rows of weights of what an increment begins with → in place, of what was committed, by what `_logarithms` and such left."""
     for i in range(GROUP):
@@ -254,22 +312,7 @@ def begun_owed(history, begun, new, share, weights):
     w, count = np.zeros(_OWED_END), history.shape[1]
     for first in range(0, history.shape[0] * count, GROUP):
         m = min(GROUP, history.shape[0] * count - first)
-        far = 0
-        for i in range(m):
-            e, q = (first + i) // count, (first + i) % count
-            h, b = history[e, q], begun[e, q]
-            for k in range(4):
-                w[_OLD_B + k * GROUP + i], w[_TRIAL_B + k * GROUP + i], w[_BEGUN_B + k * GROUP + i] = h[k], h[6 + k], b[k]
-            w[_MOVES + i] = 1.0 if b[4] != h[4] else 0.0
-            w[_FLOWING + i] = 1.0 if new[e, q, 4] != b[4] else 0.0
-        for n in range(_OLD_B, _MOVES):
-            far += 1 if abs(w[n]) > SMALL_TENSOR else 0
-        _logarithms(w, _OLD_B, _OF_COMMITTED)
-        _logarithms(w, _TRIAL_B, _OF_TRIAL)
-        _exponentials(w, _BEGUN_B, _OF_BEGUN)
-        if far:
-            for i in range(m):
-                _exactly(w, i)
+        _tensors(history, begun, new, first, m, w)
         for d in range(weights.shape[0]):
             for i in range(m):
                 e, q = (first + i) // count, (first + i) % count

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,6 +20,7 @@ from prensa.elements.q4_directions import (
     along,
     at_fixed,
     flow_gradients,
+    histories,
     in_lanes,
     in_volumes,
     prepare,
@@ -34,13 +36,44 @@ Array = NDArray[np.float64]
 
 SHIFT = 1e-7  # over the size of the bodies, for differences of shapes
 NOT_BEGUN = np.empty((0, 4, PER_BEGUN))
+KEPT = 6
+"""Arrays of histories that a block remembers to give out again."""
+
+
+def _references(arrays: Sequence[Array]) -> list[int]:
+    """How many there are to each, those of the sequence and of this function among them."""
+    return [sys.getrefcount(a) for a in arrays]
+
+
+UNUSED = _references([np.empty(0)])[0]
+
+
+class Histories:
+    """Arrays for histories along directions, given out again when nobody refers to them or to a part of them any more.
+
+    Fresh ones are the largest part of what an increment asks the system for, which fills them with zeros first.
+    """
+
+    def __init__(self) -> None:
+        self._owners: list[Array] = []
+
+    def like(self, old: Array) -> Array:
+        """One (e, 4, h, d) of the shape of another, with whatever numbers it has."""
+        for owner, count in zip(self._owners, _references(self._owners)):
+            if count == UNUSED and len(owner) == old.size + LANES:
+                return owner[: old.size].reshape(old.shape)
+        new = histories(old.shape[:-1], old.shape[-1])
+        assert isinstance(new.base, np.ndarray)
+        self._owners = [*self._owners[1 - KEPT :], new.base]
+        return new
 
 
 class Room(NamedTuple):
     """Arrays for what `Elements` find, which those of the next increment write over: new ones would cost as much as the work.
 
     See `prepare` for ``geometry`` and ``point``, `slopes_of_begun` for ``begun``, `flow_gradients` for ``slopes`` (m: `WAYS`),
-    `stresses_at` for ``stresses``: after the increment, where it begins and where the last one ended.
+    `stresses_at` for ``stresses``: after the increment, where it begins and where the last one ended. ``histories``: for those of
+    directions.
     """
 
     geometry: Array
@@ -48,6 +81,7 @@ class Room(NamedTuple):
     begun: Array
     slopes: Array
     stresses: Array
+    histories: Histories
 
 
 @dataclass(frozen=True)
@@ -105,13 +139,13 @@ class Elements:
 
         The energies are what is stored and the plastic work. dold: of the committed histories; dxn (n, 2, d).
         """
-        histories, energy = [], np.zeros((2, len(changes.each)))
+        found, energy = [], np.zeros((2, len(changes.each)))
         ways = max(len(group.flow[k]) for group in changes.groups)
         slopes = self.room.slopes[..., :ways] if ways <= WAYS else np.empty((*self.old.shape[:2], 3, ways))
         if (curves := changes.curves[k]) is not None:
             self.flow_slopes(*curves, slopes)
         for group, old in zip(changes.groups, dold):
-            force, spent, new = np.zeros((len(dxn), 2, LANES)), np.zeros((2, LANES)), np.empty_like(old)
+            force, spent, new = np.zeros((len(dxn), 2, LANES)), np.zeros((2, LANES)), self.room.histories.like(old)
             flow = group.flow[k]
             at_fixed(
                 self.block.cells, self.geometry, self.point, *moduli_of(self.block), self.block.mode.axisymmetric,
@@ -121,22 +155,22 @@ class Elements:
             own = slice(group.first, group.first + group.size)
             r[: 2 * len(dxn), own] += force.reshape(-1, LANES)[:, : group.size]
             energy[:, own] = spent[:, : group.size]
-            histories.append(new)
-        return histories, energy
+            found.append(new)
+        return found, energy
 
     def flow_slopes(self, knots: Array, coefficients: Array, out: Array) -> None:
         """See `flow_gradients`."""
         law: Any = self.block.law
         flow_gradients(*law.flow, self.committed, self.old, self.new, self.seconds, knots, coefficients, out)
 
-    def along(self, changes: Changes, dx: Array, histories: Sequence[Array], energy: Array) -> None:
+    def along(self, changes: Changes, dx: Array, new: Sequence[Array], energy: Array) -> None:
         """Add what motions dx (n, 2, d) of the present nodes make of histories (e, 4, h, s) by group and of energies (2, d)."""
         b, G = self.block, moduli_of(self.block)[1]
-        for group, new in zip(changes.groups, histories):
+        for group, own in zip(changes.groups, new):
             spent = np.zeros((2, LANES))
             along(
                 b.cells, self.geometry, self.point, G, b.mode.axisymmetric, b.volume,
-                in_lanes(dx, group.first, group.size), new, spent,
+                in_lanes(dx, group.first, group.size), own, spent,
             )  # fmt: skip
             energy[:, group.first : group.first + group.size] += spent[:, : group.size]
 
@@ -156,7 +190,7 @@ def room_for(block: Block) -> Room:
     points = len(block), 4
     return Room(
         np.empty((len(block), 5, PER_PLACE)), np.empty((*points, PER_POINT)), np.empty((*points, PER_BEGUN)),
-        np.empty((*points, 3, WAYS)), np.zeros((3, *points, 3)),
+        np.empty((*points, 3, WAYS)), np.zeros((3, *points, 3)), Histories(),
     )  # fmt: skip
 
 

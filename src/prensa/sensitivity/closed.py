@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.record import ContactRecord
-from prensa.elements.q4_directions import in_lanes, slots
+from prensa.elements.q4_directions import histories
 from prensa.fem.context import Context
 from prensa.fem.loads import ToolForce
 from prensa.fem.state import Stability, State
@@ -84,7 +84,7 @@ def prescribed(c: Context, before: Bundle) -> Prescribed:
 class Bundle:
     """Derivatives of committed states along directions, the last axis of each array.
 
-    ``histories`` (e, 4, h, s) by block and group of directions, s = `slots` of these; ``arrays``: all else that is carried.
+    ``histories`` (e, 4, h, s) by block and group of s directions; ``arrays``: all else that is carried.
     ``sizes`` (d,) of the parameters; ``changes``: what these change of the system; ``step``: the number of the last step, μ
     (d, contacts) of its plan, which directions change its motions or forces; ``rooms`` by block.
     """
@@ -106,7 +106,7 @@ class Bundle:
         tables = [curve is not None and curve.kind == TABLE for curve in curves]
         changes = Changes.of([d.change for d in directions if d.change is not None], tables)
         names = [f"history_{k}" for k in range(len(system.blocks))]
-        histories = [
+        own = [
             [_filled([d.carried[name] for d in directions[g.first : g.first + g.size]]) for g in changes.groups]
             for name in names
         ]
@@ -115,7 +115,7 @@ class Bundle:
             for name in directions[0].carried
             if name not in names
         }
-        return cls(tuple(directions), sizes, changes, arrays, histories, [room_for(b) for b in system.blocks])
+        return cls(tuple(directions), sizes, changes, arrays, own, [room_for(b) for b in system.blocks])
 
     def mixed(self, shares: Array) -> Arrays:
         """What a direction carries that goes along each of these by ``shares`` (d,)."""
@@ -123,7 +123,7 @@ class Bundle:
         for k, groups in enumerate(self.histories):
             out[f"history_{k}"] = np.zeros(groups[0].shape[:-1])
             for group, some in zip(self.changes.groups, groups):
-                own = in_lanes(shares, group.first, group.size)[: some.shape[-1]]
+                own = shares[group.first : group.first + group.size]
                 out[f"history_{k}"] += (some.reshape(-1, len(own)) @ own).reshape(some.shape[:-1])
         return out
 
@@ -136,11 +136,10 @@ class Bundle:
                 d.carried |= {f"history_{b}": groups[number][..., lane] for b, groups in enumerate(self.histories)}
 
 
-def _filled(histories: Sequence[Array]) -> Array:
-    """Histories (e, 4, h) of some directions as one array (e, 4, h, s), of s `slots`."""
-    out = np.zeros((*histories[0].shape, slots(len(histories))))
-    for k, own in enumerate(histories):
-        out[..., k] = own
+def _filled(each: Sequence[Array]) -> Array:
+    """Histories (e, 4, h) of some directions as one array (e, 4, h, s)."""
+    out = histories(each[0].shape, len(each))
+    np.stack(each, axis=-1, out=out)
     return out
 
 
