@@ -433,7 +433,7 @@ class Policy:
     step, once or twice a step of the description."""
     shared_products: int = 10000
     """Length of vectors from which BLAS may share out products among threads, whose sums then depend on how many there are."""
-    worth_threads: int = 5000
+    worth_threads: int = 8000
     """Dofs from which on ``threads: auto`` takes more than one thread …"""
     most_threads: int = 8
     """… and so many at most: what they leave to one of them takes as long by then."""

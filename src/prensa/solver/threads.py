@@ -1,6 +1,7 @@
 """How many threads a run takes: those asked for or, with ``auto``, one for every core that nothing else uses.
 
-Results do not depend on it: chunks of elements are the same whoever answers for them, and are added up in their order.
+Results do not depend on it: chunks of elements are the same whoever answers for them, and are added up in their order. Of small
+dense products NumPy's threads make nothing faster, but they stay awake beside those that factor matrices, and take their cores.
 """
 
 from __future__ import annotations
@@ -8,7 +9,10 @@ from __future__ import annotations
 import multiprocessing
 import os
 import time
+from contextlib import AbstractContextManager
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 from prensa.model import problem as model
 from prensa.solver.policy import DEFAULT, Policy
@@ -32,6 +36,19 @@ def threads_of(numerics: model.Numerics, unknowns: int, policy: Policy = DEFAULT
     if told.isdigit() and int(told) > 0:
         most = min(most, int(told))
     return max(1, min(most, free_cores())) if most > 1 else 1
+
+
+def one_of_blas() -> AbstractContextManager[Any]:
+    """Within this OpenBLAS and BLIS take one thread, whatever they take outside; MKL, which may factor matrices, what it takes."""
+    limited: AbstractContextManager[Any] = _blas().limit(limits=1)
+    return limited
+
+
+@cache
+def _blas() -> Any:
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController().select(internal_api=["openblas", "blis"])
 
 
 def free_cores() -> int:
