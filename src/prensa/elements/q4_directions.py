@@ -25,8 +25,8 @@ from prensa.kernels.compiled import njit
 from prensa.kernels.lanes import add_eight, eight
 from prensa.kernels.series import GROUP, SMALL_EXP, SMALL_LOG, exp_minus_one, half_log
 from prensa.materials.begun import LANES, begun_along
-from prensa.materials.hardening import TABLE, flow_gradient, table_gradient
-from prensa.materials.j2_finite import _axes
+from prensa.materials.hardening import LUDWIK, SWIFT, TABLE, flow_gradient, table_gradient
+from prensa.materials.j2_finite import _axes, power_gradients
 
 # where rows of so many begin in the array for the work on them: motions x_n′ and x′ (8 rows each), forces (8), history before
 # and after (10 each), what else a parameter changes, energy and plastic work, traces of l, gradients of x′ and l (5 each), flow
@@ -238,6 +238,9 @@ def flow_gradients(kind, p, knots, coefs, committed, old, new, dt, dknots, dcoef
     are column 4 of the histories (e, 4, h).
     """
     curve, kinds = (p[0], p[1], p[2], p[3], p[4]), out.shape[3]
+    if kind == LUDWIK or kind == SWIFT:
+        power_gradients(kind, p, committed, old, new, out)
+        return
     rows = out.reshape((out.shape[0], out.shape[1], 3 * kinds))
     for e in range(old.shape[0]):
         for q in range(old.shape[1]):
@@ -411,7 +414,7 @@ def _answer(w, P, B, bulk, G, part, hoop, volume):
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _filled(dold, at, fields, count, w):
-    """Histories (fields, d) of a point, from ``at`` on in an array, → the rows before; beyond d lanes have numbers of no meaning."""
+    """Histories (fields, d) of a point, from ``at`` on in an array, → the rows before; beyond d, lanes mean nothing."""
     for k in range(fields):
         eight(dold, at + k * count, w, _BEFORE + k * LANES)
 
@@ -455,10 +458,11 @@ def at_fixed(
 ):  # fmt: skip
     """Of `LANES` directions: dxn, dx (n, 2, LANES), dold, moduli (2, LANES): bulk, shear → r (n, 2, LANES), dnew.
 
-    dx is (0, 2, LANES) where no present place moves. dold (e, 4, h, d) of the committed histories, dnew of the new ones, d of
-    `LANES` directions that there are, see `histories`; begun (e, 4, n) of `slopes_of_begun`, (0, 4, n) where increments begin with these. dflow
-    (m, LANES): changes of a flow curve, of which the stress has the slopes (e, 4, 3, m), see `flow_gradients`; m is a multiple
-    of `WAYS`. Forces r and energy (2, LANES), ∫ψ dV and plastic work, are added to; volume (e, 4).
+    dx is (0, 2, LANES) where no present place moves. dold (e, 4, h, d) of the committed histories, dnew of the new ones, of the
+    d of `LANES` directions that there are, see `histories`; begun (e, 4, n) of `slopes_of_begun`, (0, 4, n) where increments
+    begin with these. dflow (m, LANES): changes of a flow curve, of which the stress has the slopes (e, 4, 3, m), see
+    `flow_gradients`; m is a multiple of `WAYS`. Forces r and energy (2, LANES), ∫ψ dV and plastic work, are added to; volume
+    (e, 4).
     """
     moved, moves, fields, kinds = len(begun) > 0, len(dx) > 0, dold.shape[2], dflow.shape[0]
     part = 1.0 / 3.0 if axisymmetric else 0.5

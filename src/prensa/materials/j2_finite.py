@@ -26,7 +26,7 @@ from prensa.kernels.lanes import (
 )
 from prensa.kernels.series import GROUP, SMALL_EXP, SMALL_LOG, artanh, exp_minus_one
 from prensa.kernels.tensor import det_minus_one, push_forward
-from prensa.materials.hardening import JOHNSON_COOK, LUDWIK, SWIFT, TINY, flow_stress, slope_before
+from prensa.materials.hardening import JOHNSON_COOK, LUDWIK, SWIFT, TINY, flow_gradient, flow_stress, slope_before
 from prensa.materials.j2 import ON_SURFACE, ROOT_STEPS, _converged, _start, _steps
 
 # where the rows of the scratch begin: what was committed, the trial state in its principal axes, the answer (a sum for each would
@@ -78,6 +78,24 @@ def _logarithmic_strains(w, m, far):
                 w[_E + k * GROUP + i] = 0.5 * math.log1p(w[_B + k * GROUP + i])
 
 
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _in_parts(w, bits):
+    """Numbers of row `_NEW` as those in ½√2 … √2 of row `_NEW1` times powers of two, whose exponents go to row `_NEW2`."""
+    for i in range(GROUP):
+        over = (bits[_NEW + i] - _ROOT) >> _MANTISSA
+        bits[_NEW1 + i] = bits[_NEW + i] - (over << _MANTISSA)
+        w[_NEW2 + i] = float(over)
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _logarithm(f, s, k):
+    """ln (2^k (1 + f)) of s = f/(2 + f), after fdlibm."""
+    z, half = s * s, 0.5 * f * f
+    tail = 0.2222219843214978396 + z * (0.1818357216161805012 + z * (0.1531383769920937332 + z * 0.1479819860511658591))
+    tail = z * (0.6666666666666735130 + z * (0.3999999999940941908 + z * (0.2857142874366239149 + z * tail)))
+    return k * _LN2 - ((half - (s * (half + tail) + k * _LN2_REST)) - f)
+
+
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
 def power_curve(w, bits, first, factor, shift, n, chord):
     """Flow stresses first + factor (a + shift)^n at a of `_A0` and `_DELTA` → rows `_Y`, `_SLOPE`, `_CURVATURE`.
@@ -89,19 +107,12 @@ def power_curve(w, bits, first, factor, shift, n, chord):
     """
     for i in range(GROUP):
         w[_NEW + i] = w[_A0 + i] + w[_DELTA + i] + shift
+    _in_parts(w, bits)
     for i in range(GROUP):
-        over = (bits[_NEW + i] - _ROOT) >> _MANTISSA
-        bits[_NEW1 + i] = bits[_NEW + i] - (over << _MANTISSA)  # of a number in ½√2 … √2
-        w[_NEW2 + i] = float(over)
-    for i in range(GROUP):
-        f, k, x = w[_NEW1 + i] - 1.0, w[_NEW2 + i], w[_NEW + i]
+        f, x = w[_NEW1 + i] - 1.0, w[_NEW + i]
         inverse = 1.0 / (x * (2.0 + f))
         w[_SLOPE + i] = inverse * (2.0 + f)  # 1/x
-        s = f * (inverse * x)
-        z, half = s * s, 0.5 * f * f
-        tail = 0.2222219843214978396 + z * (0.1818357216161805012 + z * (0.1531383769920937332 + z * 0.1479819860511658591))
-        tail = z * (0.6666666666666735130 + z * (0.3999999999940941908 + z * (0.2857142874366239149 + z * tail)))
-        t = n * (k * _LN2 - ((half - (s * (half + tail) + k * _LN2_REST)) - f))
+        t = n * _logarithm(f, f * (inverse * x), w[_NEW2 + i])
         good = (x >= _NORMAL) & (x <= _FINITE) & (abs(t) <= _EXPONENT)
         t = t if good else 0.0
         whole = t * (1.0 / (_LN2 + _LN2_REST)) + _WHOLE
@@ -483,3 +494,42 @@ def stresses_at(before, after, kind, p, knots, coefs, dt, out):
                 y, slope, _ = flow_stress(kind, curve, knots, coefs, a, da, dt)
                 by = slope_before(kind, curve, a, da, dt, slope)
             out[e, q, 0], out[e, q, 1], out[e, q, 2] = y, slope, by
+
+
+@njit(cache=True, error_model="numpy", fastmath={"contract"})
+def power_gradients(kind, p, committed, old, new, out):
+    """Derivatives of Ludwik's and Swift's flow stresses by their scalars → out (e, q, 3, 5).
+
+    After an increment, as it begins and as committed, where those differ, else 0: plastic strains are column 4 of the histories
+    (e, q, h). `GROUP` points go abreast.
+    """
+    curve, ludwik, count = (p[0], p[1], p[2], p[3], p[4]), kind == LUDWIK, new.shape[1]
+    K, shift, n = p[1] if ludwik else p[0], 0.0 if ludwik else p[1], p[2]
+    w = np.zeros(_ROWS)
+    bits, strains = w.view(np.int64), np.zeros((3, GROUP))
+    for first in range(0, new.shape[0] * count, GROUP):
+        m = min(GROUP, new.shape[0] * count - first)
+        for i in range(m):
+            e, q = (first + i) // count, (first + i) % count
+            strains[0, i], strains[1, i], strains[2, i] = new[e, q, 4], old[e, q, 4], committed[e, q, 4]
+        for turn in range(3):
+            for i in range(GROUP):
+                w[_A0 + i] = strains[turn, i]
+            power_curve(w, bits, 0.0, 1.0, shift, n, 0.0)
+            _in_parts(w, bits)
+            for i in range(GROUP):
+                f = w[_NEW1 + i] - 1.0
+                w[_CURVATURE + i] = _logarithm(f, f / (2.0 + f), w[_NEW2 + i])
+            for i in range(m):
+                e, q, a = (first + i) // count, (first + i) % count, strains[turn, i]
+                flows, begins = strains[0, i] != strains[1, i], strains[1, i] != strains[2, i]
+                by, power = out[e, q, turn], w[_Y + i]
+                by[3] = by[4] = 0.0
+                if not (flows if turn == 0 else begins if turn == 2 else flows or begins):
+                    by[0] = by[1] = by[2] = 0.0
+                elif math.isnan(power) or (ludwik and a < TINY):
+                    by[0], by[1], by[2], _, _ = flow_gradient(kind, curve, a, 0.0, 0.0)
+                elif ludwik:
+                    by[0], by[1], by[2] = 1.0, power, K * power * w[_CURVATURE + i]
+                else:
+                    by[0], by[1], by[2] = power, n * K * power / (a + shift), K * power * w[_CURVATURE + i]

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -36,6 +35,8 @@ Array = NDArray[np.float64]
 
 SHIFT = 1e-7  # over the size of the bodies, for differences of shapes
 NOT_BEGUN = np.empty((0, 4, PER_BEGUN))
+AT_ONCE = 1024
+"""Elements whose directions are answered for at a time."""
 KEPT = 6
 """Arrays of histories that a block remembers to give out again."""
 
@@ -88,10 +89,13 @@ class Room(NamedTuple):
 class Elements:
     """A block in an increment, as its directions need it: see `prepare` for ``geometry`` and ``point``.
 
-    Histories ``committed``, ``old`` as the increment begins with them and ``new``; ``share``: see `TimeRule`.
+    ``x_n``, ``x`` (n, 2): where nodes are as the increment begins and ends. Histories ``committed``, ``old`` as the increment
+    begins with them and ``new``; ``share``: see `TimeRule`.
     """
 
     block: Block
+    x_n: Array
+    x: Array
     committed: Array
     old: Array
     new: Array
@@ -103,65 +107,90 @@ class Elements:
 
     @classmethod
     def of(cls, block: Block, c: Context, x: Array, k: int, new: Array, room: Room | None = None) -> Elements:
-        """Of block number k at node positions x (n, 2) and with the history that an increment has led to.
+        """Of block number k at node positions x (n, 2) and with the history that an increment has led to, not `prepared` yet.
 
         room: see `room_for`, which is written over; new arrays if None.
         """
-        law: Any = block.law
-        committed, old, seconds = c.state.history[k], c.history[k], c.rule.seconds(block, c.seconds)
-        mode, room = block.mode, room or room_for(block)
-        stress = room.stresses
-        if law.plastic:
-            stresses_at(old[..., 4], new[..., 4], *law.flow, seconds, stress[0])
-            stresses_at(old[..., 4], old[..., 4], *law.flow, 0.0, stress[1])
-        prepare(
-            c.x_n, x, block.cells, old, new, *moduli_of(block), mode.axisymmetric, mode.scale, law.plastic,
-            law.plastic and law.yield_on_cauchy, stress[0], stress[1], room.geometry, room.point,
-        )  # fmt: skip
-        return cls(block, committed, old, new, seconds, room.geometry, room.point, c.rule.share, room)
+        room = room or room_for(block)
+        seconds = c.rule.seconds(block, c.seconds)
+        return cls(
+            block, c.x_n, x, c.state.history[k], c.history[k], new, seconds, room.geometry, room.point, c.rule.share, room
+        )
 
-    @cached_property
-    def begun(self) -> Array:
-        """What the histories that the increment begins with owe to those committed (see `slopes_of_begun`).
+    def chunks(self) -> Iterator[slice]:
+        """Elements that are answered for one after the other, so that what is only passed on stays in a cache."""
+        for first in range(0, len(self.block), AT_ONCE):
+            yield slice(first, min(first + AT_ONCE, len(self.block)))
+
+    def prepared(self) -> Elements:
+        """The same with ``geometry`` and ``point`` of all elements."""
+        for some in self.chunks():
+            self._prepare(some)
+        return self
+
+    def _prepare(self, some: slice) -> None:
+        law: Any = self.block.law
+        mode, cells, old, new = self.block.mode, self.block.cells[some], self.old[some], self.new[some]
+        after, before = self.room.stresses[:2, : len(cells)]
+        if law.plastic:
+            stresses_at(old[..., 4], new[..., 4], *law.flow, self.seconds, after)
+            stresses_at(old[..., 4], old[..., 4], *law.flow, 0.0, before)
+        prepare(
+            self.x_n, self.x, cells, old, new, *moduli_of(self.block), mode.axisymmetric, mode.scale, law.plastic,
+            law.plastic and law.yield_on_cauchy, after, before, self.geometry[some], self.point[some],
+        )  # fmt: skip
+
+    def _begun(self, some: slice) -> Array:
+        """What the histories that the increment begins with owe to those committed (see `slopes_of_begun`), once prepared.
 
         (e, 4, n), or (0, 4, n) where they are the same.
         """
         law: Any = self.block.law
         if not law.plastic:
             return NOT_BEGUN
-        _, after, before = self.room.stresses
-        stresses_at(self.committed[..., 4], self.committed[..., 4], *law.flow, 0.0, before)
-        slopes_of_begun(self.committed, self.old, self.new, self.share, law.yield_on_cauchy, before, after, self.room.begun)
-        return self.room.begun
+        committed, size = self.committed[some], some.stop - some.start
+        _, after, before = self.room.stresses[:, :size]
+        stresses_at(committed[..., 4], committed[..., 4], *law.flow, 0.0, before)
+        out = self.room.begun[:size]
+        slopes_of_begun(
+            committed, self.old[some], self.new[some], self.share, law.yield_on_cauchy, before, after, out
+        )
+        return out
 
     def at_fixed(self, changes: Changes, k: int, dxn: Array, dold: Sequence[Array], r: Array) -> tuple[list[Array], Array]:
         """Histories (e, 4, h, s) by group and energies (2, d) of directions, with forces added to r (ndof, d); k: the block.
 
-        The energies are what is stored and the plastic work. dold: of the committed histories; dxn (n, 2, d).
+        The energies are what is stored and the plastic work. dold: of the committed histories; dxn (n, 2, d). Elements are
+        prepared on the way.
         """
-        found, energy = [], np.zeros((2, len(changes.each)))
-        ways = max(len(group.flow[k]) for group in changes.groups)
-        slopes = self.room.slopes[..., :ways] if ways <= WAYS else np.empty((*self.old.shape[:2], 3, ways))
-        if (curves := changes.curves[k]) is not None:
-            self.flow_slopes(*curves, slopes)
-        for group, old in zip(changes.groups, dold):
-            force, spent, new = np.zeros((len(dxn), 2, LANES)), np.zeros((2, LANES)), self.room.histories.like(old)
-            flow = group.flow[k]
-            at_fixed(
-                self.block.cells, self.geometry, self.point, *moduli_of(self.block), self.block.mode.axisymmetric,
-                self.block.volume, in_lanes(dxn, group.first, group.size), group.X, old, group.moduli[k],
-                slopes if len(flow) else slopes[..., :0], flow, force, new, spent, self.begun,
-            )  # fmt: skip
-            own = slice(group.first, group.first + group.size)
-            r[: 2 * len(dxn), own] += force.reshape(-1, LANES)[:, : group.size]
-            energy[:, own] = spent[:, : group.size]
-            found.append(new)
+        b, groups, moduli = self.block, changes.groups, moduli_of(self.block)
+        begin, found = [in_lanes(dxn, g.first, g.size) for g in groups], [self.room.histories.like(old) for old in dold]
+        force, spent = np.zeros((len(groups), len(dxn), 2, LANES)), np.zeros((len(groups), 2, LANES))
+        curves, ways = changes.curves[k], max(len(g.flow[k]) for g in groups)
+        for some in self.chunks():
+            self._prepare(some)
+            begun, slopes = self._begun(some), self._slopes(some, curves, ways)
+            for n, g in enumerate(groups):
+                at_fixed(
+                    b.cells[some], self.geometry[some], self.point[some], *moduli, b.mode.axisymmetric, b.volume[some], begin[n],
+                    g.X, dold[n][some], g.moduli[k], slopes if len(g.flow[k]) else slopes[..., :0], g.flow[k], force[n],
+                    found[n][some], spent[n], begun,
+                )  # fmt: skip
+        energy = np.empty((2, len(changes.each)))
+        for n, g in enumerate(groups):
+            own = slice(g.first, g.first + g.size)
+            r[: 2 * len(dxn), own] += force[n].reshape(-1, LANES)[:, : g.size]
+            energy[:, own] = spent[n, :, : g.size]
         return found, energy
 
-    def flow_slopes(self, knots: Array, coefficients: Array, out: Array) -> None:
-        """See `flow_gradients`."""
-        law: Any = self.block.law
-        flow_gradients(*law.flow, self.committed, self.old, self.new, self.seconds, knots, coefficients, out)
+    def _slopes(self, some: slice, curves: tuple[Array, Array] | None, ways: int) -> Array:
+        """Of the flow stresses along so many ways, see `flow_gradients`; of no meaning where no curve changes."""
+        size = some.stop - some.start
+        out = self.room.slopes[:size, ..., :ways] if ways <= WAYS else np.empty((size, *self.room.slopes.shape[1:3], ways))
+        if curves is not None:
+            law: Any = self.block.law
+            flow_gradients(*law.flow, self.committed[some], self.old[some], self.new[some], self.seconds, *curves, out)
+        return out
 
     def along(self, changes: Changes, dx: Array, new: Sequence[Array], energy: Array) -> None:
         """Add what motions dx (n, 2, d) of the present nodes make of histories (e, 4, h, s) by group and of energies (2, d)."""
@@ -187,17 +216,20 @@ def moduli_of(block: Block) -> tuple[float, float]:
 
 def room_for(block: Block) -> Room:
     """Arrays for a block's `Elements`."""
-    points = len(block), 4
+    points, some = len(block), min(len(block), AT_ONCE)
     return Room(
-        np.empty((len(block), 5, PER_PLACE)), np.empty((*points, PER_POINT)), np.empty((*points, PER_BEGUN)),
-        np.empty((*points, 3, WAYS)), np.zeros((3, *points, 3)), Histories(),
+        np.empty((points, 5, PER_PLACE)), np.empty((points, 4, PER_POINT)), np.empty((some, 4, PER_BEGUN)),
+        np.empty((some, 4, 3, WAYS)), np.zeros((3, some, 4, 3)), Histories(),
     )  # fmt: skip
 
 
 def elements_of(
     system: System, c: Context, u: Array, e: Evaluation, rooms: Sequence[Room | None] | None = None
 ) -> list[Elements]:  # fmt: skip
-    """All blocks at degrees of freedom u (ndof,), with the histories that an increment has led to, in ``rooms`` (`room_for`)."""
+    """All blocks at degrees of freedom u (ndof,), with the histories that an increment has led to, in ``rooms`` (`room_for`).
+
+    They are to be `prepared`.
+    """
     x, rooms = system.positions(u), rooms or [None] * len(system.blocks)
     return [Elements.of(b, c, x, k, new, room) for k, (b, new, room) in enumerate(zip(system.blocks, e.history, rooms))]
 

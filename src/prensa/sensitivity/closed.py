@@ -7,7 +7,7 @@ all of them, and a second pass gives what is committed.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple
 
@@ -130,10 +130,36 @@ class Bundle:
     def hand_on(self) -> None:
         """Let each direction carry its own."""
         for number, group in enumerate(self.changes.groups):
+            own = {f"history_{b}": groups[number] for b, groups in enumerate(self.histories)}
             for lane in range(group.size):
-                d, k = self.directions[group.first + lane], group.first + lane
-                d.carried = {name: a[..., k] for name, a in self.arrays.items()}
-                d.carried |= {f"history_{b}": groups[number][..., lane] for b, groups in enumerate(self.histories)}
+                self.directions[group.first + lane].carried = Carried(self.arrays, group.first + lane, own, lane)
+
+
+class Carried(Mapping[str, Array]):
+    """What one of many directions carries: direction number k of ``arrays``, and the ``lane`` of histories that it has there.
+
+    Parts are taken when they are asked for: most are in none but the last increment.
+    """
+
+    __slots__ = ("arrays", "histories", "k", "lane")
+
+    def __init__(self, arrays: Arrays, k: int, histories: Arrays, lane: int) -> None:
+        self.arrays, self.k, self.histories, self.lane = arrays, k, histories, lane
+
+    def __getitem__(self, name: str) -> Array:
+        """The part of this direction."""
+        if name in self.arrays:
+            return self.arrays[name][..., self.k]
+        return self.histories[name][..., self.lane]
+
+    def __iter__(self) -> Iterator[str]:
+        """Names of what is carried."""
+        yield from self.arrays
+        yield from self.histories
+
+    def __len__(self) -> int:
+        """How many they are."""
+        return len(self.arrays) + len(self.histories)
 
 
 def _filled(each: Sequence[Array]) -> Array:
@@ -159,6 +185,8 @@ class Closed:
             dofs, slopes = of.displacements(system)
             out, tools = slopes @ self.x[dofs], system.dofs.tool
             for dof, slope in zip(*of.reactions(system)):
+                if slope == 0.0:
+                    continue
                 tool, axis = divmod(int(dof) - tools.first, tools.width)
                 out += slope * sum(p.F[:, 2 + axis].sum(axis=0) for p in self.points if p.surface.tool == tool)
             self._slopes = of, out
@@ -196,8 +224,8 @@ def differentiate(at: Solution, columns: Columns, before: Bundle, state: State) 
     x = (x + columns.solve(left)) / before.sizes
     x[:, given.moved] += given.motion
     reaction = left / -before.sizes  # r + K x
-    for b, volumes, (histories, energy) in zip(elements, changes.volume, bodies):
-        b.along(changes, x[first].reshape(-1, 2, m), histories, energy)
+    for b, volumes, (new, energy) in zip(elements, changes.volume, bodies):
+        b.along(changes, x[first].reshape(-1, 2, m), new, energy)
         b.in_volumes(volumes, energy[:, m - volumes.shape[-1] :])
     for p in points:
         p.follow(x)

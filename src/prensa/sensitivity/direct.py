@@ -12,7 +12,7 @@ would be round-off. Their changes are those of the matrix.
 from __future__ import annotations
 
 import pickle
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -58,7 +58,7 @@ EARLIER = ("u_last", "u_before", "u_third")
 PAST = ("u", *EARLIER)
 
 
-def onwards(carried: dict[str, Array], fixed: Index) -> Array:
+def onwards(carried: Mapping[str, Array], fixed: Index) -> Array:
     """Of what d derivatives of the free dofs after an increment are expected to consist (ndof, k d), zero at the prescribed ones.
 
     That is those carried, how they change, how that changes, and so on.
@@ -69,7 +69,7 @@ def onwards(carried: dict[str, Array], fixed: Index) -> Array:
     return out
 
 
-def handed_down(carried: dict[str, Array]) -> dict[str, Array]:
+def handed_down(carried: Mapping[str, Array]) -> dict[str, Array]:
     """The `EARLIER` derivatives of the dofs after an increment that began with those carried."""
     return {name: carried[before] for name, before in zip(EARLIER, PAST)}
 
@@ -129,7 +129,7 @@ class Direction:
     step: float
     systems: tuple[System, System]
     stabilisations: tuple[Stabilisation, Stabilisation]
-    carried: dict[str, Array]
+    carried: Mapping[str, Array]
     change: Change | None = None
     """What it changes of the system, where the closed derivatives know of it; None: differences are taken."""
     _plans: tuple[int, tuple[StepPlan, StepPlan]] | None = None

@@ -177,7 +177,7 @@ class _Derivatives(Derivatives):
 
     neighbours: Mapping[str, tuple[Beside | Neighbour, Beside | Neighbour]]
     before: State
-    led_from: Mapping[str, dict[str, Array]]
+    led_from: Mapping[str, Mapping[str, Array]]
     """By path: the derivatives that belong to the state ``before``."""
     state: State
     ended: bool
@@ -274,7 +274,7 @@ class Differentiated(Followed):
         found = _Derivatives(flat, *counts, neighbours, c.state, led_from, state, increment.end_of_step, self.measures)
         return state, replace(increment, derivatives=found, _state=lambda: state)
 
-    def _carried(self) -> dict[str, dict[str, Array]]:
+    def _carried(self) -> dict[str, Mapping[str, Array]]:
         return {d.parameter.path: d.carried for d in self.directions}
 
     def differentiate(
@@ -349,7 +349,7 @@ class Differentiated(Followed):
             rest = min(rest, self.reduced.norm(self._with_steps(d, share, d.carried).rest(at, x)))
         return rest
 
-    def _with_steps(self, d: Direction, share: float, carried: dict[str, Array]) -> Direction:
+    def _with_steps(self, d: Direction, share: float, carried: Mapping[str, Array]) -> Direction:
         """The parameter with steps of another share of its size, carrying the same."""
         path = d.parameter.path
         if (path, share) not in self.finer:

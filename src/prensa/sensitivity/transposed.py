@@ -362,7 +362,7 @@ def back(system: System, at: Converged, after: Weights, owed: Owed, earlier: Seq
     c, m = at.c, len(after.u)
     e = at.evaluation or system.evaluate(c, at.u, system.initial_multipliers(c.state), like=at.branches)
     columns = Backwards(at, earlier, e, system.pattern, owed)
-    elements = elements_of(system, c, at.u, e, owed.rooms)
+    elements = [b.prepared() for b in elements_of(system, c, at.u, e, owed.rooms)]
     x, step_start = after.u.copy(), after.step_start
     if c.ends_step:
         x, step_start = x + step_start, np.zeros_like(step_start)

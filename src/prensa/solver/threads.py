@@ -39,7 +39,7 @@ def threads_of(numerics: model.Numerics, unknowns: int, policy: Policy = DEFAULT
 
 
 def one_of_blas() -> AbstractContextManager[Any]:
-    """Within this OpenBLAS and BLIS take one thread, whatever they take outside; MKL, which may factor matrices, what it takes."""
+    """Within this OpenBLAS and BLIS take one thread; MKL, which may factor matrices, takes what it takes outside."""
     limited: AbstractContextManager[Any] = _blas().limit(limits=1)
     return limited
 
