@@ -53,7 +53,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 DROPPED = np.zeros(0)
-EARLIER = ("u_last", "u_before", "u_third")
+EARLIER = ("u_last", "u_before")
 """What carries the derivatives of the dofs one, two … increments earlier, from which the next ones are foretold."""
 PAST = ("u", *EARLIER)
 
