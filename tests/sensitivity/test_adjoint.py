@@ -227,10 +227,14 @@ def test_factors_serve_increments_beside(monkeypatch: pytest.MonkeyPatch) -> Non
         return coarse(self, values)
 
     monkeypatch.setattr(Factorisation, "coarse", counted)
-    beside = pr.gradient(problem, of, by, step="press", policy=Policy(kept_size=0.0))
-    assert 0 < len(made) < 0.5 * 40
-    assert beside.values.tolist() == kept.values.tolist()
-    assert beside.slopes == pytest.approx(kept.slopes, rel=1e-10, abs=1e-12 * np.abs(kept.slopes).max())
+    counts = []
+    for apart in (4, 10**6):  # those of every fourth increment are kept, or none but the first's
+        made.clear()
+        beside = pr.gradient(problem, of, by, step="press", policy=Policy(kept_size=0.0, kept_apart=apart))
+        counts.append(len(made))
+        assert beside.values.tolist() == kept.values.tolist()
+        assert beside.slopes == pytest.approx(kept.slopes, rel=1e-10, abs=1e-12 * np.abs(kept.slopes).max())
+    assert counts[0] < counts[1] < 0.5 * 40
 
 
 def test_one_measure_gives_numbers() -> None:

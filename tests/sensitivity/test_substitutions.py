@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from scipy.linalg import lu_factor, lu_solve
+from scipy.sparse import csr_matrix
 
 from prensa.sensitivity.substitutions import Substitutions
 
@@ -30,7 +31,7 @@ def test_factors_nearby_lead_to_the_solution(seed: int) -> None:
     rng = np.random.default_rng(seed)
     A = np.diag(rng.uniform(1.0, 2.0, N)) + 0.05 * rng.normal(size=(N, N))
     b, start = rng.normal(size=(2, N))
-    x = Substitutions(N, 12, 1e-13).solve(A, in_single(A + 1e-3 * rng.normal(size=(N, N))), b, start)
+    x = Substitutions(N, 12, 1e-13).solve(csr_matrix(A), in_single(A + 1e-3 * rng.normal(size=(N, N))), b, start)
     assert x is not None
     exact = np.linalg.solve(A, b)
     assert np.linalg.norm(x - exact) <= 1e-12 * np.linalg.norm(exact)
@@ -50,7 +51,7 @@ def test_answers_with_noise_give_no_wrong_solution(noise: float, many: int, seed
         return np.asarray(z + noise * np.linalg.norm(z) * (soft @ rng.normal(size=many)))
 
     b, start = rng.normal(size=(2, N))
-    x = Substitutions(N, 12, 1e-13).solve(A, again, b, 0.1 * start)
+    x = Substitutions(N, 12, 1e-13).solve(csr_matrix(A), again, b, 0.1 * start)
     assert x is not None or noise > 1e-3 or many < 3
     if x is not None:
         exact = np.linalg.solve(A, b)
@@ -60,4 +61,4 @@ def test_answers_with_noise_give_no_wrong_solution(noise: float, many: int, seed
 def test_answers_that_change_nothing_are_given_up() -> None:
     """Nothing is learnt of a direction that leaves what there was."""
     A, b = np.eye(3), np.ones(3)
-    assert Substitutions(3, 12, 1e-13).solve(A, lambda v: np.array([0.0, 0.0, 1e-3]), b, np.zeros(3)) is None
+    assert Substitutions(3, 12, 1e-13).solve(csr_matrix(A), lambda v: np.array([0.0, 0.0, 1e-3]), b, np.zeros(3)) is None

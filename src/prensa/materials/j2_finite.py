@@ -89,7 +89,7 @@ def _in_parts(w, bits):
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
 def _logarithm(f, s, k):
-    """ln (2^k (1 + f)) of s = f/(2 + f), after fdlibm."""
+    """Logarithm of 2^k (1 + f), s = f/(2 + f), after fdlibm."""
     z, half = s * s, 0.5 * f * f
     tail = 0.2222219843214978396 + z * (0.1818357216161805012 + z * (0.1531383769920937332 + z * 0.1479819860511658591))
     tail = z * (0.6666666666666735130 + z * (0.3999999999940941908 + z * (0.2857142874366239149 + z * tail)))

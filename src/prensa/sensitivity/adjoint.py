@@ -246,12 +246,14 @@ class Recorded(Followed):
         return replace(super().equilibrium(c, uncut), keeps_matrix=self.room > 0 and not self.reduced.factorisation.follows)
 
     def _factors(self) -> KeptFactors | None:
-        """Newton's last factors, unless they are large or there is no room for more of them."""
+        """Newton's last factors, of large ones only some; none where there is no room for more of them."""
         assert self.reduced is not None
         found, last = self.reduced.factorisation.kept(), self.kept[-1].factors if self.kept else None
         if found is None or (last is not None and found.factors is last.factors):
             return found
-        if found.size > min(self.room_for_factors, self.policy.kept_size):
+        recent = [at.factors for at in self.kept[len(self.kept) - self.policy.kept_apart + 1 :]]
+        beside = found.size > self.policy.kept_size and any(f is not None for f in recent)
+        if beside or found.size > self.room_for_factors:
             return None
         self.room_for_factors -= found.size
         return found

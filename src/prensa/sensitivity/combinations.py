@@ -88,3 +88,12 @@ def sums(weight, part):
         for c in range(part.shape[1]):
             out[c] += weight[f] * abs(part[f, c])
     return out
+
+
+@njit(cache=True, error_model="numpy")
+def row_sums(data, indptr, out):
+    """Sums of the sizes of each row of a matrix in compressed rows → out (n,)."""
+    for i in range(len(out)):
+        out[i] = 0.0
+        for k in range(indptr[i], indptr[i + 1]):
+            out[i] += abs(data[k])

@@ -264,6 +264,7 @@ class Backwards:
         part, x = self.reduced.restriction.part(b), None
         if self.at.factors is not None:
             x = self._refined(part, self.at.factors.transposed)
+            self.common.nearby = Nearby(self.at.factors, self.diagonal)
         elif (nearby := self._nearby()) is not None:
             x = self._refined(part, nearby.solve(self.diagonal))
         if x is None:
@@ -283,20 +284,23 @@ class Backwards:
         return e.data[self.common.diagonal]
 
     def _nearby(self) -> Nearby | None:
-        """Factors of an increment like this one: those at hand, or new ones of one before; None if there are none.
+        """Factors of an increment like this one: those at hand, kept ones of one before, or new ones; None if there are none.
 
-        The furthest one is taken, which is in the middle of those that its factors serve.
+        New ones are of the furthest, which is in the middle of those that its factors serve.
         """
         far, common, reduced = self.reduced.policy.transposed_apart, self.common, self.reduced
         if common.nearby is not None and departure(common.nearby.diagonal, self.diagonal) < far:
             return common.nearby
         common.nearby, found = None, None
         for at in reversed(self.earlier):
-            if at.reduced is not reduced or at.factors is not None or at.evaluation is None or reduced.symmetric:
+            if at.reduced is not reduced or at.evaluation is None or reduced.symmetric:
                 break
             diagonal = self._diagonal(at.evaluation)
             if not departure(diagonal, self.diagonal) < far:
                 break
+            if at.factors is not None:
+                common.nearby = Nearby(at.factors, diagonal)
+                return common.nearby
             found = at.evaluation, diagonal
         if found is not None and (made := self._coarse(found[0])) is not None:
             common.nearby = Nearby(made, found[1])

@@ -96,7 +96,9 @@ class Policy:
     kept_factors: float = 1.4e8
     """Bytes of Newton's last factors likewise; beyond that, new memory costs a process as much as factors of the transposes."""
     kept_size: float = 4e6
-    """Bytes of those of one increment up to which they are kept: above, memory costs what new factors do, which serve three."""
+    """Bytes of those of one increment up to which all are kept: fresh memory for larger ones costs what new factors do, …"""
+    kept_apart: int = 4
+    """… so that of these every so manieth is, which serves those beside it."""
     transposed_apart: float = 0.012
     """Scatter of the logarithms of lengths between the diagonals of matrices up to which factors of one serve the other."""
     transposed_fine: float = 1e-13
