@@ -13,6 +13,7 @@ from prensa.materials.flow_curve import FlowCurve
 from prensa.materials.hardening import TABLE, flow_gradient, flow_stress, slope_before
 from prensa.model.problem import Problem
 from prensa.model.schema import loads
+from prensa.sensitivity import bodies
 from prensa.sensitivity import solve as with_derivatives
 from prensa.sensitivity.parameters import value_of
 from rings import FLOW, ring
@@ -51,6 +52,50 @@ def both(
     with monkeypatch.context() as patched:
         patched.setattr(with_derivatives, "covers", lambda c: False)
         return closed, list(pr.solve(problem, numerics, derivatives=paths))
+
+
+MANY = [
+    f"{FLOW}.K", "bodies.ring.material.E", f"{FLOW}.n", "bodies.ring.material.nu", "friction.mu", f"{FLOW}.s0",
+    "bodies.ring.mesh.size.0", "bodies.ring.mesh.size.1", "bodies.ring.mesh.origin.0", "steps.0.move.die.y",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("count", [1, 3, 7, 8, 9, 10])
+def test_directions_do_not_depend_on_those_beside_them(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of any number of directions, in groups full or not, each carries what it does alone."""
+    problem = ring()
+    monkeypatch.setattr(bodies, "AT_ONCE", 5)  # elements: more than one chunk, the last one smaller
+    together = list(pr.solve(problem, derivatives=MANY[:count]))[-1].state.derivatives
+    for path in MANY[:count]:
+        for name, alone in list(pr.solve(problem, derivatives=[path]))[-1].state.derivatives[path].items():
+            size = max(float(np.abs(alone).max(initial=0.0)), 1e-300)
+            assert np.abs(together[path][name] - alone).max(initial=0.0) <= 1e-7 * size, (path, name)
+
+
+def test_derivatives_of_increments_that_are_kept_stay() -> None:
+    """Arrays are given out again only when nobody has them: what a kept increment carries is what it carried at first."""
+    kept, copies = [], []
+    for inc in pr.solve(ring(), derivatives=MANY[:3]):
+        kept.append(inc.state.derivatives)
+        copies.append({path: {k: a.copy() for k, a in own.items()} for path, own in kept[-1].items()})
+    for own, copy in zip(kept, copies, strict=True):
+        assert all(np.array_equal(own[path][k], a) for path in copy for k, a in copy[path].items())
+    *_, last = pr.solve(ring(), derivatives=MANY[:3])  # nothing of it is kept
+    assert all(np.array_equal(last.state.derivatives[p][k], a) for p in copies[-1] for k, a in copies[-1][p].items())
+
+
+def test_histories_are_given_out_again() -> None:
+    """Neither the array nor a part of it may be in use."""
+    room, like = bodies.Histories(), np.empty((3, 4, 10, 5))
+    owners = [id(room.like(like).base)]
+    first, second = room.like(like), room.like(like)
+    assert id(first.base) == owners[0] and second.base is not first.base
+    part = first[..., 1]
+    del first
+    assert id(room.like(like).base) not in (owners[0], id(second.base))
+    del part
+    assert id(room.like(like).base) == owners[0]
+    assert room.like(np.empty((3, 4, 10, 2))).shape == (3, 4, 10, 2)
 
 
 @pytest.mark.parametrize("rule", RULES)

@@ -9,11 +9,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from threadpoolctl import ThreadpoolController
 
 import prensa as pr
 from prensa.elements.element import Why
 from prensa.fem import assembly
 from prensa.fem.planning import plan_step
+from prensa.fem.system import System
 from prensa.output.checkpoint import read_checkpoint, write_checkpoint
 from prensa.solver import threads as of_threads
 from prensa.solver import time_stepping
@@ -165,3 +167,27 @@ def test_threads_that_end_leave_the_solver_usable():
     pytest.importorskip("rslab")
     done = subprocess.run([sys.executable, "-c", SOLVED_BY_THREADS], capture_output=True, text=True, timeout=120)
     assert (done.returncode, done.stdout) == (0, "solved\n"), done.stderr
+
+
+def test_numpy_takes_one_thread_within_increments(monkeypatch):
+    """Between increments, and after them, it takes what it took before."""
+    controller = ThreadpoolController().select(internal_api=["openblas", "blis"])
+    if not controller.info():
+        pytest.skip("NumPy has another BLAS here")
+
+    def counts():
+        return {library["filepath"]: library["num_threads"] for library in controller.info()}
+
+    within, between, evaluate = [], [], System.evaluate
+
+    def seen(*args, **kwargs):
+        within.append(counts())
+        return evaluate(*args, **kwargs)
+
+    monkeypatch.setattr(System, "evaluate", seen)
+    with controller.limit(limits=2):
+        before = counts()
+        for _ in pr.solve(upsetting((4, 3), 0.1, reductions=(0.05,))):
+            between.append(counts())
+        assert counts() == before and all(now == before for now in between)
+    assert within and all(set(now.values()) == {1} for now in within[1:])

@@ -238,7 +238,7 @@ def flow_gradients(kind, p, knots, coefs, committed, old, new, dt, dknots, dcoef
     are column 4 of the histories (e, 4, h).
     """
     curve, kinds = (p[0], p[1], p[2], p[3], p[4]), out.shape[3]
-    if kind == LUDWIK or kind == SWIFT:
+    if (kind == LUDWIK) | (kind == SWIFT):
         power_gradients(kind, p, committed, old, new, out)
         return
     rows = out.reshape((out.shape[0], out.shape[1], 3 * kinds))
