@@ -64,7 +64,7 @@ MANY = [
 def test_directions_do_not_depend_on_those_beside_them(count: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of any number of directions, in groups full or not, each carries what it does alone."""
     problem = ring()
-    monkeypatch.setattr(bodies, "AT_ONCE", 5)  # elements: more than one chunk, the last one smaller
+    monkeypatch.setattr(bodies, "ELEMENTS_AT_ONCE", 5)  # elements: more than one chunk, the last one smaller
     together = list(pr.solve(problem, derivatives=MANY[:count]))[-1].state.derivatives
     for path in MANY[:count]:
         for name, alone in list(pr.solve(problem, derivatives=[path]))[-1].state.derivatives[path].items():

@@ -33,7 +33,7 @@ _OLD_B, _TRIAL_B, _BEGUN_B = (k * GROUP for k in (0, 4, 8))
 _MOVES, _FLOWING, _OF_COMMITTED, _OF_TRIAL, _OF_BEGUN, _MORE = (k * GROUP for k in (12, 13, 14, 24, 34, 40))
 _OWED_W, _OWED_END = (k * GROUP for k in (41, 51))
 # of `slopes_of_begun`: trace and determinant, flow stresses and slopes where increments begin and as committed, what is found
-_VOLUME, _JACOBIAN, _FLOW, _HARDENING, _FLOW_WAS, _HARDENING_WAS, _SLOPES, _SLOPES_END = (
+_LOG_J, _JACOBIAN, _FLOW, _FLOW_SLOPE, _FLOW_WAS, _FLOW_SLOPE_WAS, _SLOPES, _SLOPES_END = (
     k * GROUP for k in (41, 42, 43, 44, 45, 46, 47, 79)
 )
 # rows of the slopes d1, d2, d12, d3 of what there is of each tensor
@@ -228,7 +228,7 @@ def slopes_of_begun(history, begun, new, share, cauchy, before, after, out):
         _tensors(history, begun, new, first, m, w)
         for i in range(m):
             n = 3 * (first + i)
-            w[_FLOW_WAS + i], w[_HARDENING_WAS + i], w[_FLOW + i], w[_HARDENING + i] = y0[n], y0[n + 1], y1[n], y1[n + 1]
+            w[_FLOW_WAS + i], w[_FLOW_SLOPE_WAS + i], w[_FLOW + i], w[_FLOW_SLOPE + i] = y0[n], y0[n + 1], y1[n], y1[n + 1]
         _put_slopes(w, _OF_COMMITTED + 4 * GROUP, *_FOUR_OF_LOG, _SLOPES)
         _put_slopes(w, _OF_TRIAL + 4 * GROUP, *_FOUR_OF_TRIAL, _SLOPES + 7 * GROUP)
         _put_slopes(w, _OF_BEGUN, *_FOUR_OF_EXP, _SLOPES + 14 * GROUP)
@@ -242,21 +242,21 @@ def slopes_of_begun(history, begun, new, share, cauchy, before, after, out):
             rise = share / (1.5 * (size if w[_MOVES + i] != 0.0 else 1.0))
             w[k], w[k + GROUP], w[k + 2 * GROUP] = rise * D11, rise * D22, rise * D33
             w[k + 3 * GROUP], w[k + 4 * GROUP] = 2.0 * rise * D12, share
-            w[_VOLUME + i] = e11 + e22 + e33
+            w[_LOG_J + i] = e11 + e22 + e33
         far = 0
         for i in range(GROUP):
-            far += 1 if abs(w[_VOLUME + i]) > SMALL_EXP else 0
+            far += 1 if abs(w[_LOG_J + i]) > SMALL_EXP else 0
         for i in range(GROUP):
-            w[_JACOBIAN + i] = 1.0 + exp_minus_one(w[_VOLUME + i])
+            w[_JACOBIAN + i] = 1.0 + exp_minus_one(w[_LOG_J + i])
         if far:
             for i in range(m):
-                w[_JACOBIAN + i] = math.exp(w[_VOLUME + i])
+                w[_JACOBIAN + i] = math.exp(w[_LOG_J + i])
         for i in range(GROUP):
             k, more = _SLOPES + 26 * GROUP + i, w[_MORE + i]
             half = 0.5 * (w[_JACOBIAN + i] if cauchy else 1.0)
             y = w[_FLOW_WAS + i] + w[_FLOW + i]
-            w[k], w[k + GROUP] = half * (y + more * w[_HARDENING + i]), half * y * more if cauchy else 0.0
-            w[k + 2 * GROUP], w[k + 3 * GROUP] = half * more * (w[_HARDENING_WAS + i] + w[_HARDENING + i]), half * more
+            w[k], w[k + GROUP] = half * (y + more * w[_FLOW_SLOPE + i]), half * y * more if cauchy else 0.0
+            w[k + 2 * GROUP], w[k + 3 * GROUP] = half * more * (w[_FLOW_SLOPE_WAS + i] + w[_FLOW_SLOPE + i]), half * more
             w[k + 4 * GROUP], w[k + 5 * GROUP] = w[_MOVES + i], w[_FLOWING + i]
         for i in range(0, m, WIDE):
             n, last = first + i, m - 1 - i

@@ -35,9 +35,9 @@ Array = NDArray[np.float64]
 
 SHIFT = 1e-7  # over the size of the bodies, for differences of shapes
 NOT_BEGUN = np.empty((0, 4, PER_BEGUN))
-AT_ONCE = 1024
+ELEMENTS_AT_ONCE = 1024
 """Elements whose directions are answered for at a time."""
-KEPT = 6
+KEPT_ARRAYS = 6
 """Arrays of histories that a block remembers to give out again."""
 
 
@@ -65,7 +65,7 @@ class Histories:
                 return owner[: old.size].reshape(old.shape)
         new = histories(old.shape[:-1], old.shape[-1])
         assert isinstance(new.base, np.ndarray)
-        self._owners = [*self._owners[1 - KEPT :], new.base]
+        self._owners = [*self._owners[1 - KEPT_ARRAYS :], new.base]
         return new
 
 
@@ -119,8 +119,8 @@ class Elements:
 
     def chunks(self) -> Iterator[slice]:
         """Elements that are answered for one after the other, so that what is only passed on stays in a cache."""
-        for first in range(0, len(self.block), AT_ONCE):
-            yield slice(first, min(first + AT_ONCE, len(self.block)))
+        for first in range(0, len(self.block), ELEMENTS_AT_ONCE):
+            yield slice(first, min(first + ELEMENTS_AT_ONCE, len(self.block)))
 
     def prepared(self) -> Elements:
         """The same with ``geometry`` and ``point`` of all elements."""
@@ -216,7 +216,7 @@ def moduli_of(block: Block) -> tuple[float, float]:
 
 def room_for(block: Block) -> Room:
     """Arrays for a block's `Elements`."""
-    points, some = len(block), min(len(block), AT_ONCE)
+    points, some = len(block), min(len(block), ELEMENTS_AT_ONCE)
     return Room(
         np.empty((points, 5, PER_PLACE)), np.empty((points, 4, PER_POINT)), np.empty((some, 4, PER_BEGUN)),
         np.empty((some, 4, 3, WAYS)), np.zeros((3, some, 4, 3)), Histories(),
