@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from prensa.elements.q4 import _DX, _DY, _N
 from prensa.kernels.compiled import njit
-from prensa.kernels.lanes import add_eight, eight
+from prensa.kernels.lanes import WIDE, add_eight, eight, out_of_rows
 from prensa.kernels.series import GROUP, SMALL_EXP, SMALL_LOG, exp_minus_one, half_log
 from prensa.materials.begun import LANES, begun_along
 from prensa.materials.hardening import LUDWIK, SWIFT, TABLE, flow_gradient, table_gradient
@@ -43,7 +43,8 @@ _MIDDLE = 4
 # with their slopes, and from `_OF_POINT` on its numbers, among them the volume
 _WAS_B, _WAS_B1, _WAS_B2, _WAS_B3, _STRETCH, _ALPHA_OF, _L, _L1, _L2, _LOG, _LOG1, _LOG2 = range(0, 12 * GROUP, GROUP)
 _INCREASE, _STRESS, _HARDENING, _BY_OLD, _STRESS_WAS, _HARDENING_WAS, _OF_POINT = range(12 * GROUP, 19 * GROUP, GROUP)
-_V, _WORK_END = _OF_POINT + 43 * GROUP, _OF_POINT + 44 * GROUP
+_V, _ONWARDS, _WORK_END = _OF_POINT + 43 * GROUP, _OF_POINT + 44 * GROUP, _OF_POINT + 48 * GROUP
+_ONWARDS1, _ONWARDS2, _ONWARDS3 = _ONWARDS + GROUP, _ONWARDS + 2 * GROUP, _ONWARDS + 3 * GROUP
 (
     _POINT0, _POINT1, _POINT2, _POINT3, _POINT4, _POINT5, _POINT6, _POINT7, _POINT8, _POINT9,
     _POINT10, _POINT11, _POINT12, _POINT13, _POINT14, _POINT15, _POINT16, _POINT17, _POINT18, _POINT19,
@@ -79,7 +80,7 @@ def prepare(x_n, x, cells, old, new, bulk, G, axisymmetric, scale, plastic, cauc
     Flow stresses after and before the increment (e, 4, 3) as `stresses_at` has them. As `prensa.materials.j2_finite` goes through
     points: `GROUP` of them abreast.
     """
-    w, J = np.zeros(_WORK_END), np.empty(5)
+    w, J, points = np.zeros(_WORK_END), np.empty(5), point.reshape(-1)
     for first in range(0, cells.shape[0], GROUP // 4):
         m = 4 * min(GROUP // 4, cells.shape[0] - first)
         for at in range(0, m, 4):
@@ -146,6 +147,8 @@ def prepare(x_n, x, cells, old, new, bulk, G, axisymmetric, scale, plastic, cauc
             l1, l2, c, s = _axes(b11 - 1.0, b22 - 1.0, b12)
             w[_POINT0 + i], w[_POINT1 + i], w[_POINT2 + i], w[_POINT3 + i], w[_POINT4 + i] = f0, f1, f2, f3, f4
             w[_POINT5 + i], w[_POINT6 + i], w[_POINT7 + i], w[_POINT8 + i] = b11, b12, b22, b33
+            # what b_e of the last commit would be if nothing flowed; of backward Euler that is b
+            w[_ONWARDS + i], w[_ONWARDS1 + i], w[_ONWARDS2 + i], w[_ONWARDS3 + i] = b11, b12, b22, b33
             w[_POINT11 + i], w[_POINT12 + i] = c, s
             l3 = b33 - 1.0
             w[_L + i], w[_L1 + i], w[_L2 + i] = l1, l2, l3
@@ -156,6 +159,10 @@ def prepare(x_n, x, cells, old, new, bulk, G, axisymmetric, scale, plastic, cauc
             for i in range(m):
                 for k in range(3):
                     w[_LOG + k * GROUP + i] = 0.5 * math.log1p(w[_L + k * GROUP + i])
+        if plastic:
+            for i in range(m):
+                h = new[first + i // 4, i % 4]
+                w[_ONWARDS + i], w[_ONWARDS1 + i], w[_ONWARDS2 + i], w[_ONWARDS3 + i] = 1.0 + h[6], h[9], 1.0 + h[7], 1.0 + h[8]
         lame, far = bulk - 2.0 * G / 3.0, 0
         for i in range(GROUP):
             delta = w[_INCREASE + i]
@@ -209,14 +216,10 @@ def prepare(x_n, x, cells, old, new, bulk, G, axisymmetric, scale, plastic, cauc
             w[_POINT25 + i] = (w[_POINT27 + i] - w[_POINT28 + i]) * by if apart else G * theta * by_B1
             w[_POINT26 + i] = (E1 - E2) * by if apart else (1.0 + E1) * theta * by_B1
             w[_POINT30 + i], w[_POINT31 + i], w[_POINT32 + i] = 2.0 * (1.0 + E1), 2.0 * (1.0 + E2), 2.0 * (1.0 + E3)
-        for i in range(m):
-            e, q = first + i // 4, i % 4
-            P = point[e, q]
-            for k in range(44):
-                P[k] = w[_OF_POINT + k * GROUP + i]
-            P[44], P[45], P[46], P[47] = P[5], P[6], P[7], P[8]
-            if plastic:  # what b_e of the last commit would be if nothing flowed; of backward Euler that is b
-                P[44], P[45], P[46], P[47] = 1.0 + new[e, q, 6], new[e, q, 9], 1.0 + new[e, q, 7], 1.0 + new[e, q, 8]
+        for i in range(0, m, WIDE):
+            n, last = 4 * first + i, m - 1 - i
+            for k in range(0, PER_POINT, WIDE):
+                out_of_rows(points, n * PER_POINT + k, PER_POINT, last, w, _OF_POINT + k * GROUP + i, GROUP)
 
 
 @njit(cache=True, error_model="numpy", forceinline=True)

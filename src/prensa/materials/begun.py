@@ -14,7 +14,7 @@ import math
 import numpy as np
 
 from prensa.kernels.compiled import njit
-from prensa.kernels.lanes import WIDE, out_of_rows
+from prensa.kernels.lanes import WIDE, four_into_rows, into_rows, out_of_rows
 from prensa.kernels.series import GROUP, SMALL_EXP, SMALL_LOG, exp_minus_one, half_log, log_slope
 from prensa.kernels.tensor import principal
 from prensa.materials.j2_finite import _axes
@@ -195,15 +195,18 @@ def _put_slopes(w, axes, d1, d2, d12, d3, to):
 @njit(cache=True, error_model="numpy")
 def _tensors(history, begun, new, first, m, w):
     """Of m points from the ``first`` on, histories (e, q, 10) → the rows of tensors, of what there is of each, of flags."""
-    far, count = 0, history.shape[1]
+    far, wide = 0, history.shape[2]
+    committed, starts, ends = history.reshape(-1), begun.reshape(-1), new.reshape(-1)
+    for i in range(0, m, WIDE):
+        at, last = (first + i) * wide, m - 1 - i
+        four_into_rows(committed, at, wide, last, w, _OLD_B + i, GROUP)
+        four_into_rows(committed, at + 6, wide, last, w, _TRIAL_B + i, GROUP)
+        four_into_rows(starts, at, wide, last, w, _BEGUN_B + i, GROUP)
     for i in range(m):
-        e, q = (first + i) // count, (first + i) % count
-        h, b = history[e, q], begun[e, q]
-        for k in range(4):
-            w[_OLD_B + k * GROUP + i], w[_TRIAL_B + k * GROUP + i], w[_BEGUN_B + k * GROUP + i] = h[k], h[6 + k], b[k]
-        w[_MOVES + i] = 1.0 if b[4] != h[4] else 0.0
-        w[_FLOWING + i] = 1.0 if new[e, q, 4] != b[4] else 0.0
-        w[_MORE + i] = b[4] - h[4]
+        strain = (first + i) * wide + 4
+        w[_MOVES + i] = 1.0 if starts[strain] != committed[strain] else 0.0
+        w[_FLOWING + i] = 1.0 if ends[strain] != starts[strain] else 0.0
+        w[_MORE + i] = starts[strain] - committed[strain]
     for n in range(_OLD_B, _MOVES):
         far += 1 if abs(w[n]) > SMALL_TENSOR else 0
     _logarithms(w, _OLD_B, _OF_COMMITTED)
@@ -309,17 +312,16 @@ def begun_owed(history, begun, new, share, weights):
     Histories (e, q, 10) and ``share`` as for `slopes_of_begun`. In a tensor's axes weights go as tensors do if those of its
     shear, which stands for two components, are halved. `GROUP` points go abreast.
     """
-    w, count = np.zeros(_OWED_END), history.shape[1]
+    w, count, flat = np.zeros(_OWED_END), history.shape[1], weights.reshape(-1)
     for first in range(0, history.shape[0] * count, GROUP):
         m = min(GROUP, history.shape[0] * count - first)
         _tensors(history, begun, new, first, m, w)
         for d in range(weights.shape[0]):
-            for i in range(m):
-                e, q = (first + i) // count, (first + i) % count
-                for k in range(10):
-                    w[_OWED_W + k * GROUP + i] = weights[d, e, q, k]
+            own = (d * history.shape[0] * count + first) * 10
+            for i in range(0, m, WIDE):
+                into_rows(flat, own + 10 * i, 10, m - 1 - i, w, _OWED_W + i, GROUP)
+                into_rows(flat, own + 10 * i + 2, 10, m - 1 - i, w, _OWED_W + 2 * GROUP + i, GROUP)
             _owed(w, share)
-            for i in range(m):
-                e, q = (first + i) // count, (first + i) % count
-                for k in range(10):
-                    weights[d, e, q, k] = w[_OWED_W + k * GROUP + i]
+            for i in range(0, m, WIDE):
+                out_of_rows(flat, own + 10 * i, 10, m - 1 - i, w, _OWED_W + i, GROUP)
+                out_of_rows(flat, own + 10 * i + 2, 10, m - 1 - i, w, _OWED_W + 2 * GROUP + i, GROUP)

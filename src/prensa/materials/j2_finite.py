@@ -505,7 +505,7 @@ def power_gradients(kind, p, committed, old, new, out):
     """
     curve, ludwik, count = (p[0], p[1], p[2], p[3], p[4]), kind == LUDWIK, new.shape[1]
     K, shift, n = p[1] if ludwik else p[0], 0.0 if ludwik else p[1], p[2]
-    w = np.zeros(_ROWS)
+    w, points = np.zeros(_ROWS), out.reshape(-1)
     bits, strains = w.view(np.int64), np.zeros((3, GROUP))
     for first in range(0, new.shape[0] * count, GROUP):
         m = min(GROUP, new.shape[0] * count - first)
@@ -513,23 +513,25 @@ def power_gradients(kind, p, committed, old, new, out):
             e, q = (first + i) // count, (first + i) % count
             strains[0, i], strains[1, i], strains[2, i] = new[e, q, 4], old[e, q, 4], committed[e, q, 4]
         for turn in range(3):
+            row, then = _A + 5 * turn * GROUP, 0 if turn < 2 else 1
             for i in range(GROUP):
                 w[_A0 + i] = strains[turn, i]
             power_curve(w, bits, 0.0, 1.0, shift, n, 0.0)
             _in_parts(w, bits)
             for i in range(GROUP):
-                f = w[_NEW1 + i] - 1.0
-                w[_CURVATURE + i] = _logarithm(f, f / (2.0 + f), w[_NEW2 + i])
+                f, power = w[_NEW1 + i] - 1.0, w[_Y + i]
+                by_n, by_shift = K * power * _logarithm(f, f / (2.0 + f), w[_NEW2 + i]), n * K * power / w[_NEW + i]
+                on = (strains[then, i] != strains[then + 1, i]) | ((turn == 1) & (strains[1, i] != strains[2, i]))
+                w[row + i] = (1.0 if ludwik else power) if on else 0.0
+                w[row + GROUP + i] = (power if ludwik else by_shift) if on else 0.0
+                w[row + 2 * GROUP + i] = by_n if on else 0.0
+                w[row + 3 * GROUP + i] = w[row + 4 * GROUP + i] = 0.0
             for i in range(m):
-                e, q, a = (first + i) // count, (first + i) % count, strains[turn, i]
-                flows, begins = strains[0, i] != strains[1, i], strains[1, i] != strains[2, i]
-                by, power = out[e, q, turn], w[_Y + i]
-                by[3] = by[4] = 0.0
-                if not (flows if turn == 0 else begins if turn == 2 else flows or begins):
-                    by[0] = by[1] = by[2] = 0.0
-                elif math.isnan(power) or (ludwik and a < TINY):
-                    by[0], by[1], by[2], _, _ = flow_gradient(kind, curve, a, 0.0, 0.0)
-                elif ludwik:
-                    by[0], by[1], by[2] = 1.0, power, K * power * w[_CURVATURE + i]
-                else:
-                    by[0], by[1], by[2] = power, n * K * power / (a + shift), K * power * w[_CURVATURE + i]
+                chord = ludwik and w[row + i] != 0.0 and strains[turn, i] < TINY
+                if chord or math.isnan(w[row + 2 * GROUP + i]):
+                    by = flow_gradient(kind, curve, strains[turn, i], 0.0, 0.0)
+                    w[row + i], w[row + GROUP + i], w[row + 2 * GROUP + i] = by[0], by[1], by[2]
+        for i in range(0, m, WIDE):
+            at, last = 15 * (first + i), m - 1 - i
+            out_of_rows(points, at, 15, last, w, _A + i, GROUP)
+            out_of_rows(points, at + 7, 15, last, w, _A + 7 * GROUP + i, GROUP)
