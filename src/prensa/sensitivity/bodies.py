@@ -35,8 +35,8 @@ Array = NDArray[np.float64]
 
 SHIFT = 1e-7  # over the size of the bodies, for differences of shapes
 NOT_BEGUN = np.empty((0, 4, PER_BEGUN))
-ELEMENTS_AT_ONCE = 1024
-"""Elements whose directions are answered for at a time."""
+ELEMENTS_AT_ONCE = 1 << 14
+"""Elements whose directions are answered for at a time: of more, what is only passed on would be memory of its own."""
 KEPT_ARRAYS = 6
 """Arrays of histories that a block remembers to give out again."""
 
@@ -118,7 +118,7 @@ class Elements:
         )
 
     def chunks(self) -> Iterator[slice]:
-        """Elements that are answered for one after the other, so that what is only passed on stays in a cache."""
+        """Elements that are answered for together."""
         for first in range(0, len(self.block), ELEMENTS_AT_ONCE):
             yield slice(first, min(first + ELEMENTS_AT_ONCE, len(self.block)))
 
