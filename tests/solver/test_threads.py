@@ -191,3 +191,18 @@ def test_numpy_takes_one_thread_within_increments(monkeypatch):
             between.append(counts())
         assert counts() == before and all(now == before for now in between)
     assert within and all(set(now.values()) == {1} for now in within[1:])
+
+
+def test_the_last_one_that_leaves_sets_numpy_back():
+    """Runs that overlap in several threads of Python leave it as it was before the first."""
+    controller = ThreadpoolController().select(internal_api=["openblas", "blis"])
+    if not controller.info():
+        pytest.skip("NumPy has another BLAS here")
+    with controller.limit(limits=2):
+        first, second = of_threads.ONE_OF_BLAS, of_threads.ONE_OF_BLAS
+        first.__enter__()
+        second.__enter__()
+        first.__exit__(None, None, None)
+        assert {library["num_threads"] for library in controller.info()} == {1}
+        second.__exit__(None, None, None)
+        assert {library["num_threads"] for library in controller.info()} == {2}

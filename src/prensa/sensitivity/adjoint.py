@@ -33,7 +33,7 @@ from prensa.solver.policy import Policy
 from prensa.solver.reporting import Messages
 from prensa.solver.results import increment_of
 from prensa.solver.step_control import StepControl
-from prensa.solver.threads import one_of_blas
+from prensa.solver.threads import ONE_OF_BLAS
 from prensa.solver.time_stepping import Timer, check_arguments, told_before
 
 Array = NDArray[np.float64]
@@ -270,7 +270,7 @@ def _backwards(
         np.add.at(weights.force[k], *slope.reactions(system))
     while run.kept:  # what was kept of an increment goes with it
         at = run.kept.pop()
-        with one_of_blas():
+        with ONE_OF_BLAS:
             weights = back(system, at, weights, owed, run.kept)
         if at.c.through_air is not None:
             landings.append(landing_of(system, at.c, weights))

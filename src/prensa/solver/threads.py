@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import threading
 import time
-from contextlib import AbstractContextManager
-from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -38,17 +37,36 @@ def threads_of(numerics: model.Numerics, unknowns: int, policy: Policy = DEFAULT
     return max(1, min(most, free_cores())) if most > 1 else 1
 
 
-def one_of_blas() -> AbstractContextManager[Any]:
-    """Within this OpenBLAS and BLIS take one thread; MKL, which may factor matrices, takes what it takes outside."""
-    limited: AbstractContextManager[Any] = _blas().limit(limits=1)
-    return limited
+class _Blas:
+    """OpenBLAS and BLIS with one thread as long as somebody is inside; MKL, which may factor matrices, takes what it takes.
+
+    Runs in several threads of Python set one and the same number for the process: the last one that leaves sets it back.
+    """
+
+    def __init__(self) -> None:
+        self._lock, self._inside = threading.Lock(), 0
+        self._libraries: Any = None
+        self._limited: Any = None
+
+    def __enter__(self) -> None:
+        with self._lock:
+            if self._libraries is None:
+                from threadpoolctl import ThreadpoolController
+
+                self._libraries = ThreadpoolController().select(internal_api=["openblas", "blis"])
+            if not self._inside:
+                self._limited = self._libraries.limit(limits=1)
+            self._inside += 1
+
+    def __exit__(self, *_: object) -> None:
+        with self._lock:
+            self._inside -= 1
+            if not self._inside:
+                self._limited.restore_original_limits()
 
 
-@cache
-def _blas() -> Any:
-    from threadpoolctl import ThreadpoolController
-
-    return ThreadpoolController().select(internal_api=["openblas", "blis"])
+ONE_OF_BLAS = _Blas()
+"""Within this NumPy's dense products take one thread."""
 
 
 def free_cores() -> int:

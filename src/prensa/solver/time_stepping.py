@@ -67,7 +67,7 @@ from prensa.solver.stabilisation import Stabilisation
 from prensa.solver.stability import at_limit, judged, looked, told
 from prensa.solver.step_control import StepControl
 from prensa.solver.stopping import Outcome, Stopping
-from prensa.solver.threads import one_of_blas, threads_of
+from prensa.solver.threads import ONE_OF_BLAS, threads_of
 from prensa.solver.tipping import tips_over
 from prensa.solver.validity import Validity
 
@@ -314,7 +314,7 @@ class TimeStepping:
             self.distortion = Distortion(self.system, self.policy)
             while state.clock.step == number:
                 try:
-                    with one_of_blas():
+                    with ONE_OF_BLAS:
                         state, increment = self.advance(state, plan, control)
                 except Nearing as nearing:
                     if self.remeshes:
