@@ -9,7 +9,7 @@ Processor time of one thread (set OMP_NUM_THREADS=1). ``run.py`` calls this for 
 * ``elastic UNKNOWNS INCREMENTS [whole]``: a linear elastic history with friction beside one factorisation (LDLᵀ of the
   bodies), fields five times; ``whole``: the same with the whole system solved in every iteration;
 * ``derivatives X Y [MU]``: upsetting on X × Y elements with derivatives by 1, 5, 6 and 10 parameters and a force in every
-  increment, beside the run without; the least of three pairs;
+  increment, beside the run without; the least of nine rounds;
 * ``adjoint X Y [ROUNDS]``: upsetting on X × Y elements, the force at the end by 5 parameters and by 20 points of a profile,
   backwards: processor time over that of the run alone, medians of pairs in turn.
 * ``remeshing FAR NEAR PER_RADIUS``: new meshes at the beginning of a can, sizes in mm, beside the increments of the same run;
@@ -222,14 +222,14 @@ def of_derivatives(nx: str, ny: str, mu: str = "0.1") -> dict[str, Any]:
     for count in (0, 10):
         seconds(upsetting((4, 3), float(mu), reductions=reductions), count)
     problem = upsetting((int(nx), int(ny)), float(mu), reductions=reductions)
-    rounds = [[seconds(problem, count) for count in counts] for _ in range(3)]
+    rounds = [[seconds(problem, count) for count in counts] for _ in range(9)]
     least = [min(r[k][0] for r in rounds) for k in range(len(counts))]
     return {"increments": rounds[0][0][1], "run": least[0]} | {
         f"by {count}": spent / least[0] for count, spent in zip(counts[1:], least[1:])
     }
 
 
-def of_adjoint(nx: str, ny: str, rounds: str = "7") -> dict[str, Any]:
+def of_adjoint(nx: str, ny: str, rounds: str = "15") -> dict[str, Any]:
     """Medians of pairs in turn: `gradient` over the run alone, by five numbers, and by twenty points of a tool's outline."""
     import resource
     import statistics

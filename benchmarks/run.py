@@ -197,7 +197,7 @@ def backwards(quick: bool) -> str:
             continue
         rows.append([f"{mesh[0]} × {mesh[1]}", f"{m['run']:.2f}", f"**{m['by 5']:.2f}**", f"**{m['by 20 points']:.2f}**"])
     head = ["upsetting to 30 %, μ = 0.1", "run, s", "by 5 numbers", "by 20 points of the punch"]
-    note = "The force at the end, backwards, over the run alone, medians of seven pairs. Goal: 1.5."
+    note = "The force at the end, backwards, over the run alone, medians of fifteen pairs. Goal: 1.5."
     return table("Gradients backwards", head, rows, note)
 
 
