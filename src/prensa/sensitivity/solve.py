@@ -313,8 +313,8 @@ class Differentiated(Followed):
             bundle = Bundle.of(known)
         self.bundle, found = differentiate(at, columns, bundle, state)
         assert self.reduced is not None
-        beside = {}
-        looked = self._looked(at, bundle, found.x) if at.c.ends_step else np.zeros(len(known))
+        look, beside = at.c.ends_step or at.c.state.clock.number == 0, {}
+        looked = self._looked(at, bundle, found.x) if look else np.zeros(len(known))
         unmet = np.sum([p.unmet() for p in found.points], axis=0) if found.points else np.zeros(len(known))
         left = np.maximum(self.reduced.weight @ np.abs(self.reduced.restriction.part(found.reaction)), looked) + unmet
         for k, (d, rest) in enumerate(zip(known, left)):
