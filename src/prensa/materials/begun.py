@@ -217,6 +217,16 @@ def _tensors(history, begun, new, first, m, w):
             _exactly(w, i)
 
 
+@njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
+def _apart(w, i):
+    """D of point i, by the rows of both logarithms: components 11, 22, 33, 12, and √(⅔ D:D)."""
+    a, b = _OF_COMMITTED + i, _OF_TRIAL + i
+    D11, D22, D33 = w[b] - w[a], w[b + GROUP] - w[a + GROUP], w[b + 2 * GROUP] - w[a + 2 * GROUP]
+    D12, third = w[b + 3 * GROUP] - w[a + 3 * GROUP], (D11 + D22 + D33) / 3.0
+    D11, D22, D33 = D11 - third, D22 - third, D33 - third
+    return D11, D22, D33, D12, math.sqrt((D11 * D11 + D22 * D22 + D33 * D33 + 2.0 * D12 * D12) / 1.5)
+
+
 @njit(cache=True, error_model="numpy", fastmath={"contract"})
 def slopes_of_begun(history, begun, new, share, cauchy, before, after, out):
     """Histories as committed, as an increment begins with them and as it leads to (e, q, 10) → out (e, q, PER_BEGUN).
@@ -225,7 +235,7 @@ def slopes_of_begun(history, begun, new, share, cauchy, before, after, out):
     `prensa.materials.j2_finite.stresses_at`; ``cauchy``: they limit the Cauchy stress. `GROUP` points go abreast.
     """
     w, count = np.zeros(_SLOPES_END), history.shape[1]
-    points, y0, y1, first_row = out.reshape(-1), before.reshape(-1), after.reshape(-1), _SLOPES
+    points, y0, y1 = out.reshape(-1), before.reshape(-1), after.reshape(-1)
     for first in range(0, history.shape[0] * count, GROUP):
         m = min(GROUP, history.shape[0] * count - first)
         _tensors(history, begun, new, first, m, w)
@@ -236,16 +246,12 @@ def slopes_of_begun(history, begun, new, share, cauchy, before, after, out):
         _put_slopes(w, _OF_TRIAL + 4 * GROUP, *_FOUR_OF_TRIAL, _SLOPES + 7 * GROUP)
         _put_slopes(w, _OF_BEGUN, *_FOUR_OF_EXP, _SLOPES + 14 * GROUP)
         for i in range(GROUP):
-            a, b, k = _OF_COMMITTED + i, _OF_TRIAL + i, _SLOPES + 21 * GROUP + i
-            e11, e22, e33 = w[a], w[a + GROUP], w[a + 2 * GROUP]
-            D11, D22, D33 = w[b] - e11, w[b + GROUP] - e22, w[b + 2 * GROUP] - e33
-            D12, third = w[b + 3 * GROUP] - w[a + 3 * GROUP], (D11 + D22 + D33) / 3.0
-            D11, D22, D33 = D11 - third, D22 - third, D33 - third
-            size = math.sqrt((D11 * D11 + D22 * D22 + D33 * D33 + 2.0 * D12 * D12) / 1.5)
+            a, k = _OF_COMMITTED + i, _SLOPES + 21 * GROUP + i
+            D11, D22, D33, D12, size = _apart(w, i)
             rise = share / (1.5 * (size if w[_MOVES + i] != 0.0 else 1.0))
             w[k], w[k + GROUP], w[k + 2 * GROUP] = rise * D11, rise * D22, rise * D33
             w[k + 3 * GROUP], w[k + 4 * GROUP] = 2.0 * rise * D12, share
-            w[_LOG_J + i] = e11 + e22 + e33
+            w[_LOG_J + i] = w[a] + w[a + GROUP] + w[a + 2 * GROUP]
         far = 0
         for i in range(GROUP):
             far += 1 if abs(w[_LOG_J + i]) > SMALL_EXP else 0
@@ -264,7 +270,7 @@ def slopes_of_begun(history, begun, new, share, cauchy, before, after, out):
         for i in range(0, m, WIDE):
             n, last = first + i, m - 1 - i
             for k in range(0, PER_BEGUN, WIDE):
-                out_of_rows(points, n * PER_BEGUN + k, PER_BEGUN, last, w, first_row + k * GROUP + i, GROUP)
+                out_of_rows(points, n * PER_BEGUN + k, PER_BEGUN, last, w, _SLOPES + k * GROUP + i, GROUP)
 
 
 @njit(cache=True, error_model="numpy", fastmath={"contract"}, forceinline=True)
@@ -279,10 +285,7 @@ def _owed(w, share):
         w2, w3 = w2 + (0.0 if flows else t2), w3 + (0.0 if flows else t3)
         t0, t1, t2, t3 = t0 if flows else 0.0, t1 if flows else 0.0, t2 if flows else 0.0, t3 if flows else 0.0
         a, b, x = _OF_COMMITTED + i, _OF_TRIAL + i, _OF_BEGUN + i
-        D11, D22, D33 = w[b] - w[a], w[b + GROUP] - w[a + GROUP], w[b + 2 * GROUP] - w[a + 2 * GROUP]
-        D12, third = w[b + 3 * GROUP] - w[a + 3 * GROUP], (D11 + D22 + D33) / 3.0
-        D11, D22, D33 = D11 - third, D22 - third, D33 - third
-        size = math.sqrt((D11 * D11 + D22 * D22 + D33 * D33 + 2.0 * D12 * D12) / 1.5)
+        D11, D22, D33, D12, size = _apart(w, i)
         along = share / (1.5 * (size if moved else 1.0)) * w4
         g11, g22, g12 = _in_axes(
             w[x], w[x + GROUP], w[x + 2 * GROUP], w[x + 3 * GROUP], w[x + 4 * GROUP], w0, w1, 0.5 * w3

@@ -100,8 +100,6 @@ class Elements:
     old: Array
     new: Array
     seconds: float
-    geometry: Array
-    point: Array
     share: float
     room: Room
 
@@ -113,9 +111,17 @@ class Elements:
         """
         room = room or room_for(block)
         seconds = c.rule.seconds(block, c.seconds)
-        return cls(
-            block, c.x_n, x, c.state.history[k], c.history[k], new, seconds, room.geometry, room.point, c.rule.share, room
-        )
+        return cls(block, c.x_n, x, c.state.history[k], c.history[k], new, seconds, c.rule.share, room)
+
+    @property
+    def geometry(self) -> Array:
+        """See `prepare`."""
+        return self.room.geometry
+
+    @property
+    def point(self) -> Array:
+        """See `prepare`."""
+        return self.room.point
 
     def chunks(self) -> Iterator[slice]:
         """Elements that are answered for together."""

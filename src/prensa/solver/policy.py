@@ -98,7 +98,7 @@ class Policy:
     kept_size: float = 4e6
     """Bytes of those of one increment up to which all are kept: fresh memory for larger ones costs what new factors do, …"""
     kept_apart: int = 4
-    """… so that of these every so manieth is, which serves those beside it."""
+    """… so that of these one in so many is kept, and serves those beside it."""
     transposed_apart: float = 0.012
     """Scatter of the logarithms of lengths between the diagonals of matrices up to which factors of one serve the other."""
     transposed_fine: float = 1e-13
