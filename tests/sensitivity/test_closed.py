@@ -13,8 +13,7 @@ from prensa.materials.flow_curve import FlowCurve
 from prensa.materials.hardening import TABLE, flow_gradient, flow_stress, slope_before
 from prensa.model.problem import Problem
 from prensa.model.schema import loads
-from prensa.sensitivity import bodies
-from prensa.sensitivity import solve as with_derivatives
+from prensa.sensitivity import bodies, increments
 from prensa.sensitivity.parameters import value_of
 from rings import FLOW, ring
 
@@ -50,7 +49,7 @@ def both(
     """Runs with closed derivatives and with those by differences."""
     closed = list(pr.solve(problem, numerics, derivatives=paths))
     with monkeypatch.context() as patched:
-        patched.setattr(with_derivatives, "covers", lambda c: False)
+        patched.setattr(increments, "covers", lambda c: False)
         return closed, list(pr.solve(problem, numerics, derivatives=paths))
 
 

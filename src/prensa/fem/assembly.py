@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import NamedTuple
@@ -381,10 +382,11 @@ class _Room(NamedTuple):
     def of(cls, block: Block) -> _Room:
         """Room for any chunk of a block: one that is free, since fresh memory costs as much as a kernel, or a new one."""
         k = min(CHUNK, len(block))
-        while block.rooms:
-            room = block.rooms.pop()
-            if len(room.x) == k:
-                return room
+        with suppress(IndexError):  # there is none; another thread may just have taken the last one
+            while True:
+                room = block.rooms.pop()
+                if len(room.x) == k:
+                    return room
         x, d = np.empty((2, k, block.cells.shape[1], block.element.layout.dimension))
         return cls(x, d, workspace(block.element, k))
 

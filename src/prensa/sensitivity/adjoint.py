@@ -26,7 +26,7 @@ from prensa.sensitivity.landing import Landing, coordinates, landing_of
 from prensa.sensitivity.parameters import Parameter, refuse_other_mesh
 from prensa.sensitivity.solve import Followed, check_paths, refuse
 from prensa.sensitivity.transposed import Converged, Owed, Stage, Touching, Weights, back
-from prensa.solver.equilibrium import Equilibrium, NewtonResult
+from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import Increment, Monitor
 from prensa.solver.linear import Kept as KeptFactors
 from prensa.solver.policy import Policy
@@ -183,7 +183,7 @@ def _slope(measure: Measure, increment: Increment) -> Gradient:
 
 
 class Recorded(Followed):
-    """A run that keeps its increments for the way back; they are those of a run without, bit for bit."""
+    """A run that keeps its increments for the way back."""
 
     def __init__(
         self, system: System, numerics: model.Numerics, policy: Policy, messages: Messages, timer: Timer
@@ -193,6 +193,11 @@ class Recorded(Followed):
         self.state: State | None = None
         self.lines = guard_of(system)
         self.room, self.room_for_factors = policy.kept_matrices, policy.kept_factors
+
+    @property
+    def wants_matrices(self) -> bool:
+        """See `Followed`."""
+        return self.room > 0
 
     def look_inside(self, c: Context, result: NewtonResult) -> None:
         """As `TimeStepping.look_inside`; raises `OnlyForwards` too where a free side comes to a line of symmetry."""
@@ -236,14 +241,6 @@ class Recorded(Followed):
             at = at._replace(evaluation=e)
         self.kept.append(at)
         return self.state, increment
-
-    def equilibrium(self, c: Context, uncut: bool = False) -> Equilibrium:
-        """As `TimeStepping.equilibrium`, with the matrix at the solution while there is room for it.
-
-        Not where Newton would go otherwise then (see `Equilibrium.keeps_matrix`).
-        """
-        assert self.reduced is not None
-        return replace(super().equilibrium(c, uncut), keeps_matrix=self.room > 0 and not self.reduced.factorisation.follows)
 
     def _factors(self) -> KeptFactors | None:
         """Newton's last factors, of large ones only some; none where there is no room for more of them."""

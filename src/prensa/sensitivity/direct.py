@@ -455,12 +455,13 @@ class Columns:
             If no solver can factor K.
 
         """
-        x, done = np.zeros_like(left), False
-        if self.reduced.factorisation.factored:
-            done = self._substituted(x, left)
-        if not done:
-            # of exact contacts `determined` adds to the matrix, which substitutions take back
-            self.reduced.solve(self.reduced.matrix(self.e, np.zeros(len(left))), left[:, 0])
+        x, factors = np.zeros_like(left), self.reduced.factorisation
+        if factors.factored and self._substituted(x, left):
+            return x
+        # of exact contacts `determined` adds to the matrix, which substitutions take back
+        matrix = self.reduced.matrix(self.e, np.zeros(len(left)))
+        if not (factors.follows and factors.coarse(matrix) and self._substituted(x, left)):
+            self.reduced.solve(matrix, left[:, 0])
             self._substituted(x, left)
         return x
 

@@ -21,6 +21,7 @@ import sys
 import threading
 import weakref
 from collections.abc import Callable
+from copy import copy
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -222,6 +223,8 @@ def _pardiso(a: Structure) -> Factor:
 BACKENDS: dict[str, Callable[[Structure], Factor]] = {"superlu": _superlu, "rslab": _rslab, "pardiso": _pardiso}
 # solvers that take values of single precision and answer with factors of it
 SINGLE = {"rslab"}
+# solvers whose factors are overwritten by later ones of the same pattern
+OVERWRITTEN = {"pardiso"}
 # factors that a solver has for symmetric matrices, the cheapest first; all have LU
 KINDS = {"superlu": (), "rslab": (SYMMETRIC,), "pardiso": (DEFINITE, SYMMETRIC)}
 
@@ -362,6 +365,18 @@ class Factorisation:
     def kept(self) -> Kept | None:
         """The last factors, to keep them; None where later ones take their place, or they are symmetric, which are cheap."""
         return Kept(self._solve, self.scale) if isinstance(self._solve, _Lasting) else None
+
+    def apart(self) -> Factorisation:
+        """The same with the factors at hand; what the two do to theirs from here on is their own, in threads of their own too.
+
+        Itself where a solver's later factors take the place of those at hand, or there may be no room for twice as many.
+        """
+        names = {name for name, _ in self.order}
+        if OVERWRITTEN.intersection(names) or self.structure.n > self.policy.most_apart:
+            return self
+        out = copy(self)
+        out.order, out._factors, out._frame = list(self.order), dict(self._factors), None
+        return out
 
     @property
     def holds_matrix(self) -> bool:
@@ -702,6 +717,10 @@ class DenseFactors:
     def coarse(self, values: Array) -> bool:
         """False: dense factors are of double precision."""
         return False
+
+    def apart(self) -> DenseFactors:
+        """As `Factorisation.apart`."""
+        return copy(self)
 
     def kept(self) -> Kept | None:
         """None: nobody goes backwards with dense factors."""

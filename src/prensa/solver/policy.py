@@ -439,6 +439,10 @@ class Policy:
     """Dofs from which on ``threads: auto`` takes more than one thread …"""
     most_threads: int = 8
     """… and so many at most: what they leave to one of them takes as long by then."""
+    worth_following: int = 1500
+    """Dofs from which on another thread finds derivatives while the run goes on …"""
+    most_apart: int = 200_000
+    """… and up to which the factors of a run and those for its derivatives have room beside each other."""
 
     # ------------------------------------------------------------------------------------------------- condensation
     columns: int = 64

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Protocol, Unpack
 
@@ -137,6 +137,9 @@ class Factors(Protocol):
 
     def kept(self) -> Kept | None:
         """The last factors, to keep them for the transpose of their matrix; None where that is not possible."""
+
+    def apart(self) -> Factors:
+        """The same with the factors at hand, which may go on to others by themselves, in another thread too."""
 
     def solve(self, matrix: Array, b: Array) -> Array:
         """Solution (f,) with the matrix of `Restriction.values`."""
@@ -276,6 +279,10 @@ class Reduced:
             policy,
             control,
         )
+
+    def apart(self) -> Reduced:
+        """The same with the factors at hand, which may go on to others by themselves, in another thread too."""
+        return replace(self, factorisation=self.factorisation.apart())
 
     @property
     def free(self) -> Index:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from prensa.model import problem as model
+from prensa.solver.linear import OVERWRITTEN, available
 from prensa.solver.policy import DEFAULT, Policy
 
 LOAD = Path("/proc/loadavg")
@@ -27,8 +28,27 @@ def threads_of(numerics: model.Numerics, unknowns: int, policy: Policy = DEFAULT
     """
     if numerics.threads != "auto":
         return numerics.threads
-    alone = os.environ.get("PYTEST_CURRENT_TEST") is None and multiprocessing.parent_process() is None
-    if not alone or unknowns < policy.worth_threads:
+    return 1 if unknowns < policy.worth_threads else _free_threads(policy)
+
+
+def threads_with_follower(numerics: model.Numerics, unknowns: int, policy: Policy = DEFAULT) -> tuple[int, bool]:
+    """Threads for a run with derivatives, and whether one more is to find these while the run goes on.
+
+    That is one of those asked for, or that are free. Not of small problems, where the two would wait for Python's lock; not of
+    those whose factors of two increments would need too much memory; nor where a solver's later factors take the place of those
+    that are at hand.
+    """
+    lasts = not OVERWRITTEN.intersection(available(numerics.solver))
+    if not (lasts and policy.worth_following <= unknowns <= policy.most_apart):
+        return threads_of(numerics, unknowns, policy), False
+    threads = _free_threads(policy) if numerics.threads == "auto" else numerics.threads
+    own = threads - 1 if numerics.threads != "auto" or unknowns >= policy.worth_threads else 1
+    return (own, True) if threads > 1 else (1, False)
+
+
+def _free_threads(policy: Policy) -> int:
+    """As many as there are cores for them: see `threads_of`."""
+    if os.environ.get("PYTEST_CURRENT_TEST") is not None or multiprocessing.parent_process() is not None:
         return 1
     most = policy.most_threads
     told = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0]
@@ -55,6 +75,7 @@ class _Blas:
 
                 self._libraries = ThreadpoolController().select(internal_api=["openblas", "blis"])
             if not self._inside:
+                self._take_over()
                 self._limited = self._libraries.limit(limits=1)
             self._inside += 1
 
@@ -62,7 +83,15 @@ class _Blas:
         with self._lock:
             self._inside -= 1
             if not self._inside:
+                self._take_over()
                 self._limited.restore_original_limits()
+                self._take_over()
+
+    def _take_over(self) -> None:
+        """Let whoever comes next set the number: threadpoolctl from 3.8 on else leaves it, without a word, to who did first."""
+        for library in self._libraries.lib_controllers:
+            if hasattr(library, "clear_controlling_thread"):
+                library.clear_controlling_thread(force=True)
 
 
 ONE_OF_BLAS = _Blas()

@@ -233,9 +233,6 @@ def _as_times(name: str, given: Sequence[float]) -> Array:
 class TimeStepping:
     """A run: the steps of a problem one after the other, each in increments."""
 
-    keeps_matrix = False
-    """Whether matrices at solutions are wanted, see `Equilibrium`."""
-
     def __init__(
         self, system: System, numerics: model.Numerics, policy: Policy, messages: Messages, timer: Timer, condense: bool
     ) -> None:
@@ -592,9 +589,7 @@ class TimeStepping:
         turning = self.turned >= self.policy.turned_before
         # a far step may let go of a body that only contact holds: once one has failed, steps are those of the tangent
         far = known and (uncut or not self.loose)
-        return Equilibrium(
-            self.system, c, reduced, self.numerics, self.policy, report, far, self.keeps_matrix, may_turn=turning
-        )
+        return Equilibrium(self.system, c, reduced, self.numerics, self.policy, report, far, may_turn=turning)
 
     def attempt(
         self, c: Context, start: Array, soften: bool, foreseen: Foreseen | None = None, uncut: bool = False
