@@ -10,6 +10,8 @@ Processor time of one thread (set OMP_NUM_THREADS=1). ``run.py`` calls this for 
   bodies), fields five times; ``whole``: the same with the whole system solved in every iteration;
 * ``derivatives X Y [MU]``: upsetting on X × Y elements with derivatives by 1, 5, 6 and 10 parameters and a force in every
   increment, beside the run without; the least of nine rounds;
+* ``followed X Y``: as ``derivatives``, by 5 and by 10 with two threads, of the wall, over the run alone with whichever of one and
+  two threads is faster;
 * ``adjoint X Y [ROUNDS]``: upsetting on X × Y elements, the force at the end by 5 parameters and by 20 points of a profile,
   backwards: processor time over that of the run alone, medians of pairs in turn.
 * ``remeshing FAR NEAR PER_RADIUS``: new meshes at the beginning of a can, sizes in mm, beside the increments of the same run;
@@ -229,6 +231,25 @@ def of_derivatives(nx: str, ny: str, mu: str = "0.1") -> dict[str, Any]:
     }
 
 
+def of_followed(nx: str, ny: str) -> dict[str, Any]:
+    from prensa.verify.forming import upsetting
+
+    def seconds(problem: pr.Problem, count: int, threads: int) -> float:
+        begun = time.perf_counter()
+        for inc in pr.solve(problem, pr.Numerics(threads=threads), derivatives=PARAMETERS[:count]):
+            inc.derivative("punch.force.y") if count else inc.force("punch")
+        return time.perf_counter() - begun
+
+    reductions, runs = (0.1, 0.2, 0.3), ((0, 1), (0, 2), (5, 2), (10, 2))
+    for count, threads in runs:
+        seconds(upsetting((4, 3), 0.1, reductions=reductions), count, threads)
+    problem = upsetting((int(nx), int(ny)), 0.1, reductions=reductions)
+    rounds = [[seconds(problem, count, threads) for count, threads in runs] for _ in range(9)]
+    one, two, five, ten = (min(r[k] for r in rounds) for k in range(len(runs)))
+    alone = min(one, two)
+    return {"run": alone, "by 5": five / alone, "by 10": ten / alone}
+
+
 def of_adjoint(nx: str, ny: str, rounds: str = "15") -> dict[str, Any]:
     """Medians of pairs in turn: `gradient` over the run alone, by five numbers, and by twenty points of a tool's outline."""
     import resource
@@ -286,6 +307,7 @@ MEASURES = {
     "memory": of_memory,
     "elastic": of_elastic,
     "derivatives": of_derivatives,
+    "followed": of_followed,
     "adjoint": of_adjoint,
     "remeshing": of_remeshing,
     "share": of_share,

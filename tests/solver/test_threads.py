@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import subprocess
 import sys
+import threading
 from dataclasses import replace
 
 import numpy as np
@@ -206,3 +207,80 @@ def test_the_last_one_that_leaves_sets_numpy_back():
         assert {library["num_threads"] for library in controller.info()} == {1}
         second.__exit__(None, None, None)
         assert {library["num_threads"] for library in controller.info()} == {2}
+
+
+def test_numpy_takes_one_thread_whichever_thread_asks_first():
+    """A thread that set NumPy's number before, and lives on, keeps no other one from it: threadpoolctl would let it."""
+    controller = ThreadpoolController().select(internal_api=["openblas", "blis"])
+    if not controller.info():
+        pytest.skip("NumPy has another BLAS here")
+    ready, done = threading.Event(), threading.Event()
+
+    def counts():
+        return {library["num_threads"] for library in controller.info()}
+
+    def first():
+        limited = controller.limit(limits=2)
+        ready.set()
+        done.wait(60)
+        limited.restore_original_limits()
+
+    other = threading.Thread(target=first)
+    other.start()
+    ready.wait(60)
+    try:
+        with of_threads.ONE_OF_BLAS:
+            assert counts() == {1}
+        assert counts() == {2}
+    finally:
+        done.set()
+        other.join()
+
+
+def test_the_thread_that_leaves_last_sets_numpy_back():
+    """Also where it is not the one that came first."""
+    controller = ThreadpoolController().select(internal_api=["openblas", "blis"])
+    if not controller.info():
+        pytest.skip("NumPy has another BLAS here")
+    inside, leave = threading.Event(), threading.Event()
+
+    def stays():
+        with of_threads.ONE_OF_BLAS:
+            inside.set()
+            leave.wait(60)
+
+    with controller.limit(limits=2):
+        other = threading.Thread(target=stays)
+        with of_threads.ONE_OF_BLAS:
+            other.start()
+            inside.wait(60)
+        assert {library["num_threads"] for library in controller.info()} == {1}
+        leave.set()
+        other.join()
+        assert {library["num_threads"] for library in controller.info()} == {2}
+
+
+@pytest.mark.parametrize(
+    ("numerics", "unknowns", "expected"),
+    [
+        (pr.Numerics(), 1000, (1, False)),  # two would wait for each other
+        (pr.Numerics(), 2000, (1, True)),
+        (pr.Numerics(), 10**4, (3, True)),
+        (pr.Numerics(), 10**6, (4, False)),  # no room for the factors of two increments
+        (pr.Numerics(threads=1), 10**4, (1, False)),
+        (pr.Numerics(threads=2), 1000, (2, False)),
+        (pr.Numerics(threads=2), 10**4, (1, True)),
+        (pr.Numerics(threads=3), 2000, (2, True)),
+        (pr.Numerics(solver="pardiso", threads=2), 10**4, (2, False)),  # its factors are overwritten
+    ],
+)
+def test_one_thread_follows_with_derivatives(monkeypatch, numerics, unknowns, expected):
+    """One of the threads that are asked for, or of the cores that are free."""
+    monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
+    monkeypatch.delenv("PYTEST_CURRENT_TEST")
+    monkeypatch.setattr(of_threads, "free_cores", lambda: 4)
+    monkeypatch.setattr(of_threads, "available", lambda solver: ["rslab"] if solver == "auto" else [solver])
+    assert of_threads.threads_with_follower(numerics, unknowns) == expected
+    monkeypatch.setattr(of_threads, "free_cores", lambda: 1)
+    if numerics.threads == "auto":
+        assert of_threads.threads_with_follower(numerics, unknowns) == (1, False)

@@ -476,7 +476,8 @@ class Numerics:
     iterate; for comparison. ``condense``: linear elastic bodies in small strain are factored once and condensed onto their
     contact unknowns: ``auto`` where it pays, ``true`` wherever it can be done (refused elsewhere), ``false`` never.
     ``threads`` for elements and factorisations: ``auto`` takes the cores that are free, no more than OMP_NUM_THREADS where
-    that is set, and one for small problems. Results are the same bit for bit with any number (PARDISO's may not be).
+    that is set, and one for small problems; one of them finds derivatives, where these are asked for, while the run goes on.
+    Results are the same bit for bit with any number (PARDISO's may not be).
     ``time_rule`` of J2 plasticity: ``backward_euler``, of first order in the increment, ``bdf2``, the backward difference of
     second order, whose automatic increments are twice as long where bodies flow, or ``auto``: ``bdf2`` in automatic increments
     in which flow is steady. ``time_tolerance``, not of the first: automatic increments are as short as it takes for first and

@@ -56,7 +56,8 @@ def solve(
         Times at which an increment ends, among those that are chosen.
     derivatives
         Paths of parameters, as ``--set`` writes them: ``friction.mu``, ``bodies.ring.material.flow.K``, ``steps.0.move.die.y``.
-        `Increment.derivative` then gives derivatives by them, at the same times.
+        `Increment.derivative` then gives derivatives by them, at the same times. With more than one thread one of them finds
+        these while the run goes on, which is an increment ahead of what is told then.
 
     Raises
     ------
@@ -78,18 +79,16 @@ def solve(
     elif not belongs(start, system):
         system = system_of(start, system)
     policy, timer, messages, begin = policy or Policy(), timer or Timer(), Messages(system, monitor), start or system.initial()
-    threads, follows = threads_with_follower(numerics or model.Numerics(), system.ndof, policy)
-    numerics = replace(numerics or model.Numerics(), threads=threads)
+    numerics = numerics or model.Numerics()
+    threads, follows = threads_with_follower(numerics, system.ndof, policy)
     directions = [Direction.of(system, path, policy.parameter_step, policy, begin) for path in derivatives]
-    stepping = Differentiated(system, numerics, policy, messages, timer, directions)
+    stepping = Differentiated(system, replace(numerics, threads=threads), policy, messages, timer, directions)
     stepping.passages = passages or stepping.passages
     stepping.guard = guard_of(system) if system is base else None
     stepping.planes = list(system.problem.tools)[len(base.problem.tools) :]
     stepping.prescribe(begin, times, stops)
-    if not follows:
-        return stepping.run(begin)
-    stepping.follower = Follower(messages, timer)
-    return stepping.follower.behind(stepping.run(begin))
+    stepping.follower = Follower(messages, timer) if follows else None
+    return stepping.run(begin) if stepping.follower is None else stepping.follower.behind(stepping.run(begin))
 
 
 def _refuse_to_move(guard: Guard | None, d: Direction) -> None:
