@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_derivatives import EXACT, OPTIONS, RULES, TWO_STEPS, varied
+from test_derivatives import EXACT, LET_GO_BETWEEN, OPTIONS, RULES, TWO_STEPS, varied
 
 import prensa as pr
 from prensa.materials.flow_curve import FlowCurve
@@ -128,6 +128,18 @@ def test_closed_derivatives_go_through_steps_and_folded_elements(rule: Any, monk
         for a, b in zip(*both(problem, paths, monkeypatch, pr.Numerics(time_rule=rule)), strict=True):
             x, y = (np.array([size[p] * i.state.derivatives[p]["work"] for p in paths]) for i in (a, b))
             assert np.abs(x - y).max() <= 2e-7 * np.abs(y).max()
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_closed_derivatives_go_on_from_those_by_differences(rule: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """After a step that lets forces go, for which differences are taken, whatever directions carried before it is out of date."""
+    problem = loads(LET_GO_BETWEEN).problem
+    paths = [p for p in varied(problem, "roll") if "radius" not in p]
+    size = {p: abs(value_of(problem, p)) for p in paths}
+    closed, by_differences = both(problem, paths, monkeypatch, pr.Numerics(time_rule=rule))
+    for name in ("u", "work", "history_0", "contact.slip", "energy.plastic"):
+        x, y = ([[size[p] * i.state.derivatives[p][name] for p in paths] for i in run] for run in (closed, by_differences))
+        assert np.abs(np.array(x) - np.array(y)).max() <= 2e-7 * np.abs(np.array(y)).max(), name
 
 
 @pytest.mark.parametrize("curve", COMPILED, ids=lambda c: str(c.type))

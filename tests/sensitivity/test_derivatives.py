@@ -93,6 +93,23 @@ steps:
 """
 
 
+LET_GO_BETWEEN = """
+name: a roll is pressed in, rolls on as it likes, and is lifted
+bodies:
+  block:
+    mesh: {type: rectangle, size: [4, 2], n: [8, 4]}
+    material: {type: j2, E: 1000, nu: 0.3, flow: {type: ludwik, s0: 10, K: 20, n: 0.3}}
+tools: {roll: {type: circle, radius: 3, at: [1.9, 5]}}
+friction: {type: coulomb, mu: 0.2}
+fixed: {block.bottom: xy}
+steps:
+  - {name: press, push: {roll: {y: -12}}, increments: 3}
+  - {name: turn, move: {roll: {rz: -0.03}}, push: {roll: {x: 0}}, increments: 3}
+  - {name: pass, move: {roll: {rz: -0.04}}, push: {roll: {x: 0}}, increments: 3}
+  - {name: lift, move: {roll: {y: 0.02}}, increments: 3}
+"""
+
+
 def force(increment: Increment) -> float:
     """Force of the ring on its die."""
     return increment.force("die").y
@@ -173,6 +190,29 @@ def test_derivatives_go_through_steps_and_what_they_let_go(rule: Any) -> None:
         lambda i: float(i.bodies["block"].x[24, 0]),
     ]
     assert max(agreement(problem, paths, observables, rule)) < 1e-5
+
+
+@pytest.mark.parametrize(
+    "paths", [["bodies.block.material.nu"], ["friction.mu", "bodies.block.material.flow.K", "tools.roll.radius"]]
+)
+def test_derivatives_go_on_after_a_step_that_lets_forces_go(paths: list[str]) -> None:
+    """Where the roll may move along all at once, forces are let go, and differences are taken for that step alone."""
+    problem = loads(LET_GO_BETWEEN).problem
+    observables: list[Callable[[Increment], float]] = [
+        lambda i: i.force("roll").y,
+        lambda i: i.force("roll").x,
+        lambda i: i.tools["roll"].place.x,
+        lambda i: float(i.bodies["block"].x[40, 0]),
+    ]
+    assert max(agreement(problem, paths, observables)) < 1e-5
+
+
+def test_derivatives_by_numbers_that_change_the_speed_of_a_step() -> None:
+    """Beside others: by its duration differences are taken in a step that it lasts, and closed forms in the ones after it."""
+    curve = "bodies.block.material.flow={type: johnson_cook, A: 10, B: 20, n: 0.3, C: 0.02, rate0: 0.1}"
+    problem = loads(LET_GO_BETWEEN, overrides=[curve, "steps.0.duration=0.5"]).problem
+    paths = ["steps.0.duration", "friction.mu", "bodies.block.material.flow.B"]
+    assert max(agreement(problem, paths, [lambda i: i.force("roll").y, lambda i: i.tools["roll"].place.x])) < 1e-5
 
 
 def test_derivatives_across_ties() -> None:

@@ -18,7 +18,7 @@ from prensa.contact.record import ContactRecord
 from prensa.elements.q4_directions import histories
 from prensa.fem.context import Context
 from prensa.fem.loads import ToolForce
-from prensa.fem.state import Stability, State
+from prensa.fem.state import State
 from prensa.fem.surface import ContactInteraction
 from prensa.fem.system import System
 from prensa.friction.laws.coulomb import Coulomb
@@ -110,12 +110,15 @@ class Bundle:
             [_filled([d.carried[name] for d in directions[g.first : g.first + g.size]]) for g in changes.groups]
             for name in names
         ]
-        arrays = {
-            name: np.stack([d.carried[name] for d in directions], axis=-1)
-            for name in directions[0].carried
-            if name not in names
-        }
+        # what only some carry comes from steps in which forces are let go, of which closed derivatives know nothing
+        common = [name for name in directions[0].carried if name not in names and all(name in d.carried for d in directions)]
+        arrays = {name: np.stack([d.carried[name] for d in directions], axis=-1) for name in common}
         return cls(tuple(directions), sizes, changes, arrays, own, [room_for(b) for b in system.blocks])
+
+    def is_of(self, directions: Sequence[Direction]) -> bool:
+        """Whether it is what these carry now: after a step of differences, where forces are let go, it is out of date."""
+        handed_on = (isinstance(d.carried, Carried) and d.carried.arrays is self.arrays for d in directions)
+        return self.directions == tuple(directions) and all(handed_on)
 
     def mixed(self, shares: Array) -> Arrays:
         """What a direction carries that goes along each of these by ``shares`` (d,)."""
@@ -251,7 +254,7 @@ def _carried_on(at: Solution, before: Bundle, found: Closed, stored: Array, stat
     energy = _energies(at, before, found, x, work, stored, state)
     out |= {f"energy.{k}": v for k, v in energy.items()}
     out |= {"work": work, "step_start": x if c.ends_step else was["step_start"]}
-    return out | {f"stability.{k}": np.zeros(m) for k in Stability._fields if k != "negative"}
+    return out | {k: np.zeros(m) for k in was if k.startswith("stability.")}
 
 
 def _energies(at: Solution, before: Bundle, found: Closed, u: Array, work: Array, stored: Array, state: State) -> Arrays:

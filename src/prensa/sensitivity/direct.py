@@ -63,7 +63,8 @@ def onwards(carried: Mapping[str, Array], fixed: Index) -> Array:
 
     That is those carried, how they change, how that changes, and so on.
     """
-    past = tuple(a if a.ndim == 2 else a[:, None] for a in (carried[name] for name in PAST))
+    # of one direction they may be its column among others, or not: the kernel is for rows that follow each other
+    past = tuple(a if a.ndim == 2 else np.ascontiguousarray(a)[:, None] for a in (carried[name] for name in PAST))
     out = np.empty((len(past[0]), len(past) * past[0].shape[1]))
     foretold(past, fixed, out)
     return out

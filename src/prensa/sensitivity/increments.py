@@ -153,7 +153,7 @@ class Differentiation:
         if not known:
             return {}
         bundle = self.bundle
-        if bundle is None or bundle.directions != tuple(known):
+        if bundle is None or not bundle.is_of(known):
             bundle = Bundle.of(known)
         self.bundle, found = differentiate(at, columns, bundle, state)
         assert self.reduced is not None
