@@ -613,6 +613,9 @@ def bench(
         typer.Option("--from", help="Solve nothing, take the outcomes from this .csv of an earlier run; repeatable."),
     ] = None,
     enforcement: Annotated[str, typer.Option(help="Of all contacts: penalty, augmented, exact or as drawn.")] = "drawn",
+    derivatives: Annotated[
+        bool, typer.Option("--derivatives", help="Judge derivatives by random numbers of the problems, not the answers.")
+    ] = False,
     quiet: Quiet = False,
     verbose: Verbose = False,
     json: Json = False,
@@ -623,12 +626,14 @@ def bench(
         from prensa.cli.benches import fuzz, robustness
 
         if what == "fuzz":
-            if family or tables or report_file or first or jobs > 1:
-                voice.complain("--family, --first, --jobs, --from and --report are for 'robustness'; leave them out")
+            if family or tables or report_file or first or jobs > 1 or derivatives:
+                voice.complain(
+                    "--family, --first, --jobs, --from, --report and --derivatives are for 'robustness'; leave them out"
+                )
                 raise typer.Exit(BAD_INPUT)
             bad = fuzz(voice, app, count, seed)
         else:
-            bad = robustness(voice, count, seed, family or (), first, jobs, report_file, tables or (), enforcement)
+            bad = robustness(voice, count, seed, family or (), first, jobs, report_file, tables or (), enforcement, derivatives)
     raise typer.Exit(FAILED if bad else 0)
 
 

@@ -17,9 +17,9 @@ from prensa.errors import PrensaError
 
 def robustness(
     voice: Voice, count: int, seed: str, family: Sequence[str], first: int, jobs: int, report_file: Path | None,
-    tables: Sequence[Path], enforcement: str,
+    tables: Sequence[Path], enforcement: str, slopes: bool,
 ) -> bool:  # fmt: skip
-    """Solve random problems, or read what was solved; whether an answer was wrong."""
+    """Solve random problems, or read what was solved; whether an answer, or a derivative, was wrong."""
     refuse_unknown(voice, "enforcement", [enforcement], (problems.AS_DRAWN, *problems.ENFORCEMENTS))
     refuse_unknown(voice, "family", family, problems.known())
     number, commit = _seed_of(seed)
@@ -31,7 +31,7 @@ def robustness(
         done = []
         for name in names:
             follow = _followed(voice, done, report_file, commit)
-            done.append(problems.run(name, count, number, follow, first, enforcement, jobs))
+            done.append(problems.run(name, count, number, follow, first, enforcement, jobs, slopes))
             _summed_up(voice, done[-1:])
     _written(report_file, done, commit)
     voice.give({"families": [_figures(t) for t in done]})

@@ -17,12 +17,12 @@ from prensa.fem.state import State
 from prensa.fem.system import System
 from prensa.measures.measure import Measure
 from prensa.model import problem as model
-from prensa.sensitivity.closed import Beside, Bundle, covers, differentiate
+from prensa.sensitivity.closed import Beside, Bundle, Closed, covers, differentiate
 from prensa.sensitivity.direct import Columns, Direction, Neighbour, Solution
 from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import Derivatives, Increment
 from prensa.solver.policy import Policy
-from prensa.solver.reduced import Reduced
+from prensa.solver.reduced import Reduced, weights_of
 
 Array = NDArray[np.float64]
 
@@ -99,6 +99,8 @@ class Differentiation:
         self.finer: dict[tuple[str, float], Direction] = {}
         self.told: set[str] = set()
         self.doubts: list[str] = []
+        self.largest = 0.0  # of the forces of all increments: where a body has been let go, those of its own are round-off
+        self.weight = weights_of(system)
         self.measures: dict[str, Measure] = {}
 
     def of(self, c: Context, result: NewtonResult, state: State, reduced: Reduced) -> Derived:
@@ -111,6 +113,8 @@ class Differentiation:
 
         """
         self.reduced, self.doubts, led_from = reduced, [], self._carried()
+        assert result.evaluation is not None
+        self.largest = max(self.largest, result.evaluation.scale)
         neighbours, flat = self.differentiate(c, result, state)
         state = replace(state, derivatives=self._carried())
         counts = self._switched(c, result), self._at_kinks(c, result)
@@ -158,17 +162,17 @@ class Differentiation:
         self.bundle, found = differentiate(at, columns, bundle, state)
         assert self.reduced is not None
         look, beside = at.c.ends_step or at.c.state.clock.number == 0, {}
-        looked = self._looked(at, bundle, found.x) if look else np.zeros(len(known))
+        looked = self._looked(at, bundle, found) if look else np.zeros(len(known))
         unmet = np.sum([p.unmet() for p in found.points], axis=0) if found.points else np.zeros(len(known))
         left = np.maximum(self.reduced.weight @ np.abs(self.reduced.restriction.part(found.reaction)), looked) + unmet
         for k, (d, rest) in enumerate(zip(known, left)):
             both = tuple(Beside(system, d, sign, k, at, found) for sign, system, _ in d.sides)
-            beside[d.parameter.path] = both, self._proved(at, d, rest)
+            beside[d.parameter.path] = both, self._proved(at, d, rest, found.reaction[:, k])
         self.bundle.hand_on()
         return beside
 
-    def _looked(self, at: Solution, before: Bundle, x: Array) -> Array:
-        """Norms (d,) of what the residual itself does along derivatives x (ndof, d): of the closed forms it knows nothing.
+    def _looked(self, at: Solution, before: Bundle, found: Closed) -> Array:
+        """Norms (d,) of what the residual itself does along closed derivatives: of their forms it knows nothing.
 
         Along a mixture of all of them: two residuals show that none is wrong. Where one is, each is looked at.
         """
@@ -178,10 +182,10 @@ class Differentiation:
         mixed = self._mixed(known, shares) if len(known) > 1 else None
         if mixed is not None:
             mixed.carried = before.mixed(shares * sizes)
-            rest = self.reduced.norm(mixed.rest(at, x @ (shares * sizes)))
+            rest = self.reduced.norm(mixed.rest(at, found.x @ (shares * sizes)))
             if rest <= 0.5 * self._may_be_left(at, mixed):
                 return rest / sizes
-        return np.array([self._left_along(at, d, x[:, k]) for k, d in enumerate(known)])
+        return np.array([self._left_along(at, d, x) for d, x in zip(known, found.x.T)])
 
     def _left_along(self, at: Solution, d: Direction, x: Array) -> float:
         """Norm of what the residual does along a derivative x (ndof,), with finer steps where there is too much."""
@@ -216,30 +220,30 @@ class Differentiation:
     def _by_differences(self, at: Solution, columns: Columns, d: Direction, result: NewtonResult, state: State) -> Any:
         """The same along a parameter for which differences are taken, with finer steps where too much of the residual is left."""
         carried, taken = d.carried, d
-        neighbours, rest = self._differences(at, columns, d, result, state)
+        neighbours, rest, reaction = self._differences(at, columns, d, result, state)
         for share in self.policy.finer_steps:
             if rest <= self._may_be_left(at, taken):
                 break
             finer = self._with_steps(d, share, carried)
             found = self._differences(at, columns, finer, result, state)
             if found[1] < rest:
-                (neighbours, rest), taken = found, finer
+                (neighbours, rest, reaction), taken = found, finer
         if neighbours is None:
             raise PrensaError(f"derivatives: the increment beside, with another {d.parameter.path}, cannot be evaluated")
         d.carried = taken.carried
-        return neighbours, self._proved(at, taken, rest)
+        return neighbours, self._proved(at, taken, rest, reaction)
 
     def _differences(
         self, at: Solution, columns: Columns, d: Direction, result: NewtonResult, state: State
-    ) -> tuple[tuple[Neighbour, Neighbour] | None, float]:
-        """The neighbours along a parameter, which carries their difference on, and the norm of what is left between them.
+    ) -> tuple[tuple[Neighbour, Neighbour] | None, float, Array]:
+        """The neighbours along a parameter, which carries their difference on, the norm of what is left between them, ∂r + K x.
 
         None and infinity where the increment beside cannot be evaluated.
         """
         assert self.reduced is not None
         sides = d.at_fixed_dofs(at)
         if any(side.e.failed for side in sides):
-            return None, np.inf
+            return None, np.inf, np.zeros(self.system.ndof)
         dr, given = d.equation(at, sides)
         size, r = d.parameter.size, dr[:, None] + columns.times(given[:, None])
         left = -size * r
@@ -247,12 +251,12 @@ class Differentiation:
         x = (x + columns.solve(left)) / size
         reaction = left[:, 0] / -size  # r + K x
         neighbours, rest, unmet = d.neighbours(at, sides, given + x[:, 0], reaction, result, state.clock.dt)
-        return neighbours, self.reduced.norm(rest) + unmet
+        return neighbours, self.reduced.norm(rest) + unmet, reaction
 
-    def _proved(self, at: Solution, d: Direction, rest: float) -> float:
+    def _proved(self, at: Solution, d: Direction, rest: float, reaction: Array) -> float:
         """What is left of the residual along a derivative, over the forces, for a change of the parameter by its size."""
-        left = rest * d.parameter.size / at.e.scale
-        if not rest <= self._may_be_left(at, d) and d.parameter.path not in self.told:
+        left, may = rest * d.parameter.size / at.e.scale, self._may_be_left(at, d)
+        if not rest <= may and not rest <= self._matters(at, d, reaction) and d.parameter.path not in self.told:
             self.told.add(d.parameter.path)
             self.doubts.append(
                 f"step {at.c.plan.name!r}, time {at.c.time:.6g}: the derivative by {d.parameter.path} is not exact: along it "
@@ -264,6 +268,16 @@ class Differentiation:
     def _may_be_left(self, at: Solution, d: Direction) -> float:
         """Norm of the residual along a derivative that is as it should be."""
         return self.policy.flat * at.e.scale / d.parameter.size + at.e.floor / d.step
+
+    def _matters(self, at: Solution, d: Direction, reaction: Array) -> float:
+        """Norm of the residual along a derivative above which it says something wrong of forces.
+
+        That is a share of the largest of them up to now, or of what the derivative itself does to them where dofs are prescribed,
+        ``reaction`` (ndof,): the radius of a large roll that presses a little changes them by far more than their size.
+        """
+        fixed = at.c.plan.fixed
+        changes = float((self.weight[fixed] * np.abs(reaction[fixed])).sum())
+        return self.policy.flat * max(self.largest / d.parameter.size, changes)
 
     def _switched(self, c: Context, result: NewtonResult) -> dict[str, int]:
         """Points of each contact that have closed or opened in an increment: forces have kinks there."""

@@ -7,11 +7,13 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
 
+import prensa as pr
 from prensa.bench.robustness.blocks import draw
 from prensa.bench.robustness.families import FAMILIES, drawn
 from prensa.bench.robustness.increments import AS_DRAWN, RERUN_EVERY, enforced, judge
 from prensa.bench.robustness.judging import judge_files
 from prensa.bench.robustness.outcome import Outcome, Tally
+from prensa.bench.robustness.slopes import judge_slopes
 
 BLOCKS = ("elastic", "plastic")
 
@@ -21,8 +23,12 @@ def known() -> tuple[str, ...]:
     return (*BLOCKS, *FAMILIES)
 
 
-def judged(family: str, seed: int, number: int, enforcement: str = AS_DRAWN) -> Outcome:
-    """Draw and judge one problem."""
+def judged(family: str, seed: int, number: int, enforcement: str = AS_DRAWN, slopes: bool = False) -> Outcome:
+    """Draw and judge one problem, or derivatives of its first stage."""
+    if slopes:
+        d = None if family in BLOCKS else drawn(family, seed, number)
+        problem, numerics = (draw(family, seed, number), pr.Numerics()) if d is None else (d.problem, d.numerics)
+        return judge_slopes(enforced(problem, enforcement), numerics, problem.name if d is None else d.kind, seed, number)
     if family in BLOCKS:
         return judge(enforced(draw(family, seed, number), enforcement), number, number % RERUN_EVERY == 0)
     d = drawn(family, seed, number)
@@ -32,29 +38,31 @@ def judged(family: str, seed: int, number: int, enforcement: str = AS_DRAWN) -> 
 
 def run(
     suite: str, count: int, seed: int, report: Callable[[Tally, Outcome], None] = lambda *_: None, first: int = 0,
-    enforcement: str = AS_DRAWN, jobs: int = 1,
+    enforcement: str = AS_DRAWN, jobs: int = 1, slopes: bool = False,
 ) -> Tally:  # fmt: skip
     """Draw and judge *count* problems of a family, beginning with number *first*.
 
-    ``enforcement``: of all contacts, one of `ENFORCEMENTS`, or as drawn.
+    ``enforcement``: of all contacts, one of `ENFORCEMENTS`, or as drawn. ``slopes``: derivatives by parameters are judged.
     ``jobs`` > 1: in as many processes. Outcomes are in the order of their numbers, ``report`` sees them as they
     come, beside those before.
     """
     tally = Tally(suite, seed)
-    for outcome in _outcomes(suite, range(first, first + count), seed, enforcement, jobs):
+    for outcome in _outcomes(suite, range(first, first + count), seed, enforcement, jobs, slopes):
         tally.outcomes.append(outcome)
         report(tally, outcome)
     tally.outcomes.sort(key=lambda o: o.number)
     return tally
 
 
-def _outcomes(suite: str, numbers: range, seed: int, enforcement: str, jobs: int) -> Iterator[Outcome]:
+def _outcomes(
+    suite: str, numbers: range, seed: int, enforcement: str, jobs: int, slopes: bool
+) -> Iterator[Outcome]:  # fmt: skip
     if jobs <= 1 or len(numbers) <= 1:
         for number in numbers:
-            yield judged(suite, seed, number, enforcement)
+            yield judged(suite, seed, number, enforcement, slopes)
         return
     # a fresh interpreter each: the threads of a solver do not survive a fork
     with ProcessPoolExecutor(min(jobs, len(numbers)), multiprocessing.get_context("spawn")) as pool:
-        ahead = [pool.submit(judged, suite, seed, number, enforcement) for number in numbers]
+        ahead = [pool.submit(judged, suite, seed, number, enforcement, slopes) for number in numbers]
         for future in as_completed(ahead):
             yield future.result()

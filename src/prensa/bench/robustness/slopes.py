@@ -1,0 +1,168 @@
+"""Derivatives by random parameters of random problems, against differences of whole runs at the same times.
+
+Runs beside, with a parameter a little larger or smaller, know nothing of derivatives. Where a point lands or lets go just then
+a force has a corner over the parameter, and the derivative is that of one side: each side is a difference of its own. How good a
+difference is tells the one with another step.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+import prensa as pr
+from prensa.bench.robustness.files import OutOfTime
+from prensa.bench.robustness.increments import reason_of
+from prensa.bench.robustness.outcome import Outcome
+from prensa.errors import PrensaError
+from prensa.sensitivity.parameters import numbers, value_of, with_values
+from prensa.solver.increment import Increment, Progress
+
+Array = NDArray[np.float64]
+
+PARAMETERS = 3
+"""That are drawn for a problem …"""
+TRIED = 8
+"""… from so many at most: some have no derivative in it."""
+STEPS = (1e-4, 1e-5, 1e-6, 1e-7)
+"""Over the size of a parameter, of differences."""
+CLOSE = 1e-4
+"""Share of the largest slope of a force, or of `NOTHING` of the forces, by which derivatives may miss all differences …"""
+NOTHING = 1e-3
+UNSURE = 3.0
+"""… beside so many times what differences with two steps differ by."""
+FEW = 0.02
+"""Share of the numbers of a run that may miss them: where several points switch at once no difference is one of a branch."""
+SECONDS = 120.0
+"""Of processor time, for all runs of a problem."""
+
+
+class _Doubts(logging.Handler):
+    """Parameters of which a run says that its derivatives are not exact."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.words: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Keep the words."""
+        self.words.append(record.getMessage())
+
+    def of(self, path: str) -> bool:
+        """Whether there is one of a parameter."""
+        return any(f"the derivative by {path} is not exact" in words for words in self.words)
+
+
+class _Runs:
+    """Runs of one problem, whose processor time ends together."""
+
+    def __init__(self, problem: pr.Problem, numerics: pr.Numerics) -> None:
+        self.problem, self.numerics = problem, replace(numerics, threads=1)
+        self.until = time.process_time() + SECONDS
+
+    def watch(self, _: Progress) -> None:
+        """Raise `OutOfTime` when it is spent."""
+        if time.process_time() > self.until:
+            raise OutOfTime
+
+    def increments(self, times: list[float] | None = None, paths: list[str] | None = None) -> list[Increment]:
+        """Of the problem itself, with derivatives."""
+        return list(pr.solve(self.problem, self.numerics, monitor=self.watch, times=times, derivatives=paths or []))
+
+    def beside(self, path: str, value: float, times: list[float]) -> Array | None:
+        """What is `read` of a run (increments, numbers) with another value of a parameter; None where it fails."""
+        finely = replace(self.numerics, tolerance=min(self.numerics.tolerance, 1e-12))
+        try:
+            other = with_values(self.problem, {path: value})
+            return np.array([read(i) for i in pr.solve(other, finely, monitor=self.watch, times=times)])
+        except PrensaError:
+            return None
+
+
+def read(increment: Increment) -> list[float]:
+    """Forces of all tools, and a sum of all displacements in which each counts differently."""
+    forces = [f for tool in increment.tools for f in (increment.force(tool).x, increment.force(tool).y)]
+    u = increment.state.u
+    return [*forces, float(np.cos(1.0 + np.arange(len(u))) @ u)]
+
+
+def judge_slopes(problem: pr.Problem, numerics: pr.Numerics, kind: str, seed: int, number: int) -> Outcome:
+    """Draw parameters of a problem, and compare derivatives by them with differences."""
+    begun, runs, doubts = time.process_time(), _Runs(problem, numerics), _Doubts()
+    log = logging.getLogger("prensa")
+    log.addHandler(doubts)
+    try:
+        status, words, reason = _verdict(runs, doubts, np.random.default_rng([seed, number, 7]))
+    except OutOfTime:
+        status, words, reason = "time", f"not ended after {SECONDS:g} s", ""
+    except PrensaError as error:
+        status, words, reason = "told", str(error), reason_of(error)
+    except Exception as error:
+        status, words, reason = "wrong", f"crashed: {type(error).__name__}: {error}", "Crashed"
+    finally:
+        log.removeHandler(doubts)
+    return Outcome(number, f"{number}: {kind}", status, words, seconds=time.process_time() - begun, reason=reason)
+
+
+def _verdict(runs: _Runs, doubts: _Doubts, rng: np.random.Generator) -> tuple[str, str, str]:
+    times = [i.time for i in runs.increments()]
+    known = [path for path, value in numbers(runs.problem).items() if value != 0.0]
+    paths, refused = [], "no number of it can be varied"
+    for path in map(str, rng.permutation(known)[:TRIED]):
+        try:
+            next(pr.solve(runs.problem, runs.numerics, monitor=runs.watch, times=times, derivatives=[path]))
+            paths.append(path)
+        except PrensaError as error:
+            refused = str(error)
+        if len(paths) == PARAMETERS:
+            break
+    if not paths:
+        return "told", refused, "Refused"
+    doubts.words.clear()
+    run = runs.increments(times, paths)
+    slopes = _slopes(run, paths)
+    wrong, doubted = list[str](), list[str]()
+    for k, path in enumerate(paths):
+        share = _missed(runs, run, path, slopes[:, :, k], times)
+        if share > FEW:
+            (doubted if doubts.of(path) else wrong).append(f"by {path} {share:.0%} of the numbers miss all differences")
+    if wrong:
+        return "wrong", "; ".join(wrong), ""
+    return ("told", "; ".join(doubted), "NotExact") if doubted else ("right", "", "")
+
+
+def _slopes(run: list[Increment], paths: list[str]) -> Array:
+    """Derivatives (increments, numbers, paths) of what is `read`."""
+    count = len(read(run[-1]))
+    each = [[i.derivative(lambda i, k=k: read(i)[k]) for k in range(count)] for i in run]  # type: ignore[misc]
+    return np.array([[[by[p] for p in paths] for by in numbers] for numbers in each])
+
+
+def _missed(runs: _Runs, run: list[Increment], path: str, slopes: Array, times: list[float]) -> float:
+    """Share of the derivatives (increments, numbers) by a parameter that are none of the differences."""
+    value = value_of(runs.problem, path)
+    here = runs.beside(path, value, times)
+    if here is None:
+        return 0.0
+    sizes = np.abs(here).max(axis=0)
+    sizes[:-1] = sizes[:-1].max(initial=0.0)
+    right = np.zeros(slopes.shape, dtype=bool)
+    before: list[Array | None] = [None, None, None]
+    for step in STEPS:
+        ends = [runs.beside(path, value * (1.0 + sign * step), times) for sign in (1.0, -1.0)]
+        sides = [None if end is None else (end - here) / (sign * step * value) for end, sign in zip(ends, (1.0, -1.0))]
+        both = None if sides[0] is None or sides[1] is None else 0.5 * (sides[0] + sides[1])
+        for k, found in enumerate((*sides, both)):
+            coarser = before[k]
+            before[k] = found
+            if found is None or coarser is None:
+                continue
+            scale = np.maximum(np.abs(found).max(axis=0), NOTHING * sizes / abs(value))
+            right |= np.abs(found - slopes) <= CLOSE * scale + UNSURE * np.abs(found - coarser)
+        if right.all():
+            return 0.0
+    return 0.0 if all(found is None for found in before) else float(1.0 - right.mean())
