@@ -30,14 +30,14 @@ TRIED = 8
 """… from so many at most: some have no derivative in it."""
 STEPS = (1e-4, 1e-5, 1e-6, 1e-7)
 """Over the size of a parameter, of differences."""
-CLOSE = 1e-4
-"""Share of the largest slope of a force, or of `NOTHING` of the forces, by which derivatives may miss all differences …"""
-NOTHING = 1e-3
+ALIKE = 1e-4
+"""Share of the largest slope of a force, or of `ROUNDED_OFF` of the forces, by which derivatives may miss all differences …"""
+ROUNDED_OFF = 1e-3
 UNSURE = 3.0
 """… beside so many times what differences with two steps differ by."""
-FEW = 0.02
+AT_CORNERS = 0.02
 """Share of the numbers of a run that may miss them: where several points switch at once no difference is one of a branch."""
-SECONDS = 120.0
+SLOPES_LIMIT = 120.0
 """Of processor time, for all runs of a problem."""
 
 
@@ -62,7 +62,7 @@ class _Runs:
 
     def __init__(self, problem: pr.Problem, numerics: pr.Numerics) -> None:
         self.problem, self.numerics = problem, replace(numerics, threads=1)
-        self.until = time.process_time() + SECONDS
+        self.until = time.process_time() + SLOPES_LIMIT
 
     def watch(self, _: Progress) -> None:
         """Raise `OutOfTime` when it is spent."""
@@ -98,7 +98,7 @@ def judge_slopes(problem: pr.Problem, numerics: pr.Numerics, kind: str, seed: in
     try:
         status, words, reason = _verdict(runs, doubts, np.random.default_rng([seed, number, 7]))
     except OutOfTime:
-        status, words, reason = "time", f"not ended after {SECONDS:g} s", ""
+        status, words, reason = "time", f"not ended after {SLOPES_LIMIT:g} s", ""
     except PrensaError as error:
         status, words, reason = "told", str(error), reason_of(error)
     except Exception as error:
@@ -128,7 +128,7 @@ def _verdict(runs: _Runs, doubts: _Doubts, rng: np.random.Generator) -> tuple[st
     wrong, doubted = list[str](), list[str]()
     for k, path in enumerate(paths):
         share = _missed(runs, run, path, slopes[:, :, k], times)
-        if share > FEW:
+        if share > AT_CORNERS:
             (doubted if doubts.of(path) else wrong).append(f"by {path} {share:.0%} of the numbers miss all differences")
     if wrong:
         return "wrong", "; ".join(wrong), ""
@@ -161,8 +161,8 @@ def _missed(runs: _Runs, run: list[Increment], path: str, slopes: Array, times: 
             before[k] = found
             if found is None or coarser is None:
                 continue
-            scale = np.maximum(np.abs(found).max(axis=0), NOTHING * sizes / abs(value))
-            right |= np.abs(found - slopes) <= CLOSE * scale + UNSURE * np.abs(found - coarser)
+            scale = np.maximum(np.abs(found).max(axis=0), ROUNDED_OFF * sizes / abs(value))
+            right |= np.abs(found - slopes) <= ALIKE * scale + UNSURE * np.abs(found - coarser)
         if right.all():
             return 0.0
     return 0.0 if all(found is None for found in before) else float(1.0 - right.mean())
