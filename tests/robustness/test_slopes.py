@@ -31,7 +31,7 @@ def test_the_judge_can_fail(monkeypatch: pytest.MonkeyPatch) -> None:
     """Derivatives a thousandth off are noticed, and so is a crash; what has none is told."""
     right = slopes._slopes
     with monkeypatch.context() as patched:
-        patched.setattr(slopes, "_slopes", lambda run, paths: 1.001 * right(run, paths))
+        patched.setattr(slopes, "_slopes", lambda *a: 1.001 * right(*a))
         assert judged("tied", 991, 1, slopes=True).status == "wrong"
 
     def crash(*_: Any) -> Any:
@@ -40,7 +40,9 @@ def test_the_judge_can_fail(monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patched:
         patched.setattr(slopes, "_slopes", crash)
         assert (judged("thin", 991, 1, slopes=True).status, judged("thin", 991, 1, slopes=True).reason) == ("wrong", "Crashed")
-    refused = judged("forgings", 991, 0, slopes=True)
+    with monkeypatch.context() as patched:
+        patched.setattr(slopes, "with_slopes", lambda problem: problem)
+        refused = judged("forgings", 991, 0, slopes=True)
     assert refused.status == "told" and "a new mesh has other nodes" in refused.words
 
 

@@ -219,6 +219,7 @@ class Differentiated(Followed):
         messages = Messages(system, self.messages.monitor)
         rest = Differentiated(system, self.numerics, self.policy, messages, self.timer, directions)
         rest.follower, rest.differentiation.told = self.follower, self.differentiation.told
+        rest.differentiation.largest = self.differentiation.largest
         return rest
 
     def commit(
