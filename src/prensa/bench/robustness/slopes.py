@@ -98,19 +98,21 @@ class _Runs:
 
 
 def with_slopes(problem: pr.Problem) -> pr.Problem:
-    """The problem on one mesh, with exact contacts for augmented ones: of those others nothing has a derivative."""
+    """The problem on one mesh, with other contacts for augmented ones: those and new meshes have no derivative."""
+    other = {True: pr.Exact(), False: pr.Penalty()}  # exact ones want no more points than there are nodes
     contacts = [
-        replace(c, enforcement=pr.Exact()) if c.enforcement.max_updates else c for c in problem.contacts
-    ]  # fmt: skip
+        replace(c, enforcement=other[c.integration == "nodal"]) if c.enforcement.max_updates else c for c in problem.contacts
+    ]
     return replace(problem, contacts=contacts, remesh="off")
 
 
 def judge_slopes(problem: pr.Problem, numerics: pr.Numerics, kind: str, seed: int, number: int) -> Outcome:
     """Draw parameters of a problem, and compare derivatives by them with differences."""
-    begun, runs, doubts = time.process_time(), _Runs(with_slopes(problem), numerics), _Doubts()
+    begun, doubts = time.process_time(), _Doubts()
     log = logging.getLogger("prensa")
     log.addHandler(doubts)
     try:
+        runs = _Runs(with_slopes(problem), numerics)
         status, words, reason = _verdict(runs, doubts, np.random.default_rng([seed, number, 7]))
     except OutOfTime:
         status, words, reason = "time", f"not ended after {SLOPES_LIMIT:g} s", ""
