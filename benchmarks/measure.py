@@ -208,23 +208,25 @@ PARAMETERS = (
 )  # fmt: skip
 
 
+def with_derivatives(problem: pr.Problem, count: int, clock: Callable[[], float], threads: Any = "auto") -> tuple[float, int]:
+    """Seconds and increments of a run with derivatives of a force by so many parameters, asked for in every increment."""
+    begun, increments = clock(), 0
+    for inc in pr.solve(problem, pr.Numerics(threads=threads), derivatives=PARAMETERS[:count]):
+        increments += 1
+        inc.derivative("punch.force.y") if count else inc.force("punch")
+    return clock() - begun, increments
+
+
 def of_derivatives(nx: str, ny: str, mu: str = "0.1") -> dict[str, Any]:
     from prensa.verify.forming import upsetting
 
     counts = (0, 1, 5, 6, 10)
 
-    def seconds(problem: pr.Problem, count: int) -> tuple[float, int]:
-        begun, increments = time.process_time(), 0
-        for inc in pr.solve(problem, derivatives=PARAMETERS[:count]):
-            increments += 1
-            inc.derivative("punch.force.y") if count else inc.force("punch")
-        return time.process_time() - begun, increments
-
     reductions = (0.1, 0.2, 0.3)
     for count in (0, 10):
-        seconds(upsetting((4, 3), float(mu), reductions=reductions), count)
+        with_derivatives(upsetting((4, 3), float(mu), reductions=reductions), count, time.process_time)
     problem = upsetting((int(nx), int(ny)), float(mu), reductions=reductions)
-    rounds = [[seconds(problem, count) for count in counts] for _ in range(9)]
+    rounds = [[with_derivatives(problem, count, time.process_time) for count in counts] for _ in range(9)]
     least = [min(r[k][0] for r in rounds) for k in range(len(counts))]
     return {"increments": rounds[0][0][1], "run": least[0]} | {
         f"by {count}": spent / least[0] for count, spent in zip(counts[1:], least[1:])
@@ -234,17 +236,11 @@ def of_derivatives(nx: str, ny: str, mu: str = "0.1") -> dict[str, Any]:
 def of_followed(nx: str, ny: str) -> dict[str, Any]:
     from prensa.verify.forming import upsetting
 
-    def seconds(problem: pr.Problem, count: int, threads: int) -> float:
-        begun = time.perf_counter()
-        for inc in pr.solve(problem, pr.Numerics(threads=threads), derivatives=PARAMETERS[:count]):
-            inc.derivative("punch.force.y") if count else inc.force("punch")
-        return time.perf_counter() - begun
-
     reductions, runs = (0.1, 0.2, 0.3), ((0, 1), (0, 2), (5, 2), (10, 2))
     for count, threads in runs:
-        seconds(upsetting((4, 3), 0.1, reductions=reductions), count, threads)
+        with_derivatives(upsetting((4, 3), 0.1, reductions=reductions), count, time.perf_counter, threads)
     problem = upsetting((int(nx), int(ny)), 0.1, reductions=reductions)
-    rounds = [[seconds(problem, count, threads) for count, threads in runs] for _ in range(9)]
+    rounds = [[with_derivatives(problem, count, time.perf_counter, n)[0] for count, n in runs] for _ in range(9)]
     one, two, five, ten = (min(r[k] for r in rounds) for k in range(len(runs)))
     alone = min(one, two)
     return {"run": alone, "by 5": five / alone, "by 10": ten / alone}

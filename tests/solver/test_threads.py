@@ -170,11 +170,17 @@ def test_threads_that_end_leave_the_solver_usable():
     assert (done.returncode, done.stdout) == (0, "solved\n"), done.stderr
 
 
-def test_numpy_takes_one_thread_within_increments(monkeypatch):
-    """Between increments, and after them, it takes what it took before."""
-    controller = ThreadpoolController().select(internal_api=["openblas", "blis"])
-    if not controller.info():
+@pytest.fixture
+def controller():
+    """Of NumPy's threads, where it has OpenBLAS or BLIS."""
+    found = ThreadpoolController().select(internal_api=["openblas", "blis"])
+    if not found.info():
         pytest.skip("NumPy has another BLAS here")
+    return found
+
+
+def test_numpy_takes_one_thread_within_increments(monkeypatch, controller):
+    """Between increments, and after them, it takes what it took before."""
 
     def counts():
         return {library["filepath"]: library["num_threads"] for library in controller.info()}
@@ -194,11 +200,8 @@ def test_numpy_takes_one_thread_within_increments(monkeypatch):
     assert within and all(set(now.values()) == {1} for now in within[1:])
 
 
-def test_the_last_one_that_leaves_sets_numpy_back():
+def test_the_last_one_that_leaves_sets_numpy_back(controller):
     """Runs that overlap in several threads of Python leave it as it was before the first."""
-    controller = ThreadpoolController().select(internal_api=["openblas", "blis"])
-    if not controller.info():
-        pytest.skip("NumPy has another BLAS here")
     with controller.limit(limits=2):
         first, second = of_threads.ONE_OF_BLAS, of_threads.ONE_OF_BLAS
         first.__enter__()
@@ -209,11 +212,8 @@ def test_the_last_one_that_leaves_sets_numpy_back():
         assert {library["num_threads"] for library in controller.info()} == {2}
 
 
-def test_numpy_takes_one_thread_whichever_thread_asks_first():
+def test_numpy_takes_one_thread_whichever_thread_asks_first(controller):
     """A thread that set NumPy's number before, and lives on, keeps no other one from it: threadpoolctl would let it."""
-    controller = ThreadpoolController().select(internal_api=["openblas", "blis"])
-    if not controller.info():
-        pytest.skip("NumPy has another BLAS here")
     ready, done = threading.Event(), threading.Event()
 
     def counts():
@@ -237,11 +237,8 @@ def test_numpy_takes_one_thread_whichever_thread_asks_first():
         other.join()
 
 
-def test_the_thread_that_leaves_last_sets_numpy_back():
+def test_the_thread_that_leaves_last_sets_numpy_back(controller):
     """Also where it is not the one that came first."""
-    controller = ThreadpoolController().select(internal_api=["openblas", "blis"])
-    if not controller.info():
-        pytest.skip("NumPy has another BLAS here")
     inside, leave = threading.Event(), threading.Event()
 
     def stays():

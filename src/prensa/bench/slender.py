@@ -6,10 +6,7 @@ between two planes. Right is an answer that has the force of the reference throu
 
 from __future__ import annotations
 
-import logging
 import math
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,6 +15,7 @@ import numpy as np
 import prensa as pr
 from prensa.errors import PrensaError
 from prensa.reference.buckling import euler_clamped
+from prensa.verify.table import heard
 
 SAME_FORCE = 0.03  # allowed difference of the last force, over the largest
 FINE = 300  # increments of the reference
@@ -111,7 +109,7 @@ def _ring(rng: np.random.Generator, solid: pr.Elastic, element: str, friction: p
 def answer(problem: pr.Problem) -> Answer:
     """What a run of a problem gives."""
     times, forces = [0.0], [0.0]
-    with _heard() as said:
+    with heard() as said:
         try:
             for inc in pr.solve(problem):
                 times.append(inc.time)
@@ -119,24 +117,6 @@ def answer(problem: pr.Problem) -> Answer:
         except PrensaError as error:
             said.append(str(error))
     return Answer(times, forces, "; ".join(said))
-
-
-@contextmanager
-def _heard() -> Iterator[list[str]]:
-    """Warnings of the package."""
-    said: list[str] = []
-
-    class Ear(logging.Handler):
-        def emit(self, record: logging.LogRecord) -> None:
-            said.append(record.getMessage())
-
-    ear = Ear(logging.WARNING)
-    logger = logging.getLogger("prensa")
-    logger.addHandler(ear)
-    try:
-        yield said
-    finally:
-        logger.removeHandler(ear)
 
 
 def euler(problem: pr.Problem) -> float:

@@ -77,11 +77,15 @@ class _Derivatives(Derivatives):
 
 
 class Derived(NamedTuple):
-    """What is found of an increment: the committed ``state`` with its derivatives, those of all else, ``doubts`` in words."""
+    """What is found of an increment: its derivatives, and ``doubts`` of them in words."""
 
-    state: State
-    derivatives: Derivatives
+    derivatives: _Derivatives
     doubts: list[str]
+
+    @property
+    def state(self) -> State:
+        """The committed state with its derivatives."""
+        return self.derivatives.state
 
     def of(self, increment: Increment) -> Increment:
         """The increment with its derivatives."""
@@ -119,7 +123,7 @@ class Differentiation:
         state = replace(state, derivatives=self._carried())
         counts = self._switched(c, result), self._at_kinks(c, result)
         found = _Derivatives(flat, *counts, neighbours, c.state, led_from, state, c.ends_step, self.measures)
-        return Derived(state, found, self.doubts)
+        return Derived(found, self.doubts)
 
     def _carried(self) -> dict[str, Mapping[str, Array]]:
         return {d.parameter.path: d.carried for d in self.directions}

@@ -20,7 +20,7 @@ import os
 import sys
 import threading
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from copy import copy
 from typing import Any, NamedTuple
 
@@ -225,6 +225,13 @@ BACKENDS: dict[str, Callable[[Structure], Factor]] = {"superlu": _superlu, "rsla
 SINGLE = {"rslab"}
 # solvers whose factors are overwritten by later ones of the same pattern
 OVERWRITTEN = {"pardiso"}
+
+
+def may_be_apart(solvers: Iterable[str], unknowns: int, policy: Policy = DEFAULT) -> bool:
+    """Whether factors stay when later ones are made by any of these solvers, and there is room for both."""
+    return not OVERWRITTEN.intersection(solvers) and unknowns <= policy.most_apart
+
+
 # factors that a solver has for symmetric matrices, the cheapest first; all have LU
 KINDS = {"superlu": (), "rslab": (SYMMETRIC,), "pardiso": (DEFINITE, SYMMETRIC)}
 
@@ -371,8 +378,7 @@ class Factorisation:
 
         Itself where a solver's later factors take the place of those at hand, or there may be no room for twice as many.
         """
-        names = {name for name, _ in self.order}
-        if OVERWRITTEN.intersection(names) or self.structure.n > self.policy.most_apart:
+        if not may_be_apart((name for name, _ in self.order), self.structure.n, self.policy):
             return self
         out = copy(self)
         out.order, out._factors, out._frame = list(self.order), dict(self._factors), None

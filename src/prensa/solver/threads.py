@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from prensa.model import problem as model
-from prensa.solver.linear import OVERWRITTEN, available
+from prensa.solver.linear import available, may_be_apart
 from prensa.solver.policy import DEFAULT, Policy
 
 LOAD = Path("/proc/loadavg")
@@ -38,8 +38,7 @@ def threads_with_follower(numerics: model.Numerics, unknowns: int, policy: Polic
     those whose factors of two increments would need too much memory; nor where a solver's later factors take the place of those
     that are at hand.
     """
-    lasts = not OVERWRITTEN.intersection(available(numerics.solver))
-    if not (lasts and policy.worth_following <= unknowns <= policy.most_apart):
+    if unknowns < policy.worth_following or not may_be_apart(available(numerics.solver), unknowns, policy):
         return threads_of(numerics, unknowns, policy), False
     threads = _free_threads(policy) if numerics.threads == "auto" else numerics.threads
     own = threads - 1 if numerics.threads != "auto" or unknowns >= policy.worth_threads else 1

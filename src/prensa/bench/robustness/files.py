@@ -20,7 +20,7 @@ from prensa.fem.discretise import discretise
 from prensa.output import checkpoint
 from prensa.output.history import History, write_contact
 from prensa.output.vtk import Fields
-from prensa.solver.increment import Progress
+from prensa.solver.increment import Monitor, Progress
 
 Array = NDArray[np.float64]
 FIELDS_EVERY = 10  # increments between two files of fields, beside those at the ends of steps; all on meshes made anew
@@ -51,6 +51,16 @@ class Record:
     bodies: dict[int, dict[str, Shape]]
 
 
+def ending(until: float) -> Monitor:
+    """A monitor that raises `OutOfTime` when a processor time is reached."""
+
+    def watch(_: Progress) -> None:
+        if time.process_time() > until:
+            raise OutOfTime
+
+    return watch
+
+
 def solve_into(folder: Path, problem: pr.Problem, until: float, numerics: pr.Numerics | None = None) -> None:
     """Solve a problem and leave its tables, fields and checkpoint in a folder; ``until``: processor time to stop at.
 
@@ -62,17 +72,12 @@ def solve_into(folder: Path, problem: pr.Problem, until: float, numerics: pr.Num
         As `prensa.solve`.
 
     """
-
-    def watch(_: Progress) -> None:
-        if time.process_time() > until:
-            raise OutOfTime
-
     folder.mkdir(parents=True, exist_ok=True)
     system = discretise(problem)
     last = None
     with closing(History(folder, problem)) as tables:
         fields = Fields(folder)
-        for last in pr.solve(system, numerics, monitor=watch):
+        for last in pr.solve(system, numerics, monitor=ending(until)):
             for name, contact in last.contacts.items():
                 write_contact(folder, name, last.number, contact)
             tables.append(last)

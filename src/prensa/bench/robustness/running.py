@@ -25,15 +25,13 @@ def known() -> tuple[str, ...]:
 
 def judged(family: str, seed: int, number: int, enforcement: str = AS_DRAWN, slopes: bool = False) -> Outcome:
     """Draw and judge one problem, or derivatives of its first stage."""
-    if slopes:
-        d = None if family in BLOCKS else drawn(family, seed, number)
-        problem, numerics = (draw(family, seed, number), pr.Numerics()) if d is None else (d.problem, d.numerics)
-        return judge_slopes(enforced(problem, enforcement), numerics, problem.name if d is None else d.kind, seed, number)
     if family in BLOCKS:
-        return judge(enforced(draw(family, seed, number), enforcement), number, number % RERUN_EVERY == 0)
+        p = enforced(draw(family, seed, number), enforcement)
+        return judge_slopes(p, pr.Numerics(), p.name, seed, number) if slopes else judge(p, number, number % RERUN_EVERY == 0)
     d = drawn(family, seed, number)
     twins = tuple(replace(t, problem=enforced(t.problem, enforcement)) for t in d.twins)
-    return judge_files(replace(d, stages=tuple(enforced(p, enforcement) for p in d.stages), twins=twins), number)
+    d = replace(d, stages=tuple(enforced(p, enforcement) for p in d.stages), twins=twins)
+    return judge_slopes(d.problem, d.numerics, d.kind, seed, number) if slopes else judge_files(d, number)
 
 
 def run(

@@ -7,7 +7,6 @@ difference is tells the one with another step.
 
 from __future__ import annotations
 
-import logging
 import time
 from dataclasses import replace
 
@@ -15,13 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 import prensa as pr
-from prensa.bench.robustness.files import OutOfTime
-from prensa.bench.robustness.increments import reason_of
+from prensa.bench.robustness.files import OutOfTime, ending
+from prensa.bench.robustness.increments import ENFORCEMENTS, reason_of
 from prensa.bench.robustness.outcome import Outcome
 from prensa.errors import PrensaError
 from prensa.fem.discretise import discretise
 from prensa.sensitivity.parameters import numbers, value_of, with_values
-from prensa.solver.increment import Increment, Progress
+from prensa.solver.increment import Increment
+from prensa.verify.table import heard
 
 Array = NDArray[np.float64]
 
@@ -42,34 +42,13 @@ SLOPES_LIMIT = 120.0
 """Of processor time, for all runs of a problem."""
 
 
-class _Doubts(logging.Handler):
-    """Parameters of which a run says that its derivatives are not exact."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.words: list[str] = []
-
-    def emit(self, record: logging.LogRecord) -> None:
-        """Keep the words."""
-        self.words.append(record.getMessage())
-
-    def of(self, path: str) -> bool:
-        """Whether there is one of a parameter."""
-        return any(f"the derivative by {path} is not exact" in words for words in self.words)
-
-
 class _Runs:
     """Runs of one problem, whose processor time ends together."""
 
     def __init__(self, problem: pr.Problem, numerics: pr.Numerics) -> None:
         self.problem, self.numerics = problem, replace(numerics, threads=1)
         self.dofs = 2 * discretise(problem).nodes
-        self.until = time.process_time() + SLOPES_LIMIT
-
-    def watch(self, _: Progress) -> None:
-        """Raise `OutOfTime` when it is spent."""
-        if time.process_time() > self.until:
-            raise OutOfTime
+        self.watch = ending(time.process_time() + SLOPES_LIMIT)
 
     def increments(self, times: list[float] | None = None, paths: list[str] | None = None) -> list[Increment]:
         """Of the problem itself, with derivatives."""
@@ -99,33 +78,31 @@ class _Runs:
 
 def with_slopes(problem: pr.Problem) -> pr.Problem:
     """The problem on one mesh, with other contacts for augmented ones: those and new meshes have no derivative."""
-    other = {True: pr.Exact(), False: pr.Penalty()}  # exact ones want no more points than there are nodes
-    contacts = [
-        replace(c, enforcement=other[c.integration == "nodal"]) if c.enforcement.max_updates else c for c in problem.contacts
-    ]
-    return replace(problem, contacts=contacts, remesh="off")
+
+    def with_one(contact: pr.Contact) -> pr.Contact:
+        if not contact.enforcement.max_updates:
+            return contact
+        # exact ones want no more points than there are nodes
+        return replace(contact, enforcement=ENFORCEMENTS["exact" if contact.integration == "nodal" else "penalty"])
+
+    return replace(problem, contacts=[with_one(c) for c in problem.contacts], remesh="off")
 
 
 def judge_slopes(problem: pr.Problem, numerics: pr.Numerics, kind: str, seed: int, number: int) -> Outcome:
     """Draw parameters of a problem, and compare derivatives by them with differences."""
-    begun, doubts = time.process_time(), _Doubts()
-    log = logging.getLogger("prensa")
-    log.addHandler(doubts)
+    begun = time.process_time()
     try:
-        runs = _Runs(with_slopes(problem), numerics)
-        status, words, reason = _verdict(runs, doubts, np.random.default_rng([seed, number, 7]))
+        status, words, reason = _verdict(_Runs(with_slopes(problem), numerics), np.random.default_rng([seed, number, 7]))
     except OutOfTime:
         status, words, reason = "time", f"not ended after {SLOPES_LIMIT:g} s", ""
     except PrensaError as error:
         status, words, reason = "told", str(error), reason_of(error)
     except Exception as error:
         status, words, reason = "wrong", f"crashed: {type(error).__name__}: {error}", "Crashed"
-    finally:
-        log.removeHandler(doubts)
     return Outcome(number, f"{number}: {kind}", status, words, seconds=time.process_time() - begun, reason=reason)
 
 
-def _verdict(runs: _Runs, doubts: _Doubts, rng: np.random.Generator) -> tuple[str, str, str]:
+def _verdict(runs: _Runs, rng: np.random.Generator) -> tuple[str, str, str]:
     times = [i.time for i in runs.increments()]
     known = [path for path, value in numbers(runs.problem).items() if value != 0.0]
     paths, refused = [], "no number of it can be varied"
@@ -139,20 +116,25 @@ def _verdict(runs: _Runs, doubts: _Doubts, rng: np.random.Generator) -> tuple[st
             break
     if not paths:
         return "told", refused, "Refused"
-    doubts.words.clear()
-    run = runs.increments(times, paths)
+    with heard() as doubts:
+        run = runs.increments(times, paths)
     slopes = _slopes(runs, run, paths)
     # where several points land at once there are more sides than two, and derivatives say that points are at kinks
     at_once = any(i.derivatives is not None and sum(i.derivatives.at_kinks.values()) > 1 for i in run)
-    wrong, doubted = list[str](), list[str]()
+    wrong, doubted, alone = list[str](), list[str](), list[str]()
     for k, path in enumerate(paths):
         share = _missed(runs, run, path, slopes[:, :, k], times)
-        if share > AT_CORNERS:
-            found = doubted if at_once or doubts.of(path) else wrong
-            found.append(f"by {path} {share:.0%} of the numbers miss all differences")
+        if share is None:
+            alone.append(path)
+        elif share > AT_CORNERS:
+            told = at_once or any(f"the derivative by {path} is not exact" in words for words in doubts)
+            (doubted if told else wrong).append(f"by {path} {share:.0%} of the numbers miss all differences")
     if wrong:
         return "wrong", "; ".join(wrong), ""
-    return ("told", "; ".join(doubted), "NotExact") if doubted else ("right", "", "")
+    if doubted:
+        return "told", "; ".join(doubted), "NotExact"
+    uncompared = f"(runs beside by {', '.join(alone)} failed)" if alone else ""
+    return ("told", uncompared, "NotCompared") if alone == paths else ("right", uncompared, "")
 
 
 def _slopes(runs: _Runs, run: list[Increment], paths: list[str]) -> Array:
@@ -162,12 +144,12 @@ def _slopes(runs: _Runs, run: list[Increment], paths: list[str]) -> Array:
     return np.array([[[by[p] for p in paths] for by in numbers] for numbers in each])
 
 
-def _missed(runs: _Runs, run: list[Increment], path: str, slopes: Array, times: list[float]) -> float:
-    """Share of the derivatives (increments, numbers) by a parameter that are none of the differences."""
+def _missed(runs: _Runs, run: list[Increment], path: str, slopes: Array, times: list[float]) -> float | None:
+    """Share of the derivatives (increments, numbers) by a parameter that are none of the differences; None if there are none."""
     value = value_of(runs.problem, path)
     here = runs.beside(path, value, times)
     if here is None:
-        return 0.0
+        return None
     sizes = runs.sizes(run)
     right = np.zeros(slopes.shape, dtype=bool)
     before: list[Array | None] = [None, None, None]
@@ -184,4 +166,4 @@ def _missed(runs: _Runs, run: list[Increment], path: str, slopes: Array, times: 
             right |= np.abs(found - slopes) <= ALIKE * scale + UNSURE * np.abs(found - coarser)
         if right.all():
             return 0.0
-    return 0.0 if all(found is None for found in before) else float(1.0 - right.mean())
+    return None if all(found is None for found in before) else float(1.0 - right.mean())
