@@ -24,12 +24,13 @@ OUTSIDE = (
     "CONTRIBUTING.md",
     "CHANGELOG.md",
     "SECURITY.md",
+    "LICENSE",
     "examples/*",
     "benchmarks/*.md",
     "examples/*/*",
 )
 LINK = re.compile(r"(?<=\])\((?P<to>[^)\s:#]+)(?P<anchor>#[^)\s]*)?\)")
-SHOWN = {".yaml": "yaml", ".py": "python", ".inp": "text", ".csv": "text"}
+SHOWN = {".yaml": "yaml", ".py": "python", ".inp": "text", ".csv": "text", "": "text"}
 MENU = (
     ("Guide", "guide", "Guide"),
     ("Tutorials", "tutorials", None),
@@ -37,7 +38,6 @@ MENU = (
     ("Theory", "theory", "Theory"),
     ("Developers", "developer", None),
     ("Book", "developer/book", None),
-    ("Decisions", "decisions", "Decisions"),
 )
 GROUPS = {
     "Solving": ("load", "dump", "solve", "run", "discretise", "evaluate", "results", "particles", "ProgressBar"),
