@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.bench.robustness import draw
-from prensa.bench.robustness.increments import solve_checked
 from prensa.contact.record import ContactRecord
 from prensa.fem.planning import plan_step
 from prensa.fem.state import Clock, Energy, State
 from prensa.solver import predictor
 from prensa.solver.projection import project_prediction
+from prensa_bench.robustness import draw
+from prensa_bench.robustness.increments import solve_checked
 
 NODES = 3
 
