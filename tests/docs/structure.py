@@ -51,7 +51,7 @@ def imports(*sources: Path) -> list[Import]:
 
     Those in functions count, and so does a string that names a module: it is there to be imported by name. The version
     does not: it is a constant that the package binds before anything else. Nor does the registry's table of the packages in
-    which laws are looked for (decision 0050): it stands in for arrows that point the other way, from the laws to it.
+    which laws are looked for (book, chapter 2): it stands in for arrows that point the other way, from the laws to it.
     """
     known = modules(*sources)
     found = []

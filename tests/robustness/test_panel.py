@@ -58,7 +58,7 @@ def test_guards_name_a_test():
         assert tests and all(f"def {name.partition('[')[0]}(" in text for name in tests), m.name
 
 
-SHORT = {"snap_through": "predictor", "strips 4": "gap_correction", "slide_release 3": "finish"}  # problem: what is off
+SHORT = {"snap_through": "predictor", "strips 4": "contact_step", "slide_release 3": "finish"}  # problem: what is off
 
 
 def test_the_panel_runs_and_what_is_off_is_off():

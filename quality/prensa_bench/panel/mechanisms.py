@@ -163,6 +163,11 @@ TIMELY = (
         "Attempts whose residual no longer falls are given up before the last iteration.",
         policy={"vain": NEVER, "patience": NEVER},
     ),
+    Mechanism(
+        "runaway",
+        "Steps farther than any meant motion end an attempt, with the part that is free to move.",
+        (replaced(Equilibrium, Equilibrium.runaway, _nothing),),
+    ),
     # ------------------------------------------------------------------------------------------ contact and friction
     Mechanism(
         "edge_step",
@@ -404,7 +409,7 @@ GUARDS = (
         "jumped_elements",
         "Corners that jump beyond 180° and plastic strains above 1 within an increment are refused.",
         (replaced(Acceptance, Acceptance._deformed, lambda self, c, grown, u: iter(())),),
-        guard="tests/solver/test_guards.py::test_no_point_flows_by_a_strain_of_one_within_an_increment",
+        guard="tests/solver/test_guards.py::test_no_corner_jumps_beyond_half_a_turn_within_an_increment",
     ),
     Mechanism(
         "validity",
@@ -423,12 +428,6 @@ GUARDS = (
         "A free side that comes to a line of symmetry meets its mirror image there.",
         (replaced(time_stepping, time_stepping.guard_of, _nothing),),
         guard="tests/solver/test_mirrors.py::test_a_line_of_symmetry_is_a_plane_written_by_hand",
-    ),
-    Mechanism(
-        "runaway",
-        "Steps farther than any meant motion end an attempt, with the part that is free to move.",
-        (replaced(Equilibrium, Equilibrium.runaway, _nothing),),
-        guard="tests/tools/test_motion.py::test_a_driven_roll_is_braked_by_friction",
     ),
     Mechanism(
         "checks_before_a_run",
