@@ -12,8 +12,8 @@ from prensa_bench.panel import table
 from prensa_bench.panel.__main__ import Store, main
 from prensa_bench.panel.composition import settings, without
 from prensa_bench.panel.mechanisms import GUARDS, MECHANISMS, SETS, TIMELY
-from prensa_bench.panel.problems import FAMILIES, FORMING, GROUPS, problems
-from prensa_bench.panel.running import ENDED, Record, run
+from prensa_bench.panel.problems import DRAWN_OF, FORMING_CASES, GROUPS, problems
+from prensa_bench.panel.running import RUN_ENDED, Record, run
 
 ROOT = Path(__file__).parents[2]
 
@@ -22,12 +22,12 @@ def test_the_panel_has_its_problems():
     """18 cases of the gallery, 40 random problems, two large ones; every one is in a group."""
     groups = [e.group for e in problems().values()]
     assert [groups.count(g) for g in GROUPS] == [18, 10, 30, 2]
-    assert len(FORMING) == 14 and sum(FAMILIES.values()) == 40
+    assert len(FORMING_CASES) == 14 and sum(DRAWN_OF.values()) == 40
 
 
 def test_every_mechanism_has_a_row_and_every_row_a_mechanism():
     """The kept table has a row for each mechanism and each set that is off together, with the same sentence and command."""
-    rows = {row.name: row for row in table.rows(table.PAGE.read_text(encoding="utf-8"))}
+    rows = {row.name: row for row in table.rows(table.KEPT_TABLE.read_text(encoding="utf-8"))}
     assert list(rows) == [*(m.name for m in TIMELY), *SETS, *(m.name for m in GUARDS)]
     for name, mechanism in MECHANISMS.items():
         assert (rows[name].what, rows[name].command) == (mechanism.what, table.command([name]))
@@ -66,10 +66,10 @@ def test_the_panel_runs_and_what_is_off_is_off():
     known = problems()
     for name, off in SHORT.items():
         on = run(name, known[name], [])
-        assert on.status == ENDED and on.iterations > 0
+        assert on.status == RUN_ENDED and on.iterations > 0
         other = run(name, known[name], [off])
         assert other.iterations != on.iterations, off
-        assert other.status == ENDED and table.difference(on, other) <= table.AGREE
+        assert other.status == RUN_ENDED and table.difference(on, other) <= table.SAME_FORCES
 
 
 def test_runs_are_kept_and_not_made_again(tmp_path, capsys):

@@ -28,9 +28,9 @@ import prensa
 from prensa_bench.panel import table
 from prensa_bench.panel.mechanisms import GUARDS, MECHANISMS, SETS, TIMELY
 from prensa_bench.panel.problems import GROUPS, problems
-from prensa_bench.panel.running import CRASHED, Record
+from prensa_bench.panel.running import RUN_CRASHED, Record
 
-SECONDS = 300.0  # of processor time, of a run without a limit of its own …
+MOST_SECONDS = 300.0  # of processor time, of a run without a limit of its own …
 LONGER = 5.0  # … and of one with something off, over that with everything on
 
 
@@ -83,8 +83,15 @@ def measure(store: Store, names: Sequence[str], off: Sequence[str], repeat: int)
         count = next(iter(left.values()))
         now = [n for n in left if left[n] == count]
         base = [store.records.get((n, ())) for n in now]
-        longest = max((min(r.seconds) * LONGER for r in base if r is not None), default=SECONDS) if off else SECONDS
-        asked = {"off": list(off), "problems": now, "repeat": count, "seconds": min(max(longest, 20.0), 2 * SECONDS)}
+        longest = (
+            max((min(r.seconds) * LONGER for r in base if r is not None), default=MOST_SECONDS) if off else MOST_SECONDS
+        )
+        asked = {
+            "off": list(off),
+            "problems": now,
+            "repeat": count,
+            "seconds": min(max(longest, 20.0), 2 * MOST_SECONDS),
+        }
         env = os.environ | {"OMP_NUM_THREADS": "1"}
         command = [sys.executable, "-m", "prensa_bench.panel.running", json.dumps(asked)]
         done = set()
@@ -100,7 +107,11 @@ def measure(store: Store, names: Sequence[str], off: Sequence[str], repeat: int)
         for name in [n for n in now if n not in done][:1]:  # on which the process ended
             store.add(
                 Record(
-                    name, sorted(off), CRASHED, f"the process ended with {process.returncode}", seconds=[0.0] * repeat
+                    name,
+                    sorted(off),
+                    RUN_CRASHED,
+                    f"the process ended with {process.returncode}",
+                    seconds=[0.0] * repeat,
                 )
             )
 
@@ -159,7 +170,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"{name} off: {words}")
     if a.write:
         seen = {name: words for name, words in measured.items() if words != "not measured"}
-        table.PAGE.write_text(table.renewed(table.PAGE.read_text(encoding="utf-8"), seen), encoding="utf-8")
+        table.KEPT_TABLE.write_text(table.renewed(table.KEPT_TABLE.read_text(encoding="utf-8"), seen), encoding="utf-8")
     return 0
 
 

@@ -16,8 +16,8 @@ from prensa_bench.robustness.families import drawn
 
 SEED = 7
 GROUPS = ("gallery", "strips", "families", "large")
-FAMILIES = {"strips": 10, "slide_release": 6, "rolls": 6, "forgings": 6, "cycles": 6, "ironings": 6}
-FORMING = (
+DRAWN_OF = {"strips": 10, "slide_release": 6, "rolls": 6, "forgings": 6, "cycles": 6, "ironings": 6}
+FORMING_CASES = (
     "flat_punch", "snap_through", "strip_drawing", "wire_drawing", "forward_extrusion", "flat_rolling",
     "hemispherical_stretching", "u_bending", "v_bending", "free_bending", "drawbead", "indentation", "cup_drawing",
     "channel_forming",
@@ -50,8 +50,8 @@ def problems() -> Mapping[str, Entry]:
     out |= {
         f"ring {mu:g}": Entry("gallery", partial(_case, "ring_compression", f"friction.mu={mu}")) for mu in (0.1, 0.3)
     }
-    out |= {name: Entry("gallery", partial(_case, name)) for name in FORMING}
-    for family, count in FAMILIES.items():
+    out |= {name: Entry("gallery", partial(_case, name)) for name in FORMING_CASES}
+    for family, count in DRAWN_OF.items():
         group = family if family in GROUPS else "families"
         out |= {f"{family} {k}": Entry(group, partial(_drawn, family, k)) for k in range(count)}
     out["hertz 1e5"] = Entry("large", partial(_hertz, (242, 207)), 4, partial(_hertz, (7, 6)))

@@ -24,7 +24,7 @@ from prensa_bench.panel.problems import Entry, Posed, problems
 from prensa_bench.robustness.increments import reason_of
 
 QUARTERS = (0.25, 0.5, 0.75)  # of every step: times at which forces are compared, beside its end
-ENDED, FAILED, LATE, CRASHED = "ended", "failed", "late", "crashed"
+RUN_ENDED, RUN_FAILED, RUN_LATE, RUN_CRASHED = "ended", "failed", "late", "crashed"
 
 
 @dataclass
@@ -37,7 +37,7 @@ class Record:
 
     problem: str
     off: list[str]
-    status: str = ENDED
+    status: str = RUN_ENDED
     reason: str = ""
     reached: float = 0.0
     increments: int = 0
@@ -61,14 +61,14 @@ def run(name: str, entry: Entry, off: list[str], repeat: int = 1, seconds: float
         try:
             _solve(posed, entry, once, begun + seconds)
         except _LateError:
-            once.status = LATE
+            once.status = RUN_LATE
         except PrensaError as error:
-            once.status, once.reason = FAILED, reason_of(error)
+            once.status, once.reason = RUN_FAILED, reason_of(error)
         except Exception as error:
-            once.status, once.reason = CRASHED, f"{type(error).__name__}: {error}"
+            once.status, once.reason = RUN_CRASHED, f"{type(error).__name__}: {error}"
         once.seconds = [*out.seconds, round(time.process_time() - begun, 3)]
         out = once
-        if out.status == LATE:
+        if out.status == RUN_LATE:
             break
     return out
 

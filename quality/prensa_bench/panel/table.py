@@ -12,10 +12,10 @@ import numpy as np
 
 from prensa_bench.panel.mechanisms import MECHANISMS
 from prensa_bench.panel.problems import GROUPS
-from prensa_bench.panel.running import ENDED, Record
+from prensa_bench.panel.running import RUN_ENDED, Record
 
-AGREE = 0.02  # allowed difference of a tool's force from that with everything on, of the largest force of any tool in the run
-PAGE = Path(__file__).parents[2] / "MECHANISMS.md"
+SAME_FORCES = 0.02  # allowed difference of a tool's force from that with everything on, of the largest force of any tool in the run
+KEPT_TABLE = Path(__file__).parents[2] / "MECHANISMS.md"
 Records = Mapping[tuple[str, tuple[str, ...]], Record]
 
 
@@ -23,7 +23,7 @@ Records = Mapping[tuple[str, tuple[str, ...]], Record]
 class Worth:
     """What came of a group of problems with something off, beside what came of the same with everything on.
 
-    ``failed`` and ``cuts``: (on, off); ``wrong``: names of problems whose forces differ by more than `AGREE`; ``apart``: the
+    ``failed`` and ``cuts``: (on, off); ``wrong``: names of problems whose forces differ by more than `SAME_FORCES`; ``apart``: the
     largest such difference. ``iterations``, ``seconds``: off over on, of the problems that ended both ways (nan: none did).
     """
 
@@ -50,7 +50,7 @@ def worth(records: Records, off: Sequence[str], names: Iterable[str]) -> Worth |
     pairs = [(records[on], records[other]) for on, other in keys if on in records and other in records]
     if not pairs:
         return None
-    ended = [(on, other) for on, other in pairs if on.status == other.status == ENDED]
+    ended = [(on, other) for on, other in pairs if on.status == other.status == RUN_ENDED]
     differences = {on.problem: difference(on, other) for on, other in pairs}
 
     def ratio(values: list[tuple[float, float]]) -> float:
@@ -58,8 +58,8 @@ def worth(records: Records, off: Sequence[str], names: Iterable[str]) -> Worth |
 
     return Worth(
         len(pairs),
-        (sum(on.status != ENDED for on, _ in pairs), sum(other.status != ENDED for _, other in pairs)),
-        [name for name, d in differences.items() if d > AGREE],
+        (sum(on.status != RUN_ENDED for on, _ in pairs), sum(other.status != RUN_ENDED for _, other in pairs)),
+        [name for name, d in differences.items() if d > SAME_FORCES],
         max(differences.values()),
         (sum(on.cuts for on, _ in ended), sum(other.cuts for _, other in ended)),
         ratio([(on.iterations, other.iterations) for on, other in ended]),

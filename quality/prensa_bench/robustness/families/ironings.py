@@ -8,8 +8,8 @@ import prensa as pr
 from prensa_bench.robustness.drawn import Drawn, Metal, Placed, chain, friction, metal, number
 
 NOSES = ("round", "flat", "sharp")
-MESHES = ((24, 6), (40, 10), (60, 16))  # elements along and across the block
-SHARP = 0.2  # radius of a corner over the length of an element, which the formulas of the checks still know
+IRONED_MESHES = ((24, 6), (40, 10), (60, 16))  # elements along and across the block
+SHARP_CORNER = 0.2  # radius of a corner over the length of an element, which the formulas of the checks still know
 
 
 def problem(rng: np.random.Generator) -> Drawn:
@@ -17,12 +17,16 @@ def problem(rng: np.random.Generator) -> Drawn:
     width, height = 12.0, number(rng, 3.0, 5.0)
     plastic = rng.random() < 0.5
     m = metal(rng, plastic=True) if plastic else _rubber(rng)
-    n = MESHES[rng.integers(len(MESHES))]
+    n = IRONED_MESHES[rng.integers(len(IRONED_MESHES))]
     nose = NOSES[rng.integers(len(NOSES))]
     half = number(rng, 2.2, 4.0) * width / n[0]  # a nose narrower than a few elements is remarked upon
     at = (-0.5 * width + number(rng, 1.3, 1.8) * half, height)
     die = _die(
-        nose, half, at, number(rng, 0.1, 0.6) if nose != "sharp" else SHARP * width / n[0] / half, number(rng, 0.2, 0.5)
+        nose,
+        half,
+        at,
+        number(rng, 0.1, 0.6) if nose != "sharp" else SHARP_CORNER * width / n[0] / half,
+        number(rng, 0.2, 0.5),
     )
     mu = 0.0 if rng.random() < 0.15 else number(rng, 0.02, 0.5)
     depth = number(rng, 0.03, 0.2 if plastic else 0.3) * height
