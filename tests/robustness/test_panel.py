@@ -75,10 +75,10 @@ def test_the_panel_runs_and_what_is_off_is_off():
 def test_runs_are_kept_and_not_made_again(tmp_path, capsys):
     """A second call runs nothing, and its table is that of the first; records of another source do not count."""
     file = tmp_path / "panel.jsonl"
-    asked = ["--off", "edge_step", "--problems", "flat_punch", "--file", str(file)]
+    asked = ["--off", "predictor", "--problems", "snap_through", "--file", str(file)]
     assert main(asked) == 0
     first, lines = capsys.readouterr().out, file.read_text(encoding="utf-8")
-    assert first.startswith("edge_step off: gallery: of 1, cuts 0 → ") and len(lines.splitlines()) == 2
+    assert first.startswith("predictor off: gallery: of 1, cuts 0 → ") and len(lines.splitlines()) == 2
     assert main(asked) == 0
     assert capsys.readouterr().out == first and file.read_text(encoding="utf-8") == lines
     assert not Store(file, "another").records
@@ -89,11 +89,13 @@ def test_worth_is_told_of_what_was_run():
     a = Record("a", [], iterations=100, cuts=2, seconds=[2.0, 1.0], forces={"1": [3.0, 4.0, 9.0]})
     b = Record("b", [], iterations=50, seconds=[1.0], forces={"1": [10.0, 0.0, 0.0]})
     a_off = Record("a", ["x"], iterations=130, cuts=3, seconds=[1.5], forces={"1": [3.0, 4.2, 0.0]})
-    b_off = Record("b", ["x"], status="failed", forces={})
+    b_off = Record("b", ["x"], status="failed", reason="Stagnated", forces={})
     records = {(r.problem, tuple(r.off)): r for r in (a, b, a_off, b_off)}
     found = table.worth(records, ["x"], ["a", "b", "c"])
     assert (found.problems, found.failed, found.wrong, found.cuts) == (2, (0, 1), ["a"], (2, 3))
     assert (found.apart, found.iterations, found.seconds) == pytest.approx((0.04, 1.3, 1.5))
+    words = "of 2, failures 0 → 1 (b: Stagnated), wrong 1 (a), by up to 4.0%, cuts 2 → 3, iterations +30.0%, time +50%"
+    assert str(found) == words
     page = "| `x` | does it | not measured | `cmd` |\n| `y` | too | not measured | `cmd` |\n"
     assert table.rows(table.renewed(page, {"x": "much"}))[0].worth.endswith(": much")
     assert table.rows(table.renewed(page, {"x": "much"}))[1].worth == "not measured"

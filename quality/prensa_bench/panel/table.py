@@ -14,7 +14,7 @@ from prensa_bench.panel.mechanisms import MECHANISMS
 from prensa_bench.panel.problems import GROUPS
 from prensa_bench.panel.running import RUN_ENDED, Record
 
-SAME_FORCES = 0.02  # allowed difference of a tool's force from that with everything on, of the largest force of any tool in the run
+SAME_FORCES = 0.02  # allowed difference of a tool's force from that with everything on, of the largest of the run
 KEPT_TABLE = Path(__file__).parents[2] / "MECHANISMS.md"
 Records = Mapping[tuple[str, tuple[str, ...]], Record]
 
@@ -23,12 +23,14 @@ Records = Mapping[tuple[str, tuple[str, ...]], Record]
 class Worth:
     """What came of a group of problems with something off, beside what came of the same with everything on.
 
-    ``failed`` and ``cuts``: (on, off); ``wrong``: names of problems whose forces differ by more than `SAME_FORCES`; ``apart``: the
-    largest such difference. ``iterations``, ``seconds``: off over on, of the problems that ended both ways (nan: none did).
+    ``failed`` and ``cuts``: (on, off); ``lost``: problems that fail with it off alone, with the reason; ``wrong``: names of those
+    whose forces differ by more than `SAME_FORCES`; ``apart``: the largest such difference. ``iterations``, ``seconds``: off over
+    on, of the problems that ended both ways (nan: none did).
     """
 
     problems: int
     failed: tuple[int, int]
+    lost: list[str]
     wrong: list[str]
     apart: float
     cuts: tuple[int, int]
@@ -37,11 +39,15 @@ class Worth:
 
     def __str__(self) -> str:
         parts = [f"of {self.problems}"]
-        parts += [f"failures {self.failed[0]} → {self.failed[1]}"] if any(self.failed) else []
-        parts += [f"wrong {len(self.wrong)} ({', '.join(self.wrong)})"] if self.wrong else []
+        parts += [f"failures {self.failed[0]} → {self.failed[1]}{_listed(self.lost)}"] if any(self.failed) else []
+        parts += [f"wrong {len(self.wrong)}{_listed(self.wrong)}, by up to {self.apart:.1%}"] if self.wrong else []
         parts += [f"cuts {self.cuts[0]} → {self.cuts[1]}"]
         parts += [f"iterations {self.iterations - 1:+.1%}, time {self.seconds - 1:+.0%}"] if self.iterations > 0 else []
         return ", ".join(parts)
+
+
+def _listed(names: Sequence[str]) -> str:
+    return f" ({', '.join(names)})" if names else ""
 
 
 def worth(records: Records, off: Sequence[str], names: Iterable[str]) -> Worth | None:
@@ -59,6 +65,11 @@ def worth(records: Records, off: Sequence[str], names: Iterable[str]) -> Worth |
     return Worth(
         len(pairs),
         (sum(on.status != RUN_ENDED for on, _ in pairs), sum(other.status != RUN_ENDED for _, other in pairs)),
+        [
+            f"{on.problem}: {other.reason or other.status}"
+            for on, other in pairs
+            if on.status == RUN_ENDED != other.status
+        ],
         [name for name, d in differences.items() if d > SAME_FORCES],
         max(differences.values()),
         (sum(on.cuts for on, _ in ended), sum(other.cuts for _, other in ended)),
