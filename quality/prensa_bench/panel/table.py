@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from prensa_bench.panel.mechanisms import MECHANISMS
 from prensa_bench.panel.problems import GROUPS
@@ -88,9 +89,9 @@ def difference(on: Record, other: Record) -> float:
     return float(apart / largest) if largest > 0 else 0.0
 
 
-def _sizes(forces: Sequence[float]) -> np.ndarray:
+def _sizes(forces: ArrayLike) -> NDArray[np.float64]:
     """Sizes (tools,) of forces given as (fx, fy, m) of each."""
-    f = np.asarray(forces).reshape(-1, 3)
+    f = np.asarray(forces, dtype=np.float64).reshape(-1, 3)
     return np.asarray(np.hypot(f[:, 0], f[:, 1]))
 
 
