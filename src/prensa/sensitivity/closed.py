@@ -28,8 +28,8 @@ from prensa.sensitivity.bodies import Room, elements_of, room_for, unfolding
 from prensa.sensitivity.change import Changes
 from prensa.sensitivity.contacts import Committed, Points
 from prensa.sensitivity.direct import Columns, Direction, Solution, handed_down, onwards
-from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import Increment
+from prensa.solver.outcome import NewtonResult
 from prensa.solver.results import increment_of
 
 Array = NDArray[np.float64]

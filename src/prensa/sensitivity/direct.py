@@ -38,8 +38,8 @@ from prensa.sensitivity.combinations import combined, foretold, nearest, sums
 from prensa.sensitivity.parameters import Parameter, neighbours
 from prensa.solver.approach import approach
 from prensa.solver.carrying import carried
-from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import Increment
+from prensa.solver.outcome import NewtonResult
 from prensa.solver.policy import Policy
 from prensa.solver.reduced import Reduced
 from prensa.solver.results import increment_of

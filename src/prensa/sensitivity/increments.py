@@ -19,8 +19,8 @@ from prensa.measures.measure import Measure
 from prensa.model import problem as model
 from prensa.sensitivity.closed import Beside, Bundle, Closed, covers, differentiate
 from prensa.sensitivity.direct import Columns, Direction, Neighbour, Solution
-from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import Derivatives, Increment
+from prensa.solver.outcome import NewtonResult
 from prensa.solver.policy import Policy
 from prensa.solver.reduced import Reduced, weights_of
 

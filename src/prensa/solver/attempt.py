@@ -11,15 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.fem.context import Context
+from prensa.fem.failure import Failure, Singular, Unsettled
 from prensa.fem.state import may_rest
 from prensa.fem.system import Evaluation, System
 from prensa.solver.continuation import stages
 from prensa.solver.emergence import emergence
-from prensa.solver.equilibrium import Equilibrium, NewtonResult
-from prensa.solver.failure import Failure, Singular, Unsettled
+from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.linear import SingularError
 from prensa.solver.multipliers import BlockedError
 from prensa.solver.newton import newton
+from prensa.solver.outcome import NewtonResult
 from prensa.solver.policy import Policy
 from prensa.solver.predictor import Guess, initial_guess
 from prensa.solver.projection import project_stage

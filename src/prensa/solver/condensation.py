@@ -41,8 +41,9 @@ from prensa.fem.symmetry import is_linear
 from prensa.fem.system import Bulk, Evaluation, System
 from prensa.model import problem as model
 from prensa.solver.condensed_bodies import Blocks, Bodies, FreeResponse
-from prensa.solver.equilibrium import Equilibrium, NewtonResult
+from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.linear import DenseFactors, SingularError
+from prensa.solver.outcome import NewtonResult
 from prensa.solver.policy import DEFAULT, Policy
 from prensa.solver.reduced import Reduced, equations_of, in_lengths, weights_of
 

@@ -20,7 +20,6 @@ from prensa.fem.system import Evaluation, System
 from prensa.model.problem import support_names
 from prensa.model.seconds import elapsed
 from prensa.solver.assembled import assembled
-from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import (
     FORCE_IN,
     PLACE,
@@ -37,6 +36,7 @@ from prensa.solver.increment import (
     Statistics,
     ToolState,
 )
+from prensa.solver.outcome import NewtonResult
 
 Array = NDArray[np.float64]
 Recovery = Callable[[Array, NDArray[np.int64], Array, Array], Array]

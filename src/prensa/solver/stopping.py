@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 
 from prensa.errors import SolveError
 from prensa.fem.context import Context
+from prensa.fem.failure import NotReached, sentence
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
 from prensa.fem.system import Evaluation, System
 from prensa.measures import Measure, targets
 from prensa.model.units import powers
-from prensa.solver.equilibrium import NewtonResult
-from prensa.solver.failure import NotReached, sentence
 from prensa.solver.increment import Increment
+from prensa.solver.outcome import NewtonResult
 from prensa.solver.policy import Policy
 from prensa.solver.results import increment_of, tool_forces
 

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from prensa.contact.pairing import current_pairs
 from prensa.fem.context import Context
+from prensa.fem.failure import TipsOver
 from prensa.fem.system import System
-from prensa.solver.failure import TipsOver
 from prensa.solver.policy import Policy
 
 Array = NDArray[np.float64]
