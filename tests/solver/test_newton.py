@@ -120,7 +120,7 @@ def test_a_shortened_step_along_a_curved_tool_keeps_the_gaps_of_the_linear_model
 
 def test_the_secant_keeps_the_direction_of_flow():
     """Half the way is the mean of tangent and secant; that is θ times the elastic moduli in shear; stresses stay."""
-    from prensa.materials.laws import material_of
+    from prensa.materials.material import material_of
     from prensa.materials.protocol import At, Out
 
     law = material_of(pr.J2(E=1e3, nu=0.3, flow=pr.Voce(s0=1.0, Q=1.0, b=10.0)), "small", "plane strain")

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from prensa.analysis import check_arguments, told_before
 from prensa.errors import ArgumentError, take
-from prensa.fem.context import Context
 from prensa.fem.discretise import discretise
+from prensa.fem.interaction import Context
 from prensa.fem.mirrors import guard_of
 from prensa.fem.planning import plan_step
 from prensa.fem.state import State
@@ -290,7 +290,7 @@ class _Seen(NamedTuple):
         assert state is not None
         e = system.evaluate(c, state.u, state.lam, stiffness=False)._replace(history=state.history)
         result = NewtonResult(True, None, state.u, None, state.lam, 0)
-        beside = increment_of(system, state, c.plan, e, result, 0, 0, self.increment.end_of_step, c.state)
+        beside = increment_of(system, state, c.plan, e, result, 0, 0, self.increment.end_of_step, c.state, parse=parse)
         return np.array([m.value(beside) if slope.nodes else 0.0 for m, slope in zip(self.measures, self.slopes)])
 
 

@@ -9,8 +9,8 @@ from functools import partial
 from prensa import analysis
 from prensa.analysis import belongs, told_before
 from prensa.errors import ArgumentError, take
-from prensa.fem.context import Context
 from prensa.fem.discretise import discretise
+from prensa.fem.interaction import Context
 from prensa.fem.mirrors import Guard, extended_derivatives, guard_of, system_of
 from prensa.fem.state import State
 from prensa.fem.system import System

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from prensa.fem.assembly import Block
 from prensa.fem.contacts import contacts_of, were_closed
-from prensa.fem.context import Context
 from prensa.fem.failure import (
     Collapsed,
     CornerInverted,
@@ -19,6 +18,7 @@ from prensa.fem.failure import (
     TurnedThrough,
     UnilaterallySupported,
 )
+from prensa.fem.interaction import Context
 from prensa.fem.modes import free_to_move
 from prensa.fem.state import State
 from prensa.fem.surface import Surface

@@ -10,8 +10,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.fem.context import Context
 from prensa.fem.failure import Failure, Singular, Unsettled
+from prensa.fem.interaction import Context
 from prensa.fem.state import may_rest
 from prensa.fem.system import Evaluation, System
 from prensa.solver.continuation import stages

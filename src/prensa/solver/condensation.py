@@ -30,8 +30,7 @@ from scipy.sparse import csc_matrix, csr_matrix
 from prensa.contact.forces import TOUCH
 from prensa.errors import PrensaError
 from prensa.fem.assembly import Pattern
-from prensa.fem.context import Context
-from prensa.fem.interaction import Overrides
+from prensa.fem.interaction import Context, Overrides
 from prensa.fem.modes import free_to_move
 from prensa.fem.planning import plan_step
 from prensa.fem.schedule import StepPlan

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.fem.context import Context
+from prensa.fem.interaction import Context
 from prensa.fem.system import System
 from prensa.solver.policy import DEFAULT, Policy
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.fem.context import Context
 from prensa.fem.failure import Collapsed, CornerInverted, Distorted, ElementFailed, Failure, Unevaluable
 from prensa.fem.folds import past_support, sides_of
 from prensa.fem.inside import ALLOWED
+from prensa.fem.interaction import Context
 from prensa.fem.system import System
 from prensa.mesh.mesh import displaced
 from prensa.mesh.quality import quality

@@ -10,9 +10,8 @@ from typing import Any, NamedTuple, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.fem.context import Context
 from prensa.fem.failure import Failure, Runaway, ToolRunaway
-from prensa.fem.interaction import Overrides
+from prensa.fem.interaction import Context, Overrides
 from prensa.fem.system import Evaluation, System
 from prensa.model import problem as model
 from prensa.solver.outcome import NewtonResult

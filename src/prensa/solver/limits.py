@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces
 from prensa.fem.assembly import Block
-from prensa.fem.context import Context
+from prensa.fem.interaction import Context
 from prensa.fem.state import State
 from prensa.fem.surface import Surface
 from prensa.fem.system import Evaluation, System

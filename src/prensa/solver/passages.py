@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.fem.context import Context
+from prensa.fem.interaction import Context
 from prensa.fem.passing import STAIR, WORTH_SAYING, Passing, passable, passing, plastic, sentence
 from prensa.fem.state import State
 from prensa.fem.system import Evaluation, System

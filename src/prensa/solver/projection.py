@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from prensa.contact.forces import Scale
 from prensa.contact.pairing import Pairs
-from prensa.fem.context import Context
+from prensa.fem.interaction import Context
 from prensa.fem.surface import Surface
 from prensa.fem.system import Evaluation, System
 from prensa.solver.equilibrium import Foreseen

@@ -16,10 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import PrensaError, SolveError
-from prensa.fem.context import Context
 from prensa.fem.discretise import on_meshes
 from prensa.fem.failure import BeyondSmall, FreeToMove, MetalInside, sentence
-from prensa.fem.interaction import Branches, Overrides, Part, Request, Response
+from prensa.fem.interaction import Branches, Context, Overrides, Part, Request, Response
 from prensa.fem.mirrors import Guard, Nearing, extended, guard_of, on_mesh_of, with_planes
 from prensa.fem.renewal import check_mesher, least_shape, present_plan, renewed
 from prensa.fem.schedule import StepPlan

@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.fem.context import Context
 from prensa.fem.failure import Diverged, Jumped, LimitPoint, NotConverged, Singular, Stagnated, ToolRunaway, Unstable
+from prensa.fem.interaction import Context
 from prensa.fem.state import Stability, State, may_rest
 from prensa.fem.system import System
 from prensa.solver.acceptance import Acceptance

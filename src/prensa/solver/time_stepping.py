@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import ArgumentError, SolveError, shown
-from prensa.fem.context import Context
 from prensa.fem.failure import (
     BeyondSmall,
     Distorted,
@@ -27,6 +26,7 @@ from prensa.fem.failure import (
 )
 from prensa.fem.folds import fold, hanging, outlines
 from prensa.fem.inside import inside, watches
+from prensa.fem.interaction import Context
 from prensa.fem.letting_go import held_at, let_go, removed_tools, still_held, table_jumps
 from prensa.fem.mirrors import Guard, Nearing, extended, names_of, with_planes
 from prensa.fem.modes import Loose, loose_bodies
@@ -36,6 +36,7 @@ from prensa.fem.state import Clock, State
 from prensa.fem.symmetry import is_symmetric
 from prensa.fem.system import Evaluation, System
 from prensa.fem.time_rule import BACKWARD_EULER, TimeRule, all_follow, growths, unsteadiness
+from prensa.measures import parse
 from prensa.model import problem as model
 from prensa.model.feed import ends_early
 from prensa.solver.acceptance import Acceptance, Corners, unilaterally_supported
@@ -77,7 +78,7 @@ def at_rest(system: System) -> Increment | None:
     plan = plan_step(system, 0, state.step_start)
     e = system.evaluate(system.context(state, plan, 0.0), state.u, state.lam, stiffness=False)
     result = NewtonResult(True, None, state.u, e, state.lam, 0)
-    return None if e.failed else increment_of(system, state, plan, e, result, 0, 0, False)
+    return None if e.failed else increment_of(system, state, plan, e, result, 0, 0, False, parse=parse)
 
 
 def _as_times(name: str, given: Sequence[float]) -> Array:
@@ -484,7 +485,7 @@ class TimeStepping:
         """The increment that an outcome would be, if it were committed."""
         assert result.evaluation is not None
         state = committed(self.system, c, result, result.evaluation, 0.0, self.stabilisation)
-        return increment_of(self.system, state, c.plan, result.evaluation, result, 0, 0, False, c.state)
+        return increment_of(self.system, state, c.plan, result.evaluation, result, 0, 0, False, c.state, parse=parse)
 
     def commit(
         self, c: Context, control: StepControl, result: NewtonResult, spent: int, cutbacks: int
@@ -495,7 +496,9 @@ class TimeStepping:
         e = result.evaluation._replace(data=None)  # increments that are kept must not keep their matrices
         ended = c.ends_step
         grown = result.grown or growths(self.system.blocks, e.history, c.state.history)
-        unsteady = unsteadiness(c, self.system.blocks, grown) if control.second_order and not ended else 0.0
+        unsteady = 0.0
+        if control.second_order and not ended:
+            unsteady = unsteadiness(c.state, c.dt, c.rule, c.history, self.system.blocks, grown)
         dt = 0.0 if ended else control.next(c, e, grown, result.iterations - result.vain, cutbacks, unsteady)
         result.grown = grown = ()  # a large increment has no room for that of the one before
         state = committed(self.system, c, result, e, dt, self.stabilisation)
@@ -506,7 +509,7 @@ class TimeStepping:
         if result.recover is None and (refusal := self.validity.look(state.u, state.history)):
             result.reason = refusal
             raise self.post_mortem(c, result, cutbacks)
-        increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended, c.state, c)
+        increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended, c.state, c, parse=parse)
         if c.stopped:
             self.messages.note(c.state, c.plan, f"step {c.plan.name!r} ends at time {c.time:.6g}: {c.stopped}")
             self.messages.warn(self.stopping.early(c))

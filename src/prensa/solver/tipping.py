@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.pairing import current_pairs
-from prensa.fem.context import Context
 from prensa.fem.failure import TipsOver
+from prensa.fem.interaction import Context
 from prensa.fem.system import System
 from prensa.solver.policy import Policy
 
