@@ -13,7 +13,7 @@ from prensa.fem.preflight import preflight
 from prensa.fem.state import State
 from prensa.fem.system import System
 from prensa.model import problem as model
-from prensa.model.checks import warnings_of
+from prensa.model.plausibility import warnings_of
 from prensa.model.remeshing import remeshing_of
 from prensa.solver.ahead import Ahead
 from prensa.solver.condensation import to_be_condensed
