@@ -14,9 +14,10 @@ import pytest
 import prensa as pr
 from prensa.errors import PrensaError, SolveError
 from prensa.fem.discretise import discretise
-from prensa.fem.sizes import SizeField, mismatch
+from prensa.fem.element_sizes import size_field
 from prensa.fem.transfer import utilisation
 from prensa.mesh.mesh import boundary_edges, segments
+from prensa.mesh.sizes import mismatch
 from prensa.output.checkpoint import read_checkpoint, write_checkpoint
 from prensa.output.history import read_history
 from prensa.output.run import run
@@ -139,7 +140,7 @@ def test_sizes_that_are_not_those_asked_for() -> None:
 
     def of(far: float) -> tuple[float, float]:
         sizes = pr.Sizes(far=far, near_tools=far, across=1.0, per_strain=0.0)
-        return mismatch(SizeField(system, system.initial(), "billet", sizes, 36.0))
+        return mismatch(size_field(system, system.initial(), "billet", sizes, 36.0))
 
     missing, ratio = of(0.5)
     assert missing == 1.0 and ratio == pytest.approx(50 * np.sqrt(3) / 4 * 0.5**2 / 36.0, rel=1e-12)

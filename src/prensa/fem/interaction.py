@@ -24,13 +24,10 @@ from prensa.fem.assembly import Block, Pattern
 from prensa.fem.failure import NotEvaluated
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
-from prensa.fem.surface import Surface
+from prensa.fem.surface import Geometry, Surface
 from prensa.fem.time_rule import TimeRule
 from prensa.friction.law import At, FrictionLaw
-from prensa.layout import DofMap
-from prensa.mesh.mesh import Mesh
 from prensa.model import problem as model
-from prensa.tools.place import PlacedTool
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -93,17 +90,12 @@ class Part(NamedTuple):
     K: Array | None = None
 
 
-class Discretisation(Protocol):
+class Discretisation(Geometry, Protocol):
     """What an interaction sees of the discretised problem; `prensa.fem.system.System` is one."""
 
     problem: model.Problem
-    meshes: dict[str, Mesh]
-    offsets: dict[str, int]
-    X: Array
     blocks: list[Block]
-    tools: list[PlacedTool]
     pattern: Pattern
-    dofs: DofMap
 
     @property
     def ndof(self) -> int:
@@ -112,12 +104,6 @@ class Discretisation(Protocol):
     @property
     def depth(self) -> Array | None:
         """Initial thickness at the nodes (n,); None in axisymmetry."""
-
-    def positions(self, u: Array) -> Array:
-        """Node positions (n, d) for degrees of freedom u (ndof,)."""
-
-    def place_of(self, t: int, u: Array) -> Array:
-        """Displacement and rotation of tool number t."""
 
     def node_volumes(self, body: str) -> Array:
         """∫N_A dV (n,) of the nodes of a body, in the initial configuration."""

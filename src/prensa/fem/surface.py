@@ -1,10 +1,10 @@
-"""Contacts as data: candidate points of a surface against a tool, and as an interaction: what they do to a residual."""
+"""Contacts as data: candidate points of a surface against a tool, and what contact sees of the bodies and tools."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,9 @@ from prensa.contact.forces import Scale
 from prensa.contact.integration import Points
 from prensa.contact.kept import Supports
 from prensa.layout import DofMap, Field
+from prensa.mesh.mesh import Mesh
 from prensa.model import problem as model
+from prensa.tools.place import PlacedTool
 
 if TYPE_CHECKING:
     pass
@@ -108,3 +110,20 @@ class Surface:
         unit = self.unit
         k_n, k_t = self.description.enforcement.stiffness(unit)
         return Scale(k_n, np.maximum(k_t, k_t_least), self.points.depth, unit)
+
+
+class Geometry(Protocol):
+    """Where bodies and tools are, as contact sees it; `prensa.fem.system.System` is one."""
+
+    meshes: dict[str, Mesh]
+    offsets: dict[str, int]
+    X: Array
+    tools: list[PlacedTool]
+    surfaces: list[Surface]
+    dofs: DofMap
+
+    def positions(self, u: Array) -> Array:
+        """Node positions (n, d) for degrees of freedom u (ndof,)."""
+
+    def place_of(self, t: int, u: Array) -> Array:
+        """Displacement and rotation of tool number t."""

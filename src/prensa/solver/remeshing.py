@@ -17,15 +17,16 @@ from numpy.typing import NDArray
 
 from prensa.errors import PrensaError, SolveError
 from prensa.fem.discretise import on_meshes
+from prensa.fem.element_sizes import section_area, size_field
 from prensa.fem.failure import BeyondSmall, FreeToMove, MetalInside, sentence
 from prensa.fem.interaction import Branches, Context, Overrides, Part, Request, Response
 from prensa.fem.mirrors import Guard, Nearing, extended, guard_of, on_mesh_of, with_planes
 from prensa.fem.renewal import check_mesher, least_shape, present_plan, renewed
 from prensa.fem.schedule import StepPlan
-from prensa.fem.sizes import SizeField, coarseness, least_at_tools, mismatch, section_area
 from prensa.fem.state import State
 from prensa.fem.system import Evaluation, System
 from prensa.fem.transfer import with_flow
+from prensa.mesh.sizes import SizeField, coarseness, least_at_tools, mismatch
 from prensa.model.problem import tools_removed
 from prensa.model.remeshing import remeshing_of
 from prensa.solver.approach import bisected
@@ -276,7 +277,7 @@ class Remeshing:
 
     # ------------------------------------------------------------------------------------------------------------- how
     def _sizes(self, system: System, state: State, body: str, share: float = 1.0) -> SizeField:
-        return SizeField(system, state, body, self.asked.size, self.area[body], share)
+        return size_field(system, state, body, self.asked.size, self.area[body], share)
 
     def _on_new_meshes(self, stepping: Stepping, state: State, why: str, failures: int) -> tuple[Stepping, State]:
         """Time stepping and state on new meshes; what they were where no new mesh bears the state."""

@@ -27,9 +27,10 @@ from prensa.fem.failure import (
 from prensa.fem.folds import fold, hanging, outlines
 from prensa.fem.inside import inside, watches
 from prensa.fem.interaction import Context
-from prensa.fem.letting_go import held_at, let_go, removed_tools, still_held, table_jumps
+from prensa.fem.letting_go import held_at, let_go, removed_tools, still_held
 from prensa.fem.mirrors import Guard, Nearing, extended, names_of, with_planes
 from prensa.fem.modes import Loose, loose_bodies
+from prensa.fem.motions import table_jumps
 from prensa.fem.planning import plan_step
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import Clock, State
@@ -470,7 +471,9 @@ class TimeStepping:
         """Outcome of one attempt, on the condensed system where there is one; ``foreseen``: see `Equilibrium`."""
         eq = self.equilibrium(c, uncut)
         if self.condensed is not None:
-            return self.condensed.attempt(attempt, eq, start, soften)
+            return self.condensed.attempt(
+                lambda reduced: attempt(replace(eq, reduced=reduced), start, soften), c, start, self.timer
+            )
         if foreseen is None:
             return attempt(eq, start, soften)
         result = attempt(replace(eq, foreseen=foreseen), start, soften=False)
