@@ -8,8 +8,8 @@ import pytest
 
 import prensa as pr
 from prensa.errors import SolveError
+from prensa.fem.failure import LostSupport
 from prensa.solver.acceptance import least_corner
-from prensa.solver.failure import LostSupport
 from prensa_bench.robustness.families import drawn
 
 
