@@ -118,7 +118,7 @@ def test_stiffer_contacts_start_from_the_pressures_of_softer_ones(element):
     soft, s = stages(system, c)[0], system.surfaces[0]
     u = system.initial().u.copy()
     u[system.tool_dof(0) + 1] = -0.05
-    gap = system.node_pairs(s, project_stage(system, soft, c, u)).g
+    gap = system.node_stencils(s, project_stage(system, soft, c, u)).g
     on_axis = system.X[s.points.nodes, 0] == 0.0
     assert gap == pytest.approx(np.where(on_axis, -0.05, -0.005))
 

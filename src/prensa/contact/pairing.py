@@ -2,7 +2,7 @@
 
 Generalised coordinates of a pair are q = (body point, motions of the tool): (x, y; x, y, rz) in the plane, here, and
 (x, y, z; x, y, z, rx, ry, rz) in space, `prensa.contact.spatial`. All geometries give the gap g, the t surface coordinates s,
-their derivatives with respect to q, and the directions F_n, F_t in which a unit pressure and unit tangential tractions act on q.
+their derivatives with respect to q and the spin of the frame; `Pairs.stencils` makes of them what forces are assembled from.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.contact.stencil import Stencils, on_nodes
 from prensa.kernels.compiled import njit
 from prensa.tools.analytic import Closest, Tool, turned
 
@@ -26,8 +27,8 @@ LOOK_EVERY = np.pi / 8  # rotation of a tool from one look at where a point is o
 class Pairs(NamedTuple):
     """k pairs with t tangents, m coordinates q: gap g (k,), surface coordinates s (k, t); normal n (k, d), tangents e (k, t, d).
 
-    dg, Fn (k, m); ds, Ft (k, t, m). turn (k, m) = ∂(angle of the frame n, e)/∂q in the plane (zero where the frame does not
-    turn), arm (k, d) from the tool's reference point, where it is now; moving: whether the arm moves with the body point too.
+    dg (k, m); ds (k, t, m). turn (k, w, m): spin of the frame n, e by q (zero where it does not turn), arm (k, d) from the
+    tool's reference point, where it is now; moving: whether the arm moves with the body point too.
     """
 
     g: Array
@@ -36,11 +37,15 @@ class Pairs(NamedTuple):
     e: Array
     dg: Array
     ds: Array
-    Fn: Array
-    Ft: Array
     turn: Array
     arm: Array
     moving: bool
+
+    def stencils(self, N: Array, coef: Array, dofs: Index) -> Stencils:
+        """On the nodes that carry the points with N (k, a); coef (k, a + 1): N, and −1 of the tool; dofs (k, d a + m − d)."""
+        dg = on_nodes(N, self.dg[:, None])[:, 0]
+        ds, turn = on_nodes(N, self.ds), on_nodes(N, self.turn)
+        return Stencils(dofs, coef, self.g, self.s, self.n, self.e, dg, ds, turn, self.arm, self.moving)
 
     def replaced(self, rows: Index, by: Pairs) -> Pairs:
         """With some rows (j,) those of others (j pairs)."""
@@ -72,29 +77,29 @@ def current_pairs(shape: Closer, x: Array, at: Array, place: Array) -> Pairs:
     k = len(x)
     c, s = math.cos(place[2]), math.sin(place[2])
     arm, n = x - (at + place[:2]), np.empty((k, 2))
-    e, ds, Ft = np.empty((k, 1, 2)), np.empty((k, 1, 5)), np.empty((k, 1, 5))
-    Fn, turn = np.empty((2, k, 5))
+    e, dg, ds, turn = np.empty((k, 1, 2)), np.empty((k, 5)), np.empty((k, 1, 5)), np.empty((k, 1, 5))
     close = shape.closest(arm @ np.array([[c, -s], [s, c]]) if s else arm)
-    _turn_into_space(close.g, close.c, close.n, place, arm, n, e, Fn, Ft, ds, turn)
-    return Pairs(close.g, close.s[:, None], n, e, Fn, ds, Fn, Ft, turn, arm, True)
+    _turn_into_space(close.g, close.c, close.n, place, arm, n, e, dg, ds, turn)
+    return Pairs(close.g, close.s[:, None], n, e, dg, ds, turn, arm, True)
 
 
 @njit(cache=True)
-def _turn_into_space(g, c, n_tool, place, arm, n, e, Fn, Ft, ds, turn):
-    """Normals in the tool frame → the frame in space, its forces, and what changes s and turns the frame."""
+def _turn_into_space(g, c, n_tool, place, arm, n, e, dg, ds, turn):
+    """Normals in the tool frame → the frame in space, and what changes g and s and turns the frame."""
+    along = np.empty(5)
     cos, sin = math.cos(place[2]), math.sin(place[2])
     for k in range(len(g)):
         n[k, 0], n[k, 1] = cos * n_tool[k, 0] - sin * n_tool[k, 1], sin * n_tool[k, 0] + cos * n_tool[k, 1]
         e[k, 0, 0], e[k, 0, 1] = -n[k, 1], n[k, 0]
         for i in range(2):
-            Fn[k, i], Ft[k, 0, i] = n[k, i], e[k, 0, i]
-            Fn[k, 2 + i], Ft[k, 0, 2 + i] = -n[k, i], -e[k, 0, i]
-        Fn[k, 4] = arm[k, 1] * n[k, 0] - arm[k, 0] * n[k, 1]
-        Ft[k, 0, 4] = arm[k, 1] * e[k, 0, 0] - arm[k, 0] * e[k, 0, 1]
+            dg[k, i], along[i] = n[k, i], e[k, 0, i]
+            dg[k, 2 + i], along[2 + i] = -n[k, i], -e[k, 0, i]
+        dg[k, 4] = arm[k, 1] * n[k, 0] - arm[k, 0] * n[k, 1]
+        along[4] = arm[k, 1] * e[k, 0, 0] - arm[k, 0] * e[k, 0, 1]
         for i in range(5):
-            ds[k, 0, i] = (1.0 - g[k] * c[k]) * Ft[k, 0, i]
-            turn[k, i] = c[k] * Ft[k, 0, i]
-        turn[k, 4] += 1.0
+            ds[k, 0, i] = (1.0 - g[k] * c[k]) * along[i]
+            turn[k, 0, i] = c[k] * along[i]
+        turn[k, 0, 4] += 1.0
 
 
 class Since(NamedTuple):
@@ -164,11 +169,10 @@ def reference_pairs(
     dg[:, :2] = n
     dg[:, 2:4] = N / slope[:, None]
     dg[:, 4] = (to_hit[:, 0] * N[:, 1] - to_hit[:, 1] * N[:, 0]) / slope
-    Fn, Ft = _generalised(n, arm), _generalised(e, arm)
     step = place - since.place
     ds = _generalised(e, arm + 0.5 * step[:2])
     slip = since.s + ((e * (u - since.u - step[:2])).sum(axis=1) + ds[:, 4] * step[2])[:, None]
     # the arm of half the way goes half the way of the tool
     ds[:, 2] += 0.5 * step[2] * e[:, 1]
     ds[:, 3] -= 0.5 * step[2] * e[:, 0]
-    return Pairs(g, slip, n, e[:, None], dg, ds[:, None], Fn, Ft[:, None], np.zeros((len(X), 5)), arm, False)
+    return Pairs(g, slip, n, e[:, None], dg, ds[:, None], np.zeros((len(X), 1, 5)), arm, False)

@@ -49,12 +49,10 @@ def plane_pairs(shape: HalfSpace, x: Array, at: Array, place: Array) -> Pairs:
     """Moved surface against a plane: x (k, 3) positions, at (3,), place (6,) displacement and rotations, which are zero."""
     arm = x - (at + place[:3])
     k, frame = len(arm), shape.frame
-    n = np.broadcast_to(frame[0], (k, 3))
-    e = np.broadcast_to(frame[1:], (k, 2, 3))
+    n, e = np.tile(frame[0], (k, 1)), np.tile(frame[1:], (k, 1, 1))
     g, s = arm @ frame[0], arm @ frame[1:].T
-    Fn = _generalised(n, arm)
-    Ft = np.stack([_generalised(e[:, i], arm) for i in range(2)], axis=1)
-    return Pairs(g, s, n, e, Fn, Ft, Fn, Ft, np.zeros((k, 9)), arm, True)
+    ds = np.stack([_generalised(e[:, i], arm) for i in range(2)], axis=1)
+    return Pairs(g, s, n, e, _generalised(n, arm), ds, np.zeros((k, 3, 9)), arm, True)
 
 
 def _generalised(v: Array, arm: Array) -> Array:
@@ -99,6 +97,11 @@ class FacePoints:
         return np.ones((len(self), 1))
 
     @cached_property
+    def coefficients(self) -> Array:
+        """Of the nodes and the tool's reference point (k, 2) in stencils."""
+        return np.tile([1.0, -1.0], (len(self), 1))
+
+    @cached_property
     def slots(self) -> Index:
         """Places (m, 4) of the faces' nodes in ``nodes``."""
         number = np.full(int(self.nodes.max()) + 1, -1, dtype=np.int64)
@@ -125,14 +128,6 @@ class FacePoints:
     def any_at_nodes(self, flags: Flags) -> Flags:
         """Flags of the points at the nodes (k,)."""
         return flags.copy()
-
-    def spread(self, F: Array, K: Array) -> tuple[Array, Array]:
-        """Forces and stiffnesses of the points on their nodes."""
-        return F, K
-
-    def on_dofs(self, F: Array) -> Array:
-        """Forces or slopes of the points' pairs on their nodes and the tool."""
-        return F
 
     def normals(self, x: Array) -> Array:
         """Outward unit normals (k, 3) at the nodes, weighted by the areas of the faces."""

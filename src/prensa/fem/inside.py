@@ -121,7 +121,7 @@ def sunk_in(system: System, u: Array) -> Array:
     """Largest penetration (tools,) of the contacts of each tool, for degrees of freedom u (ndof,)."""
     out = np.zeros(len(system.tools))
     for s in system.surfaces:
-        out[s.tool] = max(out[s.tool], -float(system.node_pairs(s, u).g.min()))
+        out[s.tool] = max(out[s.tool], -float(system.node_stencils(s, u).g.min()))
     return out
 
 

@@ -105,7 +105,7 @@ def free_to_move(system: System, body: str, c: Any, contacts: bool = True) -> st
     for s, law in zip(system.surfaces, c.laws):
         if s.body in system.tied_bodies(body) and contacts:
             closed = c.state.contact.closed[s.rows]
-            pairs = system.pairs(s, c.state.u)
+            pairs = system.stencils(s, c.state.u)
             x = s.X[closed]
             rows.append(_rows(frame, x, pairs.n[closed]))
             if law is not None:

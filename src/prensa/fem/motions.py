@@ -279,7 +279,7 @@ def pressed_far(system: System, plan: StepPlan, begun: Array, u: Array, known: F
 
 def _reach(system: System, s: Surface, plan: StepPlan, u: Array, way: Array) -> tuple[float, float] | None:
     """How deep a tool presses a node in by a way (d,) from dofs u, and how far that is from what holds it against that."""
-    pairs = system.node_pairs(s, u)
+    pairs = system.node_stencils(s, u)
     k = int(np.argmin(np.where(np.abs(pairs.n).max(axis=1) > ALONG, pairs.g, np.inf)))
     depth, axis = float(way @ pairs.n[k] - pairs.g[k]), int(np.argmax(np.abs(pairs.n[k])))
     if not depth > 0 or abs(pairs.n[k, axis]) < ALONG:

@@ -60,8 +60,8 @@ def passing(system: System, s: Surface, f: ContactForces, before: Array, after: 
     if not closed.any():
         return Passing(0.0, 0.0, 0.0)
     old, new = (s.points.at(system.positions(u))[closed] for u in (before, after))
-    way = new - _carried(system, s, old, f.pairs.arm[closed], f.pairs.n[closed], before, after)
-    along = (way * f.pairs.e[closed, 0]).sum(axis=1)
+    way = new - _carried(system, s, old, f.stencils.arm[closed], f.stencils.n[closed], before, after)
+    along = (way * f.stencils.e[closed, 0]).sum(axis=1)
     share, weight = along / s.points.at(_lengths(system, s, system.positions(after)))[closed], f.weight[closed]
     pressure = float(weight @ f.p[closed] / weight.sum())
     return Passing(abs(float(weight @ share / weight.sum())), _elements(system, s, int(closed.sum())), pressure)

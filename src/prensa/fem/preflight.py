@@ -601,7 +601,7 @@ def _passage(system: System, watched: list[Watch]) -> Iterator[Notice]:
             known[i] &= m.known[s.tool]
             if not m.known[s.tool]:
                 continue
-            pairs = system.node_pairs(s, m.u)
+            pairs = system.node_stencils(s, m.u)
             nearest[i] = min(nearest[i], float(pairs.g.min()))
             _held(system, s, i, m, x, pressed)
         for notice in _crossing(system, m, x):

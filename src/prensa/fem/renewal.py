@@ -276,7 +276,7 @@ class _Places:
         total = sum(len(s.points) for s in new.surfaces)
         record, lam = ContactRecord.initial(total, t), np.zeros((total, 1 + t))
         for s, (own, _, multipliers) in zip(new.surfaces, self.values):
-            coordinate, area = new.pairs(s, self.tools_at).s, new.weights(s, new.X, None)
+            coordinate, area = new.stencils(s, self.tools_at).s, new.weights(s, new.X, None)
             record = record.replaced(s.rows, replace(own, coordinate=coordinate, area=area))
             lam[s.rows] = multipliers
         return record, lam

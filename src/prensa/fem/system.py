@@ -17,6 +17,7 @@ from prensa.contact.pairing import UNMOVED, Pairs, Since, continued, current_pai
 from prensa.contact.record import ContactRecord
 from prensa.contact.recovery import recover
 from prensa.contact.spatial import plane_pairs
+from prensa.contact.stencil import Stencils
 from prensa.fem.assembly import Block, Pattern, scatter_matrix, scatter_vector, slots, sweep
 from prensa.fem.context import Context
 from prensa.fem.failure import ElementFailed, NotEvaluated
@@ -65,6 +66,13 @@ class Evaluation(NamedTuple):
     failed: NotEvaluated | None
     floor: float = 0.0
     violation: float = 0.0
+
+    def contact_forces(self) -> Array:
+        """Forces (ndof,) of the contacts on all degrees of freedom: a master's are those at its own."""
+        out = np.zeros(len(self.r))
+        for f in self.contacts:
+            scatter_vector(f.F, f.stencils.dofs, out)
+        return out
 
     @property
     def resting(self) -> NDArray[np.bool_]:
@@ -320,7 +328,7 @@ class System:
         t = self.dofs.dimension - 1
         contact = ContactRecord.initial(n_points, t)
         for s in self.surfaces:
-            contact.coordinate[s.rows] = self.pairs(s, u).s
+            contact.coordinate[s.rows] = self.stencils(s, u).s
         return State(
             u=u, du=np.zeros(self.ndof), dt_last=0.0, second_difference=np.zeros(self.ndof),
             history=self.initial_history,
@@ -363,7 +371,7 @@ class System:
         u = c.state.u + way
         committed = [
             record if self.frictionless(law) else replace(
-                record, coordinate=np.where(record.closed[:, None], record.coordinate, self.pairs(s, u, c.state).s)
+                record, coordinate=np.where(record.closed[:, None], record.coordinate, self.stencils(s, u, c.state).s)
             )
             for s, record, law in zip(c.surfaces, c.committed, c.plan.friction)
         ]  # fmt: skip
@@ -393,9 +401,9 @@ class System:
             points = cut(s.points, self.positions(u) if self.problem.kinematics == "finite" else self.X, cuts)
             corners = corners_of(points, self.tools[s.tool].shape, cuts)
             out = replace(s, points=points, X=points.at(self.X), corners=corners)
-            gap = self.pairs(out, ahead).g
+            gap = self.stencils(out, ahead).g
             if corners is not None:  # what they hold they take along: only where they lie now may they be too deep
-                gap[corners.rows] = self.pairs(out, u).g[corners.rows]
+                gap[corners.rows] = self.stencils(out, u).g[corners.rows]
             sunk = gap < -PIERCED * points.depth
             whole = [c for c in cuts if not sunk[s.points.nodes == s.points.edges[c.edge, c.end]].any()]
             if len(whole) == len(cuts):
@@ -414,24 +422,25 @@ class System:
         record = state.contact.of(s.rows)
         if not s.sharp or self.problem.contact_geometry == "reference":
             return record
-        return replace(record, coordinate=self.pairs(s, state.u, state).s)
+        return replace(record, coordinate=self.stencils(s, state.u, state).s)
 
     # ----------------------------------------------------------------------------------------------------- residual
-    def pairs(self, s: Surface, u: Array, since: State | None = None) -> Pairs:
-        """Gap and slip data of a contact at its integration points, for degrees of freedom u.
+    def stencils(self, s: Surface, u: Array, since: State | None = None) -> Stencils:
+        """Stencils of a contact at its integration points, for degrees of freedom u.
 
         since: the committed state from which slip goes on, where the surface stays undeformed or the tool's is closed; the
         undeformed one if None.
         """
         displacement = s.points.at(self.displacement(u))
         pairs = self._pairs_since(s, u, displacement, since)
-        if s.corners is None:
-            return pairs
-        rows, place = s.corners.rows, self.place_of(s.tool, u)
-        return pairs.replaced(rows, current_pairs(s.corners, (s.X + displacement)[rows], self.tools[s.tool].at, place))
+        if s.corners is not None:
+            rows, place = s.corners.rows, self.place_of(s.tool, u)
+            held = current_pairs(s.corners, (s.X + displacement)[rows], self.tools[s.tool].at, place)
+            pairs = pairs.replaced(rows, held)
+        return pairs.stencils(s.points.N, s.points.coefficients, s.dofs)
 
     def _pairs_since(self, s: Surface, u: Array, displacement: Array, since: State | None) -> Pairs:
-        """As `pairs`, of points with a displacement (k, d) that no corner holds."""
+        """Pairs of points with a displacement (k, d) that no corner holds."""
         reference, tool = self.problem.contact_geometry == "reference", self.tools[s.tool]
         if since is None or not (reference or np.isfinite(tool.shape.period)):
             return self._pairs(s, u, s.X, displacement, s.normal)
@@ -446,11 +455,12 @@ class System:
         place = self.place_of(s.tool, u)
         return pairs._replace(s=continued(tool.shape, pairs.s, s.X, displacement, tool.at, place, before))
 
-    def node_pairs(self, s: Surface, u: Array) -> Pairs:
-        """Gap and slip data of a contact at the nodes of its surface, whatever the rule."""
+    def node_stencils(self, s: Surface, u: Array) -> Stencils:
+        """Stencils of a contact at the nodes of its surface, whatever the rule."""
         nodes = s.points.nodes
-        displacement = self.displacement(u)[nodes]
-        return self._pairs(s, u, self.X[nodes], displacement, s.node_normal)
+        pairs = self._pairs(s, u, self.X[nodes], self.displacement(u)[nodes], s.node_normal)
+        one = np.ones((len(nodes), 1))
+        return pairs.stencils(one, np.hstack([one, -one]), self.dofs.pairs(nodes[:, None], s.tool))
 
     def _pairs(
         self, s: Surface, u: Array, X: Array, displacement: Array, normal: Array, since: Since = UNMOVED

@@ -45,7 +45,7 @@ def first_touch(
         def apart(t: float, s: Surface = s) -> bool:
             u = state.u + state.extrapolated(t - now) if state.dt_last > 0 else state.u.copy()
             u[plan.moved] = plan.motion(t)
-            return float(system.pairs(s, u).g.min()) > 0
+            return float(system.stencils(s, u).g.min()) > 0
 
         if not apart(now):
             continue
@@ -126,9 +126,9 @@ def _brought_to_rest(
         v[dofs] = origin + d * direction
         total = 0.0
         for i, s in own:
-            pairs = system.pairs(s, v)
-            p = c.scales[i].k_n * np.maximum(-pairs.g, 0.0)
-            total -= float((c.weights[i] * p * (pairs.Fn[:, dim:] @ direction)).sum())
+            x = system.stencils(s, v)
+            p = c.scales[i].k_n * np.maximum(-x.g, 0.0)
+            total -= float((c.weights[i] * p * (x.act(x.n)[:, s.master] @ direction)).sum())
         return total < size
 
     far, limit = (1e-6, 2 * np.pi) if turns else (1e-6 * system.length, 100 * system.length)

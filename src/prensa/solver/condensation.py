@@ -106,7 +106,7 @@ def reached(system: System, policy: Policy) -> int:
             moved = system.displacement(u - start.u).any()
             for s, near in zip(system.surfaces, close):
                 driven = tools[system.dofs.tool.dofs(s.tool)].all() and not moved
-                near |= s.points.any_at_nodes(system.pairs(s, u).g < 0.0) if driven else True
+                near |= s.points.any_at_nodes(system.stencils(s, u).g < 0.0) if driven else True
     for near in close:
         nodes += int(near.sum())
     return nodes
@@ -374,7 +374,7 @@ class Condensation:
         c = eq.context
         touching: Flags = c.state.contact.closed.copy()
         for s, scale in zip(eq.system.surfaces, c.scales):  # a pushed tool has been brought to rest on some points
-            touching[s.rows] |= eq.system.pairs(s, start).g <= TOUCH * scale.h
+            touching[s.rows] |= eq.system.stencils(s, start).g <= TOUCH * scale.h
         blocks = self.blocks_of(touching)
         while True:
             with eq.report.timed("condensation"):
@@ -400,7 +400,7 @@ class Condensation:
         near, held = small.recovered(c, result.u), result.u[bodies.held]
         f = e.f_ext.copy()
         for s, forces in zip(system.surfaces, e.contacts):
-            np.add.at(f, s.dofs, (forces.points or s.points).spread(forces.F, forces.K)[0])
+            np.add.at(f, s.dofs, forces.F)
         f = system.to_masters(f)
 
         @cache

@@ -30,7 +30,7 @@ def starts_inside(system: System, state: State, policy: Policy) -> list[tuple[St
     for s in system.surfaces:
         if were_closed(state, s):
             continue
-        pairs = system.node_pairs(s, state.u)
+        pairs = system.node_stencils(s, state.u)
         k, depth = int(np.argmin(pairs.g)), float(s.points.depth.min())
         deep = -float(pairs.g[k])
         if deep > policy.overlap * depth and (s.tool not in found or deep > found[s.tool][0].depth):

@@ -18,10 +18,8 @@ Array = NDArray[np.float64]
 
 def quality_warnings(system: System, c: Context, e: Evaluation, residual: float, policy: Policy) -> Iterator[str]:
     """Sentences about penetration and hidden forces of a converged increment; residual: what convergence leaves open."""
-    d = system.dofs.dimension
-    forces = np.zeros((len(system.tools), d))
+    forces = system.dofs.tool.of(e.contact_forces())[:, : system.dofs.dimension]
     for s, f, scale in zip(system.surfaces, e.contacts, c.scales):
-        forces[s.tool] += f.F[:, d : 2 * d].sum(axis=0)
         depth = np.where(f.p > 0, -f.g / scale.h, 0.0)
         k = int(np.argmax(depth))
         if depth[k] > policy.deep:
