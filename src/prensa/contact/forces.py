@@ -19,7 +19,7 @@ from prensa.contact.kept import Held, Kept
 from prensa.contact.record import ContactRecord
 from prensa.contact.stencil import Response, Stencils, assemble
 from prensa.friction.law import At, FrictionLaw
-from prensa.friction.return_map import BRANCH, DECIDE, OPEN, SLIP, STICK, return_map
+from prensa.friction.return_map import BRANCH, DECIDE, OPEN, SLIDING, STUCK, return_map
 from prensa.kernels.compiled import njit
 
 Array = NDArray[np.float64]
@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 EPS = float(np.finfo(np.float64).eps)
 NO_FOUNDATION = np.zeros((0, 2))
 NO_FRICTION = np.zeros((0, 1)), np.zeros((0, 1, 1))  # slopes of tractions by pressure and way
-NEAR = 8  # flag of a branch: a point resists that is open by less than `TOUCH`
+NEARBY = 8  # flag of a branch: a point resists that is open by less than `TOUCH`
 TOUCH = 1e-10  # gap over element depth below which a point touches where an increment starts
 
 
@@ -44,7 +44,7 @@ class Branches(NamedTuple):
     @property
     def wanted(self) -> NDArray[np.int8]:
         """The branches (k,) that `forces` is to take."""
-        return np.where(self.closed, np.where(self.slip, SLIP, STICK), OPEN).astype(np.int8)
+        return np.where(self.closed, np.where(self.slip, SLIDING, STUCK), OPEN).astype(np.int8)
 
 
 class ContactForces(NamedTuple):
@@ -95,7 +95,7 @@ class ContactForces(NamedTuple):
     @property
     def record(self) -> ContactRecord:
         """What is committed of the points; the speed, for which a duration is needed, is that of points at rest."""
-        return ContactRecord(self.t, self.kappa, self.s, self.p > 0, np.zeros_like(self.kappa), self.area)
+        return ContactRecord(self.stencils.to_keep(self.t), self.kappa, self.s, self.p > 0, np.zeros_like(self.kappa), self.area)
 
     @property
     def s(self) -> Array:
@@ -141,10 +141,10 @@ def forces(
 
     weight (k,); lam (k, 1 + t) multipliers normal, tangential; ``committed``: the points at the last commit; ``round_off`` (k,)
     of the gaps.
-    want (k,): the branch that a point takes, its sides of the kinks: `DECIDE`, or `OPEN`, `STICK`, `SLIP` whatever pressure
+    want (k,): the branch that a point takes, its sides of the kinks: `DECIDE`, or `OPEN`, `STUCK`, `SLIDING` whatever pressure
     and traction say, so that its forces are smooth. K has the slope of the side that p is on, so that a point in tension is
-    let go; what was closed and is open by round-off keeps that of closed points. To `DECIDE` may be added `NEAR`, with which
-    a point also resists that is open by less than `TOUCH`, and `STICKS` (see `return_map`).
+    let go; what was closed and is open by round-off keeps that of closed points. To `DECIDE` may be added `NEARBY`, with which
+    a point also resists that is open by less than `TOUCH`, and `HOLD` (see `return_map`).
     area (k,): current areas, to which the tractions of a law that is not proportional to the pressure belong, its bound being
     that at the pressure per current area, P/a; None: those are ``weight``, or cancel. How areas depend on the positions is not
     in K (see `stretching`).
@@ -168,7 +168,7 @@ def forces(
         by_p, by_way = NO_FRICTION
     else:
         share = None if area is None else weight / area
-        pressure = np.where((want & BRANCH) == SLIP, p, np.maximum(p, 0.0))
+        pressure = np.where((want & BRANCH) == SLIDING, p, np.maximum(p, 0.0))
         pressure = pressure if share is None else pressure * share
         out = return_map(law, at, lam_T, ds, pressure, touching, committed.slip, scale.k_t, want)
         tractions, kappa, slip, by_p, by_way, bound = out.t, out.kappa, out.slip, out.dt_dp, out.dt_dg, out.bound
@@ -204,7 +204,7 @@ def _normal(
             p[k] = trial
         else:
             touching[k] = rests[k] if closed[k] else trial >= 0.0
-            if (want[k] & NEAR) != 0 and trial >= -TOUCH * k_n[k] * h[k]:
+            if (want[k] & NEARBY) != 0 and trial >= -TOUCH * k_n[k] * h[k]:
                 touching[k] = True
         slope[k] = 1.0 if touching[k] else 0.0  # 0 where nothing touches
         if len(foundation) > 0 and foundation[k, 0] > 0.0:

@@ -40,6 +40,7 @@ class Stencils(NamedTuple):
     arm (k, d): from the reference point of a master that turns, where it is now; ``moving``: whether the arm moves with the
     slave's nodes, as it does where forces act at their place and not at that in the undeformed body.
     dcoef (k, j, m): derivatives of the coefficients, (0, 0, 0) of those that stay.
+    kept (k, t, d): tangents that committed tractions are kept along, None: e.
     """
 
     dofs: Index
@@ -54,12 +55,17 @@ class Stencils(NamedTuple):
     arm: Array
     moving: bool
     dcoef: Array = CONSTANT
+    kept: Array | None = None
 
     def act(self, f: Array) -> Array:
         """Generalised forces (k, m) on the unknowns of forces f (k, d) on the slave, and of their opposites on the master."""
         out = np.empty(self.dg.shape)
         _act(DIMENSION[f.shape[1]], self.coef, self.arm, f, out)
         return out
+
+    def to_keep(self, t: Array) -> Array:
+        """Components (k, t) along the tangents e as they are committed."""
+        return t if self.kept is None else np.asarray(np.einsum("ka,kai,kbi->kb", t, self.e, self.kept))
 
     def linear_gap(self, step: Array) -> Array:
         """Gaps (k,) after a step (ndof,) by the linear model."""

@@ -10,7 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.cut import Corners
-from prensa.contact.forces import NEAR, ContactForces, Scale, forces, multiplier_rows, stretching, with_stretched_bounds
+from prensa.contact.forces import (
+    NEARBY,
+    ContactForces,
+    Scale,
+    forces,
+    multiplier_rows,
+    stretching,
+    with_stretched_bounds,
+)
 from prensa.contact.integration import Points
 from prensa.contact.kept import Held, Kept, Supports, hold
 from prensa.contact.stencil import Stencils
@@ -18,7 +26,7 @@ from prensa.fem.context import Context
 from prensa.fem.failure import FrictionTooSoft
 from prensa.fem.interaction import Branches, Part, Request, Response
 from prensa.friction.law import bounded
-from prensa.friction.return_map import DECIDE, STICK, STICKS
+from prensa.friction.return_map import DECIDE, HOLD, STUCK
 from prensa.layout import DofMap, Field
 from prensa.model import problem as model
 
@@ -194,12 +202,12 @@ class ContactInteraction:
         if ask.like is not None and ask.like.contacts:
             return ask.like.contacts[self.number].wanted
         if ask.guess:
-            return np.where(c.committed[self.number].closed, STICK, DECIDE | NEAR).astype(np.int8)
+            return np.where(c.committed[self.number].closed, STUCK, DECIDE | NEARBY).astype(np.int8)
         want = np.full(len(s.points), DECIDE, dtype=np.int8)
         if ask.landed is not None:
-            want[ask.landed[s.rows]] |= NEAR
+            want[ask.landed[s.rows]] |= NEARBY
         if ask.stick is not None:
-            want[ask.stick[s.rows]] |= STICKS
+            want[ask.stick[s.rows]] |= HOLD
         return want
 
     def _round_off(self, x: Stencils, u: Array) -> Array:

@@ -13,10 +13,9 @@ from numpy.typing import NDArray
 
 from prensa.contact.cut import PIERCED, Cut, corners_of, cut, cuts_of
 from prensa.contact.forces import ContactForces, Scale
-from prensa.contact.pairing import UNMOVED, Pairs, Since, continued, current_pairs, reference_pairs
+from prensa.contact.pairing import Pairs, Since, continued, current_pairs, reference_pairs, spatial_pairs
 from prensa.contact.record import ContactRecord
 from prensa.contact.recovery import recover
-from prensa.contact.spatial import plane_pairs
 from prensa.contact.stencil import Stencils
 from prensa.fem.assembly import Block, Pattern, scatter_matrix, scatter_vector, slots, sweep
 from prensa.fem.context import Context
@@ -442,7 +441,7 @@ class System:
     def _pairs_since(self, s: Surface, u: Array, displacement: Array, since: State | None) -> Pairs:
         """Pairs of points with a displacement (k, d) that no corner holds."""
         reference, tool = self.problem.contact_geometry == "reference", self.tools[s.tool]
-        if since is None or not (reference or np.isfinite(tool.shape.period)):
+        if since is None or not (reference or self.dofs.dimension == 3 or np.isfinite(tool.shape.period)):
             return self._pairs(s, u, s.X, displacement, s.normal)
         before = Since(
             since.contact.coordinate[s.rows],
@@ -450,7 +449,7 @@ class System:
             self.place_of(s.tool, since.u),
         )
         pairs = self._pairs(s, u, s.X, displacement, s.normal, before)
-        if reference:
+        if reference or self.dofs.dimension == 3:
             return pairs
         place = self.place_of(s.tool, u)
         return pairs._replace(s=continued(tool.shape, pairs.s, s.X, displacement, tool.at, place, before))
@@ -463,16 +462,14 @@ class System:
         return pairs.stencils(one, np.hstack([one, -one]), self.dofs.pairs(nodes[:, None], s.tool))
 
     def _pairs(
-        self, s: Surface, u: Array, X: Array, displacement: Array, normal: Array, since: Since = UNMOVED
+        self, s: Surface, u: Array, X: Array, displacement: Array, normal: Array, since: Since | None = None
     ) -> Pairs:
-        tool = self.tools[s.tool]
-        place_ = self.place_of(s.tool, u)
+        tool, place = self.tools[s.tool], self.place_of(s.tool, u)
+        if self.problem.contact_geometry == "reference":
+            return reference_pairs(tool.shape, X, normal, displacement, tool.at, place, 100.0 * self.length, since)
         if self.dofs.dimension == 3:
-            shape: Any = tool.shape
-            return plane_pairs(shape, X + displacement, tool.at, place_)
-        if self.problem.contact_geometry == "current":
-            return current_pairs(tool.shape, X + displacement, tool.at, place_)
-        return reference_pairs(tool.shape, X, normal, displacement, tool.at, place_, 100.0 * self.length, since)
+            return spatial_pairs(tool.shape, X, displacement, tool.at, place, since)
+        return current_pairs(tool.shape, X + displacement, tool.at, place)
 
     def evaluate(
         self, c: Context, u: Array, lam: Array, stiffness: bool = True, **overrides: Unpack[Overrides]

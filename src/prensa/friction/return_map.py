@@ -16,10 +16,10 @@ from prensa.kernels.compiled import njit
 
 Array = NDArray[np.float64]
 
-DECIDE, OPEN, STICK, SLIP = 0, 1, 2, 3
+OPEN, STUCK, SLIDING, DECIDE = 0, 1, 2, 3
 """Branches of contact and friction that a point may be made to take; `DECIDE`: its pressure and trial traction say which."""
-BRANCH = 3  # the bits of a branch that tell these apart
-STICKS = 4  # a flag beside them: where it touches, the point sticks
+BRANCH = 3  # the bits that tell these apart
+HOLD = 4  # a flag besides: where it touches, the point sticks
 ON_BOUND = 1e-12  # a point that slid and has not moved yet is on the bound: it sticks, whatever the round-off says
 
 
@@ -47,7 +47,7 @@ def return_map(
     tangential displacement relative to the tool during the increment; p (k,) pressure; touching (k,) flags, which
     include the points of p = 0 that are just in touch; kappa (k,) committed slip; k_t (k,) tangential stiffness.
     Where a point does not touch everything is zero, and the slip is kept. ``want`` (k,): branches that points take: with
-    `SLIP` they slip, also where that takes back some of the slip, with `STICK` or the flag `STICKS`, by which the solver breaks
+    `SLIDING` they slip, also where that takes back some of the slip, with `STUCK` or the flag `HOLD`, by which the solver breaks
     cycles, they stick whatever the bound says; None: the trial tractions decide.
 
     The trial is t_tr = λ − k_T Δg; slip iff |t_tr| > τ_y(p, κ_n); then |t_tr| − k_T Δλ = τ_y(p, κ_n + Δλ).
@@ -63,12 +63,12 @@ def return_map(
     _tractions(lam, dg, p, k_t, touching, want, tau, dtau_p, k_t + dtau_k, *results)
     if law.hardens:
         if moves.any():
-            held = (want & BRANCH) == SLIP
+            held = (want & BRANCH) == SLIDING
             far, tau, dtau_p, dtau_k = _hardening_root(law, at, size, tau, p, kappa, k_t, moves, held)
         else:
             far = delta.copy()
         D = np.where(slip & (law.softening(p, kappa, at) >= k_t), np.nan, k_t + dtau_k)
-        as_found = np.where(slip, SLIP, STICK).astype(np.int8)
+        as_found = np.where(slip, SLIDING, STUCK).astype(np.int8)
         _tractions(lam, dg, p, k_t, touching, as_found, tau, dtau_p, D, *results)
         delta = far
     return Tangential(t, dt_dg, dt_dp, kappa + delta, slip, bound)
@@ -92,11 +92,11 @@ def _tractions(
             square += t[k, i] * t[k, i]
         size[k] = abs(t[k, 0]) if d == 1 else math.sqrt(square)
         branch = want[k] & BRANCH
-        if branch == SLIP:
+        if branch == SLIDING:
             slip[k] = touching[k]
             moves[k] = slip[k] and size[k] > 0.0
         else:
-            sticks = branch == STICK or (want[k] & STICKS) != 0
+            sticks = branch == STUCK or (want[k] & HOLD) != 0
             slip[k] = touching[k] and size[k] > (1.0 + ON_BOUND) * tau[k] and not sticks
             moves[k] = slip[k] and p[k] > 0.0
         delta[k] = (size[k] - tau[k]) / k_t[k] if moves[k] else 0.0

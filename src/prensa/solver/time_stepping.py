@@ -735,8 +735,9 @@ def committed(
     """
     old, contact, lam = c.state, c.state.contact, result.lam.copy()
     for s, f, before in zip(system.surfaces, e.contacts, c.committed):
-        contact = contact.replaced(s.rows, replace(f.record, speed=(f.kappa - before.slip) / c.seconds))
-        lam[s.rows, 0], lam[s.rows, 1:] = f.p, f.t
+        record = replace(f.record, speed=(f.kappa - before.slip) / c.seconds)
+        contact = contact.replaced(s.rows, record)
+        lam[s.rows, 0], lam[s.rows, 1:] = f.p, record.traction
     work = nodal_work(system, c, e)
     ended, du = c.ends_step, result.u - old.u
     energy = ledger(system, c, result.u, e, work, stabilisation.dissipated(c, du))
