@@ -268,9 +268,9 @@ def pressed_far(system: System, plan: StepPlan, begun: Array, u: Array, known: F
     (ndof,): at both ends of the step; a tool may be on the far side of a thin body in the end, if that does not bend.
     """
     for s in system.surfaces:
-        if not known[system.dofs.tool.dofs(s.tool)].all():
+        if not known[system.master(s).dofs].all():
             continue
-        way = (system.place_of(s.tool, u) - system.place_of(s.tool, begun))[: system.dofs.dimension]
+        way = (system.master(s).place(u) - system.master(s).place(begun))[: system.dofs.dimension]
         found = [_reach(system, s, plan, u, 0.0 * way), _reach(system, s, plan, begun, way)]
         deepest = max((f for f in found if f is not None), default=None, key=lambda f: f[0] / f[1])
         if deepest is not None:

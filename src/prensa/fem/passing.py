@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces
-from prensa.contact.pairing import current_pairs
 from prensa.errors import Notice
 from prensa.fem.schedule import StepPlan
 from prensa.fem.surface import Surface
@@ -46,7 +45,7 @@ def passable(system: System) -> list[Surface]:
     """Contacts through which elements can pass: those in the plane, with tools that have an end."""
     if system.dofs.dimension != 2:
         return []
-    return [s for s in system.surfaces if not system.tools[s.tool].shape.half_space]
+    return [s for s in system.surfaces if not system.master(s).shape.half_space]
 
 
 def plastic(system: System, body: str) -> bool:
@@ -75,18 +74,18 @@ def _elements(system: System, s: Surface, points: int) -> float:
 
 def _carried(system: System, s: Surface, x: Array, arm: Array, n: Array, before: Array, after: Array) -> Array:
     """Where points x (k, 2) come with the tool; one that turns within its own surface, as a roll does, does not turn them."""
-    p, q = system.place_of(s.tool, before), system.place_of(s.tool, after)
+    p, q = system.master(s).place(before), system.master(s).place(after)
     turn = q[2] - p[2]
     if turn == 0.0 or _turns_within(system, s, arm, n):
         return np.asarray(x + q[:2] - p[:2])
     cos, sin = np.cos(turn), np.sin(turn)
-    centre = system.tools[s.tool].at + p[:2]
+    centre = system.master(s).at + p[:2]
     return np.asarray((x - centre) @ np.array([[cos, sin], [-sin, cos]]) + centre + q[:2] - p[:2])
 
 
 def _turns_within(system: System, s: Surface, arm: Array, n: Array) -> bool:
     """Whether the surface of a tool at points with arms and normals n (k, 2) is round about its reference point."""
-    if np.isfinite(system.tools[s.tool].shape.cylinder):
+    if np.isfinite(system.master(s).shape.cylinder):
         return True
     across = np.abs(arm[:, 0] * n[:, 1] - arm[:, 1] * n[:, 0])
     return bool((across <= ROUNDNESS * np.hypot(*arm.T)).all())
@@ -170,9 +169,9 @@ def _lead(system: System, body: str, plan: StepPlan, before: Array, after: Array
 
 def _taken(system: System, s: Surface, plan: StepPlan, feed: Array, before: Array, after: Array) -> Iterator[Array]:
     """The motion (2,) in which a tool takes a body along that it touches with friction, unless it is free to turn itself."""
-    tool, turn = system.tools[s.tool], system.dofs.tool.dofs(s.tool)[-1]
-    p, q = system.place_of(s.tool, before), system.place_of(s.tool, after)
-    pairs = current_pairs(tool.shape, system.X[s.points.nodes] + feed, tool.at, p)
+    master = system.master(s)
+    p, q, turn = master.place(before), master.place(after), master.dofs[-1]
+    pairs = master.seen(system.X[s.points.nodes] + feed, before)
     inside = pairs.g <= INSIDE * s.points.depth.min()
     if plan.friction[system.surfaces.index(s)] is not None and inside.any() and turn not in plan.push:
         yield q[:2] - p[:2] + (q[2] - p[2]) * (pairs.arm[inside].mean(axis=0) @ TURNED)
@@ -182,10 +181,9 @@ def _follow(
     system: System, s: Surface, feed: Array, step: Array, before: Array, after: Array, track: _Track
 ) -> None:  # fmt: skip
     """Add a motion of a body and its tool to a track; along an axis in which nothing leads the body it rests."""
-    nodes, tool = s.points.nodes, system.tools[s.tool]
+    nodes, master = s.points.nodes, system.master(s)
     x = system.X[nodes] + feed
-    p, q = system.place_of(s.tool, before), system.place_of(s.tool, after)
-    pairs = current_pairs(tool.shape, x, tool.at, p)
+    p, q, pairs = master.place(before), master.place(after), master.seen(x, before)
     inside = pairs.g <= INSIDE * s.points.depth.min()
     way = np.nan_to_num(step) - (q[:2] - p[:2]) + np.zeros_like(x)
     if not _turns_within(system, s, pairs.arm, pairs.n):

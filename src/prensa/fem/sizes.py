@@ -77,10 +77,11 @@ class SizeField:
         h = np.full(len(x), self.far)
         system = self.system
         own = len(system.tools) - system.mirrors  # lines of symmetry run through the metal, and ask for nothing
-        for t in sorted({s.tool for s in system.surfaces if s.body == self.body and s.tool < own}):
-            tool, (dx, dy, turn) = system.tools[t], system.place_of(t, self.state.u)
-            c, s = np.cos(turn), np.sin(turn)
-            closest = tool.shape.closest((x - tool.at - [dx, dy]) @ np.array([[c, -s], [s, c]]))
+        for tool in system.tools[:own]:
+            master = system.masters[tool.name]
+            if not any(s.body == self.body for s in system.against(tool.name)):
+                continue
+            closest = tool.shape.closest(master.local(x, self.state.u))
             with np.errstate(divide="ignore", invalid="ignore"):
                 radius = np.where(closest.c != 0, np.abs(1 / closest.c - closest.g), np.inf)
             arc = np.maximum(self.share * 0.5 * np.pi * radius / self.asked.per_radius, self.least)

@@ -137,8 +137,8 @@ def discretise_bricks(problem: BricksUnderPlane) -> System:
     points: Any = FacePoints(nodes, faces, *_depths(X, faces, volume[behind].sum(axis=1), nodes))
     normal = points.normals(X)
     surface = Surface(
-        contact.name, contact, "body", 0, points, 0, X[nodes], dofs.pairs(points.support, 0), normal, normal, law.modulus(),
-        behind,
+        contact.name, contact, "body", points, 0, X[nodes], dofs.stencils(points.support, dofs.tool.dofs(0)), normal, normal,
+        law.modulus(), behind,
     )  # fmt: skip
     out = np.array(problem.normal, dtype=np.float64) / np.linalg.norm(problem.normal)
     shape, description = HalfSpace(tuple(out.tolist())), cast(Any, problem)

@@ -45,10 +45,10 @@ USUAL = (
 
 @dataclass(frozen=True)
 class Surface:
-    """One contact: candidate points against a tool. ``first`` is the row of its first point in the state's arrays.
+    """One contact: candidate points against a master. ``first`` is the row of its first point in the state's arrays.
 
-    ``X`` (k, d) initial positions of the points, ``dofs`` (k, d a + m) degrees of freedom of their pairs: displacements of each
-    supporting node, motions of the tool; ``normal`` (k, d) of the undeformed surface at the points, ``node_normal`` (n, d) at
+    ``X`` (k, d) initial positions of the points, ``dofs`` (k, m) unknowns of their stencils: displacements of each supporting
+    node, then those of the master; ``normal`` (k, d) of the undeformed surface at the points, ``node_normal`` (n, d) at
     its nodes;
     ``behind`` (m,): elements of the body behind the edges.
     ``multipliers``: their field, normal and tangential of each point; None if they are no degrees of freedom.
@@ -58,7 +58,6 @@ class Surface:
     name: str
     description: model.Contact
     body: str
-    tool: int
     points: Points
     first: int
     X: Array
@@ -69,6 +68,11 @@ class Surface:
     behind: Index
     multipliers: Field | None = None
     corners: Corners | None = None
+
+    @property
+    def against(self) -> str:
+        """Name of its master."""
+        return self.description.against
 
     @property
     def sharp(self) -> bool:
@@ -92,7 +96,7 @@ class Surface:
         return slice(self.first, self.first + len(self.points))
 
     @property
-    def master(self) -> slice:
+    def of_master(self) -> slice:
         """Which of the unknowns of a stencil are the master's."""
         return slice(self.X.shape[1] * self.points.N.shape[1], None)
 
@@ -123,7 +127,7 @@ class Surface:
         if not self.exact or self.X.shape[1] > 2:
             return None
         free = ~np.isin(self.dofs, fixed)
-        at = np.flatnonzero(~free[:, : self.master.start].all(axis=1))
+        at = np.flatnonzero(~free[:, : self.of_master.start].all(axis=1))
         return Supports(at, free[at]) if len(at) else None
 
     def scale(self, k_t_least: Array) -> Scale:
@@ -212,9 +216,9 @@ class ContactInteraction:
 
     def _round_off(self, x: Stencils, u: Array) -> Array:
         """Round-off of the gaps (k,): ε × the coordinates whose differences they are."""
-        system, tool = self.system, self.surface.tool
-        place = system.place_of(tool, u)[: system.dofs.dimension]
-        centre = max(map(abs, system.tools[tool].at.tolist())) + max(map(abs, place.tolist()))
+        master = self.system.master(self.surface)
+        place = master.place(u)[: master.dimension]
+        centre = max(map(abs, master.at.tolist())) + max(map(abs, place.tolist()))
         return ROUND * EPS * (reduce(np.maximum, np.abs(x.arm).T) + centre)
 
     def _kept(self, c: Context, f: ContactForces, round_off: Array, like: Branches | None) -> Kept | None:
@@ -251,7 +255,7 @@ class ContactInteraction:
         """Largest residual of the multipliers' equations as a length over the element depth, beyond round-off."""
         system = self.system
         lengths = np.abs(rows).max(axis=1, initial=0.0) / (f.weight * scale.unit)
-        at = np.abs(system.tools[self.surface.tool].at).max()
+        at = np.abs(system.master(self.surface).at).max()
         size = max(reach, float(np.abs(system.X).max()), float(at))
         return float(((lengths - ROUND * EPS * size) / scale.h).max(initial=0.0))
 

@@ -216,7 +216,7 @@ def differentiate(at: Solution, columns: Columns, before: Bundle, state: State) 
         area_was, slip, coordinate, traction = (carried[f"contact.{name}"][s.rows] for name in names)
         if c.through_air is not None:
             coordinate = np.stack([d.coordinates(at, k) for d in before.directions], axis=-1)
-        scale, mu, place = changes.scale[k], given.mu[:, k], changes.place[s.tool]
+        scale, mu, place = changes.scale[k], given.mu[:, k], changes.place[system.master(s).number]
         was = Committed(slip, area, area_was, coordinate, traction, scale, mu, place, changes.X)
         points.append(Points.of(c, k, f, was, carried["lam"][s.rows].copy(), at.u, r))
     if given.moved:

@@ -476,7 +476,7 @@ class Points:
         self.surface, self.scale = c.surfaces[number], c.scales[number]
         self.p, self.t, self.s = after.contact[number]
         self.F = after.force[:, self.surface.dofs]
-        self.F[:, :, : self.surface.master.start] = 0.0
+        self.F[:, :, : self.surface.of_master.start] = 0.0
 
     def owe_motions(self, x: Array) -> None:
         """Add to weights x (m, ndof) what forces on tools, tractions and coordinates owe to the dofs of the increment."""
@@ -517,8 +517,8 @@ class Points:
                 owed.stage(c).mu[:, self.number] += bound @ (np.sign(f.kept.t) * f.p)
             p, t = p + rows[:, :, 0], t + rows[:, :, 1]
         q = self._motions(F, p, t)
-        nodal = q[:, :, : s.master.start].reshape(*q.shape[:2], -1, 2)
-        owed.at[:, s.tool] += q[:, :, s.master][:, :, :2].sum(axis=1)
+        nodal = q[:, :, : s.of_master.start].reshape(*q.shape[:2], -1, 2)
+        owed.at[:, self.system.master(s).number] += q[:, :, s.of_master][:, :, :2].sum(axis=1)
         for out, w in zip(owed.X, nodal):
             np.add.at(out, s.points.support, w)
         P, T = ((F * e).sum(axis=2) for e in self._directions())
@@ -561,13 +561,14 @@ class Points:
     def _touch(self, owed: Owed, g: Array, turn: Array, s: Array) -> None:
         """Keep the points that owe something to the shape of their tool."""
         on = np.flatnonzero(np.any((g != 0) | (turn != 0) | (s != 0), axis=0))
-        tool, place = self.system.tools[self.surface.tool], self.system.place_of(self.surface.tool, self.u)
+        master = self.system.master(self.surface)
+        shape, place = master.shape, master.place(self.u)
         cos, sin = np.cos(place[2]), np.sin(place[2])
         local = self.f.stencils.arm[on] @ np.array([[cos, -sin], [sin, cos]])
         rounds = np.zeros(len(on))
-        if np.isfinite(tool.shape.period):
-            rounds = np.round((self.f.s[on, 0] - tool.shape.closest(local).s) / tool.shape.period)
-        owed.touching[self.surface.tool].append(Touching(local, g[:, on], turn[:, on], s[:, on], rounds))
+        if np.isfinite(shape.period):
+            rounds = np.round((self.f.s[on, 0] - shape.closest(local).s) / shape.period)
+        owed.touching[master.number].append(Touching(local, g[:, on], turn[:, on], s[:, on], rounds))
 
 
 def _kept(kept: Kept, rows: Array) -> tuple[Array, Array, Array]:

@@ -289,7 +289,7 @@ def _across(arm: Array) -> Array:
 
 def _brought(system: System, c: Context) -> Iterator[int]:
     """Degrees of freedom along which tools are pushed that touched nothing."""
-    for t in range(len(system.tools)):
-        own = [s for s in system.surfaces if s.tool == t]
+    for master in system.masters.values():
+        own = system.against(master.name)
         if own and not any(were_closed(c.state, s) for s in own):
-            yield from (dof for dof in system.dofs.tool.dofs(t)[:2].tolist() if dof in c.plan.push)
+            yield from (dof for dof in master.dofs[:2].tolist() if dof in c.plan.push)

@@ -83,8 +83,8 @@ def untouched_tools(system: System, met: Set[str], planes: Sequence[str] = ()) -
 
     planes: tools that stand for lines of symmetry, of which nothing is to be said.
     """
-    for t, tool in enumerate(system.tools):
-        own = [s for s in system.surfaces if s.tool == t and tool.name not in planes]
+    for tool in system.tools:
+        own = [] if tool.name in planes else system.against(tool.name)
         if own and tool.name not in met:
             surfaces = ", ".join(repr("+".join(s.description.surface)) for s in own)
             yield f"tool {tool.name!r} never touched {surfaces}: its forces are zero because it met nothing"

@@ -168,7 +168,7 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
         if s.points.rule.projected:
             p, t = ((s.points.N * v[s.points.slots]).sum(axis=1) for v in (told.pressure, told.shear))
         out[s.name] = ContactState(
-            surface="+".join(s.description.surface), tool=system.tools[s.tool].name, body=s.body,
+            surface="+".join(s.description.surface), tool=s.against, body=s.body,
             node=nodes - system.offsets[s.body], X=system.X[nodes], x=x[nodes], gap=pairs.g, pressure=told.pressure,
             shear=told.shear, slip=told.slip, status=told.status, weight=told.weight,
             force=s.points.to_nodes(f.vectors), pressure_from_stress=from_stress,
@@ -233,7 +233,7 @@ def _apart(system: System, s: Surface, state: State, where: Array, depth: Array 
         of = _with_area(area)
         slipped = s.points.to_nodes(weight * slip)[of] / s.points.to_nodes(weight)[of]
     return ContactState(
-        surface="+".join(s.description.surface), tool=system.tools[s.tool].name, body=s.body,
+        surface="+".join(s.description.surface), tool=s.against, body=s.body,
         node=nodes - system.offsets[s.body], X=system.X[nodes], x=x[nodes], gap=np.full(len(nodes), np.inf), pressure=nothing,
         shear=nothing, slip=slipped,
         status=np.zeros(len(nodes), dtype=np.int8), weight=area, force=np.zeros((len(nodes), 2)),
