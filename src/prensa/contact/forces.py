@@ -26,7 +26,6 @@ Array = NDArray[np.float64]
 
 EPS = float(np.finfo(np.float64).eps)
 NO_FOUNDATION = np.zeros((0, 2))
-NO_FRICTION = np.zeros((0, 1)), np.zeros((0, 1, 1))  # slopes of tractions by pressure and way
 NEARBY = 8  # flag of a branch: a point resists that is open by less than `TOUCH`
 TOUCH = 1e-10  # gap over element depth below which a point touches where an increment starts
 
@@ -157,15 +156,15 @@ def forces(
     k, t = lam.shape[0], lam.shape[1] - 1
     p, slope, lam_T, ds = np.empty(k), np.empty(k), np.empty((k, t)), np.empty((k, t))
     touching, rests = np.empty(k, bool), np.empty(k, bool)
-    resting = NO_FOUNDATION if foundation is None else foundation
     _normal(
-        x.g, x.s, lam, scale.k_n, scale.h, round_off, committed.closed, committed.coordinate, want, resting,
+        x.g, x.s, lam, scale.k_n, scale.h, round_off, committed.closed, committed.coordinate, want,
+        NO_FOUNDATION if foundation is None else foundation,
         p, touching, rests, lam_T, ds, slope,
     )  # fmt: skip
     stretched, bound = None, None
     if law is None:
         tractions, kappa, slip = np.zeros((k, t)), committed.slip.copy(), np.zeros(k, dtype=bool)
-        by_p, by_way = NO_FRICTION
+        by_p, by_way = np.zeros((k, t)), np.zeros((k, t, t))
     else:
         share = None if area is None else weight / area
         pressure = np.where((want & BRANCH) == SLIDING, p, np.maximum(p, 0.0))
@@ -176,8 +175,16 @@ def forces(
             by_p, bound = by_p * share[:, None], bound * np.stack([np.ones(k), share], axis=1)
             stretched = tractions - out.dt_dp * pressure[:, None]
     area = weight if area is None else area
-    response = Response(p, tractions, slope, by_p, by_way, scale.k_n, scale.k_t, weight, area, resting)
-    F, K, dp, dt = assemble(x, response, lagged, turning)
+    if lagged:
+        by_p = np.zeros_like(by_p)
+        turning = np.zeros(k), np.zeros((k, t))
+    if foundation is not None and law is not None:
+        springs = foundation[:, 1] > 0.0
+        by_p = np.where(springs[:, None], 0.0, by_p)
+        stuck = -(foundation[:, 1] * scale.k_t)[:, None, None] * np.eye(t)
+        by_way = np.where(springs[:, None, None], stuck, by_way)
+    response = Response(p, tractions, slope, by_p, by_way, scale.k_n, scale.k_t, weight, area)
+    F, K, dp, dt = assemble(x, response, (p, tractions) if turning is None else turning)
     return ContactForces(x, p, tractions, kappa, slip, F, K, weight, area, dp, dt, rests, stretched, bound, points)
 
 

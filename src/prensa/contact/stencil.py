@@ -25,7 +25,6 @@ Index = NDArray[np.int64]
 
 DIMENSION = {2: (0.0, 0.0), 3: (0.0, 0.0, 0.0)}
 """Arguments ``dim`` of kernels: the length of a tuple belongs to its type, so that bounds of loops are constants to Numba."""
-CONSTANT = np.zeros((0, 0, 0))  # derivatives of coefficients that do not change
 
 
 class Stencils(NamedTuple):
@@ -39,7 +38,6 @@ class Stencils(NamedTuple):
     dg (k, m), ds (k, t, m): derivatives by q; turn (k, w, m): spin of the frame n, e in space by q.
     arm (k, d): from the reference point of a master that turns, where it is now; ``moving``: whether the arm moves with the
     slave's nodes, as it does where forces act at their place and not at that in the undeformed body.
-    dcoef (k, j, m): derivatives of the coefficients, (0, 0, 0) of those that stay.
     kept (k, t, d): tangents that committed tractions are kept along, None: e.
     """
 
@@ -54,7 +52,6 @@ class Stencils(NamedTuple):
     turn: Array
     arm: Array
     moving: bool
-    dcoef: Array = CONSTANT
     kept: Array | None = None
 
     def act(self, f: Array) -> Array:
@@ -76,8 +73,7 @@ class Response(NamedTuple):
     """What the points' law says: pressures p (k,), tractions t (k, t) along the tangents and their derivatives.
 
     by_gap (k,): slope of the pressure, −∂p/∂g over k_n; by_p (k, t), by_way (k, t, t): derivatives of t by the pressure and by
-    the ways s, (0, ...) without friction; k_n, k_t (k,) stiffnesses per area; weight, area (k,) that p and t belong to.
-    rests (k, 2): where it is not 0, the slopes of p and t are these shares of k_n and k_t, whatever the state; (0, 2): nowhere.
+    the ways s; k_n, k_t (k,) stiffnesses per area; weight, area (k,) that p and t belong to.
     """
 
     p: Array
@@ -89,7 +85,6 @@ class Response(NamedTuple):
     k_t: Array
     weight: Array
     area: Array
-    rests: Array
 
 
 class Assembled(NamedTuple):
@@ -101,19 +96,19 @@ class Assembled(NamedTuple):
     dt: Array
 
 
-def assemble(x: Stencils, law: Response, lagged: bool, turning: tuple[Array, Array] | None = None) -> Assembled:
-    """Forces of stencils under a law, and their exact, unsymmetric stiffness.
+def assemble(x: Stencils, law: Response, turning: tuple[Array, Array]) -> Assembled:
+    """Forces of stencils under a law, and their stiffness.
 
-    ``lagged``: friction at the pressure of the last iterate and a frame that stays are in the stiffness. ``turning``: pressures
-    (k,) and tractions (k, t) to be turned with the frame in the place of those of the law.
+    ``turning``: pressures (k,) and tractions (k, t) that turn with the frame. Those of the law make the stiffness exact.
     """
     k, m = x.dg.shape
-    t = law.t.shape[1]
+    d = law.t.shape[1] + 1
     F, K = np.empty((k, m)), np.empty((k, m, m))
-    dp, dt = np.empty((k, 1 + t + m)), np.empty((k, t, 1 + t + m))
-    P, T = (law.p, law.t) if turning is None else turning
+    dp, dt = np.empty((k, d + m)), np.empty((k, d - 1, d + m))
+    A, B = np.zeros((2, d, 2 * d - 3))
     _general(
-        DIMENSION[1 + t], x.coef, x.arm, x.moving, x.n, x.e, x.dg, x.ds, x.turn, x.dcoef, *law, lagged, P, T, dp, dt, F, K
+        DIMENSION[d], x.coef, x.arm, x.moving, x.n, x.e, x.dg, x.ds, x.turn, *law, *turning, dp, dt, F, K,
+        np.empty(d), np.empty(d), A, B,
     )  # fmt: skip
     return Assembled(F, K, dp, dt)
 
@@ -150,18 +145,13 @@ def _act(dim, coef, arm, f, out):
 
 @njit(cache=True, error_model="numpy")
 def _general(
-    dim, coef, arm, moving, n, e, dg, ds, turn, dcoef, p, t, by_gap, by_p, by_way, k_n, k_t, weight, area, rests, lagged,
-    P, T, dp, dt, F, K,
+    dim, coef, arm, moving, n, e, dg, ds, turn, p, t, by_gap, by_p, by_way, k_n, k_t, weight, area, P, T, dp, dt, F, K,
+    f, df, A, B,
 ):  # fmt: skip
-    """`assemble`; arguments as of `Stencils`, `Response`, `Assembled`, and P (k,), T (k, t) that turn with the frame."""
+    """`assemble`: arguments as of `Stencils` and `Response`, P (k,), T (k, t) what turns; the last ones are room to work in."""
     d, nodes = len(dim), coef.shape[1]
-    h, w = d - 1, 1 if d == 2 else 3
-    first = 1 + h  # columns of the multipliers come before those of the unknowns
-    s, m = d * nodes, F.shape[1]
-    f, df, A, B, slope = np.empty(d), np.empty(d), np.zeros((d, w)), np.empty((d, w)), np.empty(h)
+    h, w, s, m = d - 1, A.shape[1], d * nodes, F.shape[1]
     for k in range(len(p)):
-        share = rests[k, 1] if len(rests) > 0 else 0.0
-        rubs = len(by_p) > 0
         for i in range(d):
             f[i] = weight[k] * p[k] * n[k, i]
             for a in range(h):
@@ -171,63 +161,43 @@ def _general(
                 F[k, d * b + i] = coef[k, b] * f[i]
         if m > s:
             _crossed(dim, arm[k], A)
-            for j in range(w):
-                F[k, s + j] = 0.0
-                for i in range(d):
-                    F[k, s + j] += A[i, j] * f[i]
+        for j in range(m - s):
+            F[k, s + j] = 0.0
+            for i in range(d):
+                F[k, s + j] += A[i, j] * f[i]
         # by the multipliers; the trial traction is λ_T − k_T Δs
         dp[k, 0] = by_gap[k]
         for a in range(h):
-            dp[k, 1 + a] = 0.0
-            slope[a] = by_p[k, a] if rubs and share <= 0.0 and not lagged else 0.0
-            dt[k, a, 0] = slope[a] * by_gap[k]
+            dp[k, 1 + a], dt[k, a, 0] = 0.0, by_p[k, a] * by_gap[k]
             for b in range(h):
-                stuck = share if a == b else 0.0
-                dt[k, a, 1 + b] = 0.0 if not rubs else (stuck if share > 0.0 else -by_way[k, a, b] / k_t[k])
-        # what turns with the frame
-        if not lagged:
-            for i in range(d):
-                f[i] = weight[k] * P[k] * n[k, i]
-                for a in range(h):
-                    f[i] += area[k] * T[k, a] * e[k, a, i]
-            _crossed(dim, f, B)
+                dt[k, a, 1 + b] = -by_way[k, a, b] / k_t[k]
+        for i in range(d):
+            f[i] = weight[k] * P[k] * n[k, i]
+            for a in range(h):
+                f[i] += area[k] * T[k, a] * e[k, a, i]
+        _crossed(dim, f, B)
         for q in range(m):
             by_q = (-by_gap[k] * k_n[k]) * dg[k, q]
-            dp[k, first + q] = by_q
+            dp[k, d + q] = by_q
             for i in range(d):
-                df[i] = weight[k] * by_q * n[k, i]
-            for a in range(h):
-                change = slope[a] * by_q
-                if rubs and share > 0.0:
-                    change = -share * k_t[k] * ds[k, a, q]
-                elif rubs:
-                    way = 0.0
-                    for b in range(h):
-                        way += by_way[k, a, b] * ds[k, b, q]
-                    change += way
-                dt[k, a, first + q] = change
-                for i in range(d):
-                    df[i] += area[k] * change * e[k, a, i]
-            if not lagged:
-                for i in range(d):
-                    for j in range(w):
-                        df[i] -= B[i, j] * turn[k, j, q]
-            for b in range(nodes):
-                for i in range(d):
-                    K[k, d * b + i, q] = -coef[k, b] * df[i]
-            if m > s:
+                df[i] = -weight[k] * by_q * n[k, i]
                 for j in range(w):
-                    moment = 0.0
-                    for i in range(d):
-                        moment += A[i, j] * df[i]
-                    if not lagged and q < s and (moving or q // d == nodes - 1):
-                        moment -= coef[k, q // d] * B[q % d, j]
-                    K[k, s + j, q] = -moment
-        if len(dcoef) > 0 and not lagged:
+                    df[i] += B[i, j] * turn[k, j, q]
+            for a in range(h):
+                change = by_p[k, a] * by_q
+                for b in range(h):
+                    change += by_way[k, a, b] * ds[k, b, q]
+                dt[k, a, d + q] = change
+                for i in range(d):
+                    df[i] -= area[k] * change * e[k, a, i]
             for b in range(nodes):
-                for q in range(m):
-                    for i in range(d):
-                        K[k, d * b + i, q] -= dcoef[k, b, q] * f[i]
+                for i in range(d):
+                    K[k, d * b + i, q] = coef[k, b] * df[i]
+            for j in range(m - s):
+                moment = coef[k, q // d] * B[q % d, j] if q < s and (moving or q >= s - d) else 0.0  # the arm moves
+                for i in range(d):
+                    moment += A[i, j] * df[i]
+                K[k, s + j, q] = moment
 
 
 @njit(cache=True, error_model="numpy")
