@@ -161,43 +161,55 @@ def spatial_pairs(shape: Closer, X: Array, u: Array, at: Array, place: Array, si
 
     ``since``: where slip goes on; None: here, so that the coordinates are zero.
     """
-    Q, T = rotation(place[3:]), spin(place[3:])
+    Q, k = rotation(place[3:]), len(X)
     arm = X + u - (at + place[:3])
-    y, k = arm @ Q, len(arm)
+    y = arm @ Q
     close = shape.closest(y)
-    n, kept = close.n @ Q.T, tangents(close.n) @ Q.T
-    m, old, r, start = n, kept, np.zeros_like(y), np.zeros((k, 2))
+    touched, m, start = y, close.n, np.zeros((k, 2))
     if since is not None:
-        y0 = (X + since.u - at - since.place[:3]) @ rotation(since.place[3:])
-        then = shape.closest(y0)
-        m, old, start = then.n @ Q.T, tangents(then.n) @ Q.T, start + since.s
-        r = (y - y0 + then.g[:, None] * then.n) @ Q.T
-    e, s, dg, ds, turn = np.empty((k, 2, 3)), np.empty((k, 2)), np.empty((k, 9)), np.empty((k, 2, 9)), np.empty((k, 3, 9))
-    _carried_frame(n, Q @ close.c @ Q.T, m, old, r, start, arm, T, e, s, dg, ds, turn)
+        touched = (X + since.u - at - since.place[:3]) @ rotation(since.place[3:])
+        then = shape.closest(touched)
+        touched, m, start = touched - then.g[:, None] * then.n, then.n, start + since.s
+    n, e, kept, s = np.empty((k, 3)), np.empty((k, 2, 3)), np.empty((k, 2, 3)), np.empty((k, 2))
+    dg, ds, turn = np.empty((k, 9)), np.empty((k, 2, 9)), np.empty((k, 3, 9))
+    _carried_frame(
+        Q, Q.T @ spin(place[3:]), y, close.n, close.c, touched, m, start, n, e, kept, s, dg, ds, turn,
+        np.empty((2, 3)), np.empty((2, 3)), np.empty((2, 3)), np.empty(3),
+    )  # fmt: skip
     return Pairs(close.g, s, n, e, dg, ds, turn, arm, True, kept)
 
 
-@njit(cache=True, error_model="numpy")
-def _carried_frame(n, H, m, old, r, start, arm, T, e, s, dg, ds, turn):
-    """Frame, ways and their derivatives: tangents ``old`` (k, 2, 3) at normals m carried to n; r (k, 3) since then.
+@njit(cache=True, error_model="numpy", forceinline=True)
+def _tangents(n, out):
+    """`tangents` of one normal (3,)."""
+    axis = 0
+    for i in range(1, 3):
+        if abs(n[i]) < abs(n[axis]):
+            axis = i
+    size = 0.0
+    for i in range(3):
+        out[0, i] = (1.0 if i == axis else 0.0) - n[axis] * n[i]
+        size += out[0, i] ** 2
+    for i in range(3):
+        out[0, i] /= math.sqrt(size)
+    for i in range(3):
+        i1, i2 = (i + 1) % 3, (i + 2) % 3
+        out[1, i] = n[i1] * out[0, i2] - n[i2] * out[0, i1]
 
-    H (k, 3, 3) = ∂n/∂x; start (k, 2) coordinates then; T (3, 3) spin by the tool's rotations. Derivatives are made as seen in the
-    tool's frame, in which m and old stand still, and turned with it.
+
+@njit(cache=True, error_model="numpy")
+def _carried_frame(Q, T, y, n_tool, H, touched, m, start, n, e, kept, s, dg, ds, turn, old, now, own, dn):
+    """Frame, ways and their derivatives, made in the tool's frame, in which the committed place stands still, and turned by Q.
+
+    y (k, 3) places, normals n_tool there and H = ∂n/∂y (k, 3, 3); places ``touched`` (k, 3), normals m, coordinates start (k, 2)
+    at the last commit; T (3, 3) spin by the tool's rotations in its frame. The last arguments are room to work in.
     """
-    G, dn, de = np.empty((3, 9)), np.empty(3), np.empty((2, 3))
-    for k in range(len(n)):
-        for i in range(3):
-            for q in range(9):
-                G[i, q] = 0.0
-            G[i, i], G[i, 3 + i] = 1.0, -1.0
-        for q in range(3):  # −ω × arm
-            w0, w1, w2 = T[0, q], T[1, q], T[2, q]
-            G[0, 6 + q] = arm[k, 1] * w2 - arm[k, 2] * w1
-            G[1, 6 + q] = arm[k, 2] * w0 - arm[k, 0] * w2
-            G[2, 6 + q] = arm[k, 0] * w1 - arm[k, 1] * w0
+    for k in range(len(y)):
+        _tangents(m[k], old)
+        _tangents(n_tool[k], own)
         c = 0.0
         for i in range(3):
-            c += n[k, i] * m[k, i]
+            c += n_tool[k, i] * m[k, i]
         x = 1.0 - c
         if x < SMALL_ANGLE:
             phi = 1.0 + x * (1 / 3 + x * (2 / 15 + x * (2 / 35 + x * 8 / 315)))
@@ -208,37 +220,62 @@ def _carried_frame(n, H, m, old, r, start, arm, T, e, s, dg, ds, turn):
         for a in range(2):
             b, way = 0.0, 0.0
             for i in range(3):
-                b += n[k, i] * old[k, a, i]
+                b += n_tool[k, i] * old[a, i]
             for i in range(3):
-                e[k, a, i] = old[k, a, i] - b / (1.0 + c) * (m[k, i] + n[k, i])
-                way += e[k, a, i] * r[k, i]
+                now[a, i] = old[a, i] - b / (1.0 + c) * (m[k, i] + n_tool[k, i])
+                way += now[a, i] * (y[k, i] - touched[k, i])
             s[k, a] = start[k, a] + phi * way
-        for q in range(9):
-            dg[k, q], dc = 0.0, 0.0
-            for i in range(3):
-                dg[k, q] += n[k, i] * G[i, q]
-                dn[i] = 0.0
-                for l in range(3):
-                    dn[i] += H[k, i, l] * G[l, q]
-                dc += m[k, i] * dn[i]
+        for i in range(3):
+            n[k, i] = 0.0
+            for l in range(3):
+                n[k, i] += Q[i, l] * n_tool[k, l]
             for a in range(2):
-                b, db, way, dway = 0.0, 0.0, 0.0, 0.0
-                for i in range(3):
-                    b += n[k, i] * old[k, a, i]
-                    db += dn[i] * old[k, a, i]
-                for i in range(3):
-                    de[a, i] = -(db - b * dc / (1.0 + c)) / (1.0 + c) * (m[k, i] + n[k, i]) - b / (1.0 + c) * dn[i]
-                    way += e[k, a, i] * r[k, i]
-                    dway += e[k, a, i] * G[i, q] + de[a, i] * r[k, i]
-                ds[k, a, q] = dphi * dc * way + phi * dway
+                e[k, a, i], kept[k, a, i] = 0.0, 0.0
+                for l in range(3):
+                    e[k, a, i] += Q[i, l] * now[a, l]
+                    kept[k, a, i] += Q[i, l] * own[a, l]
+        for col in range(6):  # motions of the point and rotations of the tool; its displacements are those of the point reversed
+            if col < 3:
+                g0, g1, g2 = Q[col, 0], Q[col, 1], Q[col, 2]
+            else:
+                w0, w1, w2 = T[0, col - 3], T[1, col - 3], T[2, col - 3]
+                g0, g1, g2 = y[k, 1] * w2 - y[k, 2] * w1, y[k, 2] * w0 - y[k, 0] * w2, y[k, 0] * w1 - y[k, 1] * w0
+            q = col if col < 3 else col + 3
+            dg[k, q] = n_tool[k, 0] * g0 + n_tool[k, 1] * g1 + n_tool[k, 2] * g2
+            dc = 0.0
+            for i in range(3):
+                dn[i] = H[k, i, 0] * g0 + H[k, i, 1] * g1 + H[k, i, 2] * g2
+                dc += m[k, i] * dn[i]
             about = 0.0
+            for a in range(2):
+                b, db, way = 0.0, 0.0, 0.0
+                dway = now[a, 0] * g0 + now[a, 1] * g1 + now[a, 2] * g2
+                for i in range(3):
+                    b += n_tool[k, i] * old[a, i]
+                    db += dn[i] * old[a, i]
+                for i in range(3):
+                    de = -(db - b * dc / (1.0 + c)) / (1.0 + c) * (m[k, i] + n_tool[k, i]) - b / (1.0 + c) * dn[i]
+                    r = y[k, i] - touched[k, i]
+                    way += now[a, i] * r
+                    dway += de * r
+                    if a == 0:
+                        about += now[1, i] * de
+                ds[k, a, q] = dphi * dc * way + phi * dway
             for i in range(3):
-                about += e[k, 1, i] * de[0, i]
+                turn[k, i, q] = 0.0
+            for l in range(3):
+                l1, l2 = (l + 1) % 3, (l + 2) % 3
+                spin_l = n_tool[k, l1] * dn[l2] - n_tool[k, l2] * dn[l1] + about * n_tool[k, l]
+                if col >= 3:
+                    spin_l += T[l, col - 3]
+                for i in range(3):
+                    turn[k, i, q] += Q[i, l] * spin_l
+        for q in range(3):
+            dg[k, 3 + q] = -dg[k, q]
+            for a in range(2):
+                ds[k, a, 3 + q] = -ds[k, a, q]
             for i in range(3):
-                i1, i2 = (i + 1) % 3, (i + 2) % 3
-                turn[k, i, q] = n[k, i1] * dn[i2] - n[k, i2] * dn[i1] + about * n[k, i]
-                if q >= 6:
-                    turn[k, i, q] += T[i, q - 6]
+                turn[k, i, 3 + q] = -turn[k, i, q]
 
 
 def continued(shape: Tool, s: Array, X: Array, u: Array, at: Array, place: Array, since: Since) -> Array:
