@@ -16,11 +16,11 @@ JOBS ?= 2
 
 .PHONY: demo lint test pardiso coverage verify bench docs package clean examples
 
-$(VENV)/installed: pyproject.toml
+$(VENV)/installed: pyproject.toml quality/pyproject.toml
 	@echo "installing into $(VENV): once, about a minute"
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --upgrade pip
-	$(BIN)/python -m pip install -e ".[dev]"
+	$(BIN)/python -m pip install -e ".[dev]" -e quality
 	$(BIN)/python -c "open('$@', 'w').close()"
 
 demo: $(VENV)/installed  ## install, run the paper's Example 1 and the frictional upsetting, compare with the references
@@ -35,14 +35,14 @@ test: lint  ## lint, types, and the whole test suite
 
 # in an environment of its own, since `solver: auto` takes PARDISO wherever it is installed. Left out is a test that compares
 # derivatives with differences of 1e-9 of a force, which PARDISO's last digits are worth
-pardiso: pyproject.toml  ## tests of contact and of the solver with PARDISO (0.9 GB more) instead of rslab
+pardiso: pyproject.toml quality/pyproject.toml  ## tests of contact and of the solver with PARDISO (0.9 GB more) instead of rslab
 	$(PYTHON) -m venv $(VENV)-pardiso
-	$(VENV)-pardiso/$(notdir $(BIN))/python -m pip install -e ".[dev,mkl]"
+	$(VENV)-pardiso/$(notdir $(BIN))/python -m pip install -e ".[dev,mkl]" -e quality
 	$(VENV)-pardiso/$(notdir $(BIN))/python -m pytest -n $(JOBS) tests/contact tests/solver \
 		--deselect "tests/solver/test_carrying.py::test_derivatives_know_where_friction_begins[penalty-q4_fbar]"
 
 # kernels run as machine code, out of sight of the measurement: they are left out (tool.coverage in pyproject.toml)
-coverage: $(VENV)/installed  ## lines of src/prensa that the test suite runs, kernels apart
+coverage: $(VENV)/installed  ## lines of src/prensa and quality that the test suite runs, kernels apart
 	$(BIN)/python -m pytest -n $(JOBS) --cov --cov-report=term:skip-covered $(TESTS)
 
 examples: $(VENV)/installed  ## the gallery of forming processes, each beside an independent solution; some minutes
@@ -61,7 +61,7 @@ $(VENV)/docs: pyproject.toml $(VENV)/installed
 docs: $(VENV)/docs  ## the documentation site, in site/, with the table of the last `make verify`; any warning fails it
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
 
-package: $(VENV)/installed  ## wheel and sdist in dist/, the wheel tried in a clean environment and an empty folder
+package: $(VENV)/installed  ## wheels and sdists of both distributions in dist/, tried in a clean environment and an empty folder
 	$(BIN)/python .ci/package.py
 
 clean:

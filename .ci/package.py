@@ -1,6 +1,7 @@
-"""Build wheel and sdist, install the wheel in a clean environment, and use it there from an empty folder.
+"""Build wheels and sdists of both distributions, install them in a clean environment, and use them there from an empty folder.
 
-What is tried is what a user gets: ``prensa check`` and ``prensa run`` of the file in the README, and its Python.
+What is tried is what a user gets: ``prensa check`` and ``prensa run`` of the file in the README, and its Python; then, with
+prensa-bench beside it, ``prensa bench``.
 """
 
 from __future__ import annotations
@@ -17,11 +18,21 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 
 
+def cleaned() -> dict[str, str]:
+    """The environment without the sources of the checkout."""
+    return {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+
+
+def told(*command: str | Path, folder: Path) -> str:
+    """Standard error of a command that is to fail."""
+    done = subprocess.run([str(c) for c in command], cwd=folder, env=cleaned(), text=True, capture_output=True, check=False)
+    return done.stderr if done.returncode else ""
+
+
 def call(*command: str | Path, folder: Path) -> str:
     """Standard output of a command in a folder; its errors are shown."""
-    clean = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
     done = subprocess.run(
-        [str(c) for c in command], cwd=folder, env=clean, text=True, stdout=subprocess.PIPE, check=False
+        [str(c) for c in command], cwd=folder, env=cleaned(), text=True, stdout=subprocess.PIPE, check=False
     )
     if done.returncode:
         raise SystemExit(f"{' '.join(map(str, command))} ended with {done.returncode}\n{done.stdout}")
@@ -37,7 +48,9 @@ def main() -> None:
     """Build, install, use."""
     shutil.rmtree(ROOT / "dist", ignore_errors=True)
     call(sys.executable, "-m", "build", "--outdir", "dist", ".", folder=ROOT)
-    (wheel,) = (ROOT / "dist").glob("*.whl")
+    call(sys.executable, "-m", "build", "--outdir", "dist", "quality", folder=ROOT)
+    (wheel,) = (ROOT / "dist").glob("prensa-*.whl")
+    (bench,) = (ROOT / "dist").glob("prensa_bench-*.whl")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         venv.create(folder / "env", with_pip=True)
@@ -56,7 +69,11 @@ def main() -> None:
         printed = call(bin / "python", "first.py", folder=empty)
         if printed != blocks("text")[0]:
             raise SystemExit(f"the README promises\n{blocks('text')[0]}and the wheel prints\n{printed}")
-    print(f"{wheel.name} works in a clean environment")
+        if "pip install" not in told(bin / "prensa", "bench", folder=empty):
+            raise SystemExit("without its distribution, prensa bench does not say how to get it")
+        call(bin / "python", "-m", "pip", "install", "--quiet", bench, folder=empty)
+        call(bin / "prensa", "bench", "--count", "1", "--family", "elastic", folder=empty)
+    print(f"{wheel.name} and {bench.name} work in a clean environment")
 
 
 if __name__ == "__main__":

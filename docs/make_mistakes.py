@@ -15,18 +15,18 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "robustness"))
 from seeded import CASE, SEEDED, said, the_line  # noqa: E402
 
 OPENING = f"""\
-# Mistakes and what is said about them
+# Mistakes and their messages
 
-Each row is one change of the case below, made on purpose, and the line that `prensa check` (or `prensa run` and, in the last
-table, the command shown) answers with: place in the file, what is wrong, what to write instead. This page is written by
-`docs/make_mistakes.py`; a test makes every mistake and holds the answers to it. A line with "warning" does not stop the run.
+Each row is one deliberate change of the case below, and the message of `prensa check` (or `prensa run` and, in the last
+table, the command shown): position in the file, what is wrong, how to fix it. This page is written by
+`docs/make_mistakes.py`; a test makes every mistake and compares the messages. A line with "warning" does not stop the run.
 
 ```yaml
 {CASE}```
 
 `prensa check` reads the file, meshes the bodies, places the tools, moves them through all steps past the bodies at rest, and
-counts supports and contacts against the rigid-body motions of each body. `prensa run` and `prensa.solve` do the same before
-they solve.
+compares supports and contacts with the rigid-body motions of each body. `prensa run` and `prensa.solve` do the same before
+solving.
 """
 
 

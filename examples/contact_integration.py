@@ -17,7 +17,6 @@ import numpy as np
 from common import beside, figure, options, saved, told
 
 import prensa as pr
-from prensa.bench.robustness import draw
 from prensa.errors import SolveError
 from prensa.output import style
 from prensa.reference import LayerLine, hertz_line, layer_line, tables
@@ -25,6 +24,7 @@ from prensa.solver.increment import ContactState
 from prensa.verify import example2, friction, rules
 from prensa.verify.example1 import NU, E, H, R
 from prensa.verify.table import Row, row
+from prensa_bench.robustness import draw
 
 K_N = 1e9  # N/mm³: the paper's 10E+9, read with its MPa and cm
 DEPTHS = (0.25, 0.5, 1.0, 1.5, 2.0)

@@ -24,19 +24,20 @@ OUTSIDE = (
     "CONTRIBUTING.md",
     "CHANGELOG.md",
     "SECURITY.md",
+    "LICENSE",
     "examples/*",
     "benchmarks/*.md",
     "examples/*/*",
 )
 LINK = re.compile(r"(?<=\])\((?P<to>[^)\s:#]+)(?P<anchor>#[^)\s]*)?\)")
-SHOWN = {".yaml": "yaml", ".py": "python", ".inp": "text", ".csv": "text"}
+SHOWN = {".yaml": "yaml", ".py": "python", ".inp": "text", ".csv": "text", "": "text"}
 MENU = (
     ("Guide", "guide", "Guide"),
     ("Tutorials", "tutorials", None),
     ("Gallery", "gallery", None),
     ("Theory", "theory", "Theory"),
     ("Developers", "developer", None),
-    ("Decisions", "decisions", "Decisions"),
+    ("Book", "developer/book", None),
 )
 GROUPS = {
     "Solving": ("load", "dump", "solve", "run", "discretise", "evaluate", "results", "particles", "ProgressBar"),
@@ -133,8 +134,9 @@ def menu(files: Files) -> list[Any]:
     pages = {f.src_uri for f in files.documentation_pages()}
     chapters: list[Any] = [{"Start": "index.md"}]
     for title, folder, _ in MENU:
-        own = [p for p in dict.fromkeys(named) if p.startswith(folder + "/") and p in pages]
-        own += sorted(p for p in pages if p.startswith(folder + "/") and p not in own)
+        here = {p for p in pages if menu_folder(p) == folder}
+        own = [p for p in dict.fromkeys(named) if p in here]
+        own += sorted(here.difference(own))
         if own:
             chapters.append({title: own})
     chapters.append({"Examples": sorted(p for p in pages if p.startswith("examples/"))})
@@ -143,6 +145,11 @@ def menu(files: Files) -> list[Any]:
     chapters.append({"How right, how fast": checked})
     chapters.append({"Project": sorted(p for p in pages if p.startswith("project/"))})
     return chapters
+
+
+def menu_folder(page: str) -> str:
+    """The deepest folder of the menu that holds a page; '' if none does."""
+    return max((folder for _, folder, _ in MENU if page.startswith(folder + "/")), key=len, default="")
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:

@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-SOURCE = ROOT / "src" / "prensa"
+SOURCES = (ROOT / "src" / "prensa", ROOT / "quality" / "prensa_bench")  # of the two distributions
 LONGEST = 60  # lines of a function outside kernels
 TABLE = "## Layers"  # heading of the table in CONTRIBUTING.md
 
@@ -27,10 +27,10 @@ class Import:
     lazy: bool
 
 
-def modules(source: Path = SOURCE) -> dict[str, Path]:
-    """Dotted name of every module of the package → its file; a package is named without ``__init__``."""
+def modules(*sources: Path) -> dict[str, Path]:
+    """Dotted name of every module of the packages → its file; a package is named without ``__init__``."""
     found = {}
-    for path in sorted(source.rglob("*.py")):
+    for source, path in ((s, p) for s in sources or SOURCES for p in sorted(s.rglob("*.py"))):
         parts = path.relative_to(source.parent).with_suffix("").parts
         found[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
     return found
@@ -46,14 +46,14 @@ def tree(path: Path) -> ast.Module:
 REGISTRY = "prensa.registry"
 
 
-def imports(source: Path = SOURCE) -> list[Import]:
-    """Imports inside the package that happen when it runs; those for types only do not count.
+def imports(*sources: Path) -> list[Import]:
+    """Imports inside the packages that happen when it runs; those for types only do not count.
 
     Those in functions count, and so does a string that names a module: it is there to be imported by name. The version
     does not: it is a constant that the package binds before anything else. Nor does the registry's table of the packages in
-    which laws are looked for (decision 0050): it stands in for arrows that point the other way, from the laws to it.
+    which laws are looked for (book, chapter 2): it stands in for arrows that point the other way, from the laws to it.
     """
-    known = modules(source)
+    known = modules(*sources)
     found = []
     for name, path in known.items():
         for node, lazy in _executed(tree(path), lazy=False):
@@ -173,8 +173,9 @@ def free(page: Path = ROOT / "CONTRIBUTING.md") -> set[str]:
 
 
 def package(module: str) -> str:
-    """Layer of a module: the first name below ``prensa``, or ``prensa`` for the package's own names."""
-    return module.split(".")[1] if "." in module else module
+    """Layer of a module: the first name below ``prensa``, ``prensa`` for its own names; the second distribution is one layer."""
+    first, *below = module.split(".")
+    return below[0] if first == "prensa" and below else first
 
 
 def arrows(found: list[Import]) -> dict[tuple[str, str], list[Import]]:
@@ -199,10 +200,10 @@ def arrows_upward(found: list[Import]) -> list[str]:
 
 
 # ------------------------------------------------------------------------------------------------------------ functions
-def long_functions(source: Path = SOURCE, longest: int = LONGEST) -> list[str]:
+def long_functions(*sources: Path, longest: int = LONGEST) -> list[str]:
     """Functions of more lines than that, docstring included, as ``module:line name (lines)``; kernels may be longer."""
     wrong = []
-    for name, path in modules(source).items():
+    for name, path in modules(*sources).items():
         for node in ast.walk(tree(path)):
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef) and not _is_kernel(node):
                 lines = (node.end_lineno or node.lineno) - node.lineno + 1
@@ -217,10 +218,10 @@ def _is_kernel(node: ast.FunctionDef | ast.AsyncFunctionDef) -> bool:
 
 
 # ------------------------------------------------------------------------------------------------------------ constants
-def constants_with_two_meanings(source: Path = SOURCE) -> list[str]:
+def constants_with_two_meanings(*sources: Path) -> list[str]:
     """UPPER_CASE names that two modules give different values, as ``NAME: module = value, …``."""
     meanings: dict[str, dict[str, str]] = {}
-    for name, path in modules(source).items():
+    for name, path in modules(*sources).items():
         for constant, value in _constants(tree(path)):
             meanings.setdefault(constant, {})[name] = value
     return [

@@ -96,3 +96,12 @@ def test_warnings_of_a_run_have_their_place_in_the_file(tmp_path):
     assert line in prensa("check", case).stderr
     kept = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["warnings"]
     assert [w for w in kept if w.startswith("steps.1.move.punch.y: step")]
+
+
+def test_bench_without_its_distribution_says_how_to_get_it(monkeypatch):
+    """``prensa bench`` is in another distribution: where that is not installed, one sentence says how to get it."""
+    monkeypatch.setattr("prensa.cli.find_spec", lambda name: None)
+    for words in (["bench"], ["bench", "fuzz", "--count", "3"]):
+        refused = prensa(*words)
+        assert refused.exit_code == 2 and refused.output.count("\n") <= 2
+        assert "pip install ./quality" in " ".join(refused.output.split())

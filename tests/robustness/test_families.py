@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.bench import robustness
-from prensa.bench.robustness import checks
-from prensa.bench.robustness.claims import let_go, sprung_back
-from prensa.bench.robustness.drawn import Drawn, Twin, chain, circle, plane, stamp
-from prensa.bench.robustness.families import drawn
-from prensa.bench.robustness.families.cycles import unsettled
-from prensa.bench.robustness.files import Record, read, solve_into, solve_stages
-from prensa.bench.robustness.judging import judge_files, unlike
 from prensa.fem.preflight import preflight
 from prensa.model.schema import warnings_of
+from prensa_bench import robustness
+from prensa_bench.robustness import checks
+from prensa_bench.robustness.claims import let_go, sprung_back
+from prensa_bench.robustness.drawn import Drawn, Twin, chain, circle, plane, stamp
+from prensa_bench.robustness.families import drawn
+from prensa_bench.robustness.families.cycles import unsettled
+from prensa_bench.robustness.files import Record, read, solve_into, solve_stages
+from prensa_bench.robustness.judging import judge_files, unlike
 
 # ---------------------------------------------------------------------------------------------------------- own geometry
 TOOLS = {
@@ -80,7 +80,7 @@ def test_bounds_of_a_share_are_those_of_the_tables():
 
 def test_a_thin_ring_has_the_stiffness_of_the_tables():
     """Two opposite forces on a ring: F = δ E I / (0.1488 R³) (Timoshenko), half of δ the travel of the crown."""
-    from prensa.bench.robustness.families.slender import beam_stiffness
+    from prensa_bench.robustness.families.slender import beam_stiffness
 
     found = beam_stiffness(10.0, 1.0, 12.0, np.pi / 2, free=True)
     assert found == pytest.approx(2.0 / ((np.pi / 4 - 2 / np.pi) * 1000.0), rel=1e-5)
@@ -273,7 +273,7 @@ def test_tall_bodies_of_wide_ranges_are_pressed_by_less_than_what_buckles_them()
 
 def test_a_crash_is_a_wrong_answer(tmp_path, monkeypatch):
     """What is no message of prensa's own is told as a crash, and the suite goes on."""
-    from prensa.bench.robustness import judging
+    from prensa_bench.robustness import judging
 
     def crash(*_: object) -> None:
         raise IndexError("list index out of range")

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.bench import fuzz, fuzz_calls, fuzz_commands, fuzz_whole, fuzz_yaml
 from prensa.cli import app
 from prensa.errors import CaseError, PrensaError
 from prensa.mesh.imported import case_text
 from prensa.model.schema import loads
 from prensa.output.report import number
+from prensa_bench import fuzz, fuzz_calls, fuzz_commands, fuzz_whole, fuzz_yaml
 
 
 def test_mutated_inputs_are_read_or_refused():

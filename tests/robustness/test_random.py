@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 import prensa as pr
-from prensa.bench import robustness
 from prensa.fem.discretise import discretise
+from prensa_bench import robustness
 
 
 @pytest.mark.parametrize(("suite", "least"), [("elastic", 0.96), ("plastic", 0.86)])
@@ -118,7 +118,7 @@ def test_round_off_of_places_is_that_of_three_roundings():
 
     import numpy as np
 
-    from prensa.bench.robustness.increments import rounded
+    from prensa_bench.robustness.increments import rounded
 
     rng = np.random.default_rng(5)
     X, at, of_bound, over_node = 0.0052, 0.0248, [], []
@@ -141,7 +141,7 @@ def test_round_off_of_places_is_that_of_three_roundings():
 ])  # fmt: skip
 def test_peaks_that_close_in_are_coarse_answers_and_others_wrong(peaks, verdict, monkeypatch):
     """The step is halved until peak forces close in, three times at most."""
-    from prensa.bench.robustness import increments
+    from prensa_bench.robustness import increments
 
     given = iter(peaks)
     monkeypatch.setattr(increments, "solve_checked", lambda p: (next(given), 1, 0, ""))

@@ -12,10 +12,10 @@ import pytest
 from seeded import CASE, SEEDED, said, the_line
 
 import prensa as pr
-from prensa.bench import robustness
 from prensa.fem import modes
 from prensa.fem.preflight import preflight, staircase
 from prensa.model.schema import loads, warnings_of
+from prensa_bench import robustness
 
 ROOT = Path(__file__).parents[2]
 ALL = [s for items in SEEDED.values() for s in items]

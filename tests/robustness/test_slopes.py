@@ -7,9 +7,9 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from prensa.bench.robustness import slopes
-from prensa.bench.robustness.running import judged
 from prensa.cli import app
+from prensa_bench.robustness import slopes
+from prensa_bench.robustness.running import judged
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.bench.robustness.families import drawn
 from prensa.errors import ArgumentError, PrensaError
 from prensa.fem.discretise import discretise
 from prensa.measures import parse
@@ -23,6 +22,7 @@ from prensa.sensitivity import direct
 from prensa.sensitivity.parameters import numbers, value_of, with_values
 from prensa.solver.increment import Increment
 from prensa.solver.policy import Policy
+from prensa_bench.robustness.families import drawn
 from rings import FLOW, ring
 
 EXACT = "contacts=[{surface: ring, against: die, enforcement: {type: exact}}]"

@@ -1,4 +1,4 @@
-"""The start of an increment: motions of second and third degree are foretold exactly, kinks are not carried on."""
+"""The start of an increment: quadratic motions are extrapolated exactly, kinks are not carried on."""
 
 from __future__ import annotations
 
@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.bench.robustness import draw
-from prensa.bench.robustness.increments import solve_checked
 from prensa.contact.record import ContactRecord
 from prensa.fem.planning import plan_step
 from prensa.fem.state import Clock, Energy, State
 from prensa.solver import predictor
-from prensa.solver.policy import DEFAULT
 from prensa.solver.projection import project_prediction
+from prensa_bench.robustness import draw
+from prensa_bench.robustness.increments import solve_checked
 
 NODES = 3
 
@@ -25,10 +24,8 @@ def after(state: State, u: np.ndarray, time: float) -> State:
     dt = time - state.clock.time
     du = u - state.u
     difference, damping = state.damped_difference(du, dt, slice(2 * NODES))
-    third, alike = state.bent(difference, dt, slice(2 * NODES))
-    cubic = alike >= DEFAULT.cubic
-    clock = Clock(0, state.clock.number + 1, time, dt, damping, before=state.dt_last, cubic=cubic)
-    return replace(state, u=u, du=du, dt_last=dt, second_difference=difference, clock=clock, third_difference=third)
+    clock = Clock(0, state.clock.number + 1, time, dt, damping)
+    return replace(state, u=u, du=du, dt_last=dt, second_difference=difference, clock=clock)
 
 
 def at_rest(u: np.ndarray) -> State:
@@ -58,26 +55,6 @@ def test_a_motion_of_second_degree_is_foretold_exactly(course):
         state = after(state, course(t), t)
         assert state.clock.damping == pytest.approx(1.0, abs=1e-10)
         np.testing.assert_allclose(state.u + state.extrapolated(dt), course(t + dt), rtol=1e-10)
-
-
-def test_a_motion_of_third_degree_is_foretold_exactly():
-    """From the fifth increment on, with unequal ones, whatever the second difference before says; not across a kink."""
-    a, b, v = np.random.default_rng(2).normal(size=(3, 2 * NODES + 3))
-
-    def course(t):
-        return v * t + a * t * t + b * t * t * t
-
-    state = at_rest(course(0.0))
-    for t in (0.1, 0.25, 0.3):
-        state = after(state, course(t), t)
-        assert not state.clock.cubic
-    state = after(state, course(0.45), 0.45)
-    for t, dt in ((0.7, 0.4), (0.8, 0.05)):
-        state = after(state, course(t), t)
-        assert state.clock.cubic
-        np.testing.assert_allclose(state.u + state.extrapolated(dt), course(t + dt), rtol=1e-9)
-    state = after(state, state.u, 0.9)
-    assert not state.clock.cubic
 
 
 def test_a_kink_is_not_carried_on(course):

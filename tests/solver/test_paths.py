@@ -1,4 +1,4 @@
-"""Other ways to the same answer: contacts that stiffen stage by stage, and the founding paper's iteration."""
+"""Stiff contacts in large increments, and the founding paper's iteration."""
 
 from __future__ import annotations
 
@@ -9,11 +9,8 @@ import pytest
 from scipy.sparse import csc_matrix
 
 import prensa as pr
-from prensa.errors import SolveError
 from prensa.fem.planning import plan_step
-from prensa.solver.continuation import stages
-from prensa.solver.policy import Policy
-from prensa.solver.projection import project_stage
+from prensa.fem.preflight import preflight
 from prensa.verify.forming import upsetting
 
 ELASTIC = pr.Elastic(130_000.0, 0.2)
@@ -52,17 +49,12 @@ def last(p, numerics=None, policy=None):
     return inc
 
 
-# ---------------------------------------------------------------------------------------------------- continuation
+# --------------------------------------------------------------------------------------- stiff contacts, large increments
 @pytest.mark.parametrize("beta", [1e3, 1e5])
-def test_stages_solve_what_newton_alone_does_not(beta):
-    """A plate that Newton fails on at a large beta, uncut, is solved by stages, and the stiff limit is what comes out.
-
-    Without contact steps, which no candidate is allowed for, and with no point decided on within a step: they solve it too.
-    """
-    uncut, alone = pr.Numerics(max_cutbacks=0), Policy(most_candidates=0, few=0, edge=0)
-    with pytest.raises(SolveError, match=r"stagnates|no convergence"):
-        last(plate(pr.Penalty(beta, continuation=1.0)), uncut, alone)
-    inc = last(plate(pr.Penalty(beta)), uncut, alone)
+def test_contact_steps_solve_a_plate_in_one_uncut_increment(beta):
+    """A plate with mu = 1 is solved at a large beta without a cut, and the stiff limit is what comes out."""
+    uncut = pr.Numerics(max_cutbacks=0)
+    inc = last(plate(pr.Penalty(beta)), uncut)
     soft = last(plate(pr.Penalty(100.0)), uncut)
     assert inc.force("plane").y == pytest.approx(-2000.0, rel=1e-9)
     assert inc.force("plane").x == pytest.approx(soft.force("plane").x, rel=1e-5)
@@ -72,55 +64,13 @@ def test_stages_solve_what_newton_alone_does_not(beta):
     assert (np.abs(c.shear) <= c.pressure * (1 + 1e-12)).all()
 
 
-@pytest.mark.parametrize("rule", ["nodal", "gauss2"])
-def test_stages_lead_to_the_answer_of_newton_alone(rule, monkeypatch):
-    """Where both ways converge they meet: to 1e-8 of the displacements, friction and points inside edges included."""
-    from prensa.solver import attempt as module
-
-    p = sliding(rule, 0.1, enforcement=pr.Penalty(300.0, 10.0, continuation=4.0))
-    direct = last(sliding(rule, 0.1, enforcement=pr.Penalty(300.0, 10.0, continuation=1.0)))
-    attempt_by = module.attempt_by
-
-    def only_by_stages(eq, path, start):
-        return attempt_by(eq, path or stages(eq.system, eq.context), start)
-
-    monkeypatch.setattr(module, "attempt_by", only_by_stages)
-    staged = last(p)
-    assert staged.statistics.iterations > direct.statistics.iterations
-    assert np.allclose(staged.state.u, direct.state.u, atol=1e-8 * np.abs(direct.state.u).max())
-
-
-def test_the_stages_rise_to_what_was_asked_for():
-    """From beta 10 and beta_T 1 by the factor; softening friction keeps the k_T that it needs; 1 means none."""
-    for law, enforcement, k_n, k_t in (
-        (pr.Coulomb(0.3), pr.Penalty(1e3, 3.0), [10.0, 100.0], [1.0, 3.0]),
-        (pr.Coulomb(0.3), pr.Penalty(1e3, 3.0, continuation=5.0), [10.0, 50.0, 250.0], [1.0, 3.0, 3.0]),
-        (pr.Coulomb(pr.MuLinear(0.3, -0.1, 0.1)), pr.Penalty(1e3, 3.0), [10.0, 100.0], [3.0, 3.0]),
-        (pr.Coulomb(0.3), pr.Penalty(1e3, 3.0, continuation=1.0), [], []),
-        (pr.Coulomb(0.3), pr.Exact(), [], []),
-    ):
-        system = pr.discretise(sliding(enforcement=enforcement, law=law))
-        c = system.context(system.initial(), plan_step(system, 0, np.zeros(system.ndof)), 0.5)
-        path = [stage.scales[0] for stage in stages(system, c)]
-        assert [float(s.k_n[0] / s.unit[0]) for s in path] == pytest.approx(k_n)
-        assert [float(s.k_t[0] / s.unit[0]) for s in path] == pytest.approx(k_t)
-
-
-@pytest.mark.parametrize("element", ["q4_fbar", "t6", "q8"])
-def test_stiffer_contacts_start_from_the_pressures_of_softer_ones(element):
-    """Penetrations are divided by the factor of k_n; a held node stays, that on the axis."""
-    body = pr.Body(pr.Rectangle(size=(4.0, 2.0), n=(4, 2)), pr.Elastic(1000.0, 0.3), element)
-    press = sliding().steps[:1]
-    system = pr.discretise(
-        replace(sliding(), space="axisymmetric", bodies={"block": body}, fixed={"block.bottom": "y"}, steps=press)
-    )
-    c = system.context(system.initial(), plan_step(system, 0, np.zeros(system.ndof)), 1.0)
-    soft, s = stages(system, c)[0], system.surfaces[0]
-    u = system.initial().u.copy()
-    u[system.tool_dof(0) + 1] = -0.05
-    gap = system.node_stencils(s, project_stage(system, soft, c, u)).g
-    on_axis = system.X[s.points.nodes, 0] == 0.0
-    assert gap == pytest.approx(np.where(on_axis, -0.05, -0.005))
+def test_the_key_continuation_is_read_and_reported():
+    """An older case file goes on; the answer is that without the key, and a notice says that it has no effect."""
+    old, new = sliding(enforcement=pr.Penalty(continuation=4.0)), sliding()
+    (notice,) = [n for n in preflight(pr.discretise(old)) if "continuation" in str(n)]
+    assert "no effect" in str(notice)
+    assert not [n for n in preflight(pr.discretise(new)) if "continuation" in str(n)]
+    assert np.array_equal(last(old).state.u, last(new).state.u)
 
 
 # ------------------------------------------------------------------------------------------- the paper's iteration

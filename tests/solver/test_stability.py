@@ -9,8 +9,6 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.bench.robustness import drawn
-from prensa.bench.slender import draw, verdict
 from prensa.errors import PrensaError, SolveError
 from prensa.fem.discretise import discretise
 from prensa.fem.interaction import Request
@@ -26,6 +24,8 @@ from prensa.solver.reduced import Reduced
 from prensa.solver.stabilisation import Viscous, nodal_volumes
 from prensa.solver.stability import looked, softest_modes
 from prensa.verify.buckling import COLUMN_LENGTH, SHORTENING, arch, column
+from prensa_bench.robustness import drawn
+from prensa_bench.slender import draw, verdict
 
 POLICY = Policy()
 

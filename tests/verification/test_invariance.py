@@ -15,8 +15,8 @@ import pytest
 from numpy.typing import NDArray
 
 import prensa as pr
-from prensa.bench.robustness import blocks
 from prensa.solver.increment import Increment
+from prensa_bench.robustness import blocks
 
 Array = NDArray[np.float64]
 NX, NY = 16, 8

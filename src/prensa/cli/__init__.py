@@ -8,10 +8,14 @@ from __future__ import annotations
 import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+import typer.main
+from typer.core import TyperGroup
 
 from prensa.cli import completion
 from prensa.cli.voice import BAD_INPUT, FAILED, INTERRUPTED, Source, Voice, near, refuse_unknown
@@ -22,7 +26,20 @@ if TYPE_CHECKING:
 
 __all__ = ["BAD_INPUT", "FAILED", "INTERRUPTED", "app", "main"]
 
+BENCH = "prensa_bench"  # a distribution that stands on this one, and is found by its name
+
+
+class _Commands(TyperGroup):
+    """The commands of this module, of which `bench` is that of the distribution prensa-bench where it is installed."""
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        if cmd_name == "bench" and find_spec(BENCH) is not None:
+            return typer.main.get_command(import_module(f"{BENCH}.cli").app)
+        return super().get_command(ctx, cmd_name)
+
+
 app = typer.Typer(
+    cls=_Commands,
     help="Frictional contact and metal forming: rigid tools press, slide and roll on deformable workpieces.",
     no_args_is_help=True,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -593,48 +610,13 @@ def verify(
     raise typer.Exit(code)
 
 
-@app.command()
-def bench(
-    what: Annotated[
-        str, typer.Argument(help="What to measure: robustness or fuzz.", autocompletion=completion.benches)
-    ] = "robustness",
-    count: Annotated[int, typer.Option(min=1, help="Number of random problems of each family, or of inputs.")] = 60,
-    seed: Annotated[str, typer.Option(help="Seed, a number; 'commit' takes it from the hash of the commit.")] = "0",
-    family: Annotated[
-        list[str] | None, typer.Option(help="Of robustness, only this family; repeatable. All of them if not given.")
-    ] = None,
-    first: Annotated[int, typer.Option(min=0, help="Number of the first problem of each family.")] = 0,
-    jobs: Annotated[int, typer.Option(min=1, help="Problems solved at the same time, each in a process.")] = 1,
-    report_file: Annotated[
-        Path | None, typer.Option("--report", help="Write the outcomes to this file, .csv or .md.")
-    ] = None,
-    tables: Annotated[
-        list[Path] | None,
-        typer.Option("--from", help="Solve nothing, take the outcomes from this .csv of an earlier run; repeatable."),
-    ] = None,
-    enforcement: Annotated[str, typer.Option(help="Of all contacts: penalty, augmented, exact or as drawn.")] = "drawn",
-    derivatives: Annotated[
-        bool, typer.Option("--derivatives", help="Judge derivatives by random numbers of the problems, not the answers.")
-    ] = False,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-    json: Json = False,
-) -> None:
-    """Solve random problems on default settings and check every answer, or try to break the reader with broken inputs."""
-    with Voice(quiet, verbose, json) as voice:
-        refuse_unknown(voice, "benchmark", [what], ("robustness", "fuzz"))
-        from prensa.cli.benches import fuzz, robustness
+@app.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True})
+def bench(quiet: Quiet = False, verbose: Verbose = False, json: Json = False) -> None:
+    """Solve random problems and check every answer, or try to break the reader (needs the distribution prensa-bench)."""
+    with Voice(quiet, verbose, json):
+        from prensa.errors import PrensaError
 
-        if what == "fuzz":
-            if family or tables or report_file or first or jobs > 1 or derivatives:
-                voice.complain(
-                    "--family, --first, --jobs, --from, --report and --derivatives are for 'robustness'; leave them out"
-                )
-                raise typer.Exit(BAD_INPUT)
-            bad = fuzz(voice, app, count, seed)
-        else:
-            bad = robustness(voice, count, seed, family or (), first, jobs, report_file, tables or (), enforcement, derivatives)
-    raise typer.Exit(FAILED if bad else 0)
+        raise PrensaError("prensa bench is in a distribution of its own: in a checkout of prensa, pip install ./quality")
 
 
 @contextmanager

@@ -20,11 +20,6 @@ def kinds(incomplete: str) -> list[tuple[str, str]]:
     return [(name, what) for name, (_, what) in STARTERS.items() if name.startswith(incomplete)]
 
 
-def benches(incomplete: str) -> list[str]:
-    """What can be measured."""
-    return [name for name in ("robustness", "fuzz") if name.startswith(incomplete)]
-
-
 def fields(incomplete: str) -> list[str]:
     """What can be drawn of every run."""
     known = (

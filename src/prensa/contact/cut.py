@@ -6,7 +6,7 @@ which gets ∫N_B over the covered part. The point of B keeps the rest and is op
 measured beside the tool, no more constraints than nodes under the tool, and nothing changes where no edge is cut.
 
 Where an edge goes up the flank beside a corner, from A under the tool to B on the flank, no place of the node B holds it off
-the corner: the edge becomes a chord of the tool, and B hangs on the flank (docs/decisions/0239). There the point of B is the
+the corner: the edge becomes a chord of the tool, and B hangs on the flank (docs/developer/book/04). There the point of B is the
 place of the edge at the corner, and what it may not pass is the line through the corner along the edge (`Corners`).
 """
 

@@ -21,7 +21,7 @@ from prensa.mesh.mesh import areas, beyond_corners, corner_cells, segments, side
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-SPREAD = 2.0  # edge lengths of material that one point presses in, however deep the elements behind are: docs/decisions/0226
+SPREAD = 2.0  # edge lengths of material that one point presses in, however deep the elements behind are: docs/developer/book/04
 
 
 class Shares(NamedTuple):

@@ -52,12 +52,9 @@ class Enforcement(Member, abstract=True):
         """Energy that the contact holds in its springs; what vanishes with the penalty is no energy of the problem."""
         return 0.0
 
-    def softened(self, scale: Scale, stage: int, keep_tangential: bool, beta: float, beta_T: float) -> Scale:
-        """Stiffnesses in a stage of a continuation from soft to stiff; the same object where it has none.
-
-        ``beta``, ``beta_T``: factors of E*/h in stage 0. ``keep_tangential``: the friction law needs the k_T that it has.
-        """
-        return scale
+    def without_effect(self) -> tuple[str, ...]:
+        """Keys that were given and have no effect: old ones that are still read."""
+        return ()
 
     def beta_of(self, unit: Array) -> float:
         """Penalty over E*/h, at the median point."""

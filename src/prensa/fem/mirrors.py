@@ -219,7 +219,6 @@ def extended(state: State, old: System, new: System) -> State:
         lam=lam, work=wider(state.work), step_start=wider(state.step_start),
         release=None if state.release is None else wider(state.release),
         remeshed=None if state.remeshed is None else _wider_motions(state.remeshed, new),
-        third_difference=wider(state.third_difference) if len(state.third_difference) else state.third_difference,
     )  # fmt: skip
 
 

@@ -1,7 +1,7 @@
 """Elements that pass through a contact: what slides past a tool that has an end makes its forces step, a step an element.
 
 A node that lands or leaves turns the velocities of the elements behind it, and with them the plastic work per travel: forces
-of drawing and rolling are a staircase of the mesh, whatever the contact rule (docs/decisions/0065-passage-means.md). The
+of drawing and rolling are a staircase of the mesh, whatever the contact rule (docs/developer/book/12). The
 period is the time in which one element passes; it is taken here from the motion of the surface and the length of its elements.
 """
 

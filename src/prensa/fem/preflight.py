@@ -60,18 +60,25 @@ STRAINS = np.concatenate([[0.0], np.geomspace(1e-4, 3.0, 200)])  # at which flow
 def preflight(system: System) -> list[Notice]:
     """All notices on a discretised problem, the fatal ones first."""
     if system.dofs.dimension != 2:
-        return []
+        return [*_without_effect(system)]
     watched = watches(system)
     beginning = [*_sizes(system), *_bends(system), *_beginning(system), *_overlaps(system)]
     if not any(n.fatal for n in beginning):
         beginning += _inside(system, watched)
     found = [
-        *_remeshing(system), *_flow_curves(system), *_tables(system), *_lengths(system), *_pushes(system),
-        *_shapes(system),
+        *_without_effect(system), *_remeshing(system), *_flow_curves(system), *_tables(system), *_lengths(system),
+        *_pushes(system), *_shapes(system),
         *motions(system), *feeding(system), *doubts(system), *beginning,
         *([] if any(n.fatal for n in beginning) else _passage(system, watched)), *modes(system),
     ]  # fmt: skip
     return sorted(found, key=lambda n: not n.fatal)
+
+
+def _without_effect(system: System) -> Iterator[Notice]:
+    """Old keys of enforcements that are read and do nothing."""
+    for k, contact in enumerate(system.problem.contacts):
+        for key in contact.enforcement.without_effect():
+            yield Notice(f"contacts.{k}.enforcement.{key}", "has no effect any more; leave it out")
 
 
 def _remeshing(system: System) -> Iterator[Notice]:

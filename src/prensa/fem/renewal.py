@@ -105,7 +105,7 @@ def carried_over(system: System, state: State, meshes: dict[str, Mesh], bodies: 
     return with_origins(new, remeshed), replace(
         state, u=u, du=nodal.carried(state.du), second_difference=np.zeros(new.ndof), history=histories, contact=record,
         lam=lam, work=np.zeros(new.ndof), step_start=nodal.carried(state.step_start), release=release,
-        clock=state.clock._replace(damping=0.0, before=0.0, cubic=False), remeshed=remeshed, third_difference=np.zeros(0),
+        clock=state.clock._replace(damping=0.0), remeshed=remeshed,
     )  # fmt: skip
 
 

@@ -45,8 +45,7 @@ class Clock(NamedTuple):
 
     ``dt`` is 0 where nothing is known of the next increment. ``damping``: how well the second difference of one increment
     predicted that of the next (0 … 1). ``unsteady``: how much plastic flow changed in the last increment, per time (see
-    `prensa.fem.time_rule.unsteadiness`). ``before``: duration of the increment before the last, 0 where that is no part of the
-    same motion; ``cubic``: whether third differences go into what the next increment is expected to be.
+    `prensa.fem.time_rule.unsteadiness`).
     """
 
     step: int = 0
@@ -55,8 +54,6 @@ class Clock(NamedTuple):
     dt: float = 0.0
     damping: float = 0.0
     unsteady: float = 0.0
-    before: float = 0.0
-    cubic: bool = False
 
 
 class Energy(NamedTuple):
@@ -95,8 +92,7 @@ class State:
 
     ``u`` (ndof,) degrees of freedom as in the system's `DofMap`, from the initial configuration; ``du`` (ndof,) the last
     increment's change, ``dt_last`` its duration and ``second_difference`` (ndof,) the second divided difference of the last
-    two increments, ``third_difference`` (ndof,) the third of the last three, (0,) where there are fewer (for `extrapolated`; of
-    condensed bodies they are those of their contact candidates alone); ``history``
+    two increments (for `extrapolated`; of condensed bodies that of their contact candidates alone); ``history``
     one (elements, points, h) array per block, flattened together; ``contact`` the contact points; ``lam`` (points, 1 + t)
     normal and tangential multipliers; ``work`` (ndof,) forces of the last committed increment; ``step_start`` (ndof,) the
     degrees of freedom at the start of the present step; ``release`` (ndof,) forces carried at that time beyond those that the
@@ -128,18 +124,13 @@ class State:
     ends: Array = field(default_factory=lambda: np.zeros(0))
     watched: Array = field(default_factory=lambda: np.zeros(0))
     softest: Array = field(default_factory=lambda: np.zeros(0))
-    third_difference: Array = field(default_factory=lambda: np.zeros(0))
     remeshed: Remeshed | None = None
     made_from: NDArray[np.float32] | None = None
 
     def extrapolated(self, dt: float) -> Array:
         """Change of the degrees of freedom (ndof,) in the next ``dt``, extrapolated from the last increments."""
-        last, clock = self.dt_last, self.clock
-        bend = dt * (dt + last)
-        if clock.cubic:
-            change = (dt / last) * self.du + bend * self.second_difference
-            return change + (bend * (dt + last + clock.before)) * self.third_difference
-        return (dt / last) * self.du + (clock.damping * bend) * self.second_difference
+        last = self.dt_last
+        return (dt / last) * self.du + (self.clock.damping * dt * (dt + last)) * self.second_difference
 
     def damped_difference(self, du: Array, dt: float, nodal: slice) -> tuple[Array, float]:
         """Second divided difference (ndof,) when ``du`` in ``dt`` follows on this state, and its damping (0 … 1).
@@ -152,17 +143,6 @@ class State:
             return np.zeros_like(du), 0.0
         difference = (du / dt - self.du / self.dt_last) / (dt + self.dt_last)
         return difference, _alike(difference[nodal], self.second_difference[nodal])
-
-    def bent(self, difference: Array, dt: float, nodal: slice) -> tuple[Array, float]:
-        """Third divided difference (ndof,) when a second one, ``difference``, follows on this state after ``dt``: (0,) if none.
-
-        And how far it is like the one before (0 … 1).
-        """
-        before = self.clock.before
-        if not (self.dt_last > 0 and before > 0):
-            return np.zeros(0), 0.0
-        third, old = (difference - self.second_difference) / (dt + self.dt_last + before), self.third_difference
-        return third, _alike(third[nodal], old[nodal]) if len(old) else 0.0
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Flat mapping of names to arrays, for checkpoints: 'clock.time', 'contact.slip', 'history_0' …"""
@@ -190,7 +170,7 @@ class State:
 
     def moving(self) -> dict[str, Array]:
         """Those of `arrays` that change with the parameters of a problem: not the clock, flags, and what a guess is made of."""
-        guess = ("clock.", "dt_last", "du", "second_difference", "third_difference")
+        guess = ("clock.", "dt_last", "du", "second_difference")
         looks = ("stability.negative", "stability.since", "stability.rest", "softest", "made_from")
         fixed = (*guess, *looks, "contact.closed", "ends", "watched", "remeshed", "derivative")
         return {k: a for k, a in self.arrays().items() if not k.startswith(fixed)}

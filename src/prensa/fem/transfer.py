@@ -4,7 +4,7 @@ Elastic strains travel as ½ ln b_e, trace and deviator apart, the deviator's si
 stress: so a homogeneous state stays what it is, volumes do not change, and points that flow stay on the yield surface. Each
 field of a law says how it travels (`prensa.materials.protocol.Travel`). The operator is superconvergent patch recovery
 (Zienkiewicz & Zhu 1992): polynomials over patches of elements give values at the nodes, shape functions those at the new
-points. The choice is that of docs/decisions/0098.
+points. The choice is that of docs/developer/book/10.
 """
 
 from __future__ import annotations

@@ -1,11 +1,10 @@
-"""One attempt at an increment: initial guess, stages of the continuation, Newton, multiplier updates. It commits nothing."""
+"""One attempt at an increment: initial guess, Newton, multiplier updates. It commits nothing."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +12,6 @@ from numpy.typing import NDArray
 from prensa.fem.context import Context
 from prensa.fem.state import may_rest
 from prensa.fem.system import Evaluation, System
-from prensa.solver.continuation import stages
 from prensa.solver.emergence import emergence
 from prensa.solver.equilibrium import Equilibrium, NewtonResult
 from prensa.solver.failure import Failure, Singular, Unsettled
@@ -22,56 +20,51 @@ from prensa.solver.multipliers import BlockedError
 from prensa.solver.newton import newton
 from prensa.solver.policy import Policy
 from prensa.solver.predictor import Guess, initial_guess
-from prensa.solver.projection import project_stage
 
 Array = NDArray[np.float64]
 Solve = Callable[[Array, NewtonResult], Failure | None]
 
 
-def attempt(eq: Equilibrium, start: Array, soften: bool = True) -> NewtonResult:
+def attempt(eq: Equilibrium, start: Array, was_cut: bool = True) -> NewtonResult:
     """Try to solve an increment from the dofs ``start`` (ndof,); the committed state is not touched.
 
-    soften: whether a failure is followed by another try with contacts that stiffen stage by stage, if they ask for it, and
-    by one with contact steps alone although Newton's iteration had the choice.
+    was_cut: whether the increment has been cut so often that a failure is followed by an attempt with contact steps alone,
+    although Newton's iteration could take them.
     """
-    result = attempt_by(eq, [], start)
+    result = attempt_by_newton(eq, start)
     if result.converged:
         return result
     spent = result.iterations
-    for solve in _other_ways(eq, start, result, soften):
+    for solve in _other_ways(eq, start, result, was_cut):
         again = _outcome(eq, start, solve)
         spent += again.iterations
         if again.converged:
             again.iterations, again.vain = spent, spent - again.iterations
             return again
     result.iterations = spent
-    path = stages(eq.system, eq.context, eq.policy) if soften else []
-    if path:
-        result = attempt_by(eq, path, start)
-        result.iterations += spent
     return result
 
 
-def _other_ways(eq: Equilibrium, start: Array, failed: NewtonResult, cut: bool) -> Iterator[Solve]:
+def _other_ways(eq: Equilibrium, start: Array, failed: NewtonResult, was_cut: bool) -> Iterator[Solve]:
     """What is tried after a failed attempt, in order; how that failed is what is told if these fail too.
 
     Where Newton's iteration could take contact steps wherever it wanted, an attempt that takes nothing else goes the same way
-    nine times of ten: a shorter increment is cheaper, unless it has been ``cut`` before.
+    nine times of ten: a shorter increment is cheaper, unless it has been cut before.
     """
     if out := emergence(eq.system, eq.context, eq.policy):
         yield partial(_emerge, eq, out, start)
-    if failed.contact_changed(eq.policy) and (cut or not failed.affordable):
+    if failed.contact_changed(eq.policy) and (was_cut or not failed.affordable):
         yield partial(_by_contact, eq, start)
 
 
-def attempt_by(eq: Equilibrium, path: list[Context], start: Array) -> NewtonResult:
-    """One attempt; ``path``: increment contexts to be solved roughly before, each from the solution of the last."""
-    return _outcome(eq, start, partial(_solve, eq, path, start, False))
+def attempt_by_newton(eq: Equilibrium, start: Array) -> NewtonResult:
+    """One attempt from the initial guess, with contact steps where Newton's iteration takes them."""
+    return _outcome(eq, start, partial(_solve, eq, start, False))
 
 
 def _by_contact(eq: Equilibrium, start: Array, lam: Array, result: NewtonResult) -> Failure | None:
     """Solve by contact steps (see `newton`); raises `SingularError` if the solution is one that nothing holds in place."""
-    reason = _solve(eq, [], start, True, lam, result)
+    reason = _solve(eq, start, True, lam, result)
     if reason is None:
         # the foundation of contact steps hides a body that is free to move
         here = eq.evaluate(result.u, result.lam)
@@ -102,20 +95,12 @@ def _outcome(eq: Equilibrium, start: Array, solve: Solve) -> NewtonResult:
     return result
 
 
-def _solve(
-    eq: Equilibrium, path: list[Context], start: Array, by_contact: bool, lam: Array, result: NewtonResult
-) -> Failure | None:  # fmt: skip
-    """Solve the stages and then the increment; None when that is done."""
-    guess = initial_guess(replace(eq, context=path[0]) if path else eq, start, lam)
+def _solve(eq: Equilibrium, start: Array, by_contact: bool, lam: Array, result: NewtonResult) -> Failure | None:
+    """Solve the increment from its initial guess; None when that is done."""
+    guess = initial_guess(eq, start, lam)
     if guess.assumed is not None:
         result.iterations += 1
         result.linear = guess.u - start
-    rough = replace(eq.numerics, tolerance=eq.policy.rough) if path else eq.numerics
-    for now, then in pairwise([*path, eq.context]):
-        end = newton(replace(eq, context=now, numerics=rough), guess, lam, result)
-        if not isinstance(end, Evaluation):
-            return end
-        guess = Guess(project_stage(eq.system, now, then, result.u))
     return _augment(eq, guess, by_contact, lam, result)
 
 

@@ -368,7 +368,7 @@ class Condensation:
         return out
 
     def attempt(
-        self, solve: Callable[[Equilibrium, Array, bool], NewtonResult], eq: Equilibrium, start: Array, soften: bool
+        self, solve: Callable[[Equilibrium, Array, bool], NewtonResult], eq: Equilibrium, start: Array, was_cut: bool
     ) -> NewtonResult:
         """Outcome of an attempt ``solve`` on the condensed system."""
         c = eq.context
@@ -381,7 +381,7 @@ class Condensation:
                 small = self.on(blocks)
                 self.reduced = small.reduced()
             try:
-                result = solve(replace(eq, reduced=self.reduced), start, soften)
+                result = solve(replace(eq, reduced=self.reduced), start, was_cut)
             except ActiveSetGrew as grown:
                 blocks = grown.blocks
                 continue

@@ -4,7 +4,7 @@ In ``auto`` the first that is installed of PARDISO, rslab, SuperLU is used, and 
 is too large, with a line in the log: beta solvers are fast but are not believed.
 
 Newton's steps need no factors of double precision, nor those of their own matrix: where `Factorisation.step` may, it takes
-factors in single precision, or ones of a matrix before, and a few iterations of GMRES with the matrix itself (see decision 0167).
+factors in single precision, or ones of a matrix before, and a few iterations of GMRES with the matrix itself (book, chapter 9).
 
 A matrix whose problem makes it symmetric is factored as LDLᵀ from its lower triangle, at half the cost of LU, and where it
 is expected to be definite and the solver has it as LLᵀ, at a third. The residual is that of the whole matrix: one that were

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,20 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 
+@dataclass(frozen=True)
+class Best:
+    """The iterate with the least residual ``norm`` so far: dofs u (ndof,), Newton's step from there, its contacts ``e``.
+
+    The line search goes back to it, and not to the iterate at hand: the first step may raise the residual, and so may steps that
+    are accepted for the one that follows.
+    """
+
+    norm: float
+    u: Array
+    step: Array
+    e: Evaluation
+
+
 @dataclass
 class NewtonState:
     """Where an iteration stands: dofs u (ndof,), multipliers lam (points, 2), and what is known of them.
@@ -28,7 +42,7 @@ class NewtonState:
     evaluation: that at u, the only holder of its matrix; None before it is made. ``status``: signature at u, ``reversed``
     (points,) those that slip against their last direction, ``changed``: how many points have another status than at the last
     iterate (at the first: have opened or closed since the increment began), ``settled``: none of them has opened or closed.
-    ``best``, ``watch_from``, ``watched``: least residual of the watchdog; dofs, step, contacts there; full steps accepted.
+    ``best``: the iterate to which the line search goes back.
     ``came_by``: the last step, if its factors are at hand; ``least``: least residual up to each iteration. ``secant``: whether
     the matrix of the evaluation is the one for iterates where flow turns (see `Equilibrium.turns`).
     """
@@ -46,9 +60,7 @@ class NewtonState:
     changed: int = 0
     settled: bool = False
     by_contact: bool = False
-    best: float = np.inf
-    watch_from: tuple[Array, Array, Evaluation] | None = None
-    watched: int = 0
+    best: Best | None = None
     came_by: Array | None = None
     least: list[float] = field(default_factory=list)
     secant: bool = False
@@ -188,12 +200,10 @@ def _handed_over(eq: Equilibrium, state: NewtonState) -> Evaluation:
 
 
 def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: bool = False) -> Failure | None:
-    """Move the state by a full Newton step, or by the best of a few fractions of the last good one.
+    """Move the state by a full Newton step, or by a part of the step from the best iterate so far (line search).
 
-    A full step that opens or closes contact points may raise the residual and still be right (it is then a step of
-    the active-set method), so up to `Policy.watchdog` of them are accepted before the search goes back to the best iterate
-    and shortens its step (watchdog of Chamberlain et al. 1982); likewise while points reverse their slip. Any other step
-    that raises the residual is shortened.
+    A full step is accepted if it leaves less than the least residual so far, if it is the first of the increment, or if the step
+    after it with the same factors is much shorter (natural monotonicity).
     """
     # what a contact step has settled needs none: Newton's leave factors, with which substitutions finish the work
     state.by_contact = state.by_contact and state.changed > 0 and state.relative > eq.policy.close
@@ -201,8 +211,8 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     result.iterations += 1
     if runaway := eq.runaway(delta):
         return runaway
-    if state.norm < state.best:
-        state.best, state.watch_from, state.watched = state.norm, (state.u, delta, _places(e)), 0
+    here = Best(state.norm, state.u, delta, _places(e))
+    best = state.best = here if state.best is None or here.norm < state.best.norm else state.best
     moved = contact_corrected(eq.system, eq.context, e, state.u, delta, state.lam)
     wanted = not (state.relative <= eq.policy.close and state.settled and not (state.iteration and state.changed))
     wanted = wanted or _follows(eq)
@@ -211,20 +221,24 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     full = eq.evaluate(moved, state.lam, wanted and not (secant and applies(eq)), secant=secant)
     size = eq.norm(full)
     if not decided and size > state.norm and (better := _decided(eq, state, e, full, result)) is not None:
-        moved, full, decided = better
+        moved, full, by_contact_step = better
         size = eq.norm(full)
+        if best is here:
+            best = state.best = replace(here, step=by_contact_step)
     alone = eliminated(eq, moved, state.lam, full, secant) if size > eq.policy.local_slow * state.norm else None
     if alone is not None:
         moved, full = alone
         size = eq.norm(full)
-    accepted = not full.failed and _accepted(eq, state, full, size, decided)
+    accepted = not full.failed and _accepted(eq, state, size, best.norm)
     if accepted or (alone is None and _shrinks(eq, full, delta)):
-        state.watched += size >= state.best
         state.came_by = moved - state.u if alone is None else None
         state.secant = alone is None and _turns(eq, state)
         state.u, state.evaluation = moved, full
         return None
-    _restart(eq, state, state.watch_from if state.watch_from is not None and not full.failed else (state.u, delta, e))
+    start = here if full.failed else best
+    state.u = _shortened(eq, start.u, start.step, start.e, state.lam)
+    state.evaluation = state.status = state.best = state.came_by = None
+    state.secant = False
     return None
 
 
@@ -279,8 +293,8 @@ def _contact_direction(eq: Equilibrium, state: NewtonState, by_contact: bool) ->
 
 def _decided(
     eq: Equilibrium, state: NewtonState, e: Evaluation, full: Evaluation, result: NewtonResult
-) -> tuple[Array, Evaluation, bool] | None:  # fmt: skip
-    """Dofs and evaluation after a contact step from the iterate of e, and whether that decides all; None if full is as good.
+) -> tuple[Array, Evaluation, Array] | None:  # fmt: skip
+    """Dofs and evaluation after a contact step from the iterate of e, and that step; None if ``full`` is as good.
 
     It is tried where the assumptions of Newton's step were wrong: points slip the other way at its end, or open or close
     once more. Points that do the latter have found an end neither open nor closed: steps by contact go on from there.
@@ -293,7 +307,7 @@ def _decided(
     found = contact_step(eq, state.u, state.lam, e, None, eq.policy.few) if decides_friction(eq, e) or not turns else None
     if found is None:
         return None
-    delta, decides = found
+    delta, _ = found
     result.iterations += 1
     if eq.runaway(delta) is not None:
         return None
@@ -302,27 +316,14 @@ def _decided(
     if not eq.norm(better) < eq.norm(full):
         return None
     state.by_contact = not turns
-    if state.watch_from is not None and state.watch_from[0] is state.u:
-        state.watch_from = state.u, delta, _places(e)
-    return moved, better, decides
+    return moved, better, delta
 
 
-def _accepted(eq: Equilibrium, state: NewtonState, full: Evaluation, size: float, decided: bool) -> bool:
-    """Whether a full step is accepted: it lowers the residual, is the first, or changes contact and the watchdog lets it.
-
-    The watchdog lets no step grow that has ``decided`` itself which points are closed or slip.
-    """
-    if size < state.best or not eq.numerics.line_search:
+def _accepted(eq: Equilibrium, state: NewtonState, size: float, least: float) -> bool:
+    """Whether a full step is accepted for the residual ``size`` after it: less than the ``least`` so far, or the first step."""
+    if size < least or not eq.numerics.line_search:
         return True
-    if state.iteration == 0:
-        return not eq.context.rule.share or size < eq.policy.first_growth * state.best
-    if decided:
-        return False
-    now, after = state.status, signature(full)
-    assert now is not None
-    flips = bool(state.reversed.any() or reversed_slip(now, after).any())
-    discrete = flips or not np.array_equal(after > 0, now > 0)
-    return discrete and state.watched < (eq.policy.watchdog_flips if flips else eq.policy.watchdog)
+    return state.iteration == 0 and (not eq.context.rule.share or size < eq.policy.first_growth * least)
 
 
 def _shrinks(eq: Equilibrium, full: Evaluation, delta: Array) -> bool:
@@ -341,15 +342,6 @@ def _shrinks(eq: Equilibrium, full: Evaluation, delta: Array) -> bool:
     with eq.report.timed("factorisation and solve"):
         then = eq.reduced.correction(-full.r)
     return bool(np.linalg.norm(unit * then) < eq.policy.shrinks * np.linalg.norm(unit * delta))
-
-
-def _restart(eq: Equilibrium, state: NewtonState, watch_from: tuple[Array, Array, Evaluation]) -> None:
-    """Go on from the best of a few fractions of the watch_from's step, as if nothing had been seen yet."""
-    u, delta, e = watch_from
-    state.u = _shortened(eq, u, delta, e, state.lam)
-    state.evaluation = state.status = state.came_by = state.watch_from = None
-    state.secant = False
-    state.best, state.watched = np.inf, 0
 
 
 def _places(e: Evaluation) -> Evaluation:

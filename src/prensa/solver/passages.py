@@ -2,7 +2,7 @@
 
 Forces are known at the ends of increments. In most of them they change little; where a node lands or leaves they jump, and
 what an increment has of the force before and of that after depends on when. That is read off its work (`jump_of`), which
-the bodies store and dissipate whenever the force jumps (docs/decisions/0281-when-forces-jump.md).
+the bodies store and dissipate whenever the force jumps (docs/developer/book/12).
 """
 
 from __future__ import annotations

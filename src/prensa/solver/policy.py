@@ -12,8 +12,6 @@ class Policy:
     # ------------------------------------------------------------------------------------------------ initial guess
     good_start: float = 0.05
     """Relative residual of the extrapolation below which nothing better is looked for."""
-    cubic: float = 0.9
-    """How far the third differences of two increments are alike from which on the next is extrapolated by them."""
     sunk_start: float = 0.01
     """Penetration over element depth that default penalties stay below at any pressure that a body bears; contact nodes
     beyond it are not projected, since the gap of a soft penalty goes on growing."""
@@ -23,10 +21,6 @@ class Policy:
     # ------------------------------------------------------------------------------------------------------- Newton
     line_search: tuple[float, ...] = (0.5, 0.25, 0.1, 0.03)
     """Fractions of a step that the line search looks at, after the full step."""
-    watchdog: int = 2
-    """Full steps accepted although the residual grows, when points open or close …"""
-    watchdog_flips: int = 6
-    """… and when points reverse their slip."""
     shrinks: float = 0.25
     """Next step over a step that raises the residual, both with its factors, below which it is accepted all the same."""
     vain: int = 4
@@ -186,19 +180,13 @@ class Policy:
     overlap: float = 0.2
     """Penetration over element depth with which a tool starts inside a body …"""
     emerge: float = 0.25
-    """… and is pressed out of it in stages of so much each."""
-
-    # ------------------------------------------------------------------------------------------------- continuation
-    soft: float = 10.0
-    """β of the first stage of the continuation in the penalty."""
-    soft_tangential: float = 1.0
-    """β_T of the first stage."""
+    """… and is pressed out of it in stages of so much each, …"""
     rough: float = 1e-4
-    """Relative residual to which stages before the last are solved."""
-    stages: int = 64
-    """Stages at most."""
-    soften_after: int = 2
-    """Cut-backs before an increment is tried with contacts that stiffen: most failures need the cut."""
+    """… solved to this relative residual, but for the last."""
+
+    # ---------------------------------------------------------------------------------------------- after failures
+    retried_after: int = 2
+    """Cut-backs after which a failed attempt is followed by one with contact steps alone: most failures need the cut."""
 
     # --------------------------------------------------------------------------------------------------- increments
     first: float = 0.0025
@@ -309,8 +297,9 @@ class Policy:
     """… or share of the step below which that is done at once."""
     branches: tuple[float, ...] = (1e-3, 1e-2, 3e-2)
     """How far along the unstable mode, over the size of the bodies, that is looked for; jumps as far are taken …"""
-    branching: float = 1e-2
-    """… and told as jumps, not as buckling, from this way on."""
+    branching: float = 0.3
+    """Deflection to the equilibrium found, over the size of the bodies and the root of the share of the step, above which
+    it is a jump, not buckling: columns that buckle have about 0.1, so this leaves a factor of three."""
 
     astray: float = 1.0
     """Way beside what the last increments foretold, over that, of an increment that may have jumped …"""

@@ -1,7 +1,7 @@
 """Contact nodes put at a given gap: each is moved along the normal of its tool, whatever asked for the gap.
 
-A straight step along a curved tool changes the gap by d²/2R, more than the penetration p/k_n: Newton's steps, extrapolations and
-stages of the continuation all need the nodes back where the contact law means them to be.
+A straight step along a curved tool changes the gap by d²/2R, more than the penetration p/k_n: Newton's steps and
+extrapolations need the nodes back where the contact law means them to be.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.forces import Scale
 from prensa.contact.stencil import Stencils
 from prensa.fem.context import Context
 from prensa.fem.surface import Surface
@@ -94,27 +93,3 @@ def contact_corrected(system: System, c: Context, e: Evaluation, u: Array, step:
 def linear_gaps(e: Evaluation, step: Array) -> list[Array]:
     """Gaps (k,) of each contact after a step (ndof,) from the evaluation e, by the linear model."""
     return [f.stencils.linear_gap(step) for f in e.contacts]
-
-
-def project_stage(system: System, now: Context, then: Context, u: Array) -> Array:
-    """Dofs of a solved stage moved to where the next one has the same pressures: penetrations shrink as k_n grows."""
-    u = u.copy()
-    for s, a, b in zip(system.surfaces, now.scales, then.scales):
-        if a is b:
-            continue
-        free = ~system.supported(s.points.nodes, now.plan)
-        softer = _softer(s, a, b)
-
-        def change(stencils: Stencils, free: Flags = free, softer: Array = softer) -> Array:
-            inside = np.where(free & np.isfinite(stencils.g), np.minimum(stencils.g, 0.0), 0.0)
-            return (softer - 1.0) * inside  # a difference of gaps would lose digits of what is nearly the same
-
-        project(system, s, u, change)
-    return u
-
-
-def _softer(s: Surface, a: Scale, b: Scale) -> Array:
-    """Normal stiffness of one stage over that of another at the nodes (k,); 1 at nodes that carry no point."""
-    share = s.points.to_nodes(np.ones(len(s.points)))
-    carries = share > 0  # nodes on the axis may carry none
-    return np.where(carries, s.points.to_nodes(a.k_n / b.k_n) / np.where(carries, share, 1.0), 1.0)

@@ -138,7 +138,7 @@ def _jump(eq: Equilibrium, spent: int, acceptance: Acceptance) -> NewtonResult |
 def _judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutbacks: int, may_cut: bool) -> NewtonResult:
     """As `judged`, with every limit point told."""
     if not result.converged:
-        return _failed(eq, result, cutbacks >= eq.policy.soften_after, not may_cut)
+        return _failed(eq, result, cutbacks >= eq.policy.retried_after, not may_cut)
     positive = eq.reduced.factorisation.positive
     if not positive and rests(eq, result):
         result.rested = True
@@ -364,8 +364,10 @@ def _beside(eq: Equilibrium, result: NewtonResult, modes: Modes, acceptance: Acc
             # the nearer one: the other may be beyond a jump
             other = min(found, key=lambda one: np.abs((one.u - eq.context.state.u)[nodal]).max().round(12))
             other.iterations = spent
-            # what buckles moves by little in an increment that is short, what jumps as far as in a long one
-            other.jumped = distance(eq, other.u, u) > eq.policy.branching
+            # beyond a bifurcation the deflection grows with the root of the load (Koiter 1945), so with that of the increment; a
+            # jump is as far however short the increment is
+            c = eq.context
+            other.jumped = distance(eq, other.u, u) > eq.policy.branching * (c.dt / (c.plan.t1 - c.plan.t0)) ** 0.5
             other.beside = not other.jumped
             return other
     return None

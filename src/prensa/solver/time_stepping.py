@@ -458,14 +458,14 @@ class TimeStepping:
         for message in notes:
             self.messages.note(state, plan, message)
         most = self.most_cutbacks(state)
-        soften = cutbacks >= min(self.policy.soften_after, self.numerics.max_cutbacks, most)
-        result = self.attempt(c, start, soften, self.between(state, known, end), uncut=not cutbacks)
+        retry = cutbacks >= min(self.policy.retried_after, self.numerics.max_cutbacks, most)
+        result = self.attempt(c, start, retry, self.between(state, known, end), uncut=not cutbacks)
         if not result.converged and c.rule.share and (plan.increments or self.times is not None):
             # before an increment that was asked for is cut: backward Euler damps more
             spent.append(result.iterations)
             again = self.system.through_air(self.context(state, plan, end), air)
             c = replace(again, brought=c.brought, afloat=c.afloat)
-            result = self.attempt(c, start, soften)
+            result = self.attempt(c, start, retry)
         if refusal := self.acceptance.refusal(c, result):
             result.converged, result.reason = False, refusal
         if self.condensed is None and not c.afloat:  # linear bodies are stable, and those that nothing holds are neither
@@ -536,7 +536,7 @@ class TimeStepping:
 
     def stays_inside(self, state: State, cutbacks: int) -> Failure | None:
         """The tool that starts deepest inside a body, if the first increment fails on: shorter ones have the same overlap."""
-        inside = starts_inside(self.system, state, self.policy) if cutbacks >= self.policy.soften_after else []
+        inside = starts_inside(self.system, state, self.policy) if cutbacks >= self.policy.retried_after else []
         return max((reason for reason, *_ in inside), key=lambda reason: reason.elements, default=None)
 
     def most_cutbacks(self, state: State) -> int:
@@ -592,18 +592,18 @@ class TimeStepping:
         return Equilibrium(self.system, c, reduced, self.numerics, self.policy, report, far, may_turn=turning)
 
     def attempt(
-        self, c: Context, start: Array, soften: bool, foreseen: Foreseen | None = None, uncut: bool = False
+        self, c: Context, start: Array, was_cut: bool, foreseen: Foreseen | None = None, uncut: bool = False
     ) -> NewtonResult:  # fmt: skip
         """Outcome of one attempt, on the condensed system where there is one; ``foreseen``: see `Equilibrium`."""
         eq = self.equilibrium(c, uncut)
         if self.condensed is not None:
-            return self.condensed.attempt(attempt, eq, start, soften)
+            return self.condensed.attempt(attempt, eq, start, was_cut)
         if foreseen is None:
-            return attempt(eq, start, soften)
-        result = attempt(replace(eq, foreseen=foreseen), start, soften=False)
+            return attempt(eq, start, was_cut)
+        result = attempt(replace(eq, foreseen=foreseen), start, was_cut=False)
         if result.converged:
             return result
-        again = attempt(eq, start, soften)
+        again = attempt(eq, start, was_cut)
         again.iterations += result.iterations
         again.vain += result.iterations
         return again
@@ -749,10 +749,7 @@ def committed(
     step, step_start = (c.plan.number + 1, result.u) if ended else (c.plan.number, old.step_start)
     nodal = system.dofs.displacement.slice
     difference, damping = old.damped_difference(du, c.dt, nodal)
-    third, alike = old.bent(difference, c.dt, nodal)
-    clock = Clock(
-        step, old.clock.number + 1, c.time, dt, damping, before=old.dt_last, cubic=alike >= stabilisation.policy.cubic
-    )
+    clock = Clock(step, old.clock.number + 1, c.time, dt, damping)
     return State(
         u=result.u, du=du, dt_last=0.0 if ended or c.brought else c.dt, second_difference=difference,
         history=e.history, contact=contact,
@@ -760,5 +757,5 @@ def committed(
         step_start=step_start, release=None if c.time >= c.plan.t1 else old.release,
         strings=None if c.time >= c.plan.t1 else old.strings, stability=stability,
         ends=np.append(old.ends, c.time) if ended else old.ends, watched=c.watched, softest=softest,
-        remeshed=old.remeshed, third_difference=third,
+        remeshed=old.remeshed,
     )  # fmt: skip

@@ -1,6 +1,6 @@
 """Drawing and rolling: forces of a steady flow of elements through a tool, by their means over a passage.
 
-The forces step as nodes pass, by 0.75 over the elements in the contact (docs/decisions/0065-passage-means.md); means over one
+The forces step as nodes pass, by 0.75 over the elements in the contact (docs/developer/book/12); means over one
 passage are steady, and are what is compared.
 """
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
@@ -25,15 +24,14 @@ class Penalty(Enforcement):
     h is the depth of the elements behind, or two of their edges where these are shorter.
 
     ``k_n`` and ``k_T`` set absolute stiffnesses (pressure per length) instead, to reproduce published work.
-    ``continuation``: after two cut-backs, an attempt that fails is repeated from beta = 10 and beta_T = 1 upwards by this
-    factor; 1: never.
+    ``continuation`` has no effect any more; it is read so that older case files go on, and reported.
     """
 
     beta: Annotated[Number, Field(gt=0)] = 100.0
     beta_T: Annotated[Number, Field(gt=0)] = 3.0
     k_n: Annotated[Stiffness, Field(gt=0)] | None = None
     k_T: Annotated[Stiffness, Field(gt=0)] | None = None
-    continuation: Annotated[Number, Field(ge=1, le=1000)] = 10.0
+    continuation: Annotated[Number, Field(ge=1, le=1000)] | None = None
     type: Literal["penalty"] = "penalty"
 
     sinks: ClassVar[bool] = True
@@ -50,13 +48,6 @@ class Penalty(Enforcement):
         """½ ∫ (p²/k_n + |t|²/k_T) dΓ."""
         return float(0.5 * (f.weight * f.p**2 / scale.k_n + f.area * magnitude(f.t) ** 2 / scale.k_t).sum())
 
-    def softened(self, scale: Scale, stage: int, keep_tangential: bool, beta: float, beta_T: float) -> Scale:
-        """Stiffnesses capped at (beta, beta_T) E*/h times ``continuation`` to the power of the stage."""
-        if self.continuation <= 1:
-            return scale
-        growth = self.continuation**stage
-        k_n = np.minimum(scale.k_n, beta * growth * scale.unit)
-        k_t = scale.k_t if keep_tangential else np.minimum(scale.k_t, beta_T * growth * scale.unit)
-        if np.array_equal(k_n, scale.k_n) and np.array_equal(k_t, scale.k_t):
-            return scale
-        return replace(scale, k_n=k_n, k_t=k_t)
+    def without_effect(self) -> tuple[str, ...]:
+        """``continuation``, where it is given."""
+        return () if self.continuation is None else ("continuation",)

@@ -1,7 +1,7 @@
 """Swift's power law and Voce's saturation, weighted: the standard for sheet metal beyond uniform elongation.
 
 Sung, Kim & Wagoner (2010), Int. J. Plasticity 26, 1746-1771. It has no compiled kernel: it is all that a curve of one's own
-needs. A J2 update costs two to five times that of a compiled curve (docs/decisions/0044-doors-for-materials.md).
+needs. A J2 update costs two to five times that of a compiled curve (docs/developer/book/02).
 """
 
 from __future__ import annotations

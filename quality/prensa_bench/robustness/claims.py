@@ -1,0 +1,31 @@
+"""Claims that several families make: what must hold when a body is let go."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from prensa_bench.robustness.files import Record
+
+NOTHING_LEFT = 1e-7  # force after a release, of the largest
+AS_IT_WAS = 1e-5  # displacement of an elastic body after its release, of its size, a shift of the whole apart
+
+
+def let_go(record: Record) -> str:
+    """Tools that have gone bear nothing."""
+    h = record.history
+    force = {t: np.hypot(h[f"{t}.fx"], h[f"{t}.fy"]) for t in record.problem.tools}
+    largest = max(float(f.max()) for f in force.values())
+    for name, f in force.items():
+        if f[-1] > NOTHING_LEFT * largest:
+            return f"{name} bears {f[-1]:.3g} after its release, {largest:.4g} before"
+    return ""
+
+
+def sprung_back(record: Record) -> str:
+    """An elastic body that bears nothing has the shape that it had."""
+    for name, s in record.bodies[max(record.bodies)].items():
+        u = s.x - s.X
+        left = float(np.abs(u - u.mean(axis=0)).max() / np.ptp(s.X, axis=0).max())
+        if left > AS_IT_WAS:
+            return f"elastic body {name} is left with displacements of {left:.2e} of its size"
+    return ""
