@@ -38,6 +38,7 @@ class Stencils(NamedTuple):
     dg (k, m), ds (k, t, m): derivatives by q; turn (k, w, m): spin of the frame n, e in space by q.
     arm (k, d): from the reference point of a master that turns, where it is now; ``moving``: whether the arm moves with the
     slave's nodes, as it does where forces act at their place and not at that in the undeformed body.
+    dcoef (k, j, m): derivatives of the coefficients, None where these stay.
     kept (k, t, d): tangents that committed tractions are kept along, None: e.
     """
 
@@ -52,6 +53,7 @@ class Stencils(NamedTuple):
     turn: Array
     arm: Array
     moving: bool
+    dcoef: Array | None = None
     kept: Array | None = None
 
     def act(self, f: Array) -> Array:
@@ -110,6 +112,11 @@ def assemble(x: Stencils, law: Response, turning: tuple[Array, Array]) -> Assemb
         DIMENSION[d], x.coef, x.arm, x.moving, x.n, x.e, x.dg, x.ds, x.turn, *law, *turning, dp, dt, F, K,
         np.empty(d), np.empty(d), A, B,
     )  # fmt: skip
+    if x.dcoef is not None:
+        P, T = turning
+        f = (law.weight * P)[:, None] * x.n + ((law.area[:, None] * T)[:, :, None] * x.e).sum(axis=1)
+        s = d * x.coef.shape[1]
+        K[:, :s] -= np.einsum("kjq,ki->kjiq", x.dcoef, f).reshape(k, s, m)
     return Assembled(F, K, dp, dt)
 
 
