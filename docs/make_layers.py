@@ -26,7 +26,7 @@ PLAIN = ("prensa", "errors")  # the public names and the exceptions, which every
 def graph() -> dict[str, set[str]]:
     """Package → packages that it imports."""
     found: dict[str, set[str]] = {structure.package(m): set() for m in structure.modules()}
-    for a, b in structure.arrows(structure.imports()):
+    for a, b in structure.arrows(structure.imports(types=False)):
         found[a].add(b)
     return {a: {b for b in below if b not in PLAIN} for a, below in found.items() if a not in PLAIN}
 

@@ -29,7 +29,7 @@ _WHERE = dict.fromkeys(_MODEL, "prensa.model.problem") | {
     "Test": "prensa.inverse.experiment",
     "identify": "prensa.inverse.identify",
     "results": "prensa.output.result",
-    "evaluate": "prensa.solver.assembled",
+    "evaluate": "prensa.solver.results",
     "ProgressBar": "prensa.output.progress",
     "FlowCurve": "prensa.materials.flow_curve",
     "FrictionLaw": "prensa.friction.law",

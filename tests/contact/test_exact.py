@@ -180,7 +180,7 @@ def test_a_support_that_drives_a_point_into_a_tool_is_refused_with_words(monkeyp
     p = problem(friction=None, tool=pr.Plane(touching="block.top"), steps=[lift])
     with pytest.raises(PrensaError, match=r"held along the normal of tool 'tool'"):
         last(p)
-    monkeypatch.setattr("prensa.solver.time_stepping.preflight", lambda _: [])
+    monkeypatch.setattr("prensa.analysis.preflight", lambda _: [])
     with pytest.raises(SolveError, match=r"driven into the point at \(0, 2.5\), which a support holds.*penalty"):
         last(p, pr.Numerics(max_cutbacks=1))
 

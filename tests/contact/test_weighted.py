@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import prensa as pr
+from prensa.analysis import solve
 from prensa.contact.forces import Scale, forces
 from prensa.contact.pairing import rotation
 from prensa.contact.record import ContactRecord
@@ -15,7 +16,6 @@ from prensa.fem.discretise import Extension, discretise
 from prensa.friction.law import At
 from prensa.friction.laws.coulomb import Coulomb
 from prensa.friction.return_map import DECIDE
-from prensa.solver.time_stepping import solve
 
 
 def sides(rng, shift=0.05):

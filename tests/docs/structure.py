@@ -46,8 +46,8 @@ def tree(path: Path) -> ast.Module:
 REGISTRY = "prensa.registry"
 
 
-def imports(*sources: Path) -> list[Import]:
-    """Imports inside the packages that happen when it runs; those for types only do not count.
+def imports(*sources: Path, types: bool = True) -> list[Import]:
+    """Imports inside the packages, those under ``TYPE_CHECKING`` too unless `types` is false.
 
     Those in functions count, and so does a string that names a module: it is there to be imported by name. The version
     does not: it is a constant that the package binds before anything else. Nor does the registry's table of the packages in
@@ -56,7 +56,7 @@ def imports(*sources: Path) -> list[Import]:
     known = modules(*sources)
     found = []
     for name, path in known.items():
-        for node, lazy in _executed(tree(path), lazy=False):
+        for node, lazy in _statements(tree(path), False, types):
             base = _base(node, name, path)
             for target in _targets(node, base):
                 module = _module(target, known)
@@ -73,16 +73,17 @@ def _named(module: ast.Module) -> Iterator[tuple[str, int]]:
             yield node.value, node.lineno
 
 
-def _executed(node: ast.AST, lazy: bool) -> Iterator[tuple[ast.Import | ast.ImportFrom, bool]]:
-    """Import statements below a node, and whether each waits for a call; ``if TYPE_CHECKING:`` is left out."""
+def _statements(node: ast.AST, lazy: bool, types: bool) -> Iterator[tuple[ast.Import | ast.ImportFrom, bool]]:
+    """Import statements below a node, and whether each waits for a call; those under ``if TYPE_CHECKING:`` if `types`."""
     for child in ast.iter_child_nodes(node):
         if isinstance(child, ast.Import | ast.ImportFrom):
             yield child, lazy
-        elif isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test):
+        elif isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test) and not types:
             for other in child.orelse:
-                yield from _executed(other, lazy)
+                yield from _statements(other, lazy, types)
         else:
-            yield from _executed(child, lazy or isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda))
+            inside = isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda)
+            yield from _statements(child, lazy or inside, types)
 
 
 def _base(node: ast.Import | ast.ImportFrom, name: str, path: Path) -> str:

@@ -21,7 +21,7 @@ from prensa.errors import CaseError
 from prensa.fem.preflight import preflight, staircase
 from prensa.inverse.files import read_calibration
 from prensa.model import problem as vocabulary
-from prensa.model.checks import warnings_of
+from prensa.model.plausibility import warnings_of
 from prensa.model.schema import loads
 from prensa.registry import public
 from prensa.verify import table

@@ -12,7 +12,8 @@ from prensa.elements.element import Mode, Why, element_of
 from prensa.elements.shapes import cube, h8, table
 from prensa.fem.assembly import Block, block_slots, make_pattern, sweep
 from prensa.layout import SPATIAL, DofMap
-from prensa.materials.laws import At, material_of
+from prensa.materials.laws import At
+from prensa.materials.material import material_of
 
 STEEL = pr.Elastic(200e3, 0.3)
 SWIFT = pr.J2(200e3, 0.3, pr.Swift(565.0, 0.007, 0.26))

@@ -11,7 +11,7 @@ import pytest
 import prensa as pr
 from prensa.fem.preflight import preflight, staircase
 from prensa.measures import parse_all
-from prensa.model.checks import warnings_of
+from prensa.model.plausibility import warnings_of
 from prensa.output.starters import STARTERS, starter
 from prensa.verify.table import heard
 

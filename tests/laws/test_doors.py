@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.materials.laws import J2, Hencky, material_of
+from prensa.materials.laws import J2, Hencky
+from prensa.materials.material import material_of
 from prensa.model.schema import dump, loads
 from prensa.registry import DOORS, examples
 from prensa.testing import LawError, check_flow, check_material

@@ -7,7 +7,8 @@ import pytest
 
 import prensa as pr
 from prensa.errors import PrensaError
-from prensa.materials.laws import At, Out, material_of
+from prensa.materials.laws import At, Out
+from prensa.materials.material import material_of
 
 FLOWS = [
     pr.Perfect(250.0),

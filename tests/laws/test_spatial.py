@@ -8,7 +8,8 @@ import pytest
 import prensa as pr
 from prensa.kernels import spatial
 from prensa.layout import PLANE, SPATIAL
-from prensa.materials.laws import At, Out, material_of
+from prensa.materials.laws import At, Out
+from prensa.materials.material import material_of
 
 SWIFT = pr.Swift(565.0, 0.007, 0.26)
 ELASTIC = [

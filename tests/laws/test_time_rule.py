@@ -7,7 +7,8 @@ import pytest
 
 import prensa as pr
 from prensa.fem.time_rule import TimeRule
-from prensa.materials.laws import At, Out, material_of
+from prensa.materials.laws import At, Out
+from prensa.materials.material import material_of
 
 METAL = pr.J2(200e3, 0.3, pr.Voce(200.0, 150.0, 6.0))
 PLACES = {"plane strain": [(0, 0), (0, 1), (1, 0), (1, 1), (2, 2)], "3d": [(i, j) for i in range(3) for j in range(3)]}

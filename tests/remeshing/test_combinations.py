@@ -22,7 +22,8 @@ from prensa.output.run import resume, run
 from prensa.solver.policy import Policy
 from prensa.solver.remeshing import balanced
 from prensa.solver.reporting import Messages
-from prensa.solver.time_stepping import Timer, TimeStepping
+from prensa.solver.time_stepping import TimeStepping
+from prensa.solver.timer import Timer
 from prensa.verify.balance import imbalance
 
 ALUMINIUM = pr.J2(E=70e3, nu=0.33, flow=pr.Swift(K=200.0, e0=0.01, n=0.2))

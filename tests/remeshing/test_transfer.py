@@ -19,7 +19,8 @@ from prensa.solver import remeshing
 from prensa.solver.policy import Policy
 from prensa.solver.remeshing import balanced
 from prensa.solver.reporting import Messages
-from prensa.solver.time_stepping import Timer, TimeStepping
+from prensa.solver.time_stepping import TimeStepping
+from prensa.solver.timer import Timer
 
 J2 = pr.J2(E=200e3, nu=0.3, flow=pr.Ludwik(s0=250.0, K=500.0, n=0.3))
 

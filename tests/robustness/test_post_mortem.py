@@ -8,11 +8,11 @@ import pytest
 
 import prensa as pr
 from prensa.errors import SolveError
+from prensa.fem.failure import LimitPoint
 from prensa.output.checkpoint import read_checkpoint
 from prensa.output.report import read_summary
 from prensa.output.run import run
 from prensa.solver.acceptance import tunnelled
-from prensa.solver.failure import LimitPoint
 from prensa_bench.robustness.blocks import draw
 
 

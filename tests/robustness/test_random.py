@@ -35,7 +35,7 @@ def test_the_checks_can_fail():
     """Moving a contact force after the solution makes the check of equilibrium speak."""
     import dataclasses
 
-    from prensa.solver.time_stepping import solve
+    from prensa.analysis import solve
 
     p = robustness.draw("elastic", 1, 4)
     system = discretise(p)

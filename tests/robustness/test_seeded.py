@@ -98,7 +98,7 @@ def test_verification_cases_raise_no_alarm(monkeypatch):
         found[now] = alarms(getattr(problem, "problem", problem))
         raise Seen
 
-    import prensa.solver.time_stepping
+    import prensa.analysis
     import prensa.verify as package
     from prensa.verify import table
 
@@ -108,7 +108,7 @@ def test_verification_cases_raise_no_alarm(monkeypatch):
         if hasattr(module, "solve"):
             monkeypatch.setattr(module, "solve", look)
     monkeypatch.setattr(pr, "solve", look)  # before the module: the package takes it from there when first asked
-    monkeypatch.setattr(prensa.solver.time_stepping, "solve", look)
+    monkeypatch.setattr(prensa.analysis, "solve", look)
     quick = [c for c in table.select(None) if not c.slow]
     for case in quick:
         now = case.name

@@ -16,7 +16,7 @@ from prensa.sensitivity import direct, increments
 from prensa.solver.increment import Increment
 from prensa.solver.linear import Factorisation
 from prensa.solver.policy import Policy
-from prensa.solver.time_stepping import Timer
+from prensa.solver.timer import Timer
 from rings import FLOW, ring
 
 FOLLOWED = Policy(worth_following=0)

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import prensa as pr
+from prensa.analysis import solve
 from prensa.errors import PrensaError
 from prensa.fem.planning import plan_step
 from prensa.fem.spatial import BricksUnderPlane, PlaneStep, discretise_bricks
-from prensa.solver.time_stepping import solve
 
 SWIFT = pr.J2(1000.0, 0.3, pr.Swift(20.0, 0.01, 0.2))
 CORNERS = [(0, 0), (1, 0), (1, 1), (0, 1)]

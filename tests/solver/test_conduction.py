@@ -15,8 +15,9 @@ from prensa.fem.interaction import Part, Response
 from prensa.fem.planning import plan_step
 from prensa.fem.schedule import Prescribed
 from prensa.fem.system import Evaluation
-from prensa.solver.equilibrium import Equilibrium, NewtonResult, Reporter
+from prensa.solver.equilibrium import Equilibrium, Reporter
 from prensa.solver.newton import newton
+from prensa.solver.outcome import NewtonResult
 from prensa.solver.policy import Policy
 from prensa.solver.predictor import initial_guess
 from prensa.solver.reduced import Reduced

@@ -11,12 +11,13 @@ import pytest
 import prensa as pr
 from prensa.errors import PrensaError
 from prensa.solver.contact_step import contact_step
-from prensa.solver.equilibrium import Equilibrium, NewtonResult, Reporter
+from prensa.solver.equilibrium import Equilibrium, Reporter
 from prensa.solver.newton import newton
+from prensa.solver.outcome import NewtonResult
 from prensa.solver.policy import Policy
 from prensa.solver.predictor import Guess
 from prensa.solver.reduced import Reduced
-from prensa.solver.time_stepping import Timer
+from prensa.solver.timer import Timer
 
 ENFORCEMENTS = [pr.Penalty(), pr.Augmented(), pr.Exact()]
 FRICTION = [None, pr.Coulomb(0.2)]
@@ -180,8 +181,8 @@ def test_a_body_that_nothing_holds_is_not_held_by_the_foundation():
 
 def test_increments_are_judged_by_the_way_that_led_to_them(monkeypatch):
     """Iterations of an attempt that was given up are told, but do not keep the next increment short."""
+    from prensa.fem.failure import NotConverged
     from prensa.solver import attempt as module
-    from prensa.solver.failure import NotConverged
 
     def gives_up(eq, start):
         found = NewtonResult(False, NotConverged(12, 1.0), start, None, eq.system.initial_multipliers(eq.context.state), 12)

@@ -8,12 +8,10 @@ import pytest
 import prensa as pr
 from prensa.elements.element import Why
 from prensa.errors import PreflightError, SolveError
-from prensa.fem.failure import ElementFailed
-from prensa.fem.folds import Fold, fold, hanging, outlines
-from prensa.fem.planning import plan_step
-from prensa.solver.distortion import Distortion
-from prensa.solver.failure import (
+from prensa.fem.failure import (
     Distorted,
+    ElementFailed,
+    Fold,
     Folded,
     FreeToMove,
     MetalInside,
@@ -22,6 +20,9 @@ from prensa.solver.failure import (
     Unevaluable,
     sentence,
 )
+from prensa.fem.folds import fold, hanging, outlines
+from prensa.fem.planning import plan_step
+from prensa.solver.distortion import Distortion
 from prensa.solver.policy import DEFAULT
 from prensa.solver.post_mortem import hint
 

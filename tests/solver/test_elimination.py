@@ -10,13 +10,13 @@ import pytest
 from scipy.sparse import csc_matrix
 
 import prensa as pr
+from prensa.analysis import solve
 from prensa.fem.planning import plan_step
 from prensa.model.schema import loads
 from prensa.solver.elimination import Coupled, _evaluating, eliminated
 from prensa.solver.equilibrium import Equilibrium, Reporter
 from prensa.solver.policy import Policy
 from prensa.solver.reduced import Reduced
-from prensa.solver.time_stepping import solve
 
 SOFT = pr.J2(1000.0, 0.3, pr.Linear(2.0, 5.0))
 

@@ -10,9 +10,7 @@ import pytest
 
 import prensa as pr
 from prensa.errors import SolveError
-from prensa.fem.failure import ElementFailed, FrictionTooSoft, Why
-from prensa.fem.folds import Fold, Hang, Past
-from prensa.fem.inside import Inside
+from prensa.fem.failure import ElementFailed, Fold, FrictionTooSoft, Hang, Inside, Past, Why
 from prensa.solver import failure as f
 from prensa.solver.policy import Policy
 from prensa.solver.post_mortem import hint

@@ -9,11 +9,11 @@ import pytest
 
 import prensa as pr
 from prensa.errors import PreflightError, SolveError
+from prensa.fem.failure import MetalInside
 from prensa.fem.inside import inside, watches
 from prensa.fem.overlap import overlaps
 from prensa.fem.preflight import preflight
 from prensa.mesh.mesh import MeshError
-from prensa.solver.failure import MetalInside
 
 METAL = pr.J2(E=70e3, nu=0.3, flow=pr.Voce(s0=60, Q=120, b=8))
 SOFT = pr.Elastic(E=1000.0, nu=0.3)

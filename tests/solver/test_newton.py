@@ -11,11 +11,12 @@ import pytest
 from scipy.sparse import csc_matrix
 
 import prensa as pr
+from prensa.fem.failure import Stagnated, Unevaluable
 from prensa.fem.planning import plan_step
 from prensa.fem.system import Evaluation
-from prensa.solver.equilibrium import Equilibrium, NewtonResult, Reporter, reversed_slip
-from prensa.solver.failure import Stagnated, Unevaluable
+from prensa.solver.equilibrium import Equilibrium, Reporter, reversed_slip
 from prensa.solver.newton import _shortened, init, newton, observe, step, terminate
+from prensa.solver.outcome import NewtonResult
 from prensa.solver.policy import Policy
 from prensa.solver.predictor import Guess, initial_guess
 from prensa.solver.projection import linear_gaps
@@ -119,7 +120,7 @@ def test_a_shortened_step_along_a_curved_tool_keeps_the_gaps_of_the_linear_model
 
 def test_the_secant_keeps_the_direction_of_flow():
     """Half the way is the mean of tangent and secant; that is θ times the elastic moduli in shear; stresses stay."""
-    from prensa.materials.laws import material_of
+    from prensa.materials.material import material_of
     from prensa.materials.protocol import At, Out
 
     law = material_of(pr.J2(E=1e3, nu=0.3, flow=pr.Voce(s0=1.0, Q=1.0, b=10.0)), "small", "plane strain")
@@ -171,7 +172,8 @@ def test_the_secant_of_an_element_gives_back_its_forces(element, space):
 def test_steps_may_go_far_until_one_has_failed():
     """A block that nothing but contact holds: at the first attempt at an increment; one that stands on its support: always."""
     from prensa.fem.modes import loose_bodies
-    from prensa.solver.time_stepping import Messages, Timer, TimeStepping
+    from prensa.solver.time_stepping import Messages, TimeStepping
+    from prensa.solver.timer import Timer
 
     metal = pr.J2(E=1e3, nu=0.3, flow=pr.Voce(s0=1.0, Q=1.0, b=10.0))
     for held, expected in ({"b.left": "x"}, (True, False)), ({"b.bottom": "xy"}, (True, True)):

@@ -16,9 +16,10 @@ from prensa.fem.planning import plan_step
 from prensa.fem.state import Stability, State
 from prensa.reference.buckling import elastica_clamped
 from prensa.solver import failure
-from prensa.solver.equilibrium import Equilibrium, NewtonResult, Reporter
+from prensa.solver.equilibrium import Equilibrium, Reporter
 from prensa.solver.increment import Increment
 from prensa.solver.jump import Drag, goes_by_itself
+from prensa.solver.outcome import NewtonResult
 from prensa.solver.policy import Policy
 from prensa.solver.reduced import Reduced
 from prensa.solver.stabilisation import Viscous, nodal_volumes

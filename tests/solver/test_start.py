@@ -123,8 +123,8 @@ def test_a_case_in_a_file_names_the_run_beside_it_and_resumes(tmp_path):
     with pytest.raises(PrensaError, match="starts from the run in this folder"):
         pr.run(second, tmp_path / "press", quiet=True)
     result = pr.run(second, tmp_path / "release", quiet=True)
+    from prensa.analysis import solve
     from prensa.output.checkpoint import read_checkpoint
-    from prensa.solver.time_stepping import solve
 
     first = next(iter(solve(second.problem)))
     *_, last = solve(second.problem, start=first.state)

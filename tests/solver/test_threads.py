@@ -13,6 +13,7 @@ import pytest
 from threadpoolctl import ThreadpoolController
 
 import prensa as pr
+from prensa import analysis
 from prensa.elements.element import Why
 from prensa.fem import assembly
 from prensa.fem.planning import plan_step
@@ -115,7 +116,7 @@ def test_the_first_matrix_is_made_by_another_thread_meanwhile(monkeypatch):
             assert super().matrix() is None  # handed over
             return made[-1]
 
-    monkeypatch.setattr(time_stepping, "Ahead", Noted)
+    monkeypatch.setattr(analysis, "Ahead", Noted)
     taken, prepare = [], time_stepping.TimeStepping.prepare
 
     def noted(self, plan):

@@ -9,10 +9,10 @@ import pytest
 
 import prensa as pr
 from prensa.errors import PrensaError, SolveError
+from prensa.fem.failure import Unevaluable
 from prensa.fem.planning import plan_step
 from prensa.fem.state import State
 from prensa.solver import time_stepping
-from prensa.solver.failure import Unevaluable
 
 ELASTIC = pr.Elastic(1000.0, 0.3)
 

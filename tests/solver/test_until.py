@@ -11,6 +11,7 @@ from stopped import stopped_after
 
 import prensa as pr
 from prensa.errors import SolveError
+from prensa.fem.failure import NotReached
 from prensa.fem.planning import plan_step
 from prensa.fem.preflight import preflight
 from prensa.friction.law import At
@@ -18,7 +19,6 @@ from prensa.measures import MeasureError, parse, refuse_targets
 from prensa.model.schema import CaseError, dump, loads
 from prensa.output.checkpoint import read_checkpoint
 from prensa.output.run import resume, run
-from prensa.solver.failure import NotReached
 from prensa.solver.increment import Increment
 from prensa.verify.balance import imbalance
 

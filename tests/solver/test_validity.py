@@ -11,8 +11,8 @@ import pytest
 
 import prensa as pr
 from prensa.errors import SolveError
+from prensa.fem.failure import BeyondSmall
 from prensa.model.schema import CaseError, loads
-from prensa.solver.failure import BeyondSmall
 from prensa.solver.policy import Policy
 from prensa.solver.validity import Validity, slopes
 

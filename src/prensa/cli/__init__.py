@@ -133,7 +133,7 @@ def check(
         from prensa.errors import refuse
         from prensa.fem.discretise import discretise
         from prensa.fem.preflight import preflight, staircase
-        from prensa.model.checks import warnings_of
+        from prensa.model.plausibility import warnings_of
 
         system = discretise(problem)
         for line in lines_of(system):
@@ -168,7 +168,7 @@ def run(
         with _without_garbage_collection():
             loaded = source.read()
             voice.folder = folder = out or source.folder()
-            from prensa.model.checks import warnings_of
+            from prensa.model.plausibility import warnings_of
 
             for warning in warnings_of(loaded.problem):
                 voice.warn(warning)
@@ -390,7 +390,7 @@ def gradient(
         loaded = source.read()
         if out is not None and out.is_dir():
             raise PrensaError(f"--out {out} is a folder; name a file, such as {out / 'gradient.csv'}")
-        from prensa.model.checks import warnings_of
+        from prensa.model.plausibility import warnings_of
 
         for warning in warnings_of(loaded.problem):
             voice.warn(warning)

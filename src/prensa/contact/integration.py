@@ -10,18 +10,32 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.rule import IntegrationRule
 from prensa.mesh.mesh import areas, beyond_corners, corner_cells, segments, sides
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 SPREAD = 2.0  # edge lengths of material that one point presses in, however deep the elements behind are: docs/developer/book/04
+
+
+class Rule(Protocol):
+    """What points know of the rule that placed them; see `prensa.contact.rule.IntegrationRule`."""
+
+    projected: ClassVar[bool]
+    cuts: ClassVar[bool]
+    point: ClassVar[str]
+
+    @property
+    def type(self) -> str:
+        """Name in a case file."""
+
+    def points(self, surface: Candidates) -> Points:
+        """The contact points on a surface, in walking order."""
 
 
 class Shares(NamedTuple):
@@ -58,7 +72,7 @@ class Points:
     corner covers with their neighbours (`prensa.contact.cut`).
     """
 
-    rule: IntegrationRule
+    rule: Rule
     nodes: Index
     edges: Index
     support: Index
@@ -231,7 +245,7 @@ class Candidates:
     whether a node is the middle of a quadratic edge.
     """
 
-    rule: IntegrationRule
+    rule: Rule
     X: Array
     nodes: Index
     edges: Index
@@ -265,7 +279,7 @@ class Candidates:
 
 
 def points_of(
-    rule: IntegrationRule, X: Array, nodes: Index, edges: Index, depth: Array, axisymmetric: bool, thickness: float
+    rule: Rule, X: Array, nodes: Index, edges: Index, depth: Array, axisymmetric: bool, thickness: float
 ) -> Points:
     """Contact points of a rule on a surface: X (all nodes, 2) initial positions, edges (m, 2|3), depth (m,) behind them.
 

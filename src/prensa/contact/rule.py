@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
+from prensa.contact.integration import Candidates, Points
 from prensa.model.doors import Member
-
-if TYPE_CHECKING:
-    from prensa.contact.integration import Candidates, Points
 
 
 class IntegrationRule(Member, abstract=True):

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from prensa.contact.forces import Scale, forces
 from prensa.contact.record import ContactRecord
 from prensa.contact.weighted import FacingSides
-from prensa.fem.context import Context
-from prensa.fem.interaction import Part, Request, Response
+from prensa.fem.interaction import Context, Part, Request, Response
 from prensa.friction.law import At
 from prensa.friction.return_map import DECIDE
 from prensa.layout import DofMap

@@ -10,16 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.fem.interaction import Interaction, Part, Request, Response
-
-if TYPE_CHECKING:
-    from prensa.fem.context import Context
-    from prensa.layout import DofMap
+from prensa.fem.interaction import Context, Interaction, Part, Request, Response
+from prensa.layout import DofMap
 
 Index = NDArray[np.int64]
 

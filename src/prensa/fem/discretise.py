@@ -23,7 +23,7 @@ from prensa.fem.surface import Surface
 from prensa.fem.system import System
 from prensa.fem.ties import held_components, make_ties
 from prensa.layout import DofMap
-from prensa.materials.laws import material_of
+from prensa.materials.material import material_of
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import Mesh, MeshError, ordered_nodes
 from prensa.mesh.thin import thin_way_up

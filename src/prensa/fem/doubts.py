@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import Notice
+from prensa.fem.element_sizes import section_area, size_field
 from prensa.fem.outlines import symmetry_lines
 from prensa.fem.planning import plan_step
-from prensa.fem.sizes import SizeField, section_area
 from prensa.fem.system import System
 from prensa.model import problem as model
 from prensa.model.names import SYMMETRY
@@ -44,7 +44,7 @@ def _new_sizes(system: System) -> Iterator[Notice]:
     if asked is None:
         return
     for body in (b.body for b in system.blocks if b.law.plastic):
-        sizes = SizeField(system, system.initial(), body, asked.size, section_area(system, body))
+        sizes = size_field(system, system.initial(), body, asked.size, section_area(system, body))
         width = sizes.area**0.5
         if asked.size.far is not None and asked.size.far > width:
             yield Notice(

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.elements.shapes import table
+from prensa.fem.failure import Fold, Hang, Past
 from prensa.fem.outlines import contact_edges
 from prensa.fem.system import System
 from prensa.mesh.crossing import apart, left, near
@@ -26,59 +27,6 @@ PASSED = (
 DRAWN_OUT = 2.0  # length of an edge over that at first …
 CHORD = 0.25  # … and depth of its middle in a tool, over that length, beyond which it hangs on a corner of the tool
 FLAT = 1e-6  # of the size of the bodies: a side that is this flat is straight, a node this far beyond it lies past it
-
-
-class Fold(NamedTuple):
-    """Two sides ('body.boundary') of an outline that have passed through each other at (x, y).
-
-    ``depth``: the least way back, there, of an end of one of the two segments that cross.
-    """
-
-    first: str
-    second: str
-    x: float
-    y: float
-    depth: float
-
-    def __str__(self) -> str:
-        other = "itself" if self.first == self.second else f"side {self.second!r}"
-        return (
-            f"side {self.first!r} crosses {other} near ({self.x:.4g}, {self.y:.4g}): the body has folded onto itself and passes "
-            "through itself"
-        )
-
-
-class Hang(NamedTuple):
-    """An edge of ``side`` between two contact nodes, from (x, y) on, that hangs on a corner of ``tool``.
-
-    ``depth``: how much deeper its middle lies in the tool than its ends; ``stretch``: its length over that at first.
-    """
-
-    side: str
-    tool: str
-    x: float
-    y: float
-    depth: float
-    stretch: float
-
-    def __str__(self) -> str:
-        return (
-            f"an edge of {self.side!r} near ({self.x:.4g}, {self.y:.4g}) is {self.stretch:.2g} times as long as at first and "
-            f"passes {self.depth:.2g} deep through tool {self.tool!r}: the node at its end hangs on a corner of the tool instead "
-            "of going round it"
-        )
-
-
-class Past(NamedTuple):
-    """A ``side`` ('body.boundary') of an element that has slid past a straight ``support`` of its body, by ``depth`` at most.
-
-    ``share``: that over the shortest side of the element at first.
-    """
-
-    side: str
-    support: str
-    depth: float
-    share: float
 
 
 class Outline(NamedTuple):

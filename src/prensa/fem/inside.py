@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.integration import depth_of
+from prensa.fem.failure import Inside
 from prensa.fem.outlines import named_edges, symmetric
 from prensa.fem.overlap import within
 from prensa.fem.system import System
@@ -36,42 +37,6 @@ class Watch(NamedTuple):
     nodes: Index
     size: Array
     edges: Index
-
-
-class Inside(NamedTuple):
-    """A node (its number in the body, and its place) that lies by ``depth`` inside a tool; ``side``: 'body.boundary'.
-
-    ``other``: the second node of an edge that lies inside between its nodes; -1 of a node. ``through``: what to do where
-    the side is a line of symmetry or the axis and the tool has contacts with the body, so that it came through another side.
-    """
-
-    tool: str
-    node: int
-    body: str
-    side: str
-    x: float
-    y: float
-    depth: float
-    other: int = -1
-    through: str = ""
-
-    def __str__(self) -> str:
-        what = f"node {self.node}" if self.other < 0 else f"the edge between nodes {self.node} and {self.other}"
-        return (
-            f"{what} of {self.side!r} at ({self.x:.4g}, {self.y:.4g}) lies {self.depth:.3g} inside tool "
-            f"{self.tool!r}, which "
-            + ("has come through the surface beside it" if self.through else "no contact of that side is against")
-        )
-
-    @property
-    def remedy(self) -> str:
-        """What to write."""
-        if self.through:
-            return self.through
-        return (
-            f"add '{{surface: {self.side}, against: {self.tool}}}' to 'contacts' (or 'surface: {self.body}', the whole "
-            "outline), or to 'no_contact' if it is meant"
-        )
 
 
 def watches(system: System) -> list[Watch]:

@@ -2,22 +2,32 @@
 
 Contact, load, tool force and spring are interactions, as heat exchange or contact between bodies would be. Each states which
 sets of degrees of freedom it joins and gives vectors and matrices of them; the residual is one loop and one scatter.
+Here is all that the two sides agree on: what an interaction sees of the problem (`Discretisation`) and of the increment
+(`Context`), what it is asked (`Request`) and how it answers (`Response`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypedDict
+from dataclasses import dataclass, field
+from typing import NamedTuple, Protocol, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.forces import Branches as Sides
-
-if TYPE_CHECKING:
-    from prensa.fem.context import Context
-    from prensa.fem.failure import NotEvaluated
+from prensa.contact.forces import ContactForces, Scale
+from prensa.contact.kept import Supports
+from prensa.contact.record import ContactRecord
+from prensa.contact.stencil import Stencils
+from prensa.fem.assembly import Block, Pattern
+from prensa.fem.failure import NotEvaluated
+from prensa.fem.schedule import StepPlan
+from prensa.fem.state import State
+from prensa.fem.surface import Geometry, Surface
+from prensa.fem.time_rule import TimeRule
+from prensa.friction.law import At, FrictionLaw
+from prensa.model import problem as model
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -80,6 +90,91 @@ class Part(NamedTuple):
     K: Array | None = None
 
 
+class Discretisation(Geometry, Protocol):
+    """What an interaction sees of the discretised problem; `prensa.fem.system.System` is one."""
+
+    problem: model.Problem
+    blocks: list[Block]
+    pattern: Pattern
+
+    @property
+    def ndof(self) -> int:
+        """Degrees of freedom."""
+
+    @property
+    def depth(self) -> Array | None:
+        """Initial thickness at the nodes (n,); None in axisymmetry."""
+
+    def node_volumes(self, body: str) -> Array:
+        """∫N_A dV (n,) of the nodes of a body, in the initial configuration."""
+
+    def weights(self, s: Surface, x: Array, depth: Array | None) -> Array:
+        """Areas (k,) of the contact points on node positions x (n, d) with the nodes' thickness (n,)."""
+
+    def share(self, depth: Array | None) -> Array:
+        """Thickness of the nodes over the initial one (n,); 1 but in plane stress."""
+
+    def stencils(self, s: Surface, u: Array, since: State | None = None) -> Stencils:
+        """Stencils of a contact at its integration points, for degrees of freedom u (ndof,)."""
+
+
+@dataclass
+class Context:
+    """Committed state, plan of the step, end of the increment, its ``dt`` in steps and in ``seconds``, and arrays made of them.
+
+    ``weights`` and ``scales`` of the contacts on the committed configuration, friction ``laws`` and what their bounds depend
+    on (``law_at``); ``x_n`` (n, d) node positions that increments refer to; ``depth`` (n,) thickness at the nodes at the last
+    commit, None in axisymmetry; ``surfaces``: the contacts, their edges cut at sharp corners, and what is ``committed``
+    of their points; ``lagged``: the contact stiffness is the paper's symmetric one (see `forces`);
+    ``interactions``: contacts, in the order of the description, then loads. ``threads`` that may answer for elements at once.
+    ``stopped``: what ends the step here before its
+    time, in words; '' if nothing does. ``watched`` (criteria,): values of what may end it. ``touches``: whether a prescribed
+    tool first meets a body at the end of the increment. ``brought``: whether it begins elsewhere
+    than where the last one ended, since tools or bodies are brought into contact first, and ``through_air`` (ndof,) the way on
+    which nothing resisted what forces brought there (None: there is none); ``afloat``: bodies that nothing holds at its end.
+
+    ``supports``: see `Surface.supports`, by contact.
+
+    ``history``: what the bodies' laws begin with by the time ``rule``, one (elements, points, h) array per block.
+    """
+
+    state: State
+    plan: StepPlan
+    time: float
+    dt: float
+    seconds: float
+    weights: list[Array]
+    scales: list[Scale]
+    laws: list[FrictionLaw | None]
+    law_at: list[At]
+    x_n: Array
+    depth: Array | None
+    surfaces: list[Surface]
+    committed: list[ContactRecord]
+    supports: list[Supports | None]
+    history: Sequence[Array]
+    rule: TimeRule
+    interactions: Sequence[Interaction] = ()
+    lagged: bool = False
+    threads: int = 1
+    stopped: str = ""
+    watched: Array = field(default_factory=lambda: np.zeros(0))
+    touches: bool = False
+    brought: bool = False
+    through_air: Array | None = None
+    afloat: Sequence[str] = ()
+
+    @property
+    def ends_step(self) -> bool:
+        """Whether the increment is the last one of its step."""
+        return bool(self.stopped) or self.time >= self.plan.t1
+
+    @property
+    def driven_by_ways(self) -> bool:
+        """Whether nothing acts on the bodies but contacts: no pushes, springs or loads, nothing of extensions."""
+        return len(self.interactions) == len(self.surfaces)
+
+
 @dataclass
 class Response:
     """Outcome of an interaction: its parts, and what an evaluation sums up over all.
@@ -93,7 +188,7 @@ class Response:
     scale: float = 0.0
     floor: float = 0.0
     violation: float = 0.0
-    trial: Any = None
+    trial: ContactForces | None = None
     failed: NotEvaluated | None = None
     external: bool = False
 

@@ -7,15 +7,13 @@ linearly to zero over the step, as those do that a case starts with (`fem/start.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.fem.motions import jumps
 from prensa.fem.planning import plan_step
-from prensa.fem.schedule import Course, StepPlan
+from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
 from prensa.fem.strings import string_forces, strings_of
 from prensa.fem.system import System
@@ -23,7 +21,6 @@ from prensa.fem.system import System
 Array = NDArray[np.float64]
 
 NOTHING = 1e-8  # share of the outer forces below which there is nothing to let go: the residual of a converged state
-DIFFERS = 1e-6  # share of a force from which a table that does not begin with it is told
 
 
 def let_go(system: System, state: State, plan: StepPlan) -> Array | None:
@@ -127,34 +124,6 @@ def _rolling(system: System, state: State, plan: StepPlan) -> list[int]:
         if getattr(now.push.get(name), "m", None) == 0 and not said and abs(dx * fy - dy * fx) > abs(dx * fx + dy * fy):
             out.append(int(system.dofs.tool.dofs(t)[2]))
     return out
-
-
-def table_jumps(system: System, state: State, plan: StepPlan) -> Iterator[str]:
-    """Sentences on tables that do not begin a step with what is carried then, or where tools are: the difference is let go."""
-    yield from jumps(system, plan)
-    before = plan_step(system, plan.number - 1, state.step_start, state.ends)
-    ended = state.clock.time
-    for dof, course in plan.push.items():
-        tool, component = (int(v) for v in system.dofs.tool.split(np.asarray(dof)))
-        key = "m" if system.dofs.tool.components[component] == "rz" else system.dofs.tool.components[component]
-        yield from _jump(f"push.{system.tools[tool].name}.{key}", course, float(state.work[dof]), plan)
-    for name, load in plan.loads.items():
-        for key in ("pressure", "shear", "tx", "ty"):
-            old = getattr(before.loads[name], key)(ended) if name in before.loads else 0.0
-            yield from _jump(f"loads.{name}.{key}", getattr(load, key), old, plan)
-    for body, courses in plan.body_force.items():
-        for i, course in enumerate(courses):
-            old = before.body_force[body][i](ended) if body in before.body_force else 0.0
-            yield from _jump(f"body_force.{body}.{'xyz'[i]}", course, old, plan)
-
-
-def _jump(path: str, course: Course, carried: float, plan: StepPlan) -> Iterator[str]:
-    asked = course(plan.t0)
-    if not course.ramp and abs(asked - carried) > DIFFERS * max(abs(asked), abs(carried)):
-        yield (
-            f"step {plan.name!r}, {path}: the table has {asked:.6g} at time {plan.t0:g}, where {carried:.6g} is carried; the "
-            f"difference goes linearly to 0 over the step (let the table begin with {carried:.6g})"
-        )
 
 
 def still_held(system: System, state: State, plan: StepPlan) -> str:

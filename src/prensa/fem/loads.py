@@ -7,20 +7,15 @@ shape functions of the edge, by Gauss points that integrate every term exactly o
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from prensa.fem.control import Proportional
-from prensa.fem.interaction import Interaction, Part, Request, Response
+from prensa.fem.interaction import Context, Discretisation, Interaction, Part, Request, Response
 from prensa.fem.schedule import BoundaryLoad, Course, StepPlan
+from prensa.fem.state import State
 from prensa.fem.strings import Strings, per_block
-
-if TYPE_CHECKING:
-    from prensa.fem.context import Context
-    from prensa.fem.state import State
-    from prensa.fem.system import System
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -84,7 +79,7 @@ def follower_stiffness(x: Array, edges: Index, depth: Array | None, pressure: fl
 class EdgeLoad:
     """Pressure, shear and traction on a boundary."""
 
-    system: System
+    system: Discretisation
     name: str
     load: BoundaryLoad
 
@@ -114,7 +109,7 @@ class EdgeLoad:
 class BodyForce:
     """Force per volume of a body."""
 
-    system: System
+    system: Discretisation
     body: str
     courses: tuple[Course, ...]
 
@@ -186,7 +181,7 @@ class Release:
         return Response([Part("release", dofs[:, None], left * self.forces[dofs, None])], external=True)
 
 
-def loads_of(system: System, plan: StepPlan, state: State) -> list[Interaction]:
+def loads_of(system: Discretisation, plan: StepPlan, state: State) -> list[Interaction]:
     """The loads, tool forces and springs of a step as interactions, and the forces of a state that it lets go."""
     out: list[Interaction] = [EdgeLoad(system, name, load) for name, load in plan.loads.items()]
     out += [BodyForce(system, body, courses) for body, courses in plan.body_force.items()]
@@ -206,7 +201,7 @@ def loads_of(system: System, plan: StepPlan, state: State) -> list[Interaction]:
     return out
 
 
-def _loaded(system: System, plan: StepPlan) -> Index:
+def _loaded(system: Discretisation, plan: StepPlan) -> Index:
     """Degrees of freedom on which the loads of a step act, and those of its tools: what is carried there follows its factor."""
     nodal = system.dofs.displacement
     bodies = [system.offsets[name] + np.arange(len(system.meshes[name].points)) for name in plan.body_force]

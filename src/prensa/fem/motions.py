@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from prensa.errors import Notice
 from prensa.fem.planning import plan_step
-from prensa.fem.schedule import StepPlan, tabulated
+from prensa.fem.schedule import Course, StepPlan, tabulated
+from prensa.fem.state import State
 from prensa.fem.surface import Surface
 from prensa.fem.system import System
 from prensa.model.feed import ends_early
@@ -24,6 +25,7 @@ Flags = NDArray[np.bool_]
 JUMP = 0.01  # way over the least element depth of the contacts that a table may begin elsewhere
 SMALL = 0.1  # mean displacement gradient from which small-strain kinematics is remarked upon
 ALONG = 0.9  # cosine from which a support acts along a tool's normal
+DIFFERS = 1e-6  # share of a force from which a table that does not begin with it is told
 AXES = ("x", "y", "rz")
 
 
@@ -89,7 +91,7 @@ def _beginnings(
                 break
 
 
-def jumps(system: System, plan: StepPlan) -> Iterator[str]:
+def _jumps(system: System, plan: StepPlan) -> Iterator[str]:
     """Sentences on tables of displacement that begin elsewhere than where their tool or support has come to.
 
     plan: with the true start of its step. What `motions` foretold, which knows it where nothing was driven by force, is left out.
@@ -113,6 +115,34 @@ def jumps(system: System, plan: StepPlan) -> Iterator[str]:
                 f"{0.0 if relative else place:.6g}: it comes there over the first {_first(plan)} (let the table begin with "
                 f"{0.0 if relative else place:.6g}" + (")" if relative else ", or measure it from there with 'by')")
             )
+
+
+def table_jumps(system: System, state: State, plan: StepPlan) -> Iterator[str]:
+    """Sentences on tables that do not begin a step with what is carried then, or where tools are: the difference is let go."""
+    yield from _jumps(system, plan)
+    before = plan_step(system, plan.number - 1, state.step_start, state.ends)
+    ended = state.clock.time
+    for dof, course in plan.push.items():
+        tool, component = (int(v) for v in system.dofs.tool.split(np.asarray(dof)))
+        key = "m" if system.dofs.tool.components[component] == "rz" else system.dofs.tool.components[component]
+        yield from _jump(f"push.{system.tools[tool].name}.{key}", course, float(state.work[dof]), plan)
+    for name, load in plan.loads.items():
+        for key in ("pressure", "shear", "tx", "ty"):
+            old = getattr(before.loads[name], key)(ended) if name in before.loads else 0.0
+            yield from _jump(f"loads.{name}.{key}", getattr(load, key), old, plan)
+    for body, courses in plan.body_force.items():
+        for i, course in enumerate(courses):
+            old = before.body_force[body][i](ended) if body in before.body_force else 0.0
+            yield from _jump(f"body_force.{body}.{'xyz'[i]}", course, old, plan)
+
+
+def _jump(path: str, course: Course, carried: float, plan: StepPlan) -> Iterator[str]:
+    asked = course(plan.t0)
+    if not course.ramp and abs(asked - carried) > DIFFERS * max(abs(asked), abs(carried)):
+        yield (
+            f"step {plan.name!r}, {path}: the table has {asked:.6g} at time {plan.t0:g}, where {carried:.6g} is carried; the "
+            f"difference goes linearly to 0 over the step (let the table begin with {carried:.6g})"
+        )
 
 
 def _first(plan: StepPlan) -> str:

@@ -14,15 +14,15 @@ from numpy.typing import NDArray
 
 from prensa.errors import Notice
 from prensa.fem.doubts import doubts
+from prensa.fem.element_sizes import elements_asked, least_size, section_area
 from prensa.fem.feeding import feeding
 from prensa.fem.inside import Watch, engulfed, inside, watches
 from prensa.fem.modes import CLOSED, modes
 from prensa.fem.motions import motions
 from prensa.fem.overlap import neighbours, overlaps
-from prensa.fem.passing import foretold
+from prensa.fem.passing_ahead import foretold
 from prensa.fem.planning import plan_step
 from prensa.fem.schedule import StepPlan, tabulated
-from prensa.fem.sizes import elements_asked, least_size, section_area
 from prensa.fem.surface import Surface
 from prensa.fem.system import System
 from prensa.materials.flow_curve import stress_at

@@ -23,7 +23,7 @@ from prensa.fem.schedule import Prescribed, StepPlan, course
 from prensa.fem.surface import Surface
 from prensa.fem.system import System
 from prensa.layout import DofMap
-from prensa.materials.laws import material_of
+from prensa.materials.material import material_of
 from prensa.model import problem as model
 from prensa.tools.place import PlacedTool
 from prensa.tools.shapes.plane import HalfSpace

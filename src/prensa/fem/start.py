@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import PrensaError
-from prensa.fem.context import Context
+from prensa.fem.interaction import Context
 from prensa.fem.planning import plan_step
 from prensa.fem.remeshed import Remeshed
 from prensa.fem.saved import CHECKPOINT, read_checkpoint

@@ -10,25 +10,20 @@ turns and springs, and no support has to take part; dead forces would turn it.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from prensa.fem.assembly import Block, sweep
-from prensa.fem.interaction import Part, Request, Response
+from prensa.fem.interaction import Context, Discretisation, Part, Request, Response
 from prensa.fem.state import State
 from prensa.materials.laws import At
-
-if TYPE_CHECKING:
-    from prensa.fem.context import Context
-    from prensa.fem.system import System
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
-def strings_of(system: System, state: State) -> Array:
+def strings_of(system: Discretisation, state: State) -> Array:
     """Matrices (elements, a, a) of all blocks in a committed state, flattened together."""
     x = system.positions(state.u)
     return np.concatenate(
@@ -36,7 +31,7 @@ def strings_of(system: System, state: State) -> Array:
     )
 
 
-def string_forces(system: System, u: Array, strings: Array) -> Array:
+def string_forces(system: Discretisation, u: Array, strings: Array) -> Array:
     """Forces (ndof,) of strings at degrees of freedom u (ndof,)."""
     out, x = np.zeros(system.ndof), system.positions(u)
     for b, K in zip(system.blocks, per_block(system, strings)):
@@ -44,14 +39,14 @@ def string_forces(system: System, u: Array, strings: Array) -> Array:
     return out
 
 
-def per_block(system: System, strings: Array) -> list[Array]:
+def per_block(system: Discretisation, strings: Array) -> list[Array]:
     """Matrices (m, a, a) of each block."""
     sizes = [(len(b), b.cells.shape[1], b.cells.shape[1]) for b in system.blocks]
     parts = np.split(strings, np.cumsum([m * a * a for m, a, _ in sizes])[:-1])
     return [part.reshape(size) for part, size in zip(parts, sizes)]
 
 
-def _forces(system: System, block: Block, x: Array, history: Array) -> Array:
+def _forces(system: Discretisation, block: Block, x: Array, history: Array) -> Array:
     """Forces (m, a, 2) of the elements on their nodes when nothing moves."""
     m, a = block.cells.shape
     alone = replace(block, cells=np.arange(m * a).reshape(m, a))
@@ -76,7 +71,7 @@ def _matrices(x: Array, r: Array) -> Array:
 class Strings:
     """The strings of one body, let go linearly over the step."""
 
-    system: System
+    system: Discretisation
     block: Block
     K: Array
 

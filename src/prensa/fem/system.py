@@ -19,14 +19,14 @@ from prensa.contact.record import ContactRecord
 from prensa.contact.recovery import recover
 from prensa.contact.stencil import Stencils
 from prensa.fem.assembly import Block, Pattern, scatter_matrix, scatter_vector, slots, sweep
-from prensa.fem.context import Context
+from prensa.fem.contact_interaction import ContactInteraction
 from prensa.fem.failure import ElementFailed, NotEvaluated
-from prensa.fem.interaction import Branches, Interaction, Overrides, Part, Request
+from prensa.fem.interaction import Branches, Context, Interaction, Overrides, Part, Request
 from prensa.fem.loads import loads_of
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import Clock, Energy, Recovered, State
 from prensa.fem.strings import string_forces
-from prensa.fem.surface import EPS, ContactInteraction, Surface
+from prensa.fem.surface import EPS, Surface
 from prensa.fem.ties import Ties
 from prensa.fem.time_rule import BACKWARD_EULER, TimeRule
 from prensa.friction.law import At as FrictionAt

@@ -18,14 +18,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from prensa.fem.assembly import Block
-    from prensa.fem.context import Context
+from prensa.fem.assembly import Block
+from prensa.fem.state import State
 
 Array = NDArray[np.float64]
 
@@ -78,26 +77,30 @@ def growths(blocks: Sequence[Block], new: Sequence[Array], old: Sequence[Array])
     return out
 
 
-def unsteadiness(c: Context, blocks: Sequence[Block], grown: Sequence[Array | None]) -> float:
-    """How much plastic flow changed in an increment in which plastic strain of the blocks has ``grown``, per time of the step.
+def unsteadiness(
+    state: State, dt: float, rule: TimeRule, begun: Sequence[Array], blocks: Sequence[Block], grown: Sequence[Array | None]
+) -> float:
+    """How much plastic flow changed in an increment dt from a committed state, per time of the step.
+
+    ``begun``: histories with which the blocks' laws began by the ``rule``; ``grown``: plastic strain since, see `growths`.
 
     Answers of first and second order with the same rate of flow at the end, h ė and share Δε̄_n + part h ė, differ by
     ρ/(1 + ρ) |Δε̄ − ρ Δε̄_n|. Its integral over the bodies, over that of Δε̄ (equivalent plastic strains), is what first order
     errs by in an increment, in proportion to its length. 0 in the first increment of a step and where nothing flows.
     """
-    last, rule, apart, all_flow = c.state.dt_last, c.rule, 0.0, 0.0
+    last, apart, all_flow = state.dt_last, 0.0, 0.0
     if not last > 0.0:
         return 0.0
-    ratio = c.dt / last
-    for block, was, begun, flow in zip(blocks, c.state.history, c.history, grown):
+    ratio = dt / last
+    for block, was, start, flow in zip(blocks, state.history, begun, grown):
         if flow is None or not block.flows:
             continue
         # what an increment of first order begins with knows nothing of the last flow
-        after, share = (begun, rule.share) if rule.share else (TimeRule(1.0).begun(block, was), 1.0)
+        after, share = (start, rule.share) if rule.share else (TimeRule(1.0).begun(block, was), 1.0)
         before = (block.field(after, "plastic_strain") - block.field(was, "plastic_strain"))[..., 0] / share
         apart += float(np.sum(block.volume * np.abs(flow - ratio * before)))
         all_flow += float(np.sum(block.volume * flow))
-    return ratio / (1.0 + ratio) * apart / (all_flow * c.dt) if all_flow > 0.0 else 0.0
+    return ratio / (1.0 + ratio) * apart / (all_flow * dt) if all_flow > 0.0 else 0.0
 
 
 BACKWARD_EULER = TimeRule()

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,12 +22,8 @@ from prensa.materials.flow_curve import FlowCurve, FlowParameters, stress_at
 from prensa.materials.hardening import flow_stresses
 from prensa.materials.j2 import UNHELD, j2
 from prensa.materials.j2_finite import begin_finite, j2_finite
-from prensa.materials.protocol import At, Field, Material, Out
+from prensa.materials.protocol import At, Field, Material, Out, PrincipalElasticity
 from prensa.materials.return_map import return_map
-
-if TYPE_CHECKING:  # descriptions make laws, not the other way round
-    from prensa.materials.material import IsotropicMaterial
-    from prensa.materials.material import Material as Description
 
 __all__ = ["At", "Field", "Material", "Out"]
 
@@ -319,7 +315,7 @@ class J2(_Isotropic):
 class Principal(_Isotropic):
     """Elasticity that a description states in NumPy: an energy or stresses as functions of the principal strains."""
 
-    description: IsotropicMaterial = field(default=None)  # type: ignore[assignment]
+    description: PrincipalElasticity = field(default=None)  # type: ignore[assignment]
 
     @property
     def symmetric(self) -> bool:
@@ -341,8 +337,3 @@ class Principal(_Isotropic):
         """Elastic energy per initial volume, (..., h) → (...)."""
         eps = self.elastic_strains(history)
         return np.asarray(self.description.energy(eps.reshape(-1, 3)), dtype=np.float64).reshape(eps.shape[:-1])
-
-
-def material_of(description: Description, kinematics: str, space: str = "plane strain") -> Material:
-    """The law of a material description, see its `law`."""
-    return description.law(kinematics, space)

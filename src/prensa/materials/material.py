@@ -16,7 +16,7 @@ It derives from `IsotropicMaterial`; derivatives that it does not give are found
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,11 +24,9 @@ from pydantic import Field
 
 from prensa.derivatives import COMPLEX_STEP, DIFFERENCE, complex_value
 from prensa.layout import PLANE, SPATIAL
+from prensa.materials.protocol import Material as Law
 from prensa.model.doors import Member
 from prensa.model.units import Number
-
-if TYPE_CHECKING:
-    from prensa.materials.laws import Material as Law
 
 Array = NDArray[np.float64]
 
@@ -167,3 +165,8 @@ def principal_tangent(material: IsotropicMaterial, eps: Array) -> Array:
         mixed = psi[0, :, 0] - psi[0, :, 1] - psi[1, :, 0] + psi[1, :, 1]
         slope = mixed.transpose(2, 0, 1) / (4 * SECOND**2)
     return np.asarray(0.5 * (slope + slope.transpose(0, 2, 1)))
+
+
+def material_of(description: Material, kinematics: str, space: str = "plane strain") -> Law:
+    """The law of a material description, see its `law`."""
+    return description.law(kinematics, space)

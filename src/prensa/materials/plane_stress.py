@@ -10,15 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from prensa.layout import PLANE, TensorLayout
-
-if TYPE_CHECKING:
-    from prensa.materials.laws import At, Field, Material, Out
+from prensa.materials.protocol import At, Field, Flowing, Material, Out
 
 Array = NDArray[np.float64]
 
@@ -48,8 +46,6 @@ class PlaneStress:
     @property
     def fields(self) -> Mapping[str, Field]:
         """Of the history: those of the law, and the thickness over the initial one, minus 1."""
-        from prensa.materials.laws import Field
-
         return {**self.law.fields, "thickness": Field(slice(self.size - 1, self.size))}
 
     @property
@@ -106,8 +102,6 @@ class PlaneStress:
 
     def begin(self, history: Array, share: float) -> Array:
         """As the law; the thickness is that of the motion."""
-        from prensa.materials.protocol import Flowing
-
         if not isinstance(self.law, Flowing):
             return history
         return np.append(self.law.begin(np.ascontiguousarray(history[:, :-1]), share), history[:, -1:], axis=1)
@@ -138,8 +132,6 @@ class PlaneStress:
 
     def _thin(self, h: Array, old: Array, at: At, out: Out) -> Array:
         """H₃₃ (n,) of zero P₃₃; the law's answer there is left in out."""
-        from prensa.materials.laws import Out
-
         n, c, stretch = len(h), self.layout.components, h.copy()
         poisson = -self.nu / (1.0 - self.nu)
         trace = h[:, 0] + h[:, 3]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Literal, NamedTuple, Protocol, runtime_checkable
+from typing import Any, ClassVar, Literal, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +54,18 @@ class Field(NamedTuple):
     columns: slice
     initial: float = 0.0
     travel: Travel = "smooth"
+
+
+class PrincipalElasticity(Protocol):
+    """Elasticity stated in NumPy, as functions of the principal strains eps (k, 3): an energy, stresses, or both."""
+
+    symmetric: ClassVar[bool]
+
+    def energy(self, eps: Array) -> Array:
+        """Stored energy per initial volume (k,)."""
+
+    def answer(self, eps: Array, tangent: bool) -> tuple[Array, Array | None]:
+        """Principal stresses (k, 3) and, if asked for, their derivatives (k, 3, 3)."""
 
 
 class Material(Protocol):

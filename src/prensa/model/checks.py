@@ -4,19 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from prensa.model import crank, feed, until
 from prensa.model.names import SYMMETRY, Finding, suggest
 from prensa.model.remeshing import remeshing_of
-from prensa.model.seconds import stated
-from prensa.model.units import factor
-from prensa.model.unsaid import space_left_out
 from prensa.registry import DOORS
-
-if TYPE_CHECKING:
-    from prensa.model.problem import Problem
-
 
 _OWN_NAME = re.compile(r"[^\W\d][\w-]*")
 _TAKEN = ("step", "increment", "time", "iterations", "cutbacks")
@@ -29,13 +22,6 @@ class FindingsError(ValueError):
     def __init__(self, findings: Iterable[Finding]) -> None:
         self.findings = tuple(findings)
         super().__init__("\n".join(map(str, self.findings)))
-
-
-def check_names(p: Problem) -> None:
-    """Raise `FindingsError` for unknown names and for combinations that make no sense; all of them at once."""
-    findings = tuple(find(p))
-    if findings:
-        raise FindingsError(findings)
 
 
 def find(p: Any) -> Iterator[Finding]:
@@ -439,74 +425,3 @@ def _boundary_moved(p: Any, step: Any, path: tuple[str | int, ...], motion: Any)
     for axis in ("x", "y"):
         if getattr(motion, axis) is not None and getattr(support, axis, None) is not None:
             yield Finding((*path, axis), f"{axis} of {name!r} is given by 'fixed' and by 'by'; keep one", at_key=True)
-
-
-# ------------------------------------------------------------------------------------------------------------ warnings
-STIFFEST, STRONGEST = 2000.0, 20.0  # GPa: above the modulus of diamond, and above the strength of any metal
-WEAKEST = 1e-5  # of E: below the flow stress of any metal; lead has 3e-4, superplastic alloys 5e-5
-YIELDING = (1e-4, 0.03)  # of E: between these metals flow
-METALS = ((65.0, 75.0), (105.0, 125.0), (185.0, 215.0))  # GPa: aluminium and glass, copper and titanium, steel
-
-
-def _stiffness(name: str, material: Any, first: float, units: Any) -> Iterator[str]:
-    """Moduli that are those of metals in another unit than the case's, and flow stresses far below the modulus."""
-    E = material.modulus
-    gpa = factor("1 GPa", units.length, units.force, (1, -2))
-    if STIFFEST * gpa < E or first > STRONGEST * gpa:
-        what, value, most = ("E", E, STIFFEST) if STIFFEST * gpa < E else ("flow stress", first, STRONGEST)
-        pa = factor("1 Pa", units.length, units.force, (1, -2))
-        meant = f"; did you mean '{value:g} Pa'?" if value * pa < most * gpa else "; check its unit"
-        both = f" (and flow stress {first:g})" if what == "E" and first > STRONGEST * gpa else ""
-        stress = f"{units.force}/{units.length}²"
-        amount = f"{what} = {value:g}{both} in {stress}, {value / gpa:.3g} GPa"
-        yield f"bodies.{name}.material: {amount}, is that of no material{meant}"
-        return
-    if 0 < first < WEAKEST * E:
-        meant = next((f"; did you mean '{first:g} {u}'?" for u in ("GPa", "MPa") if _of_a_metal(first, u, E, units)), "")
-        amount = f"flow stress {first:g} is {first / E:.1g} of E = {E:g}, less than that of any metal"
-        yield f"bodies.{name}.material: {amount}{meant or '; check the units of both'}"
-    elif units.force == "N" and units.length in ("mm", "cm", "m") and first <= E / 20 and material.poisson < 0.45:
-        for unit, share in (("GPa", 1.0), ("MPa", 1e3)):
-            own = abs(factor(f"1 {unit}", units.length, units.force, (1, -2)) - 1.0) < 1e-9
-            if not own and any(low <= E / share <= high for low, high in METALS):
-                stress = f"{units.force}/{units.length}²"
-                yield f"bodies.{name}.material: E = {E:g} in {stress}; did you mean '{E:g} {unit}'?"
-
-
-def _of_a_metal(stress: float, unit: str, E: float, units: Any) -> bool:
-    """Whether a flow stress, taken in another unit than the case's, is that of a metal with the modulus E."""
-    meant = factor(f"{stress:g} {unit}", units.length, units.force, (1, -2))
-    return YIELDING[0] * E <= meant <= YIELDING[1] * E
-
-
-def warnings_of(problem: Problem) -> list[str]:
-    """Sentences about what is allowed but likely a slip: units of stiffness, friction in percent, idle tools, no 'space'."""
-    said = []
-    stress = f"{problem.units.force}/{problem.units.length}²"
-    in_mpa = (problem.units.force, problem.units.length) == ("N", "mm")
-    for name, body in problem.bodies.items():
-        E, flow = body.material.modulus, getattr(body.material, "flow", None)
-        first = flow.first() if flow is not None else 0.0
-        if first > E / 20:
-            meant = f"; did you mean {E:g}e3 or '{E:g} GPa'?" if in_mpa and E < 1000 else "; check the units of both"
-            said.append(f"bodies.{name}.material: E = {E:g} in {stress}, flow stress {first:g}{meant}")
-        else:
-            said += _stiffness(name, body.material, first, problem.units)
-        said += [f"bodies.{name}.material.flow.{key}: {words}" for key, words in (flow.doubts() if flow else ())]
-        if flow is not None and (step := next((s for s in problem.steps if stated(s) is None), None)) and flow.rated():
-            said.append(
-                f"bodies.{name}.material.flow: it depends on the rate of strain, and step {step.name!r} does not say how long it "
-                "lasts: it is taken to last 1 s; give 'duration'"
-            )
-    laws = [("friction", problem.friction)]
-    laws += [(f"contacts.{i}.friction", c.friction) for i, c in enumerate(problem.contacts)]
-    for where, law in laws:
-        mu = getattr(law, "mu", None)
-        if isinstance(mu, float) and mu > 2:
-            percent = f"; did you mean {mu / 100:g}?" if mu <= 100 else ""
-            said.append(f"{where}: mu = {mu:g} is a friction coefficient above 2{percent}")
-    used = {c.against for c in problem.contacts} | {n.against for n in problem.no_contact}
-    said += [
-        f"tools.{t}: no contact is against this tool; it will meet nothing" for t in problem.tools if t not in used
-    ]
-    return said + space_left_out(problem)

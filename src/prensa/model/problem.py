@@ -429,11 +429,12 @@ class Problem:
 
     @model_validator(mode="after")
     def _check(self) -> Problem:
-        from prensa.model.checks import check_names
+        from prensa.model.checks import FindingsError, find
 
         if not self.contacts:
             object.__setattr__(self, "contacts", self.every_contact())
-        check_names(self)
+        if findings := tuple(find(self)):
+            raise FindingsError(findings)
         return self
 
     def every_contact(self) -> tuple[Contact, ...]:

@@ -20,10 +20,11 @@ from pydantic import TypeAdapter, ValidationError
 from prensa.errors import ArgumentError, CaseError, Mark, Mistake, shown, take
 from prensa.model import constructors  # noqa: F401  (says what is wrong with the arguments of descriptions)
 from prensa.model import text as yaml
-from prensa.model.checks import find, warnings_of
+from prensa.model.checks import find
 from prensa.model.messages import findings_of, mistakes
 from prensa.model.overrides import override
 from prensa.model.places import SECTIONS, bare, hints, is_names, root
+from prensa.model.plausibility import warnings_of
 from prensa.model.problem import Case, Fixed, Problem, Units
 from prensa.model.units import Length
 

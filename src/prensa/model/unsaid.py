@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from prensa.model.problem import Problem
+from prensa.model.problem import Problem
 
 SOLID = frozenset(["billet", "slug", "rod", "wire", "bolt", "rivet", "shaft", "disc", "disk", "cylinder", "cup", "can"])
 HOLLOW = frozenset(["ring", "tube", "pipe", "sleeve", "bush", "bushing", "washer"])

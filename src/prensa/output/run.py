@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa import __version__
+from prensa.analysis import solve
 from prensa.errors import PrensaError, refuse, take, take_path
 from prensa.fem.discretise import discretise
 from prensa.fem.preflight import preflight
@@ -36,7 +37,8 @@ from prensa.output.progress import ProgressBar
 from prensa.output.result import RunResult
 from prensa.solver.increment import Increment, Progress
 from prensa.solver.passages import Passages
-from prensa.solver.time_stepping import Timer, at_rest, solve
+from prensa.solver.time_stepping import at_rest
+from prensa.solver.timer import Timer
 
 log = logging.getLogger("prensa")
 

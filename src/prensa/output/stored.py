@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import PrensaError
+from prensa.measures import parse
 from prensa.model.problem import Case
 from prensa.output import history, vtk
 from prensa.output.files import Contents, file_names, numbered
@@ -121,7 +122,7 @@ class Stored(Sequence[Increment]):
             cost, bool(self.ends[k]), _absent(_NOT_KEPT.format(self.directory, "committed state")),
             lambda: self._contacts(number, row), lambda: self._bodies(number), int(row.get("remeshings", 0)),
             seconds=float(row.get("seconds", time)),
-            _more=More(self.problem, _absent(_NOT_KEPT.format(self.directory, "shapes of boundaries")),
+            _more=More(self.problem, parse, _absent(_NOT_KEPT.format(self.directory, "shapes of boundaries")),
                        _absent(_NOT_KEPT.format(self.directory, "plastic power"))),
         )  # fmt: skip
 

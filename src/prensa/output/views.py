@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from prensa.errors import PrensaError
-from prensa.model.checks import suggest
+from prensa.model.names import suggest
 from prensa.solver.increment import STATUS, BodyState, ContactState, Increment
 from prensa.solver.views import VIEWS
 

@@ -10,9 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.analysis import check_arguments, told_before
 from prensa.errors import ArgumentError, take
-from prensa.fem.context import Context
 from prensa.fem.discretise import discretise
+from prensa.fem.interaction import Context
 from prensa.fem.mirrors import guard_of
 from prensa.fem.planning import plan_step
 from prensa.fem.state import State
@@ -26,15 +27,15 @@ from prensa.sensitivity.landing import Landing, coordinates, landing_of
 from prensa.sensitivity.parameters import Parameter, refuse_other_mesh
 from prensa.sensitivity.solve import Followed, check_paths, refuse
 from prensa.sensitivity.transposed import Converged, Owed, Stage, Touching, Weights, back
-from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import Increment, Monitor
 from prensa.solver.linear import Kept as KeptFactors
+from prensa.solver.outcome import NewtonResult
 from prensa.solver.policy import Policy
 from prensa.solver.reporting import Messages
 from prensa.solver.results import increment_of
 from prensa.solver.step_control import StepControl
 from prensa.solver.threads import ONE_OF_BLAS
-from prensa.solver.time_stepping import Timer, check_arguments, told_before
+from prensa.solver.timer import Timer
 
 Array = NDArray[np.float64]
 
@@ -289,7 +290,7 @@ class _Seen(NamedTuple):
         assert state is not None
         e = system.evaluate(c, state.u, state.lam, stiffness=False)._replace(history=state.history)
         result = NewtonResult(True, None, state.u, None, state.lam, 0)
-        beside = increment_of(system, state, c.plan, e, result, 0, 0, self.increment.end_of_step, c.state)
+        beside = increment_of(system, state, c.plan, e, result, 0, 0, self.increment.end_of_step, c.state, parse=parse)
         return np.array([m.value(beside) if slope.nodes else 0.0 for m, slope in zip(self.measures, self.slopes)])
 
 

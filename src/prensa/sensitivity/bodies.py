@@ -25,7 +25,7 @@ from prensa.elements.q4_directions import (
     prepare,
 )
 from prensa.fem.assembly import Block, scatter_forces
-from prensa.fem.context import Context
+from prensa.fem.interaction import Context
 from prensa.fem.system import Evaluation, System
 from prensa.materials.begun import PER_BEGUN, slopes_of_begun
 from prensa.materials.j2_finite import stresses_at

@@ -16,20 +16,21 @@ from numpy.typing import NDArray
 
 from prensa.contact.record import ContactRecord
 from prensa.elements.q4_directions import histories
-from prensa.fem.context import Context
+from prensa.fem.contact_interaction import ContactInteraction
+from prensa.fem.interaction import Context
 from prensa.fem.loads import ToolForce
 from prensa.fem.state import State
-from prensa.fem.surface import ContactInteraction
 from prensa.fem.system import System
 from prensa.friction.laws.coulomb import Coulomb
 from prensa.materials.hardening import TABLE
+from prensa.measures import parse
 from prensa.measures.measure import Gradient
 from prensa.sensitivity.bodies import Room, elements_of, room_for, unfolding
 from prensa.sensitivity.change import Changes
 from prensa.sensitivity.contacts import Committed, Points
 from prensa.sensitivity.direct import Columns, Direction, Solution, handed_down, onwards
-from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import Increment
+from prensa.solver.outcome import NewtonResult
 from prensa.solver.results import increment_of
 
 Array = NDArray[np.float64]
@@ -316,4 +317,4 @@ class Beside(NamedTuple):
             contacts=tuple(contacts), history=state.history,
         )  # fmt: skip
         result = NewtonResult(True, None, state.u, None, state.lam, 0)
-        return increment_of(self.system, state, plan, e, result, 0, 0, ended, before)
+        return increment_of(self.system, state, plan, e, result, 0, 0, ended, before, parse=parse)

@@ -16,7 +16,7 @@ from prensa.contact.directions import along, at_fixed, energies, grown
 from prensa.contact.forces import ContactForces, Scale
 from prensa.contact.kept import Kept
 from prensa.contact.record import ContactRecord
-from prensa.fem.context import Context
+from prensa.fem.interaction import Context
 from prensa.fem.surface import Surface
 
 Array = NDArray[np.float64]

@@ -23,8 +23,7 @@ from numpy.typing import NDArray
 from prensa.contact.forces import ContactForces
 from prensa.contact.record import magnitude
 from prensa.fem.assembly import Pattern, scatter_vector
-from prensa.fem.context import Context
-from prensa.fem.interaction import Branches
+from prensa.fem.interaction import Branches, Context
 from prensa.fem.letting_go import let_go
 from prensa.fem.modes import loose_bodies
 from prensa.fem.planning import plan_step
@@ -32,14 +31,15 @@ from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
 from prensa.fem.surface import Surface
 from prensa.fem.system import Evaluation, System
+from prensa.measures import parse
 from prensa.measures.measure import Gradient
 from prensa.sensitivity.change import Change, change_of, known
 from prensa.sensitivity.combinations import combined, foretold, nearest, sums
 from prensa.sensitivity.parameters import Parameter, neighbours
 from prensa.solver.approach import approach
 from prensa.solver.carrying import carried
-from prensa.solver.equilibrium import NewtonResult
 from prensa.solver.increment import Increment
+from prensa.solver.outcome import NewtonResult
 from prensa.solver.policy import Policy
 from prensa.solver.reduced import Reduced
 from prensa.solver.results import increment_of
@@ -119,7 +119,7 @@ class Neighbour(NamedTuple):
         """What users see of it, with the committed states that it led from and to."""
         result = NewtonResult(True, None, state.u, None, state.lam, 0)
         e = self.e._replace(history=state.history)
-        return increment_of(self.system, state, self.plan, e, result, 0, 0, ended, before)
+        return increment_of(self.system, state, self.plan, e, result, 0, 0, ended, before, parse=parse)
 
 
 @dataclass

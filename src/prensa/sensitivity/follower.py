@@ -11,7 +11,7 @@ from prensa.sensitivity.increments import Derived
 from prensa.solver.increment import Increment
 from prensa.solver.reporting import Messages
 from prensa.solver.threads import ONE_OF_BLAS
-from prensa.solver.time_stepping import Timer
+from prensa.solver.timer import Timer
 
 
 class Follower:

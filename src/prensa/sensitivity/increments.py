@@ -12,15 +12,16 @@ from numpy.typing import NDArray
 from prensa.contact.forces import TOUCH
 from prensa.contact.record import magnitude
 from prensa.errors import PrensaError
-from prensa.fem.context import Context
+from prensa.fem.interaction import Context
 from prensa.fem.state import State
 from prensa.fem.system import System
+from prensa.measures import parse
 from prensa.measures.measure import Measure
 from prensa.model import problem as model
 from prensa.sensitivity.closed import Beside, Bundle, Closed, covers, differentiate
 from prensa.sensitivity.direct import Columns, Direction, Neighbour, Solution
-from prensa.solver.equilibrium import NewtonResult
-from prensa.solver.increment import Derivatives, Increment
+from prensa.solver.increment import Derivatives, Increment, Observable
+from prensa.solver.outcome import NewtonResult
 from prensa.solver.policy import Policy
 from prensa.solver.reduced import Reduced, weights_of
 
@@ -47,7 +48,7 @@ class _Derivatives(Derivatives):
     def measure(self, name: str, problem: model.Problem) -> Measure:
         """See `Derivatives`."""
         if name not in self.measures:
-            self.measures[name] = super().measure(name, problem)
+            self.measures[name] = parse(name, problem)
         return self.measures[name]
 
     def _increments(self, path: str) -> tuple[Increment, Increment]:
@@ -62,10 +63,10 @@ class _Derivatives(Derivatives):
             self._made[path] = both[0], both[1]
         return self._made[path]
 
-    def of(self, observable: Measure | Callable[[Increment], float], increment: Increment) -> dict[str, float]:
+    def of(self, observable: Observable | Callable[[Increment], float], increment: Increment) -> dict[str, float]:
         """See `Derivatives`."""
         slope = observable.gradient(increment) if isinstance(observable, Measure) else None
-        value = observable.value if isinstance(observable, Measure) else observable
+        value = observable.value if isinstance(observable, Observable) else observable
         out = {}
         for path, beside in self.neighbours.items():
             known = None if slope is None else beside[0].slope(slope)

@@ -10,7 +10,7 @@ from typing import Any
 from prensa.errors import ArgumentError, PrensaError, take
 from prensa.fem.discretise import discretise, with_laws, with_tool
 from prensa.fem.system import System
-from prensa.model.checks import suggest
+from prensa.model.names import suggest
 from prensa.model.problem import Problem
 
 

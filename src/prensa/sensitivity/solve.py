@@ -6,9 +6,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
+from prensa import analysis
+from prensa.analysis import belongs, told_before
 from prensa.errors import ArgumentError, take
-from prensa.fem.context import Context
 from prensa.fem.discretise import discretise
+from prensa.fem.interaction import Context
 from prensa.fem.mirrors import Guard, extended_derivatives, guard_of, system_of
 from prensa.fem.state import State
 from prensa.fem.system import System
@@ -18,16 +20,17 @@ from prensa.model.remeshing import remeshing_of
 from prensa.sensitivity.direct import Direction
 from prensa.sensitivity.follower import Follower
 from prensa.sensitivity.increments import Differentiation
-from prensa.solver import time_stepping
-from prensa.solver.equilibrium import Equilibrium, NewtonResult
+from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.increment import Increment, Monitor
+from prensa.solver.outcome import NewtonResult
 from prensa.solver.passages import Passages
 from prensa.solver.policy import Policy
 from prensa.solver.reporting import Messages
 from prensa.solver.stabilisation import stabilised
 from prensa.solver.step_control import StepControl
 from prensa.solver.threads import threads_with_follower
-from prensa.solver.time_stepping import Timer, TimeStepping, belongs, told_before
+from prensa.solver.time_stepping import TimeStepping
+from prensa.solver.timer import Timer
 
 
 def solve(
@@ -47,7 +50,7 @@ def solve(
     Parameters
     ----------
     problem, numerics, monitor, timer, policy, passages
-        As `prensa.solver.time_stepping.solve`, which this is where no derivatives are asked for.
+        As `prensa.analysis.solve`, which this is where no derivatives are asked for.
     start
         A committed state to continue from; it carries the derivatives of the run that led to it.
     times
@@ -70,8 +73,8 @@ def solve(
         derivatives = [derivatives]
     check_paths("solve", "derivatives", derivatives)
     if not derivatives:
-        return time_stepping.solve(problem, numerics, start, monitor, timer, policy, passages, times, stops)
-    time_stepping.check_arguments(problem, numerics, start, monitor, timer, policy)
+        return analysis.solve(problem, numerics, start, monitor, timer, policy, passages, times, stops)
+    analysis.check_arguments(problem, numerics, start, monitor, timer, policy)
     system = base = problem if isinstance(problem, System) else discretise(problem)
     refuse(system, start, derivatives)
     if start is None:

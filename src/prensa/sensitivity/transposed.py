@@ -20,8 +20,7 @@ from prensa.contact.forces import ContactForces
 from prensa.contact.kept import Kept, closed_slopes
 from prensa.elements import q4, q4_transposed
 from prensa.fem.assembly import Block, Pattern
-from prensa.fem.context import Context
-from prensa.fem.interaction import Branches
+from prensa.fem.interaction import Branches, Context
 from prensa.fem.planning import plan_step
 from prensa.fem.schedule import StepPlan
 from prensa.fem.system import Evaluation, System

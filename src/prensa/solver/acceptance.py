@@ -9,14 +9,7 @@ from numpy.typing import NDArray
 
 from prensa.fem.assembly import Block
 from prensa.fem.contacts import contacts_of, were_closed
-from prensa.fem.context import Context
-from prensa.fem.modes import free_to_move
-from prensa.fem.state import State
-from prensa.fem.surface import Surface
-from prensa.fem.system import Evaluation, System
-from prensa.fem.time_rule import growths
-from prensa.solver.equilibrium import NewtonResult
-from prensa.solver.failure import (
+from prensa.fem.failure import (
     Collapsed,
     CornerInverted,
     Failure,
@@ -25,6 +18,13 @@ from prensa.solver.failure import (
     TurnedThrough,
     UnilaterallySupported,
 )
+from prensa.fem.interaction import Context
+from prensa.fem.modes import free_to_move
+from prensa.fem.state import State
+from prensa.fem.surface import Surface
+from prensa.fem.system import Evaluation, System
+from prensa.fem.time_rule import growths
+from prensa.solver.outcome import NewtonResult
 from prensa.solver.policy import DEFAULT, Policy
 
 Array = NDArray[np.float64]

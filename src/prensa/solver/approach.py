@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from prensa.errors import SolveError
 from prensa.fem.contacts import were_closed
-from prensa.fem.context import Context
+from prensa.fem.interaction import Context
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
 from prensa.fem.surface import Surface

@@ -9,11 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.errors import PrensaError, take
-from prensa.fem.context import Context
-from prensa.fem.interaction import Request
+from prensa.fem.interaction import Context, Request
 from prensa.fem.system import System
-from prensa.solver.increment import Increment
 from prensa.solver.views import Shown
 
 if TYPE_CHECKING:
@@ -81,24 +78,6 @@ class Assembled(Shown):
         return f"{len(self.r)} dofs, {len(self.free)} free, {self.K.nnz} entries, residual {self.residual:.1e}"
 
 
-def evaluate(increment: Increment) -> Assembled:
-    """Residual, tangent, contact blocks and index maps of an increment that `solve` yielded.
-
-    Raises
-    ------
-    PrensaError
-        If the increment is the initial state or was read back from a folder: its committed state is not at hand.
-
-    """
-    take("evaluate", "increment", increment, Increment, "give what solve yields")
-    known = increment._known
-    if known.assembled is None:
-        raise PrensaError(
-            "evaluate: this increment was not solved here (it was read back, or is the initial state); solve the case"
-        )
-    return known.assembled()
-
-
 def assembled(system: System, c: Context, u: Array, lam: Array) -> Assembled:
     """The equations of an increment with context *c* at degrees of freedom u (ndof,) and multipliers lam (points, 1 + t)."""
     from scipy.sparse import csr_matrix, identity
@@ -128,5 +107,6 @@ def _contacts(system: System, c: Context, u: Array, lam: Array) -> dict[str, Con
         assert first.r is not None and first.K is not None
         more = tuple((p.dofs, p.K) for p in others if p.K is not None)
         f = response.trial
+        assert f is not None
         out[s.name] = ContactBlock(first.dofs, first.r, first.K, f.p > 0, np.asarray(f.slip), more)
     return out

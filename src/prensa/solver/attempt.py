@@ -9,15 +9,16 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.fem.context import Context
+from prensa.fem.failure import Failure, Singular, Unsettled
+from prensa.fem.interaction import Context
 from prensa.fem.state import may_rest
 from prensa.fem.system import Evaluation, System
 from prensa.solver.emergence import emergence
-from prensa.solver.equilibrium import Equilibrium, NewtonResult
-from prensa.solver.failure import Failure, Singular, Unsettled
+from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.linear import SingularError
 from prensa.solver.multipliers import BlockedError
 from prensa.solver.newton import newton
+from prensa.solver.outcome import NewtonResult
 from prensa.solver.policy import Policy
 from prensa.solver.predictor import Guess, initial_guess
 

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 
 from prensa.contact.stencil import Stencils
 from prensa.fem.contacts import were_closed
-from prensa.fem.context import Context
-from prensa.fem.interaction import Request
+from prensa.fem.interaction import Context, Request
 from prensa.fem.modes import Loose
 from prensa.fem.surface import Surface
 from prensa.fem.system import System

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from functools import cache, cached_property
 from typing import Any, Unpack
@@ -30,8 +31,7 @@ from scipy.sparse import csc_matrix, csr_matrix
 from prensa.contact.forces import TOUCH
 from prensa.errors import PrensaError
 from prensa.fem.assembly import Pattern
-from prensa.fem.context import Context
-from prensa.fem.interaction import Overrides
+from prensa.fem.interaction import Context, Overrides
 from prensa.fem.modes import free_to_move
 from prensa.fem.planning import plan_step
 from prensa.fem.schedule import StepPlan
@@ -41,8 +41,8 @@ from prensa.fem.symmetry import is_linear
 from prensa.fem.system import Bulk, Evaluation, System
 from prensa.model import problem as model
 from prensa.solver.condensed_bodies import Blocks, Bodies, FreeResponse
-from prensa.solver.equilibrium import Equilibrium, NewtonResult
 from prensa.solver.linear import DenseFactors, SingularError
+from prensa.solver.outcome import NewtonResult
 from prensa.solver.policy import DEFAULT, Policy
 from prensa.solver.reduced import Reduced, equations_of, in_lengths, weights_of
 
@@ -368,20 +368,23 @@ class Condensation:
         return out
 
     def attempt(
-        self, solve: Callable[[Equilibrium, Array, bool], NewtonResult], eq: Equilibrium, start: Array, was_cut: bool
-    ) -> NewtonResult:
-        """Outcome of an attempt ``solve`` on the condensed system."""
-        c = eq.context
+        self, solve: Callable[[Reduced], NewtonResult], c: Context, start: Array,
+        timed: Callable[[str], AbstractContextManager[None]],
+    ) -> NewtonResult:  # fmt: skip
+        """Outcome of an attempt from degrees of freedom ``start`` (ndof,): ``solve`` on the condensed system.
+
+        ``timed``: context manager of a section of the run, for its seconds.
+        """
         touching: Flags = c.state.contact.closed.copy()
-        for s, scale in zip(eq.system.surfaces, c.scales):  # a pushed tool has been brought to rest on some points
-            touching[s.rows] |= eq.system.stencils(s, start).g <= TOUCH * scale.h
+        for s, scale in zip(self.contact.surfaces, c.scales):  # a pushed tool has been brought to rest on some points
+            touching[s.rows] |= self.contact.stencils(s, start).g <= TOUCH * scale.h
         blocks = self.blocks_of(touching)
         while True:
-            with eq.report.timed("condensation"):
+            with timed("condensation"):
                 small = self.on(blocks)
                 self.reduced = small.reduced()
             try:
-                result = solve(replace(eq, reduced=self.reduced), start, was_cut)
+                result = solve(self.reduced)
             except ActiveSetGrew as grown:
                 blocks = grown.blocks
                 continue

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_matrix, csr_matrix, identity
 
 from prensa.errors import SolveError
-from prensa.fem.context import Context
+from prensa.fem.interaction import Context
 from prensa.fem.schedule import StepPlan
 from prensa.fem.system import System
 from prensa.model import problem as model

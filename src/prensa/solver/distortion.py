@@ -7,15 +7,18 @@ leads on. Increments shrink to nothing then, over hundreds of them, and nothing 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from prensa.fem.context import Context
-from prensa.fem.failure import ElementFailed
+from prensa.fem.failure import Collapsed, CornerInverted, Distorted, ElementFailed, Failure, Unevaluable
 from prensa.fem.folds import past_support, sides_of
 from prensa.fem.inside import ALLOWED
-from prensa.fem.limits import shapes
+from prensa.fem.interaction import Context
 from prensa.fem.system import System
-from prensa.solver.failure import Collapsed, CornerInverted, Distorted, Failure, Unevaluable
+from prensa.mesh.mesh import displaced
+from prensa.mesh.quality import quality
 from prensa.solver.policy import Policy
+
+Array = NDArray[np.float64]
 
 
 class Distortion:
@@ -65,3 +68,9 @@ def element_of(reason: Failure) -> tuple[str, int] | None:
         case CornerInverted() | Collapsed():
             return reason.body, reason.element
     return None
+
+
+def shapes(system: System, body: str, u: Array) -> Array:
+    """Scaled Jacobians (m,) of the elements of a body in the plane, for degrees of freedom u (ndof,)."""
+    first, mesh = system.offsets[body], system.meshes[body]
+    return quality(displaced(mesh, system.positions(u)[first : first + len(mesh.points)])).jacobian

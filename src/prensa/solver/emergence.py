@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.fem.contacts import were_closed
-from prensa.fem.context import Context
+from prensa.fem.failure import StartsInside
+from prensa.fem.interaction import Context
 from prensa.fem.schedule import Prescribed
 from prensa.fem.state import State
 from prensa.fem.system import System
-from prensa.solver.failure import StartsInside
 from prensa.solver.policy import Policy
 
 Array = NDArray[np.float64]

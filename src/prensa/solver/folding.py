@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.fem.assembly import Block
-from prensa.fem.context import Context
-from prensa.fem.folds import Past, free_sides, least_on_sides, past_support, side_nodes
+from prensa.fem.failure import CornerInverted, Past, PastSupport, place_of
+from prensa.fem.folds import free_sides, least_on_sides, past_support, side_nodes
 from prensa.fem.inside import ALLOWED
+from prensa.fem.interaction import Context
 from prensa.fem.system import System
 from prensa.solver.acceptance import Corners
-from prensa.solver.failure import CornerInverted, PastSupport, place_of
 from prensa.solver.policy import Policy
 
 log = logging.getLogger("prensa")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,6 @@ from prensa.solver.views import Drawn, Shown, Tabular
 if TYPE_CHECKING:
     from prensa.fem.passing import Passing
     from prensa.fem.state import State
-    from prensa.measures.measure import Measure
     from prensa.model.problem import Problem
     from prensa.solver.assembled import Assembled
 
@@ -249,10 +248,23 @@ class Statistics:
     """Contact points whose status changed, at each of those iterations."""
 
 
+@runtime_checkable
+class Observable(Protocol):
+    """A number of an increment; `prensa.measures.Measure` is one."""
+
+    def value(self, increment: Increment) -> float:
+        """The number."""
+
+
+Parse = Callable[[str, "Problem"], Observable]
+"""Makes the observable of a text in a problem: `prensa.measures.parse`, which reads increments and stands above them."""
+
+
 class More(NamedTuple):
     """What an increment computes when it is asked for, beside its state: see `Increment.shapes` and `Increment.plastic_power`."""
 
     problem: Problem
+    parse: Parse
     shapes: Callable[[], Mapping[str, Shape]]
     plastic_power: Callable[[], Mapping[str, PlasticPower]]
     assembled: Callable[[], Assembled] | None = None
@@ -272,15 +284,13 @@ class Derivatives:
     switched: Mapping[str, int]
     at_kinks: Mapping[str, int]
 
-    def of(self, observable: Measure | Callable[[Increment], float], increment: Increment) -> dict[str, float]:
+    def of(self, observable: Observable | Callable[[Increment], float], increment: Increment) -> dict[str, float]:
         """Derivatives of a number that is read off the increment that they belong to, by the path of the parameter."""
         raise NotImplementedError
 
-    def measure(self, name: str, problem: Problem) -> Measure:
+    def measure(self, name: str, problem: Problem) -> Observable:
         """The measure of a text in a problem, that of all increments of the run."""
-        from prensa.measures import parse
-
-        return parse(name, problem)
+        raise NotImplementedError
 
 
 @dataclass(frozen=True, repr=False)
@@ -341,7 +351,7 @@ class Increment(Drawn):
             raise PrensaError(f"unknown tool {tool!r}{suggest(str(tool), self.tools)}")
         return self.tools[tool].force
 
-    def derivative(self, observable: str | Measure | Callable[[Increment], float]) -> dict[str, float]:
+    def derivative(self, observable: str | Observable | Callable[[Increment], float]) -> dict[str, float]:
         """Derivatives of a measure, or of a function of an increment, by the parameters that `solve` was asked for, by path.
 
         ``increment.derivative("die.force.y")["friction.mu"]``: per unit of the parameter, in the units of the case, at the
@@ -353,11 +363,9 @@ class Increment(Drawn):
             If the run has no derivatives, or there is no such measure.
 
         """
-        from prensa.measures import Measure
-
         if self.derivatives is None:
             raise PrensaError("this run has no derivatives; ask for them: solve(problem, derivatives=['friction.mu'])")
-        if not callable(observable) and not isinstance(observable, Measure):
+        if not callable(observable) and not isinstance(observable, Observable):
             take("derivative", "observable", observable, str, "give the name of a measure, such as 'punch.force.y'")
             observable = self.derivatives.measure(observable, self._known.problem)
         return self.derivatives.of(observable, self)
@@ -397,10 +405,8 @@ class Increment(Drawn):
             If there is no such measure, or it has no value in this increment.
 
         """
-        from prensa.measures import parse
-
         take("measure", "text", text, str, "give the name of a measure, such as 'punch.force.y'")
-        return parse(text, self._known.problem).value(self)
+        return self._known.parse(text, self._known.problem).value(self)
 
     @cached_property
     def contacts(self) -> Mapping[str, ContactState]:

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from prensa.fem.system import Evaluation, System
 from prensa.solver.attempt import attempt_from
-from prensa.solver.equilibrium import Equilibrium, NewtonResult
+from prensa.solver.equilibrium import Equilibrium
+from prensa.solver.outcome import NewtonResult
 from prensa.solver.stabilisation import Drag, nodal_volumes
 
 Array = NDArray[np.float64]

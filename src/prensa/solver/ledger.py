@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.record import magnitude
-from prensa.fem.context import Context
+from prensa.fem.interaction import Context
 from prensa.fem.state import Energy
 from prensa.fem.system import Evaluation, System
 

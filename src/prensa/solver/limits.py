@@ -5,15 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
+from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces
 from prensa.fem.assembly import Block
-from prensa.fem.context import Context
-from prensa.fem.limits import friction_bound, shapes
+from prensa.fem.interaction import Context
 from prensa.fem.state import State
 from prensa.fem.surface import Surface
 from prensa.fem.system import Evaluation, System
+from prensa.friction.law import bounded
+from prensa.solver.distortion import shapes
 from prensa.solver.policy import Policy
+
+Array = NDArray[np.float64]
 
 
 def limits(system: System, c: Context, e: Evaluation, policy: Policy) -> Iterator[str]:
@@ -58,7 +62,7 @@ def _friction(
     system: System, c: Context, s: Surface, f: ContactForces, number: int, policy: Policy
 ) -> Iterator[str]:  # fmt: skip
     """A contact that nothing but friction at its bound holds, or whose friction is what the metal under it bears in shear."""
-    bound, closed = friction_bound(c, number, f), f.p > 0
+    bound, closed = _friction_bound(c, number, f), f.p > 0
     if bound is None or not closed.any():
         return
     shear, count = np.hypot.reduce(f.t, axis=1), int(closed.sum())
@@ -88,3 +92,9 @@ def mostly_sheared(system: System, state: State, policy: Policy) -> bool:
 def _element(system: System, block: Block, element: int) -> str:
     x, y = system.X[block.cells[element]].mean(axis=0)[:2]
     return f"element {element} of {block.body} (initially near {x:.4g}, {y:.4g})"
+
+
+def _friction_bound(c: Context, number: int, f: ContactForces) -> Array | None:
+    """Bounds (k,) of the tractions f of contact ``number``; None without friction."""
+    law = c.laws[number]
+    return None if law is None else bounded(law, f.p, f.kappa, c.law_at[number])[0]

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.fem.failure import Blocked
 from prensa.fem.surface import Surface
 from prensa.fem.system import Evaluation
-from prensa.solver.failure import Blocked
 from prensa.solver.policy import DEFAULT, Policy
 
 Array = NDArray[np.float64]

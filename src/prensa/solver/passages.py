@@ -14,8 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.fem.context import Context
-from prensa.fem.passing import STAIR, WORTH_SAYING, Passing, passable, passing, plastic, sentence
+from prensa.fem.interaction import Context
+from prensa.fem.passing import STAIR, WORTH_SAYING, Passing, passable, passing, sentence
+from prensa.fem.passing_ahead import plastic
 from prensa.fem.state import State
 from prensa.fem.system import Evaluation, System
 from prensa.model.problem import support_names

@@ -6,24 +6,22 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from prensa.fem.failure import ElementFailed, FrictionTooSoft, Why
-from prensa.fem.folds import Past
-from prensa.fem.modes import CLOSED, free_to_move
-from prensa.fem.system import Evaluation, System
-from prensa.solver.equilibrium import Equilibrium, NewtonResult
-from prensa.solver.failure import (
+from prensa.fem.failure import (
     BeyondSmall,
     Collapsed,
     CornerInverted,
     Distorted,
     Diverged,
+    ElementFailed,
     Failure,
     Folded,
     FreeToMove,
+    FrictionTooSoft,
     Jumped,
     LimitPoint,
     MetalInside,
     NotConverged,
+    Past,
     PastSupport,
     Stagnated,
     StartsInside,
@@ -34,8 +32,13 @@ from prensa.solver.failure import (
     Unevaluable,
     Unsettled,
     Unstable,
+    Why,
 )
+from prensa.fem.modes import CLOSED, free_to_move
+from prensa.fem.system import Evaluation, System
+from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.limits import friction_limits, limits, mostly_sheared
+from prensa.solver.outcome import NewtonResult
 
 
 def hint(failure: Failure) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.stencil import Stencils
-from prensa.fem.context import Context
+from prensa.fem.interaction import Context
 from prensa.fem.surface import Surface
 from prensa.fem.system import Evaluation, System
 from prensa.solver.equilibrium import Foreseen

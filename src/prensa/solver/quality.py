@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.fem.context import Context
+from prensa.fem.interaction import Context
 from prensa.fem.schedule import StepPlan
 from prensa.fem.system import Evaluation, System
 from prensa.solver.policy import Policy

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.fem.assembly import Pattern
-from prensa.fem.context import Context
-from prensa.fem.interaction import Overrides
+from prensa.fem.interaction import Context, Overrides
 from prensa.fem.schedule import Control
 from prensa.fem.system import Evaluation, System
 from prensa.model import problem as model

@@ -16,27 +16,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import PrensaError, SolveError
-from prensa.fem.context import Context
 from prensa.fem.discretise import on_meshes
-from prensa.fem.interaction import Branches, Overrides, Part, Request, Response
+from prensa.fem.element_sizes import section_area, size_field
+from prensa.fem.failure import BeyondSmall, FreeToMove, MetalInside, sentence
+from prensa.fem.interaction import Branches, Context, Overrides, Part, Request, Response
 from prensa.fem.mirrors import Guard, Nearing, extended, guard_of, on_mesh_of, with_planes
 from prensa.fem.renewal import check_mesher, least_shape, present_plan, renewed
 from prensa.fem.schedule import StepPlan
-from prensa.fem.sizes import SizeField, coarseness, least_at_tools, mismatch, section_area
 from prensa.fem.state import State
 from prensa.fem.system import Evaluation, System
 from prensa.fem.transfer import with_flow
+from prensa.mesh.sizes import SizeField, coarseness, least_at_tools, mismatch
 from prensa.model.problem import tools_removed
 from prensa.model.remeshing import remeshing_of
 from prensa.solver.approach import bisected
 from prensa.solver.attempt import attempt, attempt_from
-from prensa.solver.equilibrium import Equilibrium, NewtonResult
-from prensa.solver.failure import BeyondSmall, FreeToMove, MetalInside, sentence
+from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.increment import Increment
 from prensa.solver.ledger import nodal_work
+from prensa.solver.outcome import NewtonResult
 from prensa.solver.policy import Policy
 from prensa.solver.reduced import Assembly
 from prensa.solver.reporting import Messages
+from prensa.solver.time_stepping import Due, fresh_mesh
 
 log = logging.getLogger("prensa")
 Array = NDArray[np.float64]
@@ -44,17 +46,6 @@ Array = NDArray[np.float64]
 
 class RemeshingError(PrensaError):
     """A state that could not be brought onto a new mesh."""
-
-
-class Due(Protocol):
-    """Time at which a tool has gone the way after which a mesh is due."""
-
-    def __call__(self, state: State, plan: StepPlan, until: float, reached: Array | None = None) -> float:
-        """That after a committed state and up to the time ``until``, infinite where there is none.
-
-        Tools whose motion is not given are taken to go on as in the last increments, or to the dofs ``reached`` (ndof,) by then;
-        infinite too where these are hardly beyond that way.
-        """
 
 
 class Stepping(Protocol):
@@ -191,7 +182,7 @@ class Remeshing:
     def due(self, system: System, state: State) -> str:
         """Why a new mesh is due in a state, in words; '' if none is."""
         problem, step = system.problem, state.clock.step
-        if step == len(problem.steps) or tools_removed(problem, step) or fresh(state):
+        if step == len(problem.steps) or tools_removed(problem, step) or fresh_mesh(state):
             return ""  # the last shape needs no mesh, and nothing wears it out when the tools are gone
         why = self._why(system, state)
         if why and self._count(state) >= self.asked.at_most:
@@ -288,7 +279,7 @@ class Remeshing:
 
     # ------------------------------------------------------------------------------------------------------------- how
     def _sizes(self, system: System, state: State, body: str, share: float = 1.0) -> SizeField:
-        return SizeField(system, state, body, self.asked.size, self.area[body], share)
+        return size_field(system, state, body, self.asked.size, self.area[body], share)
 
     def _on_new_meshes(self, stepping: Stepping, state: State, why: str, failures: int) -> tuple[Stepping, State]:
         """Time stepping and state on new meshes; what they were where no new mesh bears the state."""
@@ -323,11 +314,6 @@ class Remeshing:
         if state.clock.number == 0 and self.base.beginning is None:
             return following, replace(new.undeformed(), remeshed=remeshed), "undeformed"
         return following, *balanced(following, replace(there, remeshed=remeshed))
-
-
-def fresh(state: State) -> bool:
-    """Whether no increment has followed on the last remeshing."""
-    return state.remeshed is not None and state.remeshed.number == state.clock.number
 
 
 def balanced(stepping: Stepping, state: State) -> tuple[State, str]:

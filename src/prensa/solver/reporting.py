@@ -7,12 +7,12 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+from prensa.fem.failure import sentence
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
 from prensa.fem.system import Evaluation, System
-from prensa.solver.equilibrium import NewtonResult
-from prensa.solver.failure import sentence
 from prensa.solver.increment import Force, Increment, Monitor, Progress
+from prensa.solver.outcome import NewtonResult
 from prensa.solver.results import tool_forces
 
 log = logging.getLogger("prensa")

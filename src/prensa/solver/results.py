@@ -12,15 +12,15 @@ from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces
 from prensa.contact.recovery import at_free_edges, borne, mises_of, recover, smoothed, with_tractions_of_centres
-from prensa.fem.context import Context
+from prensa.errors import PrensaError, take
+from prensa.fem.interaction import Context
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
 from prensa.fem.surface import Surface
 from prensa.fem.system import Evaluation, System
 from prensa.model.problem import support_names
 from prensa.model.seconds import elapsed
-from prensa.solver.assembled import assembled
-from prensa.solver.equilibrium import NewtonResult
+from prensa.solver.assembled import Assembled, assembled
 from prensa.solver.increment import (
     FORCE_IN,
     PLACE,
@@ -30,6 +30,7 @@ from prensa.solver.increment import (
     Force,
     Increment,
     More,
+    Parse,
     PlasticPower,
     PointValues,
     Reaction,
@@ -37,6 +38,7 @@ from prensa.solver.increment import (
     Statistics,
     ToolState,
 )
+from prensa.solver.outcome import NewtonResult
 
 Array = NDArray[np.float64]
 Recovery = Callable[[Array, NDArray[np.int64], Array, Array], Array]
@@ -44,11 +46,11 @@ Recovery = Callable[[Array, NDArray[np.int64], Array, Array], Array]
 
 def increment_of(
     system: System, state: State, plan: StepPlan, e: Evaluation, result: NewtonResult, spent: int, cutbacks: int, ended: bool,
-    before: State | None = None, context: Context | None = None,
+    before: State | None = None, context: Context | None = None, *, parse: Parse,
 ) -> Increment:  # fmt: skip
     """The increment that led to a state from the one *before* (None: from itself); spent: iterations of all its attempts.
 
-    *context*: of its equations, which can then be assembled again.
+    *context*: of its equations, which can then be assembled again; *parse*: see `Parse`.
     """
     before = before or state
     start, old = before.step_start, before.history
@@ -68,7 +70,7 @@ def increment_of(
         whole, lambda: contact_states(system, whole(), e, plan), lambda: body_states(system, whole(), e, plan),
         remeshings=0 if state.remeshed is None else state.remeshed.count,
         seconds=elapsed(system.problem, state.clock.time, state.ends),
-        _more=More(system.problem, lambda: shapes(system, whole(), start),
+        _more=More(system.problem, parse, lambda: shapes(system, whole(), start),
                    lambda: plastic_power(system, old, state.history, seconds),
                    None if context is None else lambda: assembled(system, context, whole().u, lam)),
     )  # fmt: skip
@@ -386,3 +388,21 @@ def body_states(system: System, state: State, e: Evaluation, plan: StepPlan) -> 
             None if thickness is None else thickness[own],
         )  # fmt: skip
     return out
+
+
+def evaluate(increment: Increment) -> Assembled:
+    """Residual, tangent, contact blocks and index maps of an increment that `solve` yielded.
+
+    Raises
+    ------
+    PrensaError
+        If the increment is the initial state or was read back from a folder: its committed state is not at hand.
+
+    """
+    take("evaluate", "increment", increment, Increment, "give what solve yields")
+    known = increment._known
+    if known.assembled is None:
+        raise PrensaError(
+            "evaluate: this increment was not solved here (it was read back, or is the initial state); solve the case"
+        )
+    return known.assembled()

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.fem.context import Context
-from prensa.fem.interaction import Part, Request, Response
+from prensa.fem.interaction import Context, Part, Request, Response
 from prensa.fem.state import Energy, Stability
 from prensa.fem.system import System
 from prensa.model.problem import ever_stabilised, stabilised

@@ -18,15 +18,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.fem.context import Context
+from prensa.fem.failure import Diverged, Jumped, LimitPoint, NotConverged, Singular, Stagnated, ToolRunaway, Unstable
+from prensa.fem.interaction import Context
 from prensa.fem.state import Stability, State, may_rest
 from prensa.fem.system import System
 from prensa.solver.acceptance import Acceptance
 from prensa.solver.attempt import attempt_from
-from prensa.solver.equilibrium import Equilibrium, NewtonResult
-from prensa.solver.failure import Diverged, Jumped, LimitPoint, NotConverged, Singular, Stagnated, ToolRunaway, Unstable
+from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.jump import goes_by_itself, jump
 from prensa.solver.linear import SingularError
+from prensa.solver.outcome import NewtonResult
 from prensa.solver.policy import Policy
 from prensa.solver.reduced import Reduced
 

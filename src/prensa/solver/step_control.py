@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.fem.context import Context
+from prensa.fem.failure import Failure, FreeToMove
+from prensa.fem.interaction import Context
 from prensa.fem.schedule import StepPlan
 from prensa.fem.system import Evaluation, System
-from prensa.solver.failure import Failure, FreeToMove
 from prensa.solver.policy import Policy
 
 Array = NDArray[np.float64]

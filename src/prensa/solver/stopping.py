@@ -11,15 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import SolveError
-from prensa.fem.context import Context
+from prensa.fem.failure import NotReached, sentence
+from prensa.fem.interaction import Context
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
 from prensa.fem.system import Evaluation, System
-from prensa.measures import Measure, targets
+from prensa.measures import Measure, parse, targets
 from prensa.model.units import powers
-from prensa.solver.equilibrium import NewtonResult
-from prensa.solver.failure import NotReached, sentence
 from prensa.solver.increment import Increment
+from prensa.solver.outcome import NewtonResult
 from prensa.solver.policy import Policy
 from prensa.solver.results import increment_of, tool_forces
 
@@ -96,7 +96,7 @@ class Stopping:
         c = replace(self.system.context(state, self.plan, state.clock.time), dt=1.0)
         e = self.system.evaluate(c, state.u, self.system.initial_multipliers(state), stiffness=False)
         still = NewtonResult(True, None, state.u, e, state.lam, 0)
-        look = Look(state.u, e, cache(lambda: increment_of(self.system, state, self.plan, e, still, 0, 0, False)))
+        look = Look(state.u, e, cache(lambda: increment_of(self.system, state, self.plan, e, still, 0, 0, False, parse=parse)))
         values = np.array([criterion.value(look) for criterion in self.criteria])
         for criterion, value in zip(self.criteria, values.tolist()):
             if self._beyond(criterion, value, value) >= -0.5 * self.policy.until:

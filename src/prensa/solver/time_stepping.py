@@ -3,44 +3,16 @@
 from __future__ import annotations
 
 import logging
-import time as clocks
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.errors import ArgumentError, SolveError, refuse, shown, take
-from prensa.fem.context import Context
-from prensa.fem.discretise import discretise
-from prensa.fem.folds import fold, hanging, outlines
-from prensa.fem.inside import inside, watches
-from prensa.fem.letting_go import held_at, let_go, removed_tools, still_held, table_jumps
-from prensa.fem.mirrors import Guard, Nearing, extended, guard_of, names_of, system_of, with_planes
-from prensa.fem.modes import Loose, loose_bodies
-from prensa.fem.planning import plan_step
-from prensa.fem.preflight import preflight
-from prensa.fem.schedule import StepPlan
-from prensa.fem.state import Clock, State
-from prensa.fem.symmetry import is_symmetric
-from prensa.fem.system import Evaluation, System
-from prensa.fem.time_rule import BACKWARD_EULER, TimeRule, all_follow, growths, unsteadiness
-from prensa.model import problem as model
-from prensa.model.checks import warnings_of
-from prensa.model.feed import ends_early
-from prensa.model.remeshing import remeshing_of
-from prensa.solver.acceptance import Acceptance, Corners, unilaterally_supported
-from prensa.solver.ahead import Ahead
-from prensa.solver.approach import approach, first_touch
-from prensa.solver.attempt import attempt, attempt_from
-from prensa.solver.carrying import Carried, carried, first_clamped
-from prensa.solver.condensation import Condensation, condensed, to_be_condensed
-from prensa.solver.distortion import Distortion
-from prensa.solver.emergence import starts_inside
-from prensa.solver.equilibrium import Equilibrium, Foreseen, NewtonResult, Reporter
-from prensa.solver.failure import (
+from prensa.errors import ArgumentError, SolveError, shown
+from prensa.fem.failure import (
     BeyondSmall,
     Distorted,
     Failure,
@@ -52,15 +24,40 @@ from prensa.solver.failure import (
     StartsInside,
     sentence,
 )
+from prensa.fem.folds import fold, hanging, outlines
+from prensa.fem.inside import inside, watches
+from prensa.fem.interaction import Context
+from prensa.fem.letting_go import held_at, let_go, removed_tools, still_held
+from prensa.fem.mirrors import Guard, Nearing, extended, names_of, with_planes
+from prensa.fem.modes import Loose, loose_bodies
+from prensa.fem.motions import table_jumps
+from prensa.fem.planning import plan_step
+from prensa.fem.schedule import StepPlan
+from prensa.fem.state import Clock, State
+from prensa.fem.symmetry import is_symmetric
+from prensa.fem.system import Evaluation, System
+from prensa.fem.time_rule import BACKWARD_EULER, TimeRule, all_follow, growths, unsteadiness
+from prensa.measures import parse
+from prensa.model import problem as model
+from prensa.model.feed import ends_early
+from prensa.solver.acceptance import Acceptance, Corners, unilaterally_supported
+from prensa.solver.ahead import Ahead
+from prensa.solver.approach import approach, first_touch
+from prensa.solver.attempt import attempt, attempt_from
+from prensa.solver.carrying import Carried, carried, first_clamped
+from prensa.solver.condensation import Condensation, condensed
+from prensa.solver.distortion import Distortion
+from prensa.solver.emergence import starts_inside
+from prensa.solver.equilibrium import Equilibrium, Foreseen, Reporter
 from prensa.solver.folding import Folding
-from prensa.solver.increment import Increment, Monitor
+from prensa.solver.increment import Increment
 from prensa.solver.ledger import ledger, nodal_work
+from prensa.solver.outcome import NewtonResult
 from prensa.solver.passages import Passages, jump_of, passing_of
 from prensa.solver.policy import Policy
 from prensa.solver.post_mortem import hint, remedy, where
 from prensa.solver.quality import quality_warnings, soft_springs, untouched_tools
 from prensa.solver.reduced import Reduced
-from prensa.solver.remeshing import Due, Remeshing, fresh
 from prensa.solver.reporting import Messages
 from prensa.solver.results import increment_of
 from prensa.solver.stabilisation import Stabilisation
@@ -68,146 +65,12 @@ from prensa.solver.stability import at_limit, judged, looked, told
 from prensa.solver.step_control import StepControl
 from prensa.solver.stopping import Outcome, Stopping
 from prensa.solver.threads import ONE_OF_BLAS, threads_of
+from prensa.solver.timer import Timer
 from prensa.solver.tipping import tips_over
 from prensa.solver.validity import Validity
 
 log = logging.getLogger("prensa")
 Array = NDArray[np.float64]
-
-
-class Timer:
-    """Seconds by section, of the wall unless ``clock`` is another (``time.process_time``: of the processor).
-
-    Those of a section within another one are the outer one's: what a remeshing assembles and solves is remeshing.
-    """
-
-    def __init__(self, clock: Callable[[], float] = clocks.perf_counter) -> None:
-        self.seconds: dict[str, float] = {}
-        self.clock = clock
-        self.inside = False
-
-    def __call__(self, section: str) -> AbstractContextManager[None]:
-        """Add the seconds of the block to a section."""
-        return UNTIMED if self.inside else _Section(self, section)
-
-
-UNTIMED = nullcontext()
-
-
-class _Section(AbstractContextManager[None]):
-    """A block whose seconds a timer adds to a section: an iteration has several, and a generator takes twice as long."""
-
-    def __init__(self, timer: Timer, section: str) -> None:
-        self.timer, self.section = timer, section
-
-    def __enter__(self) -> None:
-        self.timer.inside, self.start = True, self.timer.clock()
-
-    def __exit__(self, *_: object) -> None:
-        timer, section = self.timer, self.section
-        timer.inside = False
-        timer.seconds[section] = timer.seconds.get(section, 0.0) + timer.clock() - self.start
-
-
-def solve(
-    problem: model.Problem | System,
-    numerics: model.Numerics | None = None,
-    start: State | None = None,
-    monitor: Monitor | None = None,
-    timer: Timer | None = None,
-    policy: Policy | None = None,
-    passages: Passages | None = None,
-    times: Sequence[float] | None = None,
-    stops: Sequence[float] = (),
-) -> Iterator[Increment]:
-    """Yield the converged increments of a problem, in order.
-
-    ``start`` continues from a committed state; ``monitor`` is called at every iteration; ``timer`` collects seconds by
-    section; ``policy``: the constants of the solver, for studies; ``passages``: what has passed through the contacts before
-    ``start``, of which means over a passage are taken. ``times``: the ends of all increments, among them those of the steps
-    (step number k, from 0, is the time from k to k + 1); none is cut then. ``stops``: times at which an increment ends, among
-    those that are chosen.
-
-    Raises
-    ------
-    PrensaError
-        For a description that cannot be discretised; `SolveError` when an increment does not converge after all
-        cut-backs.
-
-    """
-    check_arguments(problem, numerics, start, monitor, timer, policy)
-    system = problem if isinstance(problem, System) else discretise(problem)
-    base = system
-    numerics, policy = numerics or model.Numerics(), policy or Policy()
-    threads = threads_of(numerics, system.ndof, policy)
-    numerics = replace(numerics, threads=threads)
-    ahead = Ahead(system, numerics, policy) if start is None and threads > 1 else None
-    if start is None:
-        told_before(system)
-    elif not belongs(start, system):
-        system = system_of(start, system)
-    condense = to_be_condensed(system, numerics, policy)
-    timer, followed = timer or Timer(), passages or Passages(system)
-    if passages is None and start is not None:
-        followed.met.update(tool.name for tool in system.tools)  # before it, for all that is known
-    state = start or system.initial()
-
-    def stepping(system: System) -> TimeStepping:
-        made = TimeStepping(system, numerics, policy, Messages(system, monitor), timer, condense)
-        made.passages, made.remeshes = followed, remeshing_of(system.problem) is not None
-        made.ahead = ahead if ahead is not None and ahead.system is system else None
-        made.prescribe(state, times, stops)
-        made.guard = None if made.remeshes or system is not base else guard_of(system)
-        made.planes = list(system.problem.tools)[len(base.problem.tools) :]
-        return made
-
-    if remeshing_of(system.problem) is not None:
-        return Remeshing(system, stepping, policy).run(state)
-    return stepping(system).run(state)
-
-
-def told_before(system: System) -> None:
-    """Refuse what cannot be solved, and log what there is to say of the rest, before a run."""
-    notices = preflight(system)
-    refuse(notices)
-    doubts = warnings_of(system.problem) if system.courses is None else []
-    for words in [*doubts, *map(str, notices)]:
-        log.warning("%s", words)
-
-
-def check_arguments(
-    problem: object, numerics: object, start: object, monitor: object, timer: object, policy: object
-) -> None:
-    """Refuse arguments of `solve` that are of a wrong kind."""
-    if not isinstance(problem, System):
-        take(
-            "solve",
-            "problem",
-            problem,
-            model.Problem,
-            "give a Problem or what discretise makes of it (case.problem of a case)",
-        )
-    for name, value, kind in (
-        ("numerics", numerics, model.Numerics),
-        ("start", start, State),
-        ("timer", timer, Timer),
-        ("policy", policy, Policy),
-    ):
-        take("solve", name, value, (kind, type(None)), f"give a {kind.__name__} or None")
-    if isinstance(start, State) and isinstance(problem, System) and not belongs(start, system_of(start, problem)):
-        raise ArgumentError(
-            f"solve: start has {len(start.u)} unknowns and the problem {problem.ndof}; they do not belong together"
-        )
-    if monitor is not None and not callable(monitor):
-        take("solve", "monitor", monitor, type(None), "give a function of a Progress or None")
-
-
-def belongs(state: State, system: System) -> bool:
-    """Whether a state has the degrees of freedom of a system, on the meshes that it was on."""
-    if state.remeshed is not None:
-        known = list(state.remeshed.meshes) == list(system.meshes) and len(state.remeshed.tools) <= len(system.tools)
-        return known and remeshing_of(system.problem) is not None
-    return state.u.shape == (system.ndof,)
 
 
 def at_rest(system: System) -> Increment | None:
@@ -216,7 +79,7 @@ def at_rest(system: System) -> Increment | None:
     plan = plan_step(system, 0, state.step_start)
     e = system.evaluate(system.context(state, plan, 0.0), state.u, state.lam, stiffness=False)
     result = NewtonResult(True, None, state.u, e, state.lam, 0)
-    return None if e.failed else increment_of(system, state, plan, e, result, 0, 0, False)
+    return None if e.failed else increment_of(system, state, plan, e, result, 0, 0, False, parse=parse)
 
 
 def _as_times(name: str, given: Sequence[float]) -> Array:
@@ -228,6 +91,17 @@ def _as_times(name: str, given: Sequence[float]) -> Array:
     if out.ndim != 1 or not np.isfinite(out).all() or (np.diff(out) <= 0).any():
         raise ArgumentError(f"solve: {name} is {shown(given)}; give a list of increasing times")
     return out
+
+
+class Due(Protocol):
+    """Time at which a tool has gone the way after which a mesh is due."""
+
+    def __call__(self, state: State, plan: StepPlan, until: float, reached: Array | None = None) -> float:
+        """That after a committed state and up to the time ``until``, infinite where there is none.
+
+        Tools whose motion is not given are taken to go on as in the last increments, or to the dofs ``reached`` (ndof,) by then;
+        infinite too where these are hardly beyond that way.
+        """
 
 
 class TimeStepping:
@@ -543,7 +417,7 @@ class TimeStepping:
         """How often an increment may be cut: more often where viscous forces give any an answer that is short enough."""
         if self.times is not None:
             return 0
-        if self.remeshes and not fresh(state):
+        if self.remeshes and not fresh_mesh(state):
             return min(self.policy.remesh_cuts, self.numerics.max_cutbacks)
         jumps = self.policy.jump_cuts if self.numerics.max_cutbacks and state.stability.viscosity > 0 else 0
         return self.numerics.max_cutbacks + jumps
@@ -597,7 +471,9 @@ class TimeStepping:
         """Outcome of one attempt, on the condensed system where there is one; ``foreseen``: see `Equilibrium`."""
         eq = self.equilibrium(c, uncut)
         if self.condensed is not None:
-            return self.condensed.attempt(attempt, eq, start, was_cut)
+            return self.condensed.attempt(
+                lambda reduced: attempt(replace(eq, reduced=reduced), start, was_cut), c, start, self.timer
+            )
         if foreseen is None:
             return attempt(eq, start, was_cut)
         result = attempt(replace(eq, foreseen=foreseen), start, was_cut=False)
@@ -612,7 +488,7 @@ class TimeStepping:
         """The increment that an outcome would be, if it were committed."""
         assert result.evaluation is not None
         state = committed(self.system, c, result, result.evaluation, 0.0, self.stabilisation)
-        return increment_of(self.system, state, c.plan, result.evaluation, result, 0, 0, False, c.state)
+        return increment_of(self.system, state, c.plan, result.evaluation, result, 0, 0, False, c.state, parse=parse)
 
     def commit(
         self, c: Context, control: StepControl, result: NewtonResult, spent: int, cutbacks: int
@@ -623,7 +499,9 @@ class TimeStepping:
         e = result.evaluation._replace(data=None)  # increments that are kept must not keep their matrices
         ended = c.ends_step
         grown = result.grown or growths(self.system.blocks, e.history, c.state.history)
-        unsteady = unsteadiness(c, self.system.blocks, grown) if control.second_order and not ended else 0.0
+        unsteady = 0.0
+        if control.second_order and not ended:
+            unsteady = unsteadiness(c.state, c.dt, c.rule, c.history, self.system.blocks, grown)
         dt = 0.0 if ended else control.next(c, e, grown, result.iterations - result.vain, cutbacks, unsteady)
         result.grown = grown = ()  # a large increment has no room for that of the one before
         state = committed(self.system, c, result, e, dt, self.stabilisation)
@@ -634,7 +512,7 @@ class TimeStepping:
         if result.recover is None and (refusal := self.validity.look(state.u, state.history)):
             result.reason = refusal
             raise self.post_mortem(c, result, cutbacks)
-        increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended, c.state, c)
+        increment = increment_of(self.system, state, c.plan, e, result, spent, cutbacks, ended, c.state, c, parse=parse)
         if c.stopped:
             self.messages.note(c.state, c.plan, f"step {c.plan.name!r} ends at time {c.time:.6g}: {c.stopped}")
             self.messages.warn(self.stopping.early(c))
@@ -725,6 +603,11 @@ class TimeStepping:
             self.last,
             reason,
         )
+
+
+def fresh_mesh(state: State) -> bool:
+    """Whether no increment has followed on the last remeshing."""
+    return state.remeshed is not None and state.remeshed.number == state.clock.number
 
 
 def committed(

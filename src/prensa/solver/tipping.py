@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.masters import RigidMaster
-from prensa.fem.context import Context
+from prensa.fem.failure import TipsOver
+from prensa.fem.interaction import Context
 from prensa.fem.system import System
-from prensa.solver.failure import TipsOver
 from prensa.solver.policy import Policy
 
 Array = NDArray[np.float64]

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.fem.assembly import Block
-from prensa.fem.context import Context
+from prensa.fem.failure import BeyondSmall, in_degrees
+from prensa.fem.interaction import Context
 from prensa.fem.system import Evaluation, System
 from prensa.model.units import factor
-from prensa.solver.failure import BeyondSmall, in_degrees
 from prensa.solver.policy import Policy
 
 Array = NDArray[np.float64]

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from prensa.errors import PrensaError, shown, take
 from prensa.measures import parse
 from prensa.measures.columns import columns
-from prensa.model.checks import suggest
+from prensa.model.names import suggest
 from prensa.model.problem import Problem
 from prensa.output.history import read_history
 from prensa.output.measured import MEASURES, read_measures

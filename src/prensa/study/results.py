@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import PrensaError
-from prensa.model.checks import suggest
+from prensa.model.names import suggest
 from prensa.model.problem import Problem
 from prensa.output.files import replacing
 from prensa.study.plan import Plan, Point

@@ -5,17 +5,16 @@ Never from the present mesh alone, which would coarsen from one to the next.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.recovery import recover
-from prensa.fem.state import State
-from prensa.fem.system import System
-from prensa.mesh.mesh import areas, corner_cells, segments
-from prensa.model.remeshing import Sizes, remeshing_of
+from prensa.mesh.mesh import Mesh, areas, corner_cells, segments
+from prensa.model.remeshing import Sizes
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -30,18 +29,31 @@ LARGE = 1.5  # size of an element over that asked for from which it is much too 
 BACK = -0.7  # cosine between normals of sides that face away from each other
 
 
+Distance = Callable[[Array], tuple[Array, Array]]
+"""Of a tool: its distance (n,) from places (n, 2), negative inside, and the radius (n,) of what faces them, inf where flat."""
+
+
+class Strain(NamedTuple):
+    """Equivalent plastic strain of a body: its range over all points, and its values (n,) at the nodes, computed when asked."""
+
+    spread: float
+    nodal: Callable[[], Array]
+
+
 @dataclass(frozen=True)
 class SizeField:
-    """Sizes of elements of a body at places on and in it, in a state; ``area`` of its section at the beginning.
+    """Sizes of elements of a body at places on and in it; ``area`` of its section at the beginning.
 
+    ``positions`` (n, 2) of the nodes of its ``mesh``; ``tools`` against it, by distance; ``strain`` that it has by now.
     ``share``: of all sizes, where finer meshes are tried.
     """
 
-    system: System
-    state: State
-    body: str
+    mesh: Mesh
+    positions: Array
     asked: Sizes
     area: float
+    tools: Sequence[Distance]
+    strain: Callable[[], Strain]
     share: float = 1.0
 
     @cached_property
@@ -75,29 +87,16 @@ class SizeField:
     def by_tools(self, x: Array) -> Array:
         """Sizes (n,) at places x (n, 2) that the tools alone ask for: their distance, and the radius that faces the place."""
         h = np.full(len(x), self.far)
-        system = self.system
-        own = len(system.tools) - system.mirrors  # lines of symmetry run through the metal, and ask for nothing
-        for tool in system.tools[:own]:
-            master = system.masters[tool.name]
-            if not any(s.body == self.body for s in system.against(tool.name)):
-                continue
-            closest = tool.shape.closest(master.local(x, self.state.u))
-            with np.errstate(divide="ignore", invalid="ignore"):
-                radius = np.where(closest.c != 0, np.abs(1 / closest.c - closest.g), np.inf)
+        for distance in self.tools:
+            gap, radius = distance(x)
             arc = np.maximum(self.share * 0.5 * np.pi * radius / self.asked.per_radius, self.least)
-            h = np.minimum(h, np.minimum(self.near, arc) + SLOPE * np.maximum(closest.g, 0.0))
+            h = np.minimum(h, np.minimum(self.near, arc) + SLOPE * np.maximum(gap, 0.0))
         return h
-
-    @cached_property
-    def positions(self) -> Array:
-        """Places (n, 2) of the nodes of the body."""
-        first = self.system.offsets[self.body]
-        return self.system.positions(self.state.u)[first : first + len(self.system.meshes[self.body].points)]
 
     @cached_property
     def _outline(self) -> tuple[Array, Array]:
         """Places (k, 2) on the outline, and sizes (k,) that its curvature and the thickness of the body there ask for."""
-        x, edges = self.positions, self.system.meshes[self.body].boundary
+        x, edges = self.positions, self.mesh.boundary
         h = np.minimum(_by_thickness(x, segments(edges), self.asked.across), self._by_curvature(x, edges))
         small = h < self.far
         return x[edges[small, 2]], np.maximum(h[small], self.least)
@@ -108,14 +107,11 @@ class SizeField:
 
         None below that at tools: a band of shear is as thin as the elements that it has, and would ask for ever smaller ones.
         """
-        block = next(b for b in self.system.blocks if b.body == self.body)
-        strain = block.field(self.state.history[self.system.blocks.index(block)], "plastic_strain")
+        strain = self.strain()
         steep = self.share / (self.asked.per_strain * self.far) if self.asked.per_strain else np.inf
-        if np.ptp(strain) < 0.5 * steep * self.near:
+        if strain.spread < 0.5 * steep * self.near:
             return np.zeros((0, 2)), np.zeros(0)
-        cells = block.cells - self.system.offsets[self.body]
-        at = block.positions(self.system.positions(self.state.u))
-        nodal = recover(self.positions, cells, at, strain.reshape(*at.shape[:2], 1))[:, 0]
+        cells, nodal = self.mesh.cells, strain.nodal()
         x, e = self.positions[cells[:, :3]], nodal[cells[:, :3]]
         a, b, de = x[:, 1] - x[:, 0], x[:, 2] - x[:, 0], e[:, 1:] - e[:, :1]
         det = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
@@ -142,41 +138,9 @@ class SizeField:
         return np.maximum(h, 0.5 * length)  # what one mesh cannot tell from a corner the next one can
 
 
-def section_area(system: System, body: str) -> float:
-    """Area of the section of a body on the mesh of its description."""
-    mesh = system.meshes[body]
-    return float(areas(mesh.points, mesh.cells).sum())
-
-
-def least_size(system: System, body: str) -> float:
-    """Smallest side of an element that a body may be given; infinite where it keeps its mesh."""
-    asked = remeshing_of(system.problem)
-    plastic = any(b.body == body and b.law.plastic for b in system.blocks)
-    if asked is None or not plastic:
-        return np.inf
-    return 0.5 * SizeField(system, system.initial(), body, asked.size, section_area(system, body)).least
-
-
-def elements_asked(system: System, body: str) -> tuple[float, str]:
-    """About how many elements the sizes that are asked for would make of a body, and the key that does most of it.
-
-    Equilateral triangles over its section, and no fewer than two rows of them along the part of its outline that tools can reach.
-    """
-    asked = remeshing_of(system.problem)
-    assert asked is not None
-    sizes = SizeField(system, system.initial(), body, asked.size, section_area(system, body))
-    mesh = system.meshes[body]
-    edges = mesh.boundary
-    length = np.hypot(*(mesh.points[edges[:, 1]] - mesh.points[edges[:, 0]]).T)
-    with np.errstate(over="ignore", divide="ignore"):
-        inner = float(np.float64(sizes.area) / sizes.far / sizes.far) * 4 / np.sqrt(3)
-        skin = 4 * float((length / sizes.by_tools(mesh.points[edges[:, :2]].mean(axis=1))).sum())
-    return (inner, "far") if inner >= skin else (skin, "near_tools")
-
-
 def coarseness(field: SizeField) -> Array:
     """Sizes (m,) of the elements of a body over those asked for at their middles."""
-    mesh = field.system.meshes[field.body]
+    mesh = field.mesh
     x = field.positions[corner_cells(mesh.cells)]
     size = np.sqrt(4 / np.sqrt(3) * areas(field.positions, mesh.cells))
     return np.asarray(size / field(x.mean(axis=1)))
@@ -191,7 +155,7 @@ def mismatch(field: SizeField) -> tuple[float, float]:
 
 def least_at_tools(field: SizeField) -> float:
     """Smallest size that tools ask for on the outline of a body."""
-    nodes = np.unique(field.system.meshes[field.body].boundary)
+    nodes = np.unique(field.mesh.boundary)
     return float(field.by_tools(field.positions[nodes]).min())
 
 
