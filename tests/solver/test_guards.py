@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
+from prensa.solver.failure import LostSupport
 
 import prensa as pr
 from prensa.errors import SolveError
 from prensa.solver.acceptance import least_corner
-from prensa.solver.failure import LostSupport
 from prensa_bench.robustness.families import drawn
 
 

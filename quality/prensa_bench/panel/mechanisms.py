@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from prensa.solver.failure import NotConverged
 
 from prensa.fem.state import State
 from prensa.solver import acceptance, attempt, contact_step, newton, predictor, stability, time_stepping
@@ -13,7 +14,6 @@ from prensa.solver.acceptance import Acceptance
 from prensa.solver.approach import Approach
 from prensa.solver.distortion import Distortion
 from prensa.solver.equilibrium import Equilibrium
-from prensa.solver.failure import NotConverged
 from prensa.solver.finish import Finish, Secant
 from prensa.solver.increment import Mean
 from prensa.solver.newton import NewtonState
