@@ -52,7 +52,11 @@ sys.path.insert(0, str(ROOT / "tests" / "docs"))
 
 import structure  # noqa: E402
 
-ORDER = ["errors", "registry", "layout", "derivatives", "types", "policy", "timer", "model", "kernels", "geometry", "importers", "mesh", "friction", "materials", "tools", "elements", "contact", "system", "linear", "result", "results", "measures", "checks", "solver", "remeshing", "analysis", "solving", "sensitivity"]
+ORDER = [
+    "errors", "registry", "layout", "derivatives", "types", "policy", "timer", "model", "kernels", "geometry",
+    "importers", "mesh", "friction", "materials", "tools", "elements", "contact", "system", "linear", "result",
+    "results", "measures", "checks", "solver", "remeshing", "analysis", "solving", "sensitivity",
+]  # fmt: skip
 """Rooms from below upwards."""
 UNTUNED = {"verify", "bench", "output"}
 ROOMS = {
