@@ -63,7 +63,7 @@ def package(tmp_path: Path) -> Path:
 
 
 def test_a_lazy_import_that_closes_a_circle_is_found(package: Path) -> None:
-    """A circle through a function counts and is reported by its path, and so does one for types only, unless these are left out."""
+    """A circle through a function counts and is reported by its path; so does one for types only, unless these are left out."""
     found = structure.imports(package)
     lazy, types = "prensa.model.a → prensa.solver.b → prensa.model.a", "prensa.solver.c → prensa.solver.d → prensa.solver.c"
     assert structure.circles(found) == [lazy, types]

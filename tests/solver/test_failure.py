@@ -10,8 +10,8 @@ import pytest
 
 import prensa as pr
 from prensa.errors import SolveError
+from prensa.fem import failure as f
 from prensa.fem.failure import ElementFailed, Fold, FrictionTooSoft, Hang, Inside, Past, Why
-from prensa.solver import failure as f
 from prensa.solver.policy import Policy
 from prensa.solver.post_mortem import hint
 

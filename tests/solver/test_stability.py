@@ -10,12 +10,12 @@ import pytest
 
 import prensa as pr
 from prensa.errors import PrensaError, SolveError
+from prensa.fem import failure
 from prensa.fem.discretise import discretise
 from prensa.fem.interaction import Request
 from prensa.fem.planning import plan_step
 from prensa.fem.state import Stability, State
 from prensa.reference.buckling import elastica_clamped
-from prensa.solver import failure
 from prensa.solver.equilibrium import Equilibrium, Reporter
 from prensa.solver.increment import Increment
 from prensa.solver.jump import Drag, goes_by_itself
