@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from prensa.solver.failure import LostSupport
 
 import prensa as pr
 from prensa.errors import SolveError

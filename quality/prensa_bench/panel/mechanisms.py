@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from prensa.solver.failure import NotConverged
 
 from prensa import analysis
 from prensa.fem.failure import NotConverged
