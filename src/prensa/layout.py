@@ -142,7 +142,7 @@ class DofMap:
         """The field that a degree of freedom belongs to."""
         return next(f for f in self.fields.values() if f.first <= dof < f.first + f.size)
 
-    def pairs(self, support: Index, tool: int) -> Index:
-        """Degrees of freedom (k, d a + m) of nodes (k, a) beside a tool: the nodes' displacements, then its motions."""
+    def stencils(self, support: Index, master: Index) -> Index:
+        """Degrees of freedom (k, d a + m) of stencils: displacements of their nodes (k, a), then those of a master (m,)."""
         nodal = self.displacement.dofs(support).reshape(len(support), -1)
-        return np.hstack([nodal, np.broadcast_to(self.tool.dofs(tool), (len(support), self.tool.width))])
+        return np.hstack([nodal, np.broadcast_to(master, (len(support), len(master)))])

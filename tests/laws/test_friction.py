@@ -7,7 +7,7 @@ import pytest
 
 import prensa as pr
 from prensa.friction.law import At
-from prensa.friction.return_map import return_map
+from prensa.friction.return_map import SLIDING, return_map
 from prensa.registry import DOORS, examples
 from prensa.testing import LawError, check_friction
 
@@ -141,8 +141,9 @@ def test_slip_that_is_held_is_smooth_where_the_pressure_goes_through_zero(name):
     k, p = 50, 1e-5
     rng = np.random.default_rng(4)
     dg, kappa, held = rng.uniform(0.01, 1.0, (k, 1)), rng.uniform(0.1, 0.9, k), np.ones(k, dtype=bool)
+    slips = np.full(k, SLIDING, dtype=np.int8)
     ends = [
-        return_map(LAWS[name], At(), np.zeros((k, 1)), dg, np.full(k, q), held, kappa, np.full(k, 80.0), slips=held)
+        return_map(LAWS[name], At(), np.zeros((k, 1)), dg, np.full(k, q), held, kappa, np.full(k, 80.0), slips)
         for q in (-p, 0.0, p)
     ]
     for values in ([out.t[:, 0] for out in ends], [out.kappa for out in ends]):

@@ -57,7 +57,7 @@ def test_a_roll_comes_to_where_it_touches_the_nose():
     )  # fmt: skip
     system = pr.discretise(problem)
     (s,) = system.surfaces
-    gap = system.pairs(s, system.initial().u).g
+    gap = system.stencils(s, system.initial().u).g
     assert gap.min() == pytest.approx(0.0, abs=1e-12)
     assert system.tools[0].at[1] == 3.28
     assert 0 < system.tools[0].at[0] < 3.0
@@ -72,7 +72,7 @@ def test_a_die_comes_down_onto_the_shoulder_of_a_wire():
     )  # fmt: skip
     system = pr.discretise(problem)
     (s,) = system.surfaces
-    gap = system.pairs(s, system.initial().u).g
+    gap = system.stencils(s, system.initial().u).g
     assert gap.min() == pytest.approx(0.0, abs=1e-9)
     nose = system.X[s.points.nodes][np.argmin(gap)]
     assert 0.4 < nose[0] <= 0.5

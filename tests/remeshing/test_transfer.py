@@ -199,7 +199,7 @@ def test_the_state_after_a_remeshing_is_on_the_tools(rubbed: tuple[System, State
     """Closed nodes lie where their pressures put them, open ones outside, supports hold, displacements count from the start."""
     system, state, _ = rubbed
     new, there = renewed(system, state, ["billet"], sizes(system, state))
-    s, gaps = new.surfaces[0], new.pairs(new.surfaces[0], there.u).g
+    s, gaps = new.surfaces[0], new.stencils(new.surfaces[0], there.u).g
     closed = there.contact.closed
     assert gaps[closed] == pytest.approx(-there.lam[closed, 0] / s.scale(np.zeros(len(s.points))).k_n[closed], rel=2e-2)
     assert gaps[~closed].min() >= -1e-12

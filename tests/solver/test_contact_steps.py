@@ -212,7 +212,7 @@ def test_nodes_round_a_corner_leave_no_equation_empty(space):
     lam = eq.system.initial_multipliers(state)
     e = eq.evaluate(u, lam)
     beside = eq.context.surfaces[0].X[:, 0] > 0.9
-    assert not e.contacts[0].pairs.ds[beside & (e.contacts[0].g < 0.3)].any()
+    assert not e.contacts[0].stencils.ds[beside & (e.contacts[0].g < 0.3)].any()
     found = contact_step(eq, u, lam, e, None)
     assert found is not None
     body = eq.system.dofs.displacement.slice

@@ -110,11 +110,11 @@ def test_a_shortened_step_along_a_curved_tool_keeps_the_gaps_of_the_linear_model
     found = _shortened(eq, u, delta, e, lam)
     f = (eq.system.displacement(found) - eq.system.displacement(u))[0, 0] / -0.1
     assert any(f == pytest.approx(share) for share in eq.policy.line_search)
-    (gaps,), s = linear_gaps(eq.system, e, f * delta), eq.system.surfaces[0]
+    (gaps,), s = linear_gaps(e, f * delta), eq.system.surfaces[0]
     closed = gaps < 0
     assert closed.any()
-    np.testing.assert_allclose(eq.system.pairs(s, found).g[closed], gaps[closed], rtol=1e-9)
-    straight = eq.system.pairs(s, u + f * delta).g[closed]
+    np.testing.assert_allclose(eq.system.stencils(s, found).g[closed], gaps[closed], rtol=1e-9)
+    straight = eq.system.stencils(s, u + f * delta).g[closed]
     assert (np.abs(straight - gaps[closed]) > 1e-3 * np.abs(gaps[closed])).all()
 
 

@@ -235,7 +235,7 @@ def test_chains_equal_the_tools_they_draw():
             ds -= other.period * np.round(ds / other.period)
         assert np.allclose(ds, 0.0, atol=1e-9)
 
-    compare(Chain(*pr.Profile(points=((-1.0, 0.0), (1.0, 0.0))).pieces()), HalfSpace(0.0, -1.0))
+    compare(Chain(*pr.Profile(points=((-1.0, 0.0), (1.0, 0.0))).pieces()), HalfSpace((0.0, -1.0)))
     stamp = pr.Profile(points=((-1.5, 1.0), (-1.5, 0.0), (1.5, 0.0), (1.5, 1.0)), fillet=0.4)
     shallow = x[(x[:, 1] < 0.3) | (np.abs(x[:, 0]) > 1.5)]
     compare(Chain(*stamp.pieces()), Flat(0.0, -1.0, -1.5, 1.5, 0.4), shallow)

@@ -204,7 +204,7 @@ def test_one_tool_on_two_bodies_and_two_tools_on_one():
         dof = system.tool_dof(t)
         rows = system.pattern.indices[system.pattern.indptr[dof] : system.pattern.indptr[dof + 1]]
         nodes = np.unique(rows[rows < 2 * system.nodes] // 2)
-        mine = np.concatenate([s.points.nodes for s in system.surfaces if system.tools[s.tool].name == name])
+        mine = np.concatenate([s.points.nodes for s in system.surfaces if s.against == name])
         assert np.array_equal(nodes, np.unique(mine))
 
 

@@ -35,15 +35,15 @@ def grown(x, edges, point, edge, factor, at, axisymmetric, thickness, dxn, out):
 
 @njit(cache=True, error_model="numpy", forceinline=True)
 def _moved(i, q, dp, dt, ds, K, p, t, s, F):
-    """Add what motions q (5, d) of pair i make of its pressure, traction, coordinate (k, d) and forces (k, 5, d)."""
-    for m in range(5):
+    """Add what motions q (m, d) of stencil i make of its pressure, traction, coordinate (k, d) and forces (k, m, d)."""
+    for m in range(len(q)):
         by_p, by_t, by_s = dp[i, 2 + m], dt[i, 0, 2 + m], ds[i, 0, m]
         for d in range(q.shape[1]):
             p[i, d] += by_p * q[m, d]
             t[i, d] += by_t * q[m, d]
             s[i, d] += by_s * q[m, d]
-    for n in range(5):
-        for m in range(5):
+    for n in range(len(q)):
+        for m in range(len(q)):
             stiff = K[i, n, m]
             for d in range(q.shape[1]):
                 F[i, n, d] -= stiff * q[m, d]
@@ -51,21 +51,21 @@ def _moved(i, q, dp, dt, ds, K, p, t, s, F):
 
 @njit(cache=True, error_model="numpy")
 def at_fixed(
-    force, traction, gap, slips, way, dp, dt, ds, Fn, Ft, K, weight, k_n, k_t, unit, multipliers, N, support, dofs, first,
+    force, traction, gap, slips, way, dp, dt, ds, Fn, Ft, K, weight, k_n, k_t, unit, multipliers, support, dofs, first,
     area, lam, coordinate, scale, mu, X, place, p, t, s, F, r,
 ):  # fmt: skip
-    """Rates of k points at fixed degrees of freedom → p, t, s (k, d), F (k, 5, d); the forces are taken off residuals r.
+    """Rates of k points at fixed degrees of freedom → p, t, s (k, d), F (k, m, d); the forces are taken off residuals r.
 
     Of the points: pressures ``force`` (k,), ``traction`` (k, 1), ``gap``, ``slips``, ``way`` (k,) along the tool in the
-    increment, dp (k, 7), dt (k, 1, 7), ds (k, 1, 5), Fn (k, 5), Ft (k, 1, 5), K (k, 5, 5) of `ContactForces`; stiffnesses k_n,
-    k_t and ``unit`` (k,); ``multipliers`` (k, 2) where they are degrees of freedom, from ``first`` on, else (0, 2) and −1; N,
-    ``support`` (k, a) and dofs (k, 2a + 3).
+    increment, dp (k, 2 + m), dt (k, 1, 2 + m), ds (k, 1, m), forces Fn, Ft (k, m) of a unit of pressure and of traction, K
+    (k, m, m) of `ContactForces`; stiffnesses k_n, k_t and ``unit`` (k,); ``multipliers`` (k, 2) where they are degrees of
+    freedom, from ``first`` on, else (0, 2) and −1; nodes ``support`` (k, a) and dofs (k, m) of the stencils, theirs first.
     Of directions: area (k, d), lam (k, 2, d) of multipliers, of which the normal ones are overwritten, ``coordinate`` (k, 1, d)
     as committed, scale (3, k, d) of k_n, k_t and unit, mu (d,), X (n, 2, d) of initial places, (0, 2, d) where all stay, and
     place (2, d) of the tool.
     """
-    count, a = area.shape[1], N.shape[1]
-    q = np.zeros((5, count))
+    count, a, unknowns = area.shape[1], support.shape[1], dofs.shape[1]
+    q = np.zeros((unknowns, count))
     moves = len(X) > 0 or np.any(place)
     for i in range(len(force)):
         exact, sign = first >= 0, math.copysign(1.0, traction[i, 0]) if traction[i, 0] != 0.0 else 0.0
@@ -80,23 +80,19 @@ def at_fixed(
             t[i, d] = by_p * p[i, d] + by_t * trial + mu[d] * slides
             s[i, d] = 0.0
             P, T = area[i, d] * force[i] + weight[i] * p[i, d], area[i, d] * traction[i, 0] + weight[i] * t[i, d]
-            for m in range(5):
-                F[i, m, d] = P * Fn[i, m] + T * Ft[i, 0, m]
+            for m in range(unknowns):
+                F[i, m, d] = P * Fn[i, m] + T * Ft[i, m]
         if moves:
             for d in range(count):
-                q[0, d], q[1, d], q[2, d], q[3, d] = 0.0, 0.0, place[0, d], place[1, d]
+                q[2 * a, d], q[2 * a + 1, d] = place[0, d], place[1, d]
             if len(X) > 0:
                 for b in range(a):
                     for d in range(count):
-                        q[0, d] += N[i, b] * X[support[i, b], 0, d]
-                        q[1, d] += N[i, b] * X[support[i, b], 1, d]
+                        q[2 * b, d], q[2 * b + 1, d] = X[support[i, b], 0, d], X[support[i, b], 1, d]
             _moved(i, q, dp, dt, ds, K, p, t, s, F)
         for d in range(count):
-            for b in range(a):
-                r[dofs[i, 2 * b], d] -= N[i, b] * F[i, 0, d]
-                r[dofs[i, 2 * b + 1], d] -= N[i, b] * F[i, 1, d]
-            for m in range(3):
-                r[dofs[i, 2 * a + m], d] -= F[i, 2 + m, d]
+            for m in range(unknowns):
+                r[dofs[i, m], d] -= F[i, m, d]
             if exact:  # what the rows' factors change multiplies zero
                 r[first + 2 * i, d] += weight[i] * unit[i] * (p[i, d] - lam[i, 0, d]) / k_n[i]
                 r[first + 2 * i + 1, d] += weight[i] * unit[i] * (t[i, d] - lam[i, 1, d]) / k_t[i]
@@ -104,24 +100,20 @@ def at_fixed(
 
 @njit(cache=True, error_model="numpy")
 def along(
-    force, traction, slips, way, slid, dp, dt, ds, Fn, Ft, K, weight, k_t, unit, N, dofs, first, x,
+    force, traction, slips, way, slid, dp, dt, ds, Fn, Ft, K, weight, k_t, unit, dofs, first, x,
     lam, slip, coordinate, scale, p, t, s, F, kappa,
 ):  # fmt: skip
-    """Add what motions x (ndof, d) of the degrees of freedom make of p, t, s (k, d), F (k, 5, d), lam (k, 2, d); → kappa (k, d).
+    """Add what motions x (ndof, d) of the degrees of freedom make of p, t, s (k, d), F (k, m, d), lam (k, 2, d); → kappa (k, d).
 
     slid (k,): what points slipped in the increment; ``slip`` (k, d), ``coordinate`` (k, 1, d): of the committed points; the
     others as of `at_fixed`.
     """
-    count, a = x.shape[1], N.shape[1]
-    q = np.zeros((5, count))
+    count, unknowns = x.shape[1], dofs.shape[1]
+    q = np.zeros((unknowns, count))
     for i in range(len(force)):
         for d in range(count):
-            q[0, d], q[1, d] = 0.0, 0.0
-            for b in range(a):
-                q[0, d] += N[i, b] * x[dofs[i, 2 * b], d]
-                q[1, d] += N[i, b] * x[dofs[i, 2 * b + 1], d]
-            for m in range(3):
-                q[2 + m, d] = x[dofs[i, 2 * a + m], d]
+            for m in range(unknowns):
+                q[m, d] = x[dofs[i, m], d]
         _moved(i, q, dp, dt, ds, K, p, t, s, F)
         if first >= 0:
             for d in range(count):
@@ -131,8 +123,8 @@ def along(
                 t[i, d] += more_t
                 lam[i, 0, d] += n
                 lam[i, 1, d] += tangential
-                for m in range(5):
-                    F[i, m, d] += weight[i] * (more_p * Fn[i, m] + more_t * Ft[i, 0, m])
+                for m in range(unknowns):
+                    F[i, m, d] += weight[i] * (more_p * Fn[i, m] + more_t * Ft[i, m])
         # κ_n + (|t_tr| − |t|)/k_T where a point slips
         sign = math.copysign(1.0, traction[i, 0]) if traction[i, 0] != 0.0 else 0.0
         for d in range(count):

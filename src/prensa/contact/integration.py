@@ -141,6 +141,11 @@ class Points:
         return self.depth * mean
 
     @cached_property
+    def coefficients(self) -> Array:
+        """Of the nodes that carry a point and of the tool's reference point (k, a + 1) in stencils: N, −1."""
+        return np.hstack([self.N, np.full((len(self), 1), -1.0)])
+
+    @cached_property
     def are_nodes(self) -> bool:
         """Whether the points are the nodes of the surface, one by one."""
         return self.N.shape[1] == 1 and self.one_a_node
@@ -175,33 +180,6 @@ class Points:
         out = np.zeros(len(self.nodes), dtype=bool)
         out[self.slots[flags[:, None] & (self.N > 0)]] = True
         return out
-
-    def carry(self, more: int = 0) -> Array:
-        """∂(x, y of the point; the rest)/∂(x, y of its a nodes; the rest), the rest the tool's 3 and ``more`` degrees of freedom.
-
-        (k, 5 + more, 2a + 3 + more).
-        """
-        k, a = self.N.shape
-        T = np.zeros((k, 5 + more, 2 * a + 3 + more))
-        for i in range(a):
-            T[:, 0, 2 * i] = T[:, 1, 2 * i + 1] = self.N[:, i]
-        T[:, 2:, 2 * a :] = np.eye(3 + more)
-        return T
-
-    def on_dofs(self, F: Array) -> Array:
-        """Forces or slopes F (k, 5) of the points' pairs → (k, 2a + 3) on the displacements of their nodes and the tool."""
-        if self.N.shape[1] == 1:
-            return F
-        return np.asarray((F[:, None] @ self.carry())[:, 0])
-
-    def spread(self, F: Array, K: Array) -> tuple[Array, Array]:
-        """Forces F (k, 5) and stiffnesses K (k, m, m), m ≥ 5, of the points → on their nodes: 2a for the first two."""
-        if self.N.shape[1] == 1:
-            return F, K
-        T = self.carry(K.shape[1] - 5)
-        across = T.transpose(0, 2, 1)
-        n = across.shape[1] - K.shape[1] + 5
-        return (across[:, :n, :5] @ F[:, :, None])[:, :, 0], across @ K @ T
 
 
 def edge_normals(x: Array, edges: Index) -> Array:

@@ -8,13 +8,22 @@ from functools import reduce
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.forces import ContactForces, Scale, forces, multiplier_rows, stretching, with_stretched_bounds
+from prensa.contact.forces import (
+    NEARBY,
+    ContactForces,
+    Scale,
+    forces,
+    multiplier_rows,
+    stretching,
+    with_stretched_bounds,
+)
 from prensa.contact.kept import Held, Kept, hold
-from prensa.contact.pairing import Pairs
+from prensa.contact.stencil import Stencils
 from prensa.fem.failure import FrictionTooSoft
 from prensa.fem.interaction import Branches, Context, Discretisation, Part, Request, Response
 from prensa.fem.surface import EPS, Surface
 from prensa.friction.law import bounded
+from prensa.friction.return_map import DECIDE, HOLD, STUCK
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -27,14 +36,14 @@ USUAL = (
 
 @dataclass(frozen=True)
 class ContactInteraction:
-    """A contact in the residual: p and t_T on pairs, with the equations of its multipliers where these are degrees of freedom."""
+    """A contact in the residual: p and t_T on stencils, and the equations of multipliers that are degrees of freedom."""
 
     system: Discretisation
     surface: Surface
     number: int
 
     def couplings(self) -> list[Index]:
-        """Of each pair, and of both nodes of an edge where areas change with them."""
+        """Of each stencil, and of both nodes of an edge where areas change with them."""
         s = self.surface
         return [s.coupled, s.stretched_dofs(self.system.dofs)]
 
@@ -42,16 +51,14 @@ class ContactInteraction:
         """See `Interaction`."""
         system, s, k = self.system, c.surfaces[self.number], self.number
         scale, weight, law, own = c.scales[k], c.weights[k], c.laws[k], s.rows
-        stick = None if ask.stick is None else ask.stick[own]
-        before = c.state.lam[own, 0].copy() if ask.guess else None
-        if ask.guess:
-            stick = c.state.contact.closed[own]
+        # the first guess has the tools deep in the bodies: what those overlaps would turn with the frame outweighs the bodies
+        turning = (c.state.lam[own, 0].copy(), c.committed[k].traction) if ask.guess else None
         follows = law is not None and not law.proportional and system.problem.kinematics == "finite" and not s.sharp
         area = system.weights(s, system.positions(ask.u), c.depth) if follows else None
-        pairs, lam = system.pairs(s, ask.u, c.state), ask.lam[own]
-        round_off = self._round_off(pairs, ask.u)
+        stencils, lam = system.stencils(s, ask.u, c.state), ask.lam[own]
+        round_off = self._round_off(stencils, ask.u)
         f = forces(
-            pairs,
+            stencils,
             weight,
             scale,
             lam,
@@ -59,13 +66,11 @@ class ContactInteraction:
             law,
             c.law_at[k],
             round_off,
-            stick,
+            self._wanted(c, ask),
             area,
             c.lagged,
-            before,
-            None if ask.landed is None else ask.landed[own],
+            turning,
             None if ask.foundation is None else ask.foundation[own],
-            ask.like.contacts[k] if ask.like is not None and ask.like.contacts else None,
             s.points,
         )
         if (kept := self._kept(c, f, round_off, ask.like)) is not None:
@@ -76,25 +81,42 @@ class ContactInteraction:
         if not (np.isfinite(f.K.sum()) or np.isfinite(f.K).all()):  # most need no flags
             out.failed = FrictionTooSoft(s.name)
             return out
-        out.scale = float(np.abs(f.F[:, : system.dofs.dimension]).sum())
-        K, rows = f.K, None
+        out.scale = float(np.abs(f.vectors).sum())
+        r, K = -f.F, f.K
         if s.exact:
-            rows, K = multiplier_rows(f, pairs, lam, scale)
+            rows, K = multiplier_rows(f, lam, scale)
+            r = np.hstack([r, rows])
             out.violation = self._violation(f, rows, scale, ask.reach)
-        F, K = s.points.spread(f.F, K)
-        r = -F if rows is None else np.hstack([-F, rows])
         parts = [Part(s.name, s.coupled, r, K if ask.stiffness else None)]
         if f.stretched is not None and ask.stiffness and not c.lagged:
             parts.append(self._stretching(c, f, scale, ask.u))
         out.parts = parts
         return out
 
-    def _round_off(self, pairs: Pairs, u: Array) -> Array:
+    def _wanted(self, c: Context, ask: Request) -> NDArray[np.int8]:
+        """Branches (k,) that the points are to take.
+
+        For a first guess points that were closed stay so and stick, and what just touches resists: the kink's other slope
+        would leave a resting body free.
+        """
+        s = c.surfaces[self.number]
+        if ask.like is not None and ask.like.contacts:
+            return ask.like.contacts[self.number].wanted
+        if ask.guess:
+            return np.where(c.committed[self.number].closed, STUCK, DECIDE | NEARBY).astype(np.int8)
+        want = np.full(len(s.points), DECIDE, dtype=np.int8)
+        if ask.landed is not None:
+            want[ask.landed[s.rows]] |= NEARBY
+        if ask.stick is not None:
+            want[ask.stick[s.rows]] |= HOLD
+        return want
+
+    def _round_off(self, x: Stencils, u: Array) -> Array:
         """Round-off of the gaps (k,): ε × the coordinates whose differences they are."""
-        system, tool = self.system, self.surface.tool
-        place = system.place_of(tool, u)[: system.dofs.dimension]
-        centre = max(map(abs, system.tools[tool].at.tolist())) + max(map(abs, place.tolist()))
-        return ROUND * EPS * (reduce(np.maximum, np.abs(pairs.arm).T) + centre)
+        master = self.system.master(self.surface)
+        place = master.place(u)[: master.dimension]
+        centre = max(map(abs, master.at.tolist())) + max(map(abs, place.tolist()))
+        return ROUND * EPS * (reduce(np.maximum, np.abs(x.arm).T) + centre)
 
     def _kept(self, c: Context, f: ContactForces, round_off: Array, like: Branches | None) -> Kept | None:
         """What multipliers are that supports leave undetermined, ``like`` another evaluation has them; None if there are none."""
@@ -121,7 +143,7 @@ class ContactInteraction:
             return None
         out = np.zeros((3, len(f.p)), dtype=np.bool_)
         hold(
-            supports.at, supports.free, s.points.on_dofs(f.pairs.dg), s.points.on_dofs(f.pairs.ds[:, 0]), f.dp[:, 0] > 0,
+            supports.at, supports.free, f.stencils.dg, f.stencils.ds[:, 0], f.dp[:, 0] > 0,
             f.g, f.s[:, 0], c.committed[self.number].coordinate[:, 0], s.points.depth, round_off, out,
         )  # fmt: skip
         return Held(*out) if out.any() else None
@@ -130,7 +152,7 @@ class ContactInteraction:
         """Largest residual of the multipliers' equations as a length over the element depth, beyond round-off."""
         system = self.system
         lengths = np.abs(rows).max(axis=1, initial=0.0) / (f.weight * scale.unit)
-        at = np.abs(system.tools[self.surface.tool].at).max()
+        at = np.abs(system.master(self.surface).at).max()
         size = max(reach, float(np.abs(system.X).max()), float(at))
         return float(((lengths - ROUND * EPS * size) / scale.h).max(initial=0.0))
 

@@ -80,13 +80,14 @@ def discretise(problem: model.Problem, extensions: Sequence[Extension] = (), bes
     shapes = meshes if earlier is None else earlier.shapes(meshes)
     tools = [
         (earlier.tool(name, d) if earlier is not None else None)
-        or place(name, d, shapes, _rounding(problem, t, surfaces))
-        for t, (name, d) in enumerate(problem.tools.items())
+        or place(name, d, shapes, _rounding(problem, name, surfaces))
+        for name, d in problem.tools.items()
     ]
-    surfaces = [_sharpened(s, tools[s.tool], dofs) for s in surfaces]
+    named = {tool.name: tool for tool in tools}
+    surfaces = [_sharpened(s, named[s.against], dofs) for s in surfaces]
     if problem.contact_geometry == "current":
         for surface in surfaces:
-            _refuse_edges_on_points(tools[surface.tool], surface.points, surface.X, surface.normal)
+            _refuse_edges_on_points(named[surface.against], surface.points, surface.X, surface.normal)
     cells = {name: m.cells + offsets[name] if offsets[name] else m.cells for name, m in meshes.items()}
     more = [i for e in extensions for i in e.interactions(dofs, X, cells)]
     if beside is not None and not more and _joined_alike(beside, cells, surfaces):
@@ -131,7 +132,7 @@ def with_tool(system: System, name: str, tool: ToolShape) -> System:
 
     """
     t = list(system.problem.tools).index(name)
-    placed = place(name, tool, system.meshes, _rounding(system.problem, t, system.surfaces))
+    placed = place(name, tool, system.meshes, _rounding(system.problem, name, system.surfaces))
     return replace(system, tools=[*system.tools[:t], placed, *system.tools[t + 1 :]])
 
 
@@ -154,7 +155,7 @@ def on_meshes(system: System, remeshed: Remeshed) -> System:
     candidates = [_candidates(problem, contact, meshes, offsets, x) for contact in problem.contacts]
     dofs = _dofs(problem, candidates, total, ())
     surfaces = _surfaces(problem, candidates, meshes, offsets, x, dofs)
-    surfaces = [_sharpened(s, system.tools[s.tool], dofs) for s in surfaces]
+    surfaces = [_sharpened(s, system.masters[s.against].tool, dofs) for s in surfaces]
     cells = {name: m.cells + offsets[name] if offsets[name] else m.cells for name, m in meshes.items()}
     pattern = _pattern(cells, surfaces, dofs, (), _sets(problem, meshes, offsets, dofs, surfaces))
     blocks = [_block(problem, name, cells[name], x, slots_of(cells[name], pattern, 2)) for name in problem.bodies]
@@ -225,12 +226,12 @@ def _surfaces(
                 why = "lies off the axis, where a body of revolution ends; leave that side out"
             raise PrensaError(f"contact {contact.name!r}: no point of its surface {why}")
         owner = contact.surface[0].partition(".")[0]
-        tool = list(problem.tools).index(contact.against)
+        master = dofs.tool.dofs(list(problem.tools).index(contact.against))
         law = material_of(problem.bodies[owner].material, problem.kinematics, problem.space)
         out.append(
             Surface(
-                contact.name, contact, owner, tool, points, sum(len(s.points) for s in out), points.at(X),
-                dofs.pairs(points.support, tool), point_normals(points, X), node_normals(X, points.nodes, points.edges),
+                contact.name, contact, owner, points, sum(len(s.points) for s in out), points.at(X),
+                dofs.stencils(points.support, master), point_normals(points, X), node_normals(X, points.nodes, points.edges),
                 law.modulus(), behind(points.edges - offsets[owner], meshes[owner].cells),
                 dofs.fields[contact.name] if contact.enforcement.has_multipliers else None,
             )
@@ -243,7 +244,7 @@ def _sharpened(s: Surface, tool: PlacedTool, dofs: DofMap) -> Surface:
     if not may_cut(s.points, tool.shape):
         return s
     points = with_neighbours(s.points)
-    return replace(s, points=points, dofs=dofs.pairs(points.support, s.tool))
+    return replace(s, points=points, dofs=dofs.stencils(points.support, s.dofs[0, s.of_master]))
 
 
 def _sets(
@@ -279,8 +280,8 @@ def _pattern(
     """Couplings of the elements, of tools with their candidate nodes, of multipliers, and further ``sets`` of dofs (k, m)."""
     none = np.zeros(0, dtype=np.int64)
     near = [
-        np.unique(np.concatenate([none, *(s.points.nodes for s in surfaces if s.tool == t)]))
-        for t in range(dofs.tool.count)
+        np.unique(np.concatenate([none, *(s.points.nodes for s in surfaces if own in s.dofs[0])]))
+        for own in dofs.tool.dofs(np.arange(dofs.tool.count))[:, 0]
     ]
     coupled = [*(s.coupled for s in surfaces if s.exact or s.sharp), *(group for i in more for group in i.couplings())]
     coupled += sets
@@ -336,8 +337,8 @@ def _refuse_edges_on_points(tool: PlacedTool, points: Points, X: Array, normal: 
             )
 
 
-def _rounding(problem: model.Problem, t: int, surfaces: list[Surface]) -> float:
+def _rounding(problem: model.Problem, name: str, surfaces: list[Surface]) -> float:
     """Radius of the corners of a tool without fillets of its own: none where the surface stays where it is."""
     if problem.contact_geometry == "reference":
         return 0.0
-    return ROUNDING * min((float(s.points.depth.min()) for s in surfaces if s.tool == t), default=0.0)
+    return ROUNDING * min((float(s.points.depth.min()) for s in surfaces if s.against == name), default=0.0)

@@ -53,7 +53,7 @@ def _new_sizes(system: System) -> Iterator[Notice]:
                 f"element; write {width / 12:.2g}, or leave it out",
             )
             continue
-        for name in dict.fromkeys(system.tools[s.tool].name for s in system.surfaces if s.body == body):
+        for name in dict.fromkeys(s.against for s in system.surfaces if s.body == body):
             given = getattr(system.problem.tools[name], "fillet", None)
             radii = [r for r in (given if isinstance(given, tuple) else (given,)) if r]
             arc = 0.5 * np.pi * min(radii, default=np.inf)
@@ -137,7 +137,7 @@ def _off_centre(system: System) -> Iterator[Notice]:
     not_lines = {s.partition(".")[0] for n in p.no_contact if n.against == SYMMETRY for s in n.surface}
     told: set[str] = set()
     for s in system.surfaces:
-        tool = system.tools[s.tool]
+        tool = system.master(s).tool
         own = p.tools.get(tool.name)
         if own is None or tool.name in told or s.body in not_lines or _across(p, tool.name):
             continue
@@ -146,7 +146,7 @@ def _off_centre(system: System) -> Iterator[Notice]:
         half = max(float(np.abs(polygon[:, 0]).max()) for polygon in own.outline(1e-9))
         lines = {at for axis, at in symmetry_lines(p, s.body, system.meshes[s.body]) if axis == 0}
         for at in sorted({0.0} if system.axisymmetric else lines):
-            x = float(tool.at[0] + system.place_of(s.tool, system.initial().u)[0])
+            x = float(tool.at[0] + system.master(s).place(system.initial().u)[0])
             if OFF_LINE * half < abs(x - at) < (1.0 - OFF_LINE) * half:
                 told.add(tool.name)
                 where = "the axis" if system.axisymmetric else f"the line of symmetry of {s.body!r}, x = {at:g},"

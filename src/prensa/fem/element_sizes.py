@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.contact.masters import RigidMaster
 from prensa.contact.recovery import recover
 from prensa.fem.state import State
 from prensa.fem.system import System
@@ -22,7 +23,7 @@ def size_field(system: System, state: State, body: str, asked: Sizes, area: floa
     mesh, first = system.meshes[body], system.offsets[body]
     positions = system.positions(state.u)[first : first + len(mesh.points)]
     own = len(system.tools) - system.mirrors  # lines of symmetry run through the metal, and ask for nothing
-    tools = sorted({s.tool for s in system.surfaces if s.body == body and s.tool < own})
+    names = [t.name for t in system.tools[:own] if any(s.body == body for s in system.against(t.name))]
     block = next(b for b in system.blocks if b.body == body)
 
     def strained() -> Strain:
@@ -31,15 +32,13 @@ def size_field(system: System, state: State, body: str, asked: Sizes, area: floa
         values = strain.reshape(*at.shape[:2], 1)
         return Strain(float(np.ptp(strain)), lambda: recover(positions, mesh.cells, at, values)[:, 0])
 
-    distances = [partial(_distance, system, t, system.place_of(t, state.u)) for t in tools]
+    distances = [partial(_distance, system.masters[name], state.u) for name in names]
     return SizeField(mesh, positions, asked, area, distances, strained, share)
 
 
-def _distance(system: System, tool: int, place: Array, x: Array) -> tuple[Array, Array]:
-    """Gap (n,) between places x (n, 2) and a tool at a place (3,), and the radius (n,) of what faces them."""
-    (dx, dy, turn), t = place, system.tools[tool]
-    c, s = np.cos(turn), np.sin(turn)
-    closest = t.shape.closest((x - t.at - [dx, dy]) @ np.array([[c, -s], [s, c]]))
+def _distance(master: RigidMaster, u: Array, x: Array) -> tuple[Array, Array]:
+    """Gap (n,) between places x (n, 2) and a tool for degrees of freedom u (ndof,), and the radius (n,) of what faces them."""
+    closest = master.shape.closest(master.local(x, u))
     with np.errstate(divide="ignore", invalid="ignore"):
         return closest.g, np.where(closest.c != 0, np.abs(1 / closest.c - closest.g), np.inf)
 

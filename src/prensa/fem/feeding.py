@@ -7,7 +7,6 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.pairing import current_pairs
 from prensa.errors import Notice
 from prensa.fem.modes import CLOSED
 from prensa.fem.passing import TURNED
@@ -51,10 +50,10 @@ def _fed(system: System, plan: StepPlan, boundary: str, feed: Feed, u: Array) ->
     nearest: dict[str, float] = {}
     for s in against:
         gap, velocity = _meeting(system, s, plan, feed, u)
-        nearest[system.tools[s.tool].name] = gap
+        nearest[s.against] = gap
         along, size = velocity["xy".index(feed.axis)] * np.sign(feed.way), float(np.hypot(*velocity))
         if along < -AGAINST * size:
-            tool = system.tools[s.tool].name
+            tool = s.against
             key = "by" if tool in system.problem.steps[plan.number].by else "move"
             yield Notice(
                 f"steps.{plan.number}.{key}.{tool}.rz",
@@ -73,15 +72,15 @@ def _fed(system: System, plan: StepPlan, boundary: str, feed: Feed, u: Array) ->
 
 def _meeting(system: System, s: Surface, plan: StepPlan, feed: Feed, u: Array) -> tuple[float, Array]:
     """Least gap on the way, and the way (2,) on which the tool's turn takes its surface where the body meets it first."""
-    shift, nearest, at, tool = np.zeros(2), np.inf, u.copy(), system.tools[s.tool]
+    shift, nearest, at, master = np.zeros(2), np.inf, u.copy(), system.master(s)
     x, least = system.X[s.points.nodes], CLOSED * float(s.points.depth.min())
-    start, now = system.place_of(s.tool, u), u.copy()
+    start, now = master.place(u), u.copy()
     now[plan.fixed] = plan.values(plan.t1)
-    turn = float((system.place_of(s.tool, now) - start)[2])
+    turn = float((master.place(now) - start)[2])
     for share in np.linspace(0.0, 1.0, PLACES):
         at[plan.fixed] = plan.values(plan.t0 + share * (plan.t1 - plan.t0))
         shift["xy".index(feed.axis)] = share * feed.way
-        pairs = current_pairs(tool.shape, x + shift, tool.at, system.place_of(s.tool, at))
+        pairs = master.seen(x + shift, at)
         nearest = min(nearest, float(pairs.g.min()))
         if nearest <= least:
             k = int(np.argmin(pairs.g))
@@ -91,7 +90,7 @@ def _meeting(system: System, s: Surface, plan: StepPlan, feed: Feed, u: Array) -
 
 def _come(system: System, against: list[Surface]) -> bool:
     """Whether one of the tools is moved or pushed along some axis, which may be what brings it to the stock."""
-    names = {system.tools[s.tool].name for s in against}
+    names = {s.against for s in against}
     for step in system.problem.steps:
         moved = [m for given in (step.move, step.by) for name, m in given.items() if name in names]
         if names & set(step.push) or any(m.x is not None or m.y is not None for m in moved):

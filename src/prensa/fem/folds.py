@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.pairing import current_pairs
 from prensa.elements.shapes import table
 from prensa.fem.failure import Fold, Hang, Past
 from prensa.fem.outlines import contact_edges
@@ -65,14 +64,14 @@ def hanging(system: System, u: Array) -> Hang | None:
         first, last = x[ends[:, 0]], x[ends[:, 1]]
         length = np.hypot(*(system.X[ends[:, 1]] - system.X[ends[:, 0]]).T)
         stretch = np.hypot(*(last - first).T) / length
-        tool, place = system.tools[s.tool], system.place_of(s.tool, u)
-        g = [current_pairs(tool.shape, p, tool.at, place).g for p in (first, last, 0.5 * (first + last))]
+        master = system.master(s)
+        g = [master.seen(p, u).g for p in (first, last, 0.5 * (first + last))]
         depth = np.nan_to_num(np.minimum(g[0], g[1]) - g[2], nan=0.0)
         depth[(stretch < DRAWN_OUT) | (depth < CHORD * length)] = 0.0
         k = int(np.argmax(depth))
         if depth[k] > 0:
             side, at = "+".join(s.description.surface), first[k].tolist()
-            out.append(Hang(side, tool.name, at[0], at[1], float(depth[k]), float(stretch[k])))
+            out.append(Hang(side, master.name, at[0], at[1], float(depth[k]), float(stretch[k])))
     return max(out, key=lambda h: h.depth, default=None)
 
 

@@ -46,7 +46,7 @@ def watches(system: System) -> list[Watch]:
     nodes, size, pieces = _outlines(system)
     out = []
     for t, tool in enumerate(system.tools):
-        known = [s.points.nodes for s in system.surfaces if s.tool == t]
+        known = [s.points.nodes for s in system.against(tool.name)]
         for entry in system.problem.no_contact:
             for name in entry.surface if entry.against == tool.name else ():
                 body = name.partition(".")[0]
@@ -76,17 +76,15 @@ def _outlines(system: System) -> tuple[Index, Array, Index]:
 
 def _before(system: System, w: Watch, u: Array) -> Array:
     """The nodes (n, 2) of a watch in the frame of its tool, for degrees of freedom u (ndof,)."""
-    x, y, turn = system.place_of(w.tool, u)
-    c, s = np.cos(turn), np.sin(turn)
-    arm = system.X[w.nodes] + system.displacement(u)[w.nodes] - system.tools[w.tool].at - [x, y]
-    return np.asarray(arm @ np.array([[c, -s], [s, c]]))
+    return system.masters[system.tools[w.tool].name].local(system.positions(u)[w.nodes], u)
 
 
 def sunk_in(system: System, u: Array) -> Array:
     """Largest penetration (tools,) of the contacts of each tool, for degrees of freedom u (ndof,)."""
     out = np.zeros(len(system.tools))
     for s in system.surfaces:
-        out[s.tool] = max(out[s.tool], -float(system.node_pairs(s, u).g.min()))
+        t = system.master(s).number
+        out[t] = max(out[t], -float(system.node_stencils(s, u).g.min()))
     return out
 
 
@@ -175,7 +173,7 @@ def _described(system: System, w: Watch, k: int, deep: Index, u: Array, depth: f
     side = max(sides, key=lambda name: int(np.isin(deep - first, edges[name]).sum()), default="")
     x, y = system.X[node] + system.displacement(u)[node]
     name = f"{body}.{side}" if side else body
-    met = any(s.tool == w.tool and s.body == body for s in system.surfaces)
+    met = any(s.body == body for s in system.against(system.tools[w.tool].name))
     through = ""
     if met and side and symmetric(system.problem, body, system.meshes[body], edges[side]).all():
         again = ", or 'remesh: auto'" if system.problem.bodies[body].material.plastic else ""

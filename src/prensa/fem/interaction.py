@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from prensa.contact.forces import Branches as Sides
 from prensa.contact.forces import ContactForces, Scale
 from prensa.contact.kept import Supports
-from prensa.contact.pairing import Pairs
 from prensa.contact.record import ContactRecord
+from prensa.contact.stencil import Stencils
 from prensa.fem.assembly import Block, Pattern
 from prensa.fem.failure import NotEvaluated
 from prensa.fem.schedule import StepPlan
@@ -114,8 +114,8 @@ class Discretisation(Geometry, Protocol):
     def share(self, depth: Array | None) -> Array:
         """Thickness of the nodes over the initial one (n,); 1 but in plane stress."""
 
-    def pairs(self, s: Surface, u: Array, since: State | None = None) -> Pairs:
-        """Gap and slip data of a contact at its integration points, for degrees of freedom u (ndof,)."""
+    def stencils(self, s: Surface, u: Array, since: State | None = None) -> Stencils:
+        """Stencils of a contact at its integration points, for degrees of freedom u (ndof,)."""
 
 
 @dataclass

@@ -147,9 +147,10 @@ def _lines(system: System, x: Array) -> list[Line]:
 def _stands(system: System, body: str, axis: int, at: float, side: float) -> bool:
     """Whether a plane that a body has contact with is a line, on the other side of which it is."""
     for s in system.surfaces:
-        tool = system.tools[s.tool]
+        master = system.master(s)
+        tool = master.tool
         if s.body == body and tool.description.type == "plane" and side * tool.direction[axis] > 1 - ON_LINE:
-            place = tool.at + system.place_of(s.tool, system.initial().u)[:2]
+            place = master.at + master.place(system.initial().u)[:2]
             if abs(place[axis] - at) <= ON_LINE * system.length:
                 return True
     return False

@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.pairing import current_pairs
 from prensa.errors import Notice
 from prensa.fem.interaction import Context
 from prensa.fem.planning import plan_step
@@ -82,11 +81,10 @@ def _pressed_alone(system: System, body: str, plan: StepPlan) -> bool:
     for s, law in zip(system.surfaces, plan.friction_at(plan.t1)):
         if s.body not in mine:
             continue
-        tool = system.tools[s.tool]
-        pairs = current_pairs(tool.shape, x[s.points.nodes], tool.at, system.place_of(s.tool, u))
+        pairs = system.master(s).seen(x[s.points.nodes], u)
         touching = pairs.n[pairs.g <= CLOSED * float(s.points.depth.min())]
         signs = set(np.sign(touching[np.abs(touching[:, 1]) > 1e-6, 1]).tolist())
-        dof = int(system.dofs.tool.dof(np.array([s.tool]), "y")[0])
+        dof = int(system.master(s).dofs[1])
         bearing |= signs
         if dof in plan.push or (at != moved)[plan.fixed == dof].any():
             driven |= signs
@@ -106,7 +104,7 @@ def free_to_move(system: System, body: str, c: Context, contacts: bool = True) -
     for s, law in zip(system.surfaces, c.laws):
         if s.body in system.tied_bodies(body) and contacts:
             closed = c.state.contact.closed[s.rows]
-            pairs = system.pairs(s, c.state.u)
+            pairs = system.stencils(s, c.state.u)
             x = s.X[closed]
             rows.append(_rows(frame, x, pairs.n[closed]))
             if law is not None:
@@ -182,12 +180,11 @@ def _contact_rows(system: System, body: str, frame: _Frame, plan: StepPlan, touc
     for s, law in zip(system.surfaces, plan.friction_at(plan.t1)):
         if s.body not in system.tied_bodies(body):
             continue
-        tool = system.tools[s.tool]
         u = system.initial().u
         x = system.positions(u)[s.points.nodes]
-        pairs = current_pairs(tool.shape, x, tool.at, system.place_of(s.tool, u))
+        pairs = system.master(s).seen(x, u)
         seen = np.ones(len(x), dtype=bool)
-        pushed = any(dof in plan.push for dof in system.dofs.tool.dofs(s.tool)[: system.dofs.dimension].tolist())
+        pushed = any(dof in plan.push for dof in system.master(s).dofs[: system.dofs.dimension].tolist())
         if touching and not pushed:
             seen = pairs.g <= CLOSED * float(s.points.depth.min())
         if pushed and not touching:

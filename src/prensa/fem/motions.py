@@ -298,9 +298,9 @@ def pressed_far(system: System, plan: StepPlan, begun: Array, u: Array, known: F
     (ndof,): at both ends of the step; a tool may be on the far side of a thin body in the end, if that does not bend.
     """
     for s in system.surfaces:
-        if not known[system.dofs.tool.dofs(s.tool)].all():
+        if not known[system.master(s).dofs].all():
             continue
-        way = (system.place_of(s.tool, u) - system.place_of(s.tool, begun))[: system.dofs.dimension]
+        way = (system.master(s).place(u) - system.master(s).place(begun))[: system.dofs.dimension]
         found = [_reach(system, s, plan, u, 0.0 * way), _reach(system, s, plan, begun, way)]
         deepest = max((f for f in found if f is not None), default=None, key=lambda f: f[0] / f[1])
         if deepest is not None:
@@ -309,7 +309,7 @@ def pressed_far(system: System, plan: StepPlan, begun: Array, u: Array, known: F
 
 def _reach(system: System, s: Surface, plan: StepPlan, u: Array, way: Array) -> tuple[float, float] | None:
     """How deep a tool presses a node in by a way (d,) from dofs u, and how far that is from what holds it against that."""
-    pairs = system.node_pairs(s, u)
+    pairs = system.node_stencils(s, u)
     k = int(np.argmin(np.where(np.abs(pairs.n).max(axis=1) > ALONG, pairs.g, np.inf)))
     depth, axis = float(way @ pairs.n[k] - pairs.g[k]), int(np.argmax(np.abs(pairs.n[k])))
     if not depth > 0 or abs(pairs.n[k, axis]) < ALONG:

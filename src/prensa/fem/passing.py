@@ -39,7 +39,7 @@ def passable(system: Geometry) -> list[Surface]:
     """Contacts through which elements can pass: those in the plane, with tools that have an end."""
     if system.dofs.dimension != 2:
         return []
-    return [s for s in system.surfaces if not system.tools[s.tool].shape.half_space]
+    return [s for s in system.surfaces if not system.master(s).shape.half_space]
 
 
 def passing(system: Geometry, s: Surface, f: ContactForces, before: Array, after: Array) -> Passing:
@@ -48,8 +48,8 @@ def passing(system: Geometry, s: Surface, f: ContactForces, before: Array, after
     if not closed.any():
         return Passing(0.0, 0.0, 0.0)
     old, new = (s.points.at(system.positions(u))[closed] for u in (before, after))
-    way = new - _carried(system, s, old, f.pairs.arm[closed], f.pairs.n[closed], before, after)
-    along = (way * f.pairs.e[closed, 0]).sum(axis=1)
+    way = new - _carried(system, s, old, f.stencils.arm[closed], f.stencils.n[closed], before, after)
+    along = (way * f.stencils.e[closed, 0]).sum(axis=1)
     share, weight = along / s.points.at(lengths(system, s, system.positions(after)))[closed], f.weight[closed]
     pressure = float(weight @ f.p[closed] / weight.sum())
     return Passing(abs(float(weight @ share / weight.sum())), _elements(system, s, int(closed.sum())), pressure)
@@ -63,18 +63,18 @@ def _elements(system: Geometry, s: Surface, points: int) -> float:
 
 def _carried(system: Geometry, s: Surface, x: Array, arm: Array, n: Array, before: Array, after: Array) -> Array:
     """Where points x (k, 2) come with the tool; one that turns within its own surface, as a roll does, does not turn them."""
-    p, q = system.place_of(s.tool, before), system.place_of(s.tool, after)
+    p, q = system.master(s).place(before), system.master(s).place(after)
     turn = q[2] - p[2]
     if turn == 0.0 or turns_within(system, s, arm, n):
         return np.asarray(x + q[:2] - p[:2])
     cos, sin = np.cos(turn), np.sin(turn)
-    centre = system.tools[s.tool].at + p[:2]
+    centre = system.master(s).at + p[:2]
     return np.asarray((x - centre) @ np.array([[cos, sin], [-sin, cos]]) + centre + q[:2] - p[:2])
 
 
 def turns_within(system: Geometry, s: Surface, arm: Array, n: Array) -> bool:
     """Whether the surface of a tool at points with arms and normals n (k, 2) is round about its reference point."""
-    if np.isfinite(system.tools[s.tool].shape.cylinder):
+    if np.isfinite(system.master(s).shape.cylinder):
         return True
     across = np.abs(arm[:, 0] * n[:, 1] - arm[:, 1] * n[:, 0])
     return bool((across <= ROUNDNESS * np.hypot(*arm.T)).all())

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.pairing import current_pairs
 from prensa.errors import Notice
 from prensa.fem.passing import INSIDE, STAIR, TURNED, WORTH_SAYING, lengths, passable, pieces, sentence, turns_within
 from prensa.fem.schedule import StepPlan
@@ -78,9 +77,9 @@ def _lead(system: System, body: str, plan: StepPlan, before: Array, after: Array
 
 def _taken(system: System, s: Surface, plan: StepPlan, feed: Array, before: Array, after: Array) -> Iterator[Array]:
     """The motion (2,) in which a tool takes a body along that it touches with friction, unless it is free to turn itself."""
-    tool, turn = system.tools[s.tool], system.dofs.tool.dofs(s.tool)[-1]
-    p, q = system.place_of(s.tool, before), system.place_of(s.tool, after)
-    pairs = current_pairs(tool.shape, system.X[s.points.nodes] + feed, tool.at, p)
+    master = system.master(s)
+    p, q, turn = master.place(before), master.place(after), master.dofs[-1]
+    pairs = master.seen(system.X[s.points.nodes] + feed, before)
     inside = pairs.g <= INSIDE * s.points.depth.min()
     if plan.friction[system.surfaces.index(s)] is not None and inside.any() and turn not in plan.push:
         yield q[:2] - p[:2] + (q[2] - p[2]) * (pairs.arm[inside].mean(axis=0) @ TURNED)
@@ -90,10 +89,9 @@ def _follow(
     system: System, s: Surface, feed: Array, step: Array, before: Array, after: Array, track: _Track
 ) -> None:  # fmt: skip
     """Add a motion of a body and its tool to a track; along an axis in which nothing leads the body it rests."""
-    nodes, tool = s.points.nodes, system.tools[s.tool]
+    nodes, master = s.points.nodes, system.master(s)
     x = system.X[nodes] + feed
-    p, q = system.place_of(s.tool, before), system.place_of(s.tool, after)
-    pairs = current_pairs(tool.shape, x, tool.at, p)
+    p, q, pairs = master.place(before), master.place(after), master.seen(x, before)
     inside = pairs.g <= INSIDE * s.points.depth.min()
     way = np.nan_to_num(step) - (q[:2] - p[:2]) + np.zeros_like(x)
     if not turns_within(system, s, pairs.arm, pairs.n):

@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.pairing import current_pairs
 from prensa.errors import Notice
 from prensa.fem.doubts import doubts
 from prensa.fem.element_sizes import elements_asked, least_size, section_area
@@ -251,7 +250,7 @@ def _pushes(system: System) -> Iterator[Notice]:
             for axis, key in enumerate("xy"):
                 value = getattr(push, key)
                 most = max(abs(v) for _, v in value) if isinstance(value, tuple) else abs(value or 0.0)
-                own = [s for s in system.surfaces if system.tools[s.tool].name == name]
+                own = [s for s in system.surfaces if s.against == name]
                 if not most or not own:
                     continue
                 bears = sum(_area(system, s, 1 - axis) * _strength(p.bodies[s.body].material) for s in own)
@@ -324,15 +323,15 @@ def _far_from_tools(system: System, body: str, x: Array) -> Array:
         return np.zeros(len(x))
     for m in _moments(system):
         for s in against:
-            tool = system.tools[s.tool]
-            if m.known[s.tool] or m.t == 0.0:
-                out = np.minimum(out, current_pairs(tool.shape, x, tool.at, system.place_of(s.tool, m.u)).g)
+            master = system.master(s)
+            if m.known[master.number] or m.t == 0.0:
+                out = np.minimum(out, master.seen(x, m.u).g)
     return out
 
 
 def _sizes(system: System) -> Iterator[Notice]:
     for i, s in enumerate(system.surfaces):
-        tool = system.tools[s.tool]
+        tool = system.master(s).tool
         ends = system.X[s.points.edges]
         h = min(float(np.hypot(*(ends[:, 1] - ends[:, 0]).T).min()), least_size(system, s.body))
         size, key = tool.description.face()
@@ -369,8 +368,8 @@ def _gives_way(system: System, s: Surface, beta: float) -> bool:
 
 def _corners(system: System, s: Surface) -> Iterator[Notice]:
     """Sharp corners between the points of a surface whose edges are not cut at them."""
-    tool, start = system.tools[s.tool], system.initial()
-    cuts = [] if s.sharp or not len(tool.shape.edges) else system.cuts(s, start.u, system.place_of(s.tool, start.u))
+    tool, start = system.master(s).tool, system.initial()
+    cuts = [] if s.sharp or not len(tool.shape.edges) else system.cuts(s, start.u, system.master(s).place(start.u))
     if not cuts:
         return
     ends = system.X[s.points.edges[cuts[0].edge]]
@@ -391,7 +390,7 @@ def _path_of(system: System, i: int) -> str:
     """The path of a contact, or of its tool where no contact is written."""
     if "contacts" in system.problem.stated or not system.problem.stated:
         return f"contacts.{i}"
-    return f"tools.{system.tools[system.surfaces[i].tool].name}"
+    return f"tools.{system.surfaces[i].against}"
 
 
 def _bends(system: System) -> Iterator[Notice]:
@@ -420,17 +419,17 @@ def _bends(system: System) -> Iterator[Notice]:
 
 def _tip(system: System, s: Surface, h: float) -> Iterator[Notice]:
     """The end of a tool that is nearest to the surface: how wide it is a tenth of an element from its end."""
-    tool, start = system.tools[s.tool], system.initial()
-    shape = tool.shape
+    master, start = system.master(s), system.initial()
+    tool, shape = master.tool, master.shape
     if shape.cavity or not TIP * h > 0:  # sizes of new meshes may be as small as numbers are
         return
-    x, place = system.positions(start.u)[s.points.nodes], system.place_of(s.tool, start.u)
-    pairs = current_pairs(shape, x, tool.at, place)
+    x = system.positions(start.u)[s.points.nodes]
+    pairs = master.seen(x, start.u)
     k = int(np.argmin(pairs.g))
     width, whole = shape.across(pairs.n[k], TIP * h)
     size = width**2 / (8 * TIP * h)  # the radius of a cylinder that is as wide there
     nearest, aside = x[k] - (pairs.g[k] + TIP * h) * pairs.n[k], 2 * np.sqrt(TIP) * h * pairs.e[k, 0]
-    beside = current_pairs(shape, np.stack([nearest - aside, nearest + aside]), tool.at, place)
+    beside = master.seen(np.stack([nearest - aside, nearest + aside]), start.u)
     if size < 2 * h and (beside.g > 0).any():  # else it goes on to both sides: the floor of a container, under its rim
         surface = "+".join(s.description.surface)
         rounded = f", or give a 'fillet' of {2 * h:.2g}" if hasattr(tool.description, "fillet") else ""
@@ -447,9 +446,9 @@ def _beginning(system: System) -> Iterator[Notice]:
     """Overclosure and tools that look the wrong way, before anything moves."""
     start = system.initial()
     for s in system.surfaces:
-        tool = system.tools[s.tool]
+        tool = system.master(s).tool
         nodes = s.points.nodes
-        pairs = current_pairs(tool.shape, system.positions(start.u)[nodes], tool.at, system.place_of(s.tool, start.u))
+        pairs = system.master(s).seen(system.positions(start.u)[nodes], start.u)
         facing = (pairs.n * s.node_normal).sum(axis=1)
         name, surface = tool.name, "+".join(s.description.surface)
         if (facing > 0.5).all():
@@ -509,11 +508,11 @@ def _to_touch(system: System, s: Surface, node: int) -> str:
 
 def _along_axis(system: System, s: Surface) -> str:
     """How far along the axis, the only way there is in axisymmetry, a tool comes out of a surface, in words."""
-    start, tool = system.initial(), system.tools[s.tool]
-    x, place = system.positions(start.u)[s.points.nodes], system.place_of(s.tool, start.u)
+    start, master = system.initial(), system.master(s)
+    x, place = system.positions(start.u)[s.points.nodes], master.place(start.u)
 
     def least(way: float) -> float:
-        return float(current_pairs(tool.shape, x, tool.at, place + np.array([0.0, way, 0.0])).g.min())
+        return float(master.seen_at(x, place + np.array([0.0, way, 0.0])).g.min())
 
     ways = [sign * w for w in AWAY * float(np.ptp(x, axis=0).max()) for sign in (-1.0, 1.0)]
     out = next((w for w in ways if least(w) >= 0.0), None)
@@ -605,10 +604,10 @@ def _passage(system: System, watched: list[Watch]) -> Iterator[Notice]:
     for m in _moments(system):
         x = system.positions(m.u)
         for i, s in enumerate(system.surfaces):
-            known[i] &= m.known[s.tool]
-            if not m.known[s.tool]:
+            known[i] &= m.known[system.master(s).number]
+            if not m.known[system.master(s).number]:
                 continue
-            pairs = system.node_pairs(s, m.u)
+            pairs = system.node_stencils(s, m.u)
             nearest[i] = min(nearest[i], float(pairs.g.min()))
             _held(system, s, i, m, x, pressed)
         for notice in _crossing(system, m, x):
@@ -620,22 +619,22 @@ def _passage(system: System, watched: list[Watch]) -> Iterator[Notice]:
         if nearest[i] <= 0 or not known[i]:
             moved.add(s.body)
     reached = {
-        s.tool for i, s in enumerate(system.surfaces) if nearest[i] <= CLOSED * s.points.depth.min() or not known[i]
+        s.against for i, s in enumerate(system.surfaces) if nearest[i] <= CLOSED * s.points.depth.min() or not known[i]
     }
     for i, s in enumerate(system.surfaces):
-        if s.tool in reached and s.description.surface == (s.body,):
+        if s.against in reached and s.description.surface == (s.body,):
             continue  # a tool is against all bodies where nothing else is said, not meant to meet them all
         if known[i] and nearest[i] > CLOSED * s.points.depth.min() and s.body not in moved:
             gap = f"never comes nearer than {nearest[i]:.4g}" if np.isfinite(nearest[i]) else "never stands over it"
             yield Notice(
                 _path_of(system, i),
-                f"tool {system.tools[s.tool].name!r} never touches {'+'.join(s.description.surface)!r} in any step: it {gap}; "
+                f"tool {s.against!r} never touches {'+'.join(s.description.surface)!r} in any step: it {gap}; "
                 "check where it is placed, the sign and the size of its motion",
             )
     yield from told.values()
     worst = _worst(pressed)
     for (number, k), most in worst.items():
-        if k < 0 and not system.tools[system.surfaces[number].tool].shape.half_space:
+        if k < 0 and not system.master(system.surfaces[number]).shape.half_space:
             continue  # what is no half-space may stand beside them, or the body yield in between
         if k >= 0 and (number, -1) in worst:
             continue  # the tool goes beyond the supports: said once
@@ -685,9 +684,8 @@ def _held(
     nodes, axis = nodes[mine], axis[mine]
     if not len(nodes):
         return
-    tool = system.tools[s.tool]
-    place = system.place_of(s.tool, m.u)
-    pairs = current_pairs(tool.shape, x[nodes], tool.at, place)
+    master = system.master(s)
+    place, pairs = master.place(m.u), master.seen(x[nodes], m.u)
     h = float(s.points.depth.min())
     deep = (pairs.g < -REACH * h) & (np.abs(pairs.n[np.arange(len(nodes)), axis]) > ALONG)
     if not deep.any():
@@ -696,12 +694,12 @@ def _held(
     came = pairs.n @ place[:2] >= -0.5 * pairs.g
     # deep in a tool that is as narrow as its travel is long, its side may be nearer than the face that came
     across = np.abs(pairs.n @ place[:2]) < 0.5 * np.hypot(*place[:2])
-    came |= np.isin(nodes, s.points.nodes) & (tool.shape.half_space | ~across)
+    came |= np.isin(nodes, s.points.nodes) & (master.shape.half_space | ~across)
     # what is free across its support goes along with a tool that comes that way, down a bore under a fillet, say
     other, beside = 1 - axis, x[nodes].copy()
     free = ~np.isin(field.dofs(nodes)[np.arange(len(nodes)), other], m.plan.fixed)
     beside[np.arange(len(nodes)), other] += place[other] * free
-    came &= ~free | (current_pairs(tool.shape, beside, tool.at, place).g < -REACH * h)
+    came &= ~free | (master.seen(beside, m.u).g < -REACH * h)
     for k in np.flatnonzero(deep & came):
         key = (i, int(nodes[k]) if nodes[k] in s.points.nodes else -1 - int(nodes[k]))
         if -pairs.g[k] > pressed.get(key, NOT_PRESSED).depth:
@@ -721,7 +719,7 @@ def _overconstrained(system: System, s: Surface, i: int, most: Pressed, candidat
     depth, t, node, _ = most
     x, y = system.X[node]
     where = f"node {node - system.offsets[s.body]} of {s.body!r} at ({x:.4g}, {y:.4g})"
-    tool = system.tools[s.tool].name
+    tool = s.against
     if candidate:
         return Notice(
             _path_of(system, i),
@@ -733,7 +731,7 @@ def _overconstrained(system: System, s: Surface, i: int, most: Pressed, candidat
         _path_of(system, i),
         f"tool {tool!r} reaches {depth:.4g} beyond {where} at time {t:.4g}, which a support holds: is its travel larger than the "
         "body?",
-        system.problem.kinematics == "finite" and system.tools[s.tool].shape.half_space,
+        system.problem.kinematics == "finite" and system.master(s).shape.half_space,
     )
 
 
@@ -760,16 +758,16 @@ def _crossing(system: System, m: _Moment, x: Array) -> Iterator[Notice]:
     """Two tools whose faces pass each other where they press on the same body, or that press the same points."""
     for i, a in enumerate(system.surfaces):
         for b in system.surfaces[:i]:
-            if a.tool == b.tool or a.body != b.body or not (m.known[a.tool] and m.known[b.tool]):
+            ta, tb = system.master(a), system.master(b)
+            if ta.name == tb.name or a.body != b.body or not (m.known[ta.number] and m.known[tb.number]):
                 continue
-            ta, tb = system.tools[a.tool], system.tools[b.tool]
             shared = np.intersect1d(a.points.nodes, b.points.nodes)
             planes = ta.shape.half_space and tb.shape.half_space
             nodes = shared if len(shared) or not planes else a.points.nodes[:1]
             if not len(nodes):
                 continue
-            pa = current_pairs(ta.shape, x[nodes], ta.at, system.place_of(a.tool, m.u))
-            pb = current_pairs(tb.shape, x[nodes], tb.at, system.place_of(b.tool, m.u))
+            pa = ta.seen(x[nodes], m.u)
+            pb = tb.seen(x[nodes], m.u)
             facing = (pa.n * pb.n).sum(axis=1)
             h = float(a.points.depth.min())
             between = np.where(facing < -ALONG, pa.g + pb.g, np.inf)

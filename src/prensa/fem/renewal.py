@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.integration import node_normals
-from prensa.contact.pairing import current_pairs
 from prensa.contact.record import ContactRecord
 from prensa.fem.assembly import Block
 from prensa.fem.discretise import on_meshes, with_origins
@@ -237,16 +236,13 @@ class _Places:
             target = np.where(closed, -np.maximum(lam[:, 0], 0.0) / s.scale(target).k_n, 0.0)
         for share in np.unique(s.points.N[:, 0])[::-1]:  # points at nodes first, then those that neighbours carry with theirs
             of = np.flatnonzero(s.points.N[:, 0] == share)
-            nodes, tool = s.points.support[of, 0], self.new.tools[s.tool]
-            pairs = current_pairs(tool.shape, s.points.at(self.x)[of], tool.at, self._place(s))
+            nodes = s.points.support[of, 0]
+            pairs = self.new.master(s).seen(s.points.at(self.x)[of], self.tools_at)
             free = np.where(self.held[nodes], 0.0, pairs.n)
             size = share * (free**2).sum(axis=1)
             go = (closed[of] | (pairs.g < 0)) & (size > LEAST_SHARE)
             way = np.where(go, (target[of] - pairs.g) / np.where(go, size, 1.0), 0.0)
             self.x[nodes] += way[:, None] * free
-
-    def _place(self, s: Surface) -> Array:
-        return self.new.place_of(s.tool, self.tools_at)
 
     def _keep_volume(self, body: str) -> None:
         """Move the free nodes of an outline along their normals, all by one distance, so that its volume is the old one."""
@@ -259,7 +255,7 @@ class _Places:
         free[nodes] = ~self.held[nodes].any(axis=1)
         for s, (_, closed, _) in zip(self.new.surfaces, self.values):
             own = s.points.support[:, 0]
-            pairs = current_pairs(self.new.tools[s.tool].shape, self.x[own], self.new.tools[s.tool].at, self._place(s))
+            pairs = self.new.master(s).seen(self.x[own], self.tools_at)
             free[own] &= ~closed & (pairs.g > CLEAR * s.points.depth)
         if free.sum() < FEWEST:
             return
@@ -276,7 +272,7 @@ class _Places:
         total = sum(len(s.points) for s in new.surfaces)
         record, lam = ContactRecord.initial(total, t), np.zeros((total, 1 + t))
         for s, (own, _, multipliers) in zip(new.surfaces, self.values):
-            coordinate, area = new.pairs(s, self.tools_at).s, new.weights(s, new.X, None)
+            coordinate, area = new.stencils(s, self.tools_at).s, new.weights(s, new.X, None)
             record = record.replaced(s.rows, replace(own, coordinate=coordinate, area=area))
             lam[s.rows] = multipliers
         return record, lam

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.contact.faces import FacePoints, face_measures
 from prensa.contact.integration import SPREAD
-from prensa.contact.spatial import FacePoints, HalfSpace, face_measures
 from prensa.elements.element import Mode, element_of
 from prensa.errors import PrensaError
 from prensa.fem.assembly import Block, make_pattern, slots_of
@@ -26,6 +26,7 @@ from prensa.layout import DofMap
 from prensa.materials.material import material_of
 from prensa.model import problem as model
 from prensa.tools.place import PlacedTool
+from prensa.tools.shapes.plane import HalfSpace
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -136,12 +137,12 @@ def discretise_bricks(problem: BricksUnderPlane) -> System:
     points: Any = FacePoints(nodes, faces, *_depths(X, faces, volume[behind].sum(axis=1), nodes))
     normal = points.normals(X)
     surface = Surface(
-        contact.name, contact, "body", 0, points, 0, X[nodes], dofs.pairs(points.support, 0), normal, normal, law.modulus(),
-        behind,
+        contact.name, contact, "body", points, 0, X[nodes], dofs.stencils(points.support, dofs.tool.dofs(0)), normal, normal,
+        law.modulus(), behind,
     )  # fmt: skip
-    shape: Any = HalfSpace(problem.normal)
-    description: Any = problem
-    tool = PlacedTool("plane", shape, np.array(problem.at, dtype=np.float64), shape.frame[0], description)
+    out = np.array(problem.normal, dtype=np.float64) / np.linalg.norm(problem.normal)
+    shape, description = HalfSpace(tuple(out.tolist())), cast(Any, problem)
+    tool = PlacedTool("plane", shape, np.array(problem.at, dtype=np.float64), out, description)
     given: Any = problem
     return System(given, {}, {"body": 0}, X, [block], [tool], [surface], pattern, dofs, courses=_plan)
 

@@ -71,7 +71,7 @@ class Earlier:
 
     def surface(self, s: Surface, system: System) -> Surface | None:
         """The contact of the run that goes on in contact *s* of the new system."""
-        tool = system.tools[s.tool]
+        tool = system.master(s).tool
         if s.body not in self.bodies or self.tool(tool.name, tool.description) is None:
             return None
         for old in self.system.surfaces:
@@ -91,11 +91,11 @@ class Earlier:
         for s in system.surfaces:
             before = self.surface(s, system)
             if before is None:
-                contact.coordinate[s.rows] = system.pairs(s, u).s
+                contact.coordinate[s.rows] = system.stencils(s, u).s
                 continue
             here, there = _same_points(s, before)
             if len(here) < len(s.points):
-                contact.coordinate[s.rows] = system.pairs(s, u).s
+                contact.coordinate[s.rows] = system.stencils(s, u).s
             rows, old = s.first + here, before.first + there
             contact = contact.replaced(rows, self.state.contact.of(old))
             lam[rows] = self.state.lam[old]
@@ -146,8 +146,7 @@ class Earlier:
         then = old.evaluate(last, self.state.u, lam, stiffness=False)
         for s, a, b in zip(old.surfaces, then.contacts, now.contacts):
             if s.name in kept:
-                F, _ = (a.points or s.points).spread(a.F - b.F, a.K)
-                np.add.at(out, s.dofs, F)
+                np.add.at(out, s.dofs, a.F - b.F)
         return out
 
     def _moved(self, values: Array, system: System) -> Array:

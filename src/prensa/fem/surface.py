@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +13,11 @@ from prensa.contact.cut import Corners
 from prensa.contact.forces import Scale
 from prensa.contact.integration import Points
 from prensa.contact.kept import Supports
+from prensa.contact.masters import RigidMaster
 from prensa.layout import DofMap, Field
 from prensa.mesh.mesh import Mesh
 from prensa.model import problem as model
 from prensa.tools.place import PlacedTool
-
-if TYPE_CHECKING:
-    pass
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -29,10 +27,10 @@ EPS = float(np.finfo(np.float64).eps)
 
 @dataclass(frozen=True)
 class Surface:
-    """One contact: candidate points against a tool. ``first`` is the row of its first point in the state's arrays.
+    """One contact: candidate points against a master. ``first`` is the row of its first point in the state's arrays.
 
-    ``X`` (k, d) initial positions of the points, ``dofs`` (k, d a + m) degrees of freedom of their pairs: displacements of each
-    supporting node, motions of the tool; ``normal`` (k, d) of the undeformed surface at the points, ``node_normal`` (n, d) at
+    ``X`` (k, d) initial positions of the points, ``dofs`` (k, m) unknowns of their stencils: displacements of each supporting
+    node, then those of the master; ``normal`` (k, d) of the undeformed surface at the points, ``node_normal`` (n, d) at
     its nodes;
     ``behind`` (m,): elements of the body behind the edges.
     ``multipliers``: their field, normal and tangential of each point; None if they are no degrees of freedom.
@@ -42,7 +40,6 @@ class Surface:
     name: str
     description: model.Contact
     body: str
-    tool: int
     points: Points
     first: int
     X: Array
@@ -53,6 +50,11 @@ class Surface:
     behind: Index
     multipliers: Field | None = None
     corners: Corners | None = None
+
+    @property
+    def against(self) -> str:
+        """Name of its master."""
+        return self.description.against
 
     @property
     def sharp(self) -> bool:
@@ -76,21 +78,26 @@ class Surface:
         return slice(self.first, self.first + len(self.points))
 
     @property
+    def of_master(self) -> slice:
+        """Which of the unknowns of a stencil are the master's."""
+        return slice(self.X.shape[1] * self.points.N.shape[1], None)
+
+    @property
     def coupled(self) -> Index:
-        """Unknowns of the pairs (k, d a + m), followed by the multipliers where these are dofs (k, d a + m + 1 + t)."""
+        """Unknowns of the stencils (k, d a + m), followed by the multipliers where these are dofs (k, d a + m + 1 + t)."""
         if self.multipliers is None:
             return self.dofs
         return np.hstack([self.dofs, self.multipliers.dofs(np.arange(len(self.points)))])
 
     def stretched_dofs(self, dofs: DofMap) -> Index:
-        """Degrees of freedom (shares, 2a + 7) of the nodes that carry the shares' points, those of their edges, and the tool.
+        """Degrees of freedom (shares, m + 4) of the stencils of the shares' points, and of the nodes of their edges.
 
         Followed by the tangential multiplier of the point where that is a degree of freedom.
         """
         part = self.points.shares
-        nodes = np.hstack([self.points.support[part.point], self.points.edges[part.edge]])
-        pairs = dofs.pairs(nodes, self.tool)
-        return pairs if self.multipliers is None else np.hstack([pairs, self.multipliers.dofs(part.point)[:, 1:]])
+        ends = dofs.displacement.dofs(self.points.edges[part.edge]).reshape(len(part.edge), -1)
+        both = np.hstack([self.dofs[part.point], ends])
+        return both if self.multipliers is None else np.hstack([both, self.multipliers.dofs(part.point)[:, 1:]])
 
     @property
     def unit(self) -> Array:
@@ -102,7 +109,7 @@ class Surface:
         if not self.exact or self.X.shape[1] > 2:
             return None
         free = ~np.isin(self.dofs, fixed)
-        at = np.flatnonzero(~free[:, :-3].all(axis=1))
+        at = np.flatnonzero(~free[:, : self.of_master.start].all(axis=1))
         return Supports(at, free[at]) if len(at) else None
 
     def scale(self, k_t_least: Array) -> Scale:
@@ -127,3 +134,6 @@ class Geometry(Protocol):
 
     def place_of(self, t: int, u: Array) -> Array:
         """Displacement and rotation of tool number t."""
+
+    def master(self, s: Surface) -> RigidMaster:
+        """What a contact lies against."""

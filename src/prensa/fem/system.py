@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 
 from prensa.contact.cut import PIERCED, Cut, corners_of, cut, cuts_of
 from prensa.contact.forces import ContactForces, Scale
-from prensa.contact.pairing import UNMOVED, Pairs, Since, continued, current_pairs, reference_pairs
+from prensa.contact.masters import RigidMaster
+from prensa.contact.pairing import Since, current_pairs
 from prensa.contact.record import ContactRecord
 from prensa.contact.recovery import recover
-from prensa.contact.spatial import plane_pairs
+from prensa.contact.stencil import Stencils
 from prensa.fem.assembly import Block, Pattern, scatter_matrix, scatter_vector, slots, sweep
 from prensa.fem.contact_interaction import ContactInteraction
 from prensa.fem.failure import ElementFailed, NotEvaluated
@@ -66,6 +67,13 @@ class Evaluation(NamedTuple):
     failed: NotEvaluated | None
     floor: float = 0.0
     violation: float = 0.0
+
+    def contact_forces(self) -> Array:
+        """Forces (ndof,) of the contacts on all degrees of freedom: a master's are those at its own."""
+        out = np.zeros(len(self.r))
+        for f in self.contacts:
+            scatter_vector(f.F, f.stencils.dofs, out)
+        return out
 
     @property
     def resting(self) -> NDArray[np.bool_]:
@@ -138,6 +146,19 @@ class System:
     def tool_dof(self, t: int) -> int:
         """First degree of freedom of tool number t."""
         return int(self.dofs.tool.dofs(t)[0])
+
+    @cached_property
+    def masters(self) -> dict[str, RigidMaster]:
+        """What contacts lie against, by name."""
+        return {tool.name: RigidMaster(tool, t, self.dofs.tool.dofs(t)) for t, tool in enumerate(self.tools)}
+
+    def master(self, s: Surface) -> RigidMaster:
+        """What a contact lies against."""
+        return self.masters[s.against]
+
+    def against(self, master: str) -> list[Surface]:
+        """The contacts that have a master."""
+        return [s for s in self.surfaces if s.against == master]
 
     def place_of(self, t: int, u: Array) -> Array:
         """Displacement and rotation of tool number t."""
@@ -293,10 +314,6 @@ class System:
             return np.ones(self.nodes)
         return depth / self.problem.thickness
 
-    def cylinder(self, tool: int) -> float:
-        """Radius of a tool that is a cylinder or sphere, infinite for other shapes."""
-        return self.tools[tool].shape.cylinder
-
     # -------------------------------------------------------------------------------------------------------- state
     def initial(self) -> State:
         """The state at time 0: undeformed, or where an earlier run ended."""
@@ -321,7 +338,7 @@ class System:
         t = self.dofs.dimension - 1
         contact = ContactRecord.initial(n_points, t)
         for s in self.surfaces:
-            contact.coordinate[s.rows] = self.pairs(s, u).s
+            contact.coordinate[s.rows] = self.stencils(s, u).s
         return State(
             u=u, du=np.zeros(self.ndof), dt_last=0.0, second_difference=np.zeros(self.ndof),
             history=self.initial_history,
@@ -364,7 +381,7 @@ class System:
         u = c.state.u + way
         committed = [
             record if self.frictionless(law) else replace(
-                record, coordinate=np.where(record.closed[:, None], record.coordinate, self.pairs(s, u, c.state).s)
+                record, coordinate=np.where(record.closed[:, None], record.coordinate, self.stencils(s, u, c.state).s)
             )
             for s, record, law in zip(c.surfaces, c.committed, c.plan.friction)
         ]  # fmt: skip
@@ -389,14 +406,14 @@ class System:
         Where a corner has sunk into its edge between the nodes, the point that a cut makes would lie deep in the tool, and
         its force be there at once: such edges stay whole.
         """
-        cuts = self.cuts(s, u, self.place_of(s.tool, ahead), flanks) if s.sharp else []
+        cuts = self.cuts(s, u, self.master(s).place(ahead), flanks) if s.sharp else []
         while cuts:
             points = cut(s.points, self.positions(u) if self.problem.kinematics == "finite" else self.X, cuts)
-            corners = corners_of(points, self.tools[s.tool].shape, cuts)
+            corners = corners_of(points, self.master(s).shape, cuts)
             out = replace(s, points=points, X=points.at(self.X), corners=corners)
-            gap = self.pairs(out, ahead).g
+            gap = self.stencils(out, ahead).g
             if corners is not None:  # what they hold they take along: only where they lie now may they be too deep
-                gap[corners.rows] = self.pairs(out, u).g[corners.rows]
+                gap[corners.rows] = self.stencils(out, u).g[corners.rows]
             sunk = gap < -PIERCED * points.depth
             whole = [c for c in cuts if not sunk[s.points.nodes == s.points.edges[c.edge, c.end]].any()]
             if len(whole) == len(cuts):
@@ -407,63 +424,49 @@ class System:
     def cuts(self, s: Surface, u: Array, place: Array, flanks: bool = False) -> list[Cut]:
         """Where sharp corners of a contact's tool at a place (3,) lie over its edges, of bodies at degrees of freedom u."""
         x = self.positions(u) if self.problem.contact_geometry == "current" else self.X
-        tool = self.tools[s.tool]
-        return cuts_of(tool.shape, tool.at, place, x, s.points.edges, 100.0 * self.length, flanks)
+        master = self.master(s)
+        return cuts_of(master.shape, master.at, place, x, s.points.edges, 100.0 * self.length, flanks)
 
     def _committed(self, s: Surface, state: State) -> ContactRecord:
         """What is committed of the points of a contact, at the places that these have in the next increment."""
         record = state.contact.of(s.rows)
         if not s.sharp or self.problem.contact_geometry == "reference":
             return record
-        return replace(record, coordinate=self.pairs(s, state.u, state).s)
+        return replace(record, coordinate=self.stencils(s, state.u, state).s)
 
     # ----------------------------------------------------------------------------------------------------- residual
-    def pairs(self, s: Surface, u: Array, since: State | None = None) -> Pairs:
-        """Gap and slip data of a contact at its integration points, for degrees of freedom u.
+    def stencils(self, s: Surface, u: Array, since: State | None = None) -> Stencils:
+        """Stencils of a contact at its integration points, for degrees of freedom u.
 
-        since: the committed state from which slip goes on, where the surface stays undeformed or the tool's is closed; the
-        undeformed one if None.
+        since: the committed state from which slip goes on, where its master has a memory of that; the undeformed one if None.
         """
-        displacement = s.points.at(self.displacement(u))
-        pairs = self._pairs_since(s, u, displacement, since)
-        if s.corners is None:
-            return pairs
-        rows, place = s.corners.rows, self.place_of(s.tool, u)
-        return pairs.replaced(rows, current_pairs(s.corners, (s.X + displacement)[rows], self.tools[s.tool].at, place))
+        master, moved, before = self.master(s), s.points.at(self.displacement(u)), None
+        if since is not None and master.has_memory(self._reference):
+            then = s.points.at(self.displacement(since.u))
+            before = Since(since.contact.coordinate[s.rows], then, master.place(since.u))
+        pairs = master.pairs(s.X, s.normal, moved, u, self._reference, self._reach, before)
+        if s.corners is not None:
+            rows = s.corners.rows
+            pairs = pairs.replaced(rows, current_pairs(s.corners, (s.X + moved)[rows], master.at, master.place(u)))
+        return pairs.stencils(s.points.N, s.points.coefficients, s.dofs)
 
-    def _pairs_since(self, s: Surface, u: Array, displacement: Array, since: State | None) -> Pairs:
-        """As `pairs`, of points with a displacement (k, d) that no corner holds."""
-        reference, tool = self.problem.contact_geometry == "reference", self.tools[s.tool]
-        if since is None or not (reference or np.isfinite(tool.shape.period)):
-            return self._pairs(s, u, s.X, displacement, s.normal)
-        before = Since(
-            since.contact.coordinate[s.rows],
-            s.points.at(self.displacement(since.u)),
-            self.place_of(s.tool, since.u),
-        )
-        pairs = self._pairs(s, u, s.X, displacement, s.normal, before)
-        if reference:
-            return pairs
-        place = self.place_of(s.tool, u)
-        return pairs._replace(s=continued(tool.shape, pairs.s, s.X, displacement, tool.at, place, before))
+    def node_stencils(self, s: Surface, u: Array) -> Stencils:
+        """Stencils of a contact at the nodes of its surface, whatever the rule."""
+        nodes, master = s.points.nodes, self.master(s)
+        moved = self.displacement(u)[nodes]
+        pairs = master.pairs(self.X[nodes], s.node_normal, moved, u, self._reference, self._reach, None)
+        one = np.ones((len(nodes), 1))
+        return pairs.stencils(one, np.hstack([one, -one]), self.dofs.stencils(nodes[:, None], master.dofs))
 
-    def node_pairs(self, s: Surface, u: Array) -> Pairs:
-        """Gap and slip data of a contact at the nodes of its surface, whatever the rule."""
-        nodes = s.points.nodes
-        displacement = self.displacement(u)[nodes]
-        return self._pairs(s, u, self.X[nodes], displacement, s.node_normal)
+    @property
+    def _reference(self) -> bool:
+        """Whether contact is that of the undeformed surface."""
+        return self.problem.contact_geometry == "reference"
 
-    def _pairs(
-        self, s: Surface, u: Array, X: Array, displacement: Array, normal: Array, since: Since = UNMOVED
-    ) -> Pairs:
-        tool = self.tools[s.tool]
-        place_ = self.place_of(s.tool, u)
-        if self.dofs.dimension == 3:
-            shape: Any = tool.shape
-            return plane_pairs(shape, X + displacement, tool.at, place_)
-        if self.problem.contact_geometry == "current":
-            return current_pairs(tool.shape, X + displacement, tool.at, place_)
-        return reference_pairs(tool.shape, X, normal, displacement, tool.at, place_, 100.0 * self.length, since)
+    @property
+    def _reach(self) -> float:
+        """How far masters are looked for."""
+        return 100.0 * self.length
 
     def evaluate(
         self, c: Context, u: Array, lam: Array, stiffness: bool = True, **overrides: Unpack[Overrides]

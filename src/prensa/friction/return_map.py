@@ -16,6 +16,10 @@ from prensa.kernels.compiled import njit
 
 Array = NDArray[np.float64]
 
+OPEN, STUCK, SLIDING, DECIDE = 0, 1, 2, 3
+"""Branches of contact and friction that a point may be made to take; `DECIDE`: its pressure and trial traction say which."""
+BRANCH = 3  # the bits that tell these apart
+HOLD = 4  # a flag besides: where it touches, the point sticks
 ON_BOUND = 1e-12  # a point that slid and has not moved yet is on the bound: it sticks, whatever the round-off says
 
 
@@ -35,16 +39,16 @@ class Tangential(NamedTuple):
 
 def return_map(
     law: FrictionLaw, at: At, lam: Array, dg: Array, p: Array, touching: NDArray[np.bool_], kappa: Array, k_t: Array,
-    hold: NDArray[np.bool_] | None = None, slips: NDArray[np.bool_] | None = None,
+    want: NDArray[np.int8] | None = None,
 ) -> Tangential:  # fmt: skip
     """Traction t_T(Δg_T, p) from the committed traction (or multiplier).
 
     lam (k, d): traction at the start of the increment or multiplier, in d tangential axes of the tool; dg (k, d):
     tangential displacement relative to the tool during the increment; p (k,) pressure; touching (k,) flags, which
     include the points of p = 0 that are just in touch; kappa (k,) committed slip; k_t (k,) tangential stiffness.
-    Where a point does not touch everything is zero, and the slip is kept. ``hold`` (k,): points that stick whatever
-    the bound says, an override with which the solver breaks cycles. ``slips`` (k,): the points that slip, also where that
-    takes back some of the slip; None: the trial traction decides.
+    Where a point does not touch everything is zero, and the slip is kept. ``want`` (k,): branches that points take: with
+    `SLIDING` they slip, also where that takes back some of the slip, with `STUCK` or the flag `HOLD`, by which the solver breaks
+    cycles, they stick whatever the bound says; None: the trial tractions decide.
 
     The trial is t_tr = λ − k_T Δg; slip iff |t_tr| > τ_y(p, κ_n); then |t_tr| − k_T Δλ = τ_y(p, κ_n + Δλ).
     A softening law needs k_T > |∂τ_y/∂κ| for the root to be unique; where it may not be, the tangent is NaN, which the
@@ -54,29 +58,30 @@ def return_map(
     t, dt_dp, dt_dg, bound = np.empty((k, d)), np.empty((k, d)), np.empty((k, d, d)), np.empty((k, 2))
     size, delta, slip, moves = np.empty(k), np.empty(k), np.empty(k, dtype=bool), np.empty(k, dtype=bool)
     tau, dtau_p, dtau_k = bounded(law, p, kappa, at)
-    free = touching[:0]  # to the kernel, flags of no points are none
+    want = np.full(k, DECIDE, dtype=np.int8) if want is None else want
     results = size, moves, delta, slip, t, dt_dp, dt_dg, bound
-    sticks, slides = free if hold is None else hold, free if slips is None else slips
-    _tractions(lam, dg, p, k_t, touching, sticks, slides, tau, dtau_p, k_t + dtau_k, *results)
+    _tractions(lam, dg, p, k_t, touching, want, tau, dtau_p, k_t + dtau_k, *results)
     if law.hardens:
         if moves.any():
-            far, tau, dtau_p, dtau_k = _hardening_root(law, at, size, tau, p, kappa, k_t, moves, slips is not None)
+            held = (want & BRANCH) == SLIDING
+            far, tau, dtau_p, dtau_k = _hardening_root(law, at, size, tau, p, kappa, k_t, moves, held)
         else:
             far = delta.copy()
         D = np.where(slip & (law.softening(p, kappa, at) >= k_t), np.nan, k_t + dtau_k)
-        _tractions(lam, dg, p, k_t, touching, free, slip.copy(), tau, dtau_p, D, *results)
+        as_found = np.where(slip, SLIDING, STUCK).astype(np.int8)
+        _tractions(lam, dg, p, k_t, touching, as_found, tau, dtau_p, D, *results)
         delta = far
     return Tangential(t, dt_dg, dt_dp, kappa + delta, slip, bound)
 
 
 @njit(cache=True, error_model="numpy")
 def _tractions(
-    lam, dg, p, k_t, touching, hold, slips, tau, dtau_p, D, size, moves, delta, slip, t, dt_dp, dt_dg, bound
+    lam, dg, p, k_t, touching, want, tau, dtau_p, D, size, moves, delta, slip, t, dt_dp, dt_dg, bound
 ):  # fmt: skip
     """Trial tractions → which points slip, and tractions on the bound tau (k,) or below it with their derivatives.
 
-    ``hold``, ``slips``: as of `return_map`, (0,) if not given. ``size`` (k,) of the trial tractions; ``moves``: which points
-    slip by more than nothing, and by how much, delta, if the bound stays.
+    ``want`` as of `return_map`. ``size`` (k,) of the trial tractions; ``moves``: which points slip by more than nothing, and by
+    how much, delta, if the bound stays.
     """
     d = dg.shape[1]
     for k in range(len(touching)):
@@ -86,11 +91,13 @@ def _tractions(
             t[k, i] = lam[k, i] - k_t[k] * dg[k, i] if touching[k] else 0.0
             square += t[k, i] * t[k, i]
         size[k] = abs(t[k, 0]) if d == 1 else math.sqrt(square)
-        if len(slips) > 0:
-            slip[k] = touching[k] and slips[k]
+        branch = want[k] & BRANCH
+        if branch == SLIDING:
+            slip[k] = touching[k]
             moves[k] = slip[k] and size[k] > 0.0
         else:
-            slip[k] = touching[k] and size[k] > (1.0 + ON_BOUND) * tau[k] and not (len(hold) > 0 and hold[k])
+            sticks = branch == STUCK or (want[k] & HOLD) != 0
+            slip[k] = touching[k] and size[k] > (1.0 + ON_BOUND) * tau[k] and not sticks
             moves[k] = slip[k] and p[k] > 0.0
         delta[k] = (size[k] - tau[k]) / k_t[k] if moves[k] else 0.0
         stick = -k_t[k] if touching[k] else 0.0
@@ -109,7 +116,7 @@ def _tractions(
 
 def _hardening_root(
     law: FrictionLaw, at: At, size: Array, tau0: Array, p: Array, kappa: Array, k_t: Array, slip: NDArray[np.bool_],
-    held: bool,
+    held: NDArray[np.bool_],
 ) -> tuple[Array, Array, Array, Array]:  # fmt: skip
     """Safeguarded Newton for Δλ of all points at once; the bracket is (0, |t_tr|/k_T).
 
@@ -118,9 +125,8 @@ def _hardening_root(
     """
     hi = size / k_t
     lo = np.zeros_like(hi)
-    if held:
-        reach = 2.0 * np.maximum(size, np.abs(tau0)) / k_t
-        lo, hi = hi - reach, hi + reach
+    reach = 2.0 * np.maximum(size, np.abs(tau0)) / k_t
+    lo, hi = np.where(held, hi - reach, lo), np.where(held, hi + reach, hi)
     x = np.where(slip, np.clip((size - tau0) / k_t, lo, hi), 0.0)
     for _ in range(100):
         tau, dtau_p, dtau_k = bounded(law, p, kappa + x, at)

@@ -187,12 +187,11 @@ class Closed:
         """Derivatives (d,) of a measure that is a linear map of motions and forces; those of the last one asked for are kept."""
         if self._slopes is None or self._slopes[0] is not of:
             dofs, slopes = of.displacements(system)
-            out, tools = slopes @ self.x[dofs], system.dofs.tool
+            out = slopes @ self.x[dofs]
             for dof, slope in zip(*of.reactions(system)):
                 if slope == 0.0:
                     continue
-                tool, axis = divmod(int(dof) - tools.first, tools.width)
-                out += slope * sum(p.F[:, 2 + axis].sum(axis=0) for p in self.points if p.surface.tool == tool)
+                out += slope * sum(p.F[p.surface.dofs == dof].sum(axis=0) for p in self.points)
             self._slopes = of, out
         return self._slopes[1]
 
@@ -218,7 +217,7 @@ def differentiate(at: Solution, columns: Columns, before: Bundle, state: State) 
         area_was, slip, coordinate, traction = (carried[f"contact.{name}"][s.rows] for name in names)
         if c.through_air is not None:
             coordinate = np.stack([d.coordinates(at, k) for d in before.directions], axis=-1)
-        scale, mu, place = changes.scale[k], given.mu[:, k], changes.place[s.tool]
+        scale, mu, place = changes.scale[k], given.mu[:, k], changes.place[system.master(s).number]
         was = Committed(slip, area, area_was, coordinate, traction, scale, mu, place, changes.X)
         points.append(Points.of(c, k, f, was, carried["lam"][s.rows].copy(), at.u, r))
     if given.moved:
@@ -304,11 +303,12 @@ class Beside(NamedTuple):
         contacts = []
         for p in found.points:
             f, s = p.f, self.system.surfaces[self.at.c.surfaces.index(p.surface)]
-            pairs = self.system.pairs(s, state.u, before)._replace(s=f.s + step * p.s[:, k, None])
+            stencils = self.system.stencils(s, state.u, before)._replace(s=f.s + step * p.s[:, k, None])
             area = f.weight + step * p.before.area[:, k]
             contacts.append(
                 f._replace(
-                    pairs=pairs, p=f.p + step * p.p[:, k], t=f.t + step * p.t[:, k, None], kappa=f.kappa + step * p.kappa[:, k],
+                    stencils=stencils, p=f.p + step * p.p[:, k], t=f.t + step * p.t[:, k, None],
+                    kappa=f.kappa + step * p.kappa[:, k],
                     F=f.F + step * p.F[:, :, k], weight=area, area=area, points=s.points,
                 )
             )  # fmt: skip

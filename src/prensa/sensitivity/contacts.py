@@ -47,7 +47,7 @@ class Points:
     """A contact in an increment and its directions: the rates at fixed dofs, then those along a solution too (`follow`).
 
     ``way``, ``slid`` (k,): along the tool in the increment, and of that the slip. ``p``, ``t``, ``s``, ``kappa`` (k, d);
-    ``F`` (k, 5, d) forces on the pairs; ``lam`` (k, 2, d) multipliers.
+    ``F`` (k, m, d) forces on the unknowns of the stencils; ``lam`` (k, 2, d) multipliers.
     """
 
     surface: Surface
@@ -62,6 +62,8 @@ class Points:
     F: Array
     kappa: Array
     lam: Array
+    Fn: Array
+    Ft: Array
 
     @classmethod
     def of(cls, c: Context, number: int, f: ContactForces, before: Committed, lam: Array, u: Array, r: Array) -> Points:
@@ -72,15 +74,16 @@ class Points:
         s, scale = c.surfaces[number], c.scales[number]
         way = f.s[:, 0] - c.committed[number].coordinate[:, 0]
         p, t, moved, kappa = np.empty((4, *before.area.shape))
-        F = np.empty((len(f.p), 5, before.area.shape[1]))
+        F = np.empty((*f.F.shape, before.area.shape[1]))
+        Fn, Ft = (f.stencils.act(v) for v in (f.stencils.n, f.stencils.e[:, 0]))
         pressure = lam[:, 0].copy()
         own, first = (np.empty((0, 2)), -1) if s.multipliers is None else (s.multipliers.of(u), s.unknowns.start)
         at_fixed(
-            f.p, f.t, f.g, f.slip, way, f.dp, f.dt, f.pairs.ds, f.pairs.Fn, f.pairs.Ft, f.K, f.weight,
-            scale.k_n, scale.k_t, scale.unit, own, s.points.N, s.points.support, s.dofs, first,
+            f.p, f.t, f.g, f.slip, way, f.dp, f.dt, f.stencils.ds, Fn, Ft, f.K, f.weight,
+            scale.k_n, scale.k_t, scale.unit, own, s.points.support, s.dofs, first,
             before.area, lam, before.coordinate, before.scale, before.mu, before.X, before.place, p, t, moved, F, r,
         )  # fmt: skip
-        out = cls(s, f, scale, way, f.kappa - c.committed[number].slip, before, p, t, moved, F, kappa, lam)
+        out = cls(s, f, scale, way, f.kappa - c.committed[number].slip, before, p, t, moved, F, kappa, lam, Fn, Ft)
         if f.kept is not None:
             out._keep(f.kept, pressure, r)
         return out
@@ -120,8 +123,8 @@ class Points:
         """Add what motions x (ndof, d) of the degrees of freedom make."""
         f, s, b = self.f, self.surface, self.before
         along(
-            f.p, f.t, f.slip, self.way, self.slid, f.dp, f.dt, f.pairs.ds, f.pairs.Fn, f.pairs.Ft, f.K, f.weight,
-            self.scale.k_t, self.scale.unit, s.points.N, s.dofs, -1 if s.multipliers is None else s.unknowns.start, x,
+            f.p, f.t, f.slip, self.way, self.slid, f.dp, f.dt, f.stencils.ds, self.Fn, self.Ft, f.K, f.weight,
+            self.scale.k_t, self.scale.unit, s.dofs, -1 if s.multipliers is None else s.unknowns.start, x,
             self.lam, b.slip, b.coordinate, b.scale, self.p, self.t, self.s, self.F, self.kappa,
         )  # fmt: skip
 

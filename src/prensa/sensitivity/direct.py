@@ -238,7 +238,7 @@ class Direction:
         for k, s in enumerate(at.c.surfaces):
             f, by = at.e.contacts[k], pushed[s.rows]
             P, T = f.weight * (f.dp[:, : by.shape[1]] * by).sum(axis=1), f.area[:, None] * _tangential(f, by)
-            F, _ = s.points.spread(P[:, None] * f.pairs.Fn + np.einsum("kt,ktm->km", T, f.pairs.Ft), f.K)
+            F = f.stencils.act(P[:, None] * f.stencils.n + np.einsum("kt,kti->ki", T, f.stencils.e))
             scatter_vector(F, s.dofs, dr)  # r has −F, and what was pushed is to be taken back
         given = np.zeros(len(dr))
         given[at.c.plan.fixed] = self.difference(*(side.c.plan.values(side.c.time) for side in sides))
@@ -302,9 +302,9 @@ class Direction:
     def _pushed(self, at: Solution, system: System, c: Context, k: int, u: Array) -> Array:
         """Multipliers (k, 1 + t) that leave the trial tractions of closed points as they are though gaps and slips change."""
         f, s, closed = at.e.contacts[k], c.surfaces[k], at.branches.contacts[k].closed
-        pairs, scale, before = system.pairs(s, u, c.state), c.scales[k], at.c.scales[k]
-        n = scale.k_n * np.where(closed, pairs.g, 0.0) - before.k_n * np.where(closed, f.g, 0.0)
-        ways = (pairs.s - c.committed[k].coordinate) * scale.k_t[:, None]
+        x, scale, before = system.stencils(s, u, c.state), c.scales[k], at.c.scales[k]
+        n = scale.k_n * np.where(closed, x.g, 0.0) - before.k_n * np.where(closed, f.g, 0.0)
+        ways = (x.s - c.committed[k].coordinate) * scale.k_t[:, None]
         ways -= (f.s - at.c.committed[k].coordinate) * before.k_t[:, None]
         return np.hstack([n[:, None], np.where(closed[:, None], ways, 0.0)])
 
@@ -367,12 +367,12 @@ class Direction:
         """Forces of contact number k on both sides: pressures, tractions and places as the matrix has them change along x."""
         f, s = at.e.contacts[k], at.c.surfaces[k]
         a, b = (side.e.contacts[k] for side in fixed)
-        q, lam = _pair_motions(at.system, s, x)
+        q, lam = _motions(at.system, s, x)
         lam = lam - self.difference(fixed[0].pushed[s.rows], fixed[1].pushed[s.rows])
         with_lam = np.hstack([lam, q])
         dp = self.difference(a.p, b.p) + (f.dp * with_lam).sum(axis=1)
         dt = self.difference(a.t, b.t) + (f.dt * with_lam[:, None, :]).sum(axis=2)
-        ds = self.difference(a.s, b.s) + (f.pairs.ds * q[:, None, :]).sum(axis=2)
+        ds = self.difference(a.s, b.s) + (f.stencils.ds * q[:, None, :]).sum(axis=2)
         if f.stretched is not None:
             # the bound is one at P/a: areas that grow along x lower the pressure
             areas = [side.e.contacts[k].area for side in (*moved, *fixed)]
@@ -382,16 +382,14 @@ class Direction:
         for (sign, *_), side in zip(self.sides, moved):
             g, step = side.e.contacts[k], sign * self.step
             p, t = f.p + step * dp, f.t + step * dt
-            F = (g.weight * p)[:, None] * g.pairs.Fn + np.einsum("k,kt,ktm->km", g.area, t, g.pairs.Ft)
-            out.append(g._replace(p=p, t=t, F=F, pairs=g.pairs._replace(s=f.s + step * ds)))
+            g = g._replace(p=p, t=t, stencils=g.stencils._replace(s=f.s + step * ds))
+            out.append(g._replace(F=g.stencils.act(g.vectors)))
         return out
 
 
-def _pair_motions(system: System, s: Surface, x: Array) -> tuple[Array, Array]:
-    """Motions along x (ndof,) of the coordinates q (k, m) of the pairs of a contact and of its multipliers λ (k, 1 + t)."""
-    body = s.points.at(system.displacement(x))
-    q = np.hstack([body, np.broadcast_to(system.place_of(s.tool, x), (len(body), system.dofs.tool.width))])
-    t = system.dofs.dimension - 1
+def _motions(system: System, s: Surface, x: Array) -> tuple[Array, Array]:
+    """Motions along x (ndof,) of the unknowns q (k, m) of the stencils of a contact and of its multipliers λ (k, 1 + t)."""
+    q, t = x[s.dofs], system.dofs.dimension - 1
     lam = np.zeros((len(q), 1 + t))
     if s.multipliers is not None:
         lam = s.multipliers.of(x) * s.unit[:, None]

@@ -37,19 +37,19 @@ def landing_of(system: System, c: Context, before: Weights) -> Landing:
         w = np.where(c.committed[k].closed | (c.laws[k] is None), 0.0, owed.s)
         before.contact[k] = owed._replace(s=owed.s - w)
         weights.append(w)
-    for t in range(len(system.tools)):
-        along = way[system.dofs.tool.dofs(t)]
-        own = [(s, weights[k], c.scales[k].k_n * c.weights[k]) for k, s in enumerate(c.surfaces) if s.tool == t]
-        pairs = [system.pairs(s, u, c.state) for s, *_ in own]
+    for master in system.masters.values():
+        along = way[master.dofs]
+        own = [(s, weights[k], c.scales[k].k_n * c.weights[k]) for k, s in enumerate(c.surfaces) if s.against == master.name]
+        pairs = [system.stencils(s, u, c.state) for s, *_ in own]
         springs = [np.where(p.g < 0.0, stiff, 0.0) for p, (_, _, stiff) in zip(pairs, own)]
-        rise = sum(float((met * (p.dg[:, 2:] @ along)).sum()) for p, met in zip(pairs, springs))
-        slide = np.sum([w @ (p.ds[:, 0, 2:] @ along) for p, (_, w, _) in zip(pairs, own)], axis=0)
+        rise = sum(float((met * (p.dg[:, s.of_master] @ along)).sum()) for p, met, (s, *_) in zip(pairs, springs, own))
+        slide = np.sum([w @ (p.ds[:, 0, s.of_master] @ along) for p, (s, w, _) in zip(pairs, own)], axis=0)
         for p, met, (s, w, _) in zip(pairs, springs, own):
             q = w[:, :, None] * p.ds[:, 0]
             if along.any():
                 q = q - (slide[:, None] / rise * met)[:, :, None] * p.dg
             for out, x in zip(before.u, q):
-                np.add.at(out, s.dofs, x if s.points.N.shape[1] == 1 else s.points.on_dofs(x))
+                np.add.at(out, s.dofs, x)
     return Landing(c, weights)
 
 

@@ -474,35 +474,36 @@ class Points:
         self.system, self.c, self.number, self.f, self.u = system, c, number, f, at.u
         self.surface, self.scale = c.surfaces[number], c.scales[number]
         self.p, self.t, self.s = after.contact[number]
-        self.F = np.zeros((len(self.t), len(f.p), 5))
-        self.F[:, :, 2:] = after.force[:, None, system.dofs.tool.dofs(self.surface.tool)]
+        self.F = after.force[:, self.surface.dofs]
+        self.F[:, :, : self.surface.of_master.start] = 0.0
 
     def owe_motions(self, x: Array) -> None:
         """Add to weights x (m, ndof) what forces on tools, tractions and coordinates owe to the dofs of the increment."""
         f, s = self.f, self.surface
         q = self._motions(self.F, self.p, self.t)
-        self._to_dofs(q, x)
+        for out, w in zip(x, q):
+            np.add.at(out, s.dofs, w)
         if s.multipliers is not None:
-            p, t = (f.weight * (self.F * e).sum(axis=2) for e in (f.pairs.Fn, f.pairs.Ft[:, 0]))
+            p, t = (f.weight * (self.F * e).sum(axis=2) for e in self._directions())
             p, t = p + self.p, t + self.t
             lam = p[:, :, None] * f.dp[:, :2] + t[:, :, None] * f.dt[:, 0, :2]
             x[:, s.unknowns] += (lam * self.scale.unit[:, None]).reshape(len(x), -1)
 
     def _motions(self, F: Array, p: Array, t: Array) -> Array:
-        """Weights (m, k, 5) of the motions of the pairs: of their forces F, pressures p, tractions t, and the coordinates."""
+        """Weights (m, k, q) of the motions of the stencils: of their forces F, pressures p, tractions t, and the coordinates."""
         f = self.f
-        q = p[:, :, None] * f.dp[:, 2:] + t[:, :, None] * f.dt[:, 0, 2:] + self.s[:, :, None] * f.pairs.ds[:, 0]
+        q = p[:, :, None] * f.dp[:, 2:] + t[:, :, None] * f.dt[:, 0, 2:] + self.s[:, :, None] * f.stencils.ds[:, 0]
         return np.asarray(q - np.einsum("mki,kij->mkj", F, f.K))
 
-    def _to_dofs(self, q: Array, x: Array) -> None:
-        on = self.surface.points.N.shape[1] == 1
-        for out, w in zip(x, q):
-            np.add.at(out, self.surface.dofs, w if on else self.surface.points.on_dofs(w))
+    def _directions(self) -> tuple[Array, Array]:
+        """Forces (k, q) of a unit of pressure and of a unit of traction, per area."""
+        x = self.f.stencils
+        return x.act(x.n), x.act(x.e[:, 0])
 
     def owe(self, r: Array, x_n: Array, u: Array, owed: Owed) -> ContactWeights:
         """What its forces owe, weights of the residual being r (m, ndof); adds to x_n (m, n, 2) and u (m, ndof)."""
         f, s, scale, c = self.f, self.surface, self.scale, self.c
-        F = self.F - self._at_pairs(r)
+        F = self.F - r[:, s.dofs]
         p, t = self.p.copy(), self.t.copy()
         lam, before = np.zeros((2, *p.shape, 2))
         if s.exact:
@@ -515,11 +516,11 @@ class Points:
                 owed.stage(c).mu[:, self.number] += bound @ (np.sign(f.kept.t) * f.p)
             p, t = p + rows[:, :, 0], t + rows[:, :, 1]
         q = self._motions(F, p, t)
-        owed.at[:, s.tool] += q[:, :, 2:4].sum(axis=1)
-        N = s.points.N
-        for out, w in zip(owed.X, q):
-            np.add.at(out, s.points.support, N[:, :, None] * w[:, None, :2])
-        P, T = (F * f.pairs.Fn).sum(axis=2), (F * f.pairs.Ft[:, 0]).sum(axis=2)
+        nodal = q[:, :, : s.of_master.start].reshape(*q.shape[:2], -1, 2)
+        owed.at[:, self.system.master(s).number] += q[:, :, s.of_master][:, :, :2].sum(axis=1)
+        for out, w in zip(owed.X, nodal):
+            np.add.at(out, s.points.support, w)
+        P, T = ((F * e).sum(axis=2) for e in self._directions())
         turn = f.weight * (f.p * T - f.t[:, 0] * P)
         self._areas(P * f.p + T * f.t[:, 0], x_n)
         t = t + f.weight * T
@@ -541,20 +542,12 @@ class Points:
         """See `Still`."""
         f, s, c = self.f, self.surface, self.c
         n, t, _ = (np.flatnonzero(which) for which in kept.held)
-        normal, along = s.points.on_dofs(f.pairs.dg), s.points.on_dofs(f.pairs.ds[:, 0])
+        normal, along = f.stencils.dg, f.stencils.ds[:, 0]
         free = ~np.isin(s.dofs, c.plan.fixed)
         slopes = np.vstack([normal[n], closed_slopes(free, normal, along)[t]]) / s.points.depth[np.append(n, t), None]
         out = np.zeros((len(slopes), self.system.ndof))
         np.add.at(out, (np.arange(len(out))[:, None], s.dofs[np.append(n, t)]), slopes)
         return Still(c.time, c.state.clock.time, out[:, c.plan.fixed])
-
-    def _at_pairs(self, r: Array) -> Array:
-        """Weights (m, k, 5) of the forces of the pairs from those of the dofs, r (m, ndof)."""
-        s = self.surface
-        out = r[:, s.dofs]
-        if s.points.N.shape[1] == 1:
-            return out
-        return np.asarray(np.einsum("kij,mkj->mki", s.points.carry(), out))
 
     def _areas(self, area: Array, x_n: Array) -> None:
         """Add to x_n what areas, weighted by (m, k), owe to the committed places."""
@@ -567,13 +560,14 @@ class Points:
     def _touch(self, owed: Owed, g: Array, turn: Array, s: Array) -> None:
         """Keep the points that owe something to the shape of their tool."""
         on = np.flatnonzero(np.any((g != 0) | (turn != 0) | (s != 0), axis=0))
-        tool, place = self.system.tools[self.surface.tool], self.system.place_of(self.surface.tool, self.u)
+        master = self.system.master(self.surface)
+        shape, place = master.shape, master.place(self.u)
         cos, sin = np.cos(place[2]), np.sin(place[2])
-        local = self.f.pairs.arm[on] @ np.array([[cos, -sin], [sin, cos]])
+        local = self.f.stencils.arm[on] @ np.array([[cos, -sin], [sin, cos]])
         rounds = np.zeros(len(on))
-        if np.isfinite(tool.shape.period):
-            rounds = np.round((self.f.s[on, 0] - tool.shape.closest(local).s) / tool.shape.period)
-        owed.touching[self.surface.tool].append(Touching(local, g[:, on], turn[:, on], s[:, on], rounds))
+        if np.isfinite(shape.period):
+            rounds = np.round((self.f.s[on, 0] - shape.closest(local).s) / shape.period)
+        owed.touching[master.number].append(Touching(local, g[:, on], turn[:, on], s[:, on], rounds))
 
 
 def _kept(kept: Kept, rows: Array) -> tuple[Array, Array, Array]:

@@ -129,7 +129,7 @@ def tunnelled(system: System, state: State, u: Array, policy: Policy = DEFAULT) 
     Both ends of the increment are free of contact, so no residual can tell. Ways are straight in the frame of the tool.
     """
     for s in system.surfaces:
-        if system.dofs.dimension != 2 or system.tools[s.tool].shape.half_space:  # nothing gets through a half-space
+        if system.dofs.dimension != 2 or system.master(s).shape.half_space:  # nothing gets through a half-space
             continue
         start, end = (_in_tool(system, s, v) for v in (state.u, u))
         through = _through(system, s, start, end, policy)
@@ -137,13 +137,13 @@ def tunnelled(system: System, state: State, u: Array, policy: Policy = DEFAULT) 
             k = int(np.flatnonzero(through)[0])
             node = s.points.nodes[k]
             x, y = system.positions(state.u)[node].tolist()
-            return Tunnelled(system.tools[s.tool].name, int(node - system.offsets[s.body]), s.body, x, y)
+            return Tunnelled(s.against, int(node - system.offsets[s.body]), s.body, x, y)
     return None
 
 
 def _through(system: System, s: Surface, start: Array, end: Array, policy: Policy) -> NDArray[np.bool_]:
     """Nodes (k,) of a surface whose straight ways (k, 2) in the frame of the tool lead through it."""
-    tool = system.tools[s.tool]
+    tool = system.master(s).tool
     h = min(float(s.points.depth.min()), tool.thickness)
     length = np.hypot(*(end - start).T)
     if length.max() < policy.still * h:
@@ -172,8 +172,9 @@ def turned_through(system: System, state: State, u: Array, policy: Policy = DEFA
     for s in system.surfaces:
         if system.dofs.dimension != 2:
             break
-        tool, place = system.tools[s.tool], system.place_of(s.tool, u)
-        angle = float(place[2] - system.place_of(s.tool, state.u)[2])
+        master = system.master(s)
+        tool, place = master.tool, master.place(u)
+        angle = float(place[2] - master.place(state.u)[2])
         if not abs(angle) > policy.turn:
             continue
         x = system.positions(u)[s.points.nodes] - tool.at - place[:2]
@@ -194,9 +195,7 @@ def _turns(angles: Array) -> Array:
 
 def _in_tool(system: System, s: Surface, u: Array) -> Array:
     """Places (k, 2) of the nodes of a surface in the frame of its tool."""
-    x, y, turn = system.place_of(s.tool, u)
-    c, d = np.cos(turn), np.sin(turn)
-    return (system.positions(u)[s.points.nodes] - system.tools[s.tool].at - [x, y]) @ np.array([[c, -d], [d, c]])
+    return system.master(s).local(system.positions(u)[s.points.nodes], u)
 
 
 def lost_support(system: System, c: Context, e: Evaluation) -> LostSupport | None:
@@ -221,7 +220,7 @@ def unilaterally_supported(system: System, c: Context) -> UnilaterallySupported 
     """
     for body in system.problem.bodies:
         own = [system.surfaces[i] for i in contacts_of(system, body)]
-        touched = {system.tools[s.tool].name for s in own if were_closed(c.state, s)}
+        touched = {s.against for s in own if were_closed(c.state, s)}
         if len(touched) == 1 and _loose(system, body, c):
             return UnilaterallySupported(body, touched.pop())
     return None

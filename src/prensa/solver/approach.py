@@ -38,14 +38,14 @@ def first_touch(
     now = state.clock.time
     notes: list[str] = []
     for s in system.surfaces:
-        dof = system.tool_dof(s.tool)
+        dof = int(system.master(s).dofs[0])
         if were_closed(state, s) or not np.isin(dof + np.arange(system.dofs.dimension), plan.moved).all():
             continue
 
         def apart(t: float, s: Surface = s) -> bool:
             u = state.u + state.extrapolated(t - now) if state.dt_last > 0 else state.u.copy()
             u[plan.moved] = plan.motion(t)
-            return float(system.pairs(s, u).g.min()) > 0
+            return float(system.stencils(s, u).g.min()) > 0
 
         if not apart(now):
             continue
@@ -57,17 +57,17 @@ def first_touch(
         touch, _ = bisected(apart, float(times[met]), float(times[met + 1]))
         # a touch at the very end, of the step say, needs no increment of its own after it
         if touch - now > policy.touch * (end - now) and end - touch > policy.sliver * (plan.t1 - plan.t0):
-            notes = [f"{system.tools[s.tool].name} first touches {'+'.join(s.description.surface)} at time {touch:.6g}"]
+            notes = [f"{s.against} first touches {'+'.join(s.description.surface)} at time {touch:.6g}"]
             end = touch
     return end, notes
 
 
 def _looks(system: System, s: Surface, state: State, plan: StepPlan, end: float, most: int) -> int:
     """How often to look for a touch before *end*: a cylinder at every half radius of its way."""
-    radius = system.cylinder(s.tool)
+    radius = system.master(s).shape.cylinder
     if radius == np.inf:
         return 1
-    dof = system.tool_dof(s.tool)
+    dof = int(system.master(s).dofs[0])
     place = dict(zip(plan.moved.tolist(), plan.motion(end).tolist()))
     way = float(np.hypot(place[dof] - state.u[dof], place[dof + 1] - state.u[dof + 1]))
     return min(1 + int(2 * way / radius), most)
@@ -105,7 +105,7 @@ def approach(system: System, c: Context, policy: Policy = DEFAULT) -> Approach:
         if c.state.release is not None:
             force += c.plan.left(c.time) * c.state.release[dofs]
         force[d:] *= not force[:d].any()
-        own = [(i, s) for i, s in enumerate(system.surfaces) if s.tool == t]
+        own = [(i, s) for i, s in enumerate(system.surfaces) if s.against == tool.name]
         if not force.any() or not own or any(were_closed(c.state, s) for _, s in own):
             continue
         touch, _ = _brought_to_rest(system, c, touch, t, policy.just_touches * force, own)
@@ -126,16 +126,16 @@ def _brought_to_rest(
         v[dofs] = origin + d * direction
         total = 0.0
         for i, s in own:
-            pairs = system.pairs(s, v)
-            p = c.scales[i].k_n * np.maximum(-pairs.g, 0.0)
-            total -= float((c.weights[i] * p * (pairs.Fn[:, dim:] @ direction)).sum())
+            x = system.stencils(s, v)
+            p = c.scales[i].k_n * np.maximum(-x.g, 0.0)
+            total -= float((c.weights[i] * p * (x.act(x.n)[:, s.of_master] @ direction)).sum())
         return total < size
 
     far, limit = (1e-6, 2 * np.pi) if turns else (1e-6 * system.length, 100 * system.length)
     while yields(far):
         far *= 2
         if far > limit:
-            raise SolveError(_meets_nothing(system.tools[t].name, turns, force, direction))
+            raise SolveError(_meets_nothing(own[0][1].against, turns, force, direction))
     _, rest = bisected(yields, 0.0, far)
     v[dofs] = origin + rest * direction
     return v, rest

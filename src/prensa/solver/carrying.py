@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.pairing import Pairs
+from prensa.contact.stencil import Stencils
 from prensa.fem.contacts import were_closed
 from prensa.fem.interaction import Context, Request
 from prensa.fem.modes import Loose
@@ -51,13 +51,13 @@ def carried(system: System, c: Context, loose: list[Loose], policy: Policy = DEF
         return None
     names, clear = [name for b in unheld for name in b.bodies], policy.clear * system.length
     rigid = _Rigid.of(system, c, unheld, clear)
-    before = [float(system.pairs(s, rigid.base).g.min()) if s.body in names else np.inf for s in c.surfaces]
+    before = [float(system.stencils(s, rigid.base).g.min()) if s.body in names else np.inf for s in c.surfaces]
     if not rigid.room:
         z = rigid.balanced(policy.rigid_steps)
         u = None if z is None else rigid.dofs(z)
         if u is None or not _near(system, c, unheld, u, policy):
             return None
-        brought = any(float(system.pairs(s, u).g.min()) < 0.0 and g > 0.1 * clear for s, g in zip(c.surfaces, before))
+        brought = any(float(system.stencils(s, u).g.min()) < 0.0 and g > 0.1 * clear for s, g in zip(c.surfaces, before))
         return Carried(u, names, False, rigid.through_air(policy)) if brought else None
     rigid.pushers = [i for i, g in enumerate(before) if g < -0.1 * clear]
     if not rigid.pushers:
@@ -67,7 +67,7 @@ def carried(system: System, c: Context, loose: list[Loose], policy: Policy = DEF
     if u is None or not _near(system, c, unheld, u, policy):
         return None
     stops = [s for i, s in enumerate(c.surfaces) if s.body in names and i not in rigid.pushers]
-    return Carried(u, names, all(float(system.pairs(s, u).g.min()) > -clear for s in stops))
+    return Carried(u, names, all(float(system.stencils(s, u).g.min()) > -clear for s in stops))
 
 
 class Met(NamedTuple):
@@ -211,12 +211,12 @@ class _Rigid:
         total, stiff = float(np.abs(r).max()), 0.0
         for i in self.pushers:
             s, w, scale = self.c.surfaces[i], self.c.weights[i], self.c.scales[i]
-            pairs = self.system.pairs(s, u)
-            inside = np.flatnonzero(pairs.g < self.room)
+            x = self.system.stencils(s, u)
+            inside = np.flatnonzero(x.g < self.room)
             if not len(inside):
                 continue
-            slopes, k = self._slopes(s, pairs, fields)[inside], (w * scale.k_n)[inside]
-            force = k * (self.room - pairs.g[inside])
+            slopes, k = self._slopes(s, x, fields)[inside], (w * scale.k_n)[inside]
+            force = k * (self.room - x.g[inside])
             r, K = r - slopes.T @ force, K + slopes.T @ (k[:, None] * slopes)
             total, stiff = total + float(force.sum()), stiff + float(k.sum())
         return r, K, max(1e-9 * total, self._rounded(stiff))
@@ -225,16 +225,16 @@ class _Rigid:
         """What the rounding of positions makes of springs of a stiffness."""
         return 16.0 * float(np.finfo(np.float64).eps) * self.system.length * stiff
 
-    def _slopes(self, s: Surface, pairs: Pairs, fields: list[tuple[list[str], Array]]) -> Array:
+    def _slopes(self, s: Surface, x: Stencils, fields: list[tuple[list[str], Array]]) -> Array:
         """Derivatives (points, k) of the gaps by the unknowns."""
-        out = np.zeros((len(pairs.g), len(fields) + len(self.tools)))
+        out = np.zeros((len(x.g), len(fields) + len(self.tools)))
         for j, (bodies, field) in enumerate(fields):
             if s.body in bodies:
-                out[:, j] = (pairs.dg[:, :2] * s.points.at(field)).sum(axis=1)
+                way = np.zeros(self.system.ndof)
+                self.system.displacement(way)[:] = field
+                out[:, j] = (x.dg * way[x.dofs]).sum(axis=1)
         for j, dof in enumerate(self.tools.tolist(), len(fields)):
-            at = dof - self.system.tool_dof(s.tool)
-            if at in (0, 1):
-                out[:, j] = pairs.dg[:, 2 + at]
+            out[:, j] = np.where(x.dofs == dof, x.dg, 0.0).sum(axis=1)
         return out
 
     def balanced(self, most: int) -> Array | None:
@@ -288,7 +288,7 @@ def _across(arm: Array) -> Array:
 
 def _brought(system: System, c: Context) -> Iterator[int]:
     """Degrees of freedom along which tools are pushed that touched nothing."""
-    for t in range(len(system.tools)):
-        own = [s for s in system.surfaces if s.tool == t]
+    for master in system.masters.values():
+        own = system.against(master.name)
         if own and not any(were_closed(c.state, s) for s in own):
-            yield from (dof for dof in system.dofs.tool.dofs(t)[:2].tolist() if dof in c.plan.push)
+            yield from (dof for dof in master.dofs[:2].tolist() if dof in c.plan.push)

@@ -105,8 +105,8 @@ def reached(system: System, policy: Policy) -> int:
             u[plan.fixed] = plan.values(float(t))
             moved = system.displacement(u - start.u).any()
             for s, near in zip(system.surfaces, close):
-                driven = tools[system.dofs.tool.dofs(s.tool)].all() and not moved
-                near |= s.points.any_at_nodes(system.pairs(s, u).g < 0.0) if driven else True
+                driven = tools[system.master(s).dofs].all() and not moved
+                near |= s.points.any_at_nodes(system.stencils(s, u).g < 0.0) if driven else True
     for near in close:
         nodes += int(near.sum())
     return nodes
@@ -377,7 +377,7 @@ class Condensation:
         """
         touching: Flags = c.state.contact.closed.copy()
         for s, scale in zip(self.contact.surfaces, c.scales):  # a pushed tool has been brought to rest on some points
-            touching[s.rows] |= self.contact.pairs(s, start).g <= TOUCH * scale.h
+            touching[s.rows] |= self.contact.stencils(s, start).g <= TOUCH * scale.h
         blocks = self.blocks_of(touching)
         while True:
             with timed("condensation"):
@@ -403,7 +403,7 @@ class Condensation:
         near, held = small.recovered(c, result.u), result.u[bodies.held]
         f = e.f_ext.copy()
         for s, forces in zip(system.surfaces, e.contacts):
-            np.add.at(f, s.dofs, (forces.points or s.points).spread(forces.F, forces.K)[0])
+            np.add.at(f, s.dofs, forces.F)
         f = system.to_masters(f)
 
         @cache

@@ -141,7 +141,7 @@ def _first(eq: Equilibrium, e: Evaluation) -> Flags:
 
 def _passed(eq: Equilibrium, e: Evaluation, step: Array) -> Flags:
     """Points (points,) that a step (ndof,) from the evaluation e takes through their tool."""
-    return np.concatenate(linear_gaps(eq.system, e, step)) < 0.0
+    return np.concatenate(linear_gaps(e, step)) < 0.0
 
 
 def _near(eq: Equilibrium, e: Evaluation) -> Flags:
@@ -184,10 +184,10 @@ def _candidates(eq: Equilibrium, base: Evaluation, near: Flags, lam: Array) -> C
     )
 
 
-def pressed(s: Surface, f: ContactForces) -> Array:
-    """Forces (k, d a + m) of a unit of pressure at the points of a contact, with the friction that follows it."""
-    along = (f.area[:, None, None] * _friction_by_pressure(f)[:, :, None] * f.pairs.Ft).sum(axis=1)
-    return s.points.on_dofs(f.weight[:, None] * f.pairs.Fn + along)
+def pressed(f: ContactForces) -> Array:
+    """Forces (k, m) on the unknowns of stencils of a unit of pressure at their points, with the friction that follows it."""
+    along = ((f.area[:, None] * _friction_by_pressure(f))[:, :, None] * f.stencils.e).sum(axis=1)
+    return f.stencils.act(f.weight[:, None] * f.stencils.n + along)
 
 
 def _shares(f: ContactForces) -> Array:
@@ -203,8 +203,8 @@ def _friction_by_pressure(f: ContactForces) -> Array:
 def _of_surface(s: Surface, f: ContactForces, scale: Scale, at: NDArray[np.int64], lam: Array, ndof: int) -> Candidates:
     """The candidates ``at`` (m,) of one contact."""
     t, share = f.t.shape[1], _shares(f)
-    by_p, forces = _friction_by_pressure(f), pressed(s, f)[at]
-    slopes = s.points.on_dofs(f.dp[:, 1 + t :] / share[:, None])[at]
+    by_p, forces = _friction_by_pressure(f), pressed(f)[at]
+    slopes = (f.dp[:, 1 + t :] / share[:, None])[at]
     if s.exact:
         # r has −F and the multipliers' equations w c (p − λ)/k; the trial pressure has λ = c ℓ itself
         c = f.weight * scale.unit
@@ -230,8 +230,8 @@ def rubbed(eq: Equilibrium, base: Evaluation, rubbing: Flags, lam: Array) -> Fri
         if not len(at):
             continue
         assert f.bound is not None
-        forces = s.points.on_dofs(f.area[:, None] * f.pairs.Ft[:, 0])[at]
-        slopes = s.points.on_dofs(f.dt[:, 0, 2:] / share)[at]
+        forces = f.stencils.act(f.area[:, None] * f.stencils.e[:, 0])[at]
+        slopes = (f.dt[:, 0, 2:] / share)[at]
         slid = f.s - eq.context.state.contact.coordinate[s.rows]
         trial = lam[s.rows, 1] - scale.k_t * slid[:, 0]
         dofs = s.coupled[at]

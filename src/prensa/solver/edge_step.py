@@ -71,7 +71,7 @@ def applies(eq: Equilibrium, e: Evaluation) -> bool:
 
 def _trial(eq: Equilibrium, e: Evaluation, lam: Array, step: Array) -> Array:
     """λ − k_n g (points,) after a step (ndof,) by the linear model; minus infinity far from a tool."""
-    gaps, k_n = np.concatenate(linear_gaps(eq.system, e, step)), np.concatenate([scale.k_n for scale in eq.context.scales])
+    gaps, k_n = np.concatenate(linear_gaps(e, step)), np.concatenate([scale.k_n for scale in eq.context.scales])
     return np.where(np.isfinite(gaps), lam[:, 0] - k_n * gaps, -np.inf)
 
 
@@ -91,8 +91,8 @@ def _rows(eq: Equilibrium, e: Evaluation, at: Index) -> tuple[csr_matrix, csr_ma
     forces, slopes = [], []
     for s, f, scale in zip(eq.context.surfaces, e.contacts, eq.context.scales):
         here = at[(at >= s.rows.start) & (at < s.rows.stop)] - s.rows.start
-        dofs, by_gap = s.coupled[here], s.points.on_dofs(-scale.k_n[:, None] * f.pairs.dg)
-        forces.append(as_rows(pressed(s, f)[here], dofs, eq.system.ndof))
+        dofs, by_gap = s.coupled[here], -scale.k_n[:, None] * f.stencils.dg
+        forces.append(as_rows(pressed(f)[here], dofs, eq.system.ndof))
         slopes.append(as_rows(by_gap[here], dofs, eq.system.ndof))
     return vstack(forces, format="csr"), vstack(slopes, format="csr")
 

@@ -22,20 +22,20 @@ from prensa.solver.policy import Policy
 Array = NDArray[np.float64]
 
 
-def starts_inside(system: System, state: State, policy: Policy) -> list[tuple[StartsInside, int, Array]]:
-    """Tools that lie inside bodies when a run begins: what there is to say, number, and the way out (2,)."""
-    found: dict[int, tuple[StartsInside, int, Array]] = {}
+def starts_inside(system: System, state: State, policy: Policy) -> list[tuple[StartsInside, Array]]:
+    """Tools that lie inside bodies when a run begins: what there is to say, and the way out (2,)."""
+    found: dict[str, tuple[StartsInside, Array]] = {}
     if state.clock.number or system.dofs.dimension != 2:
         return []
     for s in system.surfaces:
         if were_closed(state, s):
             continue
-        pairs = system.node_pairs(s, state.u)
+        pairs = system.node_stencils(s, state.u)
         k, depth = int(np.argmin(pairs.g)), float(s.points.depth.min())
         deep = -float(pairs.g[k])
-        if deep > policy.overlap * depth and (s.tool not in found or deep > found[s.tool][0].depth):
-            name, surface = system.tools[s.tool].name, "+".join(s.description.surface)
-            found[s.tool] = StartsInside(name, surface, deep, deep / depth), s.tool, pairs.g[k] * pairs.n[k]
+        if deep > policy.overlap * depth and (s.against not in found or deep > found[s.against][0].depth):
+            surface = "+".join(s.description.surface)
+            found[s.against] = StartsInside(s.against, surface, deep, deep / depth), pairs.g[k] * pairs.n[k]
     return list(found.values())
 
 
@@ -46,9 +46,9 @@ def emergence(system: System, c: Context, policy: Policy) -> list[Context]:
         return []
     fixed, values = c.plan.fixed, c.plan.values(c.time)
     back = np.zeros(system.ndof)
-    for _, tool, way in inside:
-        back[system.dofs.tool.dofs(tool)[:2]] = way
-    count = int(np.ceil(max(reason.elements for reason, _, _ in inside) / policy.emerge))
+    for reason, way in inside:
+        back[system.masters[reason.tool].dofs[:2]] = way
+    count = int(np.ceil(max(reason.elements for reason, _ in inside) / policy.emerge))
     return [
         replace(c, plan=replace(c.plan, groups=[Prescribed(fixed, values + (1.0 - share) * back[fixed])]))
         for share in np.linspace(0.0, 1.0, count + 1)[1:-1]

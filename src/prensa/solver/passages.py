@@ -82,11 +82,11 @@ class Passages:
         surfaces = passable(system)
         self.count = {s.name: 0.0 for s in surfaces}
         self.met: set[str] = set()
-        self._contacts = {s.name: (system.tools[s.tool].name, plastic(system, s.body)) for s in surfaces}
+        self._contacts = {s.name: (s.against, plastic(system, s.body)) for s in surfaces}
         self._owners: dict[str, list[str]] = {}
         for s in surfaces:
             held = [name for name in support_names(system.problem) if name.partition(".")[0] == s.body]
-            columns = [f"{system.tools[s.tool].name}.{c}" for c in ("fx", "fy", "mz")]
+            columns = [f"{s.against}.{c}" for c in ("fx", "fy", "mz")]
             columns += [f"fixed.{name}.{c}" for name in held for c in ("fx", "fy")]
             for column in (*columns, f"{s.name}.pressure", f"{s.name}.elements"):
                 self._owners.setdefault(column, []).append(s.name)

@@ -62,7 +62,7 @@ def _extrapolated(eq: Equilibrium, start: Array, values: Array, lam: Array) -> G
         return None
     u = start + c.state.extrapolated(c.dt)
     u[fixed] = values
-    overlaps = [system.pairs(s, u).g < 0.0 for s in system.surfaces]
+    overlaps = [system.stencils(s, u).g < 0.0 for s in system.surfaces]
     landed = np.concatenate([np.zeros(0, dtype=bool), *overlaps])
     # what contact holds are gaps of points: with nodes put at theirs, those of points between them may be anywhere
     between = not all(s.points.are_nodes for s in system.surfaces)

@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.pairing import Pairs
+from prensa.contact.stencil import Stencils
 from prensa.fem.interaction import Context
 from prensa.fem.surface import Surface
 from prensa.fem.system import Evaluation, System
@@ -23,15 +23,15 @@ Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 
-def project(system: System, s: Surface, u: Array, change: Callable[[Pairs], Array]) -> None:
-    """Move the nodes (k,) of a surface in u (ndof,), in place, by the ``change`` (k,) of their gap that their pairs call for."""
-    pairs = system.node_pairs(s, u)
-    system.displacement(u)[s.points.nodes] += change(pairs)[:, None] * pairs.n
+def project(system: System, s: Surface, u: Array, change: Callable[[Stencils], Array]) -> None:
+    """Move the nodes (k,) of a surface in u (ndof,), in place, by the ``change`` (k,) of their gaps."""
+    stencils = system.node_stencils(s, u)
+    system.displacement(u)[s.points.nodes] += change(stencils)[:, None] * stencils.n
 
 
-def to_gap(target: Array, where: Flags, pairs: Pairs) -> Array:
+def to_gap(target: Array, where: Flags, stencils: Stencils) -> Array:
     """Change (k,) that takes the nodes ``where`` to the gap ``target``; zero elsewhere, gaps that are not finite included."""
-    return np.where(where, target, 0.0) - np.where(where, pairs.g, 0.0)
+    return np.where(where, target, 0.0) - np.where(where, stencils.g, 0.0)
 
 
 def project_prediction(
@@ -50,21 +50,21 @@ def project_prediction(
         has_point = s.points.any_at_nodes(np.ones(len(s.points), dtype=bool))  # one without area has none
         if s.sharp:  # of a cut edge the point between its nodes has a gap to keep, neither of these
             has_point &= ~now.points.any_at_nodes(now.points.N[:, 0] < 1.0)
-        committed = system.node_pairs(s, at).g
+        committed = system.node_stencils(s, at).g
         depth = s.points.depth.min()
         sunk = closed & (committed < -policy.sunk_start * depth)
         landed = -policy.landed_start * depth
 
         def change(
-            pairs: Pairs,
+            stencils: Stencils,
             closed: Flags = closed,
             committed: Array = committed,
             moves: Flags = has_point & ~sunk,
             landed: float = landed,
         ) -> Array:
             # an open node may lie inside: points of rules that are not the nodes, or of quadratic edges, are what contact holds
-            target = np.where(closed, committed, np.maximum(pairs.g, np.minimum(committed, landed)))
-            return to_gap(target, moves & np.isfinite(pairs.g) & np.isfinite(target), pairs)
+            target = np.where(closed, committed, np.maximum(stencils.g, np.minimum(committed, landed)))
+            return to_gap(target, moves & np.isfinite(stencils.g) & np.isfinite(target), stencils)
 
         project(system, s, u, change)
 
@@ -78,28 +78,18 @@ def contact_corrected(system: System, c: Context, e: Evaluation, u: Array, step:
     moved = u + step
     if system.problem.contact_geometry != "current":
         return moved
-    delta = system.displacement(step)
     after_lam = system.multipliers(moved, lam)
     for s, f, scale in zip(system.surfaces, e.contacts, c.scales):
         nodes = s.points.nodes
-        target = linear_gap(system, s, f.pairs, step, (f.points or s.points).at(delta))
+        target = f.stencils.linear_gap(step)
         stays = s.points.any_at_nodes(after_lam[s.rows, 0] - scale.k_n * target > 0)
         stays &= ~system.supported(nodes, c.plan)
         if not s.points.are_nodes:
-            target = linear_gap(system, s, system.node_pairs(s, u), step, delta[nodes])
+            target = system.node_stencils(s, u).linear_gap(step)
         project(system, s, moved, partial(to_gap, target, stays))
     return system.with_slaves(moved)
 
 
-def linear_gap(system: System, s: Surface, before: Pairs, step: Array, moved: Array) -> Array:
-    """Gaps (k,) after a step by the linear model: before (k pairs), moved (k, d) the step of their body points."""
-    d, tool = moved.shape[1], system.place_of(s.tool, step)
-    return np.asarray(before.g + (before.dg[:, :d] * moved).sum(axis=1) + before.dg[:, d:] @ tool)
-
-
-def linear_gaps(system: System, e: Evaluation, step: Array) -> list[Array]:
+def linear_gaps(e: Evaluation, step: Array) -> list[Array]:
     """Gaps (k,) of each contact after a step (ndof,) from the evaluation e, by the linear model."""
-    delta = system.displacement(step)
-    return [
-        linear_gap(system, s, f.pairs, step, (f.points or s.points).at(delta)) for s, f in zip(system.surfaces, e.contacts)
-    ]
+    return [f.stencils.linear_gap(step) for f in e.contacts]

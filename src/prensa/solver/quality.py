@@ -18,10 +18,8 @@ Array = NDArray[np.float64]
 
 def quality_warnings(system: System, c: Context, e: Evaluation, residual: float, policy: Policy) -> Iterator[str]:
     """Sentences about penetration and hidden forces of a converged increment; residual: what convergence leaves open."""
-    d = system.dofs.dimension
-    forces = np.zeros((len(system.tools), d))
+    forces = system.dofs.tool.of(e.contact_forces())[:, : system.dofs.dimension]
     for s, f, scale in zip(system.surfaces, e.contacts, c.scales):
-        forces[s.tool] += f.F[:, d : 2 * d].sum(axis=0)
         depth = np.where(f.p > 0, -f.g / scale.h, 0.0)
         k = int(np.argmax(depth))
         if depth[k] > policy.deep:
@@ -85,8 +83,8 @@ def untouched_tools(system: System, met: Set[str], planes: Sequence[str] = ()) -
 
     planes: tools that stand for lines of symmetry, of which nothing is to be said.
     """
-    for t, tool in enumerate(system.tools):
-        own = [s for s in system.surfaces if s.tool == t and tool.name not in planes]
+    for tool in system.tools:
+        own = [] if tool.name in planes else system.against(tool.name)
         if own and tool.name not in met:
             surfaces = ", ".join(repr("+".join(s.description.surface)) for s in own)
             yield f"tool {tool.name!r} never touched {surfaces}: its forces are zero because it met nothing"

@@ -236,8 +236,10 @@ class Remeshing:
         most = 0.0
         for s in system.surfaces:
             if s.body in self.bodies:
-                reach = float(np.hypot(*(system.positions(u)[s.points.nodes] - system.tools[s.tool].at).T).max())
-                most = max(most, float(np.hypot(way[s.tool, 0], way[s.tool, 1]) + reach * way[s.tool, 2]))
+                master = system.master(s)
+                reach = float(np.hypot(*(system.positions(u)[s.points.nodes] - master.at).T).max())
+                x, y, turn = way[master.number]
+                most = max(most, float(np.hypot(x, y) + reach * turn))
         return most
 
     def _travel_limit(self, state: State) -> float:

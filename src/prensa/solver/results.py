@@ -100,11 +100,9 @@ def plastic_power(system: System, old: Sequence[Array], new: Sequence[Array], se
 
 def tool_forces(system: System, e: Evaluation) -> dict[str, Force]:
     """Force and moment of the bodies on each tool."""
-    d = system.dofs.dimension
-    total = {t.name: np.zeros(system.dofs.tool.width) for t in system.tools}
-    for s, f in zip(system.surfaces, e.contacts):
-        total[system.tools[s.tool].name] += f.F[:, d:].sum(axis=0)
-    return {k: FORCE_IN[d](*map(float, v)) for k, v in total.items()}
+    force = FORCE_IN[system.dofs.dimension]
+    on_tools = system.dofs.tool.of(e.contact_forces())
+    return {tool.name: force(*map(float, v)) for tool, v in zip(system.tools, on_tools)}
 
 
 def reactions(system: System, e: Evaluation, plan: StepPlan, state: State) -> Array:
@@ -163,7 +161,7 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
     out = {s.name: _apart(system, s, state, where, depth) for s in system.removed}
     for s, f, law in zip(system.surfaces, e.contacts, plan.friction_at(state.clock.time)):
         s = s if f.points is None else replace(s, points=f.points, X=f.points.at(system.X))
-        nodes, pairs = s.points.nodes, system.node_pairs(s, state.u)
+        nodes, pairs = s.points.nodes, system.node_stencils(s, state.u)
         area, weight = system.tributary(s, where, depth), system.weights(s, where, depth)
         from_stress = _pressure_of(patches, nodes, pairs.n)
         slides = f.slip | system.frictionless(law)
@@ -173,10 +171,10 @@ def contact_states(system: System, state: State, e: Evaluation, plan: StepPlan) 
         if s.points.rule.projected:
             p, t = ((s.points.N * v[s.points.slots]).sum(axis=1) for v in (told.pressure, told.shear))
         out[s.name] = ContactState(
-            surface="+".join(s.description.surface), tool=system.tools[s.tool].name, body=s.body,
+            surface="+".join(s.description.surface), tool=s.against, body=s.body,
             node=nodes - system.offsets[s.body], X=system.X[nodes], x=x[nodes], gap=pairs.g, pressure=told.pressure,
             shear=told.shear, slip=told.slip, status=told.status, weight=told.weight,
-            force=s.points.to_nodes(f.F[:, : system.dofs.dimension]), pressure_from_stress=from_stress,
+            force=s.points.to_nodes(f.vectors), pressure_from_stress=from_stress,
             pressure_smoothed=_pressure_of(smooth, nodes, pairs.n),
             error=np.where(told.status > 0, np.abs(told.pressure - from_stress), 0.0),
             area=float(system.touching(s, where, depth, f.p > 0).sum()),
@@ -238,7 +236,7 @@ def _apart(system: System, s: Surface, state: State, where: Array, depth: Array 
         of = _with_area(area)
         slipped = s.points.to_nodes(weight * slip)[of] / s.points.to_nodes(weight)[of]
     return ContactState(
-        surface="+".join(s.description.surface), tool=system.tools[s.tool].name, body=s.body,
+        surface="+".join(s.description.surface), tool=s.against, body=s.body,
         node=nodes - system.offsets[s.body], X=system.X[nodes], x=x[nodes], gap=np.full(len(nodes), np.inf), pressure=nothing,
         shear=nothing, slip=slipped,
         status=np.zeros(len(nodes), dtype=np.int8), weight=area, force=np.zeros((len(nodes), 2)),

@@ -82,9 +82,9 @@ class StepControl:
         """
         system, moved = self.system, self.plan.moved
         s = system.surfaces[surface]
-        first = system.tool_dof(s.tool)
-        arm = system.X[s.points.nodes] - system.tools[s.tool].at
-        d, width = system.dofs.dimension, system.dofs.tool.width
+        master = system.master(s)
+        arm = system.X[s.points.nodes] - master.at
+        first, d, width = int(master.dofs[0]), master.dimension, len(master.dofs)
         reach = np.where(np.arange(width) < d, 1.0, float(np.hypot.reduce(arm, axis=1).max()))
         own = (moved >= first) & (moved < first + width)
         way = reach[moved[own] - first] * np.abs(np.diff(path[:, own], axis=0))
@@ -97,7 +97,7 @@ class StepControl:
         """
         system, moved, field = self.system, self.plan.moved, self.system.dofs.displacement
         s, speed = system.surfaces[surface], 0.0
-        first, nodes = system.tool_dof(s.tool), system.offsets[s.body] + np.arange(len(system.meshes[s.body].points))
+        first, nodes = int(system.master(s).dofs[0]), system.offsets[s.body] + np.arange(len(system.meshes[s.body].points))
         for axis in range(system.dofs.dimension):
             tool = np.flatnonzero(moved == first + axis)
             own = np.flatnonzero(np.isin(moved, field.first + field.width * nodes + axis))

@@ -259,7 +259,7 @@ def _gripped(system: System, number: int, policy: Policy) -> Iterator[Criterion]
 
 
 def _contact(system: System, path: str, name: str, word: str, tolerance: float) -> Criterion:
-    own = [i for i, s in enumerate(system.surfaces) if name in (s.name, system.tools[s.tool].name)]
+    own = [i for i, s in enumerate(system.surfaces) if name in (s.name, s.against)]
     depth = min(float(system.surfaces[i].points.depth.min()) for i in own)
 
     def gap(look: Look) -> float:

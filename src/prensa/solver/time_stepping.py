@@ -206,7 +206,7 @@ class TimeStepping:
         """Note the tools that have touched something by a committed state."""
         contact = state.contact
         for s in self.system.surfaces:
-            name = self.system.tools[s.tool].name
+            name = s.against
             if name not in self.passages.met and (contact.closed[s.rows].any() or (contact.slip[s.rows] > 0).any()):
                 self.passages.met.add(name)
 
@@ -232,7 +232,7 @@ class TimeStepping:
 
     def refuse_to_part(self, state: State, number: int) -> None:
         """Raise `SolveError` if tools are to be removed while a free side is pressed on a line of symmetry: all contacts end."""
-        pressed = [s for s in self.system.surfaces if self.system.tools[s.tool].name in self.planes]
+        pressed = [s for s in self.system.surfaces if s.against in self.planes]
         if any(state.contact.closed[s.rows].any() for s in pressed):
             raise SolveError(
                 f"step {self.system.problem.steps[number].name!r}: 'remove_tools' ends all contacts, and a free side of "
@@ -538,7 +538,8 @@ class TimeStepping:
         assert result.evaluation is not None
         sunk = np.zeros(len(self.system.tools))
         for s, f in zip(self.system.surfaces, result.evaluation.contacts):
-            sunk[s.tool] = max(sunk[s.tool], -float(f.g.min()))
+            t = self.system.master(s).number
+            sunk[t] = max(sunk[t], -float(f.g.min()))
         folded = self.folding.folded(result.u) if result.recover is None else []
         known = result.u if result.recover is None or self.condensed is None else self.condensed.outlined(result.u)
         node = inside(self.system, self.watched, known, sunk, self.folding.creased(c, folded))
@@ -618,8 +619,9 @@ def committed(
     """
     old, contact, lam = c.state, c.state.contact, result.lam.copy()
     for s, f, before in zip(system.surfaces, e.contacts, c.committed):
-        contact = contact.replaced(s.rows, replace(f.record, speed=(f.kappa - before.slip) / c.seconds))
-        lam[s.rows, 0], lam[s.rows, 1:] = f.p, f.t
+        record = replace(f.record, speed=(f.kappa - before.slip) / c.seconds)
+        contact = contact.replaced(s.rows, record)
+        lam[s.rows, 0], lam[s.rows, 1:] = f.p, record.traction
     work = nodal_work(system, c, e)
     ended, du = c.ends_step, result.u - old.u
     energy = ledger(system, c, result.u, e, work, stabilisation.dissipated(c, du))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.pairing import current_pairs
+from prensa.contact.masters import RigidMaster
 from prensa.fem.failure import TipsOver
 from prensa.fem.interaction import Context
 from prensa.fem.system import System
@@ -22,14 +22,14 @@ def tips_over(system: System, c: Context, policy: Policy) -> TipsOver | None:
     """
     if system.axisymmetric or system.dofs.dimension != 2:
         return None  # no tool turns
-    for t in range(len(system.tools)):
-        if (found := _tips(system, c, t, policy)) is not None:
+    for master in system.masters.values():
+        if (found := _tips(system, c, master, policy)) is not None:
             return found
     return None
 
 
-def _tips(system: System, c: Context, t: int, policy: Policy) -> TipsOver | None:
-    dofs, plan = system.dofs.tool.dofs(t), c.plan
+def _tips(system: System, c: Context, master: RigidMaster, policy: Policy) -> TipsOver | None:
+    dofs, plan = master.dofs, c.plan
     free = np.array([d not in plan.fixed and d not in plan.springs for d in dofs])
     force = np.array([float(plan.push[d](c.time)) if free[k] and d in plan.push else 0.0 for k, d in enumerate(dofs)])
     size = float(np.hypot(*force[:2]))
@@ -37,9 +37,8 @@ def _tips(system: System, c: Context, t: int, policy: Policy) -> TipsOver | None
         return None
     from scipy.optimize import nnls  # takes a tenth of a second to import, for what few runs need
 
-    tool, place = system.tools[t], system.place_of(t, c.state.u)
-    at = tool.at + place[:2]
-    places, normals = _near(system, c, t, policy.tip_reach)
+    at = master.at + master.place(c.state.u)[:2]
+    places, normals = _near(system, c, master, policy.tip_reach)
     if not len(places):
         return None
     arm, along = places - at, np.stack([-normals[:, 1], normals[:, 0]], axis=1)
@@ -54,21 +53,20 @@ def _tips(system: System, c: Context, t: int, policy: Policy) -> TipsOver | None
     across = np.array([force[1], -force[0]]) / size
     x, y = at + force[2] / size * across
     first, last = places[np.argsort(arm @ across)[[0, -1]]]
-    return TipsOver(tool.name, (float(x), float(y)), (float(force[0]), float(force[1])), tuple(first), tuple(last))
+    return TipsOver(master.name, (float(x), float(y)), (float(force[0]), float(force[1])), tuple(first), tuple(last))
 
 
-def _near(system: System, c: Context, t: int, reach: float) -> tuple[Array, Array]:
+def _near(system: System, c: Context, master: RigidMaster, reach: float) -> tuple[Array, Array]:
     """Places (k, 2) of contact points that are near a tool, all there are if none is, and the tool's normals (k, 2) there.
 
     reach: gap over the depth of the elements.
     """
     places, normals, near = [np.zeros((0, 2))], [np.zeros((0, 2))], [np.zeros(0, dtype=bool)]
-    for s in system.surfaces:
-        if s.tool == t:
-            x, tool = system.positions(c.state.u)[s.points.nodes], system.tools[t]
-            pairs = current_pairs(tool.shape, x, tool.at, system.place_of(t, c.state.u))
-            places.append(x)
-            normals.append(pairs.n)
-            near.append(pairs.g <= reach * float(s.points.depth.min()))
+    for s in system.against(master.name):
+        x = system.positions(c.state.u)[s.points.nodes]
+        pairs = master.seen(x, c.state.u)
+        places.append(x)
+        normals.append(pairs.n)
+        near.append(pairs.g <= reach * float(s.points.depth.min()))
     chosen = np.concatenate(near) if any(k.any() for k in near) else slice(None)
     return np.concatenate(places)[chosen], np.concatenate(normals)[chosen]

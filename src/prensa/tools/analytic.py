@@ -1,11 +1,12 @@
 """Rigid tools in their own frame: signed distance, normal, curvature and surface coordinate of the closest point.
 
-For points ξ (k, 2) in the tool frame (origin at the reference point, axes turned with the tool):
+For points ξ (k, d) in the tool frame (origin at the reference point, axes turned with the tool), in the plane and in space:
 
 * g (k,): signed distance, negative inside the tool;
-* n (k, 2): outward unit normal at the closest point, ∇g;
-* c (k,): curvature of the distance, ∂n/∂ξ = c e⊗e with the tangent e = n turned by +90°; 1/(R + g) on an arc;
-* s (k,): surface coordinate along e; ds = (1 − g c) e·dξ.
+* n (k, d): outward unit normal at the closest point, ∇g;
+* c: curvature of the distance. In the plane (k,), ∂n/∂ξ = c e⊗e with the tangent e = n turned by +90°; 1/(R + g) on an arc.
+  In space (k, 3, 3), ∂n/∂ξ itself;
+* s (k,): surface coordinate along e in the plane; ds = (1 − g c) e·dξ. A surface in space has none.
 """
 
 from __future__ import annotations
@@ -19,12 +20,12 @@ Array = NDArray[np.float64]
 
 
 class Closest(NamedTuple):
-    """Closest-point data of k points: g (k,), n (k, 2), c (k,), s (k,)."""
+    """Closest-point data of k points: g (k,), n (k, d), c (k,) or (k, 3, 3), s (k,); see above."""
 
     g: Array
     n: Array
     c: Array
-    s: Array
+    s: Any = None
 
 
 class Tool(Protocol):

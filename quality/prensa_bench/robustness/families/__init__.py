@@ -12,6 +12,7 @@ from prensa_bench.robustness.families import (
     chains,
     cycles,
     forgings,
+    ironings,
     loaded,
     posed,
     rolls,
@@ -36,6 +37,7 @@ FAMILIES: Mapping[str, Callable[[np.random.Generator], Drawn]] = {
     "forgings": forgings.problem,
     "posed": posed.problem,
     "loaded": loaded.problem,
+    "ironings": ironings.problem,
 }
 
 

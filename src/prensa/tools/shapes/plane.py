@@ -28,7 +28,7 @@ class Plane(ToolShape):
 
     def shape(self, direction: Array, rounding: float = 0.0) -> HalfSpace:
         """Half-space behind the line across the direction."""
-        return HalfSpace(*direction)
+        return HalfSpace((float(direction[0]), float(direction[1])))
 
     def outline(self, depth: float) -> list[Array]:
         """Rectangle above y = 0."""
@@ -41,16 +41,17 @@ class Plane(ToolShape):
 
 @dataclass(frozen=True)
 class HalfSpace(Analytic):
-    """Half-space below the line through the reference point with outward normal (nx, ny), unit length."""
+    """What lies behind the line, in space the plane, through the reference point; ``normal`` (d,) out of it, of unit length."""
 
-    nx: float
-    ny: float
+    normal: tuple[float, ...]
     radius: float = np.inf
     half_space = True
 
     def closest(self, xi: Array) -> Closest:
-        """Points (k, 2) → `Closest`."""
-        n, (x, y) = np.empty((len(xi), 2)), xi.T
-        n[:, 0], n[:, 1] = self.nx, self.ny
-        g, s = x * self.nx + y * self.ny, y * self.nx - x * self.ny
-        return Closest(g, n, np.zeros(len(xi)), s)
+        """Points (k, d) → `Closest`."""
+        k, d = xi.shape
+        n = np.tile(self.normal, (k, 1))
+        if d == 3:
+            return Closest(xi @ np.asarray(self.normal), n, np.zeros((k, 3, 3)), None)
+        (x, y), (nx, ny) = xi.T, self.normal
+        return Closest(x * nx + y * ny, n, np.zeros(k), y * nx - x * ny)

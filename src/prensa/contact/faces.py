@@ -1,9 +1,4 @@
-"""Contact in space: nodes of quadrilateral faces against a rigid plane, in the terms that contact forces are made of.
-
-What `prensa.contact.integration` and `prensa.contact.pairing` are in the plane. The coordinates of a pair are
-q = (body x, y, z, tool x, y, z, rx, ry, rz). The plane does not turn: its rotations are to be prescribed as zero. Their rows, the
-moments, are exact, and so are their columns of gap and slip; how the frame would turn with them is left out.
-"""
+"""Contact points on surfaces in space: nodes of quadrilateral faces, as `prensa.contact.integration` has them in the plane."""
 
 from __future__ import annotations
 
@@ -13,7 +8,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.contact.pairing import Pairs
 from prensa.contact.rules.nodal import Nodal
 
 Array = NDArray[np.float64]
@@ -23,43 +17,6 @@ Flags = NDArray[np.bool_]
 _PLACE = 1.0 / 3.0**0.5
 _FACE_POINTS = [(x, y) for x in (-_PLACE, _PLACE) for y in (-_PLACE, _PLACE)]
 _CORNERS = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=np.float64)
-
-
-@dataclass(frozen=True)
-class HalfSpace:
-    """A rigid tool behind the plane through its reference point; ``normal`` points out of it, to the body."""
-
-    normal: tuple[float, float, float]
-
-    period = np.inf
-    edges = ()
-
-    @cached_property
-    def frame(self) -> Array:
-        """Unit normal and two tangents, the rows of a right-handed (3, 3); the first tangent is nearest to a coordinate axis."""
-        n = np.array(self.normal, dtype=np.float64)
-        n /= np.linalg.norm(n)
-        axis = np.eye(3)[np.argmin(np.abs(n))]
-        t = axis - (axis @ n) * n
-        t /= np.linalg.norm(t)
-        return np.stack([n, t, np.cross(n, t)])
-
-
-def plane_pairs(shape: HalfSpace, x: Array, at: Array, place: Array) -> Pairs:
-    """Moved surface against a plane: x (k, 3) positions, at (3,), place (6,) displacement and rotations, which are zero."""
-    arm = x - (at + place[:3])
-    k, frame = len(arm), shape.frame
-    n = np.broadcast_to(frame[0], (k, 3))
-    e = np.broadcast_to(frame[1:], (k, 2, 3))
-    g, s = arm @ frame[0], arm @ frame[1:].T
-    Fn = _generalised(n, arm)
-    Ft = np.stack([_generalised(e[:, i], arm) for i in range(2)], axis=1)
-    return Pairs(g, s, n, e, Fn, Ft, Fn, Ft, np.zeros((k, 9)), arm, True)
-
-
-def _generalised(v: Array, arm: Array) -> Array:
-    """Action (k, 9) of unit forces v (k, 3) on the body points and their opposites on the tool."""
-    return np.concatenate([v, -v, -np.cross(arm, v)], axis=1)
 
 
 @dataclass(frozen=True)
@@ -99,6 +56,11 @@ class FacePoints:
         return np.ones((len(self), 1))
 
     @cached_property
+    def coefficients(self) -> Array:
+        """Of the nodes and the tool's reference point (k, 2) in stencils."""
+        return np.tile([1.0, -1.0], (len(self), 1))
+
+    @cached_property
     def slots(self) -> Index:
         """Places (m, 4) of the faces' nodes in ``nodes``."""
         number = np.full(int(self.nodes.max()) + 1, -1, dtype=np.int64)
@@ -125,14 +87,6 @@ class FacePoints:
     def any_at_nodes(self, flags: Flags) -> Flags:
         """Flags of the points at the nodes (k,)."""
         return flags.copy()
-
-    def spread(self, F: Array, K: Array) -> tuple[Array, Array]:
-        """Forces and stiffnesses of the points on their nodes."""
-        return F, K
-
-    def on_dofs(self, F: Array) -> Array:
-        """Forces or slopes of the points' pairs on their nodes and the tool."""
-        return F
 
     def normals(self, x: Array) -> Array:
         """Outward unit normals (k, 3) at the nodes, weighted by the areas of the faces."""

@@ -1,0 +1,448 @@
+"""All special mechanisms of the solver by name: those that save time or cuts, and those that guard against wrong answers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from prensa.solver.failure import NotConverged
+
+from prensa.fem.state import State
+from prensa.solver import acceptance, attempt, contact_step, newton, predictor, stability, time_stepping
+from prensa.solver.acceptance import Acceptance
+from prensa.solver.approach import Approach
+from prensa.solver.distortion import Distortion
+from prensa.solver.equilibrium import Equilibrium
+from prensa.solver.finish import Finish, Secant
+from prensa.solver.increment import Mean
+from prensa.solver.newton import NewtonState
+from prensa.solver.passages import Passages
+from prensa.solver.predictor import Guess
+from prensa.solver.step_control import StepControl
+from prensa.solver.time_stepping import TimeStepping
+from prensa.solver.validity import Validity
+from prensa_bench.panel.composition import Mechanism, Replaced, replaced
+
+NEVER = 10**12
+
+
+def _nothing(*_: Any, **__: Any) -> None:
+    """The neutral element of whatever may find nothing."""
+
+
+def _no(*_: Any, **__: Any) -> bool:
+    return False
+
+
+def _yes(*_: Any, **__: Any) -> bool:
+    return True
+
+
+def _none_of_them(*_: Any, **__: Any) -> list[Any]:
+    return []
+
+
+def _forgetful(original: Callable[..., Any]) -> Callable[..., Any]:
+    """Newton's direction (see `newton._direction`) without the points that reversed their slip."""
+
+    def direction(eq: Equilibrium, state: NewtonState) -> Any:
+        known = state.reversed
+        state.reversed = np.zeros_like(known)
+        try:
+            return original(eq, state)
+        finally:
+            state.reversed = known
+
+    return direction
+
+
+def _without_stick(original: Callable[..., Any]) -> Callable[..., Any]:
+    """A contact step in which nothing is forced to stick."""
+
+    def step(eq: Equilibrium, u: Any, lam: Any, e: Any, stick: Any, most: int | None = None) -> Any:
+        return original(eq, u, lam, e, None, most)
+
+    return step
+
+
+def _frictionless_alone(original: Callable[..., Any]) -> Callable[..., Any]:
+    """Candidates whose friction a contact step decides: none, where any has friction."""
+
+    def rubbing(eq: Equilibrium, e: Any, near: Any) -> Any:
+        found = original(eq, e, near)
+        return None if found is not None and found.any() else found
+
+    return rubbing
+
+
+def _plain_step(eq: Equilibrium, start: Any, values: Any, lam: Any) -> Guess:
+    """The committed state with what is prescribed where it ends: no linear system is solved for a first guess."""
+    u = start.copy()
+    u[eq.reduced.fixed] = values
+    return Guess(eq.system.with_slaves(u))
+
+
+def _unfinished(eq: Equilibrium, u: Any, e: Any, lam: Any, came_by: Any, followed: Any = None) -> tuple[Finish, bool]:
+    """A converged iterate as it is (see `finish`)."""
+    done = Finish(u, e, eq.norm(e))
+    return done, done.within(eq) and not e.violation > eq.policy.tight
+
+
+def _within(self: Finish, eq: Equilibrium) -> bool:
+    """Whether residual and constraints are within the tolerance, with no regard to digits beyond it."""
+    return self.within(eq) and not self.evaluation.violation > eq.policy.tight
+
+
+def _as_it_was(system: Any, c: Any, e: Any, u: Any, step: Any, lam: Any) -> Any:
+    return system.with_slaves(u + step)
+
+
+def _straight(self: State, du: Any, dt: float, nodal: slice) -> tuple[Any, float]:
+    return np.zeros_like(du), 0.0
+
+
+def _attempted(eq: Equilibrium, result: Any, *_: Any) -> Any:
+    return result
+
+
+def _uncut(system: Any, state: Any, plan: Any, end: float, *_: Any) -> tuple[float, list[str]]:
+    return end, []
+
+
+def _where_they_are(system: Any, c: Any, *_: Any) -> Approach:
+    return Approach(c.state.u, None, [])
+
+
+def _unlimited(*_: Any) -> float:
+    return float("inf")
+
+
+def _last_values(self: Passages) -> dict[str, Mean]:
+    """Forces at the end of the increment in the place of their means over a passage."""
+    return {column: Mean(float(value), 0.0) for column, value in zip(self.columns, self._rows[-1].values)}
+
+
+TIMELY = (
+    # ------------------------------------------------------------------------------------------------ globalisation
+    Mechanism(
+        "line_search",
+        "A full step that raises the residual is shortened to the best of a few fractions.",
+        (replaced(newton, newton._accepted, _yes),),
+    ),
+    Mechanism(
+        "natural_monotonicity",
+        "A step that raises the residual is accepted where the next one with its factors is much shorter.",
+        (replaced(newton, newton._shrinks, _no),),
+    ),
+    Mechanism(
+        "nonlinear_elimination",
+        "The few nodes that alone hold up an iteration find their equilibrium with all others held.",
+        (replaced(newton, newton.eliminated, _nothing), replaced(newton, newton.applies, _no)),
+    ),
+    Mechanism(
+        "secant_where_flow_turns",
+        "Where plastic flow is likely to turn, the matrix goes part of the way to the secant moduli.",
+        (replaced(Equilibrium, Equilibrium.turns, _no),),
+    ),
+    Mechanism(
+        "turning_expected",
+        "After several increments in which flow turned, the first matrix of the next is made for that at once.",
+        policy={"turned_before": NEVER},
+    ),
+    Mechanism(
+        "gap_correction",
+        "After a step closed contact nodes are put at the gap of the linear model.",
+        (
+            replaced(newton, newton.contact_corrected, _as_it_was),
+            replaced(predictor, predictor.contact_corrected, _as_it_was),
+        ),
+    ),
+    Mechanism(
+        "early_stop",
+        "Attempts whose residual no longer falls are given up before the last iteration.",
+        policy={"vain": NEVER, "patience": NEVER},
+    ),
+    Mechanism(
+        "runaway",
+        "Steps farther than any meant motion end an attempt, with the part that is free to move.",
+        (replaced(Equilibrium, Equilibrium.runaway, _nothing),),
+    ),
+    # ------------------------------------------------------------------------------------------ contact and friction
+    Mechanism(
+        "edge_step",
+        "Newton's step decides on the points that it opens and closes at the edges of contacts.",
+        (replaced(newton, newton.with_edges, lambda eq, e, lam, step: step),),
+    ),
+    Mechanism(
+        "contact_step",
+        "Steps with the contact conditions as inequalities, where Newton's assumptions on them were wrong.",
+        (
+            replaced(newton, newton.contact_step, _nothing),
+            replaced(attempt, attempt._by_contact, lambda eq, start, lam, result: NotConverged(0, float("inf"))),
+        ),
+    ),
+    Mechanism(
+        "contact_step_retry",
+        "An attempt that failed while contact changed is made again with contact steps alone.",
+        (replaced(attempt, attempt._by_contact, lambda eq, start, lam, result: NotConverged(0, float("inf"))),),
+    ),
+    Mechanism(
+        "friction_step",
+        "Contact steps decide which points stick and slip together with their pressures.",
+        (replaced(contact_step, contact_step._rubbing, _frictionless_alone(contact_step._rubbing)),),
+    ),
+    Mechanism(
+        "forced_stick",
+        "A point that reversed its slip sticks in the next matrix, where no contact step decides on it.",
+        (
+            replaced(newton, newton._direction, _forgetful(newton._direction)),
+            replaced(newton, newton.contact_step, _without_stick(newton.contact_step)),
+        ),
+    ),
+    # ------------------------------------------------------------------------------------------------- initial guess
+    Mechanism("predictor", "An increment starts where the last two lead.", numerics={"predictor": False}),
+    Mechanism(
+        "quadratic_predictor",
+        "The second difference of the last increments goes into the predictor, as far as it repeats itself.",
+        (replaced(State, State.damped_difference, _straight),),
+    ),
+    Mechanism(
+        "prediction_projected",
+        "Predicted contact nodes are put at their committed gaps, others out of the tools.",
+        (replaced(predictor, predictor.project_prediction, _nothing),),
+    ),
+    Mechanism(
+        "linearised_start",
+        "Where nothing is extrapolated, an increment starts from the answer of the linearised system.",
+        (replaced(predictor, predictor._linearised, _plain_step),),
+    ),
+    Mechanism(
+        "landing_points",
+        "Points that the prediction takes into a tool count as closed in the first matrix.",
+        (replaced(predictor, predictor._expected, lambda eq, u, lam, landed: (eq.evaluate(u, lam), False)),),
+    ),
+    Mechanism(
+        "start_between_ends",
+        "An increment to another end starts on the line between solutions of the same increment.",
+        (replaced(TimeStepping, TimeStepping.between, _nothing),),
+    ),
+    # ------------------------------------------------------------------------------------------------------- finish
+    Mechanism(
+        "finish",
+        "Nearly converged iterates are brought home by substitutions with the factors at hand.",
+        (replaced(newton, newton.finish, _unfinished), replaced(newton, newton._followed, _nothing)),
+        policy={"near": 0.0},
+    ),
+    Mechanism(
+        "broyden",
+        "Finishing substitutions learn from those before (Broyden's first method).",
+        (replaced(Secant, Secant.step, lambda self, z: z),),
+    ),
+    Mechanism(
+        "following",
+        "Finishing corrections go by the matrix at the iterate, with factors of the one before and GMRES.",
+        (replaced(newton, newton._followed, _nothing), replaced(newton, newton._follows, _no)),
+    ),
+    Mechanism(
+        "digits",
+        "Converged iterates are improved beyond the tolerance, since tools' forces are sums over all nodes.",
+        (replaced(Finish, Finish.fine, _within),),
+    ),
+    # --------------------------------------------------------------------------------------------------- increments
+    Mechanism(
+        "bdf2",
+        "Plastic flow of second order in time, with increments twice as long.",
+        numerics={"time_rule": "backward_euler"},
+    ),
+    Mechanism(
+        "bdf2_where_steady",
+        "Flow is of second order in time by itself only where it is steady.",
+        policy={"unsteady": 1e9},
+    ),
+    Mechanism(
+        "cut_before_touch",
+        "An increment in which a tool first touches a body ends there.",
+        (replaced(time_stepping, time_stepping.first_touch, _uncut),),
+    ),
+    Mechanism(
+        "small_after_touch",
+        "Metals begin with a small increment after a first touch.",
+        (replaced(StepControl, StepControl._landed, _unlimited),),
+    ),
+    Mechanism(
+        "strain_bound",
+        "Automatic increments are bounded by the plastic strain of the last one.",
+        (replaced(StepControl, StepControl._strain, lambda self, grown, allowed: 0.0),),
+    ),
+    Mechanism(
+        "travel_bound",
+        "Automatic increments are bounded by the travel of tools past the contact elements.",
+        (replaced(StepControl, StepControl._speeds, lambda self: np.zeros(len(self.system.surfaces))),),
+    ),
+    # ---------------------------------------------------------------------------------------------- first contact
+    Mechanism(
+        "pushed_tools_brought",
+        "Tools driven by force are brought to where they touch before the increment is solved.",
+        (replaced(time_stepping, time_stepping.approach, _where_they_are),),
+    ),
+    Mechanism(
+        "floating_bodies",
+        "Bodies that nothing holds yet move as rigid ones with the tools until they are clamped.",
+        (replaced(time_stepping, time_stepping.carried, _nothing),),
+    ),
+    Mechanism(
+        "emergence",
+        "Bodies are pressed in stages out of tools that start inside them.",
+        (replaced(attempt, attempt.emergence, _none_of_them),),
+    ),
+    # ------------------------------------------------------------------------------------------------- linear algebra
+    Mechanism(
+        "condensation",
+        "Linear bodies are factored once and condensed onto their contact unknowns.",
+        numerics={"condense": False},
+    ),
+    Mechanism(
+        "single_precision",
+        "Large systems are factored in single precision, and GMRES makes the rest.",
+        policy={"worth_single": NEVER},
+    ),
+    Mechanism(
+        "reuse_of_factors",
+        "Factors of a matrix before serve where the iterate's is close to it.",
+        numerics={"reuse_factors": False},
+    ),
+    Mechanism(
+        "factors_of_last_step",
+        "A step takes the factors of the matrix before it and GMRES where few contact points changed.",
+        policy={"alike": 0.0},
+    ),
+    Mechanism(
+        "inexact_steps",
+        "Linear systems are solved to the digits that quadratic convergence promises.",
+        (Replaced(NewtonState, "promised", property(lambda self: 0.0)),),  # type: ignore[arg-type]
+    ),
+    Mechanism(
+        "stability_rests",
+        "Stability is not looked at while its softest modes were far from turning.",
+        (replaced(stability, stability.rests, _no),),
+    ),
+)
+
+GUARDS = (
+    Mechanism(
+        "stability",
+        "Unstable equilibria are refused, and limit points are named.",
+        (replaced(time_stepping, time_stepping.judged, _attempted),),
+        guard="tests/solver/test_stability.py::test_a_pushed_arch_ends_at_its_limit_point",
+    ),
+    Mechanism(
+        "jump_noticed",
+        "An increment that leads past unstable states to another branch is cut, or ends at a limit point.",
+        (replaced(stability, stability.jumped, _no),),
+        guard="tests/solver/test_stability.py::test_a_jump_that_is_short_is_taken_and_told",
+    ),
+    Mechanism(
+        "branch_beside",
+        "Where an equilibrium is unstable, a stable one is looked for beside it: perfect structures buckle.",
+        (replaced(stability, stability._beside, _nothing),),
+        guard="tests/solver/test_stability.py::test_a_straight_column_buckles_and_says_so",
+    ),
+    Mechanism(
+        "elastic_jump",
+        "Elastic bodies without friction go from a limit point to the next stable equilibrium.",
+        (replaced(stability, stability._jump, _nothing),),
+        guard="tests/solver/test_stability.py::test_elastic_bodies_without_friction_jump_by_themselves",
+    ),
+    Mechanism(
+        "jump_under_viscous_forces",
+        "An increment under viscous forces that jumps too far for its energy to be seen is cut.",
+        (replaced(TimeStepping, TimeStepping.jumped_over, _no),),
+        guard="tests/contact/test_held_corners.py::test_a_jump_is_cut_where_the_ledger_misses_too_much",
+    ),
+    Mechanism(
+        "passages",
+        "Forces that ripple as elements pass are given as means over one passage.",
+        (replaced(Passages, Passages.means, _last_values),),
+        guard="tests/solver/test_passages.py::test_means_of_drawing_are_nearer_to_those_of_many_increments_than_the_trapezoid",
+    ),
+    Mechanism(
+        "force_jumps",
+        "The time of a jump of forces within an increment is read off its work.",
+        (replaced(time_stepping, time_stepping.jump_of, lambda *_: float("nan")),),
+        guard="tests/solver/test_passages.py::test_means_of_drawing_are_nearer_to_those_of_many_increments_than_the_trapezoid",
+    ),
+    Mechanism(
+        "penetration",
+        "A run ends where metal lies inside a tool with which it has no contact.",
+        (replaced(time_stepping, time_stepping.inside, _nothing),),
+        guard="tests/solver/test_inside.py::test_metal_inside_a_tool_stops_the_run",
+    ),
+    Mechanism(
+        "self_intersection",
+        "A run ends where the outline of a body passes through itself.",
+        (replaced(time_stepping, time_stepping.fold, _nothing),),
+        guard="tests/solver/test_early_end.py::test_a_body_that_passes_through_itself_is_told",
+    ),
+    Mechanism(
+        "release",
+        "Forces that a step no longer asks for go linearly to zero over it.",
+        (replaced(time_stepping, time_stepping.let_go, _nothing),),
+        guard="tests/solver/test_step_release.py::test_a_support_is_let_go_linearly",
+    ),
+    Mechanism(
+        "tunnelling",
+        "An increment in which a node goes through a thin tool, or a tool turns through a body, is refused.",
+        (
+            replaced(acceptance, acceptance.tunnelled, _nothing),
+            replaced(acceptance, acceptance.turned_through, _nothing),
+        ),
+        guard="tests/contact/test_turns.py::test_a_tool_that_is_not_round_does_not_turn_through_the_body",
+    ),
+    Mechanism(
+        "lost_support",
+        "An increment in which a body's last hold opens is refused.",
+        (replaced(acceptance, acceptance.lost_support, _nothing),),
+        guard="tests/solver/test_guards.py::test_a_strip_that_its_last_tool_has_left_is_refused",
+    ),
+    Mechanism(
+        "jumped_elements",
+        "Corners that jump beyond 180° and plastic strains above 1 within an increment are refused.",
+        (replaced(Acceptance, Acceptance._deformed, lambda self, c, grown, u: iter(())),),
+        guard="tests/solver/test_guards.py::test_no_corner_jumps_beyond_half_a_turn_within_an_increment",
+    ),
+    Mechanism(
+        "validity",
+        "Small-strain kinematics and tables used beyond what they hold for are refused or reported.",
+        (replaced(Validity, Validity.look, _nothing),),
+        guard="tests/solver/test_validity.py::test_small_strain_is_refused_where_it_means_nothing",
+    ),
+    Mechanism(
+        "worn_elements",
+        "A run ends where the same element fails again and again.",
+        (replaced(Distortion, Distortion.rejected, _nothing),),
+        guard="tests/solver/test_early_end.py::test_an_element_on_which_attempts_fail_again_and_again_ends_the_run",
+    ),
+    Mechanism(
+        "lines_of_symmetry",
+        "A free side that comes to a line of symmetry meets its mirror image there.",
+        (replaced(time_stepping, time_stepping.guard_of, _nothing),),
+        guard="tests/solver/test_mirrors.py::test_a_line_of_symmetry_is_a_plane_written_by_hand",
+    ),
+    Mechanism(
+        "checks_before_a_run",
+        "Descriptions that cannot be solved are refused before the run.",
+        (replaced(time_stepping, time_stepping.preflight, _none_of_them),),
+        guard="tests/robustness/test_told_before.py::test_a_tool_that_lies_within_a_body_is_refused",
+    ),
+)
+
+MECHANISMS = {m.name: m for m in (*TIMELY, *GUARDS)}
+SETS = {
+    "edge_step, natural_monotonicity": ("edge_step", "natural_monotonicity"),
+    "edge_step, natural_monotonicity, nonlinear_elimination": (
+        "edge_step",
+        "natural_monotonicity",
+        "nonlinear_elimination",
+    ),
+}

@@ -1,0 +1,163 @@
+"""Sides of bodies as masters: weighted gaps in the plane, one stencil a node of the slave side (mortar method).
+
+The gap of node A is weighted with its shape function: g_A = n·Σ_j c_j x_j over its area, with coefficients c = (∫ N_A N_B dΓ,
+−∫ N_A M_C dΓ) of the nodes B of the slave side and C of the master side. They are integrated over the pieces of slave edges
+between projections of nodes of either side along the slave's averaged, interpolated normals, so that a uniform pressure goes
+through any two meshes (Puso and Laursen 2004; Popp, Gitterle, Gee and Wall 2010). Slip is what the changes of the coefficients
+since the last commit make, n⊥·(Σ c⁰_j x_j − Σ c_j x_j) (Yang, Laursen and Meng 2005; Gitterle et al. 2010): turning both sides
+together is none.
+
+Sides are walked with the body on the left. Derivatives are by the complex step: the same function with one perturbed coordinate
+after another, so that nothing is left out.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.contact.stencil import Stencils
+from prensa.kernels.compiled import njit
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+NEIGHBOURS_BEFORE = 2  # slave nodes on either side of its own that a stencil has: normals turn with them
+NO_PIECE = 1e-12  # share of an edge that is no piece of it, and area over its length of a node that faces nothing
+COMPLEX_STEP = 1e-30  # of complex arithmetic, without round-off
+_GAUSS_PLACES = np.array([0.5 - 0.15**0.5, 0.5, 0.5 + 0.15**0.5])  # Gauss points of a piece
+_GAUSS_SHARES = np.array([5.0, 8.0, 5.0]) / 18.0
+_PROJECTIONS = 8  # Newton steps of a projection, which is linear where normals do not turn
+
+
+class FacingSides(NamedTuple):
+    """A slave side and a master side: nodes (k, 5 + c) of the stencils, and which of the first five there are (k, 5)."""
+
+    nodes: Index
+    there: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, slave: Index, master: Index) -> FacingSides:
+        """From the nodes (k,) and (c,) of the two sides, each in walking order."""
+        k = len(slave)
+        at = np.arange(k)[:, None] + np.arange(-NEIGHBOURS_BEFORE, NEIGHBOURS_BEFORE + 1)
+        nodes = np.hstack([slave[np.clip(at, 0, k - 1)], np.tile(master, (k, 1))])
+        return cls(nodes, (at >= 0) & (at < k))
+
+    def coefficients(self, x: Array) -> Array:
+        """Coefficients (k, 5 + c) over the areas on positions x (n, 2), 0 of nodes that face nothing."""
+        out, area = np.zeros(self.nodes.shape), np.zeros(len(self.nodes))
+        _coefficients(x[self.nodes], self.there, out, area)
+        return out
+
+    def stencils(self, x: Array, committed: Array, dofs: Index) -> Stencils:
+        """Stencils on positions x (n, 2), of which the coefficients have the areas in them; infinite gaps of what faces nothing.
+
+        committed (k, 5 + c): `coefficients` at the last commit, from which slip is counted. dofs (k, 2 (5 + c)) of the nodes.
+        """
+        k, j = self.nodes.shape
+        coef, v, dcoef, dv = np.zeros((k, j)), np.empty((k, 4)), np.zeros((k, j, 2 * j)), np.zeros((k, 4, 2 * j))
+        _weighted(x[self.nodes], self.there, committed, coef, v, dcoef, dv)
+        n, e = v[:, 1:3].copy(), np.stack([-v[:, 2], v[:, 1]], axis=1)[:, None]
+        turn = np.einsum("ki,kiq->kq", e[:, 0], dv[:, 1:3])[:, None]
+        dg, ds = dv[:, 0].copy(), dv[:, 3:].copy()
+        return Stencils(dofs, coef, v[:, 0].copy(), v[:, 3:].copy(), n, e, dg, ds, turn, np.zeros((0, 2)), False, dcoef)
+
+
+@njit(cache=True)
+def _integrals(x, there, coef, n):
+    """Places x (5 + c, 2), real or complex → coefficients (5 + c,) with the area in them, normal n (2,) of the master; area."""
+    nu = np.zeros((5, 2), x.dtype)
+    for i in range(1, 4):
+        if not there[i]:
+            continue
+        for j in range(i - 1, i + 1):
+            if there[j] and there[j + 1]:
+                nu[i, 0] += x[j + 1, 1] - x[j, 1]
+                nu[i, 1] -= x[j + 1, 0] - x[j, 0]
+        size = np.sqrt(nu[i, 0] * nu[i, 0] + nu[i, 1] * nu[i, 1])
+        nu[i, 0], nu[i, 1] = nu[i, 0] / size, nu[i, 1] / size
+    n[0], n[1] = -nu[2, 0], -nu[2, 1]
+    coef[:] = 0.0
+    ends = np.empty(2, x.dtype)
+    for i in range(1, 3):
+        if not (there[i] and there[i + 1]):
+            continue
+        ax, ay = x[i, 0], x[i, 1]
+        tx, ty = x[i + 1, 0] - ax, x[i + 1, 1] - ay
+        length = np.sqrt(tx * tx + ty * ty)
+        wx, wy = nu[i + 1, 0] - nu[i, 0], nu[i + 1, 1] - nu[i, 1]
+        for c in range(5, len(x) - 1):
+            for e in range(2):
+                px, py = x[c + e, 0], x[c + e, 1]
+                s = ((px - ax) * tx + (py - ay) * ty) / (length * length)
+                for _ in range(_PROJECTIONS):
+                    vx, vy = nu[i, 0] + s * wx, nu[i, 1] + s * wy
+                    dx, dy = ax + s * tx - px, ay + s * ty - py
+                    s -= (dx * vy - dy * vx) / (tx * vy - ty * vx + dx * wy - dy * wx)
+                ends[e] = s
+            lo, hi = (ends[0], ends[1]) if ends[0].real < ends[1].real else (ends[1], ends[0])
+            if lo.real < 0.0:
+                lo = lo * 0.0
+            if hi.real > 1.0:
+                hi = hi * 0.0 + 1.0
+            if hi.real - lo.real < NO_PIECE:
+                continue
+            ex, ey = x[c + 1, 0] - x[c, 0], x[c + 1, 1] - x[c, 1]
+            for q in range(3):
+                s = lo + (hi - lo) * _GAUSS_PLACES[q]
+                vx, vy = nu[i, 0] + s * wx, nu[i, 1] + s * wy
+                m = ((ax + s * tx - x[c, 0]) * vy - (ay + s * ty - x[c, 1]) * vx) / (ex * vy - ey * vx)
+                part = (1.0 - s if i == 2 else s) * length * (hi - lo) * _GAUSS_SHARES[q]
+                coef[i] += part * (1.0 - s)
+                coef[i + 1] += part * s
+                coef[c] -= part * (1.0 - m)
+                coef[c + 1] -= part * m
+    return coef[0] + coef[1] + coef[2] + coef[3] + coef[4]
+
+
+@njit(cache=True)
+def _state(x, there, committed, coef, v):
+    """Coefficients (j,) and v (4,) = gap, normal, slip."""
+    area = _integrals(x, there, coef, v[1:3])
+    length = abs(x[1, 0].real - x[3, 0].real) + abs(x[1, 1].real - x[3, 1].real)
+    if area.real <= NO_PIECE * length:
+        coef[:] = 0.0
+        v[0], v[3] = np.inf, 0.0
+        return
+    v[0], v[3] = 0.0, 0.0
+    for j in range(len(coef)):
+        mean = coef[j] / area
+        v[0] += mean * (v[1] * x[j, 0] + v[2] * x[j, 1])
+        v[3] += (committed[j] - mean) * (v[1] * x[j, 1] - v[2] * x[j, 0])
+
+
+@njit(cache=True)
+def _coefficients(x, there, out, area):
+    n = np.empty(2)
+    for k in range(len(x)):
+        area[k] = _integrals(x[k], there[k], out[k], n)
+        for j in range(out.shape[1]):
+            out[k, j] = out[k, j] / area[k] if area[k] > 0.0 else 0.0
+
+
+@njit(cache=True)
+def _weighted(x, there, committed, coef, v, dcoef, dv):
+    """States of the stencils x (k, j, 2) and their derivatives dcoef (k, j, 2j), dv (k, 4, 2j)."""
+    j = x.shape[1]
+    z, zc, zv = np.empty((j, 2), np.complex128), np.empty(j, np.complex128), np.empty(4, np.complex128)
+    for k in range(len(x)):
+        _state(x[k], there[k], committed[k], coef[k], v[k])
+        if not np.isfinite(v[k, 0]):
+            continue
+        for q in range(2 * j):
+            for a in range(j):
+                z[a, 0], z[a, 1] = x[k, a, 0], x[k, a, 1]
+            z[q // 2, q % 2] += COMPLEX_STEP * 1j
+            _state(z, there[k], committed[k], zc, zv)
+            for i in range(4):
+                dv[k, i, q] = zv[i].imag / COMPLEX_STEP
+            for a in range(j):
+                dcoef[k, a, q] = zc[a].imag / COMPLEX_STEP

@@ -1,0 +1,38 @@
+"""Inputs that go wrong without a guard: each fails where `prensa_bench.panel` switches that off."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from prensa.solver.failure import LostSupport
+
+import prensa as pr
+from prensa.errors import SolveError
+from prensa.solver.acceptance import least_corner
+from prensa_bench.robustness.families import drawn
+
+
+def test_a_strip_that_its_last_tool_has_left_is_refused():
+    """A drawn strip that no support holds when the tools have gone: it would end anywhere, without an imbalance to tell."""
+    p = drawn("strips", 7, 1).problem
+    hold, draw, release = p.steps
+    with pytest.raises(SolveError) as caught:
+        list(pr.solve(replace(p, steps=(hold, draw, replace(release, fixed={})))))
+    assert isinstance(caught.value.reason, LostSupport)
+
+
+def test_no_corner_jumps_beyond_half_a_turn_within_an_increment():
+    """A stamp pressed in by four elements at once: the increment is cut until no element turns over in one."""
+    p = pr.Problem(
+        "crush", bodies={"b": pr.Body(pr.Rectangle((10, 5), (40, 20), (-5.0, 0.0)), pr.J2(2e5, 0.3, pr.Linear(200.0, 600.0)))},
+        tools={"stamp": pr.Stamp(width=3.0, fillet=0.2, touching="b.top")}, contacts=(pr.Contact(("b.top",), "stamp"),),
+        friction=pr.Coulomb(0.3), fixed={"b.bottom": "xy"},
+        steps=(pr.Step("press", move={"stamp": pr.Motion(y=-1.0)}, increments=1),),
+    )  # fmt: skip
+    system = pr.discretise(p)
+    nodes = system.blocks[0].corners.T
+    corners = least_corner(system.X[nodes])
+    for inc in pr.solve(system):
+        before, corners = corners, least_corner(inc.bodies["b"].x[nodes])
+        assert not ((corners < -0.1) & (corners < before - 0.5)).any()
