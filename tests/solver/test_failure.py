@@ -9,6 +9,7 @@ from typing import get_args
 import pytest
 
 import prensa as pr
+from prensa import solver
 from prensa.errors import SolveError
 from prensa.fem import failure as f
 from prensa.fem.failure import ElementFailed, Fold, FrictionTooSoft, Hang, Inside, Past, Why
@@ -95,7 +96,7 @@ def test_a_tool_that_tips_over_is_told_so(place):
 
 def test_the_solver_asks_no_words():
     """No module of the solver looks for a literal in a text (`'singular' in reason`)."""
-    for path in Path(f.__file__).parent.glob("*.py"):
+    for path in Path(solver.__file__).parent.glob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Compare) and isinstance(node.ops[0], ast.In | ast.NotIn):
                 assert not (isinstance(node.left, ast.Constant) and isinstance(node.left.value, str)), path
@@ -103,7 +104,7 @@ def test_the_solver_asks_no_words():
 
 def test_the_solver_has_no_tuning_but_its_policy():
     """No module of the solver but `policy.py` has a number of its own at module level."""
-    for path in Path(f.__file__).parent.glob("*.py"):
+    for path in Path(solver.__file__).parent.glob("*.py"):
         for node in ast.parse(path.read_text(encoding="utf-8")).body:
             if isinstance(node, ast.Assign | ast.AnnAssign) and path.name != "policy.py":
                 assert not (isinstance(node.value, ast.Constant) and isinstance(node.value.value, int | float)), path

@@ -6,7 +6,7 @@ differ in what λ is: nothing, the outcome of an outer loop, or degrees of freed
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,6 +61,6 @@ class Enforcement(Member, abstract=True):
         return float(np.median(self.stiffness(unit)[0] / unit))
 
 
-def given_or(value: Any, factor: float, unit: Array) -> Array:
+def given_or(value: float | None, factor: float, unit: Array) -> Array:
     """An absolute stiffness where one is given, else factor E*/h (k,)."""
     return factor * unit if value is None else np.full_like(unit, value)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,11 +42,11 @@ class ContactRecord:
     def __len__(self) -> int:
         return len(self.slip)
 
-    def of(self, rows: Any) -> ContactRecord:
+    def of(self, rows: slice | NDArray[np.int64] | NDArray[np.bool_]) -> ContactRecord:
         """Some of the points, as views where ``rows`` is a slice."""
         return ContactRecord(*(getattr(self, f.name)[rows] for f in fields(self)))
 
-    def replaced(self, rows: Any, other: ContactRecord) -> ContactRecord:
+    def replaced(self, rows: slice | NDArray[np.int64] | NDArray[np.bool_], other: ContactRecord) -> ContactRecord:
         """A copy with other values of some of the points."""
         columns = [getattr(self, f.name).copy() for f in fields(self)]
         for column, f in zip(columns, fields(self)):

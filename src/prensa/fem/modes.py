@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.errors import Notice
+from prensa.fem.interaction import Context
 from prensa.fem.planning import plan_step
 from prensa.fem.schedule import StepPlan
 from prensa.fem.system import System
@@ -91,7 +92,7 @@ def _pressed_alone(system: System, body: str, plan: StepPlan) -> bool:
     return rubs and any(-sign not in bearing for sign in driven)
 
 
-def free_to_move(system: System, body: str, c: Any, contacts: bool = True) -> str:
+def free_to_move(system: System, body: str, c: Context, contacts: bool = True) -> str:
     """Rigid-body motions of a body that neither supports nor the contacts closed in the committed state resist, in words.
 
     Without ``contacts`` supports count alone.

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from prensa.errors import Notice
 from prensa.fem.planning import plan_step
-from prensa.fem.schedule import Course, StepPlan, tabulated
+from prensa.fem.schedule import Course, StepPlan, Table, tabulated
 from prensa.fem.state import State
 from prensa.fem.surface import Surface
 from prensa.fem.system import System
@@ -150,7 +150,7 @@ def _first(plan: StepPlan) -> str:
     return "tenth of the step" if plan.increments is None else "increment"
 
 
-def _tables(system: System, number: int) -> Iterator[tuple[str, str, str, Any, list[int]]]:
+def _tables(system: System, number: int) -> Iterator[tuple[str, str, str, Table, list[int]]]:
     """Path, words, axis, value and dofs of each table of displacement that begins to count in a step."""
     p, step = system.problem, system.problem.steps[number]
     for kind in ("move", "by"):
@@ -212,7 +212,7 @@ def _standstill(system: System, plan: StepPlan, at_start: Array, before: StepPla
     yield Notice(*written)
 
 
-def _repeated(step: Any, plan: StepPlan) -> Iterator[tuple[str, str]]:
+def _repeated(step: Step, plan: StepPlan) -> Iterator[tuple[str, str]]:
     """Path and words of each number of a step that says nothing new if nothing changes in it."""
     for name, motion in step.move.items():
         for axis in AXES:
@@ -241,7 +241,7 @@ def _repeated(step: Any, plan: StepPlan) -> Iterator[tuple[str, str]]:
                     )
 
 
-def _nothing(step: Any, plan: StepPlan) -> tuple[str, str] | None:
+def _nothing(step: Step, plan: StepPlan) -> tuple[str, str] | None:
     """Path and words of a step that says nothing at all."""
     bare = Step(step.name, increments=step.increments)
     return None if step != bare else (

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +15,7 @@ from prensa.fem.schedule import (
     Course,
     Prescribed,
     StepPlan,
+    Table,
     course,
     cranked,
     integrated,
@@ -24,6 +24,7 @@ from prensa.fem.schedule import (
 )
 from prensa.fem.system import System
 from prensa.friction.fading import Fading, fading
+from prensa.friction.law import FrictionLaw
 from prensa.model import problem as model
 from prensa.model.seconds import duration_of
 
@@ -108,12 +109,12 @@ def _control(system: System, push: dict[int, Course], groups: list[Prescribed], 
     return Control(lead, int(factor[0]), float(step_start[factor[0]]))
 
 
-def _supports(p: model.Problem, number: int) -> dict[tuple[str, str], tuple[Any, int, bool]]:
+def _supports(p: model.Problem, number: int) -> dict[tuple[str, str], tuple[float | Table, int, bool]]:
     """(boundary, axis) → value, step since which it holds, and whether the value is a way: each step's up to this one.
 
     The problem's come first; a later entry replaces an earlier one of the boundary.
     """
-    supports: dict[tuple[str, str], tuple[Any, int, bool]] = {}
+    supports: dict[tuple[str, str], tuple[float | Table, int, bool]] = {}
     for k, source in [(-1, p.fixed), *[(i, s.fixed) for i, s in enumerate(p.steps[: number + 1])]]:
         for name, f in source.items():
             if f.free:
@@ -212,11 +213,11 @@ def _push_before(p: model.Problem, tool: str, key: str, number: int, ends: Ends)
     return course(before, start, t0, t0 + 1.0)(ends.of(number - 1))
 
 
-def _push(p: model.Problem, tool: str, key: str, number: int) -> Any:
+def _push(p: model.Problem, tool: str, key: str, number: int) -> float | Table | None:
     return getattr(p.steps[number].push.get(tool), "m" if key == "rz" else key, None)
 
 
-def _history(sources: list[tuple[int, Any]], number: int, ends: Ends) -> Course:
+def _history(sources: list[tuple[int, float | Table | None]], number: int, ends: Ends) -> Course:
     """Course in step *number* of a quantity given by successive entries (step, value); held where not mentioned."""
     now = zero_course()
     for k in range(number + 1):
@@ -238,7 +239,7 @@ def _loads(system: System, number: int, ends: Ends) -> dict[str, BoundaryLoad]:
     out = {}
     for name, items in entries.items():
         # a boundary has one kind of load: a traction replaces pressure and shear, and they replace a traction
-        parts: dict[str, list[tuple[int, Any]]] = {
+        parts: dict[str, list[tuple[int, float | Table | None]]] = {
             "pressure": [(k, 0.0 if ld.traction else ld.pressure) for k, ld in items],
             "shear": [(k, 0.0 if ld.traction else ld.shear) for k, ld in items],
             "tx": [(k, ld.traction[0] if ld.traction else 0.0) for k, ld in items],
@@ -255,7 +256,7 @@ def _loads(system: System, number: int, ends: Ends) -> dict[str, BoundaryLoad]:
 def _body_forces(p: model.Problem, number: int, ends: Ends) -> dict[str, tuple[Course, Course]]:
     out = {}
     for body in p.bodies:
-        entries: list[tuple[int, Any]] = [(-1, p.body_force[body])] if body in p.body_force else []
+        entries = [(-1, p.body_force[body])] if body in p.body_force else []
         entries += [(i, s.body_force[body]) for i, s in enumerate(p.steps[: number + 1]) if body in s.body_force]
         if entries:
             out[body] = (
@@ -265,9 +266,9 @@ def _body_forces(p: model.Problem, number: int, ends: Ends) -> dict[str, tuple[C
     return out
 
 
-def _fading(p: model.Problem, number: int, ends: Ends) -> list[Any]:
+def _fading(p: model.Problem, number: int, ends: Ends) -> list[FrictionLaw | None]:
     """Friction of the contacts in a step; what the step before bore beyond it is let go."""
-    now: list[Any] = _friction(p, 0)
+    now: list[FrictionLaw | None] = _friction(p, 0)
     for k in range(1, number + 1):
         before = [
             (replace(law, held=ends.of(k - 1)) if ends.early(k - 1) else law.now) if isinstance(law, Fading) else law
@@ -277,7 +278,7 @@ def _fading(p: model.Problem, number: int, ends: Ends) -> list[Any]:
     return now
 
 
-def _friction(p: model.Problem, number: int) -> list[Any]:
+def _friction(p: model.Problem, number: int) -> list[FrictionLaw | None]:
     out = []
     for c in p.contacts:
         law = c.friction if c.friction is not None else p.friction

@@ -109,7 +109,7 @@ def _remeshing(system: System) -> Iterator[Notice]:
                     yield Notice(f"{prefix}fixed.{body}.{name}", POINT_INSIDE, fatal=True)
 
 
-def _with_supports(problem: model.Problem) -> list[tuple[str, Any]]:
+def _with_supports(problem: model.Problem) -> list[tuple[str, model.Problem | model.Step]]:
     """The problem and its steps, with the path to what they hold."""
     return [("", problem), *((f"steps.{k}.", step) for k, step in enumerate(problem.steps))]
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from prensa.friction.fading import Fading
+from prensa.friction.law import FrictionLaw
 from prensa.model.crank import Crank
 
 Array = NDArray[np.float64]
@@ -85,25 +85,29 @@ def cranked(crank: Crank, start: float, t0: float, t1: float) -> Course:
     return Cranked(times, start + np.array([0.0, crank.way(1.0)]), corners=corners, crank=crank, start=start, begins=t0)
 
 
-def tabulated(table: Any) -> Course:
+Table = tuple[tuple[float, float], ...]
+"""Pairs (global time, value)."""
+
+
+def tabulated(table: Table) -> Course:
     """Course of a table of (global time, value)."""
     return Course(*np.array(table, dtype=np.float64).T)
 
 
-def course(value: Any, start: float, t0: float, t1: float) -> Course:
+def course(value: float | Table, start: float, t0: float, t1: float) -> Course:
     """Course of a number (ramp from start over the step t0 … t1) or a table (global time)."""
     if isinstance(value, tuple):
         return tabulated(value)
     return Course(np.array([t0, t1]), np.array([start, float(value)]), ramp=True)
 
 
-def way(value: Any, t0: float, t1: float) -> Course:
+def way(value: float | Table, t0: float, t1: float) -> Course:
     """Course of the way from wherever a thing is at t0: a number (ramp over the step t0 … t1) or a table (global time)."""
     c = course(value, 0.0, t0, t1)
     return Course(c.times, c.values, relative=True)
 
 
-def integrated(value: Any, start: float, t0: float, t1: float, seconds: float = 1.0) -> Course:
+def integrated(value: float | Table, start: float, t0: float, t1: float, seconds: float = 1.0) -> Course:
     """Displacement course of a velocity per second, over a step of so many *seconds*.
 
     Constant over the step, or a table of (time, velocity) integrated exactly.
@@ -193,7 +197,7 @@ class StepPlan:
     push: dict[int, Course]
     loads: dict[str, BoundaryLoad]
     body_force: dict[str, tuple[Course, Course]]
-    friction: list[Any]
+    friction: list[FrictionLaw | None]
     increments: int | None
     springs: dict[int, tuple[float, Course]] = field(default_factory=dict)
     released: list[Prescribed] = field(default_factory=list)
@@ -223,7 +227,7 @@ class StepPlan:
         """Share (1 … 0) that is left at time t of what the step lets go."""
         return min(max((self.t1 - t) / (self.t1 - self.t0), 0.0), 1.0)
 
-    def friction_at(self, t: float) -> list[Any]:
+    def friction_at(self, t: float) -> list[FrictionLaw | None]:
         """Friction of the contacts at time t: what the step lets go of the one before has gone at its end."""
         return [d.now if isinstance(d, Fading) and t >= self.t1 else d for d in self.friction]
 

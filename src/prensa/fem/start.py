@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +27,7 @@ from prensa.fem.system import Evaluation, System
 from prensa.mesh.mesh import Mesh, displaced
 from prensa.model import problem as model
 from prensa.tools.place import PlacedTool
+from prensa.tools.tool import ToolShape
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -65,7 +65,7 @@ class Earlier:
         first = self.system.offsets[body]
         return slice(first, first + len(self.system.meshes[body].points))
 
-    def tool(self, name: str, description: Any) -> PlacedTool | None:
+    def tool(self, name: str, description: ToolShape) -> PlacedTool | None:
         """The tool of the run, if it has one of that name and description."""
         return next((t for t in self.system.tools if t.name == name and t.description == description), None)
 

@@ -30,6 +30,7 @@ from prensa.fem.surface import EPS, Surface
 from prensa.fem.ties import Ties
 from prensa.fem.time_rule import BACKWARD_EULER, TimeRule
 from prensa.friction.law import At as FrictionAt
+from prensa.friction.law import FrictionLaw
 from prensa.layout import DofMap
 from prensa.materials.laws import At
 from prensa.mesh.mesh import Mesh, MeshError
@@ -598,7 +599,7 @@ class System:
         return self._volumes[body]
 
     @staticmethod
-    def frictionless(description: Any) -> bool:
+    def frictionless(description: FrictionLaw | None) -> bool:
         """Whether a friction description says that there is none."""
         return description is None or bool(description.frictionless)
 

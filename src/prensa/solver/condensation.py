@@ -18,11 +18,11 @@ again with its blocks too. So its outcome depends on the committed state alone, 
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from functools import cache, cached_property
-from typing import Any, Unpack
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -413,7 +413,7 @@ class Condensation:
             u[bodies.near] = near[bodies.near]
             return system.with_slaves(u)
 
-        def histories() -> Any:
+        def histories() -> Sequence[Array]:
             return system.bulk(c, whole(), np.zeros(system.ndof), None).history
 
         if bodies.loaded(c) or c.state.work[bodies.free].any():

@@ -22,12 +22,16 @@ import threading
 import weakref
 from collections.abc import Callable, Iterable
 from copy import copy
-from typing import Any, NamedTuple
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from prensa.solver.policy import DEFAULT, Policy
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_matrix
 
 log = logging.getLogger("prensa")
 Array = NDArray[np.float64]
@@ -89,7 +93,7 @@ RACE = {"race_nd_min_n": 10**9, "race_eager_nd_min_nnz": 10**12}
 UNSCALED = {"scaling": "identity"}
 
 
-def _load_rslab() -> Any:
+def _load_rslab() -> ModuleType:
     """rslab, loaded by a thread that does not end before the process: its memory goes with that thread, and then runs crash."""
     if sys.modules.get("rslab") is None and threading.current_thread() is not threading.main_thread():
         loaded = threading.Event()
@@ -118,6 +122,29 @@ def _rslab(a: Structure) -> Factor:
     return lambda values: _lu(symbolic.factor(values))
 
 
+class _Factored(Protocol):
+    """Factors of rslab."""
+
+    n: int
+    dtype: str
+    solve: Callable[[Array], Array]
+    solve_many: Callable[[Array], Array]
+
+
+class _Symmetric(_Factored, Protocol):
+    """Factors LDLᵀ, with the numbers of positive, negative and zero pivots."""
+
+    inertia: tuple[int, int, int]
+    n_perturbed: int
+
+
+class _General(_Factored, Protocol):
+    """Factors LU."""
+
+    solve_transpose: Callable[[Array], Array]
+    heap_bytes: int
+
+
 class _Definite:
     """A `Solve` with factors that say whether all eigenvalues are ``positive``: all pivots are (Sylvester's law of inertia)."""
 
@@ -138,22 +165,22 @@ class _Lasting:
         return self.solve(b)
 
 
-def _ldlt(factors: Any) -> Solve:
+def _ldlt(factors: _Symmetric) -> Solve:
     """Solve with rslab's factors LDLᵀ."""
     return _Definite(_columns(factors), factors.inertia[0] == factors.n and not factors.n_perturbed)
 
 
-def _lu(factors: Any) -> Solve:
+def _lu(factors: _General) -> Solve:
     """Solve with rslab's factors LU."""
     return _Lasting(_columns(factors), _in_range(factors, factors.solve_transpose), factors.heap_bytes)
 
 
-def _columns(factors: Any) -> Solve:
+def _columns(factors: _Factored) -> Solve:
     """Solve with rslab's factors for one right-hand side (n,) or for several at once (n, k)."""
     return _in_range(factors, lambda b: factors.solve(b) if b.ndim == 1 else factors.solve_many(b))
 
 
-def _in_range(factors: Any, solve: Solve) -> Solve:
+def _in_range(factors: _Factored, solve: Solve) -> Solve:
     """A `Solve` with rslab's factors that takes and gives double precision, whatever that of the factors."""
     if factors.dtype != "float32":
         return lambda b: np.asarray(solve(b))
@@ -494,7 +521,7 @@ class Factorisation:
             return self.solve(values, b)
         return scale * x
 
-    def _in_single(self, A: Any, b: Array, share: float) -> Array | None:
+    def _in_single(self, A: csc_matrix, b: Array, share: float) -> Array | None:
         """As `step`, by factors in single precision, which stay; None where they do not lead to it."""
         self._solve, self.made_from, self._to_check, self._apart = None, None, None, 0
         single = self._single_part(A.data)
@@ -541,7 +568,7 @@ class Factorisation:
         finally:
             A.data = NO_VALUES
 
-    def _framed(self, values: Array) -> Any:
+    def _framed(self, values: Array) -> csc_matrix:
         """The matrix with these values, always the same object: to make one takes longer than to multiply with it."""
         if self._frame is None:
             from scipy.sparse import csc_matrix
@@ -551,7 +578,7 @@ class Factorisation:
         self._frame.data = values
         return self._frame
 
-    def _by_some_solver(self, A: Any, largest: float, values: Array, b: Array) -> Array:
+    def _by_some_solver(self, A: csc_matrix, largest: float, values: Array, b: Array) -> Array:
         """Solution by the first solver that finds one; see `_checked`."""
         fallback = 0
         while True:
@@ -568,7 +595,7 @@ class Factorisation:
             last, now = (" ".join(way) for way in (self.order[-1], self.order[0]))
             log.info("linear solver: %s (%s); trying %s", last, reason, now)
 
-    def _checked(self, A: Any, largest: float, values: Array, b: Array) -> Array:
+    def _checked(self, A: csc_matrix, largest: float, values: Array, b: Array) -> Array:
         """Solution by the solver in turn, refined as needed; raises `ArithmeticError` if its residual stays too large.
 
         ``largest``: size of the largest of the values.
@@ -591,7 +618,7 @@ class Factorisation:
         return x
 
 
-def _backward_error(A: Any, x: Array, b: Array, r: Array, largest: float, enough: float) -> float:
+def _backward_error(A: csc_matrix, x: Array, b: Array, r: Array, largest: float, enough: float) -> float:
     """‖r‖∞ / (‖A‖∞ ‖x‖∞ + ‖b‖∞) of a solution x (n,) that leaves r (n,), or a bound of it that is no more than ``enough``.
 
     ``largest``: size of the largest entry of A, which ‖A‖∞ is no less than. That bounds it without a look at all of A.
@@ -607,7 +634,7 @@ def _backward_error(A: Any, x: Array, b: Array, r: Array, largest: float, enough
     return left / (float(rows.max()) * size + forces + 1e-300)
 
 
-def krylov(A: Any, solve: Solve, b: Array, most: int, share: float, outliers: int = 0) -> Array | None:
+def krylov(A: csc_matrix, solve: Solve, b: Array, most: int, share: float, outliers: int = 0) -> Array | None:
     """Solution x (n,) of A x = b but for a ``share`` of b, by GMRES (Saad & Schultz 1986) with ``solve`` as preconditioner.
 
     None where ``most`` iterations are not enough or, at the rate of those so far, would not be. ``outliers``: eigenvalues that
@@ -661,7 +688,7 @@ def _backwards(R: list[list[float]], g: list[float]) -> list[float]:
     return y
 
 
-def departure(A: Any, solve: Solve, sweeps: int = 2) -> float:
+def departure(A: csc_matrix, solve: Solve, sweeps: int = 2) -> float:
     """|A x − b| / |b| where factors of a matrix near A say A x = b and x is the softest of its modes, by inverse iteration.
 
     Above 1 those factors may have the wrong sign of that mode's stiffness, far below it they have the right one.

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from prensa.contact.forces import ContactForces
 from prensa.contact.recovery import at_free_edges, borne, mises_of, recover, smoothed, with_tractions_of_centres
 from prensa.errors import PrensaError, take
+from prensa.fem.assembly import Block
 from prensa.fem.interaction import Context
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
@@ -300,7 +301,7 @@ def skin_stress(system: System, state: State, e: Evaluation, plan: StepPlan) -> 
     return out
 
 
-def _borne(system: System, state: State, b: Any, history: Array, nodal: Array) -> Array:
+def _borne(system: System, state: State, b: Block, history: Array, nodal: Array) -> Array:
     """Stresses (n, 4) of the nodes of a plastic body of which none is more than metal there bears.
 
     Plastic strains begin with a kink, on whose far side patches have too little of them: those carried from the elements
@@ -311,7 +312,8 @@ def _borne(system: System, state: State, b: Any, history: Array, nodal: Array) -
     plastic, cells = b.field(history, "plastic_strain"), b.cells - own.start
     kinked = np.asarray(_yielded(b, history).any(axis=1))
     strain = np.maximum(_recovered(x, b, plastic, history), recover(x[own], cells, b.positions(x), plastic, kinked=kinked))
-    limit = b.law.flow_stress(np.maximum(strain[:, 0], 0.0))
+    law: Any = b.law  # plastic laws have one
+    limit = law.flow_stress(np.maximum(strain[:, 0], 0.0))
     np.maximum.at(limit, cells, points.max(axis=1)[:, None])
     return borne(x[own], cells, nodal, limit, system.problem.space == "plane stress")
 
@@ -348,15 +350,15 @@ def _loaded(system: System, e: Evaluation) -> NDArray[np.bool_]:
     return out
 
 
-def _yielded(b: Any, history: Array) -> NDArray[np.bool_]:
+def _yielded(b: Block, history: Array) -> NDArray[np.bool_]:
     return np.asarray((b.field(history, "plastic_strain") > 0.0).any(axis=2))
 
 
-def _own(b: Any) -> Any:
+def _own(b: Block) -> slice:
     return slice(int(b.cells.min()), int(b.cells.max()) + 1)
 
 
-def _recovered(x: Array, b: Any, values: Array, history: Array, recovery: Recovery | None = None) -> Array:
+def _recovered(x: Array, b: Block, values: Array, history: Array, recovery: Recovery | None = None) -> Array:
     own = _own(b)
     where = x[own], b.cells - own.start, b.positions(x), values
     if recovery is not None:
