@@ -65,8 +65,8 @@ class Pairs(NamedTuple):
             out[rows] = other
             return out
 
-        columns = (mixed(mine, other) for mine, other in zip(self[:-2], by[:-2]))
-        return Pairs(*columns, moving=self.moving)
+        columns = ("g", "s", "n", "e", "dg", "ds", "turn", "arm")
+        return self._replace(**{name: mixed(getattr(self, name), getattr(by, name)) for name in columns})
 
 
 class Closer(Protocol):
