@@ -164,7 +164,7 @@ def test_one_measure_gives_numbers() -> None:
 @pytest.mark.parametrize(
     ("changes", "of", "by", "words"),
     [
-        (["bodies.ring.element=q8"], "die.force.y", "friction.mu", "only F-bar quadrilaterals"),
+        (["bodies.ring.element=q4_enhanced"], "die.force.y", "friction.mu", "no enhanced modes"),
         (["friction={type: shear, m: 0.3}"], "die.force.y", "friction.m", "cannot be followed backwards"),
         ([HELD], "die.travel.y", "friction.mu", "cannot be followed backwards"),
         ([], "ring.max.mises", "friction.mu", "has no derivative by places and forces"),

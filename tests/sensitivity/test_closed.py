@@ -25,6 +25,7 @@ KNOWN = {
     "hockett_sherby": [f"{FLOW}={{type: hockett_sherby, s0: 250, s_inf: 800, b: 3, n: 0.6}}"],
     "kirchhoff": ["bodies.ring.material.yield_on=kirchhoff", EXACT],
     "elastic": ["bodies.ring.material={type: elastic, E: 1000, nu: 0.3}"],
+    "t6": ["bodies.ring.element=t6", EXACT], "q8": ["bodies.ring.element=q8"], "q4": ["bodies.ring.element=q4"],
     "frictionless": ["contacts.0.surface=ring.top", "friction.mu=0"],
 }
 

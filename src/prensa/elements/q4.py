@@ -1,9 +1,9 @@
 """4-node quadrilateral, 2 × 2 Gauss points, with F-bar, in plane strain and axisymmetry, small and finite strain.
 
 Two kernels bracket the material: `kinematics` turns nodal increments into h = f̄ − I at the points, `integrate` turns stresses P
-and tangents A = ∂P/∂f̄ into nodal forces and stiffnesses. Both are generated from `prensa.elements.fbar`. Everything refers to the
-last committed configuration x_n (updated Lagrangian); in small strain that is X. F-bar integrates the true virtual work; B-bar is
-variational, its forces are derivatives of h.
+and tangents A = ∂P/∂f̄ into nodal forces and stiffnesses. Both are generated from `prensa.elements.plane`. Everything refers to
+the last committed configuration x_n (updated Lagrangian); in small strain that is X. F-bar integrates the true virtual work;
+B-bar is variational, its forces are derivatives of h.
 
 F-bar sees no volume but that of the centroid, so nothing keeps that of a point from vanishing: `unfold` does.
 """
@@ -16,7 +16,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.elements.fbar import (
+from prensa.elements.plane import (
     CENTRE,
     LEAST_SHARE,
     POINTS,

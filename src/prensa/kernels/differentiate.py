@@ -102,9 +102,9 @@ def forward(
             continue
         d: Sequence[Node] | None = None
         if n.op == "where":
-            x, y = known[n.args[1]], known[n.args[2]]
-            if x is not None or y is not None:
-                d = [where(n.args[0], p, q) for p, q in zip(x or [ZERO] * m, y or [ZERO] * m)]
+            yes, no = known[n.args[1]], known[n.args[2]]
+            if yes is not None or no is not None:
+                d = [where(n.args[0], p, q) for p, q in zip(yes or [ZERO] * m, no or [ZERO] * m)]
         elif n.op not in CONSTANT and any(known[x] is not None for x in _sources(n, locals_)):
             if n.op == "local" and locals_:
                 _check_local(n, seeds)

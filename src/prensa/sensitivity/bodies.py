@@ -1,4 +1,4 @@
-"""Closed derivatives of the bodies' forces, histories and energy: see `prensa.elements.q4_derivatives`."""
+"""Closed derivatives of the bodies' forces, histories and energy: see `prensa.elements.derivatives`."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.elements import q4, q4_derivatives
-from prensa.elements.q4_derivatives import Along, At, Variant
+from prensa.elements import derivatives, q4
+from prensa.elements.derivatives import Along, At, Variant, shapes_of
+from prensa.elements.kinds.q4_fbar import Q4Bar
 from prensa.fem.assembly import Block, scatter_forces
 from prensa.fem.context import Context
 from prensa.fem.system import Evaluation, System
@@ -45,7 +46,7 @@ class Histories:
         self._owners: list[Array] = []
 
     def like(self, old: Array) -> Array:
-        """One (e, 4, h, d) of the shape of another, with whatever numbers it has."""
+        """One (e, q, h, d) of the shape of another, with whatever numbers it has."""
         for owner, count in zip(self._owners, _references(self._owners)):
             if count == UNUSED and len(owner) == old.size:
                 return owner.reshape(old.shape)
@@ -89,35 +90,37 @@ class Elements:
         cells, mode = self.block.cells[some], self.block.mode
         flow = law.flow if law.plastic else NO_CURVE
         shifted = bool(law.plastic and self.share)
-        variant = Variant(mode.axisymmetric, flow.kind, bool(law.plastic and law.yield_on_cauchy), shifted)
+        element: Any = self.block.element
+        of = element.nodes, element.points, isinstance(element, Q4Bar)
+        variant = Variant(*of, mode.axisymmetric, flow.kind, bool(law.plastic and law.yield_on_cauchy), shifted)
         p = numbers(*moduli_of(self.block), flow, self.seconds)
         return At(
-            variant, self.x_n[cells], self.x[cells], self.committed[some], self.old[some], self.new[some], p, self.share,
-            mode.scale, flow,
+            variant, shapes_of(element.table), self.x_n[cells], self.x[cells], self.committed[some], self.old[some],
+            self.new[some], p, self.share, mode.scale, flow,
         )  # fmt: skip
 
     def _along(self, some: slice, g: Group, k: int, dxn: Array, dx: Array, dold: Array) -> Along:
-        """The directions of a group for some elements: motions (n, 2, s), committed histories (e, 4, h, s); k: the block."""
+        """The directions of a group for some elements: motions (n, 2, s), committed histories (e, q, h, s); k: the block."""
         cells = self.block.cells[some]
         return Along(dxn[cells], dx[cells], dold[some], g.p[k], *g.tables[k])
 
     def forces_along(self, changes: Changes, k: int, dxn: Array, dold: Sequence[Array], r: Array) -> None:
         """Add to r (ndof, d) what directions change of forces at fixed degrees of freedom; k: the block.
 
-        dold: of the committed histories (e, 4, h, s) by group; dxn (n, 2, d).
+        dold: of the committed histories (e, q, h, s) by group; dxn (n, 2, d).
         """
         for g, old in zip(changes.groups, dold):
             own, force = slice(g.first, g.first + g.size), np.zeros((len(dxn), 2, g.size))
             begin, end = np.ascontiguousarray(dxn[..., own]), changes.places(own, len(dxn))
             for some in self.chunks():
-                found = q4_derivatives.forces_along(self.at(some), self._along(some, g, k, begin, end, old))
+                found = derivatives.forces_along(self.at(some), self._along(some, g, k, begin, end, old))
                 scatter_forces(found.reshape(len(found), -1), self.block.cells[some], force.reshape(-1))
             r[: 2 * len(dxn), own] += force.reshape(-1, g.size)
 
     def histories_along(
         self, changes: Changes, k: int, dxn: Array, dx: Array, dold: Sequence[Array]
     ) -> tuple[list[Array], Array]:  # fmt: skip
-        """Histories (e, 4, h, s) by group and energies (2, d) of directions in which the present nodes move by dx (n, 2, d).
+        """Histories (e, q, h, s) by group and energies (2, d) of directions in which the present nodes move by dx (n, 2, d).
 
         The energies are what is stored and the plastic work; all else as in `forces_along`.
         """
@@ -127,11 +130,11 @@ class Elements:
             begin, end = np.ascontiguousarray(dxn[..., own]), dx[..., own] + changes.places(own, len(dxn))
             for some in self.chunks():
                 along = self._along(some, g, k, begin, end, old)
-                energy[:, own] += q4_derivatives.history_along(self.at(some), along, volume[some], new[some])
+                energy[:, own] += derivatives.history_along(self.at(some), along, volume[some], new[some])
         return found, energy
 
     def in_volumes(self, volumes: Array, energy: Array) -> None:
-        """Add what initial volumes that change by (e, 4, d) make of energies (2, d)."""
+        """Add what initial volumes that change by (e, q, d) make of energies (2, d)."""
         if volumes.shape[-1]:
             energy[0] += np.einsum("eq,eqd->d", self.block.law.energy(self.new), volumes)
             if self.block.law.plastic:
@@ -159,7 +162,7 @@ def unfolding(system: System, c: Context, u: Array, changes: Sequence[Change], r
     """
     du = system.displacement(u - c.state.u)
     for k, b in enumerate(system.blocks):
-        if not q4.folding(c.x_n.take(b.cells, axis=0), du.take(b.cells, axis=0)).any():
+        if not isinstance(b.element, Q4Bar) or not q4.folding(c.x_n.take(b.cells, axis=0), du.take(b.cells, axis=0)).any():
             continue
         forces = _unfolding(system, b, c.x_n, du, system.X)
         for out, ch in zip(r.T, changes):

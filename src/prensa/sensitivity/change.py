@@ -9,11 +9,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.elements.derivatives import LANES
+from prensa.elements.kinds.isoparametric import Isoparametric
 from prensa.elements.kinds.q4_fbar import Q4Bar
-from prensa.elements.q4_derivatives import LANES
 from prensa.fem.assembly import Block
 from prensa.fem.system import System
-from prensa.materials.j2 import NO_CURVE, NUMBERS
+from prensa.layout import PLANE
+from prensa.materials.flow_curve import FlowParameters
+from prensa.materials.j2 import NUMBERS
 from prensa.materials.laws import J2, Hencky
 
 Array = NDArray[np.float64]
@@ -33,7 +36,7 @@ class Change(NamedTuple):
     """Derivatives of a system by a parameter.
 
     ``X`` (n, 2) of the initial places, or None; ``at`` (tools, 2) of the tools' reference points; ``bulk``, ``G`` (blocks,) of
-    moduli; ``flow`` and ``volume`` (e, 4) by block, None where they stay; ``scale`` by contact: (3, k) of k_n, k_T and E*/h.
+    moduli; ``flow`` and ``volume`` (e, q) by block, None where they stay; ``scale`` by contact: (3, k) of k_n, k_T and E*/h.
     """
 
     X: Array | None
@@ -66,7 +69,7 @@ class Group(NamedTuple):
 class Changes(NamedTuple):
     """Those of d parameters at once, which are the last axis of each array: ``each`` of them, those that move bodies last.
 
-    ``X`` (n, 2, d) of the initial places, (0, 2, d) where all stay; ``volume`` (e, 4, m) of the last m alone, which move bodies,
+    ``X`` (n, 2, d) of the initial places, (0, 2, d) where all stay; ``volume`` (e, q, m) of the last m alone, which move bodies,
     by block; ``place`` (tools, 2, d); ``scale`` (3, k, d) by contact; ``groups`` of them, in order.
     """
 
@@ -78,8 +81,8 @@ class Changes(NamedTuple):
     groups: tuple[Group, ...]
 
     @classmethod
-    def of(cls, each: Sequence[Change]) -> Changes:
-        """From those of the parameters."""
+    def of(cls, each: Sequence[Change], curves: Sequence[FlowParameters]) -> Changes:
+        """From those of the parameters; curves: flow curves by block, `NO_CURVE` where there is none."""
         last = [ch for ch in each if ch.X is not None]
         moving = np.stack([ch.X for ch in last if ch.X is not None], axis=-1) if last else np.zeros((0, 2, 0))
         X = np.zeros((len(moving), 2, len(each)))
@@ -87,7 +90,7 @@ class Changes(NamedTuple):
         none = [np.zeros((*v.shape, 0)) for v in each[0].volume]
         volume = tuple(np.stack(parts, axis=-1) for parts in zip(*(ch.volume for ch in last))) if last else tuple(none)
         scale = tuple(np.stack(parts, axis=-1) for parts in zip(*(ch.scale for ch in each)))
-        groups = tuple(_group(each[first : first + LANES], first) for first in range(0, len(each), LANES))
+        groups = tuple(_group(each[first : first + LANES], first, curves) for first in range(0, len(each), LANES))
         return cls(tuple(each), X, volume, np.stack([ch.at for ch in each], axis=-1), scale, groups)
 
     def places(self, own: slice, nodes: int) -> Array:
@@ -95,24 +98,16 @@ class Changes(NamedTuple):
         return np.ascontiguousarray(self.X[..., own]) if len(self.X) else np.zeros((nodes, 2, own.stop - own.start))
 
 
-def _group(some: Sequence[Change], first: int) -> Group:
+def _group(some: Sequence[Change], first: int, curves: Sequence[FlowParameters]) -> Group:
     """Directions that follow one another from the ``first`` on."""
     p, tables = [], []
-    for k, shapes in enumerate(_tables(some)):
-        flow = [ch.flow[k] or FlowChange(NO_CURVE.p, *(np.zeros(shape) for shape in shapes)) for ch in some]
+    for k, curve in enumerate(curves):
+        still = FlowChange(*(np.zeros_like(a) for a in curve[1:]))
+        flow = [ch.flow[k] or still for ch in some]
         rest = np.zeros(NUMBERS - 2)
         p.append(np.stack([[ch.bulk[k], ch.G[k], *rest, *f.p] for ch, f in zip(some, flow)], axis=-1))
         tables.append((np.stack([f.knots for f in flow], axis=-1), np.stack([f.coefficients for f in flow], axis=-1)))
     return Group(first, len(some), tuple(p), tuple(tables))
-
-
-def _tables(some: Sequence[Change]) -> list[list[tuple[int, ...]]]:
-    """By block the shapes of knots and coefficients of a flow curve that changes, else those of none."""
-    out = []
-    for k in range(len(some[0].bulk)):
-        found = next((f for ch in some if (f := ch.flow[k]) is not None), NO_CURVE)
-        out.append([found.knots.shape, found.coefficients.shape])
-    return out
 
 
 def known(system: System) -> bool:
@@ -130,7 +125,8 @@ def known(system: System) -> bool:
 
 def _known_block(b: Block) -> bool:
     compiled = isinstance(b.law, Hencky) or (isinstance(b.law, J2) and b.law.flow is not None)
-    return isinstance(b.element, Q4Bar) and compiled
+    plain = isinstance(b.element, Isoparametric) and type(b.element).respond is Isoparametric.respond
+    return compiled and (plain or isinstance(b.element, Q4Bar)) and b.element.layout is PLANE
 
 
 def change_of(a: System, b: System, step: float) -> Change | None:

@@ -21,6 +21,7 @@ from prensa.fem.state import State
 from prensa.fem.surface import ContactInteraction
 from prensa.fem.system import System
 from prensa.friction.laws.coulomb import Coulomb
+from prensa.materials.j2 import NO_CURVE
 from prensa.measures.measure import Gradient
 from prensa.sensitivity.bodies import Histories, elements_of, unfolding
 from prensa.sensitivity.change import Changes
@@ -100,7 +101,8 @@ class Bundle:
         """What the directions carry, all of which the closed derivatives know."""
         system = directions[0].systems[0]
         sizes = np.array([d.parameter.size for d in directions])
-        changes = Changes.of([d.change for d in directions if d.change is not None])
+        curves = [getattr(b.law, "flow", None) or NO_CURVE for b in system.blocks]
+        changes = Changes.of([d.change for d in directions if d.change is not None], curves)
         names = [f"history_{k}" for k in range(len(system.blocks))]
         own = [
             [np.stack([d.carried[name] for d in directions[g.first : g.first + g.size]], axis=-1) for g in changes.groups]

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces
 from prensa.contact.kept import Kept, closed_slopes
-from prensa.elements import q4, q4_derivatives
+from prensa.elements import derivatives, q4
+from prensa.elements.kinds.q4_fbar import Q4Bar
 from prensa.fem.assembly import Block, Pattern, scatter_forces
 from prensa.fem.context import Context
 from prensa.fem.interaction import Branches
@@ -63,7 +64,7 @@ class ContactWeights(NamedTuple):
 
 @dataclass
 class Weights:
-    """Of a committed state: ``u``, ``step_start`` (m, ndof); histories (m, e, 4, h) by block; contact points by contact.
+    """Of a committed state: ``u``, ``step_start`` (m, ndof); histories (m, e, q, h) by block; contact points by contact.
 
     ``force`` (m, ndof): of the forces of the bodies on tools, which only the last increment has.
     """
@@ -407,15 +408,15 @@ def _prescribed(system: System, c: Context, motion: Array, r: Array, before: Wei
 
 
 def _follow(b: Elements, new: Array, nodal: Array) -> None:
-    """Add to weights (m, n, 2) of the nodes' motions what weights (m, e, 4, h) of the histories after an increment owe them."""
+    """Add to weights (m, n, 2) of the nodes' motions what weights (m, e, q, h) of the histories after an increment owe them."""
     for some in b.chunks():
         at = b.at(some)
         for w, out in zip(new, nodal):
-            _to_nodes(q4_derivatives.history_back(at, w[some]), b.block.cells[some], out)
+            _to_nodes(derivatives.history_back(at, w[some]), b.block.cells[some], out)
 
 
 def _to_nodes(w: Array, cells: Index, out: Array) -> None:
-    """Add weights (e, 4, 2) of the nodes of elements to those of nodes, out (n, 2)."""
+    """Add weights (e, a, 2) of the nodes of elements to those of nodes, out (n, 2)."""
     scatter_forces(w.reshape(len(w), -1), cells, out.reshape(-1))
 
 
@@ -423,13 +424,13 @@ def _element(
     b: Elements, k: int, r: Array, new: Array, x_n: Array, x: Array, old: Array, owed: Owed
 ) -> None:  # fmt: skip
     """What forces and histories of block number k owe."""
-    cells, flow = b.block.cells, np.zeros((len(r), len(b.block), 4))
+    cells, flow = b.block.cells, np.zeros((len(r), *b.block.volume.shape))
     p = np.zeros((len(r), NUMBERS + len(owed.flow[k].p[0])))
     dofs = (2 * cells[:, :, None] + np.arange(2)).reshape(len(cells), -1)
     for some in b.chunks():
         at = b.at(some)
         for i, w in enumerate(new):
-            found = q4_derivatives.back(at, w[some], r[i][dofs[some]])
+            found = derivatives.back(at, w[some], r[i][dofs[some]])
             _to_nodes(found.x_n, cells[some], x_n[i])
             _to_nodes(found.x, cells[some], x[i])
             old[i, some], flow[i, some] = found.committed, found.stress
@@ -456,7 +457,7 @@ def _unfolding(system: System, c: Context, u: Array, r: Array, owed: Owed) -> No
     """What the forces that unfold elements owe to moduli and to the initial places, along which they are differenced."""
     du = system.displacement(u - c.state.u)
     for k, b in enumerate(system.blocks):
-        if not q4.folding(c.x_n.take(b.cells, axis=0), du.take(b.cells, axis=0)).any():
+        if not isinstance(b.element, Q4Bar) or not q4.folding(c.x_n.take(b.cells, axis=0), du.take(b.cells, axis=0)).any():
             continue
         W = r[:, system.dofs.displacement.dofs(b.cells).reshape(len(b), -1)]  # (m, e, 8)
         X, x_n, d = system.X[b.cells], c.x_n[b.cells], du[b.cells]

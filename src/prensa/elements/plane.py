@@ -1,7 +1,8 @@
-"""F-bar quadrilateral of one point in textbook order: de Souza Neto, Perić, Dutko and Owen (1996), and B-bar in small strain.
+"""Plane elements, one point in textbook order: gradients, forces, F-bar of finite and B-bar of small strain.
 
-With the gradient of the increment f and det f at the centroid J₀, f̄ = α f, α = (J₀/J)^(1/m); m = 3 in axisymmetry (hoop component
-included), m = 2 in plane strain (in-plane block). Nodal numbers go by x and y of node after node, gradients 11, 12, 21, 22, 33.
+F-bar (de Souza Neto, Perić, Dutko and Owen 1996): with the gradient of the increment f and det f at the centroid J₀, f̄ = α f,
+α = (J₀/J)^(1/m); m = 3 in axisymmetry (hoop component included), m = 2 in plane strain (in-plane block). Nodal numbers go by x
+and y of node after node, gradients 11, 12, 21, 22, 33; shapes are shape functions of the nodes, their derivatives by ξ and η.
 
 All numbers may be recorded ones or arrays; nothing here knows of tangents, directions and rows.
 """
@@ -27,28 +28,29 @@ SHAPES = np.concatenate(
     ],
     axis=1,
 )
-"""Shape functions (4), derivatives by ξ (4) and by η (4) at the points and, last row, at the centre: (5, 12)."""
+"""Of the quadrilateral at its 2 × 2 points and, last row, at the centre: (5, 12)."""
 POINTS = 4
 CENTRE = SHAPES[POINTS]
 
 
 class Gradients(NamedTuple):
-    """At a point: derivatives of the shape functions by x and y, and N/r of axisymmetry, of node after node; volume per scale."""
+    """At a point: derivatives of the shape functions by x and y, N/r of axisymmetry, of node after node; volume per weight."""
 
     by: list[tuple[Node, Node, Node]]
     volume: Node
 
 
 def gradients(X: Sequence[Node], shapes: Sequence[Node], axisymmetric: bool) -> Gradients:
-    """In the places X (8), from a row of `SHAPES`."""
-    N, by_xi, by_eta = shapes[:4], shapes[4:8], shapes[8:]
-    x1, x2, y1, y2 = (_sum(X[2 * a + i] * d[a] for a in range(4)) for i in (0, 1) for d in (by_xi, by_eta))
+    """In the places X (2a) of a nodes."""
+    n = len(X) // 2
+    N, by_xi, by_eta = shapes[:n], shapes[n : 2 * n], shapes[2 * n :]
+    x1, x2, y1, y2 = (_sum(X[2 * a + i] * d[a] for a in range(n)) for i in (0, 1) for d in (by_xi, by_eta))
     det = x1 * y2 - x2 * y1
     by = 1.0 / det
-    r = _sum(X[2 * a] * N[a] for a in range(4)) if axisymmetric else 1.0
+    r = _sum(X[2 * a] * N[a] for a in range(n)) if axisymmetric else 1.0
     over = 1.0 / r if axisymmetric else 0.0
     return Gradients(
-        [((y2 * by_xi[a] - y1 * by_eta[a]) * by, (x1 * by_eta[a] - x2 * by_xi[a]) * by, N[a] * over) for a in range(4)],
+        [((y2 * by_xi[a] - y1 * by_eta[a]) * by, (x1 * by_eta[a] - x2 * by_xi[a]) * by, N[a] * over) for a in range(n)],
         det * r,
     )  # fmt: skip
 
@@ -61,9 +63,10 @@ def _sum(terms: Iterable[Node]) -> Node:
 
 
 def gradient(u: Sequence[Node], g: Gradients) -> tuple[Node, ...]:
-    """∇u of nodal motions u (8)."""
-    plane = [_sum(u[2 * a + i] * g.by[a][k] for a in range(4)) for i in (0, 1) for k in (0, 1)]
-    return (*plane, _sum(u[2 * a] * g.by[a][2] for a in range(4)))
+    """∇u of nodal motions u (2a)."""
+    n = len(g.by)
+    plane = [_sum(u[2 * a + i] * g.by[a][k] for a in range(n)) for i in (0, 1) for k in (0, 1)]
+    return (*plane, _sum(u[2 * a] * g.by[a][2] for a in range(n)))
 
 
 def dilatation(h: Sequence[Node]) -> Node:
@@ -96,7 +99,7 @@ def bbar(h: Sequence[Node], mean: Node, axisymmetric: bool) -> tuple[Node, ...]:
 
 
 def forces(P: Sequence[Node], g: Gradients) -> list[Node]:
-    """Nodal forces P ∇N (8) of a first Piola-Kirchhoff stress 11, 12, 21, 22, 33 times its volume."""
+    """Nodal forces P ∇N (2a) of a first Piola-Kirchhoff stress 11, 12, 21, 22, 33 times its volume."""
     return [f for x, y, r in g.by for f in (P[0] * x + P[1] * y + P[4] * r, P[2] * x + P[3] * y)]
 
 

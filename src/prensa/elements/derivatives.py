@@ -1,8 +1,8 @@
-"""Derivatives of F-bar quadrilaterals of isotropic metal in finite strain, generated: along directions and backwards.
+"""Derivatives of plane elements of isotropic metal in finite strain, generated: along directions and backwards.
 
-Point functions of the element (`prensa.elements.fbar`) and the law (`prensa.materials.hencky_j2`) are recorded with the places
-x_n and x of the nodes as an increment begins and ends, the committed history, moduli and the flow curve; which points flow is
-that of the increment. Weights of forces and histories come back by the reverse mode of the same graphs.
+Point functions of elements (`prensa.elements.plane`) and the law (`prensa.materials.hencky_j2`) are recorded with the places x_n
+and x of the nodes as an increment begins and ends, the committed history, moduli and the flow curve; which points flow is that of
+the increment. Weights of forces and histories come back by the reverse mode of the same graphs.
 """
 
 from __future__ import annotations
@@ -14,11 +14,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from prensa.elements.fbar import CENTRE, POINTS, SHAPES, dilatation, fbar, forces, gradient, gradients
+from prensa.elements.plane import CENTRE, dilatation, fbar, forces, gradient, gradients
+from prensa.elements.shapes import Table
 from prensa.kernels import record
 from prensa.kernels.differentiate import forward, reverse
 from prensa.kernels.emit import Kernel, Kind, Program, Put, Rows, Shared, puts, total
-from prensa.kernels.record import ZERO, Node, cell, differs, given, lift, many, piece, where
+from prensa.kernels.record import ONE, ZERO, Node, cell, differs, given, lift, many, piece, where
 from prensa.materials.flow_curve import FlowParameters
 from prensa.materials.hardening import NAMES, SCALARS, SHIFT_BEGUN, SHIFT_COMMITTED, SHIFT_NOW, TABLE
 from prensa.materials.hencky_j2 import (
@@ -37,17 +38,25 @@ Array = NDArray[np.float64]
 
 LANES = 4
 """Directions at a time: they share what there is of values, and more would not stay in registers."""
-DOFS = 8
-SHAPES_OF_POINTS = np.ascontiguousarray(SHAPES[:POINTS])
 
 
 class Variant(NamedTuple):
-    """What differs between kernels: mode, kind of the flow curve (negative: none), what it limits, whether flow was shifted."""
+    """What differs between kernels: nodes and points, whether f is f̄, mode, kind of the flow curve (negative: none) and what it
+    limits, whether flow was ``shifted``.
+    """
 
+    nodes: int
+    points: int
+    bar: bool
     axisymmetric: bool
     kind: int
     cauchy: bool
     shifted: bool
+
+    @property
+    def dofs(self) -> int:
+        """Degrees of freedom of an element."""
+        return 2 * self.nodes
 
     @property
     def fields(self) -> int:
@@ -56,11 +65,14 @@ class Variant(NamedTuple):
 
 
 class _Recorded(NamedTuple):
-    """The point functions of an element: what it depends on, and forces, history, stored energy per initial volume."""
+    """The point functions of an element: what it depends on, and forces, history, stored energy per initial volume.
+
+    ``centre``: what points have in common, the dilatation of F-bar's.
+    """
 
     x_n: list[Node]
     x: list[Node]
-    centre: Node
+    centre: list[Node]
     committed: list[Node]
     p: list[Node]
     forces: list[Node]
@@ -72,18 +84,22 @@ class _Recorded(NamedTuple):
 def _record(v: Variant) -> _Recorded:
     """Record an element at a point; strains: plastic ones as committed, as the increment begins and ends."""
     record.fresh()
-    x_n, x, shapes = many("x_n", DOFS), many("x", DOFS), many("shapes", 12)
+    n = v.nodes
+    x_n, x, shapes, weight = many("x_n", v.dofs), many("x", v.dofs), many("shapes", 3 * n), given("shapes", 3 * n)
     committed, p = many("committed", v.fields), many("p", NUMBERS + SCALARS)
     u = [b - a for a, b in zip(x_n, x)]
-    middle = dilatation(gradient(u, gradients(x_n, [lift(s) for s in CENTRE], v.axisymmetric)))
     g = gradients(x_n, shapes, v.axisymmetric)
-    stretched, _, ratio = fbar(gradient(u, g), middle, v.axisymmetric)
+    h = stretched = gradient(u, g)
+    ratio, middle = ONE, list[Node]()
+    if v.bar:
+        middle = [dilatation(gradient(u, gradients(x_n, [lift(s) for s in CENTRE], v.axisymmetric)))]
+        stretched, _, ratio = fbar(h, middle[0], v.axisymmetric)
     m = metal(v.kind, v.cauchy, p)
     begun, flows, strains = _begun(committed, m, v)
     found = hencky_j2(stretched, begun, m, flows)
     # V τ ∇N in the present places, V = V_n/(α^m J_n): ∇N f⁻¹ of the places before
-    volume = g.volume * given("scale", 0) / (ratio * record.sqrt(determinant(begun.b)))
-    r = forces(first_piola(gradient(u, g), found.stress, volume), g)
+    volume = g.volume * weight * given("scale", 0) / (ratio * record.sqrt(determinant(begun.b)))
+    r = forces(first_piola(h, found.stress, volume), g)
     after = found.history[4] if v.kind >= 0 else ZERO
     return _Recorded(x_n, x, middle, committed, p, r, list(found.history), stored_energy(found, m), (*strains, after))
 
@@ -101,15 +117,15 @@ def _begun(committed: Sequence[Node], m: Metal, v: Variant) -> tuple[Begun, Flow
 def _arrays(v: Variant) -> dict[str, Kind]:
     history = Rows(v.fields, points=True)
     return {
-        "x_n": Rows(DOFS), "x": Rows(DOFS), "shapes": Shared(12), "committed": history, "old": history, "new": history,
-        "p": Shared(), "share": Shared(), "scale": Shared(), **TABLES,
+        "x_n": Rows(v.dofs), "x": Rows(v.dofs), "shapes": Shared(3 * v.nodes + 1), "committed": history, "old": history,
+        "new": history, "p": Shared(), "share": Shared(), "scale": Shared(), **TABLES,
     }  # fmt: skip
 
 
 def _seeds(e: _Recorded, v: Variant, m: int) -> dict[Node, list[Node]]:
     """Directions of all that an element depends on."""
     along = {
-        **dict(zip(e.x_n, _directions("dx_n", DOFS, m))), **dict(zip(e.x, _directions("dx", DOFS, m))),
+        **dict(zip(e.x_n, _directions("dx_n", v.dofs, m))), **dict(zip(e.x, _directions("dx", v.dofs, m))),
         **dict(zip(e.committed, _directions("dcommitted", v.fields, m))),
     }  # fmt: skip
     along |= dict(zip(e.p, _directions("dp", NUMBERS + SCALARS, m)))
@@ -136,23 +152,23 @@ def _directions(array: str, count: int, m: int) -> list[list[Node]]:
 
 def _along(v: Variant, m: int) -> dict[str, Kind]:
     return {
-        **_arrays(v), "dx_n": Rows(DOFS * m), "dx": Rows(DOFS * m), "dcommitted": Rows(v.fields * m, points=True),
+        **_arrays(v), "dx_n": Rows(v.dofs * m), "dx": Rows(v.dofs * m), "dcommitted": Rows(v.fields * m, points=True),
         "dp": Shared(), "dknots": Shared(), "dcoefficients": Shared(),
     }  # fmt: skip
 
 
 @cache
 def _forces_along(v: Variant, m: int) -> Kernel:
-    """Of m directions of all that an element depends on: what they change of its forces, (8, m)."""
+    """Of m directions of all that an element depends on: what they change of its forces, (2a, m)."""
     e = _record(v)
     d = forward(e.forces, _seeds(e, v, m), m, locals_=False)
     sums = [x for row in d for x in row]
-    return Kernel(Program(_along(v, m) | {"r": Rows(DOFS * m)}, puts("r", map(total, range(len(sums)))), sums, POINTS))
+    return Kernel(Program(_along(v, m) | {"r": Rows(v.dofs * m)}, puts("r", map(total, range(len(sums)))), sums, v.points))
 
 
 @cache
 def _history_along(v: Variant, m: int) -> Kernel:
-    """Of m directions: what they change of histories, (4, h, m), and of stored energy and plastic work, (2, m)."""
+    """Of m directions: what they change of histories, (q, h, m), and of stored energy and plastic work, (2, m)."""
     e = _record(v)
     d = forward([*e.history, e.energy], _seeds(e, v, m), m, locals_=False)
     volume = given("volume", 0)
@@ -162,7 +178,7 @@ def _history_along(v: Variant, m: int) -> Kernel:
         *puts("dnew", [x for row in d[: v.fields] for x in row]), *puts("energy", map(total, range(2 * m))),
     ]  # fmt: skip
     arrays = _along(v, m) | {"volume": Rows(1, points=True), "dnew": Rows(v.fields * m, points=True), "energy": Rows(2 * m)}
-    return Kernel(Program(arrays, written, sums, POINTS))
+    return Kernel(Program(arrays, written, sums, v.points))
 
 
 @cache
@@ -171,16 +187,18 @@ def _back(v: Variant, by_forces: bool) -> Kernel:
     e = _record(v)
     outputs, weights = list(e.history), many("w", v.fields)
     if by_forces:
-        outputs, weights = outputs + e.forces, weights + many("r", DOFS)
+        outputs, weights = outputs + e.forces, weights + many("r", v.dofs)
     places = [*e.x_n, *e.x] if by_forces else e.x
-    wanted = [*places, e.centre, *(e.committed + e.p if by_forces else [])]
+    wanted = [*places, *e.centre, *(e.committed + e.p if by_forces else [])]
     bar = reverse(outputs, weights, wanted)
-    k = len(places) + 1
+    k = len(places) + len(e.centre)
     sums, written = bar[:k], list[Put]()
-    arrays = _arrays(v) | {"w": Rows(v.fields, points=True), "r": Rows(DOFS), "to_x_n": Rows(DOFS), "to_x": Rows(DOFS)}
-    back = [total(i) + b for i, b in enumerate(reverse([e.centre], [total(k - 1)], places))]
+    arrays = _arrays(v) | {"w": Rows(v.fields, points=True), "r": Rows(v.dofs), "to_x_n": Rows(v.dofs)}
+    arrays |= {"to_x": Rows(v.dofs)}
+    middle = reverse(e.centre, [total(len(places) + i) for i in range(len(e.centre))], places)
+    back = [total(i) + b for i, b in enumerate(middle)]
     if by_forces:
-        written += puts("to_x_n", back[:DOFS])
+        written += puts("to_x_n", back[: v.dofs])
         sums += bar[k + v.fields :]
         written += puts("to_committed", bar[k : k + v.fields])
         written += puts("to_p", map(total, range(k, len(sums))))
@@ -188,17 +206,23 @@ def _back(v: Variant, by_forces: bool) -> Kernel:
         arrays |= {
             "to_committed": Rows(v.fields, points=True), "to_p": Rows(NUMBERS + SCALARS), "to_stress": Rows(1, points=True),
         }  # fmt: skip
-    written += puts("to_x", back[-DOFS:])
-    return Kernel(Program(arrays, written, sums, POINTS))
+    written += puts("to_x", back[-v.dofs :])
+    return Kernel(Program(arrays, written, sums, v.points))
+
+
+def shapes_of(table: Table) -> Array:
+    """Shape functions, their derivatives by ξ and by η, and the weight at each point, (q, 3a + 1)."""
+    return np.concatenate([table.N, table.dN[:, :, 0], table.dN[:, :, 1], table.weight[:, None]], axis=1)
 
 
 class At(NamedTuple):
-    """Elements of an increment: places x_n, x (e, 4, 2), histories (e, 4, h) committed, old as it begins, new; numbers p.
+    """Elements of an increment: places x_n, x (e, a, 2), histories (e, q, h) committed, old as it begins, new; numbers p.
 
-    ``share`` of the last plastic strain, see `prensa.materials.hencky_j2.begin`.
+    ``shapes`` (q, 3a + 1), see `shapes_of`; ``share`` of the last plastic strain, see `prensa.materials.hencky_j2.begin`.
     """
 
     variant: Variant
+    shapes: Array
     x_n: Array
     x: Array
     committed: Array
@@ -212,13 +236,13 @@ class At(NamedTuple):
     def arrays(self) -> tuple[Array, ...]:
         """As kernels take them."""
         return (
-            self.x_n, self.x, SHAPES_OF_POINTS, self.committed, self.old, self.new, self.p, np.array([self.share]),
+            self.x_n, self.x, self.shapes, self.committed, self.old, self.new, self.p, np.array([self.share]),
             np.array([self.scale]), self.flow.knots, self.flow.coefficients,
         )  # fmt: skip
 
 
 class Along(NamedTuple):
-    """Directions of places (e, 4, 2, m), committed histories (e, 4, h, m), numbers p (9, m), a table (k, m), (k − 1, 4, m)."""
+    """Directions of places (e, a, 2, m), committed histories (e, q, h, m), numbers p (9, m), a table (k, m), (k − 1, 4, m)."""
 
     x_n: Array
     x: Array
@@ -229,7 +253,7 @@ class Along(NamedTuple):
 
 
 def forces_along(at: At, d: Along) -> Array:
-    """What directions change of the forces, (e, 4, 2, m)."""
+    """What directions change of the forces, (e, a, 2, m)."""
     m = int(d.x_n.shape[-1])
     r = np.empty((*at.x_n.shape, m))
     _forces_along(at.variant, m)(len(r), *at.arrays(), *d, r)
@@ -237,7 +261,7 @@ def forces_along(at: At, d: Along) -> Array:
 
 
 def history_along(at: At, d: Along, volume: Array, dnew: Array) -> Array:
-    """What directions change of histories → dnew (e, 4, h, m); of stored energy and plastic work: (2, m). volume (e, 4)."""
+    """What directions change of histories → dnew (e, q, h, m); of stored energy and plastic work: (2, m). volume (e, q)."""
     e, m = len(dnew), dnew.shape[-1]
     energy = np.empty((e, 2, m))
     _history_along(at.variant, m)(e, *at.arrays(), *d, volume, dnew, energy)
@@ -245,14 +269,14 @@ def history_along(at: At, d: Along, volume: Array, dnew: Array) -> Array:
 
 
 def history_back(at: At, w: Array) -> Array:
-    """Weights w (e, 4, h) of histories → those of the present places, (e, 4, 2)."""
+    """Weights w (e, q, h) of histories → those of the present places, (e, a, 2)."""
     x = np.empty(at.x.shape)
     _back(at.variant, False)(len(x), *at.arrays(), w, x, x, x)
     return x
 
 
 class Back(NamedTuple):
-    """Weights of places (e, 4, 2), committed histories (e, 4, h), numbers p (9,) and the flow stresses at the end (e, 4)."""
+    """Weights of places (e, a, 2), committed histories (e, q, h), numbers p (9,) and the flow stresses at the end (e, q)."""
 
     x_n: Array
     x: Array
@@ -262,7 +286,7 @@ class Back(NamedTuple):
 
 
 def back(at: At, w: Array, r: Array) -> Back:
-    """Weights w (e, 4, h) of histories and r (e, 8) of forces → of all that they depend on."""
+    """Weights w (e, q, h) of histories and r (e, 2a) of forces → of all that they depend on."""
     x_n, x = np.empty((2, *at.x.shape))
     committed, p, stress = np.empty(w.shape), np.empty((len(w), NUMBERS + SCALARS)), np.empty(w.shape[:2])
     _back(at.variant, True)(len(w), *at.arrays(), w, r, x_n, x, committed, p, stress)
