@@ -21,7 +21,7 @@ from prensa.kernels.differentiate import forward, reverse
 from prensa.kernels.emit import Kernel, Kind, Program, Put, Rows, Shared, puts, total
 from prensa.kernels.record import ONE, ZERO, Node, cell, differs, given, lift, many, piece, where
 from prensa.materials.flow_curve import FlowParameters
-from prensa.materials.hardening import NAMES, SCALARS, SHIFT_BEGUN, SHIFT_COMMITTED, SHIFT_NOW, TABLE
+from prensa.materials.hardening import CURVE_SCALARS, SHIFT_BEGUN, SHIFT_COMMITTED, SHIFT_NOW, TABLE, TABLE_ARRAYS
 from prensa.materials.hencky_j2 import (
     Begun,
     Flows,
@@ -32,7 +32,7 @@ from prensa.materials.hencky_j2 import (
     hencky_j2,
     stored_energy,
 )
-from prensa.materials.j2 import NUMBERS, TABLES, metal
+from prensa.materials.j2 import CURVE_AT, TABLES, metal
 
 Array = NDArray[np.float64]
 
@@ -86,7 +86,7 @@ def _record(v: Variant) -> _Recorded:
     record.fresh()
     n = v.nodes
     x_n, x, shapes, weight = many("x_n", v.dofs), many("x", v.dofs), many("shapes", 3 * n), given("shapes", 3 * n)
-    committed, p = many("committed", v.fields), many("p", NUMBERS + SCALARS)
+    committed, p = many("committed", v.fields), many("p", CURVE_AT + CURVE_SCALARS)
     u = [b - a for a, b in zip(x_n, x)]
     g = gradients(x_n, shapes, v.axisymmetric)
     h = stretched = gradient(u, g)
@@ -128,18 +128,18 @@ def _seeds(e: _Recorded, v: Variant, m: int) -> dict[Node, list[Node]]:
         **dict(zip(e.x_n, _directions("dx_n", v.dofs, m))), **dict(zip(e.x, _directions("dx", v.dofs, m))),
         **dict(zip(e.committed, _directions("dcommitted", v.fields, m))),
     }  # fmt: skip
-    along |= dict(zip(e.p, _directions("dp", NUMBERS + SCALARS, m)))
+    along |= dict(zip(e.p, _directions("dp", CURVE_AT + CURVE_SCALARS, m)))
     if v.kind == TABLE:
         when = zip((SHIFT_COMMITTED, SHIFT_BEGUN, SHIFT_NOW), e.strains)
-        along |= {e.p[NUMBERS + shift]: [_table_change(strain, e.p[NUMBERS], m, j) for j in range(m)] for shift, strain in when}
+        along |= {e.p[CURVE_AT + shift]: [_table_change(strain, e.p[CURVE_AT], m, j) for j in range(m)] for shift, strain in when}
     return along
 
 
 def _table_change(a: Node, last: Node, m: int, j: int) -> Node:
     """What direction j of m changes of a table's stress at a strain, by its knots and coefficients; not by the last knot."""
-    k = piece(a, NAMES.knots)
-    d = where(a < last, a, last) - cell(k, NAMES.knots, 1, 0)
-    c = [cell(k, NAMES.coefficients, 4, i) for i in range(3)]
+    k = piece(a, TABLE_ARRAYS.knots)
+    d = where(a < last, a, last) - cell(k, TABLE_ARRAYS.knots, 1, 0)
+    c = [cell(k, TABLE_ARRAYS.coefficients, 4, i) for i in range(3)]
     by = [cell(k, "dcoefficients", 4 * m, m * i + j) for i in range(4)]
     slope = (3.0 * c[0] * d + 2.0 * c[1]) * d + c[2]
     return ((by[0] * d + by[1]) * d + by[2]) * d + by[3] - slope * cell(k, "dknots", m, j)
@@ -202,9 +202,10 @@ def _back(v: Variant, by_forces: bool) -> Kernel:
         sums += bar[k + v.fields :]
         written += puts("to_committed", bar[k : k + v.fields])
         written += puts("to_p", map(total, range(k, len(sums))))
-        written += puts("to_stress", [bar[k + v.fields + NUMBERS + SHIFT_NOW]])
+        written += puts("to_stress", [bar[k + v.fields + CURVE_AT + SHIFT_NOW]])
         arrays |= {
-            "to_committed": Rows(v.fields, points=True), "to_p": Rows(NUMBERS + SCALARS), "to_stress": Rows(1, points=True),
+            "to_committed": Rows(v.fields, points=True), "to_p": Rows(CURVE_AT + CURVE_SCALARS),
+            "to_stress": Rows(1, points=True),
         }  # fmt: skip
     written += puts("to_x", back[-v.dofs :])
     return Kernel(Program(arrays, written, sums, v.points))
@@ -288,6 +289,6 @@ class Back(NamedTuple):
 def back(at: At, w: Array, r: Array) -> Back:
     """Weights w (e, q, h) of histories and r (e, 2a) of forces → of all that they depend on."""
     x_n, x = np.empty((2, *at.x.shape))
-    committed, p, stress = np.empty(w.shape), np.empty((len(w), NUMBERS + SCALARS)), np.empty(w.shape[:2])
+    committed, p, stress = np.empty(w.shape), np.empty((len(w), CURVE_AT + CURVE_SCALARS)), np.empty(w.shape[:2])
     _back(at.variant, True)(len(w), *at.arrays(), w, r, x_n, x, committed, p, stress)
     return Back(x_n, x, committed, np.asarray(p.sum(axis=0)), stress)

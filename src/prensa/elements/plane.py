@@ -18,19 +18,19 @@ import numpy as np
 from prensa.kernels.functions import expm1, half_log1p
 from prensa.kernels.record import Node, absolute, lift, sqrt
 
-_CORNERS = np.array([[-1.0, 1.0, 1.0, -1.0], [-1.0, -1.0, 1.0, 1.0]])  # ξ, η
-_AT = np.append(_CORNERS / math.sqrt(3.0), [[0.0], [0.0]], axis=1)
-SHAPES = np.concatenate(
+_CORNER_PLACES = np.array([[-1.0, 1.0, 1.0, -1.0], [-1.0, -1.0, 1.0, 1.0]])  # ξ, η
+_AT = np.append(_CORNER_PLACES / math.sqrt(3.0), [[0.0], [0.0]], axis=1)
+SHAPE_VALUES = np.concatenate(
     [
-        0.25 * (1.0 + _CORNERS[0] * _AT[0][:, None]) * (1.0 + _CORNERS[1] * _AT[1][:, None]),
-        0.25 * _CORNERS[0] * (1.0 + _CORNERS[1] * _AT[1][:, None]),
-        0.25 * _CORNERS[1] * (1.0 + _CORNERS[0] * _AT[0][:, None]),
+        0.25 * (1.0 + _CORNER_PLACES[0] * _AT[0][:, None]) * (1.0 + _CORNER_PLACES[1] * _AT[1][:, None]),
+        0.25 * _CORNER_PLACES[0] * (1.0 + _CORNER_PLACES[1] * _AT[1][:, None]),
+        0.25 * _CORNER_PLACES[1] * (1.0 + _CORNER_PLACES[0] * _AT[0][:, None]),
     ],
     axis=1,
 )
 """Of the quadrilateral at its 2 × 2 points and, last row, at the centre: (5, 12)."""
 POINTS = 4
-CENTRE = SHAPES[POINTS]
+CENTRE = SHAPE_VALUES[POINTS]
 
 
 class Gradients(NamedTuple):
@@ -87,7 +87,7 @@ def fbar(h: Sequence[Node], centre: Node, axisymmetric: bool) -> tuple[tuple[Nod
 
 def mean_dilatation(u: Sequence[Node], X: Sequence[Node], axisymmetric: bool) -> Node:
     """Average of tr ∇u over the volume, that of B-bar: that of the centroid would fail the patch test in axisymmetry."""
-    all_ = [gradients(X, [lift(s) for s in row], axisymmetric) for row in SHAPES[:POINTS]]
+    all_ = [gradients(X, [lift(s) for s in row], axisymmetric) for row in SHAPE_VALUES[:POINTS]]
     by_volume = [(g.volume, gradient(u, g)) for g in all_]
     return _sum(v * (h[0] + h[3] + h[4]) for v, h in by_volume) / _sum(g.volume for g in all_)
 
@@ -103,7 +103,7 @@ def forces(P: Sequence[Node], g: Gradients) -> list[Node]:
     return [f for x, y, r in g.by for f in (P[0] * x + P[1] * y + P[4] * r, P[2] * x + P[3] * y)]
 
 
-LEAST_SHARE = 1.0 / 3.0
+LEAST_AREA_SHARE = 1.0 / 3.0
 """Area of a point over that of the centre, both over their initial ones, that F-bar keeps by itself."""
 
 
@@ -117,4 +117,4 @@ def narrow(x: Sequence[Node]) -> Node:
     ax, ay, bx, by, cx, cy = x1 + x2 - x3, y1 + y2 - y3, x3 + x2 - x1, y3 + y2 - y1, x2 - x3 - x1, y2 - y3 - y1
     centre = ax * by - ay * bx
     least = centre - (absolute(ax * cy - ay * cx) + absolute(cx * by - cy * bx)) / math.sqrt(3.0)
-    return ~(least > 1.6 * LEAST_SHARE * centre)
+    return ~(least > 1.6 * LEAST_AREA_SHARE * centre)

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from prensa.elements.plane import (
     CENTRE,
-    LEAST_SHARE,
+    LEAST_AREA_SHARE,
     POINTS,
-    SHAPES,
+    SHAPE_VALUES,
     bbar,
     dilatation,
     fbar,
@@ -39,8 +39,8 @@ from prensa.kernels.record import Node, absolute, answered, as_found, given, lif
 Array = NDArray[np.float64]
 
 DOFS, COMPONENTS = 8, 5
-SHAPES_OF_POINTS = np.ascontiguousarray(SHAPES[:POINTS])
-_N, _DX, _DY = (np.ascontiguousarray(SHAPES[:, 4 * k : 4 * k + 4]) for k in range(3))
+SHAPES_OF_POINTS = np.ascontiguousarray(SHAPE_VALUES[:POINTS])
+_N, _DX, _DY = (np.ascontiguousarray(SHAPE_VALUES[:, 4 * k : 4 * k + 4]) for k in range(3))
 
 
 @cache
@@ -203,7 +203,7 @@ def _unfold(folds, X, x, d, axisymmetric, modulus, forces, stiffness, r_out, K_o
         j0, J0 = _shape_gradients(v, only, middle, B), _shape_gradients(X, e, middle, B0)
         for q in range(4):
             j, J = _shape_gradients(v, only, q, B), _shape_gradients(X, e, q, B0)
-            excess = math.log(j0 / j * J / J0 * LEAST_SHARE)
+            excess = math.log(j0 / j * J / J0 * LEAST_AREA_SHARE)
             if not excess > 0.0:
                 continue
             W = modulus * J

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
-from prensa.kernels.record import ONE, ROOT_ARGUMENTS, ZERO, Node, Part, inverse, lift, node, part, where
+import numpy as np
+
+from prensa.kernels.record import ONE, ROOT_ARGUMENTS, ZERO, Function, Node, Part, inverse, lift, node, part, where
 
 Sources = Callable[[Node], Sequence[Node]]
 CONSTANT = {"const", "given", ">", ">=", "!=", "and", "or", "not", "piece", "cell"}
@@ -158,3 +160,14 @@ def reach(outputs: Iterable[Node], sources: Sources) -> list[Node]:
             seen.add(n)
             stack += sources(n)
     return sorted(seen, key=lambda n: n.number)
+
+
+def slope_of(f: Function, x: Node) -> tuple[Node, Node]:
+    """First and second derivative of a function of one number: exact ones, of arrays by differences."""
+    if isinstance(x, Node):
+        at = node("local", x)
+        first = forward([f(at)], {at: [ONE]}, 1)[0][0]
+        return first, forward([first], {at: [ONE]}, 1)[0][0]
+    h = 1e-6 * (np.abs(x) + 1e-3)
+    low, mid, high = f(x - h), f(x), f(x + h)
+    return (high - low) / (2.0 * h), (high - 2.0 * mid + low) / (h * h)

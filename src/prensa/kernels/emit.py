@@ -30,16 +30,16 @@ from llvmlite import ir
 from numpy.typing import NDArray
 
 from prensa.kernels.differentiate import forward
-from prensa.kernels.lanes import WIDE, _load, _store, _transposed
+from prensa.kernels.lanes import WIDE, load, store, transposed
 from prensa.kernels.record import (
     BRACKET,
+    LAST_STEP_KINKED,
+    LAST_STEP_SMOOTH,
     LEFT_OVER,
-    NEAR,
-    NEAR_KINKS,
     NO_ROOT,
     ONE,
     ROOT_ARGUMENTS,
-    STEPS,
+    SEARCH_STEPS,
     Node,
     Part,
     given,
@@ -346,7 +346,8 @@ class _Emitter:
         inverse = -r / (s * bent)  # one division for Newton's and Halley's step
         newton, then = inverse * bent, x + inverse * s * s
         size = _Number(b, _call(b, "llvm.fabs", x.v))
-        near = _Number(b, _call(b, "llvm.fabs", newton.v)).compared("<=", size * (NEAR if part.smooth else NEAR_KINKS))
+        last_step = LAST_STEP_SMOOTH if part.smooth else LAST_STEP_KINKED
+        near = _Number(b, _call(b, "llvm.fabs", newton.v)).compared("<=", size * last_step)
         above = r.compared(">", 0.0)
         lo, hi = _Number(b, b.select(above, x.v, lo_now)), _Number(b, b.select(above, hi_now, x.v))
         over, of = _Number(b, _call(b, "llvm.fabs", r.v)), _Number(b, scale)
@@ -360,7 +361,7 @@ class _Emitter:
         still = b.and_(left, b.not_(ends))
         for phi, value in zip((x_now, lo_now, hi_now, left, turn), (new, lo.v, hi.v, still, b.add(turn, ir.Constant(_L, 1)))):
             phi.add_incoming(value, b.block)
-        more = b.and_(_any(b, still), b.icmp_signed("<", turn, ir.Constant(_L, STEPS)))
+        more = b.and_(_any(b, still), b.icmp_signed("<", turn, ir.Constant(_L, SEARCH_STEPS)))
         found = b.select(active, b.select(still, _both(math.nan), new), _both(0.0))
         last = b.block
         b.cbranch(more, loop, after)
@@ -571,7 +572,7 @@ class _Writer:
         """Vectors of so many numbers that follow one another from each of eight places on."""
         b = self.b
         if wide >= WIDE // 2:
-            return list(_transposed(b, [_load(b, place, wide) for place in places]))
+            return list(transposed(b, [load(b, place, wide) for place in places]))
         out = []
         for k in range(wide):
             v = ir.Constant(_V, ir.Undefined)
@@ -601,9 +602,9 @@ class _Writer:
         """Vectors → numbers that follow one another from each of eight places on; rows that there are not go first."""
         b, wide = self.b, len(values)
         if wide >= WIDE // 2:
-            found = _transposed(b, [*values, *[ir.Constant(_V, ir.Undefined)] * (WIDE - wide)])
+            found = transposed(b, [*values, *[ir.Constant(_V, ir.Undefined)] * (WIDE - wide)])
             for v, place in zip(found, places):
-                _store(b, v, place, wide)
+                store(b, v, place, wide)
             return
         for k, v in enumerate(values):
             for j, place in enumerate(places):

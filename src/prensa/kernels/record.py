@@ -255,21 +255,9 @@ def one_like(x: Node) -> Node:
     return ONE if isinstance(x, Node) else x * 0.0 + 1.0
 
 
-def slope_of(f: Function, x: Node) -> tuple[Node, Node]:
-    """First and second derivative of a function of one number: exact ones, of arrays by differences."""
-    if isinstance(x, Node):
-        from prensa.kernels.differentiate import forward
-
-        at = node("local", x)
-        first = forward([f(at)], {at: [ONE]}, 1)[0][0]
-        return first, forward([first], {at: [ONE]}, 1)[0][0]
-    h = 1e-6 * (np.abs(x) + 1e-3)
-    low, mid, high = f(x - h), f(x), f(x + h)
-    return (high - low) / (2.0 * h), (high - 2.0 * mid + low) / (h * h)
-
-
-STEPS = 200  # of a search for a root; few take more than four
-NEAR, NEAR_KINKS = 1e-5, 1e-8  # last step of Newton's over the root: Halley's is right to the third power of it, or to the second
+SEARCH_STEPS = 200  # of a search for a root; few take more than four
+LAST_STEP_SMOOTH, LAST_STEP_KINKED = 1e-5, 1e-8
+"""Newton's last step over the root: what Halley's errs by is the third power of it, or where there are kinks the second."""
 LEFT_OVER = 2e-14  # residual over its scale: what is left is round-off
 BRACKET = 4e-16  # width of the bracket over the root
 NO_ROOT = 1e-8  # residual over its scale in so narrow a bracket, above which it is a jump or the end of where it was looked for
@@ -306,7 +294,7 @@ def _plain_root(
 
     with np.errstate(all="ignore"):
         x, low, high = (np.real(v) + np.zeros(np.shape(active)) for v in (start, low, high))
-        for _ in range(STEPS):
+        for _ in range(SEARCH_STEPS):
             r = residual(x, *real)
             low, high = np.where(r > 0.0, x, low), np.where(r > 0.0, high, x)
             then = x - r / slope(x)

@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 
 PERFECT, LINEAR, LUDWIK, SWIFT, VOCE, HOCKETT_SHERBY, JOHNSON_COOK, TABLE = range(8)
 
-SCALARS = 5
+CURVE_SCALARS = 5
 """Numbers p of a curve; of a table its last plastic strain, then shifts of its stresses, all 0, by which it is differentiated."""
 SHIFT_NOW, SHIFT_BEGUN, SHIFT_COMMITTED = 1, 2, 3
 """Shifts of a table's stresses at the end of an increment, as it begins and as committed."""
@@ -35,7 +35,7 @@ class Table(NamedTuple):
     coefficients: Any
 
 
-NAMES = Table("knots", "coefficients")
+TABLE_ARRAYS = Table("knots", "coefficients")
 
 
 def _perfect(a: Node, da: Node, dt: Node, p: Sequence[Node], table: Table) -> Node:
@@ -120,12 +120,12 @@ def _stress_kernel(kind: int) -> Kernel:
     """Rows (a, da) → stress, its first and second total derivative by a, that by a at a fixed da, by each of the scalars."""
     record.fresh()
     a, da = many("strain", 2)
-    p, dt = many("p", SCALARS), given("dt", 0)
-    stress = Curve(kind, p, NAMES).stress(a, da, dt)
+    p, dt = many("p", CURVE_SCALARS), given("dt", 0)
+    stress = Curve(kind, p, TABLE_ARRAYS).stress(a, da, dt)
     along = {a: [record.ONE], da: [record.ONE]}
     slope = forward([stress], along, 1)[0][0]
     partial = forward([stress], {a: [record.ONE]}, 1)[0][0]
-    by_p = forward([stress], units(p), SCALARS)[0]
+    by_p = forward([stress], units(p), CURVE_SCALARS)[0]
     out = [stress, slope, forward([slope], along, 1)[0][0], partial, *by_p]
     arrays: dict[str, Kind] = {
         "strain": Rows(2), "p": Shared(), "dt": Shared(), "knots": Shared(), "coefficients": Shared(), "out": Rows(len(out)),
@@ -140,14 +140,14 @@ def stresses(f: FlowParameters, a: Array, da: Array | float = 0.0, dt: float = 0
     """
     strain = np.empty((len(a), 2))
     strain[:, 0], strain[:, 1] = a, da
-    out = np.empty((len(a), 4 + SCALARS))
+    out = np.empty((len(a), 4 + CURVE_SCALARS))
     _stress_kernel(f.kind)(len(a), strain, f.p, np.array([dt]), f.knots, f.coefficients, out)
     return out
 
 
 def parameters(kind: int, *p: float) -> FlowParameters:
     """Of a curve with the scalars p, at most five."""
-    return FlowParameters(kind, np.array([*p, *[0.0] * (SCALARS - len(p))], dtype=np.float64), np.zeros(2), np.zeros((1, 4)))
+    return FlowParameters(kind, np.append(p, np.zeros(CURVE_SCALARS - len(p))), np.zeros(2), np.zeros((1, 4)))
 
 
 def flow_curve(flow: FlowCurve, plastic_strain: NDArray[np.float64], rate: float = 0.0) -> NDArray[np.float64]:

@@ -13,15 +13,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from prensa.kernels.differentiate import slope_of
 from prensa.kernels.functions import artanh_ratio, cosh_less_one, expm1, half_log1p, sinh_ratio
-from prensa.kernels.record import Node, damped, differs, exp, local, one_like, root, slope_of, sqrt, where
+from prensa.kernels.record import Node, damped, differs, exp, local, one_like, root, sqrt, where
 from prensa.materials.hardening import SHIFT_BEGUN, SHIFT_COMMITTED, Curve
 
 Tensor = Sequence[Node]
 
 ON_SURFACE = 1e-11  # of the trial stress: beyond the yield surface by less is on it
 NO_STRAIN = 1e-60  # square of a strain that divides nothing by zero
-STEEP = 10.0 / 3.0  # of a curve's slope over 3G, from which on its expansion says nothing of the root
+STEEP_SLOPE = 10.0 / 3.0  # of a curve's slope over 3G, from which on its expansion says nothing of the root
 
 
 def push_forward(h: Tensor, b: Tensor) -> tuple[Node, Node, Node, Node]:
@@ -119,7 +120,7 @@ def return_map(q: Node, J: Node, strain: Node, metal: Metal, flows: Flows | None
         whole, half = 3.0 * G + slope, over / (6.0 * G)
         begin = whole * whole + 0.5 * curvature * over
         halley = over * whole / begin
-        good = (whole < (1.0 + STEEP) * 3.0 * G) & (halley > 0.0) & (halley < 2.0 * half)
+        good = (whole < (1.0 + STEEP_SLOPE) * 3.0 * G) & (halley > 0.0) & (halley < 2.0 * half)
         start = where(over > 0.0, where(good, halley, half), -1e-3 * high)
     else:
         start = flows.by

@@ -16,7 +16,7 @@ from prensa.kernels.differentiate import forward, units
 from prensa.kernels.emit import Flags, Kernel, Kind, Program, Rows, Shared, puts
 from prensa.kernels.record import Node, differs, given, many
 from prensa.materials.flow_curve import FlowParameters
-from prensa.materials.hardening import NAMES, SCALARS, Curve
+from prensa.materials.hardening import CURVE_SCALARS, TABLE_ARRAYS, Curve
 from prensa.materials.hencky_j2 import (
     Begun,
     Flows,
@@ -31,15 +31,15 @@ from prensa.materials.hencky_j2 import (
 Array = NDArray[np.float64]
 Held = NDArray[np.bool_]
 
-NUMBERS = 4
-"""Numbers of a metal before those of its curve."""
-NO_CURVE = FlowParameters(-1, np.zeros(SCALARS), np.zeros(2), np.zeros((1, 4)))
+CURVE_AT = 4
+"""Place of the scalars of the curve among the numbers of a metal."""
+NO_CURVE = FlowParameters(-1, np.zeros(CURVE_SCALARS), np.zeros(2), np.zeros((1, 4)))
 """Of metals that do not flow."""
 
 
 def metal(kind: int, cauchy: bool, p: Sequence[Node]) -> Metal:
     """The metal of recorded numbers p (9,); kind: that of its curve, negative of one that does not flow."""
-    curve = Curve(kind, p[NUMBERS:], NAMES) if kind >= 0 else None
+    curve = Curve(kind, p[CURVE_AT:], TABLE_ARRAYS) if kind >= 0 else None
     return Metal(p[0], p[1], curve, cauchy, p[2], p[3])
 
 
@@ -55,7 +55,7 @@ TABLES: dict[str, Kind] = {"knots": Shared(), "coefficients": Shared()}
 def _finite(kind: int, cauchy: bool, tangent: bool, held: bool) -> Kernel:
     record.fresh()
     h, old, flag = many("h", 5), many("old", 10 if kind >= 0 else 4), given("failed", 0)
-    m = metal(kind, cauchy, many("p", NUMBERS + SCALARS))
+    m = metal(kind, cauchy, many("p", CURVE_AT + CURVE_SCALARS))
     begun = Begun(old[:4], old[4], old[5], many("kept", 4)) if kind >= 0 else Begun(old, record.ZERO, record.ZERO, old)
     found = hencky_j2(h, begun, m, Flows(given("held", 0)) if held else None)
     P = first_piola(h, found.stress, 1.0 / record.sqrt(determinant(old[:4])))
@@ -95,7 +95,7 @@ def finite(
 @cache
 def _begin(kind: int, cauchy: bool) -> Kernel:
     record.fresh()
-    m = metal(kind, cauchy, many("p", NUMBERS + SCALARS))
+    m = metal(kind, cauchy, many("p", CURVE_AT + CURVE_SCALARS))
     arrays: dict[str, Kind] = {"old": Rows(10), "p": Shared(), "share": Shared(), **TABLES, "new": Rows(10)}
     return Kernel(Program(arrays, puts("new", begin(many("old", 10), given("share", 0), m))))
 
@@ -110,7 +110,7 @@ def begin_finite(history: Array, share: float, cauchy: bool, flow: FlowParameter
 def _principal(kind: int, cauchy: bool, tangent: bool, held: bool) -> Kernel:
     record.fresh()
     eps, was = many("eps", 3), many("old", 2)
-    m = metal(kind, cauchy, many("p", NUMBERS + SCALARS))
+    m = metal(kind, cauchy, many("p", CURVE_AT + CURVE_SCALARS))
     tau, elastic, strain, work = return_in_principal_axes(
         eps, given("J", 0), was[0], was[1], m, Flows(given("held", 0)) if held else None
     )

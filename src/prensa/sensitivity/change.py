@@ -14,9 +14,8 @@ from prensa.elements.kinds.isoparametric import Isoparametric
 from prensa.elements.kinds.q4_fbar import Q4Bar
 from prensa.fem.assembly import Block
 from prensa.fem.system import System
-from prensa.layout import PLANE
 from prensa.materials.flow_curve import FlowParameters
-from prensa.materials.j2 import NUMBERS
+from prensa.materials.j2 import CURVE_AT
 from prensa.materials.laws import J2, Hencky
 
 Array = NDArray[np.float64]
@@ -104,7 +103,7 @@ def _group(some: Sequence[Change], first: int, curves: Sequence[FlowParameters])
     for k, curve in enumerate(curves):
         still = FlowChange(*(np.zeros_like(a) for a in curve[1:]))
         flow = [ch.flow[k] or still for ch in some]
-        rest = np.zeros(NUMBERS - 2)
+        rest = np.zeros(CURVE_AT - 2)
         p.append(np.stack([[ch.bulk[k], ch.G[k], *rest, *f.p] for ch, f in zip(some, flow)], axis=-1))
         tables.append((np.stack([f.knots for f in flow], axis=-1), np.stack([f.coefficients for f in flow], axis=-1)))
     return Group(first, len(some), tuple(p), tuple(tables))
@@ -126,7 +125,7 @@ def known(system: System) -> bool:
 def _known_block(b: Block) -> bool:
     compiled = isinstance(b.law, Hencky) or (isinstance(b.law, J2) and b.law.flow is not None)
     plain = isinstance(b.element, Isoparametric) and type(b.element).respond is Isoparametric.respond
-    return compiled and (plain or isinstance(b.element, Q4Bar)) and b.element.layout is PLANE
+    return compiled and (plain or isinstance(b.element, Q4Bar)) and b.element.layout.dimension == 2
 
 
 def change_of(a: System, b: System, step: float) -> Change | None:

@@ -27,7 +27,7 @@ from prensa.fem.planning import plan_step
 from prensa.fem.schedule import StepPlan
 from prensa.fem.system import Evaluation, System
 from prensa.materials.hardening import TABLE
-from prensa.materials.j2 import NUMBERS
+from prensa.materials.j2 import CURVE_AT
 from prensa.sensitivity.bodies import SHIFT, Elements, elements_of, moduli_of
 from prensa.sensitivity.substitutions import Solve, Substitutions, begun
 from prensa.solver.linear import Kept as KeptFactors
@@ -425,7 +425,7 @@ def _element(
 ) -> None:  # fmt: skip
     """What forces and histories of block number k owe."""
     cells, flow = b.block.cells, np.zeros((len(r), *b.block.volume.shape))
-    p = np.zeros((len(r), NUMBERS + len(owed.flow[k].p[0])))
+    p = np.zeros((len(r), CURVE_AT + len(owed.flow[k].p[0])))
     dofs = (2 * cells[:, :, None] + np.arange(2)).reshape(len(cells), -1)
     for some in b.chunks():
         at = b.at(some)
@@ -437,7 +437,7 @@ def _element(
             p[i] += found.p
     owed.bulk[:, k] += p[:, 0]
     owed.G[:, k] += p[:, 1]
-    owed.flow[k].p[:] += p[:, NUMBERS:]
+    owed.flow[k].p[:] += p[:, CURVE_AT:]
     curve: Any = getattr(b.block.law, "flow", None)
     if curve is None or not owed.curves or curve.kind != TABLE:
         return
