@@ -11,10 +11,7 @@ from test_closed import KNOWN
 from test_derivatives import EXACT, RULES, TWO_STEPS, varied
 
 import prensa as pr
-from prensa.elements import q4_directions, q4_transposed
 from prensa.errors import ArgumentError, PrensaError
-from prensa.materials.begun import LANES, PER_BEGUN, begun_along, begun_owed, slopes_of_begun
-from prensa.materials.j2_finite import stresses_at
 from prensa.model.problem import Problem
 from prensa.model.schema import loads
 from prensa.sensitivity.parameters import value_of, with_values
@@ -121,88 +118,6 @@ def test_points_of_a_profile_are_those_of_runs() -> None:
         assert np.abs(error).max() <= 2e-7 * np.abs(found.slopes).max(), path
 
 
-def test_transposes_are_transposes() -> None:
-    """⟨w, A d⟩ = ⟨Aᵀ w, d⟩ for the maps of an element from motions, histories and moduli to forces and histories."""
-    rng = np.random.default_rng(3)
-    cells = np.array([[0, 1, 2, 3]])
-    X = np.array([[1.0, 0.0], [2.0, 0.1], [2.1, 1.0], [0.9, 1.1]])
-    x = X + 0.03 * rng.normal(size=X.shape)
-    old = 0.01 * rng.normal(size=(1, 4, 10))
-    old[..., 4:6] = 0.02
-    new = old + np.array([0.0, 0.0, 0.0, 0.0, 0.004, 0.0, 0.0, 0.0, 0.0, 0.0])
-    for axisymmetric, cauchy in ((True, True), (False, False)):
-        moduli = (200.0, 80.0)
-        geometry, point = np.empty((1, 5, q4_directions.PER_PLACE)), np.empty((1, 4, q4_directions.PER_POINT))
-        stress, curve = np.empty((2, 1, 4, 3)), (1, np.array([1.0, 2.0, 0.0, 0.0, 0.0]), np.zeros(2), np.zeros((1, 4)))
-        for out, strain, dt in zip(stress, (new[..., 4], old[..., 4]), (1.0, 0.0)):
-            stresses_at(old[..., 4], strain, *curve, dt, out)
-        q4_directions.prepare(X, x, cells, old, new, *moduli, axisymmetric, 1.3, True, cauchy, *stress, geometry, point)
-        dxn, dx, motion = rng.normal(size=(3, 1, 4, 2))
-        dold, dflow, dbulk, dG = rng.normal(size=old.shape)[None], rng.normal(size=(1, 1, 4, 2)), *rng.normal(size=(2, 1))
-        lanes = [q4_directions.in_lanes(a[..., None], 0) for a in (dxn[0], dx[0], np.array([dbulk[0], dG[0]]))]
-        begins, dnew = (q4_directions.histories(old.shape, 1) for _ in range(2))
-        begins[..., 0] = dold[0]
-        slopes, ways = np.zeros((1, 4, 3, q4_directions.WAYS)), np.zeros((q4_directions.WAYS, q4_directions.LANES))
-        slopes[..., :2, 0], ways[0, 0] = dflow[0], 1.0
-        forces, energy = np.zeros_like(lanes[0]), np.zeros_like(lanes[2])
-        q4_directions.at_fixed(
-            cells, geometry, point, *moduli, axisymmetric, np.ones((1, 4)), *lanes[:2], begins, lanes[2], slopes, ways, forces,
-            dnew, energy, np.empty((0, 4, 0)),
-        )  # fmt: skip
-        r = forces[..., 0].ravel()
-        w, h = rng.normal(size=(1, 8)), rng.normal(size=dold.shape)
-        h[..., 5] = 0.0  # plastic work
-        x_n, now, flow, before = np.zeros_like(dxn), np.zeros_like(dx), np.zeros((1, 1, 4)), np.zeros_like(dold)
-        by_bulk, by_G = np.zeros((2, 1))
-        q4_transposed.at_fixed(
-            cells, geometry, point, *moduli, axisymmetric, True, w, h, x_n, now, before, by_bulk, by_G, flow
-        )
-        pairs = ((x_n, dxn), (now, dx), (before, dold), (by_bulk, dbulk), (by_G, dG), (flow, dflow[..., 0]))
-        assert np.vdot(w, r) + np.vdot(h[0], dnew[..., 0]) == pytest.approx(sum(np.vdot(a, b) for a, b in pairs), rel=1e-12)
-        dnew[:] = 0.0
-        q4_directions.along(
-            cells, geometry, point, moduli[1], axisymmetric, np.ones((1, 4)), q4_directions.in_lanes(motion[0, ..., None], 0),
-            dnew, energy,
-        )  # fmt: skip
-        back = np.zeros_like(motion)
-        q4_transposed.along(cells, geometry, point, moduli[1], axisymmetric, h, back)
-        assert np.vdot(h[0], dnew[..., 0]) == pytest.approx(np.vdot(back, motion), rel=1e-12)
-
-
-@pytest.mark.parametrize("size", [0.02, 0.005])
-def test_weights_of_what_an_increment_begins_with_are_those_of_its_slopes(size: float) -> None:
-    """The way back of a start of second order is the transpose of its matrix: of points that flow, that cease to, that rest.
-
-    Of strains that go through the library, and of those whose logarithms are polynomials.
-    """
-    rng = np.random.default_rng(5)
-    committed, share = size * rng.normal(size=(3, 4, 10)), 0.4
-    committed[..., 4:6] = 0.02
-    begun = committed + 0.001 * rng.normal(size=committed.shape)
-    begun[..., 4] = committed[..., 4] + 0.002
-    begun[2] = committed[2]
-    new = begun + 0.0
-    new[::2, :, 4] += 0.003
-    slopes = np.zeros((3, 4, PER_BEGUN))
-    curve = 1, np.array([1.0, 2.0, 0.0, 0.0, 0.0]), np.zeros(2), np.zeros((1, 4))
-    stresses = np.empty((2, 3, 4, 3))
-    for state, out in zip((committed, begun), stresses):
-        stresses_at(state[..., 4], state[..., 4], *curve, 0.0, out)
-    slopes_of_begun(committed, begun, new, share, True, *stresses, slopes)
-    weights = rng.normal(size=(2, 3, 4, 10))
-    weights[..., 5] = 0.0  # plastic work
-    back = weights.copy()
-    begun_owed(committed, begun, new, share, back)
-    for e, q in np.ndindex(3, 4):
-        for d in range(10):
-            rows = np.zeros((11, LANES))
-            rows[d, 0] = 1.0
-            forwards = rows.ravel()
-            begun_along(slopes[e, q], forwards, 0, 10 * LANES)
-            found = forwards.reshape(11, LANES)[:10, 0]
-            assert back[:, e, q, d] == pytest.approx(weights[:, e, q] @ found, rel=1e-11, abs=1e-13), (e, q, d)
-
-
 @pytest.mark.parametrize("room", [0.0, 2e5])
 def test_what_is_not_kept_is_made_again(room: float) -> None:
     """Without room for matrices and factors, or with room for a few, gradients and increments are those with all kept."""
@@ -249,7 +164,7 @@ def test_one_measure_gives_numbers() -> None:
 @pytest.mark.parametrize(
     ("changes", "of", "by", "words"),
     [
-        (["bodies.ring.element=q8"], "die.force.y", "friction.mu", "only F-bar quadrilaterals"),
+        (["bodies.ring.element=q4_enhanced"], "die.force.y", "friction.mu", "no enhanced modes"),
         (["friction={type: shear, m: 0.3}"], "die.force.y", "friction.m", "cannot be followed backwards"),
         ([HELD], "die.travel.y", "friction.mu", "cannot be followed backwards"),
         ([], "ring.max.mises", "friction.mu", "has no derivative by places and forces"),

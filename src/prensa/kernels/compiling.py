@@ -8,6 +8,8 @@ from typing import Any
 
 from numba.core import event
 
+from prensa.kernels import emit
+
 LINE = "compiling kernels; this happens once, later runs find them on the disk"
 
 
@@ -17,8 +19,12 @@ class _Listener(event.Listener):
 
     def on_start(self, event: Any) -> None:
         """A function is compiled (one that is found in the cache sends nothing)."""
-        module = event.data["dispatcher"].py_func.__module__
-        if self.say is not None and module.startswith("prensa."):
+        if event.data["dispatcher"].py_func.__module__.startswith("prensa."):
+            self.once()
+
+    def once(self) -> None:
+        """Say the line, if it has not been said."""
+        if self.say is not None:
             self.say(LINE)
             self.say = None
 
@@ -29,5 +35,10 @@ class _Listener(event.Listener):
 @contextmanager
 def announced(say: Callable[[str], None]) -> Iterator[None]:
     """Inside the block, the first kernel that has to be compiled is announced with one line to *say*."""
-    with event.install_listener("numba:compile", _Listener(say)):
-        yield
+    listener = _Listener(say)
+    emit.listeners.append(listener.once)
+    try:
+        with event.install_listener("numba:compile", listener):
+            yield
+    finally:
+        emit.listeners.remove(listener.once)

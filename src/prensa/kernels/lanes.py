@@ -41,7 +41,7 @@ def _shuffled(builder: Any, first: Any, second: Any, places: list[int]) -> Any:
     return builder.shuffle_vector(first, second, ir.Constant(ir.VectorType(_SHORT, len(places)), places))
 
 
-def _transposed(builder: Any, v: list[Any]) -> list[Any]:
+def transposed(builder: Any, v: list[Any]) -> list[Any]:
     """Eight vectors, as rows of a matrix → its columns."""
     for far in (1, 2, 4):
         low = [j - far + WIDE if j & far else j for j in range(WIDE)]
@@ -53,7 +53,7 @@ def _transposed(builder: Any, v: list[Any]) -> list[Any]:
     return v
 
 
-def _load(builder: Any, place: Any, columns: int = WIDE) -> Any:
+def load(builder: Any, place: Any, columns: int = WIDE) -> Any:
     """A vector that begins with the first ``columns`` numbers from a place on."""
     type_ = _VECTOR if columns == WIDE else _NARROW_VECTOR
     value = builder.load(builder.bitcast(place, type_.as_pointer()))
@@ -67,7 +67,7 @@ def _load(builder: Any, place: Any, columns: int = WIDE) -> Any:
     return value
 
 
-def _store(builder: Any, value: Any, place: Any, columns: int = WIDE) -> None:
+def store(builder: Any, value: Any, place: Any, columns: int = WIDE) -> None:
     """The first ``columns`` numbers of a vector from a place on."""
     type_ = _VECTOR if columns == WIDE else _NARROW_VECTOR
     part = value if columns == WIDE else _shuffled(builder, value, value, list(range(_NARROW)))
@@ -98,15 +98,15 @@ def _carrier(columns: int, inwards: bool) -> Callable[..., None]:
                 near.append(builder.gep(of_points, [builder.add(at, builder.mul(step, here))]))
                 far.append(builder.gep(of_rows, [builder.add(to, builder.mul(apart, number))]))
             if inwards:
-                found = _transposed(builder, [_load(builder, place, columns) for place in near])
+                found = transposed(builder, [load(builder, place, columns) for place in near])
                 for value, place in zip(found[:columns], far):
-                    _store(builder, value, place)
+                    store(builder, value, place)
             else:
                 nothing = [ir.Constant(_VECTOR, ir.Undefined)] * (WIDE - columns)
-                found = _transposed(builder, [_load(builder, place) for place in far[:columns]] + nothing)
+                found = transposed(builder, [load(builder, place) for place in far[:columns]] + nothing)
                 # backwards: the last point comes after those beyond it, which are written in its place
                 for value, place in reversed(list(zip(found, near))):
-                    _store(builder, value, place, columns)
+                    store(builder, value, place, columns)
             return context.get_dummy_value()
 
         return types.void(points, types.intp, types.intp, types.intp, rows, types.intp, types.intp), generated
@@ -140,30 +140,6 @@ def _announcer(write: bool) -> Callable[..., None]:
     return intrinsic(typed)
 
 
-def _copier(adds: bool) -> Callable[..., None]:
-    """(source, at, target, to): `WIDE` numbers that follow one another from ``at`` on put, or added, to those from ``to`` on.
-
-    A loop over so few is unrolled before it could become one instruction, and then nothing tells that what is written is not
-    what is still to be read.
-    """
-
-    def typed(_: Any, source: Any, at: Any, target: Any, to: Any) -> Any:
-        _contiguous(source)
-        _contiguous(target)
-
-        def generated(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-            source, at, target, to = args
-            place = builder.gep(_base(context, builder, sig.args[2], target), [to])
-            value = _load(builder, builder.gep(_base(context, builder, sig.args[0], source), [at]))
-            _store(builder, builder.fadd(_load(builder, place), value) if adds else value, place)
-            return context.get_dummy_value()
-
-        return types.void(source, types.intp, target, types.intp), generated
-
-    return intrinsic(typed)
-
-
-eight, add_eight = _copier(False), _copier(True)
-into_rows, five_into_rows, four_into_rows = _carrier(WIDE, True), _carrier(5, True), _carrier(_NARROW, True)
+five_into_rows, four_into_rows = _carrier(5, True), _carrier(_NARROW, True)
 out_of_rows, five_out_of_rows, four_out_of_rows = _carrier(WIDE, False), _carrier(5, False), _carrier(_NARROW, False)
 to_be_read, to_be_written = _announcer(False), _announcer(True)

@@ -19,9 +19,8 @@ from prensa.kernels import spatial, tensor
 from prensa.layout import PLANE, SPATIAL, TensorLayout
 from prensa.materials import elastic
 from prensa.materials.flow_curve import FlowCurve, FlowParameters, stress_at
-from prensa.materials.hardening import flow_stresses
-from prensa.materials.j2 import UNHELD, j2
-from prensa.materials.j2_finite import begin_finite, j2_finite
+from prensa.materials.hardening import stresses
+from prensa.materials.j2 import NO_CURVE, begin_finite, finite, principal
 from prensa.materials.protocol import At, Field, Material, Out, PrincipalElasticity
 from prensa.materials.return_map import return_map
 
@@ -142,7 +141,10 @@ class Hencky(_Isotropic):
 
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:
         """H (n, c) = f − I, old (n, k) → out; see `Material`."""
-        if self.finite:
+        if self.finite and self.layout is PLANE:
+            bulk = self.E / (3 * (1 - 2 * self.nu))
+            finite(h, old, 0, bulk, self.mu, True, NO_CURVE, 0.0, out.P, out.A, out.new, out.failed, at.tangent)
+        elif self.finite:
             super().update(h, old, at, out)
         else:
             hooke = elastic.hooke_spatial if self.layout.dimension == 3 else elastic.hooke
@@ -237,10 +239,9 @@ class J2(_Isotropic):
                 at.flows, at.secant,
             )  # fmt: skip
             return
-        j2(
-            eps, frame[:, -1], old, self.layout.kept, bulk, self.mu, self.finite and self.yield_on_cauchy,
-            f.kind, f.p, f.knots, f.coefficients, at.dt, tau, dtau, eps_e, out.new, out.failed, at.tangent,
-            UNHELD if at.flows is None else at.flows, at.secant,
+        principal(
+            eps, frame[:, -1], old, self.layout.kept, bulk, self.mu, self.finite and self.yield_on_cauchy, f, at.dt,
+            tau, dtau, eps_e, out.new, out.failed, at.tangent, at.flows, at.secant,
         )  # fmt: skip
 
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:
@@ -248,10 +249,9 @@ class J2(_Isotropic):
         # where no flow was shifted, what would have been carried along is the committed elastic tensor itself
         kept, f = self.layout.kept + 2 if at.begun else 0, self.flow
         if f is not None and self.finite and self.layout is PLANE:
-            j2_finite(
-                h, old, kept, self.E / (3 * (1 - 2 * self.nu)), self.mu, self.yield_on_cauchy, f.kind, f.p, f.knots,
-                f.coefficients, at.dt, out.P, out.A.reshape(len(h), -1), out.new, out.failed, at.tangent,
-                UNHELD if at.flows is None else at.flows, at.secant,
+            finite(
+                h, old, kept, self.E / (3 * (1 - 2 * self.nu)), self.mu, self.yield_on_cauchy, f, at.dt, out.P, out.A,
+                out.new, out.failed, at.tangent, at.flows, at.secant,
             )  # fmt: skip
             return
         super().update(h, old, at, out)
@@ -266,7 +266,7 @@ class J2(_Isotropic):
         k, f = self.layout.kept, self.flow
         if share and f is not None and self.finite and self.layout is PLANE:
             out = np.empty_like(history)
-            begin_finite(history, share, self.yield_on_cauchy, f.kind, f.p, f.knots, f.coefficients, out)
+            begin_finite(history, share, self.yield_on_cauchy, f, out)
             return out
         out = history.copy()
         if not share:  # as `begin` has it, which need not be compiled for that
@@ -289,12 +289,10 @@ class J2(_Isotropic):
 
     def flow_stress(self, strain: Array) -> Array:
         """Flow stress (n,) at plastic strains (n,), at rest."""
-        f, out = self.flow, np.empty(len(strain))
-        if f is None:
+        if self.flow is None:
             assert self.curve is not None
             return stress_at(self.curve, strain, np.zeros_like(strain))
-        flow_stresses(f.kind, f.p, f.knots, f.coefficients, strain, out)
-        return out
+        return stresses(self.flow, strain)[:, 0]
 
     def shear_strength(self, history: Array) -> Array:
         """Shear yield stress k = σ_y/√3 (n,), a Cauchy stress, of a committed history (n, h) at rest."""

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.materials.flow_curve import FlowCurve, along, stress_at
-from prensa.materials.j2 import ON_SURFACE
+from prensa.materials.hencky_j2 import ON_SURFACE
 
 Array = NDArray[np.float64]
 
@@ -22,7 +22,7 @@ def return_map(
     held: NDArray[np.bool_] | None = None,
     secant: float = 0.0,
 ) -> None:  # fmt: skip
-    """Trial elastic strains eps (n, 3) → tau, dtau = ∂τ/∂ε if ``tangent``, eps_e, plastic strain and work; as `j2.j2`.
+    """Trial elastic strains eps (n, 3) → tau, dtau = ∂τ/∂ε if ``tangent``, eps_e, plastic strain and work; as `j2.principal`.
 
     Columns ``column`` and ``column`` + 1 of old and new are plastic strain and work.
     """

@@ -108,8 +108,8 @@ def gradient(
     Raises
     ------
     PrensaError
-        For what `solve` with derivatives refuses, a measure without a derivative, and what only differences can follow: other
-        elements than F-bar quadrilaterals, other friction than a constant coefficient, springs, loads on boundaries.
+        For what `solve` with derivatives refuses, a measure without a derivative, and what only differences can follow:
+        elements with enhanced modes, other friction than a constant coefficient, springs, loads on boundaries.
 
     """
     by = [by] if isinstance(by, str) else by
@@ -145,8 +145,8 @@ def _refuse(system: System, by: Sequence[str]) -> None:
     refuse(system, None, by)
     if not known(system):
         raise OnlyForwards(
-            "gradient: only F-bar quadrilaterals in finite strain, elastic or J2, and contacts on current geometry, by "
-            "penalty or exact and with rounded tools, can be followed backwards; use solve(derivatives=...)"
+            "gradient: only plane elements that have no enhanced modes in finite strain, elastic or J2, and contacts on current "
+            "geometry, by penalty or exact and with rounded tools, can be followed backwards; use solve(derivatives=...)"
         )
     told_before(system)
 

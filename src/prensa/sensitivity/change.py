@@ -9,10 +9,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.elements.derivatives import LANES
+from prensa.elements.kinds.isoparametric import Isoparametric
 from prensa.elements.kinds.q4_fbar import Q4Bar
-from prensa.elements.q4_directions import LANES, WAYS, in_lanes
 from prensa.fem.assembly import Block
 from prensa.fem.system import System
+from prensa.materials.flow_curve import FlowParameters
+from prensa.materials.j2 import CURVE_AT
 from prensa.materials.laws import J2, Hencky
 
 Array = NDArray[np.float64]
@@ -32,7 +35,7 @@ class Change(NamedTuple):
     """Derivatives of a system by a parameter.
 
     ``X`` (n, 2) of the initial places, or None; ``at`` (tools, 2) of the tools' reference points; ``bulk``, ``G`` (blocks,) of
-    moduli; ``flow`` and ``volume`` (e, 4) by block, None where they stay; ``scale`` by contact: (3, k) of k_n, k_T and E*/h.
+    moduli; ``flow`` and ``volume`` (e, q) by block, None where they stay; ``scale`` by contact: (3, k) of k_n, k_T and E*/h.
     """
 
     X: Array | None
@@ -52,23 +55,21 @@ class Change(NamedTuple):
 class Group(NamedTuple):
     """``size`` directions, `LANES` or fewer, from the ``first`` on, which go through the kernels of elements together.
 
-    ``X`` (n, 2, LANES) of the initial places, (0, 2, LANES) where all stay; by block ``moduli`` (2, LANES), bulk and shear, and
-    ``flow`` (m, LANES): how far they go along the m ways in which a flow curve changes, none where none of them changes it.
+    By block ``p`` (9, s), changes of the numbers of a metal (see `prensa.materials.j2.numbers`), and ``tables``, those of the
+    knots (k, s) and coefficients (k − 1, 4, s) of its flow curve.
     """
 
     first: int
     size: int
-    X: Array
-    moduli: tuple[Array, ...]
-    flow: tuple[Array, ...]
+    p: tuple[Array, ...]
+    tables: tuple[tuple[Array, Array], ...]
 
 
 class Changes(NamedTuple):
     """Those of d parameters at once, which are the last axis of each array: ``each`` of them, those that move bodies last.
 
-    ``X`` (n, 2, d) of the initial places, (0, 2, d) where all stay; ``volume`` (e, 4, m) of the last m alone, which move bodies,
-    by block; ``place`` (tools, 2, d); ``scale`` (3, k, d) by contact; ``groups`` of them, in order, and by block what differs in
-    a flow curve: its ``curves``, see `flow_gradients`.
+    ``X`` (n, 2, d) of the initial places, (0, 2, d) where all stay; ``volume`` (e, q, m) of the last m alone, which move bodies,
+    by block; ``place`` (tools, 2, d); ``scale`` (3, k, d) by contact; ``groups`` of them, in order.
     """
 
     each: tuple[Change, ...]
@@ -77,11 +78,10 @@ class Changes(NamedTuple):
     place: Array
     scale: tuple[Array, ...]
     groups: tuple[Group, ...]
-    curves: tuple[tuple[Array, Array] | None, ...]
 
     @classmethod
-    def of(cls, each: Sequence[Change], tables: Sequence[bool]) -> Changes:
-        """From those of the parameters; ``tables``: whether the flow curve of each block is one."""
+    def of(cls, each: Sequence[Change], curves: Sequence[FlowParameters]) -> Changes:
+        """From those of the parameters; curves: flow curves by block, `NO_CURVE` where there is none."""
         last = [ch for ch in each if ch.X is not None]
         moving = np.stack([ch.X for ch in last if ch.X is not None], axis=-1) if last else np.zeros((0, 2, 0))
         X = np.zeros((len(moving), 2, len(each)))
@@ -89,42 +89,24 @@ class Changes(NamedTuple):
         none = [np.zeros((*v.shape, 0)) for v in each[0].volume]
         volume = tuple(np.stack(parts, axis=-1) for parts in zip(*(ch.volume for ch in last))) if last else tuple(none)
         scale = tuple(np.stack(parts, axis=-1) for parts in zip(*(ch.scale for ch in each)))
-        curves, ways = zip(*(_curves([ch.flow[k] for ch in each], table) for k, table in enumerate(tables)))
-        groups = tuple(_group(each, some, X, ways) for some in _grouped(len(each), len(last)))
-        return cls(tuple(each), X, volume, np.stack([ch.at for ch in each], axis=-1), scale, groups, curves)
+        groups = tuple(_group(each[first : first + LANES], first, curves) for first in range(0, len(each), LANES))
+        return cls(tuple(each), X, volume, np.stack([ch.at for ch in each], axis=-1), scale, groups)
+
+    def places(self, own: slice, nodes: int) -> Array:
+        """What some directions change of the initial places, (n, 2, s)."""
+        return np.ascontiguousarray(self.X[..., own]) if len(self.X) else np.zeros((nodes, 2, own.stop - own.start))
 
 
-def _grouped(count: int, moving: int) -> list[range]:
-    """Numbers of directions that go together: the ``moving`` last apart from others, if that makes no more groups."""
-    still = count - moving
-    mixed = [range(first, min(first + LANES, count)) for first in range(0, count, LANES)]
-    apart = [range(first, min(first + LANES, still)) for first in range(0, still, LANES)]
-    apart += [range(first, min(first + LANES, count)) for first in range(still, count, LANES)]
-    return apart if len(apart) == len(mixed) else mixed
-
-
-def _group(each: Sequence[Change], numbers: range, X: Array, ways: Sequence[Array]) -> Group:
-    """Some directions that follow one another."""
-    first, size, own = numbers.start, len(numbers), slice(numbers.start, numbers.stop)
-    some = each[own]
-    places = in_lanes(X if any(ch.X is not None for ch in some) else X[:0], first, size)
-    moduli = [np.array([[ch.bulk[k] for ch in some], [ch.G[k] for ch in some]]) for k in range(len(ways))]
-    flow = [in_lanes(way if way[:, own].any() else way[:0], first, size) for way in ways]
-    return Group(first, size, places, tuple(in_lanes(m, 0) for m in moduli), tuple(flow))
-
-
-def _curves(flow: Sequence[FlowChange | None], table: bool) -> tuple[tuple[Array, Array] | None, Array]:
-    """What directions change of a flow curve, as `flow_gradients` wants it, and how far each goes along its ways (m, d).
-
-    m: a multiple of `WAYS`; a table has one way for each direction.
-    """
-    own = [(d, f) for d, f in enumerate(flow) if f is not None]
-    if not own:
-        return None, np.zeros((0, len(flow)))
-    ways = np.zeros((-(-len(own) // WAYS) * WAYS if table else WAYS, len(flow)))
-    for row, (d, f) in enumerate(own):
-        ways[row if table else slice(None), d] = 1.0 if table else f.p
-    return (np.stack([f.knots for _, f in own]), np.stack([f.coefficients for _, f in own])), ways
+def _group(some: Sequence[Change], first: int, curves: Sequence[FlowParameters]) -> Group:
+    """Directions that follow one another from the ``first`` on."""
+    p, tables = [], []
+    for k, curve in enumerate(curves):
+        still = FlowChange(*(np.zeros_like(a) for a in curve[1:]))
+        flow = [ch.flow[k] or still for ch in some]
+        rest = np.zeros(CURVE_AT - 2)
+        p.append(np.stack([[ch.bulk[k], ch.G[k], *rest, *f.p] for ch, f in zip(some, flow)], axis=-1))
+        tables.append((np.stack([f.knots for f in flow], axis=-1), np.stack([f.coefficients for f in flow], axis=-1)))
+    return Group(first, len(some), tuple(p), tuple(tables))
 
 
 def known(system: System) -> bool:
@@ -142,7 +124,8 @@ def known(system: System) -> bool:
 
 def _known_block(b: Block) -> bool:
     compiled = isinstance(b.law, Hencky) or (isinstance(b.law, J2) and b.law.flow is not None)
-    return isinstance(b.element, Q4Bar) and compiled
+    plain = isinstance(b.element, Isoparametric) and type(b.element).respond is Isoparametric.respond
+    return compiled and (plain or isinstance(b.element, Q4Bar)) and b.element.layout.dimension == 2
 
 
 def change_of(a: System, b: System, step: float) -> Change | None:

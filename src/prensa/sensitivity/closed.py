@@ -15,17 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.contact.record import ContactRecord
-from prensa.elements.q4_directions import histories
 from prensa.fem.contact_interaction import ContactInteraction
 from prensa.fem.interaction import Context
 from prensa.fem.loads import ToolForce
 from prensa.fem.state import State
 from prensa.fem.system import System
 from prensa.friction.laws.coulomb import Coulomb
-from prensa.materials.hardening import TABLE
+from prensa.materials.j2 import NO_CURVE
 from prensa.measures import parse
 from prensa.measures.measure import Gradient
-from prensa.sensitivity.bodies import Room, elements_of, room_for, unfolding
+from prensa.sensitivity.bodies import Histories, elements_of, unfolding
 from prensa.sensitivity.change import Changes
 from prensa.sensitivity.contacts import Committed, Points
 from prensa.sensitivity.direct import Columns, Direction, Solution, handed_down, onwards
@@ -87,7 +86,7 @@ class Bundle:
 
     ``histories`` (e, 4, h, s) by block and group of s directions; ``arrays``: all else that is carried.
     ``sizes`` (d,) of the parameters; ``changes``: what these change of the system; ``step``: the number of the last step, μ
-    (d, contacts) of its plan, which directions change its motions or forces; ``rooms`` by block.
+    (d, contacts) of its plan, which directions change its motions or forces; ``rooms`` for histories, by block.
     """
 
     directions: tuple[Direction, ...]
@@ -95,7 +94,7 @@ class Bundle:
     changes: Changes
     arrays: Arrays
     histories: list[list[Array]]
-    rooms: list[Room]
+    rooms: list[Histories]
     step: tuple[int, Array, list[int]] | None = None
 
     @classmethod
@@ -103,18 +102,17 @@ class Bundle:
         """What the directions carry, all of which the closed derivatives know."""
         system = directions[0].systems[0]
         sizes = np.array([d.parameter.size for d in directions])
-        curves = [getattr(b.law, "flow", None) for b in system.blocks]
-        tables = [curve is not None and curve.kind == TABLE for curve in curves]
-        changes = Changes.of([d.change for d in directions if d.change is not None], tables)
+        curves = [getattr(b.law, "flow", None) or NO_CURVE for b in system.blocks]
+        changes = Changes.of([d.change for d in directions if d.change is not None], curves)
         names = [f"history_{k}" for k in range(len(system.blocks))]
         own = [
-            [_filled([d.carried[name] for d in directions[g.first : g.first + g.size]]) for g in changes.groups]
+            [np.stack([d.carried[name] for d in directions[g.first : g.first + g.size]], axis=-1) for g in changes.groups]
             for name in names
         ]
         # what only some carry comes from steps in which forces are let go, of which closed derivatives know nothing
         common = [name for name in directions[0].carried if name not in names and all(name in d.carried for d in directions)]
         arrays = {name: np.stack([d.carried[name] for d in directions], axis=-1) for name in common}
-        return cls(tuple(directions), sizes, changes, arrays, own, [room_for(b) for b in system.blocks])
+        return cls(tuple(directions), sizes, changes, arrays, own, [Histories() for _ in system.blocks])
 
     def is_of(self, directions: Sequence[Direction]) -> bool:
         """Whether it is what these carry now: after a step of differences, where forces are let go, it is out of date."""
@@ -166,13 +164,6 @@ class Carried(Mapping[str, Array]):
         return len(self.arrays) + len(self.histories)
 
 
-def _filled(each: Sequence[Array]) -> Array:
-    """Histories (e, 4, h) of some directions as one array (e, 4, h, s)."""
-    out = histories(each[0].shape, len(each))
-    np.stack(each, axis=-1, out=out)
-    return out
-
-
 @dataclass
 class Closed:
     """Derivatives of an increment: of the dofs ``x``, the residual ``reaction``, the loads ``force`` (ndof, d), contacts."""
@@ -208,7 +199,8 @@ def differentiate(at: Solution, columns: Columns, before: Bundle, state: State) 
     force = np.zeros((system.ndof, m))
     force[:, given.moved] = given.force
     r = -force
-    bodies = [b.at_fixed(changes, k, dxn, before.histories[k], r) for k, b in enumerate(elements)]
+    for k, b in enumerate(elements):
+        b.forces_along(changes, k, dxn, before.histories[k], r)
     unfolding(system, c, at.u, changes.each, r)
     points = []
     for k, (s, f) in enumerate(zip(c.surfaces, at.e.contacts)):
@@ -227,8 +219,9 @@ def differentiate(at: Solution, columns: Columns, before: Bundle, state: State) 
     x = (x + columns.solve(left)) / before.sizes
     x[:, given.moved] += given.motion
     reaction = left / -before.sizes  # r + K x
-    for b, volumes, (new, energy) in zip(elements, changes.volume, bodies):
-        b.along(changes, x[first].reshape(-1, 2, m), new, energy)
+    moved = x[first].reshape(-1, 2, m)
+    bodies = [b.histories_along(changes, k, dxn, moved, before.histories[k]) for k, b in enumerate(elements)]
+    for b, volumes, (_, energy) in zip(elements, changes.volume, bodies):
         b.in_volumes(volumes, energy[:, m - volumes.shape[-1] :])
     for p in points:
         p.follow(x)

@@ -18,15 +18,16 @@ from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces
 from prensa.contact.kept import Kept, closed_slopes
-from prensa.elements import q4, q4_transposed
-from prensa.fem.assembly import Block, Pattern
+from prensa.elements import derivatives, q4
+from prensa.elements.kinds.q4_fbar import Q4Bar
+from prensa.fem.assembly import Block, Pattern, scatter_forces
 from prensa.fem.interaction import Branches, Context
 from prensa.fem.planning import plan_step
 from prensa.fem.schedule import StepPlan
 from prensa.fem.system import Evaluation, System
-from prensa.materials.begun import begun_owed
 from prensa.materials.hardening import TABLE
-from prensa.sensitivity.bodies import SHIFT, Elements, elements_of, moduli_of, room_for
+from prensa.materials.j2 import CURVE_AT
+from prensa.sensitivity.bodies import SHIFT, Elements, elements_of, moduli_of
 from prensa.sensitivity.substitutions import Solve, Substitutions, begun
 from prensa.solver.linear import Kept as KeptFactors
 from prensa.solver.reduced import Reduced, Selected
@@ -62,7 +63,7 @@ class ContactWeights(NamedTuple):
 
 @dataclass
 class Weights:
-    """Of a committed state: ``u``, ``step_start`` (m, ndof); histories (m, e, 4, h) by block; contact points by contact.
+    """Of a committed state: ``u``, ``step_start`` (m, ndof); histories (m, e, q, h) by block; contact points by contact.
 
     ``force`` (m, ndof): of the forces of the bodies on tools, which only the last increment has.
     """
@@ -157,8 +158,6 @@ class Owed:
         self.scale = [np.zeros((m, 3, len(s.points))) for s in system.surfaces]
         self.touching: list[list[Touching]] = [[] for _ in system.tools]
         self.stages: dict[int, Stage] = {}
-        self.rooms = [room_for(b) for b in system.blocks]
-        """For the elements of the increment in turn: memory that is new each time costs as much as what is written there."""
         self._common: Common | None = None
 
     def common(self, reduced: Reduced) -> Common:
@@ -365,13 +364,13 @@ def back(system: System, at: Converged, after: Weights, owed: Owed, earlier: Seq
     c, m = at.c, len(after.u)
     e = at.evaluation or system.evaluate(c, at.u, system.initial_multipliers(c.state), like=at.branches)
     columns = Backwards(at, earlier, e, system.pattern, owed)
-    elements = [b.prepared() for b in elements_of(system, c, at.u, e, owed.rooms)]
+    elements = elements_of(system, c, at.u, e)
     x, step_start = after.u.copy(), after.step_start
     if c.ends_step:
         x, step_start = x + step_start, np.zeros_like(step_start)
     nodal = _nodal(system, x)
     for b, new in zip(elements, after.history):
-        q4_transposed.along(b.block.cells, b.geometry, b.point, moduli_of(b.block)[1], b.block.mode.axisymmetric, new, nodal)
+        _follow(b, new, nodal)
     x[:, system.dofs.displacement.slice] = nodal.reshape(m, -1)
     points = [Points(system, at, k, f, after) for k, f in enumerate(e.contacts)]
     for p in points:
@@ -407,42 +406,57 @@ def _prescribed(system: System, c: Context, motion: Array, r: Array, before: Wei
     stage.prescribed.append(Prescribed(c.time, motion, force))
 
 
+def _follow(b: Elements, new: Array, nodal: Array) -> None:
+    """Add to weights (m, n, 2) of the nodes' motions what weights (m, e, q, h) of the histories after an increment owe them."""
+    for some in b.chunks():
+        at = b.at(some)
+        for w, out in zip(new, nodal):
+            _to_nodes(derivatives.history_back(at, w[some]), b.block.cells[some], out)
+
+
+def _to_nodes(w: Array, cells: Index, out: Array) -> None:
+    """Add weights (e, a, 2) of the nodes of elements to those of nodes, out (n, 2)."""
+    scatter_forces(w.reshape(len(w), -1), cells, out.reshape(-1))
+
+
 def _element(
     b: Elements, k: int, r: Array, new: Array, x_n: Array, x: Array, old: Array, owed: Owed
 ) -> None:  # fmt: skip
     """What forces and histories of block number k owe."""
-    block, law = b.block, b.block.law
-    flow = np.zeros((len(r), len(block), 4))
-    q4_transposed.at_fixed(
-        block.cells, b.geometry, b.point, *moduli_of(block), block.mode.axisymmetric, law.plastic, r, new, x_n, x, old,
-        owed.bulk[:, k], owed.G[:, k], flow,
-    )  # fmt: skip
-    if law.plastic:
-        begun_owed(b.committed, b.old, b.new, b.share, old)
-    curve: Any = getattr(law, "flow", None)
-    if curve is None or not owed.curves:
-        return
-    if curve.kind != TABLE:
-        q4_transposed.flow_owed(curve.kind, curve.p, b.old, b.new, b.seconds, flow, owed.flow[k].p)
+    cells, flow = b.block.cells, np.zeros((len(r), *b.block.volume.shape))
+    p = np.zeros((len(r), CURVE_AT + len(owed.flow[k].p[0])))
+    dofs = (2 * cells[:, :, None] + np.arange(2)).reshape(len(cells), -1)
+    for some in b.chunks():
+        at = b.at(some)
+        for i, w in enumerate(new):
+            found = derivatives.back(at, w[some], r[i][dofs[some]])
+            _to_nodes(found.x_n, cells[some], x_n[i])
+            _to_nodes(found.x, cells[some], x[i])
+            old[i, some], flow[i, some] = found.committed, found.stress
+            p[i] += found.p
+    owed.bulk[:, k] += p[:, 0]
+    owed.G[:, k] += p[:, 1]
+    owed.flow[k].p[:] += p[:, CURVE_AT:]
+    curve: Any = getattr(b.block.law, "flow", None)
+    if curve is None or not owed.curves or curve.kind != TABLE:
         return
     strain = b.new[..., 4]
     knots, (coefs, last) = curve.knots, (curve.coefficients, len(curve.knots) - 1)
     piece = np.clip(np.searchsorted(knots, strain, side="right") - 1, 0, last - 1)
     d = np.minimum(strain, knots[last]) - knots[piece]
     a3, a2, a1 = (coefs[piece, i] for i in range(3))
-    slope, beyond = (3.0 * a3 * d + 2.0 * a2) * d + a1, strain >= knots[last]
-    for w, out in zip(flow, range(len(r))):
+    slope = (3.0 * a3 * d + 2.0 * a2) * d + a1
+    for out, w in enumerate(flow):
         for i, power in enumerate((d**3, d**2, d, np.ones_like(d))):
             np.add.at(owed.flow[k].coefficients[out, :, i], piece, w * power)
         np.add.at(owed.flow[k].knots[out], piece, -w * slope)
-        owed.flow[k].knots[out, last] += float((w * slope)[beyond].sum())
 
 
 def _unfolding(system: System, c: Context, u: Array, r: Array, owed: Owed) -> None:
     """What the forces that unfold elements owe to moduli and to the initial places, along which they are differenced."""
     du = system.displacement(u - c.state.u)
     for k, b in enumerate(system.blocks):
-        if not q4.folding(c.x_n.take(b.cells, axis=0), du.take(b.cells, axis=0)):
+        if not isinstance(b.element, Q4Bar) or not q4.folding(c.x_n.take(b.cells, axis=0), du.take(b.cells, axis=0)).any():
             continue
         W = r[:, system.dofs.displacement.dofs(b.cells).reshape(len(b), -1)]  # (m, e, 8)
         X, x_n, d = system.X[b.cells], c.x_n[b.cells], du[b.cells]

@@ -43,12 +43,12 @@ class Q4Bar(Isoparametric):
         q4 = _kernels()
         axi, finite, scale = mode
         work.flags[:] = False
-        narrow = q4.kinematics(c.x, c.d, axi, finite, scale, work.h, work.w, work.alpha, work.flags)
+        folds = q4.kinematics(c.x, c.d, axi, finite, scale, work.h, work.w, work.flags)
         if np.count_nonzero(work.flags):
             return Failure(int(np.argmax(work.flags)), Why.INVERTED)
         if failure := material(c, law, at, work):
             return failure
-        q4.integrate(c.x, c.d, axi, finite, work.w, work.alpha, work.P, work.A, work.size, stiffness, work.r, work.K)
-        if narrow:
+        q4.integrate(c.x, c.d, axi, finite, scale, work.w, work.P, work.A, work.size, stiffness, work.r, work.K)
+        if folds.any():
             q4.unfold(c.X, c.x, c.d, axi, law.modulus() * scale, work.size, stiffness, work.r, work.K)
         return None

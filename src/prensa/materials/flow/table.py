@@ -74,6 +74,6 @@ class FlowTable(FlowCurve):
         """Parameters of the compiled curve."""
         from prensa.materials.hardening import TABLE, parameters
 
-        return parameters(TABLE)._replace(
+        return parameters(TABLE, self.points[-1][0])._replace(
             knots=np.array([e for e, _ in self.points]), coefficients=np.ascontiguousarray(self._cubic().c.T)
         )

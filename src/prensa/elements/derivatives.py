@@ -1,0 +1,294 @@
+"""Derivatives of plane elements of isotropic metal in finite strain, generated: along directions and backwards.
+
+Point functions of elements (`prensa.elements.plane`) and the law (`prensa.materials.hencky_j2`) are recorded with the places x_n
+and x of the nodes as an increment begins and ends, the committed history, moduli and the flow curve; which points flow is that of
+the increment. Weights of forces and histories come back by the reverse mode of the same graphs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from prensa.elements.plane import CENTRE, dilatation, fbar, forces, gradient, gradients
+from prensa.elements.shapes import Table
+from prensa.kernels import record
+from prensa.kernels.differentiate import forward, reverse
+from prensa.kernels.emit import Kernel, Kind, Program, Put, Rows, Shared, puts, total
+from prensa.kernels.record import ONE, ZERO, Node, cell, differs, given, lift, many, piece, where
+from prensa.materials.flow_curve import FlowParameters
+from prensa.materials.hardening import CURVE_SCALARS, SHIFT_BEGUN, SHIFT_COMMITTED, SHIFT_NOW, TABLE, TABLE_ARRAYS
+from prensa.materials.hencky_j2 import (
+    Begun,
+    Flows,
+    Metal,
+    begin,
+    determinant,
+    first_piola,
+    hencky_j2,
+    stored_energy,
+)
+from prensa.materials.j2 import CURVE_AT, TABLES, metal
+
+Array = NDArray[np.float64]
+
+LANES = 4
+"""Directions at a time: they share what there is of values, and more would not stay in registers."""
+
+
+class Variant(NamedTuple):
+    """What differs between kernels: nodes and points, whether f is f̄, mode, kind of the flow curve (negative: none) and what it
+    limits, whether flow was ``shifted``.
+    """
+
+    nodes: int
+    points: int
+    bar: bool
+    axisymmetric: bool
+    kind: int
+    cauchy: bool
+    shifted: bool
+
+    @property
+    def dofs(self) -> int:
+        """Degrees of freedom of an element."""
+        return 2 * self.nodes
+
+    @property
+    def fields(self) -> int:
+        """Columns of the history."""
+        return 10 if self.kind >= 0 else 4
+
+
+class _Recorded(NamedTuple):
+    """The point functions of an element: what it depends on, and forces, history, stored energy per initial volume.
+
+    ``centre``: what points have in common, the dilatation of F-bar's.
+    """
+
+    x_n: list[Node]
+    x: list[Node]
+    centre: list[Node]
+    committed: list[Node]
+    p: list[Node]
+    forces: list[Node]
+    history: list[Node]
+    energy: Node
+    strains: tuple[Node, Node, Node]
+
+
+def _record(v: Variant) -> _Recorded:
+    """Record an element at a point; strains: plastic ones as committed, as the increment begins and ends."""
+    record.fresh()
+    n = v.nodes
+    x_n, x, shapes, weight = many("x_n", v.dofs), many("x", v.dofs), many("shapes", 3 * n), given("shapes", 3 * n)
+    committed, p = many("committed", v.fields), many("p", CURVE_AT + CURVE_SCALARS)
+    u = [b - a for a, b in zip(x_n, x)]
+    g = gradients(x_n, shapes, v.axisymmetric)
+    h = stretched = gradient(u, g)
+    ratio, middle = ONE, list[Node]()
+    if v.bar:
+        middle = [dilatation(gradient(u, gradients(x_n, [lift(s) for s in CENTRE], v.axisymmetric)))]
+        stretched, _, ratio = fbar(h, middle[0], v.axisymmetric)
+    m = metal(v.kind, v.cauchy, p)
+    begun, flows, strains = _begun(committed, m, v)
+    found = hencky_j2(stretched, begun, m, flows)
+    # V τ ∇N in the present places, V = V_n/(α^m J_n): ∇N f⁻¹ of the places before
+    volume = g.volume * weight * given("scale", 0) / (ratio * record.sqrt(determinant(begun.b)))
+    r = forces(first_piola(h, found.stress, volume), g)
+    after = found.history[4] if v.kind >= 0 else ZERO
+    return _Recorded(x_n, x, middle, committed, p, r, list(found.history), stored_energy(found, m), (*strains, after))
+
+
+def _begun(committed: Sequence[Node], m: Metal, v: Variant) -> tuple[Begun, Flows | None, tuple[Node, Node]]:
+    """What the increment begins with, and which points flow by how much, as it found."""
+    if v.kind < 0:
+        return Begun(committed, ZERO, ZERO, committed), None, (ZERO, ZERO)
+    first = begin(committed, given("share", 0), m) if v.shifted else (*committed[:6], *committed[:4])
+    begun = Begun(first[:4], first[4], first[5], first[6:])
+    was, now = given("old", 4), given("new", 4)
+    return begun, Flows(differs(now, was), now - was), (committed[4], first[4])
+
+
+def _arrays(v: Variant) -> dict[str, Kind]:
+    history = Rows(v.fields, points=True)
+    return {
+        "x_n": Rows(v.dofs), "x": Rows(v.dofs), "shapes": Shared(3 * v.nodes + 1), "committed": history, "old": history,
+        "new": history, "p": Shared(), "share": Shared(), "scale": Shared(), **TABLES,
+    }  # fmt: skip
+
+
+def _seeds(e: _Recorded, v: Variant, m: int) -> dict[Node, list[Node]]:
+    """Directions of all that an element depends on."""
+    along = {
+        **dict(zip(e.x_n, _directions("dx_n", v.dofs, m))), **dict(zip(e.x, _directions("dx", v.dofs, m))),
+        **dict(zip(e.committed, _directions("dcommitted", v.fields, m))),
+    }  # fmt: skip
+    along |= dict(zip(e.p, _directions("dp", CURVE_AT + CURVE_SCALARS, m)))
+    if v.kind == TABLE:
+        when = zip((SHIFT_COMMITTED, SHIFT_BEGUN, SHIFT_NOW), e.strains)
+        along |= {e.p[CURVE_AT + shift]: [_table_change(strain, e.p[CURVE_AT], m, j) for j in range(m)] for shift, strain in when}
+    return along
+
+
+def _table_change(a: Node, last: Node, m: int, j: int) -> Node:
+    """What direction j of m changes of a table's stress at a strain, by its knots and coefficients; not by the last knot."""
+    k = piece(a, TABLE_ARRAYS.knots)
+    d = where(a < last, a, last) - cell(k, TABLE_ARRAYS.knots, 1, 0)
+    c = [cell(k, TABLE_ARRAYS.coefficients, 4, i) for i in range(3)]
+    by = [cell(k, "dcoefficients", 4 * m, m * i + j) for i in range(4)]
+    slope = (3.0 * c[0] * d + 2.0 * c[1]) * d + c[2]
+    return ((by[0] * d + by[1]) * d + by[2]) * d + by[3] - slope * cell(k, "dknots", m, j)
+
+
+def _directions(array: str, count: int, m: int) -> list[list[Node]]:
+    """Numbers of an array with the m directions of each beside one another."""
+    return [many(array, m, m * k) for k in range(count)]
+
+
+def _along(v: Variant, m: int) -> dict[str, Kind]:
+    return {
+        **_arrays(v), "dx_n": Rows(v.dofs * m), "dx": Rows(v.dofs * m), "dcommitted": Rows(v.fields * m, points=True),
+        "dp": Shared(), "dknots": Shared(), "dcoefficients": Shared(),
+    }  # fmt: skip
+
+
+@cache
+def _forces_along(v: Variant, m: int) -> Kernel:
+    """Of m directions of all that an element depends on: what they change of its forces, (2a, m)."""
+    e = _record(v)
+    d = forward(e.forces, _seeds(e, v, m), m, locals_=False)
+    sums = [x for row in d for x in row]
+    return Kernel(Program(_along(v, m) | {"r": Rows(v.dofs * m)}, puts("r", map(total, range(len(sums)))), sums, v.points))
+
+
+@cache
+def _history_along(v: Variant, m: int) -> Kernel:
+    """Of m directions: what they change of histories, (q, h, m), and of stored energy and plastic work, (2, m)."""
+    e = _record(v)
+    d = forward([*e.history, e.energy], _seeds(e, v, m), m, locals_=False)
+    volume = given("volume", 0)
+    work = d[5] if v.kind >= 0 else [ZERO] * m
+    sums = [volume * x for x in [*d[-1], *work]]
+    written = [
+        *puts("dnew", [x for row in d[: v.fields] for x in row]), *puts("energy", map(total, range(2 * m))),
+    ]  # fmt: skip
+    arrays = _along(v, m) | {"volume": Rows(1, points=True), "dnew": Rows(v.fields * m, points=True), "energy": Rows(2 * m)}
+    return Kernel(Program(arrays, written, sums, v.points))
+
+
+@cache
+def _back(v: Variant, by_forces: bool) -> Kernel:
+    """Weights of histories, and ``by_forces`` of forces, → those of all that an element depends on; without: of x alone."""
+    e = _record(v)
+    outputs, weights = list(e.history), many("w", v.fields)
+    if by_forces:
+        outputs, weights = outputs + e.forces, weights + many("r", v.dofs)
+    places = [*e.x_n, *e.x] if by_forces else e.x
+    wanted = [*places, *e.centre, *(e.committed + e.p if by_forces else [])]
+    bar = reverse(outputs, weights, wanted)
+    k = len(places) + len(e.centre)
+    sums, written = bar[:k], list[Put]()
+    arrays = _arrays(v) | {"w": Rows(v.fields, points=True), "r": Rows(v.dofs), "to_x_n": Rows(v.dofs)}
+    arrays |= {"to_x": Rows(v.dofs)}
+    middle = reverse(e.centre, [total(len(places) + i) for i in range(len(e.centre))], places)
+    back = [total(i) + b for i, b in enumerate(middle)]
+    if by_forces:
+        written += puts("to_x_n", back[: v.dofs])
+        sums += bar[k + v.fields :]
+        written += puts("to_committed", bar[k : k + v.fields])
+        written += puts("to_p", map(total, range(k, len(sums))))
+        written += puts("to_stress", [bar[k + v.fields + CURVE_AT + SHIFT_NOW]])
+        arrays |= {
+            "to_committed": Rows(v.fields, points=True), "to_p": Rows(CURVE_AT + CURVE_SCALARS),
+            "to_stress": Rows(1, points=True),
+        }  # fmt: skip
+    written += puts("to_x", back[-v.dofs :])
+    return Kernel(Program(arrays, written, sums, v.points))
+
+
+def shapes_of(table: Table) -> Array:
+    """Shape functions, their derivatives by ξ and by η, and the weight at each point, (q, 3a + 1)."""
+    return np.concatenate([table.N, table.dN[:, :, 0], table.dN[:, :, 1], table.weight[:, None]], axis=1)
+
+
+class At(NamedTuple):
+    """Elements of an increment: places x_n, x (e, a, 2), histories (e, q, h) committed, old as it begins, new; numbers p.
+
+    ``shapes`` (q, 3a + 1), see `shapes_of`; ``share`` of the last plastic strain, see `prensa.materials.hencky_j2.begin`.
+    """
+
+    variant: Variant
+    shapes: Array
+    x_n: Array
+    x: Array
+    committed: Array
+    old: Array
+    new: Array
+    p: Array
+    share: float
+    scale: float
+    flow: FlowParameters
+
+    def arrays(self) -> tuple[Array, ...]:
+        """As kernels take them."""
+        return (
+            self.x_n, self.x, self.shapes, self.committed, self.old, self.new, self.p, np.array([self.share]),
+            np.array([self.scale]), self.flow.knots, self.flow.coefficients,
+        )  # fmt: skip
+
+
+class Along(NamedTuple):
+    """Directions of places (e, a, 2, m), committed histories (e, q, h, m), numbers p (9, m), a table (k, m), (k − 1, 4, m)."""
+
+    x_n: Array
+    x: Array
+    committed: Array
+    p: Array
+    knots: Array
+    coefficients: Array
+
+
+def forces_along(at: At, d: Along) -> Array:
+    """What directions change of the forces, (e, a, 2, m)."""
+    m = int(d.x_n.shape[-1])
+    r = np.empty((*at.x_n.shape, m))
+    _forces_along(at.variant, m)(len(r), *at.arrays(), *d, r)
+    return r
+
+
+def history_along(at: At, d: Along, volume: Array, dnew: Array) -> Array:
+    """What directions change of histories → dnew (e, q, h, m); of stored energy and plastic work: (2, m). volume (e, q)."""
+    e, m = len(dnew), dnew.shape[-1]
+    energy = np.empty((e, 2, m))
+    _history_along(at.variant, m)(e, *at.arrays(), *d, volume, dnew, energy)
+    return np.asarray(energy.sum(axis=0))
+
+
+def history_back(at: At, w: Array) -> Array:
+    """Weights w (e, q, h) of histories → those of the present places, (e, a, 2)."""
+    x = np.empty(at.x.shape)
+    _back(at.variant, False)(len(x), *at.arrays(), w, x, x, x)
+    return x
+
+
+class Back(NamedTuple):
+    """Weights of places (e, a, 2), committed histories (e, q, h), numbers p (9,) and the flow stresses at the end (e, q)."""
+
+    x_n: Array
+    x: Array
+    committed: Array
+    p: Array
+    stress: Array
+
+
+def back(at: At, w: Array, r: Array) -> Back:
+    """Weights w (e, q, h) of histories and r (e, 2a) of forces → of all that they depend on."""
+    x_n, x = np.empty((2, *at.x.shape))
+    committed, p, stress = np.empty(w.shape), np.empty((len(w), CURVE_AT + CURVE_SCALARS)), np.empty(w.shape[:2])
+    _back(at.variant, True)(len(w), *at.arrays(), w, r, x_n, x, committed, p, stress)
+    return Back(x_n, x, committed, np.asarray(p.sum(axis=0)), stress)

@@ -1,0 +1,133 @@
+"""Generated derivatives of elements of metal: against the complex step of the same functions, and against each other."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import prensa as pr
+from prensa.elements import derivatives, plane
+from prensa.elements.derivatives import LANES, Along, At, Variant, shapes_of
+from prensa.elements.element import Chunk, Mode, element_of, workspace
+from prensa.materials import hencky_j2
+from prensa.materials.hardening import TABLE, Table
+from prensa.materials.j2 import NO_CURVE, metal, numbers
+from prensa.materials.protocol import At as Context
+
+N, SCALE, STEP = 40, 1.3, 1e-30
+TABLED = pr.FlowTable(((0.0, 100.0), (0.05, 150.0), (0.1, 170.0), (0.2, 190.0), (1.0, 220.0)))
+SQUARE = np.array([[3.0, 0], [4, 0], [4, 1], [3, 1]])
+TRIANGLE = SQUARE[:3]
+NODES = {
+    "q4_fbar": SQUARE, "q8": np.concatenate([SQUARE, 0.5 * (SQUARE + np.roll(SQUARE, -1, axis=0))]),
+    "t6": np.concatenate([TRIANGLE, 0.5 * (TRIANGLE + np.roll(TRIANGLE, -1, axis=0))]),
+}  # fmt: skip
+CURVES = [None, pr.Ludwik(250.0, 500.0, 0.3), pr.JohnsonCook(250.0, 400.0, 0.3, 0.02, 0.1), TABLED]
+
+
+def pressed(kind: str, flow: Any, space: str, share: float, cauchy: bool) -> tuple[At, np.ndarray, np.ndarray]:
+    """Elements after an increment, some points plastic, with the forces and histories of the element's own kernels."""
+    rng = np.random.default_rng(4)
+    limit = "cauchy" if cauchy else "kirchhoff"
+    material = pr.Elastic(200e3, 0.3) if flow is None else pr.J2(200e3, 0.3, flow, limit)
+    law: Any = material.law("finite", space)
+    element, mode = element_of(kind), Mode(space == "axisymmetric", True, SCALE)
+    work = workspace(element, N)
+    x = NODES[kind] + 0.05 * rng.standard_normal((N, *NODES[kind].shape))
+    committed = old = new = np.zeros((N, element.points, law.size))
+    for k in range(3):
+        d = 4e-3 * rng.standard_normal(x.shape) + 0.01 * ((x - [3.5, 0.5]) @ np.array([[1, 0.3], [0.2, -1]]))
+        d[::5] *= -0.002 if k == 2 else 1.0  # unloaded
+        committed, begun, new = new, bool(share and k), np.zeros_like(new)
+        old = law.begin(committed.reshape(-1, law.size), share).reshape(committed.shape) if begun else committed
+        assert element.respond(Chunk(x, x, d, old, new), law, Context(0.1, 0.1, begun=begun), mode, work, False) is None
+        x_n, x = x, x + d
+    f = NO_CURVE if flow is None else law.flow
+    p = numbers(law.E / (3 * (1 - 2 * law.nu)), law.mu, f, 0.1)
+    of = element.nodes, element.points, kind == "q4_fbar"
+    variant = Variant(*of, mode.axisymmetric, f.kind, cauchy and flow is not None, share > 0.0)
+    return At(variant, shapes_of(element.table), x_n, x, committed, old, new, p, share, SCALE, f), work.r.copy(), new
+
+
+def plain(at: At, x_n: Any, x: Any, committed: Any, p: Any) -> tuple[Any, Any, Any]:
+    """Forces (e, 2a), histories and stored energies (e, q, …) by the point functions of arrays."""
+    v = at.variant
+    X, Y = ([a.reshape(N, -1)[:, k] for k in range(v.dofs)] for a in (x_n, x))
+    u = [b - a for a, b in zip(X, Y)]
+    m = metal(v.kind, v.cauchy, p)
+    if m.curve is not None:
+        m = m._replace(curve=m.curve._replace(table=Table(at.flow.knots, at.flow.coefficients)))
+    forces, history, energy = 0.0, [], []
+    for q in range(v.points):
+        g = plane.gradients(X, list(at.shapes[q, :-1]), v.axisymmetric)
+        stretched, ratio = plane.gradient(u, g), 1.0
+        if v.bar:
+            middle = plane.dilatation(plane.gradient(u, plane.gradients(X, list(plane.CENTRE), v.axisymmetric)))
+            stretched, _, ratio = plane.fbar(stretched, middle, v.axisymmetric)
+        b = [committed[:, q, k] for k in range(v.fields)]
+        begun, flows = hencky_j2.Begun(b, 0.0, 0.0, b), None
+        if m.curve is not None:
+            first = hencky_j2.begin(b, at.share, m) if v.shifted else (*b[:6], *b[:4])
+            begun = hencky_j2.Begun(first[:4], first[4], first[5], first[6:])
+            rise = at.new[:, q, 4] - at.old[:, q, 4]
+            flows = hencky_j2.Flows(rise != 0.0, rise)
+        found = hencky_j2.hencky_j2(stretched, begun, m, flows)
+        volume = g.volume * at.shapes[q, -1] * SCALE / (ratio * np.sqrt(hencky_j2.determinant(begun.b)))
+        P = hencky_j2.first_piola(plane.gradient(u, g), found.stress, volume)
+        forces = forces + np.stack(plane.forces(P, g), axis=-1)
+        history.append(np.stack(np.broadcast_arrays(*found.history), axis=-1))
+        energy.append(hencky_j2.stored_energy(found, m))
+    return forces, np.stack(history, axis=1), np.stack(energy, axis=1)
+
+
+def directions(at: At) -> Along:
+    rng = np.random.default_rng(5)
+    h, f = at.variant.fields, at.flow
+    p = at.p[:, None] * rng.standard_normal((len(at.p), LANES))
+    p[2:4] = 0.0
+    table = rng.standard_normal((len(f.knots), LANES)), rng.standard_normal((*f.coefficients.shape, LANES))
+    if at.variant.kind == TABLE:  # plain functions find no roots of complex tables: those are compared with differences elsewhere
+        p[4:] = 0.0
+        table = table[0] * 0.0, table[1] * 0.0
+    x_n, x = rng.standard_normal((2, N, at.variant.nodes, 2, LANES))
+    return Along(x_n, x, 1e-2 * rng.standard_normal((N, at.variant.points, h, LANES)), p, *table)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.4])
+@pytest.mark.parametrize("curve", CURVES, ids=lambda c: "elastic" if c is None else c.type)
+@pytest.mark.parametrize("kind", NODES)
+@pytest.mark.parametrize(("space", "cauchy"), [("axisymmetric", True), ("plane strain", True), ("plane strain", False)])
+def test_derivatives_are_those_of_the_functions(kind: str, space: str, cauchy: bool, curve: Any, share: float) -> None:
+    """Values are those of the element's own kernels; directions those of the complex step; weights go back by the transposes."""
+    if (curve is None and (share or not cauchy)) or (kind != "q4_fbar" and (not cauchy or curve not in CURVES[:2])):
+        return
+    at, r, new = pressed(kind, curve, space, share, cauchy)
+    d, v = directions(at), at.variant
+    value = plain(at, at.x_n, at.x, at.committed, at.p)
+    assert np.abs(value[0] - r).max() <= 1e-12 * np.abs(r).max()
+    assert np.abs(value[1] - new).max() <= 1e-12 * np.abs(new).max()
+    if curve is not None:
+        assert (at.new[..., 4] != at.old[..., 4]).mean() > 0.3
+    volume, dnew = np.random.default_rng(6).random((N, v.points)), np.empty((N, v.points, v.fields, LANES))
+    forces = derivatives.forces_along(at, d)
+    energy = derivatives.history_along(at, d, volume, dnew)
+    for j in range(LANES):
+        start = (a + 1j * STEP * b[..., j] for a, b in zip((at.x_n, at.x, at.committed, at.p), d))
+        exact = [a.imag / STEP for a in plain(at, *start)]
+        assert np.abs(forces[..., j].reshape(N, -1) - exact[0]).max() <= 1e-12 * np.abs(exact[0]).max()
+        for k in range(v.fields):
+            assert np.abs(dnew[:, :, k, j] - exact[1][..., k]).max() <= 1e-12 * np.abs(exact[1][..., k]).max(), k
+        assert energy[0, j] == pytest.approx((volume * exact[2]).sum(), rel=1e-10)
+        if curve is not None:
+            assert energy[1, j] == pytest.approx((volume * exact[1][..., 5]).sum(), rel=1e-10)
+    rng = np.random.default_rng(7)
+    w, weights = rng.standard_normal((N, v.points, v.fields)) * 1e5, rng.standard_normal((N, v.dofs))
+    found = derivatives.back(at, w, weights)
+    pairs = ((found.x_n, d.x_n), (found.x, d.x), (found.committed, d.committed), (found.p, d.p))
+    for j in range(LANES):
+        left = np.vdot(weights, forces[..., j]) + np.vdot(w, dnew[..., j])
+        assert left == pytest.approx(sum(np.vdot(a, b[..., j]) for a, b in pairs), rel=1e-10)
+    alone = derivatives.back(at, w, 0.0 * weights).x
+    assert np.abs(derivatives.history_back(at, w) - alone).max() <= 1e-13 * np.abs(alone).max()
