@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -209,3 +210,28 @@ def test_a_kernel_that_is_compiled_is_said(monkeypatch: pytest.MonkeyPatch, tmp_
         with announced(said.append):
             Kernel(Program({"x": Rows(1), "y": Rows(1)}, puts("y", [given("x", 0) * 12345.0])))
     assert said == [LINE]
+
+
+def test_threads_may_want_kernels_at_the_same_time(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Each is recorded by one thread alone, and once."""
+    monkeypatch.setattr(emit, "folder", lambda: tmp_path)
+    made: list[float] = []
+
+    @emit.generated
+    def scaled(by: float) -> Program:
+        made.append(by)
+        f = everything(many("x", 3))
+        return Program({"x": Rows(3), "f": Rows(3)}, puts("f", [by * v for v in f]))
+
+    x, exact = points(), np.stack([v + np.zeros(N) for v in everything(list(points().T))], axis=-1)
+
+    def answer(by: float) -> np.ndarray:
+        out = np.empty((N, 3))
+        scaled(by)(N, x, out)
+        return out
+
+    with ThreadPoolExecutor(4) as pool:
+        factors = [1.5, 2.5, 3.5, 1.5, 2.5, 3.5, 1.5, 2.5]
+        for by, found in zip(factors, pool.map(answer, factors)):
+            assert np.abs(found - by * exact).max() <= 1e-14 * by * np.abs(exact).max()
+    assert sorted(made) == [1.5, 2.5, 3.5]

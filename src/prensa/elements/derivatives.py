@@ -8,7 +8,6 @@ the increment. Weights of forces and histories come back by the reverse mode of 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +17,7 @@ from prensa.elements.plane import CENTRE, dilatation, fbar, forces, gradient, gr
 from prensa.elements.shapes import Table
 from prensa.kernels import record
 from prensa.kernels.differentiate import forward, reverse
-from prensa.kernels.emit import Kernel, Kind, Program, Put, Rows, Shared, puts, total
+from prensa.kernels.emit import Kind, Program, Put, Rows, Shared, generated, puts, total
 from prensa.kernels.record import ONE, ZERO, Node, cell, differs, given, lift, many, piece, where
 from prensa.materials.flow_curve import FlowParameters
 from prensa.materials.hardening import CURVE_SCALARS, SHIFT_BEGUN, SHIFT_COMMITTED, SHIFT_NOW, TABLE, TABLE_ARRAYS
@@ -83,7 +82,6 @@ class _Recorded(NamedTuple):
 
 def _record(v: Variant) -> _Recorded:
     """Record an element at a point; strains: plastic ones as committed, as the increment begins and ends."""
-    record.fresh()
     n = v.nodes
     x_n, x, shapes, weight = many("x_n", v.dofs), many("x", v.dofs), many("shapes", 3 * n), given("shapes", 3 * n)
     committed, p = many("committed", v.fields), many("p", CURVE_AT + CURVE_SCALARS)
@@ -157,17 +155,17 @@ def _along(v: Variant, m: int) -> dict[str, Kind]:
     }  # fmt: skip
 
 
-@cache
-def _forces_along(v: Variant, m: int) -> Kernel:
+@generated
+def _forces_along(v: Variant, m: int) -> Program:
     """Of m directions of all that an element depends on: what they change of its forces, (2a, m)."""
     e = _record(v)
     d = forward(e.forces, _seeds(e, v, m), m, locals_=False)
     sums = [x for row in d for x in row]
-    return Kernel(Program(_along(v, m) | {"r": Rows(v.dofs * m)}, puts("r", map(total, range(len(sums)))), sums, v.points))
+    return Program(_along(v, m) | {"r": Rows(v.dofs * m)}, puts("r", map(total, range(len(sums)))), sums, v.points)
 
 
-@cache
-def _history_along(v: Variant, m: int) -> Kernel:
+@generated
+def _history_along(v: Variant, m: int) -> Program:
     """Of m directions: what they change of histories, (q, h, m), and of stored energy and plastic work, (2, m)."""
     e = _record(v)
     d = forward([*e.history, e.energy], _seeds(e, v, m), m, locals_=False)
@@ -178,11 +176,11 @@ def _history_along(v: Variant, m: int) -> Kernel:
         *puts("dnew", [x for row in d[: v.fields] for x in row]), *puts("energy", map(total, range(2 * m))),
     ]  # fmt: skip
     arrays = _along(v, m) | {"volume": Rows(1, points=True), "dnew": Rows(v.fields * m, points=True), "energy": Rows(2 * m)}
-    return Kernel(Program(arrays, written, sums, v.points))
+    return Program(arrays, written, sums, v.points)
 
 
-@cache
-def _back(v: Variant, by_forces: bool) -> Kernel:
+@generated
+def _back(v: Variant, by_forces: bool) -> Program:
     """Weights of histories, and ``by_forces`` of forces, → those of all that an element depends on; without: of x alone."""
     e = _record(v)
     outputs, weights = list(e.history), many("w", v.fields)
@@ -208,7 +206,7 @@ def _back(v: Variant, by_forces: bool) -> Kernel:
             "to_stress": Rows(1, points=True),
         }  # fmt: skip
     written += puts("to_x", back[-v.dofs :])
-    return Kernel(Program(arrays, written, sums, v.points))
+    return Program(arrays, written, sums, v.points)
 
 
 def shapes_of(table: Table) -> Array:

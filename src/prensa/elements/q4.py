@@ -11,7 +11,6 @@ F-bar sees no volume but that of the centroid, so nothing keeps that of a point 
 from __future__ import annotations
 
 import math
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,10 +29,9 @@ from prensa.elements.plane import (
     mean_dilatation,
     narrow,
 )
-from prensa.kernels import record
 from prensa.kernels.compiled import njit
 from prensa.kernels.differentiate import forward, reverse, units
-from prensa.kernels.emit import Flags, Kernel, Kind, Program, Rows, Shared, puts, total
+from prensa.kernels.emit import Flags, Kind, Program, Rows, Shared, generated, puts, total
 from prensa.kernels.record import Node, absolute, answered, as_found, given, lift, local, many, where
 
 Array = NDArray[np.float64]
@@ -43,9 +41,8 @@ SHAPES_OF_POINTS = np.ascontiguousarray(SHAPE_VALUES[:POINTS])
 _N, _DX, _DY = (np.ascontiguousarray(SHAPE_VALUES[:, 4 * k : 4 * k + 4]) for k in range(3))
 
 
-@cache
-def _kinematics(axisymmetric: bool, finite: bool) -> Kernel:
-    record.fresh()
+@generated
+def _kinematics(axisymmetric: bool, finite: bool) -> Program:
     x, u, shapes = many("x", DOFS), many("u", DOFS), many("shapes", 12)
     g = gradients(x, shapes, axisymmetric)
     h = gradient(u, g)
@@ -65,7 +62,7 @@ def _kinematics(axisymmetric: bool, finite: bool) -> Kernel:
         "x": Rows(DOFS), "u": Rows(DOFS), "shapes": Shared(12), "scale": Shared(), "h": Rows(COMPONENTS, points=True),
         "weight": Rows(1, points=True), "failed": Flags(), "folds": Flags(),
     }  # fmt: skip
-    return Kernel(Program(arrays, written, [where(good, 0.0, 1.0)], POINTS))
+    return Program(arrays, written, [where(good, 0.0, 1.0)], POINTS)
 
 
 def _weight(volume: Node, alpha: Node, ratio: Node) -> Node:
@@ -88,9 +85,8 @@ def kinematics(
     return folds
 
 
-@cache
-def _integrate(axisymmetric: bool, finite: bool, stiffness: bool) -> Kernel:
-    record.fresh()
+@generated
+def _integrate(axisymmetric: bool, finite: bool, stiffness: bool) -> Program:
     x, u, shapes, P, A = many("x", DOFS), many("u", DOFS), many("shapes", 12), many("P", COMPONENTS), many("A", COMPONENTS**2)
     g = gradients(x, shapes, axisymmetric)
     h = gradient(u, g)
@@ -124,7 +120,7 @@ def _integrate(axisymmetric: bool, finite: bool, stiffness: bool) -> Kernel:
         "P": Rows(COMPONENTS, points=True),
         "A": Rows(COMPONENTS**2, points=True), "forces": Rows(1), "r": Rows(DOFS), "K": Rows(DOFS**2),
     }  # fmt: skip
-    return Kernel(Program(arrays, written, sums, POINTS))
+    return Program(arrays, written, sums, POINTS)
 
 
 def integrate(
@@ -159,12 +155,11 @@ def _shape_gradients(v, e, q, out):
     return det
 
 
-@cache
-def _narrow() -> Kernel:
-    record.fresh()
+@generated
+def _narrow() -> Program:
     x, d = many("x", DOFS), many("d", DOFS)
     arrays: dict[str, Kind] = {"x": Rows(DOFS), "d": Rows(DOFS), "folds": Flags()}
-    return Kernel(Program(arrays, puts("folds", [narrow([a + b for a, b in zip(x, d)])])))
+    return Program(arrays, puts("folds", [narrow([a + b for a, b in zip(x, d)])]))
 
 
 def folding(x: Array, d: Array) -> NDArray[np.bool_]:

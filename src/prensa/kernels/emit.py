@@ -19,7 +19,7 @@ import os
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from ctypes import CFUNCTYPE, POINTER, Structure, c_char, c_int64
-from functools import cache
+from functools import cache, wraps
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
@@ -42,6 +42,7 @@ from prensa.kernels.record import (
     SEARCH_STEPS,
     Node,
     Part,
+    fresh,
     given,
     lift,
 )
@@ -760,3 +761,21 @@ class Kernel:
     def __call__(self, count: int, *arrays: NDArray[Any]) -> None:
         """Read and write ``count`` rows."""
         self._function(count, self._headers(*map(id, arrays)))
+
+
+def generated(build: Callable[..., Program]) -> Callable[..., Kernel]:
+    """What records a program, as what gives its kernel: made once for each set of arguments, by one thread at a time."""
+    found: dict[tuple[Any, ...], Kernel] = {}
+
+    @wraps(build)
+    def kernel(*args: Any) -> Kernel:
+        made = found.get(args)
+        if made is None:
+            with _lock:
+                made = found.get(args)
+                if made is None:
+                    fresh()
+                    made = found[args] = Kernel(build(*args))
+        return made
+
+    return kernel

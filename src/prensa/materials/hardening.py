@@ -6,7 +6,6 @@ They make the return map of the curves of `prensa.materials.flow` fast; a curve 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 
 from prensa.kernels import record
 from prensa.kernels.differentiate import forward, units
-from prensa.kernels.emit import Kernel, Kind, Program, Rows, Shared, puts
+from prensa.kernels.emit import Kind, Program, Rows, Shared, generated, puts
 from prensa.kernels.record import Node, cell, exp, given, log, many, piece, where
 from prensa.materials.flow_curve import TINY, FlowCurve, FlowParameters, stress_at
 
@@ -115,10 +114,9 @@ class Curve(NamedTuple):
         return self.kind < JOHNSON_COOK
 
 
-@cache
-def _stress_kernel(kind: int) -> Kernel:
+@generated
+def _stress_kernel(kind: int) -> Program:
     """Rows (a, da) → stress, its first and second total derivative by a, that by a at a fixed da, by each of the scalars."""
-    record.fresh()
     a, da = many("strain", 2)
     p, dt = many("p", CURVE_SCALARS), given("dt", 0)
     stress = Curve(kind, p, TABLE_ARRAYS).stress(a, da, dt)
@@ -130,7 +128,7 @@ def _stress_kernel(kind: int) -> Kernel:
     arrays: dict[str, Kind] = {
         "strain": Rows(2), "p": Shared(), "dt": Shared(), "knots": Shared(), "coefficients": Shared(), "out": Rows(len(out)),
     }  # fmt: skip
-    return Kernel(Program(arrays, puts("out", out)))
+    return Program(arrays, puts("out", out))
 
 
 def stresses(f: FlowParameters, a: Array, da: Array | float = 0.0, dt: float = 0.0) -> Array:

@@ -6,14 +6,13 @@ Numbers p of a metal: bulk and shear modulus, seconds, share of `At.secant`, the
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from prensa.kernels import record
 from prensa.kernels.differentiate import forward, units
-from prensa.kernels.emit import Flags, Kernel, Kind, Program, Rows, Shared, puts
+from prensa.kernels.emit import Flags, Kind, Program, Rows, Shared, generated, puts
 from prensa.kernels.record import Node, differs, given, many
 from prensa.materials.flow_curve import FlowParameters
 from prensa.materials.hardening import CURVE_SCALARS, TABLE_ARRAYS, Curve
@@ -51,9 +50,8 @@ def numbers(K: float, G: float, flow: FlowParameters, dt: float, secant: float =
 TABLES: dict[str, Kind] = {"knots": Shared(), "coefficients": Shared()}
 
 
-@cache
-def _finite(kind: int, cauchy: bool, tangent: bool, held: bool) -> Kernel:
-    record.fresh()
+@generated
+def _finite(kind: int, cauchy: bool, tangent: bool, held: bool) -> Program:
     h, old, flag = many("h", 5), many("old", 10 if kind >= 0 else 4), given("failed", 0)
     m = metal(kind, cauchy, many("p", CURVE_AT + CURVE_SCALARS))
     begun = Begun(old[:4], old[4], old[5], many("kept", 4)) if kind >= 0 else Begun(old, record.ZERO, record.ZERO, old)
@@ -74,7 +72,7 @@ def _finite(kind: int, cauchy: bool, tangent: bool, held: bool) -> Kernel:
         "h": Rows(5), "old": Rows(len(old)), "kept": Rows(4), "p": Shared(), **TABLES, "held": Flags(), "P": Rows(5),
         "A": Rows(25), "new": Rows(len(old)), "failed": Flags(),
     }  # fmt: skip
-    return Kernel(Program(arrays, written))
+    return Program(arrays, written)
 
 
 def finite(
@@ -92,12 +90,11 @@ def finite(
     kernel(len(h), h, old, old[:, kept:], p, flow.knots, flow.coefficients, flags, P, A, new, failed)
 
 
-@cache
-def _begin(kind: int, cauchy: bool) -> Kernel:
-    record.fresh()
+@generated
+def _begin(kind: int, cauchy: bool) -> Program:
     m = metal(kind, cauchy, many("p", CURVE_AT + CURVE_SCALARS))
     arrays: dict[str, Kind] = {"old": Rows(10), "p": Shared(), "share": Shared(), **TABLES, "new": Rows(10)}
-    return Kernel(Program(arrays, puts("new", begin(many("old", 10), given("share", 0), m))))
+    return Program(arrays, puts("new", begin(many("old", 10), given("share", 0), m)))
 
 
 def begin_finite(history: Array, share: float, cauchy: bool, flow: FlowParameters, out: Array) -> None:
@@ -106,9 +103,8 @@ def begin_finite(history: Array, share: float, cauchy: bool, flow: FlowParameter
     _begin(flow.kind, cauchy)(len(history), history, p, np.array([share]), flow.knots, flow.coefficients, out)
 
 
-@cache
-def _principal(kind: int, cauchy: bool, tangent: bool, held: bool) -> Kernel:
-    record.fresh()
+@generated
+def _principal(kind: int, cauchy: bool, tangent: bool, held: bool) -> Program:
     eps, was = many("eps", 3), many("old", 2)
     m = metal(kind, cauchy, many("p", CURVE_AT + CURVE_SCALARS))
     tau, elastic, strain, work = return_in_principal_axes(
@@ -122,7 +118,7 @@ def _principal(kind: int, cauchy: bool, tangent: bool, held: bool) -> Kernel:
         "eps": Rows(3), "J": Rows(1), "old": Rows(2), "p": Shared(), **TABLES, "held": Flags(), "tau": Rows(3),
         "slopes": Rows(9), "elastic": Rows(3), "new": Rows(2), "failed": Flags(),
     }  # fmt: skip
-    return Kernel(Program(arrays, written))
+    return Program(arrays, written)
 
 
 def principal(
