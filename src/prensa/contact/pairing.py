@@ -65,8 +65,10 @@ class Pairs(NamedTuple):
             out[rows] = other
             return out
 
-        columns = ("g", "s", "n", "e", "dg", "ds", "turn", "arm")
-        return self._replace(**{name: mixed(getattr(self, name), getattr(by, name)) for name in columns})
+        return self._replace(
+            g=mixed(self.g, by.g), s=mixed(self.s, by.s), n=mixed(self.n, by.n), e=mixed(self.e, by.e),
+            dg=mixed(self.dg, by.dg), ds=mixed(self.ds, by.ds), turn=mixed(self.turn, by.turn), arm=mixed(self.arm, by.arm),
+        )  # fmt: skip
 
 
 class Closer(Protocol):
