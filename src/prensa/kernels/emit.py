@@ -624,11 +624,16 @@ _alive: list[Any] = []
 
 
 @cache
-def _machine() -> Any:
+def _target() -> Any:
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
+    return llvm.Target.from_default_triple()
+
+
+@cache
+def _machine() -> Any:
     features = llvm.get_host_cpu_features().flatten()
-    return llvm.Target.from_default_triple().create_target_machine(
+    return _target().create_target_machine(
         llvm.get_host_cpu_name(), features, opt=2, reloc="static", codemodel="jitdefault", jit=True
     )
 
@@ -704,8 +709,8 @@ def _compile(program: Program, name: str) -> bytes:
 
 def _load_code(code: bytes, name: str) -> int:
     """The address of a function in machine code."""
-    empty = llvm.parse_assembly("")
-    engine = llvm.create_mcjit_compiler(empty, _machine_of_engine())
+    machine = _machine_of_engine()
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()
     _alive.append(engine)
@@ -714,8 +719,7 @@ def _load_code(code: bytes, name: str) -> int:
 
 def _machine_of_engine() -> Any:
     """A machine of its own: an engine takes it over."""
-    target = llvm.Target.from_default_triple()
-    return target.create_target_machine(opt=0, reloc="static", codemodel="jitdefault", jit=True)
+    return _target().create_target_machine(opt=0, reloc="static", codemodel="jitdefault", jit=True)
 
 
 class _Header(Structure):
