@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from prensa.solver.failure import NotConverged
 
+from prensa import analysis
 from prensa.fem.state import State
 from prensa.solver import acceptance, attempt, contact_step, newton, predictor, stability, time_stepping
 from prensa.solver.acceptance import Acceptance
@@ -426,13 +427,13 @@ GUARDS = (
     Mechanism(
         "lines_of_symmetry",
         "A free side that comes to a line of symmetry meets its mirror image there.",
-        (replaced(time_stepping, time_stepping.guard_of, _nothing),),
+        (replaced(analysis, analysis.guard_of, _nothing),),
         guard="tests/solver/test_mirrors.py::test_a_line_of_symmetry_is_a_plane_written_by_hand",
     ),
     Mechanism(
         "checks_before_a_run",
         "Descriptions that cannot be solved are refused before the run.",
-        (replaced(time_stepping, time_stepping.preflight, _none_of_them),),
+        (replaced(analysis, analysis.preflight, _none_of_them),),
         guard="tests/robustness/test_told_before.py::test_a_tool_that_lies_within_a_body_is_refused",
     ),
 )

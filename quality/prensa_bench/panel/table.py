@@ -88,7 +88,7 @@ def difference(on: Record, other: Record) -> float:
     return float(apart / largest) if largest > 0 else 0.0
 
 
-def _sizes(forces: Sequence[float]) -> np.ndarray:
+def _sizes(forces: Sequence[float] | np.ndarray) -> np.ndarray:
     """Sizes (tools,) of forces given as (fx, fy, m) of each."""
     f = np.asarray(forces).reshape(-1, 3)
     return np.asarray(np.hypot(f[:, 0], f[:, 1]))
