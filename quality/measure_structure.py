@@ -53,7 +53,7 @@ sys.path.insert(0, str(ROOT / "tests" / "docs"))
 import structure  # noqa: E402
 
 ORDER = [
-    "errors", "registry", "layout", "derivatives", "types", "policy", "timer", "model", "kernels", "geometry",
+    "types", "errors", "registry", "layout", "derivatives", "policy", "timer", "model", "kernels", "geometry",
     "importers", "mesh", "friction", "materials", "tools", "elements", "contact", "system", "linear", "result",
     "results", "measures", "checks", "solver", "remeshing", "analysis", "solving", "sensitivity",
 ]  # fmt: skip
