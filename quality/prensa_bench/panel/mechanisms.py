@@ -132,6 +132,11 @@ TIMELY = (
         (replaced(newton, newton._accepted, _yes),),
     ),
     Mechanism(
+        "active_set_steps",
+        "Steps of contacts with multipliers that change the active set are taken in full.",
+        (replaced(newton, newton._moves_active_set, _no),),
+    ),
+    Mechanism(
         "natural_monotonicity",
         "A step that raises the residual is accepted where the next one with its factors is much shorter.",
         (replaced(newton, newton._shrinks, _no),),
