@@ -37,22 +37,6 @@ def test_numbers_of_points_go_into_rows_and_back(n: int) -> None:
     assert np.isnan(room[n]).all()
 
 
-@njit()
-def put_and_add(source, target):
-    """Numbers 3 … 10 of source → 1 … 8 of target; those of 0 … 7 are added to its 9 … 16."""
-    lanes.eight(source, 3, target, 1)
-    lanes.add_eight(source, 0, target, 9)
-
-
-def test_eight_numbers_go_at_once() -> None:
-    """What is beside them stays."""
-    source, target = np.arange(12.0), np.full(18, 100.0)
-    put_and_add(source, target)
-    expected = np.full(18, 100.0)
-    expected[1:9], expected[9:17] = source[3:11], 100.0 + source[:8]
-    np.testing.assert_array_equal(target, expected)
-
-
 def test_points_lie_in_order() -> None:
     """What is not in C order is refused when a kernel is compiled for it."""
     with pytest.raises(Exception, match="C order"):

@@ -50,7 +50,7 @@ def test_slopes_are_those_of_python_and_in_a_table_of_all_increments(case: str, 
 @pytest.mark.parametrize(
     ("changes", "of", "by", "why"),
     [
-        (["bodies.ring.element=q8"], "die.force.y", MU, "only F-bar quadrilaterals"),
+        (["bodies.ring.element=q4_enhanced"], "die.force.y", MU, "no enhanced modes"),
         (["friction={type: shear, m: 0.3}"], "die.force.y", "friction.m", "constant coefficients"),
         ([], "ring.max.plastic_strain", K, "has no derivative by places and forces"),
     ],

@@ -140,6 +140,6 @@ def _announcer(write: bool) -> Callable[..., None]:
     return intrinsic(typed)
 
 
-five_into_rows, four_into_rows = _carrier(5, True), _carrier(_NARROW, True)
+into_rows, five_into_rows, four_into_rows = _carrier(WIDE, True), _carrier(5, True), _carrier(_NARROW, True)
 out_of_rows, five_out_of_rows, four_out_of_rows = _carrier(WIDE, False), _carrier(5, False), _carrier(_NARROW, False)
 to_be_read, to_be_written = _announcer(False), _announcer(True)
