@@ -133,8 +133,8 @@ TIMELY = (
     ),
     Mechanism(
         "active_set_steps",
-        "Steps of contacts with multipliers that change the active set are taken in full.",
-        (replaced(newton, newton._moves_active_set, _no),),
+        "Failed attempts of contacts with multipliers are followed by one of full steps, without a line search.",
+        (replaced(attempt, attempt._by_full_steps, lambda eq, start, lam, result: NotConverged(0, float("inf"))),),
     ),
     Mechanism(
         "natural_monotonicity",

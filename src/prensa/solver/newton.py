@@ -230,7 +230,7 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     if alone is not None:
         moved, full = alone
         size = eq.norm(full)
-    accepted = not full.failed and (_accepted(eq, state, size, best.norm) or (not decided and _moves_active_set(eq, state, full)))
+    accepted = not full.failed and _accepted(eq, state, size, best.norm)
     if accepted or (alone is None and _shrinks(eq, full, delta)):
         state.came_by = moved - state.u if alone is None else None
         state.secant = alone is None and _turns(eq, state)
@@ -325,15 +325,6 @@ def _accepted(eq: Equilibrium, state: NewtonState, size: float, least: float) ->
     if size < least or not eq.numerics.line_search:
         return True
     return state.iteration == 0 and (not eq.context.rule.share or size < eq.policy.first_growth * least)
-
-
-def _moves_active_set(eq: Equilibrium, state: NewtonState, full: Evaluation) -> bool:
-    """Whether a step with multipliers as unknowns changes which points are closed, or the way that they slip.
-
-    It is then a step of the primal-dual active set method, which has no merit function: the residual of a changed set is no
-    measure of the step, and shortening it would leave the set as it was (Hintermüller, Ito & Kunisch 2003, 3).
-    """
-    return bool(eq.reduced.equations) and state.status is not None and not np.array_equal(signature(full), state.status)
 
 
 def _shrinks(eq: Equilibrium, full: Evaluation, delta: Array) -> bool:
