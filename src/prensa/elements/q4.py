@@ -31,7 +31,7 @@ from prensa.elements.plane import (
 )
 from prensa.kernels.compiled import njit
 from prensa.kernels.differentiate import forward, reverse, units
-from prensa.kernels.emit import Flags, Kind, Program, Rows, Shared, generated, puts, total
+from prensa.kernels.emit import Kind, Marks, Program, Rows, Shared, generated, puts, total
 from prensa.kernels.record import Node, absolute, answered, as_found, given, lift, local, many, where
 
 Array = NDArray[np.float64]
@@ -60,7 +60,7 @@ def _kinematics(axisymmetric: bool, finite: bool) -> Program:
     ]  # fmt: skip
     arrays: dict[str, Kind] = {
         "x": Rows(DOFS), "u": Rows(DOFS), "shapes": Shared(12), "scale": Shared(), "h": Rows(COMPONENTS, points=True),
-        "weight": Rows(1, points=True), "failed": Flags(), "folds": Flags(),
+        "weight": Rows(1, points=True), "failed": Marks(), "folds": Marks(),
     }  # fmt: skip
     return Program(arrays, written, [where(good, 0.0, 1.0)], POINTS)
 
@@ -158,7 +158,7 @@ def _shape_gradients(v, e, q, out):
 @generated
 def _narrow() -> Program:
     x, d = many("x", DOFS), many("d", DOFS)
-    arrays: dict[str, Kind] = {"x": Rows(DOFS), "d": Rows(DOFS), "folds": Flags()}
+    arrays: dict[str, Kind] = {"x": Rows(DOFS), "d": Rows(DOFS), "folds": Marks()}
     return Program(arrays, puts("folds", [narrow([a + b for a, b in zip(x, d)])]))
 
 

@@ -66,13 +66,13 @@ class Shared(NamedTuple):
     columns: int = 0
 
 
-class Flags(NamedTuple):
+class Marks(NamedTuple):
     """An array of bytes, one for each row, or for each point of each row."""
 
     points: bool = False
 
 
-Kind = Rows | Shared | Flags
+Kind = Rows | Shared | Marks
 
 
 class Put(NamedTuple):
@@ -536,12 +536,12 @@ class _Writer:
 
     def _place(self, array: str, row: Any, column: int, q: Any) -> Any:
         b, kind = self.b, self.program.arrays[array]
-        size, type_ = (1, _B) if isinstance(kind, Flags) else (8, _D)
+        size, type_ = (1, _B) if isinstance(kind, Marks) else (8, _D)
         at = b.add(self.base[array], ir.Constant(_L, size * column))
         if row is not None:
             at = b.add(at, b.mul(row, self.stride[array]))
         if q is not None and self._has_points(array):
-            at = b.add(at, b.mul(q, ir.Constant(_L, 1 if isinstance(kind, Flags) else size * kind.columns)))
+            at = b.add(at, b.mul(q, ir.Constant(_L, 1 if isinstance(kind, Marks) else size * kind.columns)))
         return b.inttoptr(at, type_.as_pointer())
 
     def _read(self, nodes: Iterable[Node], known: dict[Node, Any], q: Any) -> None:
@@ -556,7 +556,7 @@ class _Writer:
             if isinstance(kind, Shared):
                 for n in some:
                     known[n] = self.emitter.spread(b.load(self._place(array, None, column[n], q)))
-            elif isinstance(kind, Flags):
+            elif isinstance(kind, Marks):
                 v = ir.Constant(_VB, ir.Undefined)
                 for j, row in enumerate(self.rows):
                     byte = b.load(self._place(array, row, 0, q))
@@ -588,7 +588,7 @@ class _Writer:
             by_array.setdefault(x.array, {})[x.column] = known[x.node]
         for array, values in by_array.items():
             kind = self.program.arrays[array]
-            if isinstance(kind, Flags):
+            if isinstance(kind, Marks):
                 for j, row in enumerate(self.rows):
                     bit = b.extract_element(values[0], ir.Constant(_S, j))
                     b.store(b.zext(bit, _B), self._place(array, row, 0, q))

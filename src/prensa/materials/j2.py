@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from prensa.kernels import record
 from prensa.kernels.differentiate import forward, units
-from prensa.kernels.emit import Flags, Kind, Program, Rows, Shared, generated, puts
+from prensa.kernels.emit import Kind, Marks, Program, Rows, Shared, generated, puts
 from prensa.kernels.record import Node, differs, given, many
 from prensa.materials.flow_curve import FlowParameters
 from prensa.materials.hardening import CURVE_SCALARS, TABLE_ARRAYS, Curve
@@ -69,8 +69,8 @@ def _finite(kind: int, cauchy: bool, tangent: bool, held: bool) -> Program:
     if tangent:
         written += puts("A", [x for row in forward(P, units(h), 5) for x in row])
     arrays: dict[str, Kind] = {
-        "h": Rows(5), "old": Rows(len(old)), "kept": Rows(4), "p": Shared(), **TABLES, "held": Flags(), "P": Rows(5),
-        "A": Rows(25), "new": Rows(len(old)), "failed": Flags(),
+        "h": Rows(5), "old": Rows(len(old)), "kept": Rows(4), "p": Shared(), **TABLES, "held": Marks(), "P": Rows(5),
+        "A": Rows(25), "new": Rows(len(old)), "failed": Marks(),
     }  # fmt: skip
     return Program(arrays, written)
 
@@ -115,8 +115,8 @@ def _principal(kind: int, cauchy: bool, tangent: bool, held: bool) -> Program:
     if tangent:
         written += puts("slopes", [x for row in forward(tau, units(eps), 3) for x in row])
     arrays: dict[str, Kind] = {
-        "eps": Rows(3), "J": Rows(1), "old": Rows(2), "p": Shared(), **TABLES, "held": Flags(), "tau": Rows(3),
-        "slopes": Rows(9), "elastic": Rows(3), "new": Rows(2), "failed": Flags(),
+        "eps": Rows(3), "J": Rows(1), "old": Rows(2), "p": Shared(), **TABLES, "held": Marks(), "tau": Rows(3),
+        "slopes": Rows(9), "elastic": Rows(3), "new": Rows(2), "failed": Marks(),
     }  # fmt: skip
     return Program(arrays, written)
 
