@@ -16,7 +16,7 @@ import pytest
 from prensa.kernels import emit, functions, record
 from prensa.kernels.compiling import LINE, announced
 from prensa.kernels.differentiate import forward, reverse, units
-from prensa.kernels.emit import Flags, Kernel, Program, Rows, Shared, puts, total
+from prensa.kernels.emit import Kernel, Marks, Program, Rows, Shared, puts, total
 from prensa.kernels.record import cell, either, exp, given, local, log, many, piece, root, sqrt, where
 
 N = 37
@@ -109,8 +109,8 @@ def test_sums_over_points_and_what_follows_from_them() -> None:
     scale, factor, x, on = given("scale", 0), given("factor", 0), given("x", 0), given("on", 0)
     term = scale * factor * x
     program = Program(
-        {"scale": Rows(1), "factor": Shared(1), "x": Rows(1, points=True), "on": Flags(), "each": Rows(1, points=True),
-         "sum": Rows(2), "large": Flags()},
+        {"scale": Rows(1), "factor": Shared(1), "x": Rows(1, points=True), "on": Marks(), "each": Rows(1, points=True),
+         "sum": Rows(2), "large": Marks()},
         [*puts("each", [term]), *puts("sum", [total(0), where(on, total(0) * scale, 0.0)]), *puts("large", [total(0) > 1.0])],
         [term], 3,
     )  # fmt: skip
