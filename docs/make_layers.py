@@ -20,7 +20,7 @@ import structure  # noqa: E402
 
 WIDTH, HEIGHT, COLUMN, ROW = 1.5, 0.56, 2.15, 1.1  # of a box, and of the raster that boxes stand on
 Point = tuple[float, float]
-PLAIN = ("prensa", "errors")  # the public names and the exceptions, which every layer may use
+PLAIN = ("prensa", "errors", "types")  # the public names, the exceptions and the types of arrays, which every layer may use
 
 
 def graph() -> dict[str, set[str]]:

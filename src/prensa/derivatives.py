@@ -9,9 +9,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 COMPLEX_STEP = 1e-30  # over the size of the argument: no digit is lost to a difference
 LEAST = 1e-9  # size of an argument that is zero

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from prensa.types import Array
 from prensa_bench.panel.mechanisms import MECHANISMS
 from prensa_bench.panel.problems import GROUPS
 from prensa_bench.panel.running import RUN_ENDED, Record
@@ -89,7 +90,7 @@ def difference(on: Record, other: Record) -> float:
     return float(apart / largest) if largest > 0 else 0.0
 
 
-def _sizes(forces: ArrayLike) -> NDArray[np.float64]:
+def _sizes(forces: ArrayLike) -> Array:
     """Sizes (tools,) of forces given as (fx, fy, m) of each."""
     f = np.asarray(forces, dtype=np.float64).reshape(-1, 3)
     return np.asarray(np.hypot(f[:, 0], f[:, 1]))

@@ -10,14 +10,11 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 import prensa as pr
+from prensa.types import Array, Index
 from prensa_bench.robustness.drawn import Drawn, Placed
 from prensa_bench.robustness.files import Record, Shape
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 SAME_GAP = 1e-6  # difference of a gap from the own one, of the size of the body
 DEEP, DEEP_BY_PRESSURE = 2e-3, 0.1  # allowed penetration in elements, and that for each p/E

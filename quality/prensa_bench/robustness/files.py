@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import prensa as pr
 from prensa.fem.discretise import discretise
@@ -21,8 +20,8 @@ from prensa.output import checkpoint
 from prensa.output.history import History, write_contact
 from prensa.output.vtk import Fields
 from prensa.solver.increment import Monitor, Progress
+from prensa.types import Array, Index
 
-Array = NDArray[np.float64]
 FIELDS_EVERY = 10  # increments between two files of fields, beside those at the ends of steps; all on meshes made anew
 
 
@@ -36,7 +35,7 @@ class Shape:
 
     X: Array
     x: Array
-    cells: NDArray[np.int64]
+    cells: Index
     reaction: Array
 
 

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from prensa.types import Array
+
 FAR = 1e4  # an open chain goes on straight for so many times its size
 
 

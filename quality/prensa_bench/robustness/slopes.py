@@ -11,19 +11,17 @@ import time
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 import prensa as pr
 from prensa.errors import PrensaError
 from prensa.fem.discretise import discretise
 from prensa.sensitivity.parameters import numbers, value_of, with_values
 from prensa.solver.increment import Increment
+from prensa.types import Array
 from prensa.verify.table import heard
 from prensa_bench.robustness.files import OutOfTime, ending
 from prensa_bench.robustness.increments import ENFORCEMENTS, reason_of
 from prensa_bench.robustness.outcome import Outcome
-
-Array = NDArray[np.float64]
 
 PARAMETERS = 3
 """That are drawn for a problem …"""

@@ -14,7 +14,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from prensa.contact.integration import Array, Candidates, Index, Points
+from prensa.contact.integration import Candidates, Points
+from prensa.types import Array, Index
 
 LOBATTO_POINT = 3 / 5  # the point between the ends, on an edge that begins on the axis
 

@@ -16,13 +16,10 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.integration import Points, edge_normals
 from prensa.tools.analytic import Closest, Tool
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 BESIDE = 1e-4  # share of an edge by which a look at the tool is taken on either side of a corner
 FLANK = 0.1  # cosine towards a surface below which a part of a tool is a flank, that covers nothing

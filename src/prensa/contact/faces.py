@@ -6,13 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.rules.nodal import Nodal
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Flags = NDArray[np.bool_]
+from prensa.types import Array, Flags, Index
 
 _PLACE = 1.0 / 3.0**0.5
 _FACE_POINTS = [(x, y) for x in (-_PLACE, _PLACE) for y in (-_PLACE, _PLACE)]

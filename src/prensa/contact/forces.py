@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.integration import Points
 from prensa.contact.kept import Held, Kept
@@ -21,8 +20,7 @@ from prensa.contact.stencil import Response, Stencils, assemble
 from prensa.friction.law import At, FrictionLaw
 from prensa.friction.return_map import BRANCH, DECIDE, OPEN, SLIDING, STUCK, return_map
 from prensa.kernels.compiled import njit
-
-Array = NDArray[np.float64]
+from prensa.types import Array, Bytes, Flags
 
 EPS = float(np.finfo(np.float64).eps)
 NO_FOUNDATION = np.zeros((0, 2))
@@ -36,12 +34,12 @@ class Branches(NamedTuple):
     ``held``: whose multipliers supports leave undetermined; None if nobody's.
     """
 
-    closed: NDArray[np.bool_]
-    slip: NDArray[np.bool_]
+    closed: Flags
+    slip: Flags
     held: Held | None = None
 
     @property
-    def wanted(self) -> NDArray[np.int8]:
+    def wanted(self) -> Bytes:
         """The branches (k,) that `forces` is to take."""
         return np.where(self.closed, np.where(self.slip, SLIDING, STUCK), OPEN).astype(np.int8)
 
@@ -62,14 +60,14 @@ class ContactForces(NamedTuple):
     p: Array
     t: Array
     kappa: Array
-    slip: NDArray[np.bool_]
+    slip: Flags
     F: Array
     K: Array
     weight: Array
     area: Array
     dp: Array
     dt: Array
-    rests: NDArray[np.bool_]
+    rests: Flags
     stretched: Array | None = None
     bound: Array | None = None
     points: Points | None = None
@@ -102,7 +100,7 @@ class ContactForces(NamedTuple):
         return self.stencils.s
 
     @property
-    def way(self) -> NDArray[np.int8]:
+    def way(self) -> Bytes:
         """Eighth of a turn (k,), 0 … 7 from the first tangent on, in which the traction lies; 0 or 4 in the plane."""
         if self.t.shape[1] == 1:
             return np.where(self.t[:, 0] < 0, 4, 0).astype(np.int8)
@@ -133,7 +131,7 @@ class Scale:
 
 def forces(
     x: Stencils, weight: Array, scale: Scale, lam: Array, committed: ContactRecord, law: FrictionLaw | None, at: At,
-    round_off: Array, want: NDArray[np.int8], area: Array | None = None, lagged: bool = False,
+    round_off: Array, want: Bytes, area: Array | None = None, lagged: bool = False,
     turning: tuple[Array, Array] | None = None, foundation: Array | None = None, points: Points | None = None,
 ) -> ContactForces:  # fmt: skip
     """Contact forces on the unknowns of stencils and their exact, unsymmetric stiffness.

@@ -13,12 +13,9 @@ from functools import cached_property
 from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.mesh.mesh import areas, beyond_corners, corner_cells, segments, sides
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Flags, Index
 
 SPREAD = 2.0  # edge lengths of material that one point presses in, however deep the elements behind are: docs/developer/book/04
 
@@ -102,7 +99,7 @@ class Points:
         parts = s.factor * self.measure(x, s.edge, s.at)
         return np.asarray(np.bincount(s.point, parts, n), dtype=np.float64)
 
-    def beyond_corners(self, x: Array, closed: NDArray[np.bool_]) -> Array:
+    def beyond_corners(self, x: Array, closed: Flags) -> Array:
         """What of the areas (k,) lies on edges that leave the tool at a corner of the body, some points closed."""
         touching = np.zeros(len(x), dtype=bool)
         touching[self.nodes[self.any_at_nodes(closed)]] = True
@@ -175,7 +172,7 @@ class Points:
             np.add.at(out, self.slots[:, a], self.N[:, a].reshape(-1, *[1] * (values.ndim - 1)) * values)
         return out
 
-    def any_at_nodes(self, flags: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def any_at_nodes(self, flags: Flags) -> Flags:
         """Whether some point (k,) with a share in the node (n,) has its flag set."""
         out = np.zeros(len(self.nodes), dtype=bool)
         out[self.slots[flags[:, None] & (self.N > 0)]] = True
@@ -253,7 +250,7 @@ class Candidates:
     pressed: Array
     node_depth: Array
     nodal: Shares
-    middle: NDArray[np.bool_]
+    middle: Flags
     axisymmetric: bool
     thickness: float
 

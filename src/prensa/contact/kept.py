@@ -11,12 +11,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.kernels.compiled import njit
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from prensa.types import Array, Flags, Index
 
 NO_SLOPE = 1e-6  # share of a slope in the free degrees of freedom that is none
 MET = 1e-11  # gap or slip over the element depth that is none
@@ -25,7 +22,7 @@ MET = 1e-11  # gap or slip over the element depth that is none
 class Supports(NamedTuple):
     """Points ``at`` (m,) some of whose degrees of freedom are prescribed, and which of theirs are ``free`` (m, k)."""
 
-    at: NDArray[np.int64]
+    at: Index
     free: Flags
 
 

@@ -9,14 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.pairing import Pairs, Since, continued, current_pairs, reference_pairs, rotation, spatial_pairs
 from prensa.tools.analytic import Tool
 from prensa.tools.place import PlacedTool
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 
 @dataclass(frozen=True)

@@ -9,14 +9,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.model.doors import Member
+from prensa.types import Array
 
 if TYPE_CHECKING:
     from prensa.contact.forces import ContactForces, Scale
-
-Array = NDArray[np.float64]
 
 
 class Enforcement(Member, abstract=True):

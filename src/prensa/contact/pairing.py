@@ -18,14 +18,11 @@ import math
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.stencil import Stencils, on_nodes
 from prensa.kernels.compiled import njit
 from prensa.tools.analytic import Closest, Tool, turned
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 GRAZING = 1e-6  # cosine below which a ray along the surface normal counts as tangent to the tool
 LOOK_EVERY = np.pi / 8  # rotation of a tool from one look at where a point is on its surface to the next

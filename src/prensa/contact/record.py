@@ -5,11 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-
+from prensa.types import Array, Flags, Index
 
 # what a column holds at each point: a number, t of them, or a flag; they begin as zero and false
 _SCALAR = {"tangential": False, "dtype": np.float64}
@@ -42,11 +39,11 @@ class ContactRecord:
     def __len__(self) -> int:
         return len(self.slip)
 
-    def of(self, rows: slice | NDArray[np.int64] | NDArray[np.bool_]) -> ContactRecord:
+    def of(self, rows: slice | Index | Flags) -> ContactRecord:
         """Some of the points, as views where ``rows`` is a slice."""
         return ContactRecord(*(getattr(self, f.name)[rows] for f in fields(self)))
 
-    def replaced(self, rows: slice | NDArray[np.int64] | NDArray[np.bool_], other: ContactRecord) -> ContactRecord:
+    def replaced(self, rows: slice | Index | Flags, other: ContactRecord) -> ContactRecord:
         """A copy with other values of some of the points."""
         columns = [getattr(self, f.name).copy() for f in fields(self)]
         for column, f in zip(columns, fields(self)):

@@ -20,13 +20,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.kernels.compiled import njit
 from prensa.mesh.mesh import boundary_edges, corner_cells
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from prensa.types import Array, Flags, Index
 
 TERMS = {3: 3, 4: 4, 6: 6, 8: 6}  # of 1, s, t, st, s², t²; the bilinear element has the first four
 OWN_TERMS = {3: 1, 4: 4, 6: 3, 8: 4}  # as many as the points of one element determine
@@ -195,10 +192,10 @@ def _add_patches(
 class _Sampled(NamedTuple):
     """What patches are fitted to: arguments of `_add_patches` in its order, see there and `recover`."""
 
-    first: NDArray[np.int64]
-    members: NDArray[np.int64]
+    first: Index
+    members: Index
     interior: Flags
-    cells: NDArray[np.int64]
+    cells: Index
     x: Array
     X: Array
     values: Array
@@ -206,21 +203,21 @@ class _Sampled(NamedTuple):
     by_sides: bool
 
 
-def _patches(nodes: NDArray[np.int64], at: _Sampled, terms: int, reach: int, out: Array, count: NDArray[np.int64]) -> None:
+def _patches(nodes: Index, at: _Sampled, terms: int, reach: int, out: Array, count: Index) -> None:
     """`_add_patches` with scratch, which takes longer to compile in there than it takes to make here."""
     M, L = np.empty((2, 6, 6))
     scratch = M, L, np.empty(6), np.empty((6, at.values.shape[2]))
     _add_patches(nodes, *at, terms, reach, out, count, *scratch)
 
 
-def _members(cells: NDArray[np.int64], n: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _members(cells: Index, n: int) -> tuple[Index, Index]:
     """Elements that nodes belong to, one node's after another's, and where those of each begin (n + 1,)."""
     order = np.argsort(cells.ravel(), kind="stable")
     first = np.concatenate([[0], np.cumsum(np.bincount(cells.ravel(), minlength=n))])
     return (order // cells.shape[1]).astype(np.int64), first.astype(np.int64)
 
 
-def _around(cells: NDArray[np.int64], n: int, some: Flags) -> Flags:
+def _around(cells: Index, n: int, some: Flags) -> Flags:
     """Nodes (n,) of the elements that share a node with some of the elements (e,)."""
     near = np.zeros(n, dtype=np.bool_)
     near[cells[some]] = True
@@ -246,7 +243,7 @@ def _counts(N: Array) -> Array:
 
 
 def recover(
-    x: Array, cells: NDArray[np.int64], X: Array, values: Array, kinked: Flags | None = None, centred: bool = False,
+    x: Array, cells: Index, X: Array, values: Array, kinked: Flags | None = None, centred: bool = False,
     N: Array | None = None, by_sides: bool = False,
 ) -> Array:  # fmt: skip
     """Nodal values (n, v) from point values (e, q, v) at positions X (e, q, 2); x (n, 2) nodes, cells (e, 3|4|6|8).
@@ -274,7 +271,7 @@ def recover(
 
 
 def with_tractions_of_centres(
-    x: Array, cells: NDArray[np.int64], X: Array, values: Array, nodal: Array, yielded: Flags, poisson: float | None,
+    x: Array, cells: Index, X: Array, values: Array, nodal: Array, yielded: Flags, poisson: float | None,
     weight: Array,
 ) -> Array:  # fmt: skip
     """Nodal stresses (n, 4) xx, yy, zz, xy in which the normal stress at the outline is that of the means of the elements.
@@ -315,7 +312,7 @@ def with_tractions_of_centres(
     return out
 
 
-def _sampled(x: Array, cells: NDArray[np.int64], X: Array, values: Array) -> _Sampled:
+def _sampled(x: Array, cells: Index, X: Array, values: Array) -> _Sampled:
     """What patches about interior nodes are fitted to, all points counting alike."""
     members, first = _members(cells, len(x))
     interior = np.zeros(len(x), dtype=np.bool_)
@@ -332,7 +329,7 @@ def _reached(at: _Sampled) -> Flags:
     return out
 
 
-def _smooth(at: _Sampled, out: Array, count: NDArray[np.int64]) -> None:
+def _smooth(at: _Sampled, out: Array, count: Index) -> None:
     """Sums ``out`` (n, v) over the patches that reach nodes, and how many these are: those about interior nodes, then others."""
     a = at.cells.shape[1]
     _patches(np.flatnonzero(at.interior), at, TERMS[a], ALL, out, count)
@@ -353,7 +350,7 @@ def _of_centres(at: _Sampled) -> Array:
 
 
 def at_free_edges(
-    x: Array, cells: NDArray[np.int64], X: Array, values: Array, nodal: Array, loaded: Flags, held: Flags, yielded: Flags,
+    x: Array, cells: Index, X: Array, values: Array, nodal: Array, loaded: Flags, held: Flags, yielded: Flags,
     poisson: float, revolved: bool,
 ) -> Array:  # fmt: skip
     """Nodal stresses (n, 4) xx, yy, zz, xy in which those of yielded bodies at free edges come from deviators and traction.
@@ -396,7 +393,7 @@ def mises_of(stress: Array) -> Array:
     return np.asarray(np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3.0 * xy**2))
 
 
-def borne(x: Array, cells: NDArray[np.int64], nodal: Array, limit: Array, thin: bool) -> Array:
+def borne(x: Array, cells: Index, nodal: Array, limit: Array, thin: bool) -> Array:
     """Nodal stresses (n, 4) xx, yy, zz, xy with no more than von Mises stresses ``limit`` (n,), which metal at the nodes bears.
 
     A patch carried to its ends may have more, and twice as much where a plastic zone ends within it. At the outline the
@@ -434,7 +431,7 @@ def borne(x: Array, cells: NDArray[np.int64], nodal: Array, limit: Array, thin: 
     return out
 
 
-def _smooth_sides(x: Array, cells: NDArray[np.int64], loaded: Flags, held: Flags) -> tuple[NDArray[np.int64], Array]:
+def _smooth_sides(x: Array, cells: Index, loaded: Flags, held: Flags) -> tuple[Index, Array]:
     """Nodes (k,) of free sides where the outline has no corner, and their unit normals (2, k)."""
     n = len(x)
     sides = boundary_edges(cells)[:, :2]
@@ -448,7 +445,7 @@ def _smooth_sides(x: Array, cells: NDArray[np.int64], loaded: Flags, held: Flags
     return nodes, (normal[nodes] / length[nodes, None]).T
 
 
-def smoothed(x: Array, cells: NDArray[np.int64], X: Array, values: Array) -> Array:
+def smoothed(x: Array, cells: Index, X: Array, values: Array) -> Array:
     """Nodal values as in `recover`, but extrapolated from the points of each element to its corners and averaged there.
 
     "Los puntos de integración del elemento … llevados a los nodos de contacto mediante interpolación y posterior

@@ -16,12 +16,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.kernels.compiled import njit
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 DIMENSION = {2: (0.0, 0.0), 3: (0.0, 0.0, 0.0)}
 """Arguments ``dim`` of kernels: the length of a tuple belongs to its type, so that bounds of loops are constants to Numba."""

@@ -16,13 +16,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.stencil import Stencils
 from prensa.kernels.compiled import njit
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Flags, Index
 
 NEIGHBOURS_BEFORE = 2  # slave nodes on either side of its own that a stencil has: normals turn with them
 NO_PIECE = 1e-12  # share of an edge that is no piece of it, and area over its length of a node that faces nothing
@@ -36,7 +33,7 @@ class FacingSides(NamedTuple):
     """A slave side and a master side: nodes (k, 5 + c) of the stencils, and which of the first five there are (k, 5)."""
 
     nodes: Index
-    there: NDArray[np.bool_]
+    there: Flags
 
     @classmethod
     def of(cls, slave: Index, master: Index) -> FacingSides:

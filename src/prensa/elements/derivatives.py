@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.elements.plane import CENTRE, dilatation, fbar, forces, gradient, gradients
 from prensa.elements.shapes import Table
@@ -32,8 +31,7 @@ from prensa.materials.hencky_j2 import (
     stored_energy,
 )
 from prensa.materials.j2 import CURVE_AT, TABLES, metal
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 LANES = 4
 """Directions at a time: they share what there is of values, and more would not stay in registers."""

@@ -10,15 +10,12 @@ from enum import Enum
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.layout import PLANE, TensorLayout
 from prensa.materials.protocol import At, Material, Out
 from prensa.model.doors import Member
 from prensa.registry import DOORS
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from prensa.types import Array, Flags
 
 
 class Why(Enum):

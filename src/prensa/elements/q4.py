@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.elements.plane import (
     CENTRE,
@@ -33,8 +32,7 @@ from prensa.kernels.compiled import njit
 from prensa.kernels.differentiate import forward, reverse, units
 from prensa.kernels.emit import Kind, Marks, Program, Rows, Shared, generated, puts, total
 from prensa.kernels.record import Node, absolute, answered, as_found, given, lift, local, many, where
-
-Array = NDArray[np.float64]
+from prensa.types import Array, Flags
 
 DOFS, COMPONENTS = 8, 5
 SHAPES_OF_POINTS = np.ascontiguousarray(SHAPE_VALUES[:POINTS])
@@ -71,8 +69,8 @@ def _weight(volume: Node, alpha: Node, ratio: Node) -> Node:
 
 
 def kinematics(
-    x: Array, d: Array, axisymmetric: bool, finite: bool, scale: float, h: Array, weight: Array, failed: NDArray[np.bool_]
-) -> NDArray[np.bool_]:  # fmt: skip
+    x: Array, d: Array, axisymmetric: bool, finite: bool, scale: float, h: Array, weight: Array, failed: Flags
+) -> Flags:  # fmt: skip
     """X (e, 4, 2) committed positions, d (e, 4, 2) increments → h (e, 4, 5) of f̄, weight (e, 4) of P ∇N in forces, failed (e,).
 
     Returned: which elements (e,) `unfold` has to look at.
@@ -162,7 +160,7 @@ def _narrow() -> Program:
     return Program(arrays, puts("folds", [narrow([a + b for a, b in zip(x, d)])]))
 
 
-def folding(x: Array, d: Array) -> NDArray[np.bool_]:
+def folding(x: Array, d: Array) -> Flags:
     """Of which elements (e,) some point may have so little area that `unfold` has to look; x, d (e, 4, 2) as there."""
     folds = np.empty(len(x), dtype=np.bool_)
     _narrow()(len(x), x, d, folds)

@@ -19,10 +19,9 @@ from prensa.layout import DofMap
 from prensa.materials.laws import At, Material
 from prensa.materials.protocol import Flowing
 from prensa.mesh.mesh import corner_cells
+from prensa.types import Array, Flags, Index, Ints
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Slots = NDArray[np.uint8] | NDArray[np.int32]
+Slots = NDArray[np.uint8] | Ints
 CHUNK = 1024
 
 
@@ -33,12 +32,12 @@ class Part(NamedTuple):
     whole are in the part; ``beyond``: rows of those that are not.
     """
 
-    indices: NDArray[np.int32]
+    indices: Ints
     numbers: Index
-    inside: NDArray[np.bool_]
-    beyond: NDArray[np.int32]
+    inside: Flags
+    beyond: Ints
 
-    def whole(self) -> NDArray[np.int32]:
+    def whole(self) -> Ints:
         """Rows (nnz,) of the whole pattern."""
         out = np.empty(len(self.inside), dtype=np.int32)
         out[self.inside] = self.numbers.astype(np.int32)[self.indices]
@@ -49,12 +48,12 @@ class Part(NamedTuple):
 class Pattern:
     """Compressed sparse columns of the whole system, prescribed degrees of freedom included; structurally symmetric, sorted."""
 
-    def __init__(self, n: int, indptr: NDArray[np.int32], indices: NDArray[np.int32]) -> None:
+    def __init__(self, n: int, indptr: Ints, indices: Ints) -> None:
         self.n, self.indptr = n, indptr
-        self._rows: NDArray[np.int32] | Part = indices
+        self._rows: Ints | Part = indices
 
     @property
-    def indices(self) -> NDArray[np.int32]:
+    def indices(self) -> Ints:
         """Rows (nnz,) of the entries; of a pattern that keeps a `Part` alone they are put together each time."""
         rows = self._rows
         return rows.whole() if isinstance(rows, Part) else rows
@@ -64,7 +63,7 @@ class Pattern:
         """How many there are."""
         return int(self.indptr[-1])
 
-    def keep(self, indices: NDArray[np.int32], numbers: Index, inside: NDArray[np.bool_], rows: NDArray[np.int32]) -> None:
+    def keep(self, indices: Ints, numbers: Index, inside: Flags, rows: Ints) -> None:
         """Keep the rows (nnz,) by those of a `Part` alone: two of them would be an eighth of what a large run holds."""
         self._rows = Part(indices, numbers, inside, rows[~inside])
 
@@ -119,7 +118,7 @@ def slots_of(cells: Index, pattern: Pattern, d: int) -> Slots:
     return slot
 
 
-def scatter_stiffness(K: Array, cells: Index, slot: Slots, indptr: NDArray[np.int32], data: Array) -> None:
+def scatter_stiffness(K: Array, cells: Index, slot: Slots, indptr: Ints, data: Array) -> None:
     """Add K (e, d a, d a) to the matrix values; slot (e, a, a) of `block_slots`, d degrees of freedom a node.
 
     The degrees of freedom of a node are coupled with the same ones: its columns all have the same rows.

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.forces import Scale, forces
 from prensa.contact.record import ContactRecord
@@ -19,9 +18,7 @@ from prensa.fem.interaction import Context, Part, Request, Response
 from prensa.friction.law import At
 from prensa.friction.return_map import DECIDE
 from prensa.layout import DofMap
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 EPS = float(np.finfo(np.float64).eps)
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import reduce
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.forces import (
     NEARBY,
@@ -24,9 +23,7 @@ from prensa.fem.interaction import Branches, Context, Discretisation, Part, Requ
 from prensa.fem.surface import EPS, Surface
 from prensa.friction.law import bounded
 from prensa.friction.return_map import DECIDE, HOLD, STUCK
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Bytes, Index
 
 ROUND = 1.0  # round-off of a gap or slip over ε × size, at most
 USUAL = (
@@ -93,7 +90,7 @@ class ContactInteraction:
         out.parts = parts
         return out
 
-    def _wanted(self, c: Context, ask: Request) -> NDArray[np.int8]:
+    def _wanted(self, c: Context, ask: Request) -> Bytes:
         """Branches (k,) that the points are to take.
 
         For a first guess points that were closed stay so and stick, and what just touches resists: the kink's other slope

@@ -13,12 +13,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.interaction import Context, Interaction, Part, Request, Response
 from prensa.layout import DofMap
-
-Index = NDArray[np.int64]
+from prensa.types import Index
 
 FACTOR = "load factor"
 

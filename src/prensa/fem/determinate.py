@@ -7,13 +7,10 @@ shape it has.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.schedule import Prescribed
 from prensa.fem.system import System
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 LEFT = 1e-8  # singular value over the largest, of the motions that supports hold, below which one is left
 

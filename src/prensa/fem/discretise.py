@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.cut import may_cut, with_neighbours
 from prensa.contact.integration import Points, behind, depth_of, node_normals, point_normals, points_of
@@ -31,9 +30,7 @@ from prensa.model import problem as model
 from prensa.registry import DOORS
 from prensa.tools.place import PlacedTool, ToolError, place
 from prensa.tools.tool import ToolShape
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 ROUNDING = 0.25  # fillet over element depth of corners that are not given one: a sharp one has no normal to slide on
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.errors import Notice
 from prensa.fem.element_sizes import section_area, size_field
@@ -17,8 +16,6 @@ from prensa.fem.system import System
 from prensa.model import problem as model
 from prensa.model.names import SYMMETRY
 from prensa.model.remeshing import remeshing_of
-
-Array = NDArray[np.float64]
 
 STIFFEST_MOUNT = 1e6  # stiffness of a spring over E times the thickness, beyond which its tool is as good as held …
 MOUNT_LOST = 1e8  # … and beyond which round-off of its length is more than tolerances of forces

@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.masters import RigidMaster
 from prensa.contact.recovery import recover
@@ -14,8 +13,7 @@ from prensa.fem.system import System
 from prensa.mesh.mesh import areas
 from prensa.mesh.sizes import SizeField, Strain
 from prensa.model.remeshing import Sizes, remeshing_of
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 def size_field(system: System, state: State, body: str, asked: Sizes, area: float, share: float = 1.0) -> SizeField:

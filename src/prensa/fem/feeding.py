@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.errors import Notice
 from prensa.fem.modes import CLOSED
@@ -15,8 +14,7 @@ from prensa.fem.schedule import StepPlan
 from prensa.fem.surface import Surface
 from prensa.fem.system import System
 from prensa.model.feed import Feed, ends_early
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 PLACES = 129  # places along a way at which what is fed is looked for in the tools
 AGAINST = 0.5  # cosine with the way beyond which the surface of a roll goes against it

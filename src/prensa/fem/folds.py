@@ -9,7 +9,6 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.elements.shapes import table
 from prensa.fem.failure import Fold, Hang, Past
@@ -17,9 +16,7 @@ from prensa.fem.outlines import contact_edges
 from prensa.fem.system import System
 from prensa.mesh.crossing import apart, left, near
 from prensa.mesh.mesh import segments
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 PASSED = (
     0.1  # way back over the length of an outline's segment, beyond which two that cross have passed through each other

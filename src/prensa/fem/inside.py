@@ -9,7 +9,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.integration import depth_of
 from prensa.fem.failure import Inside
@@ -17,9 +16,7 @@ from prensa.fem.outlines import named_edges, symmetric
 from prensa.fem.overlap import within
 from prensa.fem.system import System
 from prensa.mesh.mesh import segments
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 ALLOWED = 0.05  # depth over element size, beyond what the contacts of the tool sink in, that counts as a touch
 NARROW = 0.02  # the same between nodes, where what is reached by is no deeper than half the width of a narrow tool

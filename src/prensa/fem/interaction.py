@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol, TypedDict
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.forces import Branches as Sides
 from prensa.contact.forces import ContactForces, Scale
@@ -28,10 +27,7 @@ from prensa.fem.surface import Geometry, Surface
 from prensa.fem.time_rule import TimeRule
 from prensa.friction.law import At, FrictionLaw
 from prensa.model import problem as model
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Flags = NDArray[np.bool_]
+from prensa.types import Array, Flags, Index
 
 
 class Branches(NamedTuple):

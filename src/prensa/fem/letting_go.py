@@ -10,15 +10,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.planning import plan_step
 from prensa.fem.schedule import StepPlan
 from prensa.fem.state import State
 from prensa.fem.strings import string_forces, strings_of
 from prensa.fem.system import System
-
-Array = NDArray[np.float64]
+from prensa.types import Array, Index
 
 NOTHING = 1e-8  # share of the outer forces below which there is nothing to let go: the residual of a converged state
 
@@ -93,7 +91,7 @@ def held_at(system: System, plan: StepPlan) -> str:
     return f"step {plan.name!r} holds {', '.join(parts)}: rigid motions that nothing else holds; no force is left there"
 
 
-def _held_on(system: System, state: State, plan: StepPlan) -> NDArray[np.int64]:
+def _held_on(system: System, state: State, plan: StepPlan) -> Index:
     """What a step holds that was held before too: it goes on with its force. All tools are among it."""
     groups = [g for g in plan.groups if not g.found]
     held = np.concatenate([np.zeros(0, dtype=np.int64), *(g.dofs for g in groups)])

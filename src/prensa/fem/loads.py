@@ -9,16 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.control import Proportional
 from prensa.fem.interaction import Context, Discretisation, Interaction, Part, Request, Response
 from prensa.fem.schedule import BoundaryLoad, Course, StepPlan
 from prensa.fem.state import State
 from prensa.fem.strings import Strings, per_block
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 _GAUSS = {2: np.polynomial.legendre.leggauss(2), 3: np.polynomial.legendre.leggauss(3)}
 

@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.record import ContactRecord
 from prensa.fem.discretise import discretise, on_meshes
@@ -23,9 +22,7 @@ from prensa.mesh.mesh import segments
 from prensa.model import problem as model
 from prensa.model.names import SYMMETRY
 from prensa.registry import DOORS
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 NEAR_LINE = 0.25  # distance over the length of an edge of the outline at which a node of it is near a line …
 WITHIN = 0.5  # … if it is that close to it over the length that the edges at it had at first

@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.errors import Notice
 from prensa.fem.interaction import Context
@@ -18,9 +17,7 @@ from prensa.fem.planning import plan_step
 from prensa.fem.schedule import StepPlan
 from prensa.fem.system import System
 from prensa.model.problem import tools_removed
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 CLOSED = 1e-6  # gap over element depth below which a tool counts as touching, or as reaching into the body
 

@@ -9,13 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 
 from prensa.mesh.mesh import MeshError
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Flags, Index
 
 APART = 0.05  # distance of the two sides, in edge lengths of the slave, above which they do not lie on each other
 MORTAR_RULE = np.polynomial.legendre.leggauss(4)
@@ -82,7 +79,7 @@ def integrals(X: Array, slave: Side, master: Side, axisymmetric: bool) -> Integr
     return Integrals(slave.edges, single, mass, np.repeat(owner, b), master.edges[edge].ravel(), values)
 
 
-def combinations(of: Integrals, free: NDArray[np.bool_]) -> tuple[Index, Index, Array]:
+def combinations(of: Integrals, free: Flags) -> tuple[Index, Index, Array]:
     """Rows (slave), columns (nodes) and weights of u_i = Σ w u; slave nodes that are not free (n,) keep their own.
 
     A slave node that a support holds is left to the support: its neighbours take over its condition (Ñ = E N).

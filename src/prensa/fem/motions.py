@@ -8,7 +8,6 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.errors import Notice
 from prensa.fem.planning import plan_step
@@ -18,9 +17,7 @@ from prensa.fem.surface import Surface
 from prensa.fem.system import System
 from prensa.model.feed import ends_early
 from prensa.model.problem import Step
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from prensa.types import Array, Flags
 
 JUMP = 0.01  # way over the least element depth of the contacts that a table may begin elsewhere
 SMALL = 0.1  # mean displacement gradient from which small-strain kinematics is remarked upon

@@ -5,13 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.mesh.mesh import Mesh, MeshError, keys
 from prensa.model import problem as model
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Flags, Index
 
 STRAIGHT = 0.999  # cosine from which an edge's normal is along x or y
 ON_TIE = 0.05  # distance over the length of an edge below which it lies on the other side of a tie
@@ -94,7 +91,7 @@ def symmetry_lines(problem: model.Problem, body: str, mesh: Mesh) -> set[tuple[i
     return out
 
 
-def _held(problem: model.Problem, body: str, mesh: Mesh) -> NDArray[np.bool_]:
+def _held(problem: model.Problem, body: str, mesh: Mesh) -> Flags:
     """Components (n, 2) of the nodes that supports hold where they are in all steps."""
     held = np.zeros((len(mesh.points), 2), dtype=bool)
     for number, source in enumerate((problem.fixed, *(s.fixed for s in problem.steps))):
@@ -110,7 +107,7 @@ def _held(problem: model.Problem, body: str, mesh: Mesh) -> NDArray[np.bool_]:
     return held
 
 
-def symmetric(problem: model.Problem, body: str, mesh: Mesh, edges: Index) -> NDArray[np.bool_]:
+def symmetric(problem: model.Problem, body: str, mesh: Mesh, edges: Index) -> Flags:
     """Edges (k,) on the axis of revolution, and those that supports hold along their normal in all steps."""
     held, ends = _held(problem, body, mesh), mesh.points[edges[:, :2]]
     if problem.space == "axisymmetric":
@@ -120,7 +117,7 @@ def symmetric(problem: model.Problem, body: str, mesh: Mesh, edges: Index) -> ND
     return np.asarray((held[edges].all(axis=1) & (normal > STRAIGHT)).any(axis=1))
 
 
-def _tied(problem: model.Problem, body: str, meshes: dict[str, Mesh], edges: Index) -> NDArray[np.bool_]:
+def _tied(problem: model.Problem, body: str, meshes: dict[str, Mesh], edges: Index) -> Flags:
     """Edges (k,) that lie on the other side of a tie."""
     points = meshes[body].points
     middle, length = points[edges[:, :2]].mean(axis=1), np.hypot(*(points[edges[:, 1]] - points[edges[:, 0]]).T)

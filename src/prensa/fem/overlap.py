@@ -7,14 +7,11 @@ from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.outlines import distance
 from prensa.fem.system import System
 from prensa.mesh.mesh import segments
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Flags, Index
 
 MEETING = 0.05  # depth over the shortest side of an outline up to which bodies just meet
 
@@ -92,7 +89,7 @@ def _deepest(one: _Outline, other: _Outline) -> Overlap:
     return Overlap(one.body, other.body, float(places[k, 0]), float(places[k, 1]), float(d[k]))
 
 
-def within(x: Array, a: Array, b: Array) -> NDArray[np.bool_]:
+def within(x: Array, a: Array, b: Array) -> Flags:
     """Whether places x (n, 2) lie in the outline of straight edges from a (k, 2) to b: a ray meets it an odd number of times."""
     across = (a[:, 1] > x[:, 1:]) != (b[:, 1] > x[:, 1:])
     rise = np.where(b[:, 1] == a[:, 1], 1.0, b[:, 1] - a[:, 1])

@@ -10,12 +10,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces
 from prensa.fem.surface import Geometry, Surface
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 STAIR = 0.75  # step of the force, over its mean, times the elements in the contact: measured in drawing, within 20 %
 WORTH_SAYING = 0.05  # step of the force that is foretold and told
@@ -91,8 +89,6 @@ def lengths(system: Geometry, s: Surface, x: Array) -> Array:
     length, n = np.hypot(*(x[b] - x[a]).T), len(x)
     total, number = (np.bincount(a, w, n) + np.bincount(b, w, n) for w in (length, None))
     return np.asarray(pieces(system, s) * total / np.maximum(number, 1))
-
-
 
 
 def sentence(lying: float, seen: float | None = None) -> str:

@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.errors import Notice
 from prensa.fem.passing import INSIDE, STAIR, TURNED, WORTH_SAYING, lengths, passable, pieces, sentence, turns_within
 from prensa.fem.schedule import StepPlan
 from prensa.fem.surface import Surface
 from prensa.fem.system import System
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 FORETOLD = 2.0  # elements that pass before anything is foretold
 STEEP = 0.5  # share of a motion along the surface's normal from which it presses more than it slides

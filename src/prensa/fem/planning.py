@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.control import FACTOR
 from prensa.fem.determinate import found_supports
@@ -27,9 +26,7 @@ from prensa.friction.fading import Fading, fading
 from prensa.friction.law import FrictionLaw
 from prensa.model import problem as model
 from prensa.model.seconds import duration_of
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 
 class Ends:

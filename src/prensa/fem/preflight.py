@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.errors import Notice
 from prensa.fem.doubts import doubts
@@ -35,9 +34,7 @@ from prensa.model.problem import tools_removed
 from prensa.model.remeshing import remeshing_of
 from prensa.model.tables import DRIVEN, tables_of
 from prensa.model.units import factor
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Flags
 
 SAMPLES = 17  # moments a step at which the tools are looked at
 SUNK = 0.45  # depth over element depth from which no increment, however short, pushes a tool out of a plastic body
@@ -572,7 +569,7 @@ class _Moment(NamedTuple):
     plan: StepPlan
     t: float
     u: Array
-    known: NDArray[np.bool_]
+    known: Flags
 
 
 def _moments(system: System) -> Iterator[_Moment]:
@@ -642,7 +639,7 @@ def _passage(system: System, watched: list[Watch]) -> Iterator[Notice]:
         yield _overconstrained(system, s, i, most, candidate=k >= 0)
 
 
-def _touched(system: System, nearest: Array, known: NDArray[np.bool_]) -> set[str]:
+def _touched(system: System, nearest: Array, known: Flags) -> set[str]:
     """Bodies that some tool has reached by now, or may have, with those tied to them."""
     reached = {
         s.body for i, s in enumerate(system.surfaces) if nearest[i] <= CLOSED * s.points.depth.min() or not known[i]

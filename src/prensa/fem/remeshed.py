@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.mesh.mesh import Mesh, displaced
-
-Array = NDArray[np.float64]
+from prensa.types import Array, Index
 
 NAMES = "remeshed.names"
 
@@ -71,7 +70,7 @@ class Remeshed:
         return replace(self, meshes={b: displaced(m, points[b]) for b, m in self.meshes.items()}, **values)
 
 
-def stored(points: Array, cells: NDArray[np.int64], edges: Mapping[str, NDArray[np.int64]], corners: Mapping[str, int]) -> Mesh:
+def stored(points: Array, cells: Index, edges: Mapping[str, Index], corners: Mapping[str, int]) -> Mesh:
     """A mesh as it was, which is not checked again: deformed bodies are kept too."""
     mesh = object.__new__(Mesh)
     for name, value in (("points", points), ("cells", cells), ("edges", edges), ("corners", corners)):

@@ -11,7 +11,6 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.integration import node_normals
 from prensa.contact.record import ContactRecord
@@ -28,10 +27,7 @@ from prensa.friction.law import FrictionLaw
 from prensa.mesh.mesh import Mesh, boundary_edges, displaced, ordered_nodes, segments
 from prensa.mesh.outline import SizeOf, chains, resampled
 from prensa.mesh.triangulate import TriangulationError, mesher, triangulated
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Flags = NDArray[np.bool_]
+from prensa.types import Array, Flags, Index
 
 IN_TURN = 4  # of the contacts, in which nodes are put in place: a node may touch two tools
 FEWEST = 3  # free nodes that can keep a volume

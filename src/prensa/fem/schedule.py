@@ -6,14 +6,11 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.friction.fading import Fading
 from prensa.friction.law import FrictionLaw
 from prensa.model.crank import Crank
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 JOINED = 0.1  # share of a step without a number of increments in which tools and supports come to tables that begin elsewhere
 STILL = 1e-9  # of its values: what changes by less stays

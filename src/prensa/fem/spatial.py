@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.faces import FacePoints, face_measures
 from prensa.contact.integration import SPREAD
@@ -27,9 +26,7 @@ from prensa.materials.material import material_of
 from prensa.model import problem as model
 from prensa.tools.place import PlacedTool
 from prensa.tools.shapes.plane import HalfSpace
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 # corners of the six faces of a brick, seen from outside counter-clockwise
 _FACES = np.array([(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)])

@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.errors import PrensaError
 from prensa.fem.interaction import Context
@@ -28,9 +27,7 @@ from prensa.mesh.mesh import Mesh, displaced
 from prensa.model import problem as model
 from prensa.tools.place import PlacedTool
 from prensa.tools.tool import ToolShape
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 NOTHING = 1e-8  # share of all forces below which there is nothing to let go: the residual of a converged state
 

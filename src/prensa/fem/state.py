@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from prensa.contact.record import ContactRecord
 from prensa.fem.remeshed import Remeshed
-
-Array = NDArray[np.float64]
+from prensa.types import Array, Single
 
 
 class Recovered(Sequence[Array]):
@@ -125,7 +124,7 @@ class State:
     watched: Array = field(default_factory=lambda: np.zeros(0))
     softest: Array = field(default_factory=lambda: np.zeros(0))
     remeshed: Remeshed | None = None
-    made_from: NDArray[np.float32] | None = None
+    made_from: Single | None = None
 
     def extrapolated(self, dt: float) -> Array:
         """Change of the degrees of freedom (ndof,) in the next ``dt``, extrapolated from the last increments."""

@@ -12,15 +12,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.assembly import Block, sweep
 from prensa.fem.interaction import Context, Discretisation, Part, Request, Response
 from prensa.fem.state import State
 from prensa.materials.laws import At
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 
 def strings_of(system: Discretisation, state: State) -> Array:

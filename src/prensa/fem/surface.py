@@ -7,7 +7,6 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.cut import Corners
 from prensa.contact.forces import Scale
@@ -18,9 +17,7 @@ from prensa.layout import DofMap, Field
 from prensa.mesh.mesh import Mesh
 from prensa.model import problem as model
 from prensa.tools.place import PlacedTool
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 EPS = float(np.finfo(np.float64).eps)
 

@@ -9,7 +9,6 @@ from functools import cached_property
 from typing import Any, NamedTuple, Protocol, Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.cut import PIERCED, Cut, corners_of, cut, cuts_of
 from prensa.contact.forces import ContactForces, Scale
@@ -37,11 +36,9 @@ from prensa.mesh.mesh import Mesh, MeshError
 from prensa.model import problem as model
 from prensa.model.seconds import elapsed
 from prensa.tools.place import PlacedTool
+from prensa.types import Array, Flags, Index, Ints
 
 log = logging.getLogger("prensa")
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 
 ROUND_OFF = 0.25  # share of ε E* size, per node, that the forces of a body at rest miss: all the strain there is then
@@ -76,12 +73,12 @@ class Evaluation(NamedTuple):
         return out
 
     @property
-    def resting(self) -> NDArray[np.bool_]:
+    def resting(self) -> Flags:
         """Contact points (all,) that are closed, or open by no more than round-off."""
         return np.concatenate([np.zeros(0, dtype=bool), *(f.rests for f in self.contacts)])
 
     @property
-    def touching(self) -> NDArray[np.bool_]:
+    def touching(self) -> Flags:
         """Contact points (all,) that resist: closed, or just in touch."""
         return np.concatenate([np.zeros(0, dtype=bool), *(f.dp[:, 0] > 0 for f in self.contacts)])
 
@@ -129,7 +126,7 @@ class System:
     removed: Sequence[Surface] = ()
     first: System | None = None
     mirrors: int = 0
-    _places: dict[str, NDArray[np.int32]] = field(default_factory=dict)
+    _places: dict[str, Ints] = field(default_factory=dict)
     _volumes: dict[str, Array] = field(default_factory=dict)
 
     # ------------------------------------------------------------------------------------------------------ indices
@@ -239,7 +236,7 @@ class System:
         """Energy stored in the springs of the contacts."""
         return float(sum(s.description.enforcement.stored(f, sc) for s, f, sc in zip(self.surfaces, contacts, scales)))
 
-    def supported(self, nodes: Index, plan: StepPlan) -> NDArray[np.bool_]:
+    def supported(self, nodes: Index, plan: StepPlan) -> Flags:
         """Whether nodes (k,) are held along x or y in a step."""
         held = np.zeros(self.ndof, dtype=bool)
         held[plan.fixed] = True
@@ -297,7 +294,7 @@ class System:
         """Areas (k,) of the contact points on node positions x (n, 2) with the nodes' thickness (n,)."""
         return s.points.weights(x) * s.points.at(self.share(depth))
 
-    def touching(self, s: Surface, x: Array, depth: Array | None, closed: NDArray[np.bool_]) -> Array:
+    def touching(self, s: Surface, x: Array, depth: Array | None, closed: Flags) -> Array:
         """Areas of the closed points, without what they have of edges that leave the tool at a corner of the body."""
         weight = self.weights(s, x, depth)
         if self.dofs.dimension == 2:
@@ -577,7 +574,7 @@ class System:
                     self._scatter(part, f, None)
         return f
 
-    def places(self, key: str, dofs: Index) -> NDArray[np.int32]:
+    def places(self, key: str, dofs: Index) -> Ints:
         """Places (k, m, m) in the matrix values of sets of degrees of freedom (k, m), looked up once a key."""
         if key not in self._places:
             out = np.empty((*dofs.shape, dofs.shape[1]), dtype=np.int32)
@@ -585,7 +582,7 @@ class System:
             self._places[key] = out
         return self._places[key]
 
-    def pair_slots(self, s: Surface) -> NDArray[np.int32]:
+    def pair_slots(self, s: Surface) -> Ints:
         """Places (k, m, m) of the `Surface.coupled` degrees of freedom of the pairs in the matrix values."""
         return self.places(s.name, s.coupled)
 

@@ -10,16 +10,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import block_diag, coo_matrix, csr_matrix, identity
 
 from prensa.fem.mortar import Side, combinations, integrals
 from prensa.layout import DofMap
 from prensa.mesh.mesh import COINCIDENT, Mesh, MeshError
 from prensa.model import problem as model
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Flags, Index
 
 
 @dataclass(frozen=True)
@@ -67,7 +64,7 @@ class Ties:
 
 
 def make_ties(
-    problem: model.Problem, meshes: dict[str, Mesh], offsets: dict[str, int], X: Array, held: NDArray[np.bool_]
+    problem: model.Problem, meshes: dict[str, Mesh], offsets: dict[str, int], X: Array, held: Flags
 ) -> tuple[Ties | None, Array]:
     """The ties of a problem and node positions (n, 2), those of slaves put exactly on the master side.
 
@@ -116,7 +113,7 @@ def make_ties(
 
 def held_components(
     problem: model.Problem, meshes: dict[str, Mesh], offsets: dict[str, int], X: Array
-) -> NDArray[np.bool_]:
+) -> Flags:
     """Components (n, 2) that a support or the axis of revolution prescribes at some time."""
     held = np.zeros((len(X), 2), dtype=bool)
     for source in (problem.fixed, *(source for s in problem.steps for source in (s.fixed, problem.driven(s)))):
@@ -154,7 +151,7 @@ def _closed(n: int, rows: Index, cols: Index, values: Array) -> csr_matrix:
 
 
 # ------------------------------------------------------------------------------------------------------ matching meshes
-def _pairs(X: Array, slave: Side, master: Side) -> tuple[Index, NDArray[np.bool_]]:
+def _pairs(X: Array, slave: Side, master: Side) -> tuple[Index, Flags]:
     """Nearest master node (k,) of each slave node, and whether it is at the same place (k,)."""
     size = COINCIDENT * 10 * float(np.ptp(X, axis=0).max())
     from scipy.spatial import cKDTree

@@ -21,12 +21,10 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.assembly import Block
 from prensa.fem.state import State
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 STABLE_RATIO = 1.0 + math.sqrt(2.0)  # of increments, up to which errors do not grow (Grigorieff 1983)
 

@@ -13,15 +13,12 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.recovery import mises_of, recover
 from prensa.fem.assembly import Block
 from prensa.materials.protocol import Field, Material
 from prensa.mesh.mesh import corner_cells
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 NEAREST = 4  # elements with the nearest centres that are looked at first for that of a place
 CANDIDATES = 24  # elements with the nearest centres among which that of a place is looked for

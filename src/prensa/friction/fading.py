@@ -7,11 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.friction.law import At, FrictionLaw, bounded
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 @dataclass(frozen=True)

@@ -17,12 +17,10 @@ from collections.abc import Mapping
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.derivatives import derivative
 from prensa.model.doors import Member
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 SLIPS = np.concatenate(
     [[0.0], np.geomspace(1e-9, 1e9, 73)]

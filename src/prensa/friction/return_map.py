@@ -9,12 +9,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.friction.law import At, FrictionLaw, bounded
 from prensa.kernels.compiled import njit
-
-Array = NDArray[np.float64]
+from prensa.types import Array, Bytes, Flags
 
 OPEN, STUCK, SLIDING, DECIDE = 0, 1, 2, 3
 """Branches of contact and friction that a point may be made to take; `DECIDE`: its pressure and trial traction say which."""
@@ -33,13 +31,13 @@ class Tangential(NamedTuple):
     dt_dg: Array
     dt_dp: Array
     kappa: Array
-    slip: NDArray[np.bool_]
+    slip: Flags
     bound: Array
 
 
 def return_map(
-    law: FrictionLaw, at: At, lam: Array, dg: Array, p: Array, touching: NDArray[np.bool_], kappa: Array, k_t: Array,
-    want: NDArray[np.int8] | None = None,
+    law: FrictionLaw, at: At, lam: Array, dg: Array, p: Array, touching: Flags, kappa: Array, k_t: Array,
+    want: Bytes | None = None,
 ) -> Tangential:  # fmt: skip
     """Traction t_T(Δg_T, p) from the committed traction (or multiplier).
 
@@ -115,8 +113,8 @@ def _tractions(
 
 
 def _hardening_root(
-    law: FrictionLaw, at: At, size: Array, tau0: Array, p: Array, kappa: Array, k_t: Array, slip: NDArray[np.bool_],
-    held: NDArray[np.bool_],
+    law: FrictionLaw, at: At, size: Array, tau0: Array, p: Array, kappa: Array, k_t: Array, slip: Flags,
+    held: Flags,
 ) -> tuple[Array, Array, Array, Array]:  # fmt: skip
     """Safeguarded Newton for Δλ of all points at once; the bracket is (0, |t_tr|/k_T).
 

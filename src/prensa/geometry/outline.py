@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.geometry.chain import Piece, drawn, signed_area
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 def of_chain(pieces: Sequence[Piece], closed: bool, depth: float) -> Array:

@@ -13,13 +13,11 @@ from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.materials.flow_curve import FlowCurve, stress_at
 from prensa.model.problem import Problem
 from prensa.sensitivity.parameters import part_of
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 SAMPLED = np.linspace(0.02, 1.0, 25)  # of the stresses of a curve
 SMALL_WAY = 1e-6  # step of what is varied, mostly logarithms, for differences of stresses

@@ -12,7 +12,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.errors import ArgumentError, PrensaError, shown, take
 from prensa.inverse.experiment import Experiment, Observe, Test, ready, refuse_strange, refuse_twice, refuse_vague
@@ -24,9 +23,9 @@ from prensa.inverse.rivals import compared
 from prensa.inverse.tables import DataError
 from prensa.model.problem import Case, Problem
 from prensa.sensitivity.parameters import value_of
+from prensa.types import Array
 
 log = logging.getLogger("prensa")
-Array = NDArray[np.float64]
 Bounds = tuple[float, float] | None
 
 

@@ -8,7 +8,6 @@ from itertools import combinations, pairwise, product
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.errors import ArgumentError, shown, take
 from prensa.fem.discretise import discretise
@@ -21,8 +20,7 @@ from prensa.model.problem import Case, Numerics, Problem
 from prensa.model.units import factor, powers
 from prensa.sensitivity.parameters import with_values
 from prensa.sensitivity.solve import solve
-
-Array = NDArray[np.float64]
+from prensa.types import Array, Index
 
 MOTIONS = ("ux", "uy", "rz")
 STEADY = 1e-9  # time, of steps of length 1, below which nothing has happened
@@ -108,7 +106,7 @@ class Channel:
     name: str
     measure: Measure
     scale: float
-    rows: NDArray[np.int64]
+    rows: Index
     readings: Array
     sigma: Array
     gain: float
@@ -240,7 +238,7 @@ def _others(test: Test, table: Table, column: str) -> str:
     return f"; give 'column', which is the first one where it is left out: {' or '.join(f'column: {n}' for n in left[:3])}"
 
 
-def _rows_used(table: Table, times: Array, columns: list[Array], notes: list[str]) -> NDArray[np.int64]:
+def _rows_used(table: Table, times: Array, columns: list[Array], notes: list[str]) -> Index:
     """Rows that are fitted: after the beginning, none twice, and not more than a run can stop at."""
     rows = np.flatnonzero(times > STEADY)
     cells = np.column_stack([times, *columns])
@@ -305,7 +303,7 @@ def errors(sigma: float | str, readings: Array, what: str) -> Array:
     return out
 
 
-def _channel(problem: Problem, table: Table, name: str, what: Observe | str, used: NDArray[np.int64]) -> Channel:
+def _channel(problem: Problem, table: Table, name: str, what: Observe | str, used: Index) -> Channel:
     of = what if isinstance(what, Observe) else Observe(what)
     given = table.column(name)
     measure = parse(of.measure, problem)

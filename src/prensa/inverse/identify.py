@@ -7,15 +7,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.errors import ArgumentError, take
 from prensa.inverse.experiment import Channel, Experiment, Observe, Test, errors, ready, share
 from prensa.measures import parse
 from prensa.model.problem import Case, Problem
 from prensa.sensitivity.parameters import value_of
-
-Array = NDArray[np.float64]
+from prensa.types import Array, Index
 
 NORMAL = 1.96  # half a 95 % interval over a standard error
 HOPELESS = 3.0  # expected half width over a value from which nothing is told of it
@@ -154,7 +152,7 @@ def _plans(parameters: list[str], readings: list[_Reading]) -> Identification:
     return Identification(parameters, found, covariance / np.outer(spread, spread))
 
 
-def _covariance(readings: list[_Reading], chosen: list[NDArray[np.int64]]) -> Array:
+def _covariance(readings: list[_Reading], chosen: list[Index]) -> Array:
     """Covariance (k, k) of the parameters, relative, with gains and offsets that are known to their errors."""
     k, q = readings[0].J.shape[1], readings[0].unknown.shape[1]
     rows = [np.hstack([r.J[at], r.unknown[at]]) for r, at in zip(readings, chosen)]
@@ -166,6 +164,6 @@ def _covariance(readings: list[_Reading], chosen: list[NDArray[np.int64]]) -> Ar
     return np.asarray(((ways.T * inverse**2) @ ways)[:k, :k])
 
 
-def _halves(readings: list[_Reading], chosen: list[NDArray[np.int64]]) -> Array:
+def _halves(readings: list[_Reading], chosen: list[Index]) -> Array:
     half = NORMAL * np.sqrt(np.diag(_covariance(readings, chosen)))
     return np.where(half < 1e6, half, np.inf)

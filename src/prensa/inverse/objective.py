@@ -11,16 +11,15 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.errors import ArgumentError, PrensaError
 from prensa.inverse.bends import Curve, Foretold, curves_of
 from prensa.inverse.experiment import Experiment, over_stroke
 from prensa.model.problem import Case
 from prensa.model.schema import dump
+from prensa.types import Array
 
 log = logging.getLogger("prensa")
-Array = NDArray[np.float64]
 Bounds = tuple[float, float] | None
 
 SMALL_GAIN, SMALL_STEP = 1e-4, 1e-5  # share of χ², and of the way so far, below which a step ends a fit

@@ -11,13 +11,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq, lsq_linear
 
 from prensa.inverse.bends import Curve, Foretold
 from prensa.inverse.objective import Objective, Residuals
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 BENT_BY = 0.1  # share by which the root of Δχ² may miss what the linearised problem foretells before the profile is followed
 CLOSE = 0.03  # share to which the end of a profile is found

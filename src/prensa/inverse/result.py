@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.inverse.objective import Objective, Residuals, grown
 from prensa.inverse.profile import Profile
@@ -17,8 +16,7 @@ from prensa.materials.flow_curve import FlowCurve, stress_at
 from prensa.model.problem import Case, Problem
 from prensa.model.schema import dump
 from prensa.sensitivity.parameters import with_values
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 CONFIDENCE = 0.95
 UNUSUAL = 0.05  # probability below which residuals are not those of chance

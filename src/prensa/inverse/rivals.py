@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.errors import PrensaError
 from prensa.inverse.objective import Objective, Parameter, Residuals
 from prensa.model.problem import Problem
 from prensa.model.schema import dump, loads
 from prensa.sensitivity.parameters import numbers, part_of, with_values
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 LAW_NAMES = {"m": "a shear factor", "u": "Coulomb's law"}  # by the last letter of the path of the parameter
 M_OVER_MU = 2.1  # shear factor that does to a ring what a coefficient of friction of 1 would: where the other fit starts

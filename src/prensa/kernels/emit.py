@@ -47,8 +47,6 @@ from prensa.kernels.record import (
     lift,
 )
 
-Array = NDArray[np.float64]
-
 _D, _L, _S, _B = ir.DoubleType(), ir.IntType(64), ir.IntType(32), ir.IntType(8)
 _V, _VL, _VB = ir.VectorType(_D, WIDE), ir.VectorType(_L, WIDE), ir.VectorType(ir.IntType(1), WIDE)
 

@@ -18,12 +18,10 @@ from collections.abc import Iterator
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.derivatives import derivative
 from prensa.model.doors import Member
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 TINY = 1e-12  # plastic strain below which a power law of infinite initial slope is its chord
 

@@ -9,15 +9,13 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.kernels import record
 from prensa.kernels.differentiate import forward, units
 from prensa.kernels.emit import Kind, Program, Rows, Shared, generated, puts
 from prensa.kernels.record import Node, cell, exp, given, log, many, piece, where
 from prensa.materials.flow_curve import TINY, FlowCurve, FlowParameters, stress_at
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 PERFECT, LINEAR, LUDWIK, SWIFT, VOCE, HOCKETT_SHERBY, JOHNSON_COOK, TABLE = range(8)
 
@@ -148,7 +146,7 @@ def parameters(kind: int, *p: float) -> FlowParameters:
     return FlowParameters(kind, np.append(p, np.zeros(CURVE_SCALARS - len(p))), np.zeros(2), np.zeros((1, 4)))
 
 
-def flow_curve(flow: FlowCurve, plastic_strain: NDArray[np.float64], rate: float = 0.0) -> NDArray[np.float64]:
+def flow_curve(flow: FlowCurve, plastic_strain: Array, rate: float = 0.0) -> Array:
     """Flow stress at each plastic strain (n,) → (n,), for plots and closed forms; ``rate`` in 1/time."""
     a = np.atleast_1d(np.asarray(plastic_strain, dtype=np.float64))
     return stress_at(flow, a, np.full_like(a, rate))

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.kernels import record
 from prensa.kernels.differentiate import forward, units
@@ -26,9 +25,9 @@ from prensa.materials.hencky_j2 import (
     hencky_j2,
     return_in_principal_axes,
 )
+from prensa.types import Array, Flags
 
-Array = NDArray[np.float64]
-Held = NDArray[np.bool_]
+Held = Flags
 
 CURVE_AT = 4
 """Place of the scalars of the curve among the numbers of a metal."""

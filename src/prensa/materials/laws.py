@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.kernels import spatial, tensor
 from prensa.layout import PLANE, SPATIAL, TensorLayout
@@ -23,10 +22,9 @@ from prensa.materials.hardening import stresses
 from prensa.materials.j2 import NO_CURVE, begin_finite, finite, principal
 from prensa.materials.protocol import At, Field, Material, Out, PrincipalElasticity
 from prensa.materials.return_map import return_map
+from prensa.types import Array
 
 __all__ = ["At", "Field", "Material", "Out"]
-
-Array = NDArray[np.float64]
 
 
 STRESSES_AT_ONCE = 4096

@@ -19,7 +19,6 @@ from __future__ import annotations
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from prensa.derivatives import COMPLEX_STEP, DIFFERENCE, complex_value
@@ -27,8 +26,7 @@ from prensa.layout import PLANE, SPATIAL
 from prensa.materials.protocol import Material as Law
 from prensa.model.doors import Member
 from prensa.model.units import Number
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 PoissonRatio = Annotated[Number, Field(gt=-1.0, lt=0.5)]
 

@@ -13,12 +13,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.layout import PLANE, TensorLayout
 from prensa.materials.protocol import At, Field, Flowing, Material, Out
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 MAX_ITERATIONS = 60
 STRESS = 1e-14  # σ₃₃ over the largest in-plane stress that counts as zero …

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, NamedTuple, Protocol, runtime_checkable
 
-import numpy as np
 from numpy.typing import NDArray
 
 from prensa.layout import TensorLayout
-
-Array = NDArray[np.float64]
+from prensa.types import Array, Flags
 
 
 class At(NamedTuple):
@@ -25,7 +23,7 @@ class At(NamedTuple):
     time: float
     tangent: bool = True
     secant: float = 0.0
-    flows: NDArray[np.bool_] | None = None
+    flows: Flags | None = None
     begun: bool = True
 
     def of(self, rows: NDArray[Any]) -> At:
@@ -39,7 +37,7 @@ class Out(NamedTuple):
     P: Array
     A: Array
     new: Array
-    failed: NDArray[np.bool_]
+    failed: Flags
 
 
 Travel = Literal["smooth", "growing", "nearest", "strain", "flow"]

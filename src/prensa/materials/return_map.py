@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.materials.flow_curve import FlowCurve, along, stress_at
 from prensa.materials.hencky_j2 import ON_SURFACE
-
-Array = NDArray[np.float64]
+from prensa.types import Array, Flags
 
 ITERATIONS = 200
 LAST_STEP = 1e-12  # Newton's last step, over the plastic increment
@@ -18,8 +16,8 @@ BRACKET = 4e-16  # width of the bracket, over the increment
 
 def return_map(
     eps: Array, jn: Array, old: Array, column: int, K: float, G: float, cauchy: bool, curve: FlowCurve, dt: float,
-    tau: Array, dtau: Array, eps_e: Array, new: Array, failed: NDArray[np.bool_], tangent: bool,
-    held: NDArray[np.bool_] | None = None,
+    tau: Array, dtau: Array, eps_e: Array, new: Array, failed: Flags, tangent: bool,
+    held: Flags | None = None,
     secant: float = 0.0,
 ) -> None:  # fmt: skip
     """Trial elastic strains eps (n, 3) → tau, dtau = ∂τ/∂ε if ``tangent``, eps_e, plastic strain and work; as `j2.principal`.

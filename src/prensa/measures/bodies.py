@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.measures.measure import Gradient, MeasureError
 from prensa.measures.outline import (
@@ -26,12 +25,11 @@ from prensa.measures.outline import (
     node,
 )
 from prensa.mesh.mesh import boundary_edges
+from prensa.types import Array, Index
 
 if TYPE_CHECKING:
     from prensa.solver.increment import BodyState, Increment, Shape
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 AXIS_NUMBER = {"x": 0, "y": 1}
 STRESS_PARTS = ("xx", "yy", "zz", "xy")

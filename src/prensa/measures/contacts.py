@@ -6,16 +6,15 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.measures.measure import MeasureError
 from prensa.measures.outline import length
 from prensa.mesh.mesh import beyond_corners, boundary_edges, edges_between
+from prensa.types import Array
 
 if TYPE_CHECKING:
     from prensa.solver.increment import ContactState, Increment
 
-Array = NDArray[np.float64]
 Names = Sequence[str]
 Value = Callable[["Increment"], float]
 

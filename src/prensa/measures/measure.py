@@ -7,15 +7,12 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.errors import PrensaError
+from prensa.types import Array, Index
 
 if TYPE_CHECKING:
     from prensa.solver.increment import Increment
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 class MeasureError(PrensaError):

@@ -8,12 +8,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.measures.measure import MeasureError
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 ON_LINE = 1e-9  # distance, of the size of the outline, at which an end of an edge lies on a line
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.mesh.convert import Draft, Midpoints
-from prensa.mesh.mesh import COINCIDENT, Array, Index, MeshError, boundary_edges, edges_between, oriented
+from prensa.mesh.mesh import COINCIDENT, MeshError, boundary_edges, edges_between, oriented
 from prensa.mesh.spacing import graded
 from prensa.model import meshes as model
+from prensa.types import Array, Index
 
 CORE = 0.5  # half-width of the core of a disc on its axes, and …
 CORE_CORNER = 0.42  # … that of its corners, over the radius: angles near 90° at the rim and 120° at the corners
@@ -27,7 +27,7 @@ def grid(points: Array) -> Index:
     return np.stack([node[:-1, :-1], node[:-1, 1:], node[1:, 1:], node[1:, :-1]], axis=-1).reshape(-1, 4)
 
 
-def chain(nodes: NDArray[np.int64]) -> Index:
+def chain(nodes: Index) -> Index:
     """Edges (k, 2) along a row of nodes (k + 1,)."""
     return np.stack([nodes[:-1], nodes[1:]], axis=1)
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from prensa.mesh.mesh import CELL_NAMES, CORNERS, Array, Index, Mesh, MeshError, corner_cells, keys, meshed_like, sides
+from prensa.mesh.mesh import CELL_NAMES, CORNERS, Mesh, MeshError, corner_cells, keys, meshed_like, sides
+from prensa.types import Array, Index
 
 # ends a, b (k, 2) of edges of a curved boundary → points (k, 2) half way between them along the boundary
 Midpoints = Callable[[Array, Array], Array]

@@ -4,13 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
 from prensa.errors import PrensaError
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 LABELS = 10**9  # labels of different instances of an assembly are kept apart by this
 

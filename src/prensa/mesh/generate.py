@@ -10,9 +10,10 @@ import numpy as np
 
 from prensa.mesh import blocks
 from prensa.mesh.convert import Draft, draft_of, mesh_from_draft, nodes_of
-from prensa.mesh.mesh import Array, Index, Mesh, MeshError, boundary_edges, edges_between
+from prensa.mesh.mesh import Mesh, MeshError, boundary_edges, edges_between
 from prensa.mesh.spacing import graded
 from prensa.model import meshes as model
+from prensa.types import Array, Index
 
 
 def rectangle(m: model.Rectangle) -> Draft:

@@ -13,13 +13,10 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.errors import PrensaError
 from prensa.model.names import suggest
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Flags, Index
 
 CORNERS = {3: 3, 4: 4, 6: 3, 8: 4}  # corners of a cell, by its nodes
 CELL_NAMES = {3: "T3", 4: "Q4", 6: "T6", 8: "Q8"}
@@ -158,7 +155,7 @@ def boundary_edges(cells: Index) -> Index:
     return edges[np.sort(first[count == 1])]
 
 
-def beyond_corners(x: Array, edges: NDArray[np.int64], touching: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def beyond_corners(x: Array, edges: Index, touching: Flags) -> Flags:
     """Whether an edge (m, 2), of nodes at x (n, 2) of which some touch, leaves what the others lie on at a corner (m,).
 
     It has one end that touches, beyond which the outline goes on in an edge that touches with both, turned by more than 60°: the

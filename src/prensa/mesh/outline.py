@@ -8,13 +8,10 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.mesh.mesh import Mesh, boundary_edges, keys
+from prensa.types import Array, Flags, Index
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 SizeOf = Callable[[Array], Array]
 
 CORNER = np.radians(35.0)  # turn of an outline from which on it has a corner there

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.geometry.chain import ChainError, Piece, chain, signed_area
 from prensa.mesh.convert import Draft, draft_of
@@ -13,8 +12,7 @@ from prensa.mesh.mesh import MeshError
 from prensa.mesh.outline import Chain, SizeOf, resampled
 from prensa.mesh.triangulate import inside, triangulated
 from prensa.model import meshes as model
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 ARC = 24  # straight pieces of a quarter of a circle
 AT_FILLETS = 4.0  # elements along a quarter of a circle, at least

@@ -10,9 +10,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from prensa.mesh.mesh import CELL_NAMES, CORNERS, Array, Mesh, corner_cells, sides
+from prensa.mesh.mesh import CELL_NAMES, CORNERS, Mesh, corner_cells, sides
+from prensa.types import Array, Index
 
 POOR = 0.2  # scaled Jacobian below which stresses of an element are poor
 MAX_ASPECT = 50.0  # longest over shortest side above which there is a warning
@@ -26,7 +26,7 @@ class Quality:
     jacobian: Array
     aspect: Array
     longest: Array
-    centre: NDArray[np.float64]
+    centre: Array
 
     @property
     def worst(self) -> int:
@@ -45,7 +45,7 @@ class Quality:
         )
 
     @property
-    def needles(self) -> NDArray[np.int64]:
+    def needles(self) -> Index:
         """Elements that are so much longer than wide that they lock where they bend."""
         return np.flatnonzero(self.aspect > MAX_ASPECT)
 

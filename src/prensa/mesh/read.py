@@ -13,8 +13,6 @@ from prensa.mesh.mesh import (
     CELL_NAMES,
     COINCIDENT,
     CORNERS,
-    Array,
-    Index,
     Mesh,
     MeshError,
     boundary_edges,
@@ -26,6 +24,7 @@ from prensa.mesh.mesh import (
 from prensa.model import meshes as model
 from prensa.model.names import suggest
 from prensa.model.units import factor
+from prensa.types import Array, Index
 
 
 def from_file(m: model.File, nodes: int, unit: str) -> Mesh:

@@ -11,13 +11,10 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.mesh.mesh import Mesh, areas, corner_cells, segments
 from prensa.model.remeshing import Sizes
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 LARGEST_SIZE = 1 / 12  # largest element over the root of the section's area
 TOOL_SIZE = 0.6  # elements at tools over those

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from prensa.mesh.mesh import Array, MeshError
+from prensa.mesh.mesh import MeshError
+from prensa.types import Array
 
 
 def graded(

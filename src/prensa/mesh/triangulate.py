@@ -8,15 +8,12 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.errors import PrensaError
 from prensa.mesh.crossing import meeting
 from prensa.mesh.mesh import Mesh, keys, sides
 from prensa.mesh.outline import NewOutline, SizeOf
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Flags, Index
 
 NO_MESHER = "'remesh' needs the mesher MMG, which is not installed: pip install 'prensa[remesh]'"
 GROWTH = 1.25  # of the sizes of neighbouring elements, at most
@@ -158,7 +155,7 @@ def _ordered(vertices: Array, triangles: Index, points: Array, edges: Index) -> 
     return x, triangles
 
 
-def inside(x: Array, points: Array, edges: Index) -> NDArray[np.bool_]:
+def inside(x: Array, points: Array, edges: Index) -> Flags:
     """Whether places x (n, 2) are inside the outlines and outside of their holes: crossings of a ray along +x."""
     a, b = points[edges[:, 0]], points[edges[:, 1]]
     out = np.empty(len(x), dtype=bool)

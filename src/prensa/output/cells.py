@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Index = NDArray[np.int64]
+from prensa.types import Index
 
 VTK = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8"}
 """Names of meshio for the cell types of VTK."""

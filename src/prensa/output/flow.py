@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from prensa.errors import PrensaError, shown, take
 from prensa.fem.transfer import at_places, located
@@ -17,12 +17,12 @@ from prensa.model.problem import Problem
 from prensa.output import plot, style
 from prensa.output.cells import triangles
 from prensa.solver.increment import BodyState, Increment
+from prensa.types import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 
 GRID_LINES = 16  # of the grid along the longer side of a body
 

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.solver.increment import ToolState
 from prensa.tools.tool import ToolShape
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 def outlines(tool: ToolShape, state: ToolState, depth: float, axisymmetric: bool = False) -> list[Array]:

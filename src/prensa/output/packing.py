@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 PLACE_BITS, VALUE_BITS = 16, 12
 """Of displacements (1/65535 of their range) and of fields (1/4095: finer than any colour)."""

@@ -22,12 +22,12 @@ from prensa.output.cells import around, outline, triangles
 from prensa.output.maxima import leading_tool
 from prensa.output.outline import outlines
 from prensa.solver.increment import STATUS, BodyState, ContactState, Increment
+from prensa.types import Array, Index
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 NAMING = 0.9  # height in inches of a panel's title and the names of its axis
 MOST_EDGES = 2500  # elements whose sides can be told apart in a picture …
 LEAST_EDGE = 1.5  # … if their sides are so many points of the page apart
@@ -518,7 +518,7 @@ def _closed_range(s: Array, status: NDArray[Any]) -> tuple[float, float]:
     return max(float(closed.min()) - margin, float(s.min())), min(float(closed.max()) + margin, float(s.max()))
 
 
-def _coloured(axes: Axes, x: Array, cells: NDArray[np.int64], value: Array, ends: tuple[float, float], name: str) -> Any:
+def _coloured(axes: Axes, x: Array, cells: Index, value: Array, ends: tuple[float, float], name: str) -> Any:
     from matplotlib.tri import Triangulation
 
     covered = Triangulation(x[:, 0], x[:, 1], triangles(cells))

@@ -11,7 +11,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.model.problem import Problem
 from prensa.output import plot, style
@@ -21,8 +20,7 @@ from prensa.output.outline import outlines
 from prensa.output.packing import PLACE_BITS, VALUE_BITS, Packer
 from prensa.output.stored import Stored
 from prensa.solver.increment import STATUS, BodyState, ContactState, Increment
-
-Array = NDArray[np.float64]
+from prensa.types import Array, Index
 
 MOST_NUMBERS = 8_000_000  # in the frames of a page: some six megabytes of it
 PROFILES = ("x", "y", "pressure", "pressure_from_stress", "shear", "slip")
@@ -160,7 +158,7 @@ def _ends(body: BodyState, field: str) -> tuple[float, float]:
     return float(values.min()), float(values.max())
 
 
-def _edges(body: BodyState) -> NDArray[np.int64]:
+def _edges(body: BodyState) -> Index:
     """Pieces (k, 2) of all element sides, each once."""
     ring = around(body.cells)
     return np.unique(np.sort(np.stack([ring, np.roll(ring, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1), axis=0)

@@ -33,8 +33,8 @@ from prensa.solver.increment import (
     Statistics,
     ToolState,
 )
+from prensa.types import Bytes
 
-Array = NDArray[np.float64]
 _NOT_KEPT = "{}: an increment read back has no {}; those that solve yields have"
 
 
@@ -181,7 +181,7 @@ def _contact(path: Path, contact: Any, area: float) -> ContactState:
     )  # fmt: skip
 
 
-def _numbered(words: NDArray[Any]) -> NDArray[np.int8]:
+def _numbered(words: NDArray[Any]) -> Bytes:
     out = np.zeros(len(words), dtype=np.int8)
     for k, word in enumerate(STATUS):
         out[words == word] = k

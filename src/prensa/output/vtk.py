@@ -16,12 +16,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.errors import PrensaError, take_path
 from prensa.output.cells import VTK
 from prensa.output.files import numbered, replacing, write_text
 from prensa.solver.increment import BodyState, Increment
+from prensa.types import Array, Index
 
 FIELDS_FOLDER = "fields"
 COLLECTION = "fields.pvd"
@@ -32,8 +32,6 @@ _HEAD = """\
 """
 _TAIL = "  </Collection>\n</VTKFile>\n"
 _ENTRY = re.compile(r'<DataSet timestep="([^"]+)" group="" part="0" file="([^"]+)" />')
-
-Array = NDArray[np.float64]
 
 
 class Fields:
@@ -142,7 +140,7 @@ def read_fields(path: str | Path, names: list[str]) -> dict[str, BodyState]:
 
 
 # ------------------------------------------------------------------------------------------------------------- details
-def _body(mesh: Any, cells: NDArray[np.int64], own: slice) -> BodyState:
+def _body(mesh: Any, cells: Index, own: slice) -> BodyState:
     x, data = np.array(mesh.points[own, :2]), mesh.point_data
     thickness = np.array(data["thickness"][own]) if "thickness" in data else None
     return BodyState(

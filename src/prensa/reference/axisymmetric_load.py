@@ -11,11 +11,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from prensa.types import Index
 
 from ._check import Array, not_negative, positive
-
-Index = NDArray[np.int64]
 
 REWEIGHTINGS = 60  # reweighted least squares
 POWER_SETTLED = 1e-5  # change of the power over the power that ends them

@@ -12,11 +12,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from prensa.types import Index
 
 from ._check import Array, not_negative, positive
-
-Index = NDArray[np.int64]
 
 TANGENTS = 12  # strain rates at which the power of a triangle is taken at first
 PROGRAMS = 6  # programs at most, with further tangents where the last one ended

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.analysis import check_arguments, told_before
 from prensa.errors import ArgumentError, take
@@ -36,8 +35,7 @@ from prensa.solver.results import increment_of
 from prensa.solver.step_control import StepControl
 from prensa.solver.threads import ONE_OF_BLAS
 from prensa.solver.timer import Timer
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.elements import derivatives, q4
 from prensa.elements.derivatives import Along, At, Variant, shapes_of
@@ -18,8 +17,7 @@ from prensa.fem.interaction import Context
 from prensa.fem.system import Evaluation, System
 from prensa.materials.j2 import NO_CURVE, numbers
 from prensa.sensitivity.change import Change, Changes, Group
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 SHIFT = 1e-7  # over the size of the bodies, for differences of shapes
 ELEMENTS_AT_ONCE = 1 << 12

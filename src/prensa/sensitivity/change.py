@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.elements.derivatives import LANES
 from prensa.elements.kinds.isoparametric import Isoparametric
@@ -17,8 +16,7 @@ from prensa.fem.system import System
 from prensa.materials.flow_curve import FlowParameters
 from prensa.materials.j2 import CURVE_AT
 from prensa.materials.laws import J2, Hencky
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 KNOWN_ENFORCEMENTS = ("penalty", "exact")
 

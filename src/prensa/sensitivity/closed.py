@@ -12,7 +12,6 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.record import ContactRecord
 from prensa.fem.contact_interaction import ContactInteraction
@@ -31,8 +30,8 @@ from prensa.sensitivity.direct import Columns, Direction, Solution, handed_down,
 from prensa.solver.increment import Increment
 from prensa.solver.outcome import NewtonResult
 from prensa.solver.results import increment_of
+from prensa.types import Array
 
-Array = NDArray[np.float64]
 Arrays = dict[str, Array]
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.directions import along, at_fixed, energies, grown
 from prensa.contact.forces import ContactForces, Scale
@@ -18,8 +17,7 @@ from prensa.contact.kept import Kept
 from prensa.contact.record import ContactRecord
 from prensa.fem.interaction import Context
 from prensa.fem.surface import Surface
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces
 from prensa.contact.record import magnitude
@@ -45,12 +44,11 @@ from prensa.solver.reduced import Reduced
 from prensa.solver.results import increment_of
 from prensa.solver.stabilisation import Stabilisation
 from prensa.solver.time_stepping import committed
+from prensa.types import Array, Index
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 DROPPED = np.zeros(0)
 EARLIER = ("u_last", "u_before")

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.forces import TOUCH
 from prensa.contact.record import magnitude
@@ -24,8 +23,7 @@ from prensa.solver.increment import Derivatives, Increment, Observable
 from prensa.solver.outcome import NewtonResult
 from prensa.solver.policy import Policy
 from prensa.solver.reduced import Reduced, weights_of
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 BORNE = 1e-9  # share of the bound of friction within which a traction is all that friction bears
 

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.interaction import Context
 from prensa.fem.schedule import StepPlan
@@ -14,8 +13,7 @@ from prensa.fem.system import System
 from prensa.sensitivity.transposed import Weights
 from prensa.solver.approach import approach
 from prensa.solver.policy import Policy
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 class Landing(NamedTuple):

@@ -6,14 +6,13 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.sensitivity.combinations import nearest, row_sums
+from prensa.types import Array
 
 LEEWAY = 10.0
 """Shares ``fine`` of a solution that what it leaves may come from: rates of substitutions do not tell them better."""
 
-Array = NDArray[np.float64]
 Solve = Callable[[Array], Array]
 
 

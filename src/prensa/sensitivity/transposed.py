@@ -14,7 +14,6 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces
 from prensa.contact.kept import Kept, closed_slopes
@@ -31,9 +30,7 @@ from prensa.sensitivity.bodies import SHIFT, Elements, elements_of, moduli_of
 from prensa.sensitivity.substitutions import Solve, Substitutions, begun
 from prensa.solver.linear import Kept as KeptFactors
 from prensa.solver.reduced import Reduced, Selected
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 NO_FLOW = (0, np.zeros(5), np.zeros(2), np.zeros((1, 4)))  # of a curve that nobody asks for
 

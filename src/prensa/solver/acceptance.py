@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.assembly import Block
 from prensa.fem.contacts import contacts_of, were_closed
@@ -26,8 +25,7 @@ from prensa.fem.system import Evaluation, System
 from prensa.fem.time_rule import growths
 from prensa.solver.outcome import NewtonResult
 from prensa.solver.policy import DEFAULT, Policy
-
-Array = NDArray[np.float64]
+from prensa.types import Array, Flags
 
 
 class Corners:
@@ -141,7 +139,7 @@ def tunnelled(system: System, state: State, u: Array, policy: Policy = DEFAULT) 
     return None
 
 
-def _through(system: System, s: Surface, start: Array, end: Array, policy: Policy) -> NDArray[np.bool_]:
+def _through(system: System, s: Surface, start: Array, end: Array, policy: Policy) -> Flags:
     """Nodes (k,) of a surface whose straight ways (k, 2) in the frame of the tool lead through it."""
     tool = system.master(s).tool
     h = min(float(s.points.depth.min()), tool.thickness)

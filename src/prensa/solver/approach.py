@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.errors import SolveError
 from prensa.fem.contacts import were_closed
@@ -16,8 +15,7 @@ from prensa.fem.state import State
 from prensa.fem.surface import Surface
 from prensa.fem.system import System
 from prensa.solver.policy import DEFAULT, Policy
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 def bisected(below: Callable[[float], bool], lo: float, hi: float) -> tuple[float, float]:

@@ -7,17 +7,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.interaction import Context, Request
 from prensa.fem.system import System
 from prensa.solver.views import Shown
+from prensa.types import Array, Flags, Index
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True, repr=False)
@@ -31,8 +28,8 @@ class ContactBlock(Shown):
     dofs: Index
     r: Array
     K: Array
-    closed: NDArray[np.bool_]
-    slips: NDArray[np.bool_]
+    closed: Flags
+    slips: Flags
     more: tuple[tuple[Index, Array], ...] = ()
 
     def _line(self) -> str:

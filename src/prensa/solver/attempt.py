@@ -6,9 +6,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 
-import numpy as np
-from numpy.typing import NDArray
-
 from prensa.fem.failure import Failure, Singular, Unsettled
 from prensa.fem.interaction import Context
 from prensa.fem.state import may_rest
@@ -21,8 +18,8 @@ from prensa.solver.newton import newton
 from prensa.solver.outcome import NewtonResult
 from prensa.solver.policy import Policy
 from prensa.solver.predictor import Guess, initial_guess
+from prensa.types import Array
 
-Array = NDArray[np.float64]
 Solve = Callable[[Array, NewtonResult], Failure | None]
 
 

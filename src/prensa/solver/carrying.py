@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.stencil import Stencils
 from prensa.fem.contacts import were_closed
@@ -22,9 +21,7 @@ from prensa.fem.surface import Surface
 from prensa.fem.system import System
 from prensa.solver.approach import bisected
 from prensa.solver.policy import DEFAULT, Policy
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 
 class Carried(NamedTuple):

@@ -7,11 +7,9 @@ positive, as those of friction.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.solver.policy import DEFAULT, Policy
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 def complementary(L: Array, R: Array, b: Array, policy: Policy = DEFAULT) -> tuple[Array, Array] | None:

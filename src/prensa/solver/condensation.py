@@ -25,7 +25,6 @@ from functools import cache, cached_property
 from typing import Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csc_matrix, csr_matrix
 
 from prensa.contact.forces import TOUCH
@@ -45,11 +44,9 @@ from prensa.solver.linear import DenseFactors, SingularError
 from prensa.solver.outcome import NewtonResult
 from prensa.solver.policy import DEFAULT, Policy
 from prensa.solver.reduced import Reduced, equations_of, in_lengths, weights_of
+from prensa.types import Array, Flags, Index
 
 log = logging.getLogger("prensa")
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 
 # ---------------------------------------------------------------------------------------------------------- whether at all

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csc_matrix, csr_matrix, identity
 
 from prensa.errors import SolveError
@@ -16,8 +15,8 @@ from prensa.model import problem as model
 from prensa.solver.linear import Factorisation, SingularError
 from prensa.solver.policy import Policy
 from prensa.solver.threads import threads_of
+from prensa.types import Array
 
-Array = NDArray[np.float64]
 Blocks = frozenset[int]
 
 

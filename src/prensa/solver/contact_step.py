@@ -20,7 +20,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, vstack
 
 from prensa.contact.forces import ContactForces, Scale
@@ -32,9 +31,7 @@ from prensa.solver.friction_step import Friction, as_rows, tractions
 from prensa.solver.linear import SingularError
 from prensa.solver.policy import Policy
 from prensa.solver.projection import linear_gaps
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from prensa.types import Array, Flags, Index
 
 
 class Candidates(NamedTuple):
@@ -200,7 +197,7 @@ def _friction_by_pressure(f: ContactForces) -> Array:
     return np.asarray(f.dt[:, :, 0] / _shares(f)[:, None])
 
 
-def _of_surface(s: Surface, f: ContactForces, scale: Scale, at: NDArray[np.int64], lam: Array, ndof: int) -> Candidates:
+def _of_surface(s: Surface, f: ContactForces, scale: Scale, at: Index, lam: Array, ndof: int) -> Candidates:
     """The candidates ``at`` (m,) of one contact."""
     t, share = f.t.shape[1], _shares(f)
     by_p, forces = _friction_by_pressure(f), pressed(f)[at]

@@ -7,7 +7,6 @@ leads on. Increments shrink to nothing then, over hundreds of them, and nothing 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.failure import Collapsed, CornerInverted, Distorted, ElementFailed, Failure, Unevaluable
 from prensa.fem.folds import past_support, sides_of
@@ -17,8 +16,7 @@ from prensa.fem.system import System
 from prensa.mesh.mesh import displaced
 from prensa.mesh.quality import quality
 from prensa.solver.policy import Policy
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 class Distortion:

@@ -15,7 +15,6 @@ point that slips follows its pressure; that of one that sticks is left to the ne
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, vstack
 
 from prensa.fem.loads import Release
@@ -25,10 +24,7 @@ from prensa.solver.contact_step import pressed
 from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.friction_step import as_rows
 from prensa.solver.projection import linear_gaps
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Flags = NDArray[np.bool_]
+from prensa.types import Array, Flags, Index
 
 
 def with_edges(eq: Equilibrium, e: Evaluation, lam: Array, step: Array) -> Array:

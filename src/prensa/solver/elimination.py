@@ -12,15 +12,12 @@ from dataclasses import replace
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.assembly import Pattern
 from prensa.fem.system import Evaluation, System
 from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.reduced import Selected, Whole
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 
 class Evaluate(Protocol):

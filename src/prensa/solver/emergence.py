@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.contacts import were_closed
 from prensa.fem.failure import StartsInside
@@ -18,8 +17,7 @@ from prensa.fem.schedule import Prescribed
 from prensa.fem.state import State
 from prensa.fem.system import System
 from prensa.solver.policy import Policy
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 def starts_inside(system: System, state: State, policy: Policy) -> list[tuple[StartsInside, Array]]:

@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import Any, NamedTuple, Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.failure import Failure, Runaway, ToolRunaway
 from prensa.fem.interaction import Context, Overrides
@@ -17,10 +16,9 @@ from prensa.model import problem as model
 from prensa.solver.outcome import NewtonResult
 from prensa.solver.policy import Policy
 from prensa.solver.reduced import Reduced
+from prensa.types import Array, Bytes, Flags
 
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-Signature = NDArray[np.int8]
+Signature = Bytes
 
 
 class Reporter(NamedTuple):

@@ -6,14 +6,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.system import Evaluation
 from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.linear import product
 from prensa.solver.policy import DEFAULT
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 class Secant:

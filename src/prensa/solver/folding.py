@@ -9,7 +9,6 @@ from __future__ import annotations
 import logging
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.assembly import Block
 from prensa.fem.failure import CornerInverted, Past, PastSupport, place_of
@@ -19,10 +18,9 @@ from prensa.fem.interaction import Context
 from prensa.fem.system import System
 from prensa.solver.acceptance import Corners
 from prensa.solver.policy import Policy
+from prensa.types import Array, Index
 
 log = logging.getLogger("prensa")
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 class Folding:

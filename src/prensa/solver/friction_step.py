@@ -14,14 +14,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
 from prensa.solver.complementarity import pivoted
 from prensa.solver.policy import Policy
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from prensa.types import Array, Flags, Index
 
 
 class Friction(NamedTuple):
@@ -39,7 +36,7 @@ class Friction(NamedTuple):
     slope: Array
 
 
-def as_rows(values: Array, dofs: NDArray[np.int64], ndof: int) -> csr_matrix:
+def as_rows(values: Array, dofs: Index, ndof: int) -> csr_matrix:
     """Rows (m, ndof) with values (m, k) at dofs (m, k)."""
     m, k = dofs.shape
     return csr_matrix((values.ravel(), dofs.ravel(), np.arange(0, m * k + 1, k)), (m, ndof))

@@ -8,11 +8,11 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.errors import PrensaError, take
 from prensa.model.names import suggest
 from prensa.solver.views import Drawn, Shown, Tabular
+from prensa.types import Array, Bytes, Index
 
 if TYPE_CHECKING:
     from prensa.fem.passing import Passing
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from prensa.model.problem import Problem
     from prensa.solver.assembled import Assembled
 
-Array = NDArray[np.float64]
 STATUS = ("open", "stick", "slip")
 
 
@@ -93,7 +92,7 @@ class PointValues(Shown):
     pressure: Array
     shear: Array
     slip: Array
-    status: NDArray[np.int8]
+    status: Bytes
     weight: Array
     speed: Array | None = None
 
@@ -119,14 +118,14 @@ class ContactState(Tabular):
     surface: str
     tool: str
     body: str
-    node: NDArray[np.int64]
+    node: Index
     X: Array
     x: Array
     gap: Array
     pressure: Array
     shear: Array
     slip: Array
-    status: NDArray[np.int8]
+    status: Bytes
     weight: Array
     force: Array
     pressure_from_stress: Array
@@ -160,7 +159,7 @@ class BodyState(Tabular):
 
     X: Array
     x: Array
-    cells: NDArray[np.int64]
+    cells: Index
     reaction: Array
     stress: Array
     mises: Array
@@ -194,8 +193,8 @@ class Shape:
     X: Array
     x: Array
     start: Array
-    cells: NDArray[np.int64]
-    edges: Mapping[str, NDArray[np.int64]]
+    cells: Index
+    edges: Mapping[str, Index]
     corners: Mapping[str, int]
 
 

@@ -12,15 +12,13 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.system import Evaluation, System
 from prensa.solver.attempt import attempt_from
 from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.outcome import NewtonResult
 from prensa.solver.stabilisation import Drag, nodal_volumes
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 def goes_by_itself(eq: Equilibrium) -> bool:

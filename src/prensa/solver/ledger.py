@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from prensa.contact.record import magnitude
 from prensa.fem.interaction import Context
 from prensa.fem.state import Energy
 from prensa.fem.system import Evaluation, System
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 def nodal_work(system: System, c: Context, e: Evaluation) -> Array:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces
 from prensa.fem.assembly import Block
@@ -16,8 +15,7 @@ from prensa.fem.system import Evaluation, System
 from prensa.friction.law import bounded
 from prensa.solver.distortion import shapes
 from prensa.solver.policy import Policy
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 def limits(system: System, c: Context, e: Evaluation, policy: Policy) -> Iterator[str]:

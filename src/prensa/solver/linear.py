@@ -29,13 +29,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from prensa.solver.policy import DEFAULT, Policy
+from prensa.types import Array, Flags, Ints, Single
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
 log = logging.getLogger("prensa")
-Array = NDArray[np.float64]
-Single = NDArray[np.float32]
 Solve = Callable[[Array], Array]
 Factor = Callable[[Array | Single], Solve]
 
@@ -57,18 +56,18 @@ class Structure(NamedTuple):
     """
 
     n: int
-    indptr: NDArray[np.int32]
-    indices: NDArray[np.int32]
+    indptr: Ints
+    indices: Ints
     kind: str
     threads: int
 
-    def lower(self) -> tuple[NDArray[np.int32], NDArray[np.int32], NDArray[np.bool_]]:
+    def lower(self) -> tuple[Ints, Ints, Flags]:
         """Index pointers and row indices of the lower triangle, and which of the values are in it."""
         inside = self.indices >= np.repeat(np.arange(self.n, dtype=np.int32), np.diff(self.indptr))
         return running(inside)[self.indptr], self.indices[inside], inside
 
 
-def running(flags: NDArray[np.bool_]) -> NDArray[np.int32]:
+def running(flags: Flags) -> Ints:
     """Number (n + 1,) of flags (n,) that are set before each place."""
     out = np.zeros(len(flags) + 1, dtype=np.int32)
     np.cumsum(flags, out=out[1:])
@@ -306,8 +305,8 @@ class Factorisation:
     def __init__(
         self,
         n: int,
-        indptr: NDArray[np.int32],
-        indices: NDArray[np.int32],
+        indptr: Ints,
+        indices: Ints,
         solver: str = "auto",
         threads: int = 1,
         symmetric: bool = False,
@@ -325,7 +324,7 @@ class Factorisation:
         ]
         self.order = list(self.first)
         self._factors: dict[tuple[str, str], Factor] = {}
-        self._inside: NDArray[np.bool_] | None = None  # which of the values are in the lower triangle
+        self._inside: Flags | None = None  # which of the values are in the lower triangle
         self._solve: Solve | None = None
         self.made_from: Single | None = None
         self._own, self._single = False, True

@@ -9,14 +9,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.failure import Blocked
 from prensa.fem.surface import Surface
 from prensa.fem.system import Evaluation
 from prensa.solver.policy import DEFAULT, Policy
-
-Array = NDArray[np.float64]
+from prensa.types import Array, Flags, Ints
 
 
 class BlockedError(ArithmeticError):
@@ -32,8 +30,8 @@ class Equations(NamedTuple):
 
     number: int
     surface: Surface
-    slots: NDArray[np.int32]
-    free: NDArray[np.bool_]
+    slots: Ints
+    free: Flags
 
 
 def determined(e: Evaluation, b: Array, equations: list[Equations], policy: Policy = DEFAULT) -> Array:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.failure import Diverged, Failure, NotConverged, Stagnated, Unevaluable
 from prensa.fem.system import Evaluation
@@ -17,9 +16,7 @@ from prensa.solver.finish import finish
 from prensa.solver.outcome import NewtonResult
 from prensa.solver.predictor import Guess
 from prensa.solver.projection import contact_corrected
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from prensa.types import Array, Flags
 
 
 @dataclass(frozen=True)

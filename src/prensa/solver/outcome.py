@@ -6,13 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.failure import Failure
 from prensa.fem.system import Evaluation
 from prensa.solver.policy import Policy
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 @dataclass

@@ -12,7 +12,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.interaction import Context
 from prensa.fem.passing import STAIR, WORTH_SAYING, Passing, passable, passing, sentence
@@ -22,8 +21,7 @@ from prensa.fem.system import Evaluation, System
 from prensa.model.problem import support_names
 from prensa.solver.increment import Increment, Mean
 from prensa.solver.policy import DEFAULT, Policy
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 def passing_of(system: System, e: Evaluation, before: Array, after: Array) -> dict[str, Passing]:

@@ -5,14 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.system import Evaluation
 from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.projection import contact_corrected, project_prediction
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from prensa.types import Array, Flags
 
 
 @dataclass

@@ -10,7 +10,6 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.stencil import Stencils
 from prensa.fem.interaction import Context
@@ -18,9 +17,7 @@ from prensa.fem.surface import Surface
 from prensa.fem.system import Evaluation, System
 from prensa.solver.equilibrium import Foreseen
 from prensa.solver.policy import DEFAULT, Policy
-
-Array = NDArray[np.float64]
-Flags = NDArray[np.bool_]
+from prensa.types import Array, Flags
 
 
 def project(system: System, s: Surface, u: Array, change: Callable[[Stencils], Array]) -> None:

@@ -6,14 +6,12 @@ from collections.abc import Iterator, Sequence, Set
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.interaction import Context
 from prensa.fem.schedule import StepPlan
 from prensa.fem.system import Evaluation, System
 from prensa.solver.policy import Policy
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 def quality_warnings(system: System, c: Context, e: Evaluation, residual: float, policy: Policy) -> Iterator[str]:

@@ -7,7 +7,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Protocol, Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.assembly import Pattern
 from prensa.fem.interaction import Context, Overrides
@@ -15,17 +14,14 @@ from prensa.fem.schedule import Control
 from prensa.fem.system import Evaluation, System
 from prensa.model import problem as model
 from prensa.solver.eliminated import Tied
-from prensa.solver.linear import Factorisation, Kept, Single, running
+from prensa.solver.linear import Factorisation, Kept, running
 from prensa.solver.multipliers import Equations, determined
 from prensa.solver.policy import DEFAULT, Policy
 from prensa.solver.threads import threads_of
+from prensa.types import Array, Flags, Index, Single
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 
 def weights_of(system: System) -> Array:

@@ -13,7 +13,6 @@ from functools import partial
 from typing import Any, Protocol, Unpack
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.errors import PrensaError, SolveError
 from prensa.fem.discretise import on_meshes
@@ -39,9 +38,9 @@ from prensa.solver.policy import Policy
 from prensa.solver.reduced import Assembly
 from prensa.solver.reporting import Messages
 from prensa.solver.time_stepping import Due, fresh_mesh
+from prensa.types import Array, Index
 
 log = logging.getLogger("prensa")
-Array = NDArray[np.float64]
 
 
 class RemeshingError(PrensaError):
@@ -101,7 +100,7 @@ class Remainder:
     forces: Array
     share: float
 
-    def couplings(self) -> list[NDArray[np.int64]]:
+    def couplings(self) -> list[Index]:
         """None: it has no stiffness."""
         return []
 

@@ -8,7 +8,6 @@ from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.forces import ContactForces
 from prensa.contact.recovery import at_free_edges, borne, mises_of, recover, smoothed, with_tractions_of_centres
@@ -40,9 +39,9 @@ from prensa.solver.increment import (
     ToolState,
 )
 from prensa.solver.outcome import NewtonResult
+from prensa.types import Array, Bytes, Flags, Index
 
-Array = NDArray[np.float64]
-Recovery = Callable[[Array, NDArray[np.int64], Array, Array], Array]
+Recovery = Callable[[Array, Index, Array, Array], Array]
 
 
 def increment_of(
@@ -190,7 +189,7 @@ class _Nodal(NamedTuple):
     pressure: Array
     shear: Array
     slip: Array
-    status: NDArray[np.int8]
+    status: Bytes
 
 
 def _together(s: Surface, told: _Nodal) -> _Nodal:
@@ -211,7 +210,7 @@ def _together(s: Surface, told: _Nodal) -> _Nodal:
     return _Nodal(told.weight, pressure, shear, slip, status)
 
 
-def _at_nodes(s: Surface, f: ContactForces, area: Array, status: NDArray[np.int8]) -> _Nodal:
+def _at_nodes(s: Surface, f: ContactForces, area: Array, status: Bytes) -> _Nodal:
     """Nodal forces over tributary areas (n,); a node without area is told what its neighbour is.
 
     A node slips when all the closed points that it carries do.
@@ -246,7 +245,7 @@ def _apart(system: System, s: Surface, state: State, where: Array, depth: Array 
     )  # fmt: skip
 
 
-def _with_area(area: Array) -> NDArray[np.int64]:
+def _with_area(area: Array) -> Index:
     """Number (n,) of each surface node, or of the next one along the surface where it has no area."""
     of = np.arange(len(area))
     bare = np.flatnonzero(area <= 1e-12 * area.max())
@@ -259,7 +258,7 @@ def _tangential(t: Array) -> Array:
     return t[:, 0] if t.shape[1] == 1 else t
 
 
-def _pressure_of(stress: Array | None, nodes: NDArray[np.int64], n: Array) -> Array:
+def _pressure_of(stress: Array | None, nodes: Index, n: Array) -> Array:
     """−n·σ n (k,) at nodes of stresses (n, 4) xx, yy, zz, xy, and unit normals n (k, 2); not a number without stresses."""
     if stress is None:
         return np.full(len(nodes), np.nan)
@@ -335,7 +334,7 @@ def _without_traction(system: System, state: State, e: Evaluation, plan: StepPla
     return out
 
 
-def _loaded(system: System, e: Evaluation) -> NDArray[np.bool_]:
+def _loaded(system: System, e: Evaluation) -> Flags:
     """Nodes (n,) on which tools, loads or ties act, or the bodies themselves across the axis of symmetry."""
     tied = np.zeros(system.ndof, dtype=bool)
     if system.ties is not None:
@@ -350,7 +349,7 @@ def _loaded(system: System, e: Evaluation) -> NDArray[np.bool_]:
     return out
 
 
-def _yielded(b: Block, history: Array) -> NDArray[np.bool_]:
+def _yielded(b: Block, history: Array) -> Flags:
     return np.asarray((b.field(history, "plastic_strain") > 0.0).any(axis=2))
 
 

@@ -11,16 +11,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.interaction import Context, Part, Request, Response
 from prensa.fem.state import Energy, Stability
 from prensa.fem.system import System
 from prensa.model.problem import ever_stabilised, stabilised
 from prensa.solver.policy import Policy
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 
 def nodal_volumes(system: System) -> Array:

@@ -16,7 +16,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.failure import Diverged, Jumped, LimitPoint, NotConverged, Singular, Stagnated, ToolRunaway, Unstable
 from prensa.fem.interaction import Context
@@ -30,8 +29,7 @@ from prensa.solver.linear import SingularError
 from prensa.solver.outcome import NewtonResult
 from prensa.solver.policy import Policy
 from prensa.solver.reduced import Reduced
-
-Array = NDArray[np.float64]
+from prensa.types import Array, Flags
 
 
 class Modes(NamedTuple):
@@ -89,7 +87,7 @@ def softest_modes(system: System, reduced: Reduced, policy: Policy, exactly: boo
     return Modes(int(negative.sum()), float(stiffness[at]), mode, np.sort(stiffness))
 
 
-def _begun(reduced: Reduced, bodily: NDArray[np.bool_], columns: int) -> Array:
+def _begun(reduced: Reduced, bodily: Flags, columns: int) -> Array:
     """Orthonormal forces (f, columns) on ``bodily`` degrees of freedom (f,) to begin with, the same ones each time."""
     kept = reduced.kept.get("forces")
     if kept is None:

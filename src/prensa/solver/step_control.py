@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.failure import Failure, FreeToMove
 from prensa.fem.interaction import Context
 from prensa.fem.schedule import StepPlan
 from prensa.fem.system import Evaluation, System
 from prensa.solver.policy import Policy
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 class StepControl:

@@ -8,7 +8,6 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.errors import SolveError
 from prensa.fem.failure import NotReached, sentence
@@ -22,8 +21,8 @@ from prensa.solver.increment import Increment
 from prensa.solver.outcome import NewtonResult
 from prensa.solver.policy import Policy
 from prensa.solver.results import increment_of, tool_forces
+from prensa.types import Array
 
-Array = NDArray[np.float64]
 Outcome = tuple[Context, NewtonResult]
 View = Callable[[Context, NewtonResult], Increment]
 

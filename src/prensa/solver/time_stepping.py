@@ -9,7 +9,6 @@ from functools import partial
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.errors import ArgumentError, SolveError, shown
 from prensa.fem.failure import (
@@ -68,9 +67,9 @@ from prensa.solver.threads import ONE_OF_BLAS, threads_of
 from prensa.solver.timer import Timer
 from prensa.solver.tipping import tips_over
 from prensa.solver.validity import Validity
+from prensa.types import Array
 
 log = logging.getLogger("prensa")
-Array = NDArray[np.float64]
 
 
 def at_rest(system: System) -> Increment | None:

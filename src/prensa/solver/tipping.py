@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.contact.masters import RigidMaster
 from prensa.fem.failure import TipsOver
 from prensa.fem.interaction import Context
 from prensa.fem.system import System
 from prensa.solver.policy import Policy
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 def tips_over(system: System, c: Context, policy: Policy) -> TipsOver | None:

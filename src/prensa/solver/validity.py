@@ -10,7 +10,6 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.fem.assembly import Block
 from prensa.fem.failure import BeyondSmall, in_degrees
@@ -18,9 +17,7 @@ from prensa.fem.interaction import Context
 from prensa.fem.system import Evaluation, System
 from prensa.model.units import factor
 from prensa.solver.policy import Policy
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 
 class Deformation(NamedTuple):

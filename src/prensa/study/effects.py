@@ -6,13 +6,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.study.plan import Plan
 from prensa.study.results import Row
 from prensa.study.values import Factor, Scatter, Values, value_of
+from prensa.types import Array
 
-Array = NDArray[np.float64]
 SHARES = (0.05, 0.95)  # of a scattered quantity, between which its effect is told
 
 

@@ -13,10 +13,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 THE_SAME = 1e-9  # of the results, below which differences say nothing
 LOWEST, HIGHEST = 0.3, 6.0  # orders that are looked for

@@ -6,7 +6,6 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.errors import PrensaError
 from prensa.output import style
@@ -15,12 +14,12 @@ from prensa.study.order import Convergence
 from prensa.study.quantities import Quantity, series_of
 from prensa.study.results import QUANTILES, Row, Study
 from prensa.study.values import Factor, Scatter, Values
+from prensa.types import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-Array = NDArray[np.float64]
 MOST_CURVES = 150
 MOST_POINTS = 300  # of a curve
 MOST_PANELS = 6

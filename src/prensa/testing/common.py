@@ -2,11 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
-
 TRIALS = 400  # random points at which a law is tried
 FD_STEP = 1e-6  # of finite differences, over the size of the argument
 FD_ERROR = 1e-6  # accepted difference of a derivative from finite differences, over the size of its terms

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.friction.law import At, FrictionLaw, bounded
 from prensa.friction.return_map import Tangential, return_map
-from prensa.testing.common import FD_ERROR, FD_STEP, TRIALS, Array, tell
+from prensa.testing.common import FD_ERROR, FD_STEP, TRIALS, tell
+from prensa.types import Array, Flags
 
 
 def check_friction(
@@ -162,7 +162,7 @@ def _tangent_wrong(
         yield f"the traction's derivative by the pressure differs from finite differences by {error:.1e} of the bound"
 
 
-def _smooth(out: Tangential, plus: Tangential, minus: Tangential) -> NDArray[np.bool_]:
+def _smooth(out: Tangential, plus: Tangential, minus: Tangential) -> Flags:
     """Points whose status and branch of the bound do not change within the step."""
     same = (plus.slip == out.slip) & (minus.slip == out.slip)
     for a, b in ((plus.dt_dp, minus.dt_dp), (plus.dt_dg, minus.dt_dg)):

@@ -9,7 +9,8 @@ import numpy as np
 
 from prensa.materials.flow_curve import FlowCurve, partial, stress_at
 from prensa.materials.material import IsotropicMaterial, Material, principal_stress
-from prensa.testing.common import FD_ERROR, FD_STEP, TRIALS, Array, tell
+from prensa.testing.common import FD_ERROR, FD_STEP, TRIALS, tell
+from prensa.types import Array
 
 if TYPE_CHECKING:
     from prensa.materials.laws import Material as Law

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from prensa.testing.common import TRIALS, Array, tell
+from prensa.testing.common import TRIALS, tell
 from prensa.tools.analytic import Closest, Tool, turned
 from prensa.tools.tool import ToolShape
+from prensa.types import Array, Flags
 
 DISTANCE = 1e-6  # accepted error of the normal from differences of g; of ∂s/∂x; and of curvatures over 1/size
 
@@ -148,7 +148,7 @@ def _sides_wrong(tool: ToolShape, shape: Tool, x: Array, close: Closest, size: f
         yield f"g = {close.g[k]:.4g} at ({x[k, 0]:.4g}, {x[k, 1]:.4g}), which is {side} the outline: g is negative in the tool"
 
 
-def _within(polygon: Array, x: Array) -> NDArray[np.bool_]:
+def _within(polygon: Array, x: Array) -> Flags:
     """Whether points (k, 2) are inside a polygon (m, 2), by crossings of a ray."""
     out = np.zeros(len(x), dtype=bool)
     for (ax, ay), (bx, by) in zip(polygon, np.roll(polygon, -1, axis=0)):

@@ -14,9 +14,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 class Closest(NamedTuple):

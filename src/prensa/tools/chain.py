@@ -8,14 +8,12 @@ from itertools import pairwise
 from math import isfinite
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.geometry.chain import SMOOTH, Piece, corner, signed_area
 from prensa.geometry.outline import width
 from prensa.tools import projection
 from prensa.tools.analytic import Closest
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 class Chain:

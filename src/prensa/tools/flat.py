@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.tools.analytic import Analytic, Closest
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 _ALONG_FACE = 1e-9  # cosine below which a ray runs along the face
 _EDGE = 1e-9  # a point this close to the edge of a flat, relative to its width, counts as under it

@@ -14,14 +14,11 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.errors import PrensaError
 from prensa.geometry.outline import around, width
 from prensa.tools.analytic import Closest, turned
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from prensa.types import Array, Index
 
 GRID = 200  # of the grid along a side of the square in which the surface is looked at
 TURN = 0.05  # radians that a piece of the polygon may turn before it is halved

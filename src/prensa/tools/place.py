@@ -6,14 +6,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.errors import PrensaError
 from prensa.mesh.mesh import Mesh
 from prensa.tools.analytic import Tool
 from prensa.tools.tool import ToolShape
-
-Array = NDArray[np.float64]
+from prensa.types import Array, Index
 
 DIRECTIONS = 36  # in which the width of a tool is taken
 
@@ -39,14 +37,14 @@ class PlacedTool:
         return min(self.shape.across(np.array([np.cos(a), np.sin(a)]), 0.0)[1] for a in angles)
 
 
-def surface_normal(points: Array, edges: NDArray[np.int64]) -> Array:
+def surface_normal(points: Array, edges: Index) -> Array:
     """Mean outward unit normal of oriented edges (k, 2), body on the left."""
     t = points[edges[:, 1]] - points[edges[:, 0]]
     n = np.array([t[:, 1].sum(), -t[:, 0].sum()])
     return n / np.linalg.norm(n)
 
 
-def side_of(name: str, target: str, points: Array, edges: NDArray[np.int64]) -> Array:
+def side_of(name: str, target: str, points: Array, edges: Index) -> Array:
     """`surface_normal` of the boundary that tool *name* is to touch; `ToolError` if it ends where it begins and has none."""
     t = points[edges[:, 1]] - points[edges[:, 0]]
     if np.hypot(*t.sum(axis=0)) <= 1e-9 * np.hypot(*t.T).sum():

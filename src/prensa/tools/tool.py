@@ -18,18 +18,17 @@ from dataclasses import field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.model.doors import Member
 from prensa.model.fields import Springs
 from prensa.model.names import Finding
 from prensa.model.units import Length
 from prensa.tools.implicit import Implicit
+from prensa.types import Array
 
 if TYPE_CHECKING:
     from prensa.tools.analytic import Tool
 
-Array = NDArray[np.float64]
 
 COMMON: dict[str, Any] = {
     "at": tuple[Length, Length] | None,

@@ -25,7 +25,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 import prensa as pr
 from prensa.fem.discretise import discretise, on_meshes
@@ -33,9 +32,9 @@ from prensa.fem.planning import plan_step
 from prensa.fem.schedule import BoundaryLoad
 from prensa.fem.system import System
 from prensa.solver.increment import Increment
+from prensa.types import Array
 from prensa.verify.table import Row, case, row
 
-Array = NDArray[np.float64]
 BALANCE_TOLERANCE = 1e-8
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 import prensa as pr
 from prensa import reference as ref
@@ -14,7 +13,6 @@ from prensa.verify.balance import Balance
 from prensa.verify.remeshing import bound, can
 from prensa.verify.table import Row, case, row
 
-Array = NDArray[np.float64]
 SHEAR_STRENGTH = 200.0 / np.sqrt(3.0)  # shear yield stress of what flows at 200 MPa
 
 

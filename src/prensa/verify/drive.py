@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
@@ -13,8 +12,7 @@ import prensa as pr
 from prensa.fem.discretise import discretise
 from prensa.fem.planning import plan_step
 from prensa.fem.system import Evaluation
-
-Array = NDArray[np.float64]
+from prensa.types import Array, Index
 
 
 class Drive:
@@ -31,7 +29,7 @@ class Drive:
         self.X = self.system.X
         self.reaction = np.zeros_like(self.X)
 
-    def to(self, time: float, dofs: NDArray[np.int64], values: Array, halvings: int = 3) -> Evaluation:
+    def to(self, time: float, dofs: Index, values: Array, halvings: int = 3) -> Evaluation:
         """Equilibrium at *time* with degrees of freedom dofs (k,) at values (k,), committed; in two halves if it fails.
 
         Raises
@@ -51,7 +49,7 @@ class Drive:
         self.to(0.5 * (begun + time), dofs, 0.5 * (start + values), halvings - 1)
         return self.to(time, dofs, values, halvings - 1)
 
-    def _newton(self, time: float, dofs: NDArray[np.int64], values: Array) -> Evaluation:
+    def _newton(self, time: float, dofs: Index, values: Array) -> Evaluation:
         """One increment by plain Newton; raises RuntimeError if it does not converge in 30 iterations."""
         system, state = self.system, self.state
         c = system.context(state, self.plan, time)
@@ -75,7 +73,7 @@ class Drive:
             step = np.zeros(system.ndof)
         raise RuntimeError("no equilibrium in 30 iterations")
 
-    def outline(self) -> NDArray[np.int64]:
+    def outline(self) -> Index:
         """Unknowns (k,) of the nodes on the boundary."""
         edges = self.system.meshes["body"].edges
         nodes = np.unique(np.concatenate([e.ravel() for e in edges.values()]))

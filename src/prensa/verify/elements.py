@@ -6,19 +6,17 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 import prensa as pr
 from prensa import reference as ref
 from prensa.reference import tables
+from prensa.types import Array
 from prensa.verify import example1, example2, friction
 from prensa.verify.balance import Balance
 from prensa.verify.drive import Drive
 from prensa.verify.example2 import extrapolated
 from prensa.verify.forming import FLOWS, NU, REDUCTIONS, TIME_RULES, E, at, curve, johnson_cook_force, upsetting
 from prensa.verify.table import Row, case, row
-
-Array = NDArray[np.float64]
 
 
 @case("frictionless upsetting in plane stress, every flow law", suite="elements")

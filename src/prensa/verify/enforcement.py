@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 import prensa as pr
 from prensa import reference as ref
@@ -17,8 +16,6 @@ from prensa.verify import example1, forming
 from prensa.verify.balance import Balance
 from prensa.verify.friction import plate
 from prensa.verify.table import Row, case, row
-
-Array = NDArray[np.float64]
 
 
 def enforced(p: pr.Problem, enforcement: pr.Penalty | pr.Augmented | pr.Exact) -> pr.Problem:

@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 import prensa as pr
 from prensa import reference as ref
@@ -21,7 +20,6 @@ from prensa.solver.increment import Increment
 from prensa.verify.balance import Balance
 from prensa.verify.table import Row, case, row
 
-Array = NDArray[np.float64]
 E, NU = 200e3, 0.3
 BILLET_FLOW = pr.Ludwik(250.0, 500.0, 0.3)
 REDUCTIONS = (0.1, 0.2, 0.3, 0.4, 0.5)

@@ -7,15 +7,13 @@ from collections.abc import Iterator
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 import prensa as pr
 from prensa.reference import cattaneo_mindlin, hertz_line, sliding_wedge, tables
 from prensa.solver.increment import Increment
+from prensa.types import Array, Flags
 from prensa.verify.balance import Balance
 from prensa.verify.table import Row, case, row
-
-Array = NDArray[np.float64]
 
 
 # ------------------------------------------------------------------------------------------- plate on a rigid plane
@@ -54,7 +52,7 @@ def plate_with_friction(E_scale: float = 1.0, mu_scale: float = 1.0) -> Iterator
     yield from balance.rows()
 
 
-def _edge(x: Array, inside: NDArray[np.bool_]) -> float:
+def _edge(x: Array, inside: Flags) -> float:
     """Where a flag first holds along x: half way between two nodes."""
     k = int(np.argmax(inside))
     return float(0.5 * (x[k - 1] + x[k]))

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 import prensa as pr
 from prensa.friction.law import At
@@ -20,7 +19,6 @@ from prensa.reference import MuConstant, MuExponential, MuLinear, SlipLaw, slip_
 from prensa.verify.balance import Balance
 from prensa.verify.table import Row, case, row
 
-Array = NDArray[np.float64]
 NORMAL_PRESSURE = 40.0
 PATH = (0.8, -0.5, 0.4)
 """Tool displacement at the ends of three strokes."""

@@ -8,18 +8,17 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.stats import spearmanr
 
 import prensa as pr
 from prensa.reference import LayerLine, flat_punch_stick, layer_line
 from prensa.solver.increment import ContactState, Increment
+from prensa.types import Array, Flags
 from prensa.verify.balance import Balance
 from prensa.verify.example1 import NU, E, H, R
 from prensa.verify.table import Row, case, row
 
-Array = NDArray[np.float64]
 RULES = ("nodal", "gauss1", "gauss2", "gauss3", "simpson", "kikuchi")
 BETAS = (10.0, 1e3, 1e5)
 
@@ -220,7 +219,7 @@ def bars_and_errors(found: Pressed) -> tuple[float, float, float, float]:
     x, p, bar, closed = c.X[order, 0], c.pressure[order], c.error[order], c.status[order] > 0
     inside = x < 0.95 * layer.a
 
-    def rms(v: Array, where: NDArray[np.bool_]) -> float:
+    def rms(v: Array, where: Flags) -> float:
         return float(np.sqrt(np.mean(v[where] ** 2))) / layer.p0
 
     exact, means = layer.pressure(x), averaged(layer, x)

@@ -6,14 +6,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 import prensa as pr
 from prensa.mesh.generate import mesh_of
+from prensa.types import Array, Index
 from prensa_bench.robustness.drawn import Drawn, Metal, Placed, Twin, chain, circle, logarithmic, metal, number, stamp
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 ELASTIC = ("q4", "q4_enhanced", "q8", "q8_full", "t3", "t6")
 PLASTIC = ("q4_enhanced", "q8", "t6")

@@ -6,16 +6,15 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 import prensa as pr
+from prensa.types import Array
 from prensa_bench.robustness.drawn import Drawn, circle, friction, metal, number
 from prensa_bench.robustness.families.under import LOCKING_FREE
 
 if TYPE_CHECKING:
     from prensa_bench.robustness.files import Record
 
-Array = NDArray[np.float64]
 
 UNEXPLAINED = 1e-4  # of what friction could bear, that a roll may feel in travelling freely beyond what its energies say,
 SLIPPING = 1e-3  # and that friction may take where points stick, and slip a little as they land and leave,

@@ -5,17 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from prensa.contact.method import Enforcement, given_or
 from prensa.contact.record import magnitude
 from prensa.model.units import Number, Stiffness, Whole
+from prensa.types import Array
 
 if TYPE_CHECKING:
     from prensa.contact.forces import ContactForces, Scale
-
-Array = NDArray[np.float64]
 
 
 class Augmented(Enforcement):

@@ -7,14 +7,11 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar, Literal
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from prensa.contact.method import Enforcement
 from prensa.model.units import Number
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 class Exact(Enforcement):

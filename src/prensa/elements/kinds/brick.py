@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.elements import shapes
-from prensa.elements.element import Chunk, Element, Failure, Flags, Mode, Why, Work, material, workspace
+from prensa.elements.element import Chunk, Element, Failure, Mode, Why, Work, material, workspace
 from prensa.layout import SPATIAL, TensorLayout
 from prensa.materials.protocol import At, Material
-
-Array = NDArray[np.float64]
+from prensa.types import Array, Flags
 
 
 class _Brick(Element, abstract=True):

@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.elements import shapes
-from prensa.elements.element import Chunk, Element, Failure, Flags, Mode, Why, Work, material
+from prensa.elements.element import Chunk, Element, Failure, Mode, Why, Work, material
 from prensa.materials.protocol import At, Material
-
-Array = NDArray[np.float64]
+from prensa.types import Array, Flags
 
 
 class Isoparametric(Element, abstract=True):

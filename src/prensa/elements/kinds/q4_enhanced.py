@@ -5,15 +5,12 @@ from __future__ import annotations
 from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.elements.element import Chunk, Failure, Mode, Why, Work, material, workspace
 from prensa.elements.kinds.isoparametric import Q4, Isoparametric
 from prensa.elements.shapes import Table
 from prensa.materials.protocol import At, Material
-
-Array = NDArray[np.float64]
-
+from prensa.types import Array, Flags
 
 MODE_ITERATIONS = 40  # of the enhanced modes
 TOLERANCE = 1e-12  # residual of the enhanced modes over the forces that cancel in it
@@ -38,11 +35,11 @@ class Left(NamedTuple):
         """Before the first step."""
         return cls(X, u, Hn, old, alpha.copy(), np.zeros_like(alpha), np.ones(len(u)), np.full(len(u), np.inf))
 
-    def of(self, rows: NDArray[np.bool_]) -> Left:
+    def of(self, rows: Flags) -> Left:
         """Some of them."""
         return Left._make(a[rows] for a in self)
 
-    def move(self, r: Array, K: Array, over: Array, bad: NDArray[np.bool_], reason: Why) -> Failure | None:
+    def move(self, r: Array, K: Array, over: Array, bad: Flags, reason: Why) -> Failure | None:
         """Modes, in place, after Newton's step for residuals r (k, m) and stiffnesses K (k, m, m).
 
         Half way back where the last step left the domain (``bad``, for some ``reason``) or the residual grew, which is ``over``
@@ -50,7 +47,7 @@ class Left(NamedTuple):
         """
         norm = np.linalg.norm(r, axis=1)
         back = bad | ((norm >= self.least) & (over > 1e3) & (self.share > 0.02))
-        go: NDArray[np.bool_] | slice = slice(None)
+        go: Flags | slice = slice(None)
         if back.any():
             stuck = bad & ((self.share < 1e-4) | np.isinf(self.least))
             if stuck.any():

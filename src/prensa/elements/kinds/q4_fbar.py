@@ -6,14 +6,11 @@ from functools import cache
 from typing import Any, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.elements.element import Chunk, Failure, Mode, Why, Work, material
 from prensa.elements.kinds.isoparametric import Q4, Isoparametric
 from prensa.elements.shapes import Table
 from prensa.materials.protocol import At, Material
-
-Array = NDArray[np.float64]
 
 
 @cache

@@ -6,15 +6,13 @@ from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from prensa.friction.law import At, FrictionLaw
 from prensa.model.fields import described
 from prensa.model.tables import read_mu_table
 from prensa.model.units import Length, Number, PerLength
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 __all__ = ["Coulomb", "MuExponential", "MuLinear", "MuTable"]
 

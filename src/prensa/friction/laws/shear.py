@@ -8,13 +8,11 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from prensa.friction.law import At, StrengthLaw
 from prensa.model.units import Number, Pressure
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 RAMP = 0.1  # pressure over k below which the bound falls linearly to zero: a jump at p = 0 would have no derivative
 

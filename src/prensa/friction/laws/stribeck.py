@@ -10,13 +10,11 @@ from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from prensa.friction.law import At, FrictionLaw
 from prensa.model.units import Number, PerSpeed, Speed
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 class Stribeck(FrictionLaw):

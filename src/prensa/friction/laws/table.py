@@ -12,14 +12,12 @@ from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, model_validator
 
 from prensa.friction.law import At, FrictionLaw
 from prensa.model.fields import LARGEST, as_table
 from prensa.model.units import Length, Number, Pressure, Speed
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 __all__ = ["FrictionTable"]
 

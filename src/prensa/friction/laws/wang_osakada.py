@@ -11,13 +11,11 @@ from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from prensa.friction.law import At, StrengthLaw
 from prensa.model.units import Angle, Number, Pressure
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 class WangOsakada(StrengthLaw):

@@ -8,13 +8,11 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from prensa.materials.flow_curve import TINY, FlowCurve, FlowParameters
 from prensa.model.units import Number, Pressure
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 class HockettSherby(FlowCurve):

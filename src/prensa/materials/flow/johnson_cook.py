@@ -9,13 +9,11 @@ from collections.abc import Iterator
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from prensa.materials.flow_curve import TINY, FlowCurve, FlowParameters
 from prensa.model.units import Number, Pressure, Rate
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 MOST_SENSITIVE = 0.5  # to the rate, from which on C is likely in per cent
 

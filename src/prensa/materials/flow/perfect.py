@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from prensa.materials.flow_curve import FlowCurve, FlowParameters
 from prensa.model.units import Pressure
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 class Perfect(FlowCurve):

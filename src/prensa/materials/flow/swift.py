@@ -8,14 +8,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Annotated, Literal
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from prensa.materials.flow_curve import FlowCurve, FlowParameters, prestrain_doubts
 from prensa.model.units import Number, Pressure, Strain
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 class Swift(FlowCurve):

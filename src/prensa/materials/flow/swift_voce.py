@@ -10,13 +10,11 @@ from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from prensa.materials.flow_curve import FlowCurve, prestrain_doubts
 from prensa.model.units import Number, Pressure, Strain
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 
 class SwiftVoce(FlowCurve):

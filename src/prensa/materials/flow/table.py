@@ -7,14 +7,12 @@ from itertools import pairwise
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import model_validator
 
 from prensa.materials.flow_curve import FlowCurve, FlowParameters
 from prensa.model.fields import LARGEST
 from prensa.model.units import Pressure, Strain
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 MOST_SECOND, MOST_LAST = (
     2.0,

@@ -6,15 +6,13 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from prensa.geometry.outline import around
 from prensa.model.units import Length
 from prensa.tools.analytic import Analytic, Closest, Tool
 from prensa.tools.tool import ToolShape
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 __all__ = ["Circle"]
 

@@ -13,14 +13,12 @@ from functools import cached_property
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
 from prensa.model.units import Length
 from prensa.tools.analytic import Analytic, Closest, Tool
 from prensa.tools.tool import ToolShape
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 __all__ = ["Ellipse"]
 

@@ -6,14 +6,12 @@ from dataclasses import dataclass
 from typing import ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from prensa.geometry.outline import block
 from prensa.model.units import Number
 from prensa.tools.analytic import Analytic, Closest
 from prensa.tools.tool import ToolShape
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 __all__ = ["Plane"]
 

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import BeforeValidator, Discriminator, Field, Tag, TypeAdapter, ValidationInfo
 
 from prensa.geometry.chain import ChainError, Piece, chain
@@ -16,8 +15,7 @@ from prensa.model.names import Finding
 from prensa.model.units import Length, LengthUnit
 from prensa.tools.analytic import Tool
 from prensa.tools.tool import ToolShape
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 __all__ = ["Arc", "Drawing", "Profile"]
 

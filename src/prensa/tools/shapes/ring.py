@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from prensa.geometry.outline import block
@@ -14,8 +12,7 @@ from prensa.model.names import Finding
 from prensa.model.units import Length, Number
 from prensa.tools.flat import Flat
 from prensa.tools.tool import ToolShape
-
-Array = NDArray[np.float64]
+from prensa.types import Array
 
 __all__ = ["Ring"]
 
