@@ -38,8 +38,8 @@ test: lint  ## lint, types, and the whole test suite
 pardiso: pyproject.toml quality/pyproject.toml  ## tests of contact and of the solver with PARDISO (0.9 GB more) instead of rslab
 	$(PYTHON) -m venv $(VENV)-pardiso
 	$(VENV)-pardiso/$(notdir $(BIN))/python -m pip install -e ".[dev,mkl]" -e quality
-	$(VENV)-pardiso/$(notdir $(BIN))/python -m pytest -n $(JOBS) tests/contact tests/solver \
-		--deselect "tests/solver/test_carrying.py::test_derivatives_know_where_friction_begins[penalty-q4_fbar]"
+	$(VENV)-pardiso/$(notdir $(BIN))/python -m pytest -n $(JOBS) tests/contact tests/solver tests/system tests/linear \
+		--deselect "tests/solver/test_floating_bodies.py::test_derivatives_know_where_friction_begins[penalty-q4_fbar]"
 
 # kernels run as machine code, out of sight of the measurement: they are left out (tool.coverage in pyproject.toml)
 coverage: $(VENV)/installed  ## lines of src/prensa and quality that the test suite runs, kernels apart

@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import prensa as pr
-from prensa.fem.system import System
-from prensa.solver import linear
-from prensa.solver.policy import Policy
+from prensa.linear import factorisations
+from prensa.policy import Policy
+from prensa.system.system import System
 from prensa.verify import example1
 from prensa.verify.forming import upsetting
 
@@ -62,7 +62,7 @@ class _Factors:
 @contextmanager
 def limit() -> Iterator[Limit]:
     """Count what every backend of the linear solver spends; all else is prensa's own."""
-    out, before = Limit(), dict(linear.BACKENDS)
+    out, before = Limit(), dict(factorisations.BACKENDS)
 
     def timed(part: str, many: str, call: Callable[..., Any], *args: Any) -> Any:
         start = time.process_time()
@@ -93,12 +93,12 @@ def limit() -> Iterator[Limit]:
         return begin
 
     for name, analyze in before.items():
-        linear.BACKENDS[name] = wrapped(analyze)
+        factorisations.BACKENDS[name] = wrapped(analyze)
     try:
         yield out
     finally:
         counting = False  # factors that are dropped after the end are not of the time until then
-        linear.BACKENDS.update(before)
+        factorisations.BACKENDS.update(before)
 
 
 def hertz(n: tuple[int, int], depth: float = 8.0) -> pr.Problem:

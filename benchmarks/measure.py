@@ -36,7 +36,7 @@ import common
 import numpy as np
 
 import prensa as pr
-from prensa.solver.policy import Policy
+from prensa.policy import Policy
 
 
 def of_limit(name: str, unknowns: str, most: str = "") -> dict[str, Any]:
@@ -52,9 +52,9 @@ def of_limit(name: str, unknowns: str, most: str = "") -> dict[str, Any]:
 
 
 def of_iteration(elements: str, kind: str = "") -> dict[str, Any]:
-    from prensa.fem.planning import plan_step
-    from prensa.fem.symmetry import is_symmetric
-    from prensa.solver.reduced import Reduced
+    from prensa.linear.reduction import Reduced
+    from prensa.system.matrix_symmetry import is_symmetric
+    from prensa.system.planning import plan_step
 
     n = round(float(elements) ** 0.5)
     problem = common.hertz((n, n), 0.5)
@@ -91,16 +91,16 @@ def of_memory(unknowns: str) -> dict[str, Any]:
     import rslab
     from scipy.sparse import csc_matrix
 
-    from prensa.solver import linear
+    from prensa.linear import factorisations
 
     def peak() -> float:
         return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
     common.warm(common.hertz((7, 6), 0.5))
     kept: list[Path] = []
-    plain = linear.BACKENDS["rslab"]
+    plain = factorisations.BACKENDS["rslab"]
 
-    def noted(a: linear.Structure) -> linear.Factor:
+    def noted(a: factorisations.Structure) -> factorisations.Factor:
         # on disk: a run that nobody measures has none of it in memory
         kept.append(Path(folder) / f"{len(kept)}.npz")
         np.savez(kept[-1], **a._asdict())
@@ -108,12 +108,13 @@ def of_memory(unknowns: str) -> dict[str, Any]:
 
     def planned(file: Path) -> int:
         with np.load(file) as stored:
-            a = linear.Structure(*(stored[k] if stored[k].ndim else stored[k].item() for k in linear.Structure._fields))
+            a = factorisations.Structure(*(stored[k] if stored[k].ndim else stored[k].item() for k in
+                factorisations.Structure._fields))
         pattern = csc_matrix((np.ones(len(a.indices)), a.indices, a.indptr), (a.n, a.n))
-        path, options = ("ldlt", {}) if a.kind == linear.SYMMETRIC else ("lu", {"matching": False})
-        return int(rslab.analyze(pattern, path=path, threads=1, **options, **linear.RACE).memory_plan()["peak_bytes"])
+        path, options = ("ldlt", {}) if a.kind == factorisations.SYMMETRIC else ("lu", {"matching": False})
+        return int(rslab.analyze(pattern, path=path, threads=1, **options, **factorisations.RACE).memory_plan()["peak_bytes"])
 
-    linear.BACKENDS["rslab"] = noted
+    factorisations.BACKENDS["rslab"] = noted
     with tempfile.TemporaryDirectory() as folder:
         before = peak()
         c = common.cost(common.sized("hertz", int(unknowns), 0.5), pr.Numerics(solver="rslab"), 1)
@@ -160,7 +161,7 @@ def of_elastic(unknowns: str, increments: str, whole: str = "") -> dict[str, Any
 
 def on_new_meshes(problem: pr.Problem) -> tuple[float, float, list[pr.Increment], int]:
     """Seconds of a run and of its remeshings, its increments and the most elements that it had."""
-    from prensa.solver.timer import Timer
+    from prensa.timer.timer import Timer
 
     timer, begun, most = Timer(time.process_time), time.process_time(), 0
     increments = []

@@ -14,9 +14,9 @@ import common
 import numpy as np
 
 import prensa as pr
-from prensa.fem.state import State
 from prensa.output.checkpoint import read_checkpoint, write_checkpoint
-from prensa.solver.increment import Increment
+from prensa.result.increment import Increment
+from prensa.system.state import State
 
 INCREMENTS = {"hertz": 4, "upsetting": 8}
 

@@ -17,7 +17,7 @@ from common import Array, figure, options, saved, told
 import prensa as pr
 from prensa.output import style
 from prensa.reference import CattaneoMindlin, cattaneo_mindlin, hertz_line
-from prensa.solver.increment import Increment
+from prensa.result.increment import Increment
 from prensa.verify.table import Row, row
 
 RADIUS, E, NU, MU = 40.0, 1000.0, 0.3, 0.02

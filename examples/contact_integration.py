@@ -20,7 +20,7 @@ import prensa as pr
 from prensa.errors import SolveError
 from prensa.output import style
 from prensa.reference import LayerLine, hertz_line, layer_line, tables
-from prensa.solver.increment import ContactState
+from prensa.result.increment import ContactState
 from prensa.verify import example2, friction, rules
 from prensa.verify.example1 import NU, E, H, R
 from prensa.verify.table import Row, row

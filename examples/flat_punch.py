@@ -17,7 +17,7 @@ from common import HERE, figure, options, saved, section, told
 import prensa as pr
 from prensa.output import style
 from prensa.reference import prandtl_punch
-from prensa.solver.increment import Increment
+from prensa.result.increment import Increment
 from prensa.verify.table import Row, row
 
 YIELD = 100.0

@@ -17,7 +17,7 @@ from prensa.materials.hardening import flow_curve
 from prensa.output import style
 from prensa.reference import considere
 from prensa.reference.upsetting import Necking
-from prensa.solver.increment import Increment
+from prensa.result.increment import Increment
 from prensa.verify.table import Row, row
 
 RADIUS, LENGTH = 6.413, 53.334

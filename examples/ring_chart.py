@@ -16,7 +16,7 @@ from common import HERE, Array, figure, options, saved, told
 import prensa as pr
 from prensa.output import style
 from prensa.reference import ring_compression_calibration, tables
-from prensa.solver.increment import Increment
+from prensa.result.increment import Increment
 from prensa.verify.table import Row, row
 
 MUS = (0.0, 0.03, 0.05, 0.1, 0.2, 0.3)

@@ -16,7 +16,7 @@ from common import HERE, Array, figure, options, saved, told
 import prensa as pr
 from prensa.output import style
 from prensa.reference import tube_expansion, tube_pressure
-from prensa.solver.increment import Increment
+from prensa.result.increment import Increment
 from prensa.verify.table import Row, row
 
 K, A, B, E = 100.0, 10.0, 20.0, 200e3

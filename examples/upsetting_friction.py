@@ -16,7 +16,7 @@ from common import HERE, figure, options, saved, section, told
 import prensa as pr
 from prensa.output import style
 from prensa.reference import tables
-from prensa.solver.increment import Increment
+from prensa.result.increment import Increment
 from prensa.verify.table import Row, row
 
 if TYPE_CHECKING:

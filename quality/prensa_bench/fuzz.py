@@ -432,9 +432,9 @@ def read_file(path: Path) -> str:
 
 
 def _checked(described: Callable[[], Any]) -> str:
-    from prensa.fem.discretise import discretise
-    from prensa.fem.preflight import preflight
+    from prensa.checks.before.preflight import preflight
     from prensa.model.schema import warnings_of
+    from prensa.system.discretise import discretise
 
     try:
         problem = described()

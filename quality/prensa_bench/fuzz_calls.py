@@ -177,12 +177,12 @@ def _inside(value: Any) -> Iterator[Any]:
 def _functions(folder: Path) -> list[tuple[str, Callable[..., Any]]]:
     """Public functions, everything but one or two arguments given as they should be."""
     from prensa.analysis import solve
-    from prensa.fem.discretise import discretise
     from prensa.model.schema import dump, load, loads
     from prensa.output import history, vtk
     from prensa.output.report import read_summary
     from prensa.output.run import resume, run
     from prensa.solver.time_stepping import at_rest
+    from prensa.system.discretise import discretise
 
     problem = prensa.Problem(
         "one",

@@ -305,7 +305,7 @@ def _deck(rng: np.random.Generator, here: Path, run: Path) -> tuple[str, Check]:
     told = _written(rng, here / "deck.inp", DECK if rng.random() < 0.5 else DECK_OF_PARTS)
 
     def attempt() -> None:
-        from prensa.mesh.imported import case_text
+        from prensa.importers.imported import case_text
         from prensa_bench.fuzz import read
 
         text, _ = case_text(here / "deck.inp", here)

@@ -6,25 +6,25 @@ import logging
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+from prensa.checks.after.passages import Passages
+from prensa.checks.before.preflight import preflight
 from prensa.errors import ArgumentError, refuse, take
-from prensa.fem.discretise import discretise
-from prensa.fem.mirrors import guard_of, system_of
-from prensa.fem.preflight import preflight
-from prensa.fem.state import State
-from prensa.fem.system import System
+from prensa.linear.condensation import to_be_condensed
+from prensa.linear.threads import threads_of
 from prensa.model import problem as model
 from prensa.model.plausibility import warnings_of
 from prensa.model.remeshing import remeshing_of
-from prensa.solver.ahead import Ahead
-from prensa.solver.condensation import to_be_condensed
-from prensa.solver.increment import Increment, Monitor
-from prensa.solver.passages import Passages
-from prensa.solver.policy import Policy
-from prensa.solver.remeshing import Remeshing
+from prensa.policy import Policy
+from prensa.remeshing.driver import Remeshing
+from prensa.result.increment import Increment, Monitor
+from prensa.solver.first_matrix import Ahead
 from prensa.solver.reporting import Messages
-from prensa.solver.threads import threads_of
 from prensa.solver.time_stepping import TimeStepping
-from prensa.solver.timer import Timer
+from prensa.system.discretise import discretise
+from prensa.system.state import State
+from prensa.system.symmetry_planes import guard_of, system_of
+from prensa.system.system import System
+from prensa.timer.timer import Timer
 
 log = logging.getLogger("prensa")
 

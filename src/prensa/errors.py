@@ -100,7 +100,7 @@ def take_path(function: str, value: object) -> Path:
 class SolveError(PrensaError):
     """The history could not be completed: says what, where, why and what to try.
 
-    ``last`` is the last good increment; ``reason`` why the one after it failed, one of the types in `prensa.fem.failure`.
+    ``last`` is the last good increment; ``reason`` why the one after it failed, one of the types in `prensa.system.failure`.
     """
 
     def __init__(self, message: str, last: object = None, reason: object = None):

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import prensa as pr
+from prensa.checks.before.preflight import preflight
 from prensa.contact.rules.nodal import Nodal
-from prensa.fem.planning import plan_step
-from prensa.fem.preflight import preflight
+from prensa.system.planning import plan_step
 from prensa.verify.balance import Balance
 
 E, NU = 200e3, 0.3

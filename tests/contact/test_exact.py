@@ -10,9 +10,9 @@ from scipy.sparse import csc_matrix
 
 import prensa as pr
 from prensa.errors import PrensaError, SolveError
-from prensa.fem.discretise import discretise
-from prensa.fem.planning import plan_step
 from prensa.friction.law import At
+from prensa.system.discretise import discretise
+from prensa.system.planning import plan_step
 
 HARDENING = pr.Coulomb(pr.MuExponential(0.1, 0.4, 0.02))
 MODES = [("small", "reference"), ("small", "current"), ("finite", "current")]

@@ -10,9 +10,9 @@ from scipy.sparse import csc_matrix
 
 import prensa as pr
 from prensa.contact.cut import cuts_of
-from prensa.fem.planning import plan_step
-from prensa.fem.state import State
-from prensa.solver.policy import Policy
+from prensa.policy import Policy
+from prensa.system.planning import plan_step
+from prensa.system.state import State
 from prensa.verify.balance import Balance
 from prensa.verify.buckling import arch
 

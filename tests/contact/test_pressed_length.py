@@ -9,8 +9,8 @@ import pytest
 
 import prensa as pr
 from prensa.errors import PrensaError
-from prensa.fem.discretise import discretise
 from prensa.model.problem import Contact, Problem
+from prensa.system.discretise import discretise
 
 RULES = ["nodal", "gauss1", "gauss2", "gauss3", "simpson", "kikuchi"]
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.fem.planning import plan_step
+from prensa.system.planning import plan_step
 
 
 class Users(pr.ToolShape):

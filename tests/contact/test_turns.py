@@ -11,7 +11,7 @@ import pytest
 import prensa as pr
 from prensa.contact.pairing import Since, continued
 from prensa.errors import SolveError
-from prensa.fem.failure import TurnedThrough
+from prensa.system.failure import TurnedThrough
 from prensa.tools.shapes.circle import Disc
 
 

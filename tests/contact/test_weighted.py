@@ -11,11 +11,11 @@ from prensa.contact.forces import Scale, forces
 from prensa.contact.pairing import rotation
 from prensa.contact.record import ContactRecord
 from prensa.contact.weighted import FacingSides
-from prensa.fem.body_contact import BodyContact
-from prensa.fem.discretise import Extension, discretise
 from prensa.friction.law import At
 from prensa.friction.laws.coulomb import Coulomb
 from prensa.friction.return_map import DECIDE
+from prensa.system.body_contact import BodyContact
+from prensa.system.discretise import Extension, discretise
 
 
 def sides(rng, shift=0.05):

@@ -17,8 +17,8 @@ from types import ModuleType
 import pytest
 
 import prensa as pr
+from prensa.checks.before.preflight import preflight, staircase
 from prensa.errors import CaseError
-from prensa.fem.preflight import preflight, staircase
 from prensa.inverse.files import read_calibration
 from prensa.model import problem as vocabulary
 from prensa.model.plausibility import warnings_of

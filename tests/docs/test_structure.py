@@ -7,13 +7,12 @@ from pathlib import Path
 import pytest
 import structure
 
-IMPORTS = structure.imports(types=False)
-TYPED = structure.imports()
+IMPORTS = structure.imports()
 
 
 def test_no_modules_import_one_another() -> None:
     """No module reaches itself along imports, those inside functions and those for types counted."""
-    assert structure.circles(TYPED) == []
+    assert structure.circles(IMPORTS) == []
 
 
 def test_imports_point_down() -> None:
@@ -30,6 +29,13 @@ def test_the_table_of_layers_is_in_order_and_says_no_more_than_needed() -> None:
     for k, name in enumerate(rows):
         assert may[name] - {"prensa"} <= set(rows[k + 1 :]), f"{name} names a package above it"
     assert [(a, b) for a in rows for b in sorted(may[a]) if (a, b) not in used] == []
+
+
+def test_rooms_stand_in_their_order() -> None:
+    """From kernels up to derivatives, laws below what is discretised, and that below the solver."""
+    order = ["kernels", "geometry", "mesh", "friction", "materials", "elements", "tools", "contact", "system", "linear"]
+    order += ["result", "measures", "checks", "solver", "remeshing", "sensitivity"]
+    assert [row for row in reversed(structure.layers()) if row in order] == order
 
 
 def test_functions_fit_on_a_screen() -> None:

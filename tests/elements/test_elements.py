@@ -10,8 +10,8 @@ import pytest
 
 import prensa as pr
 from prensa.contact.recovery import recover
-from prensa.fem.state import State
 from prensa.output.vtk import write_fields
+from prensa.system.state import State
 from prensa.verify.drive import Drive
 from prensa.verify.elements import SPACES, elements_in, quadrilaterals
 

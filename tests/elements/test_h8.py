@@ -10,10 +10,10 @@ import pytest
 import prensa as pr
 from prensa.elements.element import Mode, Why, element_of
 from prensa.elements.shapes import cube, h8, table
-from prensa.fem.assembly import Block, block_slots, make_pattern, sweep
 from prensa.layout import SPATIAL, DofMap
 from prensa.materials.laws import At
 from prensa.materials.material import material_of
+from prensa.system.assembly import Block, block_slots, make_pattern, sweep
 
 STEEL = pr.Elastic(200e3, 0.3)
 SWIFT = pr.J2(200e3, 0.3, pr.Swift(565.0, 0.007, 0.26))
@@ -206,7 +206,7 @@ def test_f_bar_lets_a_nearly_incompressible_body_bend():
 @pytest.mark.parametrize(("element", "kinematics"), BOTH)
 def test_a_response_is_pure_and_chunks_do_not_matter(element, kinematics, monkeypatch):
     """The same arguments give the same numbers bit for bit, in chunks of 3 elements too; the committed history stays."""
-    from prensa.fem import assembly
+    from prensa.system import assembly
 
     X, cells, _ = bricks((2, 2, 2), (1.0, 1.0, 1.0), 0.2)
     block, pattern = block_of(X, cells, element, SWIFT, kinematics)

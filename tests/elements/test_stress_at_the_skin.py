@@ -11,10 +11,10 @@ from scipy.optimize import brentq
 import prensa as pr
 from prensa import reference as ref
 from prensa.contact.recovery import at_free_edges, borne, mises_of, recover
-from prensa.fem.system import Evaluation
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.mesh import boundary_edges
-from prensa.solver.results import nodal_stress, skin_stress
+from prensa.result.results import nodal_stress, skin_stress
+from prensa.system.system import Evaluation
 from prensa.verify.drive import Drive
 from prensa.verify.elements import curve, quadrilaterals
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.fem.preflight import preflight, staircase
+from prensa.checks.before.preflight import preflight, staircase
 from prensa.measures import parse_all
 from prensa.model.plausibility import warnings_of
 from prensa.output.starters import STARTERS, starter

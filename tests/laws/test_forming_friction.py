@@ -11,10 +11,10 @@ import pytest
 
 import prensa as pr
 from prensa.errors import CaseError
-from prensa.fem.state import State
 from prensa.friction.law import At, bounded
 from prensa.model.schema import loads
 from prensa.reference import levanov, smooth_cap, wanheim_bay
+from prensa.system.state import State
 
 K = 50.0
 P = np.geomspace(1e-3, 1e4, 57)

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.fem.discretise import discretise
 from prensa.measures import MeasureError, grammar, names, parse, parse_all
 from prensa.mesh.generate import mesh_of
 from prensa.model.schema import loads
 from prensa.output.history import history_columns, read_history
 from prensa.output.measured import MeasureTable, read_measures
 from prensa.output.report import read_summary
-from prensa.solver.increment import Shape
+from prensa.result.increment import Shape
+from prensa.system.discretise import discretise
 
 GUIDE = Path(__file__).parents[2] / "docs" / "guide" / "measures.md"
 

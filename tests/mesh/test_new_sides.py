@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.fem.discretise import discretise
-from prensa.fem.renewal import shape_measure
 from prensa.mesh.mesh import Mesh
 from prensa.mesh.outline import chains, resampled
 from prensa.mesh.triangulate import triangulated
+from prensa.remeshing.renewal import shape_measure
+from prensa.system.discretise import discretise
 
 SIZE = 0.45
 

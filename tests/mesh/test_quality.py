@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import prensa as pr
+from prensa.checks.before.preflight import preflight
 from prensa.cli import app
-from prensa.fem.preflight import preflight
 from prensa.mesh.generate import mesh_of
 from prensa.mesh.quality import quality
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.fem.planning import plan_step
 from prensa.model.schema import CaseError, dump, loads
 from prensa.output.run import resume, run
+from prensa.system.planning import plan_step
 
 CASE = """\
 name: pressed

@@ -6,8 +6,7 @@ import numpy as np
 
 import prensa as pr
 from prensa.contact.record import ContactRecord
-from prensa.fem.state import Clock, Energy, State
-from prensa.solver.increment import (
+from prensa.result.increment import (
     BodyState,
     ContactState,
     Force,
@@ -18,6 +17,7 @@ from prensa.solver.increment import (
     Statistics,
     ToolState,
 )
+from prensa.system.state import Clock, Energy, State
 
 CONTACT = "block.top-cylinder"
 

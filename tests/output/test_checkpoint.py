@@ -7,9 +7,9 @@ import pytest
 import synthetic
 
 from prensa.errors import PrensaError
-from prensa.fem.saved import VERSION
 from prensa.output.checkpoint import read_checkpoint, write_checkpoint
 from prensa.output.files import replacing
+from prensa.system.checkpoint import VERSION
 
 
 @pytest.fixture

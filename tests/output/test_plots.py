@@ -10,7 +10,7 @@ import prensa as pr
 from prensa.errors import PrensaError
 from prensa.output import history, plot
 from prensa.output.outline import outlines
-from prensa.solver.increment import Force, Place, ToolState
+from prensa.result.increment import Force, Place, ToolState
 
 
 def picture_of(figure, tmp_path) -> np.ndarray:

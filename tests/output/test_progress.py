@@ -3,7 +3,7 @@ import io
 from rich.console import Console
 
 from prensa.output.progress import ProgressBar
-from prensa.solver.increment import Force, Progress
+from prensa.result.increment import Force, Progress
 
 
 def told(terminal: bool, quiet: bool = False) -> str:

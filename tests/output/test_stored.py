@@ -14,7 +14,7 @@ from prensa.output.maxima import leading_tool, maxima, thinning
 from prensa.output.packing import Packer
 from prensa.output.report import stored_run
 from prensa.output.run import run
-from prensa.solver.increment import BodyState
+from prensa.result.increment import BodyState
 
 
 def strip() -> pr.Problem:

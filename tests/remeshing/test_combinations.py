@@ -13,17 +13,17 @@ import pytest
 
 import prensa as pr
 from prensa.errors import PrensaError
-from prensa.fem.discretise import discretise, of_state
-from prensa.fem.renewal import renewed
-from prensa.fem.state import State
-from prensa.fem.system import System
 from prensa.output.checkpoint import read_checkpoint
 from prensa.output.run import resume, run
-from prensa.solver.policy import Policy
-from prensa.solver.remeshing import balanced
+from prensa.policy import Policy
+from prensa.remeshing.driver import balanced
+from prensa.remeshing.renewal import renewed
 from prensa.solver.reporting import Messages
 from prensa.solver.time_stepping import TimeStepping
-from prensa.solver.timer import Timer
+from prensa.system.discretise import discretise, of_state
+from prensa.system.state import State
+from prensa.system.system import System
+from prensa.timer.timer import Timer
 from prensa.verify.balance import imbalance
 
 ALUMINIUM = pr.J2(E=70e3, nu=0.33, flow=pr.Swift(K=200.0, e0=0.01, n=0.2))

@@ -10,8 +10,8 @@ import pytest
 
 import prensa as pr
 from prensa.errors import PrensaError
-from prensa.fem.discretise import discretise, on_meshes
 from prensa.output.run import run
+from prensa.system.discretise import discretise, on_meshes
 from prensa.verify.balance import imbalance
 
 STEEL = pr.J2(E=200e3, nu=0.3, flow=pr.Ludwik(s0=250.0, K=500.0, n=0.3))

@@ -13,15 +13,15 @@ import pytest
 
 import prensa as pr
 from prensa.errors import PrensaError, SolveError
-from prensa.fem.discretise import discretise
-from prensa.fem.element_sizes import size_field
-from prensa.fem.transfer import utilisation
 from prensa.mesh.mesh import boundary_edges, segments
 from prensa.mesh.sizes import mismatch
 from prensa.output.checkpoint import read_checkpoint, write_checkpoint
 from prensa.output.history import read_history
 from prensa.output.run import run
-from prensa.solver.timer import Timer
+from prensa.remeshing.transfer import utilisation
+from prensa.system.discretise import discretise
+from prensa.system.element_sizes import size_field
+from prensa.timer.timer import Timer
 
 ALUMINIUM = pr.J2(E=70e3, nu=0.33, flow=pr.Swift(K=200.0, e0=0.01, n=0.2))
 
@@ -82,8 +82,8 @@ def test_a_run_is_resumed_through_remeshings_bit_for_bit(tmp_path: Path) -> None
 
 def test_an_increment_that_fails_is_tried_on_a_new_mesh(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where it fails again on finer ones, the run ends and says so."""
-    from prensa.fem.failure import Stagnated
     from prensa.solver import time_stepping
+    from prensa.system.failure import Stagnated
 
     problem = indented(depth=0.2, when=pr.When(quality=0.0, travel=100.0))
     plain, tried = time_stepping.TimeStepping.attempt, []

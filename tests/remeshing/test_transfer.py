@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.fem.assembly import Block
-from prensa.fem.discretise import discretise
-from prensa.fem.renewal import carried_over, renewed
-from prensa.fem.state import State
-from prensa.fem.system import System
-from prensa.fem.transfer import carried, elastic_volume, exponential, logarithm
-from prensa.solver import remeshing
-from prensa.solver.policy import Policy
-from prensa.solver.remeshing import balanced
+from prensa.policy import Policy
+from prensa.remeshing import driver
+from prensa.remeshing.driver import balanced
+from prensa.remeshing.renewal import carried_over, renewed
+from prensa.remeshing.transfer import carried, elastic_volume, exponential, logarithm
 from prensa.solver.reporting import Messages
 from prensa.solver.time_stepping import TimeStepping
-from prensa.solver.timer import Timer
+from prensa.system.assembly import Block
+from prensa.system.discretise import discretise
+from prensa.system.state import State
+from prensa.system.system import System
+from prensa.timer.timer import Timer
 
 J2 = pr.J2(E=200e3, nu=0.3, flow=pr.Ludwik(s0=250.0, K=500.0, n=0.3))
 
@@ -179,7 +179,7 @@ def test_in_no_time_nothing_flows_or_slides(rubbed: tuple[System, State, Any], m
     assert told.endswith("iterations")
     assert (rested.history[0][..., 4] == there.history[0][..., 4]).all()
     assert (rested.contact.slip == there.contact.slip).all()
-    real, tried = remeshing.attempt_from, []
+    real, tried = driver.attempt_from, []
 
     def refused(eq: Any, u: np.ndarray) -> Any:
         tried.append(real(eq, u))
@@ -187,7 +187,7 @@ def test_in_no_time_nothing_flows_or_slides(rubbed: tuple[System, State, Any], m
             tried[0].converged = False
         return tried[-1]
 
-    monkeypatch.setattr(remeshing, "attempt_from", refused)
+    monkeypatch.setattr(driver, "attempt_from", refused)
     flown, told = balanced(stepping(new), there)
     assert told.endswith("with flow")
     assert not (flown.history[0][..., 4] == there.history[0][..., 4]).all()

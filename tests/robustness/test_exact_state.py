@@ -16,11 +16,11 @@ from hypothesis import strategies as st
 
 import prensa as pr
 from prensa.errors import SolveError
-from prensa.fem.discretise import discretise
 from prensa.output.checkpoint import read_checkpoint, write_checkpoint
 from prensa.output.run import resume, run
+from prensa.policy import Policy
 from prensa.solver import time_stepping
-from prensa.solver.policy import Policy
+from prensa.system.discretise import discretise
 
 FRICTION = (
     None, pr.Coulomb(0.3), pr.Coulomb(3.0), pr.Coulomb(pr.MuExponential(0.1, 0.4, 0.05)), pr.Shear(0.4, k=20.0),

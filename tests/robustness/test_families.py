@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.fem.preflight import preflight
+from prensa.checks.before.preflight import preflight
 from prensa.model.schema import warnings_of
 from prensa_bench import robustness
 from prensa_bench.robustness import checks

@@ -11,7 +11,7 @@ import pytest
 import prensa as pr
 from prensa.cli import app
 from prensa.errors import CaseError, PrensaError
-from prensa.mesh.imported import case_text
+from prensa.importers.imported import case_text
 from prensa.model.schema import loads
 from prensa.output.report import number
 from prensa_bench import fuzz, fuzz_calls, fuzz_commands, fuzz_whole, fuzz_yaml

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from prensa.solver.policy import Policy
+from prensa.policy import Policy
 from prensa_bench.panel import table
 from prensa_bench.panel.__main__ import Store, main
 from prensa_bench.panel.composition import settings, without

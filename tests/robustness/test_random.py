@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import prensa as pr
-from prensa.fem.discretise import discretise
+from prensa.system.discretise import discretise
 from prensa_bench import robustness
 
 

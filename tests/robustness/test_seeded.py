@@ -12,8 +12,8 @@ import pytest
 from seeded import CASE, SEEDED, said, the_line
 
 import prensa as pr
-from prensa.fem import modes
-from prensa.fem.preflight import preflight, staircase
+from prensa.checks.before.preflight import preflight, staircase
+from prensa.linear import rigid_modes
 from prensa.model.schema import loads, warnings_of
 from prensa_bench import robustness
 
@@ -74,7 +74,7 @@ def test_rigid_body_motions_are_counted_in_little_memory():
     """Forty thousand supported components, of which a square matrix would take 13 GB."""
     rows = np.tile([[1.0, 0.0, 0.5], [0.0, 1.0, -0.5]], (20_000, 1))
     system = pr.discretise(loads(CASE).problem)
-    assert "turn" in modes._free(system, modes._Frame.of(system, "strip"), rows)
+    assert "turn" in rigid_modes._free(system, rigid_modes._Frame.of(system, "strip"), rows)
 
 
 def test_random_problems_raise_no_alarm():

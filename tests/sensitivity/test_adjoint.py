@@ -12,11 +12,11 @@ from test_derivatives import EXACT, RULES, TWO_STEPS, varied
 
 import prensa as pr
 from prensa.errors import ArgumentError, PrensaError
+from prensa.linear.factorisations import Factorisation
 from prensa.model.problem import Problem
 from prensa.model.schema import loads
+from prensa.policy import Policy
 from prensa.sensitivity.parameters import value_of, with_values
-from prensa.solver.linear import Factorisation
-from prensa.solver.policy import Policy
 from rings import ring
 
 SHAPED = """

@@ -13,15 +13,15 @@ import pytest
 
 import prensa as pr
 from prensa.errors import ArgumentError, PrensaError
-from prensa.fem.discretise import discretise
 from prensa.measures import parse
 from prensa.model.problem import Problem
 from prensa.model.schema import loads
 from prensa.output.checkpoint import read_checkpoint, write_checkpoint
+from prensa.policy import Policy
+from prensa.result.increment import Increment
 from prensa.sensitivity import direct
 from prensa.sensitivity.parameters import numbers, value_of, with_values
-from prensa.solver.increment import Increment
-from prensa.solver.policy import Policy
+from prensa.system.discretise import discretise
 from prensa_bench.robustness.families import drawn
 from rings import FLOW, ring
 

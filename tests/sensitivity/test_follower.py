@@ -11,12 +11,12 @@ from test_derivatives import EXACT, LET_GO_BETWEEN, TWO_STEPS, lip
 
 import prensa as pr
 from prensa.errors import PrensaError, SolveError
+from prensa.linear.factorisations import Factorisation
 from prensa.model.schema import loads
+from prensa.policy import Policy
+from prensa.result.increment import Increment
 from prensa.sensitivity import direct, increments
-from prensa.solver.increment import Increment
-from prensa.solver.linear import Factorisation
-from prensa.solver.policy import Policy
-from prensa.solver.timer import Timer
+from prensa.timer.timer import Timer
 from rings import FLOW, ring
 
 FOLLOWED = Policy(worth_following=0)

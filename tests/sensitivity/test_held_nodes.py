@@ -14,8 +14,8 @@ from prensa.measures import parse
 from prensa.model.problem import Problem
 from prensa.model.schema import loads
 from prensa.output.checkpoint import read_checkpoint, write_checkpoint
+from prensa.result.increment import Increment
 from prensa.sensitivity.parameters import numbers, value_of
-from prensa.solver.increment import Increment
 
 # the upper corner of the left side slides with the support while the tool presses, and sticks when it is lifted and comes back
 HELD = """

@@ -10,14 +10,14 @@ import pytest
 
 import prensa as pr
 from prensa.errors import PrensaError
-from prensa.solver.contact_step import contact_step
+from prensa.linear.reduction import Reduced
+from prensa.policy import Policy
+from prensa.solver.contact_lcp import contact_step
 from prensa.solver.equilibrium import Equilibrium, Reporter
 from prensa.solver.newton import newton
-from prensa.solver.outcome import NewtonResult
-from prensa.solver.policy import Policy
 from prensa.solver.predictor import Guess
-from prensa.solver.reduced import Reduced
-from prensa.solver.timer import Timer
+from prensa.system.outcome import NewtonResult
+from prensa.timer.timer import Timer
 
 ENFORCEMENTS = [pr.Penalty(), pr.Augmented(), pr.Exact()]
 FRICTION = [None, pr.Coulomb(0.2)]
@@ -45,7 +45,7 @@ def equations(problem, increment, time=1.0):
     """The equations of the increment to a time after a converged one, and where Newton's iteration of it starts."""
     system = pr.discretise(problem)
     inc = next(itertools.islice(pr.solve(system), increment - 1, None))
-    from prensa.fem.planning import plan_step
+    from prensa.system.planning import plan_step
 
     plan = plan_step(system, inc.step_number - 1, inc.state.step_start)
     c = system.context(inc.state, plan, time)
@@ -142,7 +142,7 @@ def test_a_thin_sheet_between_binder_and_die(friction):
 
 def test_of_many_candidates_those_that_press_are_enough(monkeypatch):
     """Begun with the closed points, the linear problem of a sheet ends with the pairs of all points near a tool."""
-    from prensa.solver import contact_step as module
+    from prensa.solver import contact_lcp as module
 
     calls = []
     one = module._step_of
@@ -181,8 +181,8 @@ def test_a_body_that_nothing_holds_is_not_held_by_the_foundation():
 
 def test_increments_are_judged_by_the_way_that_led_to_them(monkeypatch):
     """Iterations of an attempt that was given up are told, but do not keep the next increment short."""
-    from prensa.fem.failure import NotConverged
     from prensa.solver import attempt as module
+    from prensa.system.failure import NotConverged
 
     def gives_up(eq, start):
         found = NewtonResult(False, NotConverged(12, 1.0), start, None, eq.system.initial_multipliers(eq.context.state), 12)

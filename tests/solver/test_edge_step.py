@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.solver.policy import Policy
+from prensa.policy import Policy
 from prensa.verify import example1
 
 WITHOUT = Policy(edge=0)

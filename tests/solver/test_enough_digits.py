@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.fem.system import System
-from prensa.solver.policy import Policy
+from prensa.policy import Policy
+from prensa.system.system import System
 from prensa.verify.balance import imbalance, loaded_block
 from prensa.verify.enforcement import enforced
 from prensa.verify.forming import upsetting

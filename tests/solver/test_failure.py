@@ -11,10 +11,10 @@ import pytest
 import prensa as pr
 from prensa import solver
 from prensa.errors import SolveError
-from prensa.fem import failure as f
-from prensa.fem.failure import ElementFailed, Fold, FrictionTooSoft, Hang, Inside, Past, Why
-from prensa.solver.policy import Policy
-from prensa.solver.post_mortem import hint
+from prensa.policy import Policy
+from prensa.solver.diagnosis import hint
+from prensa.system import failure as f
+from prensa.system.failure import ElementFailed, Fold, FrictionTooSoft, Hang, Inside, Past, Why
 
 EACH = (
     f.Unevaluable(ElementFailed(3, "body", 1.0, 2.0, Why.INVERTED)), f.Unevaluable(FrictionTooSoft("top-tool")),

@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 
 import prensa as pr
+from prensa.checks.during.acceptance import least_corner
 from prensa.errors import SolveError
-from prensa.fem.failure import LostSupport
-from prensa.solver.acceptance import least_corner
+from prensa.system.failure import LostSupport
 from prensa_bench.robustness.families import drawn
 
 

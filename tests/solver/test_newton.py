@@ -11,16 +11,16 @@ import pytest
 from scipy.sparse import csc_matrix
 
 import prensa as pr
-from prensa.fem.failure import Stagnated, Unevaluable
-from prensa.fem.planning import plan_step
-from prensa.fem.system import Evaluation
+from prensa.linear.reduction import Reduced
+from prensa.policy import Policy
 from prensa.solver.equilibrium import Equilibrium, Reporter, reversed_slip
 from prensa.solver.newton import _shortened, init, newton, observe, step, terminate
-from prensa.solver.outcome import NewtonResult
-from prensa.solver.policy import Policy
 from prensa.solver.predictor import Guess, initial_guess
 from prensa.solver.projection import linear_gaps
-from prensa.solver.reduced import Reduced
+from prensa.system.failure import Stagnated, Unevaluable
+from prensa.system.outcome import NewtonResult
+from prensa.system.planning import plan_step
+from prensa.system.system import Evaluation
 
 
 def pressed(policy: Policy | None = None) -> Equilibrium:
@@ -171,9 +171,9 @@ def test_the_secant_of_an_element_gives_back_its_forces(element, space):
 
 def test_steps_may_go_far_until_one_has_failed():
     """A block that nothing but contact holds: at the first attempt at an increment; one that stands on its support: always."""
-    from prensa.fem.modes import loose_bodies
+    from prensa.linear.rigid_modes import loose_bodies
     from prensa.solver.time_stepping import Messages, TimeStepping
-    from prensa.solver.timer import Timer
+    from prensa.timer.timer import Timer
 
     metal = pr.J2(E=1e3, nu=0.3, flow=pr.Voce(s0=1.0, Q=1.0, b=10.0))
     for held, expected in ({"b.left": "x"}, (True, False)), ({"b.bottom": "xy"}, (True, True)):

@@ -9,8 +9,8 @@ import pytest
 from scipy.sparse import csc_matrix
 
 import prensa as pr
-from prensa.fem.planning import plan_step
-from prensa.fem.preflight import preflight
+from prensa.checks.before.preflight import preflight
+from prensa.system.planning import plan_step
 from prensa.verify.forming import upsetting
 
 ELASTIC = pr.Elastic(130_000.0, 0.2)

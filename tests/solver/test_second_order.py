@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.fem.state import State
-from prensa.solver.policy import Policy
+from prensa.policy import Policy
+from prensa.system.state import State
 from prensa.verify.forming import upsetting
 
 EULER, BDF2 = pr.Numerics(time_rule="backward_euler"), pr.Numerics(time_rule="bdf2")

@@ -10,20 +10,20 @@ import pytest
 
 import prensa as pr
 from prensa.errors import PrensaError, SolveError
-from prensa.fem import failure
-from prensa.fem.discretise import discretise
-from prensa.fem.interaction import Request
-from prensa.fem.planning import plan_step
-from prensa.fem.state import Stability, State
+from prensa.linear.reduction import Reduced
+from prensa.policy import Policy
 from prensa.reference.buckling import elastica_clamped
+from prensa.result.increment import Increment
 from prensa.solver.equilibrium import Equilibrium, Reporter
-from prensa.solver.increment import Increment
 from prensa.solver.jump import Drag, goes_by_itself
-from prensa.solver.outcome import NewtonResult
-from prensa.solver.policy import Policy
-from prensa.solver.reduced import Reduced
 from prensa.solver.stabilisation import Viscous, nodal_volumes
 from prensa.solver.stability import looked, softest_modes
+from prensa.system import failure
+from prensa.system.discretise import discretise
+from prensa.system.interaction import Request
+from prensa.system.outcome import NewtonResult
+from prensa.system.planning import plan_step
+from prensa.system.state import Stability, State
 from prensa.verify.buckling import COLUMN_LENGTH, SHORTENING, arch, column
 from prensa_bench.robustness import drawn
 from prensa_bench.slender import draw, verdict

@@ -9,10 +9,10 @@ import pytest
 
 import prensa as pr
 from prensa.errors import PrensaError, SolveError
-from prensa.fem.failure import Unevaluable
-from prensa.fem.planning import plan_step
-from prensa.fem.state import State
 from prensa.solver import time_stepping
+from prensa.system.failure import Unevaluable
+from prensa.system.planning import plan_step
+from prensa.system.state import State
 
 ELASTIC = pr.Elastic(1000.0, 0.3)
 

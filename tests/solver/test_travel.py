@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.solver.policy import Policy
+from prensa.policy import Policy
 
 EULER = pr.Numerics(time_rule="backward_euler")  # of second order in time tools go twice as far in an increment
 

@@ -7,20 +7,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from stopped import stopped_after
 
 import prensa as pr
+from prensa.checks.before.preflight import preflight
 from prensa.errors import SolveError
-from prensa.fem.failure import NotReached
-from prensa.fem.planning import plan_step
-from prensa.fem.preflight import preflight
 from prensa.friction.law import At
 from prensa.measures import MeasureError, parse, refuse_targets
 from prensa.model.schema import CaseError, dump, loads
 from prensa.output.checkpoint import read_checkpoint
 from prensa.output.run import resume, run
-from prensa.solver.increment import Increment
+from prensa.result.increment import Increment
+from prensa.system.failure import NotReached
+from prensa.system.planning import plan_step
 from prensa.verify.balance import imbalance
+from stopped import stopped_after
 
 ELASTIC = pr.Elastic(1000.0, 0.3)
 PLASTIC = pr.J2(1000.0, 0.3, pr.Linear(20.0, 50.0))

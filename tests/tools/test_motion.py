@@ -7,8 +7,8 @@ import pytest
 
 import prensa as pr
 from prensa.errors import CaseError, SolveError
-from prensa.fem.discretise import discretise
 from prensa.model.schema import loads
+from prensa.system.discretise import discretise
 from prensa.verify.balance import Balance, imbalance
 
 ELASTIC = pr.Elastic(1000.0, 0.3)

@@ -8,7 +8,7 @@ from matplotlib.path import Path as Polyline
 
 import prensa as pr
 from prensa.output.outline import outlines
-from prensa.solver.increment import Force, Place, ToolState
+from prensa.result.increment import Force, Place, ToolState
 from prensa.tools.place import place
 
 TOOLS = {

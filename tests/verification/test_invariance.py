@@ -15,7 +15,7 @@ import pytest
 from numpy.typing import NDArray
 
 import prensa as pr
-from prensa.solver.increment import Increment
+from prensa.result.increment import Increment
 from prensa_bench.robustness import blocks
 
 Array = NDArray[np.float64]

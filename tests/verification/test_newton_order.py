@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import prensa as pr
-from prensa.solver.increment import Statistics
+from prensa.result.increment import Statistics
 
 ROUND_OFF = 1e-11
 """Relative residual below which an iterate may be round-off, and says nothing about the rate."""

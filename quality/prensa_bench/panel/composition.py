@@ -13,7 +13,7 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 import prensa as pr
-from prensa.solver.policy import Policy
+from prensa.policy import Policy
 
 
 class Replaced(NamedTuple):

@@ -8,21 +8,22 @@ from typing import Any
 import numpy as np
 
 from prensa import analysis
-from prensa.fem.failure import NotConverged
-from prensa.fem.state import State
-from prensa.solver import acceptance, attempt, contact_step, newton, predictor, stability, time_stepping
-from prensa.solver.acceptance import Acceptance
+from prensa.checks.after.passages import Passages
+from prensa.checks.during import acceptance
+from prensa.checks.during.acceptance import Acceptance
+from prensa.checks.during.distortion import Distortion
+from prensa.checks.during.validity import Validity
+from prensa.result.increment import Mean
+from prensa.solver import attempt, contact_lcp, newton, predictor, stability, time_stepping
 from prensa.solver.approach import Approach
-from prensa.solver.distortion import Distortion
 from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.finish import Finish, Secant
-from prensa.solver.increment import Mean
 from prensa.solver.newton import NewtonState
-from prensa.solver.passages import Passages
 from prensa.solver.predictor import Guess
 from prensa.solver.step_control import StepControl
 from prensa.solver.time_stepping import TimeStepping
-from prensa.solver.validity import Validity
+from prensa.system.failure import NotConverged
+from prensa.system.state import State
 from prensa_bench.panel.composition import Mechanism, Replaced, replaced
 
 NEVER = 10**12
@@ -196,7 +197,7 @@ TIMELY = (
     Mechanism(
         "friction_step",
         "Contact steps decide which points stick and slip together with their pressures.",
-        (replaced(contact_step, contact_step._rubbing, _frictionless_alone(contact_step._rubbing)),),
+        (replaced(contact_lcp, contact_lcp._rubbing, _frictionless_alone(contact_lcp._rubbing)),),
     ),
     Mechanism(
         "forced_stick",
@@ -370,31 +371,31 @@ GUARDS = (
         "passages",
         "Forces that ripple as elements pass are given as means over one passage.",
         (replaced(Passages, Passages.means, _last_values),),
-        guard="tests/solver/test_passages.py::test_means_of_drawing_are_nearer_to_those_of_many_increments_than_the_trapezoid",
+        guard="tests/checks/test_passages.py::test_means_of_drawing_are_nearer_to_those_of_many_increments_than_the_trapezoid",
     ),
     Mechanism(
         "force_jumps",
         "The time of a jump of forces within an increment is read off its work.",
         (replaced(time_stepping, time_stepping.jump_of, lambda *_: float("nan")),),
-        guard="tests/solver/test_passages.py::test_means_of_drawing_are_nearer_to_those_of_many_increments_than_the_trapezoid",
+        guard="tests/checks/test_passages.py::test_means_of_drawing_are_nearer_to_those_of_many_increments_than_the_trapezoid",
     ),
     Mechanism(
         "penetration",
         "A run ends where metal lies inside a tool with which it has no contact.",
         (replaced(time_stepping, time_stepping.inside, _nothing),),
-        guard="tests/solver/test_inside.py::test_metal_inside_a_tool_stops_the_run",
+        guard="tests/checks/test_penetration.py::test_metal_inside_a_tool_stops_the_run",
     ),
     Mechanism(
         "self_intersection",
         "A run ends where the outline of a body passes through itself.",
         (replaced(time_stepping, time_stepping.fold, _nothing),),
-        guard="tests/solver/test_early_end.py::test_a_body_that_passes_through_itself_is_told",
+        guard="tests/checks/test_early_end.py::test_a_body_that_passes_through_itself_is_told",
     ),
     Mechanism(
         "release",
         "Forces that a step no longer asks for go linearly to zero over it.",
         (replaced(time_stepping, time_stepping.let_go, _nothing),),
-        guard="tests/solver/test_step_release.py::test_a_support_is_let_go_linearly",
+        guard="tests/system/test_step_release.py::test_a_support_is_let_go_linearly",
     ),
     Mechanism(
         "tunnelling",
@@ -421,25 +422,25 @@ GUARDS = (
         "validity",
         "Small-strain kinematics and tables used beyond what they hold for are refused or reported.",
         (replaced(Validity, Validity.look, _nothing),),
-        guard="tests/solver/test_validity.py::test_small_strain_is_refused_where_it_means_nothing",
+        guard="tests/checks/test_validity.py::test_small_strain_is_refused_where_it_means_nothing",
     ),
     Mechanism(
         "worn_elements",
         "A run ends where the same element fails again and again.",
         (replaced(Distortion, Distortion.rejected, _nothing),),
-        guard="tests/solver/test_early_end.py::test_an_element_on_which_attempts_fail_again_and_again_ends_the_run",
+        guard="tests/checks/test_early_end.py::test_an_element_on_which_attempts_fail_again_and_again_ends_the_run",
     ),
     Mechanism(
         "lines_of_symmetry",
         "A free side that comes to a line of symmetry meets its mirror image there.",
         (replaced(analysis, analysis.guard_of, _nothing),),
-        guard="tests/solver/test_mirrors.py::test_a_line_of_symmetry_is_a_plane_written_by_hand",
+        guard="tests/system/test_symmetry_planes.py::test_a_line_of_symmetry_is_a_plane_written_by_hand",
     ),
     Mechanism(
         "checks_before_a_run",
         "Descriptions that cannot be solved are refused before the run.",
         (replaced(analysis, analysis.preflight, _none_of_them),),
-        guard="tests/robustness/test_told_before.py::test_a_tool_that_lies_within_a_body_is_refused",
+        guard="tests/checks/test_preflight.py::test_a_tool_that_lies_within_a_body_is_refused",
     ),
 )
 

@@ -17,7 +17,7 @@ import numpy as np
 
 import prensa as pr
 from prensa.errors import PrensaError
-from prensa.solver.increment import Monitor, Progress
+from prensa.result.increment import Monitor, Progress
 from prensa_bench.panel.composition import settings, without
 from prensa_bench.panel.mechanisms import MECHANISMS
 from prensa_bench.panel.problems import Entry, Posed, problems

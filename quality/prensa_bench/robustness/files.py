@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 
 import prensa as pr
-from prensa.fem.discretise import discretise
 from prensa.output import checkpoint
 from prensa.output.history import History, write_contact
 from prensa.output.vtk import Fields
-from prensa.solver.increment import Monitor, Progress
+from prensa.result.increment import Monitor, Progress
+from prensa.system.discretise import discretise
 from prensa.types import Array, Index
 
 FIELDS_EVERY = 10  # increments between two files of fields, beside those at the ends of steps; all on meshes made anew

@@ -14,9 +14,9 @@ import numpy as np
 
 import prensa as pr
 from prensa.errors import PrensaError
-from prensa.fem.discretise import discretise
 from prensa.friction.law import At
-from prensa.solver.increment import Increment
+from prensa.result.increment import Increment
+from prensa.system.discretise import discretise
 from prensa_bench.robustness.outcome import Outcome
 
 RERUN_EVERY = 10  # one problem in so many is solved again with smaller increments and a larger penalty

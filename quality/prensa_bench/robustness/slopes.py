@@ -14,9 +14,9 @@ import numpy as np
 
 import prensa as pr
 from prensa.errors import PrensaError
-from prensa.fem.discretise import discretise
+from prensa.result.increment import Increment
 from prensa.sensitivity.parameters import numbers, value_of, with_values
-from prensa.solver.increment import Increment
+from prensa.system.discretise import discretise
 from prensa.types import Array
 from prensa.verify.table import heard
 from prensa_bench.robustness.files import OutOfTime, ending

@@ -129,11 +129,11 @@ def check(
             return
 
         problem = source.read().problem
+        from prensa.checks.before.preflight import preflight, staircase
         from prensa.cli.describe import lines_of, summary_of
         from prensa.errors import refuse
-        from prensa.fem.discretise import discretise
-        from prensa.fem.preflight import preflight, staircase
         from prensa.model.plausibility import warnings_of
+        from prensa.system.discretise import discretise
 
         system = discretise(problem)
         for line in lines_of(system):
@@ -577,7 +577,7 @@ def import_deck(
     """Write the case that a deck of another program describes: materials, rigid surfaces, contacts, steps."""
     with Voice(quiet, verbose, json) as voice:
         from prensa.errors import PrensaError
-        from prensa.mesh.imported import case_text
+        from prensa.importers.imported import case_text
 
         text, remarks = case_text(deck, out.parent if out else Path())
         if out is not None and out.exists():

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from prensa.fem.system import System
     from prensa.model.problem import Step
+    from prensa.system.system import System
 
 
 def lines_of(system: System) -> Iterator[str]:

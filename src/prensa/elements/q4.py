@@ -175,7 +175,7 @@ def unfold(
     ρ is the ratio of the areas of centre and point over that of the initial shape X (e, 4, 2), V the point's initial volume
     over the thickness (or over 2π) and ``modulus`` E* times that; x + d are the present positions. With F-bar the energy
     of a point does not depend on its own volume, so that it stays finite while that goes to zero and the element through
-    itself (of neo-Hooke in plane strain this is exact: see `prensa.fem.symmetry`). A corner of 180° has ρ = 2.37.
+    itself (of neo-Hooke in plane strain this is exact: see `prensa.system.matrix_symmetry`). A corner of 180° has ρ = 2.37.
     """
     _unfold(folding(x, d), X, x, d, axisymmetric, modulus, forces, stiffness, r_out, K_out)
 

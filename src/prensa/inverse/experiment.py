@@ -10,9 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from prensa.errors import ArgumentError, shown, take
-from prensa.fem.discretise import discretise
-from prensa.fem.planning import plan_step
-from prensa.fem.system import System
 from prensa.inverse.tables import DataError, Table, read_table
 from prensa.measures import Measure, parse
 from prensa.model.names import suggest
@@ -20,6 +17,9 @@ from prensa.model.problem import Case, Numerics, Problem
 from prensa.model.units import factor, powers
 from prensa.sensitivity.parameters import with_values
 from prensa.sensitivity.solve import solve
+from prensa.system.discretise import discretise
+from prensa.system.planning import plan_step
+from prensa.system.system import System
 from prensa.types import Array, Index
 
 MOTIONS = ("ux", "uy", "rz")

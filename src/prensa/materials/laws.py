@@ -155,7 +155,7 @@ class NeoHooke(_Isotropic):
 
     @property
     def fbar_has_energy(self) -> bool:
-        """True, see `prensa.fem.symmetry`."""
+        """True, see `prensa.system.matrix_symmetry`."""
         return True
 
     def update(self, h: Array, old: Array, at: At, out: Out) -> None:

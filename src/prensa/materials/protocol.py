@@ -91,7 +91,7 @@ class Material(Protocol):
 
     @property
     def fbar_has_energy(self) -> bool:
-        """Whether F-bar quadrilaterals of this law have an energy in plane strain (see `prensa.fem.symmetry`)."""
+        """Whether F-bar quadrilaterals of this law have an energy in plane strain (see `prensa.system.matrix_symmetry`)."""
 
     @property
     def symmetric(self) -> bool:

@@ -28,7 +28,7 @@ from prensa.mesh.mesh import boundary_edges
 from prensa.types import Array, Index
 
 if TYPE_CHECKING:
-    from prensa.solver.increment import BodyState, Increment, Shape
+    from prensa.result.increment import BodyState, Increment, Shape
 
 
 AXIS_NUMBER = {"x": 0, "y": 1}

@@ -12,7 +12,7 @@ from prensa.model.remeshing import remeshing_of
 from prensa.model.seconds import any_stated
 
 if TYPE_CHECKING:
-    from prensa.solver.increment import Increment
+    from prensa.result.increment import Increment
 
 ENERGIES = ("external", "elastic", "plastic", "friction", "contact", "imbalance")
 PLACE_COLUMNS = ("ux", "uy", "rz")

@@ -13,7 +13,7 @@ from prensa.mesh.mesh import beyond_corners, boundary_edges, edges_between
 from prensa.types import Array
 
 if TYPE_CHECKING:
-    from prensa.solver.increment import ContactState, Increment
+    from prensa.result.increment import ContactState, Increment
 
 Names = Sequence[str]
 Value = Callable[["Increment"], float]

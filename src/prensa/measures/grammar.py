@@ -22,7 +22,7 @@ from prensa.model.problem import Problem
 from prensa.model.units import factor
 
 if TYPE_CHECKING:
-    from prensa.solver.increment import Increment
+    from prensa.result.increment import Increment
 
 GUIDE = "docs/guide/measures.md lists them all"
 POSITIONS = ("x", "y", "ux", "uy")

@@ -12,7 +12,7 @@ from prensa.errors import PrensaError
 from prensa.types import Array, Index
 
 if TYPE_CHECKING:
-    from prensa.solver.increment import Increment
+    from prensa.result.increment import Increment
 
 
 class MeasureError(PrensaError):

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from prensa.mesh import abaqus, gmsh
+from prensa.importers import abaqus, gmsh
+from prensa.importers.deck import LABELS, Deck, FileError
 from prensa.mesh.convert import Draft, draft_of, mesh_from_draft, split
-from prensa.mesh.deck import LABELS, Deck, FileError
 from prensa.mesh.mesh import (
     CELL_NAMES,
     COINCIDENT,

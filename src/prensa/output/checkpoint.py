@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from prensa import __version__
-from prensa.fem.saved import CHECKPOINT, FORMAT, VERSION, arrays_hash, read_checkpoint, seal, text_hash
-from prensa.fem.state import State
 from prensa.model.problem import Case
 from prensa.output.files import replacing
+from prensa.system.checkpoint import CHECKPOINT, FORMAT, VERSION, arrays_hash, read_checkpoint, seal, text_hash
+from prensa.system.state import State
 
 __all__ = ["CHECKPOINT", "case_text", "read_checkpoint", "text_hash", "write_checkpoint"]
 

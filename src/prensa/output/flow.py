@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from prensa.errors import PrensaError, shown, take
-from prensa.fem.transfer import at_places, located
 from prensa.model.names import suggest
 from prensa.model.problem import Problem
 from prensa.output import plot, style
 from prensa.output.cells import triangles
-from prensa.solver.increment import BodyState, Increment
+from prensa.remeshing.transfer import at_places, located
+from prensa.result.increment import BodyState, Increment
 from prensa.types import Array
 
 if TYPE_CHECKING:

@@ -22,7 +22,7 @@ from prensa.measures.columns import energies_of as energies_of
 from prensa.measures.units import length_unit, pressure_unit
 from prensa.model.problem import Problem
 from prensa.output.files import Contents, file_name, numbered, replacing
-from prensa.solver.increment import STATUS, ContactState, Increment
+from prensa.result.increment import STATUS, ContactState, Increment
 
 HISTORY = "history.csv"
 CONVERGENCE = "convergence.csv"

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from prensa.model.problem import Problem
 from prensa.output import style
 from prensa.output.stored import Stored
-from prensa.solver.increment import BodyState, Increment
+from prensa.result.increment import BodyState, Increment
 from prensa.types import Array
 
 SLENDER = 5.0  # length over thickness from which a body is a sheet, whose thinning is of interest

@@ -14,7 +14,7 @@ from prensa.errors import take_path
 from prensa.measures import MeasureError, parse_all
 from prensa.model.problem import Problem
 from prensa.output.history import Table, read_table
-from prensa.solver.increment import Increment
+from prensa.result.increment import Increment
 
 log = logging.getLogger("prensa")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from prensa.solver.increment import ToolState
+from prensa.result.increment import ToolState
 from prensa.tools.tool import ToolShape
 from prensa.types import Array
 

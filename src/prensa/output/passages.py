@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from prensa.checks.after.passages import Passages
 from prensa.errors import PrensaError
-from prensa.fem.state import Clock
-from prensa.fem.system import System
 from prensa.output.history import Table, read_history, read_table
-from prensa.solver.increment import Increment, Mean
-from prensa.solver.passages import Passages
+from prensa.result.increment import Increment, Mean
+from prensa.system.state import Clock
+from prensa.system.system import System
 
 PASSAGES = "passages.csv"
 NONE = Mean(math.nan, math.nan)

@@ -17,7 +17,7 @@ from prensa.output.history import read_convergence
 from prensa.output.maxima import largest_force
 from prensa.output.measured import MEASURES, read_measures
 from prensa.output.stored import Stored
-from prensa.solver.increment import Increment
+from prensa.result.increment import Increment
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

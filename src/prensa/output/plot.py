@@ -21,7 +21,7 @@ from prensa.output import style
 from prensa.output.cells import around, outline, triangles
 from prensa.output.maxima import leading_tool
 from prensa.output.outline import outlines
-from prensa.solver.increment import STATUS, BodyState, ContactState, Increment
+from prensa.result.increment import STATUS, BodyState, ContactState, Increment
 from prensa.types import Array, Index
 
 if TYPE_CHECKING:

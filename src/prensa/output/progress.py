@@ -12,7 +12,7 @@ from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bar
 
 from prensa.output.terminal import Display
-from prensa.solver.increment import Force, Progress
+from prensa.result.increment import Force, Progress
 
 
 class ProgressBar(Display):

@@ -20,8 +20,8 @@ from prensa.output import history
 from prensa.output.maxima import Maximum, largest_force, maxima
 from prensa.output.report import REPORT, read_summary, stored_run, write_report
 from prensa.output.stored import Stored
-from prensa.solver.increment import Increment
-from prensa.solver.views import Shown
+from prensa.result.increment import Increment
+from prensa.result.views import Shown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -20,11 +20,9 @@ from numpy.typing import NDArray
 
 from prensa import __version__
 from prensa.analysis import solve
+from prensa.checks.after.passages import Passages
+from prensa.checks.before.preflight import preflight
 from prensa.errors import PrensaError, refuse, take, take_path
-from prensa.fem.discretise import discretise
-from prensa.fem.preflight import preflight
-from prensa.fem.state import State
-from prensa.fem.system import System
 from prensa.measures import parse_all, refuse_targets
 from prensa.model.feed import ends_early
 from prensa.model.problem import Case, Problem
@@ -35,10 +33,12 @@ from prensa.output.interrupt import Interruptible
 from prensa.output.lock import locked
 from prensa.output.progress import ProgressBar
 from prensa.output.result import RunResult
-from prensa.solver.increment import Increment, Progress
-from prensa.solver.passages import Passages
+from prensa.result.increment import Increment, Progress
 from prensa.solver.time_stepping import at_rest
-from prensa.solver.timer import Timer
+from prensa.system.discretise import discretise
+from prensa.system.state import State
+from prensa.system.system import System
+from prensa.timer.timer import Timer
 
 log = logging.getLogger("prensa")
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from prensa.solver.increment import Increment, Progress
+from prensa.result.increment import Increment, Progress
 
 LOG = "run.log"
 

@@ -19,7 +19,7 @@ from prensa.output.maxima import largest_force, leading_tool
 from prensa.output.outline import outlines
 from prensa.output.packing import PLACE_BITS, VALUE_BITS, Packer
 from prensa.output.stored import Stored
-from prensa.solver.increment import STATUS, BodyState, ContactState, Increment
+from prensa.result.increment import STATUS, BodyState, ContactState, Increment
 from prensa.types import Array, Index
 
 MOST_NUMBERS = 8_000_000  # in the frames of a page: some six megabytes of it

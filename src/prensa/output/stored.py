@@ -20,7 +20,7 @@ from prensa.measures import parse
 from prensa.model.problem import Case
 from prensa.output import history, vtk
 from prensa.output.files import Contents, file_names, numbered
-from prensa.solver.increment import (
+from prensa.result.increment import (
     STATUS,
     BodyState,
     ContactState,

@@ -13,8 +13,8 @@ import numpy as np
 
 from prensa.errors import PrensaError
 from prensa.model.names import suggest
-from prensa.solver.increment import STATUS, BodyState, ContactState, Increment
-from prensa.solver.views import VIEWS
+from prensa.result.increment import STATUS, BodyState, ContactState, Increment
+from prensa.result.views import VIEWS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,7 +24,7 @@ _STYLE = "border-collapse:collapse;font-variant-numeric:tabular-nums"
 
 
 def plot(increment: Increment, what: str = "mises", contact: str = "", **options: Any) -> Figure:
-    """See `prensa.solver.views.Drawn.plot`."""
+    """See `prensa.result.views.Drawn.plot`."""
     from prensa.output import plot as pictures
 
     problem = increment.problem
@@ -42,7 +42,7 @@ def plot(increment: Increment, what: str = "mises", contact: str = "", **options
 
 
 def grid(increment: Increment) -> Any:
-    """See `prensa.solver.views.Drawn.grid`."""
+    """See `prensa.result.views.Drawn.grid`."""
     pyvista = _needed("pyvista", "view")
     from prensa.output.vtk import as_mesh
 

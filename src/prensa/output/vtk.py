@@ -20,7 +20,7 @@ import numpy as np
 from prensa.errors import PrensaError, take_path
 from prensa.output.cells import VTK
 from prensa.output.files import numbered, replacing, write_text
-from prensa.solver.increment import BodyState, Increment
+from prensa.result.increment import BodyState, Increment
 from prensa.types import Array, Index
 
 FIELDS_FOLDER = "fields"

@@ -11,30 +11,30 @@ import numpy as np
 
 from prensa.analysis import check_arguments, told_before
 from prensa.errors import ArgumentError, take
-from prensa.fem.discretise import discretise
-from prensa.fem.interaction import Context
-from prensa.fem.mirrors import guard_of
-from prensa.fem.planning import plan_step
-from prensa.fem.state import State
-from prensa.fem.system import System
+from prensa.linear.factorisations import Kept as KeptFactors
+from prensa.linear.threads import ONE_OF_BLAS
 from prensa.measures import parse
 from prensa.measures.measure import Gradient, Measure
 from prensa.model import problem as model
+from prensa.policy import Policy
+from prensa.result.increment import Increment, Monitor
+from prensa.result.results import increment_of
 from prensa.sensitivity.change import Change, change_of, known
 from prensa.sensitivity.closed import covers
 from prensa.sensitivity.landing import Landing, coordinates, landing_of
 from prensa.sensitivity.parameters import Parameter, refuse_other_mesh
 from prensa.sensitivity.solve import Followed, check_paths, refuse
 from prensa.sensitivity.transposed import Converged, Owed, Stage, Touching, Weights, back
-from prensa.solver.increment import Increment, Monitor
-from prensa.solver.linear import Kept as KeptFactors
-from prensa.solver.outcome import NewtonResult
-from prensa.solver.policy import Policy
 from prensa.solver.reporting import Messages
-from prensa.solver.results import increment_of
 from prensa.solver.step_control import StepControl
-from prensa.solver.threads import ONE_OF_BLAS
-from prensa.solver.timer import Timer
+from prensa.system.discretise import discretise
+from prensa.system.interaction import Context
+from prensa.system.outcome import NewtonResult
+from prensa.system.planning import plan_step
+from prensa.system.state import State
+from prensa.system.symmetry_planes import guard_of
+from prensa.system.system import System
+from prensa.timer.timer import Timer
 from prensa.types import Array
 
 

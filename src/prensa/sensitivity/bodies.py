@@ -12,11 +12,11 @@ import numpy as np
 from prensa.elements import derivatives, q4
 from prensa.elements.derivatives import Along, At, Variant, shapes_of
 from prensa.elements.kinds.q4_fbar import Q4Bar
-from prensa.fem.assembly import Block, scatter_forces
-from prensa.fem.interaction import Context
-from prensa.fem.system import Evaluation, System
 from prensa.materials.j2 import NO_CURVE, numbers
 from prensa.sensitivity.change import Change, Changes, Group
+from prensa.system.assembly import Block, scatter_forces
+from prensa.system.interaction import Context
+from prensa.system.system import Evaluation, System
 from prensa.types import Array
 
 SHIFT = 1e-7  # over the size of the bodies, for differences of shapes

@@ -11,11 +11,11 @@ import numpy as np
 from prensa.elements.derivatives import LANES
 from prensa.elements.kinds.isoparametric import Isoparametric
 from prensa.elements.kinds.q4_fbar import Q4Bar
-from prensa.fem.assembly import Block
-from prensa.fem.system import System
 from prensa.materials.flow_curve import FlowParameters
 from prensa.materials.j2 import CURVE_AT
 from prensa.materials.laws import J2, Hencky
+from prensa.system.assembly import Block
+from prensa.system.system import System
 from prensa.types import Array
 
 KNOWN_ENFORCEMENTS = ("penalty", "exact")

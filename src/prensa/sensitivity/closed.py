@@ -14,22 +14,22 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from prensa.contact.record import ContactRecord
-from prensa.fem.contact_interaction import ContactInteraction
-from prensa.fem.interaction import Context
-from prensa.fem.loads import ToolForce
-from prensa.fem.state import State
-from prensa.fem.system import System
 from prensa.friction.laws.coulomb import Coulomb
 from prensa.materials.j2 import NO_CURVE
 from prensa.measures import parse
 from prensa.measures.measure import Gradient
+from prensa.result.increment import Increment
+from prensa.result.results import increment_of
 from prensa.sensitivity.bodies import Histories, elements_of, unfolding
 from prensa.sensitivity.change import Changes
 from prensa.sensitivity.contacts import Committed, Points
 from prensa.sensitivity.direct import Columns, Direction, Solution, handed_down, onwards
-from prensa.solver.increment import Increment
-from prensa.solver.outcome import NewtonResult
-from prensa.solver.results import increment_of
+from prensa.system.contact_interaction import ContactInteraction
+from prensa.system.interaction import Context
+from prensa.system.loads import ToolForce
+from prensa.system.outcome import NewtonResult
+from prensa.system.state import State
+from prensa.system.system import System
 from prensa.types import Array
 
 Arrays = dict[str, Array]
@@ -250,7 +250,9 @@ def _carried_on(at: Solution, before: Bundle, found: Closed, stored: Array, stat
 
 
 def _energies(at: Solution, before: Bundle, found: Closed, u: Array, work: Array, stored: Array, state: State) -> Arrays:
-    """Derivatives (d,) of the ledger of energies, term by term as in `prensa.solver.ledger`; u, work (ndof, d) as committed."""
+    """Derivatives (d,) of the ledger of energies, term by term as in `prensa.result.energy_balance`; u, work (ndof, d)
+    as committed.
+    """
     was, old = before.arrays, at.c.state
     way, ways = state.u - old.u, u - was["u"]
     if at.c.through_air is not None:

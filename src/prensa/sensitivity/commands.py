@@ -11,10 +11,10 @@ from typing import Any
 from prensa.errors import ArgumentError
 from prensa.measures import Measure, parse
 from prensa.model.problem import Case
+from prensa.result.increment import Increment
 from prensa.sensitivity.adjoint import OnlyForwards, gradient, number_of
 from prensa.sensitivity.parameters import value_of
 from prensa.sensitivity.solve import solve
-from prensa.solver.increment import Increment
 
 
 @dataclass(frozen=True)

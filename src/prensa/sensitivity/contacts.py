@@ -15,8 +15,8 @@ from prensa.contact.directions import along, at_fixed, energies, grown
 from prensa.contact.forces import ContactForces, Scale
 from prensa.contact.kept import Kept
 from prensa.contact.record import ContactRecord
-from prensa.fem.interaction import Context
-from prensa.fem.surface import Surface
+from prensa.contact.surface import Surface
+from prensa.system.interaction import Context
 from prensa.types import Array
 
 

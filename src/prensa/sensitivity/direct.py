@@ -21,29 +21,29 @@ import numpy as np
 
 from prensa.contact.forces import ContactForces
 from prensa.contact.record import magnitude
-from prensa.fem.assembly import Pattern, scatter_vector
-from prensa.fem.interaction import Branches, Context
-from prensa.fem.letting_go import let_go
-from prensa.fem.modes import loose_bodies
-from prensa.fem.planning import plan_step
-from prensa.fem.schedule import StepPlan
-from prensa.fem.state import State
-from prensa.fem.surface import Surface
-from prensa.fem.system import Evaluation, System
+from prensa.contact.surface import Surface
+from prensa.linear.reduction import Reduced
+from prensa.linear.rigid_modes import loose_bodies
 from prensa.measures import parse
 from prensa.measures.measure import Gradient
+from prensa.policy import Policy
+from prensa.result.increment import Increment
+from prensa.result.results import increment_of
 from prensa.sensitivity.change import Change, change_of, known
 from prensa.sensitivity.combinations import combined, foretold, nearest, sums
 from prensa.sensitivity.parameters import Parameter, neighbours
 from prensa.solver.approach import approach
-from prensa.solver.carrying import carried
-from prensa.solver.increment import Increment
-from prensa.solver.outcome import NewtonResult
-from prensa.solver.policy import Policy
-from prensa.solver.reduced import Reduced
-from prensa.solver.results import increment_of
+from prensa.solver.floating_bodies import carried
 from prensa.solver.stabilisation import Stabilisation
 from prensa.solver.time_stepping import committed
+from prensa.system.assembly import Pattern, scatter_vector
+from prensa.system.interaction import Branches, Context
+from prensa.system.outcome import NewtonResult
+from prensa.system.planning import plan_step
+from prensa.system.release import let_go
+from prensa.system.schedule import StepPlan
+from prensa.system.state import State
+from prensa.system.system import Evaluation, System
 from prensa.types import Array, Index
 
 if TYPE_CHECKING:

@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 
 from prensa.errors import PrensaError, SolveError
+from prensa.linear.threads import ONE_OF_BLAS
+from prensa.result.increment import Increment
 from prensa.sensitivity.increments import Derived
-from prensa.solver.increment import Increment
 from prensa.solver.reporting import Messages
-from prensa.solver.threads import ONE_OF_BLAS
-from prensa.solver.timer import Timer
+from prensa.timer.timer import Timer
 
 
 class Follower:

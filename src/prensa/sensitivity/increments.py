@@ -11,18 +11,18 @@ import numpy as np
 from prensa.contact.forces import TOUCH
 from prensa.contact.record import magnitude
 from prensa.errors import PrensaError
-from prensa.fem.interaction import Context
-from prensa.fem.state import State
-from prensa.fem.system import System
+from prensa.linear.reduction import Reduced, weights_of
 from prensa.measures import parse
 from prensa.measures.measure import Measure
 from prensa.model import problem as model
+from prensa.policy import Policy
+from prensa.result.increment import Derivatives, Increment, Observable
 from prensa.sensitivity.closed import Beside, Bundle, Closed, covers, differentiate
 from prensa.sensitivity.direct import Columns, Direction, Neighbour, Solution
-from prensa.solver.increment import Derivatives, Increment, Observable
-from prensa.solver.outcome import NewtonResult
-from prensa.solver.policy import Policy
-from prensa.solver.reduced import Reduced, weights_of
+from prensa.system.interaction import Context
+from prensa.system.outcome import NewtonResult
+from prensa.system.state import State
+from prensa.system.system import System
 from prensa.types import Array
 
 BORNE = 1e-9  # share of the bound of friction within which a traction is all that friction bears

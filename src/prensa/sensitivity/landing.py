@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prensa.fem.interaction import Context
-from prensa.fem.schedule import StepPlan
-from prensa.fem.system import System
+from prensa.policy import Policy
 from prensa.sensitivity.transposed import Weights
 from prensa.solver.approach import approach
-from prensa.solver.policy import Policy
+from prensa.system.interaction import Context
+from prensa.system.schedule import StepPlan
+from prensa.system.system import System
 from prensa.types import Array
 
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any
 
 from prensa.errors import ArgumentError, PrensaError, take
-from prensa.fem.discretise import discretise, with_laws, with_tool
-from prensa.fem.system import System
 from prensa.model.names import suggest
 from prensa.model.problem import Problem
+from prensa.system.discretise import discretise, with_laws, with_tool
+from prensa.system.system import System
 
 
 def numbers(problem: Problem) -> dict[str, float]:

@@ -8,29 +8,29 @@ from functools import partial
 
 from prensa import analysis
 from prensa.analysis import belongs, told_before
+from prensa.checks.after.passages import Passages
 from prensa.errors import ArgumentError, take
-from prensa.fem.discretise import discretise
-from prensa.fem.interaction import Context
-from prensa.fem.mirrors import Guard, extended_derivatives, guard_of, system_of
-from prensa.fem.state import State
-from prensa.fem.system import System
+from prensa.linear.threads import threads_with_follower
 from prensa.model import problem as model
 from prensa.model.feed import ends_early
 from prensa.model.remeshing import remeshing_of
+from prensa.policy import Policy
+from prensa.result.increment import Increment, Monitor
 from prensa.sensitivity.direct import Direction
 from prensa.sensitivity.follower import Follower
 from prensa.sensitivity.increments import Differentiation
 from prensa.solver.equilibrium import Equilibrium
-from prensa.solver.increment import Increment, Monitor
-from prensa.solver.outcome import NewtonResult
-from prensa.solver.passages import Passages
-from prensa.solver.policy import Policy
 from prensa.solver.reporting import Messages
 from prensa.solver.stabilisation import stabilised
 from prensa.solver.step_control import StepControl
-from prensa.solver.threads import threads_with_follower
 from prensa.solver.time_stepping import TimeStepping
-from prensa.solver.timer import Timer
+from prensa.system.discretise import discretise
+from prensa.system.interaction import Context
+from prensa.system.outcome import NewtonResult
+from prensa.system.state import State
+from prensa.system.symmetry_planes import Guard, extended_derivatives, guard_of, system_of
+from prensa.system.system import System
+from prensa.timer.timer import Timer
 
 
 def solve(

@@ -19,17 +19,17 @@ from prensa.contact.forces import ContactForces
 from prensa.contact.kept import Kept, closed_slopes
 from prensa.elements import derivatives, q4
 from prensa.elements.kinds.q4_fbar import Q4Bar
-from prensa.fem.assembly import Block, Pattern, scatter_forces
-from prensa.fem.interaction import Branches, Context
-from prensa.fem.planning import plan_step
-from prensa.fem.schedule import StepPlan
-from prensa.fem.system import Evaluation, System
+from prensa.linear.factorisations import Kept as KeptFactors
+from prensa.linear.reduction import Reduced, Selected
 from prensa.materials.hardening import TABLE
 from prensa.materials.j2 import CURVE_AT
 from prensa.sensitivity.bodies import SHIFT, Elements, elements_of, moduli_of
 from prensa.sensitivity.substitutions import Solve, Substitutions, begun
-from prensa.solver.linear import Kept as KeptFactors
-from prensa.solver.reduced import Reduced, Selected
+from prensa.system.assembly import Block, Pattern, scatter_forces
+from prensa.system.interaction import Branches, Context
+from prensa.system.planning import plan_step
+from prensa.system.schedule import StepPlan
+from prensa.system.system import Evaluation, System
 from prensa.types import Array, Index
 
 NO_FLOW = (0, np.zeros(5), np.zeros(2), np.zeros((1, 4)))  # of a curve that nobody asks for

@@ -7,14 +7,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from prensa.contact.surface import Surface
 from prensa.errors import SolveError
-from prensa.fem.contacts import were_closed
-from prensa.fem.interaction import Context
-from prensa.fem.schedule import StepPlan
-from prensa.fem.state import State
-from prensa.fem.surface import Surface
-from prensa.fem.system import System
-from prensa.solver.policy import DEFAULT, Policy
+from prensa.policy import DEFAULT, Policy
+from prensa.system.contacts import were_closed
+from prensa.system.interaction import Context
+from prensa.system.schedule import StepPlan
+from prensa.system.state import State
+from prensa.system.system import System
 from prensa.types import Array
 
 

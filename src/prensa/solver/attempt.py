@@ -6,18 +6,18 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 
-from prensa.fem.failure import Failure, Singular, Unsettled
-from prensa.fem.interaction import Context
-from prensa.fem.state import may_rest
-from prensa.fem.system import Evaluation, System
-from prensa.solver.emergence import emergence
+from prensa.linear.factorisations import SingularError
+from prensa.linear.multipliers import BlockedError
+from prensa.policy import Policy
 from prensa.solver.equilibrium import Equilibrium
-from prensa.solver.linear import SingularError
-from prensa.solver.multipliers import BlockedError
+from prensa.solver.initial_overlap import emergence
 from prensa.solver.newton import newton
-from prensa.solver.outcome import NewtonResult
-from prensa.solver.policy import Policy
 from prensa.solver.predictor import Guess, initial_guess
+from prensa.system.failure import Failure, Singular, Unsettled
+from prensa.system.interaction import Context
+from prensa.system.outcome import NewtonResult
+from prensa.system.state import may_rest
+from prensa.system.system import Evaluation, System
 from prensa.types import Array
 
 Solve = Callable[[Array, NewtonResult], Failure | None]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from prensa.solver.policy import DEFAULT, Policy
+from prensa.policy import DEFAULT, Policy
 from prensa.types import Array
 
 

@@ -17,13 +17,13 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_matrix, vstack
 
-from prensa.fem.loads import Release
-from prensa.fem.system import Evaluation
 from prensa.solver.complementarity import complementary
-from prensa.solver.contact_step import pressed
+from prensa.solver.contact_lcp import pressed
 from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.friction_step import as_rows
 from prensa.solver.projection import linear_gaps
+from prensa.system.loads import Release
+from prensa.system.system import Evaluation
 from prensa.types import Array, Flags, Index
 
 

@@ -9,13 +9,13 @@ from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 
-from prensa.fem.failure import Failure, Runaway, ToolRunaway
-from prensa.fem.interaction import Context, Overrides
-from prensa.fem.system import Evaluation, System
+from prensa.linear.reduction import Reduced
 from prensa.model import problem as model
-from prensa.solver.outcome import NewtonResult
-from prensa.solver.policy import Policy
-from prensa.solver.reduced import Reduced
+from prensa.policy import Policy
+from prensa.system.failure import Failure, Runaway, ToolRunaway
+from prensa.system.interaction import Context, Overrides
+from prensa.system.outcome import NewtonResult
+from prensa.system.system import Evaluation, System
 from prensa.types import Array, Bytes, Flags
 
 Signature = Bytes
@@ -58,7 +58,7 @@ class Equilibrium:
     def evaluate(
         self, u: Array, lam: Array, stiffness: bool = True, section: str = "assembly", **overrides: Unpack[Overrides]
     ) -> Evaluation:  # fmt: skip
-        """Residual and, with ``stiffness``, its derivative; ``overrides``: see `prensa.fem.interaction.Request`."""
+        """Residual and, with ``stiffness``, its derivative; ``overrides``: see `prensa.system.interaction.Request`."""
         with self.report.timed(section):
             return self.reduced.assembly.evaluate(self.context, u, lam, stiffness, **overrides)
 

@@ -7,10 +7,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from prensa.fem.system import Evaluation
+from prensa.linear.factorisations import product
+from prensa.policy import DEFAULT
 from prensa.solver.equilibrium import Equilibrium
-from prensa.solver.linear import product
-from prensa.solver.policy import DEFAULT
+from prensa.system.system import Evaluation
 from prensa.types import Array
 
 

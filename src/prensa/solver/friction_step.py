@@ -16,8 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from prensa.policy import Policy
 from prensa.solver.complementarity import pivoted
-from prensa.solver.policy import Policy
 from prensa.types import Array, Flags, Index
 
 

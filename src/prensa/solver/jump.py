@@ -13,11 +13,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from prensa.fem.system import Evaluation, System
 from prensa.solver.attempt import attempt_from
 from prensa.solver.equilibrium import Equilibrium
-from prensa.solver.outcome import NewtonResult
 from prensa.solver.stabilisation import Drag, nodal_volumes
+from prensa.system.outcome import NewtonResult
+from prensa.system.system import Evaluation, System
 from prensa.types import Array
 
 

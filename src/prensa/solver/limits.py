@@ -6,15 +6,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from prensa.checks.during.distortion import shapes
 from prensa.contact.forces import ContactForces
-from prensa.fem.assembly import Block
-from prensa.fem.interaction import Context
-from prensa.fem.state import State
-from prensa.fem.surface import Surface
-from prensa.fem.system import Evaluation, System
+from prensa.contact.surface import Surface
 from prensa.friction.law import bounded
-from prensa.solver.distortion import shapes
-from prensa.solver.policy import Policy
+from prensa.policy import Policy
+from prensa.system.assembly import Block
+from prensa.system.interaction import Context
+from prensa.system.state import State
+from prensa.system.system import Evaluation, System
 from prensa.types import Array
 
 

@@ -6,16 +6,16 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from prensa.fem.failure import Diverged, Failure, NotConverged, Stagnated, Unevaluable
-from prensa.fem.system import Evaluation
-from prensa.solver.contact_step import affordable, contact_step, decides_friction
+from prensa.solver.contact_lcp import affordable, contact_step, decides_friction
 from prensa.solver.edge_step import with_edges
-from prensa.solver.elimination import applies, eliminated
 from prensa.solver.equilibrium import Equilibrium, Signature, reversed_slip, signature
 from prensa.solver.finish import finish
-from prensa.solver.outcome import NewtonResult
+from prensa.solver.nonlinear_elimination import applies, eliminated
 from prensa.solver.predictor import Guess
 from prensa.solver.projection import contact_corrected
+from prensa.system.failure import Diverged, Failure, NotConverged, Stagnated, Unevaluable
+from prensa.system.outcome import NewtonResult
+from prensa.system.system import Evaluation
 from prensa.types import Array, Flags
 
 

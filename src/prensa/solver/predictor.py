@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from prensa.fem.system import Evaluation
 from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.projection import contact_corrected, project_prediction
+from prensa.system.system import Evaluation
 from prensa.types import Array, Flags
 
 

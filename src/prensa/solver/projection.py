@@ -12,11 +12,11 @@ from functools import partial
 import numpy as np
 
 from prensa.contact.stencil import Stencils
-from prensa.fem.interaction import Context
-from prensa.fem.surface import Surface
-from prensa.fem.system import Evaluation, System
+from prensa.contact.surface import Surface
+from prensa.policy import DEFAULT, Policy
 from prensa.solver.equilibrium import Foreseen
-from prensa.solver.policy import DEFAULT, Policy
+from prensa.system.interaction import Context
+from prensa.system.system import Evaluation, System
 from prensa.types import Array, Flags
 
 

@@ -7,13 +7,13 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from prensa.fem.failure import sentence
-from prensa.fem.schedule import StepPlan
-from prensa.fem.state import State
-from prensa.fem.system import Evaluation, System
-from prensa.solver.increment import Force, Increment, Monitor, Progress
-from prensa.solver.outcome import NewtonResult
-from prensa.solver.results import tool_forces
+from prensa.result.increment import Force, Increment, Monitor, Progress
+from prensa.result.results import tool_forces
+from prensa.system.failure import sentence
+from prensa.system.outcome import NewtonResult
+from prensa.system.schedule import StepPlan
+from prensa.system.state import State
+from prensa.system.system import Evaluation, System
 
 log = logging.getLogger("prensa")
 

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from prensa.fem.interaction import Context, Part, Request, Response
-from prensa.fem.state import Energy, Stability
-from prensa.fem.system import System
 from prensa.model.problem import ever_stabilised, stabilised
-from prensa.solver.policy import Policy
+from prensa.policy import Policy
+from prensa.system.interaction import Context, Part, Request, Response
+from prensa.system.state import Energy, Stability
+from prensa.system.system import System
 from prensa.types import Array, Index
 
 

@@ -17,18 +17,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from prensa.fem.failure import Diverged, Jumped, LimitPoint, NotConverged, Singular, Stagnated, ToolRunaway, Unstable
-from prensa.fem.interaction import Context
-from prensa.fem.state import Stability, State, may_rest
-from prensa.fem.system import System
-from prensa.solver.acceptance import Acceptance
+from prensa.checks.during.acceptance import Acceptance
+from prensa.linear.factorisations import SingularError
+from prensa.linear.reduction import Reduced
+from prensa.policy import Policy
 from prensa.solver.attempt import attempt_from
 from prensa.solver.equilibrium import Equilibrium
 from prensa.solver.jump import goes_by_itself, jump
-from prensa.solver.linear import SingularError
-from prensa.solver.outcome import NewtonResult
-from prensa.solver.policy import Policy
-from prensa.solver.reduced import Reduced
+from prensa.system.failure import Diverged, Jumped, LimitPoint, NotConverged, Singular, Stagnated, ToolRunaway, Unstable
+from prensa.system.interaction import Context
+from prensa.system.outcome import NewtonResult
+from prensa.system.state import Stability, State, may_rest
+from prensa.system.system import System
 from prensa.types import Array, Flags
 
 

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from prensa.fem.failure import Failure, FreeToMove
-from prensa.fem.interaction import Context
-from prensa.fem.schedule import StepPlan
-from prensa.fem.system import Evaluation, System
-from prensa.solver.policy import Policy
+from prensa.policy import Policy
+from prensa.system.failure import Failure, FreeToMove
+from prensa.system.interaction import Context
+from prensa.system.schedule import StepPlan
+from prensa.system.system import Evaluation, System
 from prensa.types import Array
 
 
@@ -139,7 +139,9 @@ class StepControl:
     def next(
         self, c: Context, e: Evaluation, grown: Sequence[Array | None], iterations: int, cutbacks: int, unsteady: float = 0.0
     ) -> float:  # fmt: skip
-        """Duration of the next increment from what this one cost and did; ``grown``, ``unsteady``: see `prensa.fem.time_rule`."""
+        """Duration of the next increment from what this one cost and did; ``grown``, ``unsteady``: see
+        `prensa.system.time_integration`.
+        """
         longer = self.policy.second_order if self.second_order else 1.0
         dt = self._next(c, e, grown, iterations, cutbacks, longer)
         if self.steady and (unsteady * dt > self.policy.unsteady or _lands(c, e)):

@@ -10,8 +10,41 @@ from typing import Protocol
 
 import numpy as np
 
+from prensa.checks.after.passages import Passages, jump_of, passing_of
+from prensa.checks.after.quality import quality_warnings, soft_springs, untouched_tools
+from prensa.checks.before.motions import table_jumps
+from prensa.checks.during.acceptance import Acceptance, Corners, unilaterally_supported
+from prensa.checks.during.distortion import Distortion
+from prensa.checks.during.folding import Folding
+from prensa.checks.during.penetration import inside, watches
+from prensa.checks.during.self_intersection import fold, hanging, outlines
+from prensa.checks.during.tool_balance import tips_over
+from prensa.checks.during.validity import Validity
 from prensa.errors import ArgumentError, SolveError, shown
-from prensa.fem.failure import (
+from prensa.linear.condensation import Condensation, condensed
+from prensa.linear.reduction import Reduced
+from prensa.linear.rigid_modes import Loose, loose_bodies
+from prensa.linear.threads import ONE_OF_BLAS, threads_of
+from prensa.measures import parse
+from prensa.model import problem as model
+from prensa.model.feed import ends_early
+from prensa.policy import Policy
+from prensa.result.energy_balance import ledger, nodal_work
+from prensa.result.increment import Increment
+from prensa.result.results import increment_of
+from prensa.solver.approach import approach, first_touch
+from prensa.solver.attempt import attempt, attempt_from
+from prensa.solver.diagnosis import hint, remedy, where
+from prensa.solver.equilibrium import Equilibrium, Foreseen, Reporter
+from prensa.solver.first_matrix import Ahead
+from prensa.solver.floating_bodies import Carried, carried, first_clamped
+from prensa.solver.initial_overlap import starts_inside
+from prensa.solver.reporting import Messages
+from prensa.solver.stabilisation import Stabilisation
+from prensa.solver.stability import at_limit, judged, looked, told
+from prensa.solver.step_control import StepControl
+from prensa.solver.until import Outcome, Stopping
+from prensa.system.failure import (
     BeyondSmall,
     Distorted,
     Failure,
@@ -23,50 +56,17 @@ from prensa.fem.failure import (
     StartsInside,
     sentence,
 )
-from prensa.fem.folds import fold, hanging, outlines
-from prensa.fem.inside import inside, watches
-from prensa.fem.interaction import Context
-from prensa.fem.letting_go import held_at, let_go, removed_tools, still_held
-from prensa.fem.mirrors import Guard, Nearing, extended, names_of, with_planes
-from prensa.fem.modes import Loose, loose_bodies
-from prensa.fem.motions import table_jumps
-from prensa.fem.planning import plan_step
-from prensa.fem.schedule import StepPlan
-from prensa.fem.state import Clock, State
-from prensa.fem.symmetry import is_symmetric
-from prensa.fem.system import Evaluation, System
-from prensa.fem.time_rule import BACKWARD_EULER, TimeRule, all_follow, growths, unsteadiness
-from prensa.measures import parse
-from prensa.model import problem as model
-from prensa.model.feed import ends_early
-from prensa.solver.acceptance import Acceptance, Corners, unilaterally_supported
-from prensa.solver.ahead import Ahead
-from prensa.solver.approach import approach, first_touch
-from prensa.solver.attempt import attempt, attempt_from
-from prensa.solver.carrying import Carried, carried, first_clamped
-from prensa.solver.condensation import Condensation, condensed
-from prensa.solver.distortion import Distortion
-from prensa.solver.emergence import starts_inside
-from prensa.solver.equilibrium import Equilibrium, Foreseen, Reporter
-from prensa.solver.folding import Folding
-from prensa.solver.increment import Increment
-from prensa.solver.ledger import ledger, nodal_work
-from prensa.solver.outcome import NewtonResult
-from prensa.solver.passages import Passages, jump_of, passing_of
-from prensa.solver.policy import Policy
-from prensa.solver.post_mortem import hint, remedy, where
-from prensa.solver.quality import quality_warnings, soft_springs, untouched_tools
-from prensa.solver.reduced import Reduced
-from prensa.solver.reporting import Messages
-from prensa.solver.results import increment_of
-from prensa.solver.stabilisation import Stabilisation
-from prensa.solver.stability import at_limit, judged, looked, told
-from prensa.solver.step_control import StepControl
-from prensa.solver.stopping import Outcome, Stopping
-from prensa.solver.threads import ONE_OF_BLAS, threads_of
-from prensa.solver.timer import Timer
-from prensa.solver.tipping import tips_over
-from prensa.solver.validity import Validity
+from prensa.system.interaction import Context
+from prensa.system.matrix_symmetry import is_symmetric
+from prensa.system.outcome import NewtonResult
+from prensa.system.planning import plan_step
+from prensa.system.release import held_at, let_go, removed_tools, still_held
+from prensa.system.schedule import StepPlan
+from prensa.system.state import Clock, State
+from prensa.system.symmetry_planes import Guard, Nearing, extended, names_of, with_planes
+from prensa.system.system import Evaluation, System
+from prensa.system.time_integration import BACKWARD_EULER, TimeRule, all_follow, growths, unsteadiness
+from prensa.timer.timer import Timer
 from prensa.types import Array
 
 log = logging.getLogger("prensa")

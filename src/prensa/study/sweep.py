@@ -11,7 +11,6 @@ from typing import Any
 
 from prensa import __version__
 from prensa.errors import CaseError, PrensaError, shown, take
-from prensa.fem.saved import CHECKPOINT
 from prensa.measures.columns import columns
 from prensa.model.problem import Case, Output, Problem
 from prensa.output.files import file_name, write_text
@@ -27,6 +26,7 @@ from prensa.study.quantities import Quantity, quantities, series_of, values_of, 
 from prensa.study.results import CASES, Row, Study, Timings
 from prensa.study.values import Values, factors_of
 from prensa.study.work import RECORD, Job, key_of, read_record, unpacked
+from prensa.system.checkpoint import CHECKPOINT
 
 REQUEST = "sweep.json"
 

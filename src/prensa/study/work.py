@@ -16,13 +16,13 @@ from typing import Any
 
 from prensa import __version__
 from prensa.errors import PrensaError, SolveError
-from prensa.fem.saved import CHECKPOINT, seal_broken, text_hash
 from prensa.model.problem import Case
 from prensa.output.files import write_text
 from prensa.output.lock import LOCK, Held
 from prensa.output.progress import ProgressBar
 from prensa.study.attachments import Attachment, attached, places
 from prensa.study.quantities import Quantity, series_of, values_of
+from prensa.system.checkpoint import CHECKPOINT, seal_broken, text_hash
 
 RECORD = "case.json"
 _ONE_AT_A_TIME = threading.Lock()  # logs, warnings and solvers are a process's

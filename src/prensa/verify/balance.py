@@ -27,11 +27,11 @@ from collections.abc import Iterator
 import numpy as np
 
 import prensa as pr
-from prensa.fem.discretise import discretise, on_meshes
-from prensa.fem.planning import plan_step
-from prensa.fem.schedule import BoundaryLoad
-from prensa.fem.system import System
-from prensa.solver.increment import Increment
+from prensa.result.increment import Increment
+from prensa.system.discretise import discretise, on_meshes
+from prensa.system.planning import plan_step
+from prensa.system.schedule import BoundaryLoad
+from prensa.system.system import System
 from prensa.types import Array
 from prensa.verify.table import Row, case, row
 

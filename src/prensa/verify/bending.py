@@ -8,8 +8,8 @@ import numpy as np
 
 import prensa as pr
 from prensa import reference as ref
-from prensa.fem.discretise import discretise
-from prensa.solver.increment import Increment
+from prensa.result.increment import Increment
+from prensa.system.discretise import discretise
 from prensa.verify.balance import imbalance
 from prensa.verify.table import Row, case, row
 

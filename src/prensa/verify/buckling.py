@@ -9,8 +9,8 @@ import numpy as np
 
 import prensa as pr
 from prensa.errors import SolveError
-from prensa.fem.failure import LimitPoint
 from prensa.reference.buckling import elastica_clamped
+from prensa.system.failure import LimitPoint
 from prensa.verify.balance import Balance
 from prensa.verify.table import Row, case, row
 

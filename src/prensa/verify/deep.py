@@ -8,7 +8,7 @@ import numpy as np
 
 import prensa as pr
 from prensa import reference as ref
-from prensa.solver.increment import Increment
+from prensa.result.increment import Increment
 from prensa.verify.balance import Balance
 from prensa.verify.remeshing import bound, can
 from prensa.verify.table import Row, case, row

@@ -9,9 +9,9 @@ from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
 import prensa as pr
-from prensa.fem.discretise import discretise
-from prensa.fem.planning import plan_step
-from prensa.fem.system import Evaluation
+from prensa.system.discretise import discretise
+from prensa.system.planning import plan_step
+from prensa.system.system import Evaluation
 from prensa.types import Array, Index
 
 

@@ -11,7 +11,7 @@ import prensa as pr
 from prensa import reference as ref
 from prensa.friction.law import At
 from prensa.reference import tables
-from prensa.solver.increment import ContactState, Increment
+from prensa.result.increment import ContactState, Increment
 from prensa.verify import example1, forming
 from prensa.verify.balance import Balance
 from prensa.verify.friction import plate

@@ -12,7 +12,7 @@ import numpy as np
 
 import prensa as pr
 from prensa.reference import LayerLine, layer_line, tables
-from prensa.solver.increment import ContactState, Increment
+from prensa.result.increment import ContactState, Increment
 from prensa.verify.balance import Balance
 from prensa.verify.table import Row, case, row
 

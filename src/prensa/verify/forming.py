@@ -16,7 +16,7 @@ from prensa import reference as ref
 from prensa.materials.flow_curve import FlowCurve
 from prensa.materials.hardening import flow_curve
 from prensa.reference import tables
-from prensa.solver.increment import Increment
+from prensa.result.increment import Increment
 from prensa.verify.balance import Balance
 from prensa.verify.table import Row, case, row
 

@@ -10,7 +10,7 @@ import numpy as np
 
 import prensa as pr
 from prensa.reference import cattaneo_mindlin, hertz_line, sliding_wedge, tables
-from prensa.solver.increment import Increment
+from prensa.result.increment import Increment
 from prensa.types import Array, Flags
 from prensa.verify.balance import Balance
 from prensa.verify.table import Row, case, row

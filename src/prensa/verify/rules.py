@@ -13,7 +13,7 @@ from scipy.stats import spearmanr
 
 import prensa as pr
 from prensa.reference import LayerLine, flat_punch_stick, layer_line
-from prensa.solver.increment import ContactState, Increment
+from prensa.result.increment import ContactState, Increment
 from prensa.types import Array, Flags
 from prensa.verify.balance import Balance
 from prensa.verify.example1 import NU, E, H, R

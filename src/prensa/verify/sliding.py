@@ -13,9 +13,9 @@ import numpy as np
 
 import prensa as pr
 from prensa import reference as ref
-from prensa.fem.discretise import discretise
-from prensa.fem.passing import STAIR
-from prensa.solver.increment import Increment
+from prensa.contact.passage import STAIR
+from prensa.result.increment import Increment
+from prensa.system.discretise import discretise
 from prensa.verify.balance import Balance, imbalance
 from prensa.verify.table import Row, case, row
 

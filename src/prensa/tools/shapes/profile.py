@@ -61,7 +61,7 @@ def _drawn(value: Any, info: ValidationInfo) -> Any:
         value = TypeAdapter(Drawing).validate_python(value, context=info.context)
     if not isinstance(value, Drawing):
         return value
-    from prensa.tools.drawing import vertices
+    from prensa.importers.dxf import vertices
 
     return vertices(value, info.context)
 

@@ -1,0 +1,1 @@
+"""Checks of a problem before, of increments during, and of answers after a run."""

@@ -1,0 +1,1 @@
+"""Checks of answers: warnings about their quality, means over a passage."""

@@ -1,0 +1,88 @@
+"""Quality warnings: what a converged run deserves less trust for than its residual says."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence, Set
+from typing import Any
+
+import numpy as np
+
+from prensa.policy import Policy
+from prensa.system.interaction import Context
+from prensa.system.schedule import StepPlan
+from prensa.system.system import Evaluation, System
+from prensa.types import Array
+
+
+def quality_warnings(system: System, c: Context, e: Evaluation, residual: float, policy: Policy) -> Iterator[str]:
+    """Sentences about penetration and hidden forces of a converged increment; residual: what convergence leaves open."""
+    forces = system.dofs.tool.of(e.contact_forces())[:, : system.dofs.dimension]
+    for s, f, scale in zip(system.surfaces, e.contacts, c.scales):
+        depth = np.where(f.p > 0, -f.g / scale.h, 0.0)
+        k = int(np.argmax(depth))
+        if depth[k] > policy.deep:
+            x, node = s.X[k], s.points.support[k, np.argmax(s.points.N[k])]
+            yield (
+                f"contact {s.name}: node {node - system.offsets[s.body]} (initially at {x[0]:.4g}, {x[1]:.4g}) lies "
+                f"{-f.g[k]:.3g} inside the tool, {depth[k]:.2g} of an element: raise its stiffness 'beta', or use 'augmented'"
+            )
+    for t, tool in enumerate(system.tools):
+        size = float(np.hypot.reduce(forces[t]))
+        noise = policy.hidden * residual * e.scale
+        if 0 < size < noise:
+            yield (
+                f"the force on tool {tool.name!r}, {size:.3g}, is not above what convergence leaves open ({noise:.3g}): much "
+                f"larger forces are at work elsewhere (supports or tools that press against each other, Σ|f| = {e.scale:.3g}); "
+                "remove them or lower 'tolerance'"
+            )
+
+
+def soft_springs(system: System, plan: StepPlan, u: Array, policy: Policy) -> Iterator[str]:
+    """Springs that take nearly all of the way of their mounts in a run that nothing else drives, at dofs u (ndof,).
+
+    One that is to preload a tool does that too, beside what else is moved.
+    """
+    if not plan.springs or not _by_springs_alone(system):
+        return
+    for t, tool in enumerate(system.tools):
+        for axis, dof in zip(("x", "y", "rz"), system.dofs.tool.dofs(t).tolist()):
+            stiffness, mount = plan.springs.get(dof, (0.0, None))
+            way = mount(plan.t1) if mount is not None and mount(plan.t1) != mount(plan.t0) else 0.0
+            if abs(u[dof]) < (1.0 - policy.given_way) * abs(way):
+                yield (
+                    f"tool {tool.name!r} went {u[dof]:.3g} of the {way:.3g} that the mount of its spring went along {axis}: the "
+                    f"spring, {stiffness:.4g}, took the rest, and nothing else drives the run; is its stiffness in the units of "
+                    "the case? To press with a force use 'push'"
+                )
+
+
+def _by_springs_alone(system: System) -> bool:
+    """Whether all that a problem moves or loads are mounts of springs."""
+    p = system.problem
+    owners: list[Any] = [p, *p.steps]
+    for owner in owners:
+        held = [v for f in owner.fixed.values() for v in (f.x, f.y)]
+        if owner.loads or owner.body_force or any(v not in (None, "held") for v in held):
+            return False
+    for step in p.steps:
+        if step.crank or step.feed or step.push or p.driven(step):
+            return False
+        for kind in ("move", "by", "velocity"):
+            for name, motion in getattr(step, kind).items():
+                spring = p.tools[name].spring
+                given = [axis for axis in ("x", "y", "rz") if getattr(motion, axis)]
+                if any(getattr(spring, axis, None) is None for axis in given):
+                    return False
+    return True
+
+
+def untouched_tools(system: System, met: Set[str], planes: Sequence[str] = ()) -> Iterator[str]:
+    """Tools of contacts that met nothing in a whole run; met: those that did.
+
+    planes: tools that stand for lines of symmetry, of which nothing is to be said.
+    """
+    for tool in system.tools:
+        own = [] if tool.name in planes else system.against(tool.name)
+        if own and tool.name not in met:
+            surfaces = ", ".join(repr("+".join(s.description.surface)) for s in own)
+            yield f"tool {tool.name!r} never touched {surfaces}: its forces are zero because it met nothing"

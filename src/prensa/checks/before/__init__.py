@@ -1,0 +1,1 @@
+"""Checks of the description, before anything is solved."""

@@ -1,0 +1,96 @@
+"""Stock that is fed, looked at before the solve: ways that bring it to no tool, and rolls that turn against it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from prensa.contact.passage import TURNED
+from prensa.contact.surface import Surface
+from prensa.errors import Notice
+from prensa.linear.rigid_modes import CLOSED
+from prensa.model.feed import Feed, ends_early
+from prensa.system.planning import plan_step
+from prensa.system.schedule import StepPlan
+from prensa.system.system import System
+from prensa.types import Array
+
+PLACES = 129  # places along a way at which what is fed is looked for in the tools
+AGAINST = 0.5  # cosine with the way beyond which the surface of a roll goes against it
+
+
+def feeding(system: System) -> Iterator[Notice]:
+    """Notices on the first feed of each body, as long as it and the tools are where the description puts them.
+
+    The body goes as a rigid one. A roll that brakes on purpose does not draw stock in, which is what ends a feed.
+    """
+    u = system.initial().u
+    seen: set[str] = set()
+    for number, step in enumerate(system.problem.steps):
+        plan = plan_step(system, number, u)
+        for boundary, feed in step.feed.items():
+            body = boundary.partition(".")[0]
+            if feed is not None and body not in seen:
+                yield from _fed(system, plan, boundary, feed, u)
+            seen.add(body)
+        seen |= {name.partition(".")[0] for name in system.problem.driven(step)}
+        if ends_early(step):
+            return  # anywhere on its way, after which no place is known
+        u = u.copy()
+        u[plan.fixed] = plan.values(plan.t1)
+
+
+def _fed(system: System, plan: StepPlan, boundary: str, feed: Feed, u: Array) -> Iterator[Notice]:
+    """What there is to say of a way along which a body is fed."""
+    body = boundary.partition(".")[0]
+    against = [s for s in system.surfaces if s.body == body]
+    nearest: dict[str, float] = {}
+    for s in against:
+        gap, velocity = _meeting(system, s, plan, feed, u)
+        nearest[s.against] = gap
+        along, size = velocity["xy".index(feed.axis)] * np.sign(feed.way), float(np.hypot(*velocity))
+        if along < -AGAINST * size:
+            tool = s.against
+            key = "by" if tool in system.problem.steps[plan.number].by else "move"
+            yield Notice(
+                f"steps.{plan.number}.{key}.{tool}.rz",
+                f"where {body!r} meets tool {tool!r}, its surface goes against the feed of {boundary!r}: it pushes the stock "
+                "out; reverse the sign of 'rz', which is positive counter-clockwise, or that of the feed",
+            )
+    least = min((s.points.depth.min() for s in against), default=0.0)
+    if nearest and min(nearest.values()) > CLOSED * least and not _come(system, against):
+        names = " or ".join(map(repr, nearest))
+        yield Notice(
+            f"steps.{plan.number}.feed.{boundary}.{feed.axis}",
+            f"a way of {feed.way:g} brings {body!r} to no tool: it never comes nearer than {min(nearest.values()):.4g} to {names}"
+            "; check its sign and its size, and the room between the tools",
+        )
+
+
+def _meeting(system: System, s: Surface, plan: StepPlan, feed: Feed, u: Array) -> tuple[float, Array]:
+    """Least gap on the way, and the way (2,) on which the tool's turn takes its surface where the body meets it first."""
+    shift, nearest, at, master = np.zeros(2), np.inf, u.copy(), system.master(s)
+    x, least = system.X[s.points.nodes], CLOSED * float(s.points.depth.min())
+    start, now = master.place(u), u.copy()
+    now[plan.fixed] = plan.values(plan.t1)
+    turn = float((master.place(now) - start)[2])
+    for share in np.linspace(0.0, 1.0, PLACES):
+        at[plan.fixed] = plan.values(plan.t0 + share * (plan.t1 - plan.t0))
+        shift["xy".index(feed.axis)] = share * feed.way
+        pairs = master.seen(x + shift, at)
+        nearest = min(nearest, float(pairs.g.min()))
+        if nearest <= least:
+            k = int(np.argmin(pairs.g))
+            return nearest, np.asarray(turn * (pairs.arm[k] @ TURNED))
+    return nearest, np.zeros(2)
+
+
+def _come(system: System, against: list[Surface]) -> bool:
+    """Whether one of the tools is moved or pushed along some axis, which may be what brings it to the stock."""
+    names = {s.against for s in against}
+    for step in system.problem.steps:
+        moved = [m for given in (step.move, step.by) for name, m in given.items() if name in names]
+        if names & set(step.push) or any(m.x is not None or m.y is not None for m in moved):
+            return True
+    return False

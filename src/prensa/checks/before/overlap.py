@@ -1,0 +1,97 @@
+"""Bodies that lie in one another at the beginning: they do not feel it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from prensa.mesh.mesh import segments
+from prensa.system.contact_surfaces import distance
+from prensa.system.system import System
+from prensa.types import Array, Flags, Index
+
+MEETING = 0.05  # depth over the shortest side of an outline up to which bodies just meet
+
+
+class Overlap(NamedTuple):
+    """Two bodies in the order of the description, and the node or element centre (x, y) of one that lies deepest in the other."""
+
+    first: str
+    second: str
+    x: float
+    y: float
+    depth: float
+
+
+class _Outline(NamedTuple):
+    """A body: ``places`` (n, 2) to look at, node positions ``points``, ``edges`` (k, 2), the length of the shortest."""
+
+    body: str
+    places: Array
+    points: Array
+    edges: Index
+    shortest: float
+
+
+def overlaps(system: System) -> Iterator[Overlap]:
+    """Pairs of bodies that lie in one another."""
+    x = system.positions(system.initial().u)
+    outlines = [_outline(system, body, x) for body in system.meshes] if system.dofs.dimension == 2 else []
+    for a, b in combinations(outlines, 2):
+        worst = max(_deepest(a, b), _deepest(b, a), key=lambda found: found.depth)
+        if worst.depth > MEETING * min(a.shortest, b.shortest):
+            yield worst._replace(first=a.body, second=b.body)
+
+
+def neighbours(system: System) -> Iterator[Overlap]:
+    """Pairs of bodies without a tie of which one lies on the other along an edge at least, with the middle of such an edge."""
+    x = system.positions(system.initial().u)
+    outlines = [_outline(system, body, x) for body in system.meshes] if system.dofs.dimension == 2 else []
+    for a, b in combinations(outlines, 2):
+        if b.body in system.tied_bodies(a.body):
+            continue
+        for one, other in ((a, b), (b, a)):
+            ends = one.points[one.edges]
+            middles = ends.mean(axis=1)
+            near = MEETING * min(a.shortest, b.shortest)
+            low, high = other.points.min(axis=0) - near, other.points.max(axis=0) + near
+            close = np.flatnonzero(((ends > low) & (ends < high)).all(axis=(1, 2)))
+            if not len(close):
+                continue
+            places = np.stack([ends[close, 0], middles[close], ends[close, 1]]).reshape(-1, 2)
+            on = (distance(places, other.points, other.edges).reshape(3, -1) <= near).all(axis=0)
+            if on.any():
+                k = close[np.argmax(on)]
+                yield Overlap(a.body, b.body, float(middles[k, 0]), float(middles[k, 1]), 0.0)
+                break
+
+
+def _outline(system: System, body: str, x: Array) -> _Outline:
+    mesh = system.meshes[body]
+    own = x[system.offsets[body] :][: len(mesh.points)]
+    edges = segments(mesh.boundary)
+    places = np.concatenate([own[np.unique(edges)], own[mesh.cells].mean(axis=1)])
+    return _Outline(body, places, own, edges, float(np.hypot(*(own[edges[:, 1]] - own[edges[:, 0]]).T).min()))
+
+
+def _deepest(one: _Outline, other: _Outline) -> Overlap:
+    """The place of one body that lies deepest in another; of depth 0 if none does."""
+    low, high = other.points.min(axis=0), other.points.max(axis=0)
+    places = one.places[((one.places > low) & (one.places < high)).all(axis=1)]
+    places = places[within(places, other.points[other.edges[:, 0]], other.points[other.edges[:, 1]])]
+    if not len(places):
+        return Overlap(one.body, other.body, 0.0, 0.0, 0.0)
+    d = distance(places, other.points, other.edges)
+    k = int(np.argmax(d))
+    return Overlap(one.body, other.body, float(places[k, 0]), float(places[k, 1]), float(d[k]))
+
+
+def within(x: Array, a: Array, b: Array) -> Flags:
+    """Whether places x (n, 2) lie in the outline of straight edges from a (k, 2) to b: a ray meets it an odd number of times."""
+    across = (a[:, 1] > x[:, 1:]) != (b[:, 1] > x[:, 1:])
+    rise = np.where(b[:, 1] == a[:, 1], 1.0, b[:, 1] - a[:, 1])
+    crossing = a[:, 0] + (x[:, 1:] - a[:, 1]) / rise * (b[:, 0] - a[:, 0])
+    return np.asarray((across & (crossing > x[:, :1])).sum(axis=1) % 2 == 1)

@@ -1,0 +1,1 @@
+"""Checks of iterates and of converged increments."""

@@ -1,0 +1,229 @@
+"""Acceptance criteria: equilibrium is not enough, solutions that balance and yet are impossible are refused."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from prensa.contact.surface import Surface
+from prensa.linear.rigid_modes import free_to_move
+from prensa.policy import DEFAULT, Policy
+from prensa.system.assembly import Block
+from prensa.system.contacts import contacts_of, were_closed
+from prensa.system.failure import (
+    Collapsed,
+    CornerInverted,
+    Failure,
+    LostSupport,
+    Tunnelled,
+    TurnedThrough,
+    UnilaterallySupported,
+)
+from prensa.system.interaction import Context
+from prensa.system.outcome import NewtonResult
+from prensa.system.state import State
+from prensa.system.system import Evaluation, System
+from prensa.system.time_integration import growths
+from prensa.types import Array, Flags
+
+
+class Corners:
+    """Least corners of the elements of a system (see `least_corner`). Two ask for them: they are kept from one to the other."""
+
+    def __init__(self, system: System) -> None:
+        self.system = system
+        self._at: Array | None = None
+        self._known: dict[str, Array] = {}
+
+    def least(self, block: Block, u: Array) -> Array:
+        """Of the elements (e,) of a block, for degrees of freedom u (ndof,)."""
+        if self._at is not u:
+            self._at, self._known = u, {}
+        elif block.body in self._known:
+            return self._known.pop(block.body)  # a large run has no room for what nobody asks for any more
+        self._known[block.body] = least_corner(self.system.positions(u).take(block.corners.T, axis=0))
+        return self._known[block.body]
+
+
+class Acceptance:
+    """The criteria that a converged increment has to meet."""
+
+    def __init__(self, system: System, policy: Policy, corners: Corners | None = None) -> None:
+        self.system, self.policy, self.corners = system, policy, corners or Corners(system)
+
+    def refusal(self, c: Context, result: NewtonResult) -> Failure | None:
+        """Why a converged increment is refused; None if it is not, or did not converge.
+
+        Besides tunnelling and lost supports: in finite strain no element's corner may jump beyond 180°, no point may flow by
+        more than `Policy.collapse` at once.
+        """
+        e = result.evaluation
+        if not result.converged or e is None:
+            return None
+        if through := tunnelled(self.system, c.state, result.u, self.policy):
+            return through
+        if turned := turned_through(self.system, c.state, result.u, self.policy):
+            return turned
+        if lost := lost_support(self.system, c, e):
+            return lost
+        if self.system.problem.kinematics == "small":
+            return None
+        result.grown = growths(self.system.blocks, e.history, c.state.history)
+        return next(self._deformed(c, result.grown, result.u), None)
+
+    def _deformed(self, c: Context, grown: Sequence[Array | None], u: Array) -> Iterator[Failure]:
+        for block, growth in zip(self.system.blocks, grown):
+            if inverted := self._corner(block, c, u):
+                yield inverted
+            if growth is not None:
+                yield from self._collapse(block, growth)
+
+    def _corner(self, block: Block, c: Context, u: Array) -> Failure | None:
+        """A corner that jumped beyond 180°; None if there is none.
+
+        A corner of 180° is no fold: a free side that rolls onto a die makes such elements, and they answer well. One that
+        passes 180° little by little is told (`Folding`). One that jumps there in a single increment belongs to another,
+        impossible solution.
+        """
+        if self.system.dofs.dimension != 2:  # bricks have det f > 0 at their points, and no more is asked of them yet
+            return None
+        corner = self.corners.least(block, u)
+        worst = int(np.argmin(corner))
+        if not corner[worst] < self.policy.inverted:
+            return None
+        if not corner[worst] < least_corner(c.x_n[block.corners.T[:, [worst]]])[0] - self.policy.inversion:
+            return None
+        return CornerInverted(worst, block.body, *self._centre(block, worst))
+
+    def _collapse(self, block: Block, growth: Array) -> Iterator[Failure]:
+        """A point whose equivalent plastic strain grew (elements, points) too much."""
+        if growth.max() > self.policy.collapse:
+            worst = int(np.argmax(growth)) // growth.shape[1]
+            yield Collapsed(worst, block.body, *self._centre(block, worst), float(growth.max()))
+
+    def _centre(self, block: Block, element: int) -> tuple[float, float]:
+        """Centre of an element in the initial configuration."""
+        x, y = self.system.X[block.cells[element]].mean(axis=0)[:2].tolist()
+        return x, y
+
+
+def least_corner(x: Array) -> Array:
+    """Least corner triangle of polygons x (3|4, e, 2) over the mean of all: 0 at 180°, negative beyond → (e,)."""
+    along = np.empty_like(x)  # to the next corner
+    np.subtract(x[1:], x[:-1], out=along[:-1])
+    np.subtract(x[0], x[-1], out=along[-1])
+    dx, dy = along[..., 0], along[..., 1]
+    area = np.empty(dx.shape)
+    for k, out in enumerate(area):
+        np.multiply(dx[k - 1], dy[k], out=out)
+        out -= dy[k - 1] * dx[k]
+    return np.asarray(area.min(axis=0) / np.maximum(np.abs(area.mean(axis=0)), 1e-300))
+
+
+def tunnelled(system: System, state: State, u: Array, policy: Policy = DEFAULT) -> Tunnelled | None:
+    """A contact point that got from one side of a tool to another in a single increment; None if none did.
+
+    Both ends of the increment are free of contact, so no residual can tell. Ways are straight in the frame of the tool.
+    """
+    for s in system.surfaces:
+        if system.dofs.dimension != 2 or system.master(s).shape.half_space:  # nothing gets through a half-space
+            continue
+        start, end = (_in_tool(system, s, v) for v in (state.u, u))
+        through = _through(system, s, start, end, policy)
+        if through.any():
+            k = int(np.flatnonzero(through)[0])
+            node = s.points.nodes[k]
+            x, y = system.positions(state.u)[node].tolist()
+            return Tunnelled(s.against, int(node - system.offsets[s.body]), s.body, x, y)
+    return None
+
+
+def _through(system: System, s: Surface, start: Array, end: Array, policy: Policy) -> Flags:
+    """Nodes (k,) of a surface whose straight ways (k, 2) in the frame of the tool lead through it."""
+    tool = system.master(s).tool
+    h = min(float(s.points.depth.min()), tool.thickness)
+    length = np.hypot(*(end - start).T)
+    if length.max() < policy.still * h:
+        return np.zeros(len(start), dtype=bool)
+    # only what is outside at both ends and goes farther than to the tool and back may have got through (twice as far: shapes of
+    # a user's own may have distances that are not exact)
+    ends = [tool.shape.closest(x).g for x in (start, end)]
+    may = (np.minimum(*ends) > policy.outside * length) & (ends[0] + ends[1] < 2.0 * length)
+    out = np.zeros(len(start), dtype=bool)
+    if not may.any():
+        return out
+    samples = min(int(policy.samples * length.max() / h) + policy.samples, policy.most_samples)
+    share = np.linspace(0.0, 1.0, samples)
+    way = start[may] + share[:, None, None] * (end - start)[may]
+    close = tool.shape.closest(way.reshape(-1, way.shape[-1]))
+    g, n = close.g.reshape(len(share), -1), close.n.reshape(way.shape)
+    inside, each = g < 0, np.arange(g.shape[1])
+    enters, leaves = inside.argmax(axis=0), len(share) - 1 - inside[::-1].argmax(axis=0)
+    opposite = (n[enters, each] * n[leaves, each]).sum(axis=1) < policy.opposite
+    out[may] = inside.any(axis=0) & opposite
+    return out
+
+
+def turned_through(system: System, state: State, u: Array, policy: Policy = DEFAULT) -> TurnedThrough | None:
+    """A tool that turned far in a single increment, and through a body on the way; None if none did. Round ones may."""
+    for s in system.surfaces:
+        if system.dofs.dimension != 2:
+            break
+        master = system.master(s)
+        tool, place = master.tool, master.place(u)
+        angle = float(place[2] - master.place(state.u)[2])
+        if not abs(angle) > policy.turn:
+            continue
+        x = system.positions(u)[s.points.nodes] - tool.at - place[:2]
+        angles = place[2] - angle * np.linspace(
+            0.0, 1.0, 2 + int(min(abs(angle) / (0.5 * policy.turn), policy.most_samples))
+        )
+        depth = [float(-tool.shape.closest(x @ turn).g.min()) for turn in _turns(angles)]
+        if max(depth) - max(depth[0], 0.0) > policy.swept * float(s.points.depth.min()):
+            return TurnedThrough(tool.name, s.body, abs(angle))
+    return None
+
+
+def _turns(angles: Array) -> Array:
+    """Matrices (k, 2, 2) that turn rows of vectors into frames turned by angles (k,)."""
+    c, d = np.cos(angles), np.sin(angles)
+    return np.stack([np.stack([c, -d], axis=1), np.stack([d, c], axis=1)], axis=1)
+
+
+def _in_tool(system: System, s: Surface, u: Array) -> Array:
+    """Places (k, 2) of the nodes of a surface in the frame of its tool."""
+    return system.master(s).local(system.positions(u)[s.points.nodes], u)
+
+
+def lost_support(system: System, c: Context, e: Evaluation) -> LostSupport | None:
+    """A body whose last contact opened in the increment though nothing else holds it; None if there is none.
+
+    Its place means nothing then. The matrix need not be singular for that: stresses that stay inside resist a turn.
+    """
+    for body in system.problem.bodies:
+        if body in c.afloat:
+            continue
+        own = contacts_of(system, body)
+        closed = any(were_closed(c.state, system.surfaces[i]) for i in own)
+        if closed and not any((e.contacts[i].p > 0).any() for i in own) and _loose(system, body, c):
+            return LostSupport(body)
+    return None
+
+
+def unilaterally_supported(system: System, c: Context) -> UnilaterallySupported | None:
+    """A body that nothing but its contact with a single tool holds, which can only push it away; None if there is none.
+
+    Loads may press it against the tool, so this is no error by itself; it is what a failed increment is most likely due to.
+    """
+    for body in system.problem.bodies:
+        own = [system.surfaces[i] for i in contacts_of(system, body)]
+        touched = {s.against for s in own if were_closed(c.state, s)}
+        if len(touched) == 1 and _loose(system, body, c):
+            return UnilaterallySupported(body, touched.pop())
+    return None
+
+
+def _loose(system: System, body: str, c: Context) -> bool:
+    """Whether a body can move as a rigid one when contacts do not count."""
+    return bool(free_to_move(system, body, c, contacts=False))

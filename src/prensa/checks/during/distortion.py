@@ -1,0 +1,74 @@
+"""Elements on which a run ends: the same one fails again and again, however short the increment.
+
+Metal that flows around a corner, or out from under a tool, wears its mesh out: an element gets flatter until no increment
+leads on. Increments shrink to nothing then, over hundreds of them, and nothing is learnt that is not known after a few.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from prensa.checks.during.penetration import ALLOWED
+from prensa.checks.during.self_intersection import past_support, sides_of
+from prensa.mesh.mesh import displaced
+from prensa.mesh.quality import quality
+from prensa.policy import Policy
+from prensa.system.failure import Collapsed, CornerInverted, Distorted, ElementFailed, Failure, Unevaluable
+from prensa.system.interaction import Context
+from prensa.system.system import System
+from prensa.types import Array
+
+
+class Distortion:
+    """Counts the attempts of a step that failed on an element."""
+
+    def __init__(self, system: System, policy: Policy) -> None:
+        self.system, self.policy = system, policy
+        self.failed: dict[tuple[str, int], int] = {}
+
+    def rejected(self, c: Context, reason: Failure, longest: float) -> Distorted | None:
+        """Note an attempt at an increment that failed; why the run ends with it, or None. longest: increment of the step."""
+        where = element_of(reason)
+        if where is None or self.system.dofs.dimension != 2:
+            return None
+        self.failed[where] = self.failed.get(where, 0) + 1
+        usual = min(longest, self.policy.longest * (c.plan.t1 - c.plan.t0))
+        if self.failed[where] < self.policy.worn_out:
+            return None
+        body, element = where
+        shape = float(shapes(self.system, body, c.state.u)[element])
+        if shape > self.policy.worn_shape:
+            return None
+        worn = self._described(c, body, element, shape)
+        # a side past a support is cause enough: increments of any length meet it
+        past = worn.past is not None and worn.past.share > ALLOWED
+        return worn if past or c.dt <= self.policy.worn_dt * usual else None
+
+    def _described(self, c: Context, body: str, element: int, shape: float) -> Distorted:
+        system = self.system
+        nodes = system.meshes[body].cells[element] + system.offsets[body]
+        x, y = system.positions(c.state.u)[nodes].mean(axis=0)
+        sides = [name for name in sides_of(system, body, nodes) if name != body]
+        contacts = [
+            s.name for s in system.surfaces if s.body == body and np.isin(nodes, s.points.nodes).any()
+        ]  # fmt: skip
+        return Distorted(
+            element, body, float(x), float(y), shape, self.failed[body, element], tuple(sides), tuple(contacts),
+            past_support(system, c.plan.fixed, body, nodes, c.state.u),
+        )  # fmt: skip
+
+
+def element_of(reason: Failure) -> tuple[str, int] | None:
+    """Body and number of the element that a failure names; None if it names none."""
+    match reason:
+        case Unevaluable(ElementFailed() as cause):
+            return cause.body, cause.element
+        case CornerInverted() | Collapsed():
+            return reason.body, reason.element
+    return None
+
+
+def shapes(system: System, body: str, u: Array) -> Array:
+    """Scaled Jacobians (m,) of the elements of a body in the plane, for degrees of freedom u (ndof,)."""
+    first, mesh = system.offsets[body], system.meshes[body]
+    return quality(displaced(mesh, system.positions(u)[first : first + len(mesh.points)])).jacobian

@@ -1,0 +1,95 @@
+"""Elements that fold over themselves: told once each way, and the end of a run where a contact is missing for good.
+
+An element whose free side goes past the support beside it meets nothing there. What keeps it from passing through itself
+is no metal, and forces from then on are those of a body that has room where it has none: the run has its answer.
+"""
+
+from __future__ import annotations
+
+import logging
+
+import numpy as np
+
+from prensa.checks.during.acceptance import Corners
+from prensa.checks.during.penetration import ALLOWED
+from prensa.checks.during.self_intersection import free_sides, least_on_sides, past_support, side_nodes
+from prensa.policy import Policy
+from prensa.system.assembly import Block
+from prensa.system.failure import CornerInverted, Past, PastSupport, place_of
+from prensa.system.interaction import Context
+from prensa.system.system import System
+from prensa.types import Array, Index
+
+log = logging.getLogger("prensa")
+
+
+class Folding:
+    """Looks at the elements of converged increments that fold over themselves; what it tells it tells once."""
+
+    def __init__(self, system: System, policy: Policy, corners: Corners) -> None:
+        self.system, self.policy, self.corners = system, policy, corners
+        self.told: set[str] = set()
+        """Supports that sides were told to be past, '' of what folds elsewhere."""
+        self.since: dict[tuple[str, int], int] = {}
+        """Number of the increment in which a side of an element (its body, its number) was first found past a support."""
+
+    def folded(self, u: Array) -> list[tuple[Block, int]]:
+        """Elements that fold over themselves, the worst of each body first, for degrees of freedom u (ndof,)."""
+        if self.system.dofs.dimension != 2 or self.system.problem.kinematics == "small":
+            return []
+        x, out = self.system.positions(u), list[tuple[Block, int]]()
+        for block in self.system.blocks:
+            shape, least = self.corners.least(block, u), self.policy.inverted
+            if block.cells.shape[1] > block.corners.shape[1] and not shape.min() < least:
+                shape = least_on_sides(x.take(block.cells.T, axis=0))
+            beyond = np.flatnonzero(shape < least)
+            out += [(block, int(e)) for e in beyond[np.argsort(shape[beyond])]]
+        return out
+
+    def creased(self, c: Context, folded: list[tuple[Block, int]]) -> Index | None:
+        """Nodes of ``folded`` elements on sides that are in no contact and that nothing supports; None without such elements."""
+        nodes = [
+            np.intersect1d(block.cells[element], side_nodes(self.system, side))
+            for block, element in folded
+            for side in free_sides(self.system, c.plan.fixed, block.body, block.cells[element])
+        ]
+        return np.unique(np.concatenate(nodes)) if nodes else None
+
+    def look(self, c: Context, u: Array, folded: list[tuple[Block, int]]) -> PastSupport | None:
+        """Why a run ends with ``folded`` elements of a converged increment, or None; tells what there is to say of the worst."""
+        if not folded:
+            self.since.clear()
+            return None
+        now, since, reason = c.state.clock.number, dict[tuple[str, int], int](), None
+        for block, element in folded:
+            nodes = block.cells[element]
+            past = past_support(self.system, c.plan.fixed, block.body, nodes, u)
+            if past is not None and past.support not in self.told:
+                self._tell(block, element, past.support, _beyond(past))
+            if past is not None and past.share > ALLOWED:
+                first = since[block.body, element] = self.since.get((block.body, element), now)
+                if reason is None and now - first >= self.policy.folded:
+                    x, y = self.system.positions(u)[nodes].mean(axis=0).tolist()
+                    reason = PastSupport(element, block.body, x, y, past, now - first)
+        self.since = since
+        if not self.told:
+            block, element = folded[0]
+            self._tell(block, element, "", self._cause(c, block, element))
+        return reason
+
+    def _tell(self, block: Block, element: int, support: str, words: str) -> None:
+        """Tell of an element, and note that it was told of the support that its side is past, '' of none."""
+        self.told.add(support)
+        x, y = self.system.X[block.cells[element]].mean(axis=0)[:2].tolist()
+        log.warning("%s folds over itself: %s", place_of(CornerInverted(element, block.body, x, y)), words)
+
+    def _cause(self, c: Context, block: Block, element: int) -> str:
+        """What makes an element fold that is past no support, and what to do."""
+        if free := free_sides(self.system, c.plan.fixed, block.body, block.cells[element]):
+            which = " and ".join(map(repr, free))
+            return f"{which}, in no contact, slides past its support or tool; make it part of a contact surface"
+        return "stresses there mean little; use a finer mesh, or a larger fillet of the tool"
+
+
+def _beyond(past: Past) -> str:
+    return f"side {past.side!r} slides past the support {past.support!r}; put a tool there, with that side in its contact"

@@ -1,0 +1,178 @@
+"""Metal inside a tool: nodes of the outlines that a tool has passed over because no contact of theirs is against it.
+
+Contacts see their own points alone. Here all other nodes of all outlines are held against all tools, and edges between two of
+them that a narrow tool reaches between its nodes.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from prensa.checks.before.overlap import within
+from prensa.contact.integration import depth_of
+from prensa.mesh.mesh import segments
+from prensa.system.contact_surfaces import named_edges, symmetric
+from prensa.system.failure import Inside
+from prensa.system.system import System
+from prensa.types import Array, Index
+
+ALLOWED = 0.05  # depth over element size, beyond what the contacts of the tool sink in, that counts as a touch
+NARROW = 0.02  # the same between nodes, where what is reached by is no deeper than half the width of a narrow tool
+CREASED = 0.01  # of a node of an element that folds over itself: what makes it fold is found then
+ON_EDGE = np.arange(1, 8) / 8  # places on an edge at which a tool between its nodes is looked for
+
+
+class Watch(NamedTuple):
+    """Nodes (n,) of outlines that are in no contact with a tool, and the size (n,) of the elements at them.
+
+    ``edges`` (k, 2): straight pieces of outlines between two of these nodes, in places of ``nodes``.
+    """
+
+    tool: int
+    nodes: Index
+    size: Array
+    edges: Index
+
+
+def watches(system: System) -> list[Watch]:
+    """What to look at in a system: for each tool the nodes of outlines that neither a contact nor ``no_contact`` names."""
+    if system.dofs.dimension != 2 or system.gone:
+        return []
+    nodes, size, pieces = _outlines(system)
+    out = []
+    for t, tool in enumerate(system.tools):
+        known = [s.points.nodes for s in system.against(tool.name)]
+        for entry in system.problem.no_contact:
+            for name in entry.surface if entry.against == tool.name else ():
+                body = name.partition(".")[0]
+                known.append(np.unique(named_edges(system.meshes[body], (name,))) + system.offsets[body])
+        left = ~np.isin(nodes, np.concatenate([np.zeros(0, dtype=np.int64), *known]))
+        if left.any():
+            edges = pieces[np.isin(pieces, nodes[left]).all(axis=1)]
+            out.append(Watch(t, nodes[left], size[left], np.searchsorted(nodes[left], edges)))
+    return out
+
+
+def _outlines(system: System) -> tuple[Index, Array, Index]:
+    """Nodes (n,) of all outlines in order, the least length or depth (n,) of the elements at them, straight pieces (k, 2)."""
+    nodes, sizes, pieces = [], [], []
+    for body, mesh in system.meshes.items():
+        edges = mesh.boundary
+        length = np.hypot(*(mesh.points[edges[:, 1]] - mesh.points[edges[:, 0]]).T)
+        h = np.minimum(length, depth_of(edges, mesh.cells, mesh.points))
+        size = np.full(len(mesh.points), np.inf)
+        np.minimum.at(size, edges, h[:, None])
+        own = np.unique(edges)
+        nodes.append(own + system.offsets[body])
+        sizes.append(size[own])
+        pieces.append(segments(edges) + system.offsets[body])
+    return np.concatenate(nodes), np.concatenate(sizes), np.concatenate(pieces)
+
+
+def _before(system: System, w: Watch, u: Array) -> Array:
+    """The nodes (n, 2) of a watch in the frame of its tool, for degrees of freedom u (ndof,)."""
+    return system.masters[system.tools[w.tool].name].local(system.positions(u)[w.nodes], u)
+
+
+def sunk_in(system: System, u: Array) -> Array:
+    """Largest penetration (tools,) of the contacts of each tool, for degrees of freedom u (ndof,)."""
+    out = np.zeros(len(system.tools))
+    for s in system.surfaces:
+        t = system.master(s).number
+        out[t] = max(out[t], -float(system.node_stencils(s, u).g.min()))
+    return out
+
+
+def inside(
+    system: System, watched: list[Watch], u: Array, sunk: Array | None = None, creased: Index | None = None
+) -> Inside | None:  # fmt: skip
+    """The node that lies deepest inside a tool with which it is in no contact, over its element; None if none does.
+
+    sunk (tools,): what the contacts of each tool sink in, which nodes beside them may too; computed where it matters if None.
+    creased (k,): nodes of elements that fold over themselves.
+    """
+    worst, found = 0.0, None
+    for w in watched:
+        x = _before(system, w, u)
+        g = np.asarray(system.tools[w.tool].shape.closest(x).g)
+        g, k, edge = _between(system, w, x, g)
+        allowed = np.where(edge < 0, ALLOWED, NARROW)
+        if creased is not None:
+            allowed[(edge < 0) & np.isin(w.nodes[k], creased)] = CREASED
+        if not (g < -allowed * w.size[k]).any():
+            continue
+        sunk = sunk_in(system, u) if sunk is None else sunk
+        beyond = (-g - sunk[w.tool]) / w.size[k] - allowed
+        at = int(np.argmax(beyond))
+        if beyond[at] > worst:
+            worst = float(beyond[at])
+            found = _described(system, w, int(k[at]), w.nodes[k[beyond > 0]], u, float(-g[at]))
+            if edge[at] >= 0:
+                found = _on_edge(system, w, found, int(edge[at]), u)
+    return found
+
+
+def _between(system: System, w: Watch, x: Array, g: Array) -> tuple[Array, Index, Index]:
+    """Gaps (m,) of the nodes at x (n, 2), whose gaps are g (n,), and of places on edges that a tool may reach between its nodes.
+
+    With the node (m,) of each, and its edge (m,), -1 of the nodes themselves. A place has a gap that is no less than that of a
+    node, less the way to it: edges with longer ones are out of reach.
+    """
+    nodes, none = np.arange(len(g)), np.full(len(g), -1)
+    a, b = w.edges.T
+    near = (g[a] > 0) & (g[b] > 0) & (g[a] + g[b] < np.hypot(*(x[b] - x[a]).T))
+    if not near.any():
+        return g, nodes, none
+    edge = np.repeat(np.flatnonzero(near), len(ON_EDGE))
+    share = np.tile(ON_EDGE, int(near.sum()))[:, None]
+    places = (1.0 - share) * x[a[edge]] + share * x[b[edge]]
+    more = np.asarray(system.tools[w.tool].shape.closest(places).g)
+    least = np.where(w.size[a] < w.size[b], a, b)[edge]
+    return np.concatenate([g, more]), np.concatenate([nodes, least]), np.concatenate([none, edge])
+
+
+def _on_edge(system: System, w: Watch, found: Inside, edge: int, u: Array) -> Inside:
+    """What was found at a node of an edge of a watch, told of the edge and its middle."""
+    ends = w.nodes[w.edges[edge]]
+    x, y = (system.X[ends] + system.displacement(u)[ends]).mean(axis=0)
+    first, edges = system.offsets[found.body], system.meshes[found.body].edges
+    sides = [name for name, e in edges.items() if any(set(ends - first) <= set(piece) for piece in e.tolist())]
+    side = f"{found.body}.{sides[0]}" if sides else found.side
+    return found._replace(node=int(ends[0] - first), other=int(ends[1] - first), x=float(x), y=float(y), side=side)
+
+
+def engulfed(system: System) -> list[tuple[str, str]]:
+    """Tools and the bodies in whose metal their middle lies at the beginning, and that are not meant to go there."""
+    u = system.initial().u
+    x = system.positions(u)
+    out = []
+    for t, tool in enumerate(system.tools):
+        middle = np.asarray(tool.shape.centre)[None]
+        if not float(tool.shape.closest(middle).g[0]) < 0.0:  # cavities, and what is endless
+            continue
+        place = middle + tool.at + system.place_of(t, u)[: system.dofs.dimension]
+        meant = {name for entry in system.problem.no_contact if entry.against == tool.name for name in entry.surface}
+        for body, mesh in system.meshes.items():
+            own, edges = x[system.offsets[body] :][: len(mesh.points)], segments(mesh.boundary)
+            if body not in meant and within(place, own[edges[:, 0]], own[edges[:, 1]]).all():
+                out.append((tool.name, body))
+    return out
+
+
+def _described(system: System, w: Watch, k: int, deep: Index, u: Array, depth: float) -> Inside:
+    """Node number k of a watch in words; the side named is that of most of the nodes that lie ``deep`` inside."""
+    node = int(w.nodes[k])
+    body = next(b for b in reversed(list(system.offsets)) if system.offsets[b] <= node)
+    first, edges = system.offsets[body], system.meshes[body].edges
+    sides = [name for name, e in edges.items() if node - first in e]
+    side = max(sides, key=lambda name: int(np.isin(deep - first, edges[name]).sum()), default="")
+    x, y = system.X[node] + system.displacement(u)[node]
+    name = f"{body}.{side}" if side else body
+    met = any(s.body == body for s in system.against(system.tools[w.tool].name))
+    through = ""
+    if met and side and symmetric(system.problem, body, system.meshes[body], edges[side]).all():
+        again = ", or 'remesh: auto'" if system.problem.bodies[body].material.plastic else ""
+        through = f"a finer mesh where the tool presses, a larger radius or 'fillet' of it{again}"
+    return Inside(system.tools[w.tool].name, node - first, body, name, float(x), float(y), depth, through=through)

@@ -1,0 +1,180 @@
+"""Outlines that fold: sides that have passed through other sides of their body, edges that hang on tools, sides of elements.
+
+Nothing keeps a body from passing through itself: there is no contact of a body with itself.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from prensa.elements.shapes import table
+from prensa.mesh.crossing import apart, left, near
+from prensa.mesh.mesh import segments
+from prensa.system.contact_surfaces import contact_edges
+from prensa.system.failure import Fold, Hang, Past
+from prensa.system.system import System
+from prensa.types import Array, Index
+
+PASSED = (
+    0.1  # way back over the length of an outline's segment, beyond which two that cross have passed through each other
+)
+DRAWN_OUT = 2.0  # length of an edge over that at first …
+CHORD = 0.25  # … and depth of its middle in a tool, over that length, beyond which it hangs on a corner of the tool
+FLAT = 1e-6  # of the size of the bodies: a side that is this flat is straight, a node this far beyond it lies past it
+
+
+class Outline(NamedTuple):
+    """A body: ends (k, 2) of the straight segments of its outline, node numbers of the whole system."""
+
+    body: str
+    ends: Index
+
+
+def outlines(system: System) -> list[Outline]:
+    """Outlines of all bodies; none in space."""
+    if system.dofs.dimension != 2:
+        return []
+    return [
+        Outline(body, segments(mesh.boundary) + system.offsets[body])
+        for body, mesh in system.meshes.items()
+    ]
+
+
+def fold(system: System, bodies: list[Outline], u: Array) -> Fold | None:
+    """The deepest fold of any body, for degrees of freedom u (ndof,); None if there is none."""
+    x = system.positions(u)
+    found = [f for o in bodies if (f := _of_body(system, o, x)) is not None]
+    return max(found, key=lambda f: f.depth, default=None)
+
+
+def hanging(system: System, u: Array) -> Hang | None:
+    """The edge in contact whose middle lies deepest in a tool, of those that a corner of the tool has drawn out; None without.
+
+    Contact acts at nodes. One that friction holds behind a corner is dragged along, and its edge becomes a chord of the tool.
+    """
+    x, out = system.positions(u), []
+    for s in system.surfaces if system.dofs.dimension == 2 else ():
+        ends = segments(contact_edges(system.problem, s.description, system.meshes)) + system.offsets[s.body]
+        first, last = x[ends[:, 0]], x[ends[:, 1]]
+        length = np.hypot(*(system.X[ends[:, 1]] - system.X[ends[:, 0]]).T)
+        stretch = np.hypot(*(last - first).T) / length
+        master = system.master(s)
+        g = [master.seen(p, u).g for p in (first, last, 0.5 * (first + last))]
+        depth = np.nan_to_num(np.minimum(g[0], g[1]) - g[2], nan=0.0)
+        depth[(stretch < DRAWN_OUT) | (depth < CHORD * length)] = 0.0
+        k = int(np.argmax(depth))
+        if depth[k] > 0:
+            side, at = "+".join(s.description.surface), first[k].tolist()
+            out.append(Hang(side, master.name, at[0], at[1], float(depth[k]), float(stretch[k])))
+    return max(out, key=lambda h: h.depth, default=None)
+
+
+def _of_body(system: System, o: Outline, x: Array) -> Fold | None:
+    a, b = x[o.ends[:, 0]], x[o.ends[:, 1]]
+    first, second = apart(o.ends, *near(a, b))
+    # distances of the ends of each segment from the line of the other, positive on the left
+    of_second = left(a[first], b[first], np.stack([a[second], b[second]]))
+    of_first = left(a[second], b[second], np.stack([a[first], b[first]]))
+    crossing = (of_second[0] * of_second[1] < 0) & (of_first[0] * of_first[1] < 0)
+    if not crossing.any():
+        return None
+    back = np.minimum(np.abs(of_first).min(axis=0), np.abs(of_second).min(axis=0))
+    length = np.minimum(np.hypot(*(b - a)[first].T), np.hypot(*(b - a)[second].T))
+    deep = np.where(crossing & (back > PASSED * length), back, 0.0)
+    k = int(np.argmax(deep))
+    if not deep[k] > 0:
+        return None
+    place = 0.25 * (a[first[k]] + b[first[k]] + a[second[k]] + b[second[k]])
+    names = [" and ".join(sides_of(system, o.body, o.ends[i])) for i in (first[k], second[k])]
+    return Fold(names[0], names[1], float(place[0]), float(place[1]), float(deep[k]))
+
+
+def sides_of(system: System, body: str, nodes: Index) -> list[str]:
+    """Boundaries 'body.name' of a body of which nodes, as the whole system counts, are part; most of them first.
+
+    Those that only meet an end are left out where another has more; the body's name alone where none has any.
+    """
+    local = nodes - system.offsets[body]
+    shared = {name: int(np.isin(local, edges).sum()) for name, edges in system.meshes[body].edges.items()}
+    most = max(shared.values(), default=0)
+    least = 2 if most > 1 else 1
+    names = sorted((n for n, k in shared.items() if k >= least), key=lambda n: -shared[n])
+    return [f"{body}.{n}" for n in names] or [body]
+
+
+def past_support(system: System, held: Index, body: str, nodes: Index, u: Array) -> Past | None:
+    """A side of an element's ``nodes`` that has slid past a straight support of the body, and that support; None if none has.
+
+    held: prescribed degrees of freedom. Beyond the end of a support nothing holds a free side off.
+    """
+    x, sides = system.positions(u), system.meshes[body].edges
+    for support in sides:
+        own = np.unique(sides[support]) + system.offsets[body]
+        for axis, component in enumerate("xy"):
+            flat = np.ptp(system.X[own, axis]) <= FLAT * system.length
+            if not (
+                flat and np.isin(own, nodes).any() and np.isin(system.dofs.displacement.dof(own, component), held).all()
+            ):
+                continue
+            inner = np.sign(system.X[:, axis][_others(system, body)].mean() - system.X[own[0], axis])
+            others = np.setdiff1d(nodes, own)
+            depth = inner * (x[own, axis].mean() - x[others, axis])
+            if len(others) and depth.max() > FLAT * system.length:
+                deep = others[depth > FLAT * system.length]
+                side = [n for n in sides_of(system, body, deep) if n not in (body, f"{body}.{support}")]
+                if side:
+                    return Past(side[0], f"{body}.{support}", float(depth.max()), float(depth.max()) / _shortest(system, nodes))
+    return None
+
+
+def _shortest(system: System, nodes: Index) -> float:
+    """Length of the shortest side of an element at first, from corner to corner."""
+    x = system.X[nodes[:3] if len(nodes) in (3, 6) else nodes[:4]]
+    return float(np.hypot(*(np.roll(x, -1, axis=0) - x).T).min())
+
+
+def free_sides(system: System, held: Index, body: str, nodes: Index) -> list[str]:
+    """Sides of an element's ``nodes`` that are in no contact and that no support holds; held: prescribed degrees of freedom."""
+    out = []
+    for name in sides_of(system, body, nodes):
+        if name == body:
+            continue
+        own = side_nodes(system, name)
+        touched = any(s.body == body and np.isin(own, s.points.nodes).all() for s in system.surfaces)
+        supported = any(np.isin(system.dofs.displacement.dof(own, k), held).all() for k in "xy")
+        if not touched and not supported:
+            out.append(name)
+    return out
+
+
+def side_nodes(system: System, side: str) -> Index:
+    """Nodes (k,) of a side 'body.boundary', as the whole system counts."""
+    body, _, name = side.partition(".")
+    return np.unique(system.meshes[body].edges[name]) + system.offsets[body]
+
+
+def least_on_sides(x: Array) -> Array:
+    """Least Jacobian on the sides of quadratic elements x (6|8, e, 2), quarter by quarter, over their mean there → (e,).
+
+    Between the corners it can be negative with every corner below 180°: where a side is bent far into its element, or its
+    middle lies nearer to an end than a quarter of its length.
+    """
+    J = np.einsum("pad,aec->pedc", _slopes_on_sides(len(x)), x)
+    det = J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
+    return np.asarray(det.min(axis=0) / np.maximum(np.abs(det.mean(axis=0)), 1e-300))
+
+
+@cache
+def _slopes_on_sides(nodes: int) -> Array:
+    """Slopes dN (p, nodes, 2) at the corners and the quarters of the sides of an element."""
+    corners = np.array([[0, 0], [1, 0], [0, 1]] if nodes == 6 else [[-1, -1], [1, -1], [1, 1], [-1, 1]], dtype=float)
+    after = np.roll(corners, -1, axis=0)
+    at = np.concatenate([(1 - s) * corners + s * after for s in (0.0, 0.25, 0.5, 0.75)])
+    return table(nodes, (at, np.ones(len(at)))).dN
+
+
+def _others(system: System, body: str) -> Index:
+    return system.offsets[body] + np.arange(len(system.meshes[body].points))

@@ -1,0 +1,70 @@
+"""Tools that are free to turn and are pressed beside what they could rest on: no pressures hold their force."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from prensa.contact.masters import RigidMaster
+from prensa.policy import Policy
+from prensa.system.failure import TipsOver
+from prensa.system.interaction import Context
+from prensa.system.system import System
+from prensa.types import Array
+
+
+def tips_over(system: System, c: Context, policy: Policy) -> TipsOver | None:
+    """The first tool whose force nothing that it could rest on balances in an increment; None if there is none.
+
+    Pressures of any size, with friction up to a coefficient of ``policy.tip_friction``, are tried at all points that are near,
+    as on a rigid body: what they cannot hold no increment holds.
+    """
+    if system.axisymmetric or system.dofs.dimension != 2:
+        return None  # no tool turns
+    for master in system.masters.values():
+        if (found := _tips(system, c, master, policy)) is not None:
+            return found
+    return None
+
+
+def _tips(system: System, c: Context, master: RigidMaster, policy: Policy) -> TipsOver | None:
+    dofs, plan = master.dofs, c.plan
+    free = np.array([d not in plan.fixed and d not in plan.springs for d in dofs])
+    force = np.array([float(plan.push[d](c.time)) if free[k] and d in plan.push else 0.0 for k, d in enumerate(dofs)])
+    size = float(np.hypot(*force[:2]))
+    if not free[2] or not size > 0.0:
+        return None
+    from scipy.optimize import nnls  # takes a tenth of a second to import, for what few runs need
+
+    at = master.at + master.place(c.state.u)[:2]
+    places, normals = _near(system, c, master, policy.tip_reach)
+    if not len(places):
+        return None
+    arm, along = places - at, np.stack([-normals[:, 1], normals[:, 0]], axis=1)
+    rays = np.concatenate([-normals + policy.tip_friction * way * along for way in (-1.0, 1.0)])
+    arms = np.concatenate([arm, arm])
+    length = float(np.abs(arm).max())
+    moments = (arms[:, 0] * rays[:, 1] - arms[:, 1] * rays[:, 0]) / length
+    rows = np.concatenate([rays.T, moments[None]])[free]
+    wanted = -np.array([force[0], force[1], force[2] / length])[free]
+    if nnls(rows, wanted)[1] <= policy.tip_left * size:
+        return None
+    across = np.array([force[1], -force[0]]) / size
+    x, y = at + force[2] / size * across
+    first, last = places[np.argsort(arm @ across)[[0, -1]]]
+    return TipsOver(master.name, (float(x), float(y)), (float(force[0]), float(force[1])), tuple(first), tuple(last))
+
+
+def _near(system: System, c: Context, master: RigidMaster, reach: float) -> tuple[Array, Array]:
+    """Places (k, 2) of contact points that are near a tool, all there are if none is, and the tool's normals (k, 2) there.
+
+    reach: gap over the depth of the elements.
+    """
+    places, normals, near = [np.zeros((0, 2))], [np.zeros((0, 2))], [np.zeros(0, dtype=bool)]
+    for s in system.against(master.name):
+        x = system.positions(c.state.u)[s.points.nodes]
+        pairs = master.seen(x, c.state.u)
+        places.append(x)
+        normals.append(pairs.n)
+        near.append(pairs.g <= reach * float(s.points.depth.min()))
+    chosen = np.concatenate(near) if any(k.any() for k in near) else slice(None)
+    return np.concatenate(places)[chosen], np.concatenate(normals)[chosen]

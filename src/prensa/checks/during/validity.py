@@ -1,0 +1,207 @@
+"""How far a run goes beyond what its descriptions hold for: small-strain kinematics, and tables with an end.
+
+Converged and balanced answers may still be those of another problem. Strains and rotations are those at the elements' centres.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from prensa.model.units import factor
+from prensa.policy import Policy
+from prensa.system.assembly import Block
+from prensa.system.failure import BeyondSmall, in_degrees
+from prensa.system.interaction import Context
+from prensa.system.system import Evaluation, System
+from prensa.types import Array, Index
+
+
+class Deformation(NamedTuple):
+    """Strain and rotation (rad) of a body: those that `Policy.small_share` of its volume exceeds, and the largest."""
+
+    strain: float
+    rotation: float
+    most_strain: float
+    most_rotation: float
+
+    def beyond(self, other: Deformation) -> Deformation:
+        """The larger of each."""
+        return Deformation(*map(max, zip(self, other)))
+
+
+REST = Deformation(0.0, 0.0, 0.0, 0.0)
+
+
+class Validity:
+    """Looks at every committed increment, and keeps the largest of what it sees."""
+
+    def __init__(self, system: System, policy: Policy) -> None:
+        self.system, self.policy = system, policy
+        p = system.problem
+        self.small = system.dofs.dimension == 2 and p.kinematics == "small" and not p.allow_large_strain
+        self.seen: dict[str, Deformation] = {}
+        self.used_to: dict[str, float] = {}
+        self.rubbed: dict[tuple[str, str], tuple[float, float]] = {}
+        self.squeezed: dict[str, float] = {}
+        self.stretched: dict[str, float] = {}
+        self._slopes: dict[str, Array] = {}
+        self._areas: dict[str, Array] = {}
+        self._volumes: dict[str, Array] = {}
+        self.finite = system.dofs.dimension == 2 and p.kinematics == "finite" and p.remesh == "off"
+
+    def look(self, u: Array, history: Sequence[Array]) -> BeyondSmall | None:
+        """Note an increment that ends at dofs u (ndof,) with a ``history``; why it is refused, or None."""
+        self._note_flow(history)
+        if self.finite:
+            for block in self.system.blocks:
+                self._note_shape(block, self.system.displacement(u))
+        if not self.small:
+            return None
+        for block in self.system.blocks:
+            now = self._deformation(block, self.system.displacement(u))
+            self.seen[block.body] = now.beyond(self.seen.get(block.body, REST))
+            if max(now.strain, now.rotation) > self.policy.small_most:
+                del self.seen[block.body]  # told as the failure
+                return BeyondSmall(block.body, *now)
+        return None
+
+    def look_at_friction(self, c: Context, e: Evaluation) -> None:
+        """Note where an increment went beyond what the friction of its contacts was measured for."""
+        for s, law, f, before in zip(self.system.surfaces, c.laws, e.contacts, c.committed):
+            ends = law.known_to() if law is not None else {}
+            touching = f.p > 0
+            if not ends or not touching.any():
+                continue
+            speed = (f.kappa - before.slip) / c.seconds
+            reached = {"pressure": f.p * f.weight / f.area, "slip": f.kappa, "speed": speed}
+            for name, end in ends.items():
+                most = float(reached[name][touching].max())
+                if most > end * (1 + 1e-9):
+                    self.rubbed[s.name, name] = end, max(most, self.rubbed.get((s.name, name), (0.0, 0.0))[1])
+
+    def told(self) -> Iterator[str]:
+        """Sentences about the largest of what was seen."""
+        for body, d in self.seen.items():
+            if max(d.strain, d.rotation) > self.policy.small_told:
+                yield (
+                    f"body {body!r} is strained by up to {d.most_strain:.2g} and turned by up to "
+                    f"{in_degrees(d.most_rotation)}, a twentieth of it by more than {d.strain:.2g} and "
+                    f"{in_degrees(d.rotation)}: 'kinematics: small' neglects terms of that size; use 'finite', or say "
+                    "'allow_large_strain: true' as well"
+                )
+        for body, lost in self.squeezed.items():
+            yield (
+                f"body {body!r}: a twentieth of it has lost more than {100 * lost:.2g} % of its volume, and plastic flow keeps "
+                "volume: tools and supports leave it no room; check what is held, and how far tools go"
+            )
+        for body, strain in self.stretched.items():
+            yield (
+                f"body {body!r} is elastic with the modulus of a metal, and a twentieth of it is strained by more than "
+                f"{strain:.2g}: metals yield long before; give it a 'j2' material with its flow curve"
+            )
+        for body, strain in self.used_to.items():
+            end = self.system.problem.bodies[body].material.flow.known_to()
+            yield (
+                f"the flow curve of body {body!r} ends at a plastic strain of {end:g} and was used up to {strain:.3g}, where it "
+                "stays at its last stress; give stresses up to there"
+            )
+
+        for (contact, name), (end, most) in self.rubbed.items():
+            yield (
+                f"the friction of contact {contact!r} has a table that ends at a {name} of {end:g} and was used up to "
+                f"{most:.3g}, where it stays at its last value; give values up to there"
+            )
+
+    def _note_shape(self, block: Block, moved: Array) -> None:
+        """Note the loss of volume of a body that flows, or the strain of an elastic metal, where a share exceeds it."""
+        material = self.system.problem.bodies[block.body].material
+        if not block.law.plastic and material.modulus < self.policy.metal * self._gpa():
+            return
+        if block.law.plastic:
+            if self.system.problem.space != "plane stress":
+                self._note_volume(block, moved)
+            return
+        if block.body not in self._slopes:
+            self._slopes[block.body] = slopes(self.system.X[block.corners])
+        u, N = moved.take(block.corners, axis=0), self._slopes[block.body]
+        f11, f22 = 1.0 + np.einsum("ma,ma->m", u[..., 0], N[..., 0]), 1.0 + np.einsum("ma,ma->m", u[..., 1], N[..., 1])
+        f12, f21 = np.einsum("ma,ma->m", u[..., 0], N[..., 1]), np.einsum("ma,ma->m", u[..., 1], N[..., 0])
+        # mean square of the two principal stretches, whose product is det F
+        det, middle = f11 * f22 - f12 * f21, 0.5 * (f11**2 + f12**2 + f21**2 + f22**2)
+        apart = np.sqrt(np.maximum(middle**2 - det**2, 0.0))
+        stretch = np.sqrt(np.maximum(np.array([middle - apart, middle + apart]), 1e-300))
+        strain = _exceeded(np.abs(np.log(stretch)).max(axis=0), block.volume.sum(axis=1), self.policy.small_share)
+        if strain > max(self.policy.overstrained, self.stretched.get(block.body, 0.0)):
+            self.stretched[block.body] = strain
+
+    def _note_volume(self, block: Block, moved: Array) -> None:
+        """Note the loss of volume of a body that flows, at the centres of its elements, where a share exceeds it."""
+        corners, X = block.corners.T, self.system.X
+        if block.body not in self._areas:
+            self._areas[block.body], self._volumes[block.body] = _area(X, corners), block.volume.sum(axis=1)
+        # of bilinear elements too, det F at the centre is what the area of the corners became
+        det, volume = _area(X + moved, corners) / self._areas[block.body], self._volumes[block.body]
+        if self.system.axisymmetric:
+            det *= 1.0 + moved[:, 0].take(corners).sum(axis=0) / X[:, 0].take(corners).sum(axis=0)
+        told = max(self.policy.squeezed, self.squeezed.get(block.body, 0.0))
+        kept = float(volume[1.0 - det <= told].sum())
+        if kept < (1.0 - self.policy.small_share) * float(volume.sum()):  # most increments need no sorting
+            lost = _exceeded(1.0 - det, volume, self.policy.small_share)
+            if lost > told:
+                self.squeezed[block.body] = lost
+
+    def _gpa(self) -> float:
+        """One GPa in the units of the problem."""
+        units = self.system.problem.units
+        return factor("1 GPa", units.length, units.force, (1, -2))
+
+    def _note_flow(self, history: Sequence[Array]) -> None:
+        if not self.system.has_memory:
+            return
+        for block, values in zip(self.system.blocks, history):
+            flow: Any = getattr(self.system.problem.bodies[block.body].material, "flow", None)
+            if flow is None or not block.law.plastic or not math.isfinite(end := flow.known_to()):
+                continue
+            strain = float(block.field(values, "plastic_strain").max())
+            if strain > end * (1 + 1e-9):
+                self.used_to[block.body] = max(strain, self.used_to.get(block.body, 0.0))
+
+    def _deformation(self, block: Block, moved: Array) -> Deformation:
+        """Of a body with nodes ``moved`` (n, 2) from their initial places."""
+        if block.body not in self._slopes:
+            self._slopes[block.body] = slopes(self.system.X[block.corners])
+        u = moved[block.corners]
+        H = np.einsum("mai,maj->mij", u, self._slopes[block.body])
+        middle, across = 0.5 * (H[:, 0, 0] + H[:, 1, 1]), 0.5 * (H[:, 0, 1] + H[:, 1, 0])
+        strain = np.abs(middle) + np.hypot(0.5 * (H[:, 0, 0] - H[:, 1, 1]), across)
+        if self.system.axisymmetric:
+            strain = np.maximum(strain, np.abs(u[..., 0].sum(axis=1) / self.system.X[block.corners, 0].sum(axis=1)))
+        rotation = np.arctan(0.5 * np.abs(H[:, 1, 0] - H[:, 0, 1]))
+        volume = block.volume.sum(axis=1)
+        much, far = (_exceeded(v, volume, self.policy.small_share) for v in (strain, rotation))
+        return Deformation(much, far, float(strain.max()), float(rotation.max()))
+
+
+def _area(x: Array, corners: Index) -> Array:
+    """Twice the areas (m,) of triangles or quadrilaterals with ``corners`` (3|4, m) among points x (n, 2)."""
+    at = x.take(corners, axis=0)
+    one, other = (at[2] - at[0], at[3] - at[1]) if len(at) == 4 else (at[1] - at[0], at[2] - at[0])
+    return np.asarray(one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0])
+
+
+def slopes(x: Array) -> Array:
+    """Derivatives ∂N_a/∂x_j (m, a, 2) of the shape functions of polygons x (m, 3|4, 2) at their centres."""
+    signs = np.array([[-1, -1], [1, 0], [0, 1]] if x.shape[1] == 3 else [[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    g = signs / (1.0 if x.shape[1] == 3 else 4.0)
+    return np.asarray(g @ np.linalg.inv(np.einsum("maj,ak->mjk", x, g)))
+
+
+def _exceeded(values: Array, volume: Array, share: float) -> float:
+    """The value (of (m,)) that a share of the volume exceeds."""
+    order = np.argsort(values)
+    below = np.cumsum(volume[order])
+    return float(values[order][min(int(np.searchsorted(below, (1.0 - share) * below[-1])), len(order) - 1)])

@@ -1,0 +1,136 @@
+"""Contacts as data: candidate points of a surface against a tool, and what contact sees of the bodies and tools."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from prensa.contact.cut import Corners
+from prensa.contact.forces import Scale
+from prensa.contact.integration import Points
+from prensa.contact.kept import Supports
+from prensa.contact.masters import RigidMaster
+from prensa.layout import DofMap, Field
+from prensa.mesh.mesh import Mesh
+from prensa.model import problem as model
+from prensa.tools.place import PlacedTool
+from prensa.types import Array, Index
+
+EPS = float(np.finfo(np.float64).eps)
+
+
+@dataclass(frozen=True)
+class Surface:
+    """One contact: candidate points against a master. ``first`` is the row of its first point in the state's arrays.
+
+    ``X`` (k, d) initial positions of the points, ``dofs`` (k, m) unknowns of their stencils: displacements of each supporting
+    node, then those of the master; ``normal`` (k, d) of the undeformed surface at the points, ``node_normal`` (n, d) at
+    its nodes;
+    ``behind`` (m,): elements of the body behind the edges.
+    ``multipliers``: their field, normal and tangential of each point; None if they are no degrees of freedom.
+    ``corners``: those of the tool that hold points in this increment.
+    """
+
+    name: str
+    description: model.Contact
+    body: str
+    points: Points
+    first: int
+    X: Array
+    dofs: Index
+    normal: Array
+    node_normal: Array
+    modulus: float
+    behind: Index
+    multipliers: Field | None = None
+    corners: Corners | None = None
+
+    @property
+    def against(self) -> str:
+        """Name of its master."""
+        return self.description.against
+
+    @property
+    def sharp(self) -> bool:
+        """Whether edges may be cut at sharp corners of the tool, anew in each increment."""
+        return self.points.with_neighbours
+
+    @property
+    def exact(self) -> bool:
+        """Whether its multipliers are degrees of freedom."""
+        return self.multipliers is not None
+
+    @property
+    def unknowns(self) -> slice:
+        """Places of its multipliers in the vector of degrees of freedom."""
+        assert self.multipliers is not None
+        return self.multipliers.slice
+
+    @cached_property
+    def rows(self) -> slice:
+        """Rows of this contact in `State.contact` and `State.lam`."""
+        return slice(self.first, self.first + len(self.points))
+
+    @property
+    def of_master(self) -> slice:
+        """Which of the unknowns of a stencil are the master's."""
+        return slice(self.X.shape[1] * self.points.N.shape[1], None)
+
+    @property
+    def coupled(self) -> Index:
+        """Unknowns of the stencils (k, d a + m), followed by the multipliers where these are dofs (k, d a + m + 1 + t)."""
+        if self.multipliers is None:
+            return self.dofs
+        return np.hstack([self.dofs, self.multipliers.dofs(np.arange(len(self.points)))])
+
+    def stretched_dofs(self, dofs: DofMap) -> Index:
+        """Degrees of freedom (shares, m + 4) of the stencils of the shares' points, and of the nodes of their edges.
+
+        Followed by the tangential multiplier of the point where that is a degree of freedom.
+        """
+        part = self.points.shares
+        ends = dofs.displacement.dofs(self.points.edges[part.edge]).reshape(len(part.edge), -1)
+        both = np.hstack([self.dofs[part.point], ends])
+        return both if self.multipliers is None else np.hstack([both, self.multipliers.dofs(part.point)[:, 1:]])
+
+    @property
+    def unit(self) -> Array:
+        """E*/h (k,) of the points: what β multiplies, h what they press in; of multipliers the unit, h the depth there."""
+        return self.modulus / (self.points.depth if self.exact else self.points.pressed_length)
+
+    def supports(self, fixed: Index) -> Supports | None:
+        """Of exact contacts in the plane: the points with ``fixed`` degrees of freedom of the body; None if there are none."""
+        if not self.exact or self.X.shape[1] > 2:
+            return None
+        free = ~np.isin(self.dofs, fixed)
+        at = np.flatnonzero(~free[:, : self.of_master.start].all(axis=1))
+        return Supports(at, free[at]) if len(at) else None
+
+    def scale(self, k_t_least: Array) -> Scale:
+        """Penalty stiffnesses of the points: k_n = β E*/h, k_T = β_T E*/h, not below ``k_t_least`` (k,)."""
+        unit = self.unit
+        k_n, k_t = self.description.enforcement.stiffness(unit)
+        return Scale(k_n, np.maximum(k_t, k_t_least), self.points.depth, unit)
+
+
+class Geometry(Protocol):
+    """Where bodies and tools are, as contact sees it; `prensa.system.system.System` is one."""
+
+    meshes: dict[str, Mesh]
+    offsets: dict[str, int]
+    X: Array
+    tools: list[PlacedTool]
+    surfaces: list[Surface]
+    dofs: DofMap
+
+    def positions(self, u: Array) -> Array:
+        """Node positions (n, d) for degrees of freedom u (ndof,)."""
+
+    def place_of(self, t: int, u: Array) -> Array:
+        """Displacement and rotation of tool number t."""
+
+    def master(self, s: Surface) -> RigidMaster:
+        """What a contact lies against."""

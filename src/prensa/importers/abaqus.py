@@ -1,0 +1,458 @@
+"""Reader of Abaqus (and CalculiX) ``.inp`` decks: nodes, elements, node and element sets, surfaces, parts and instances.
+
+Keywords: Abaqus keywords reference. What does not concern the mesh is passed over; what would generate nodes or elements
+is refused, because the mesh would be incomplete without it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from math import cos, hypot, inf, isfinite, radians, sin
+
+from prensa.importers.deck import LABELS, Deck, FileError, is_label
+
+_CELL = re.compile(r"(?:CPEG|CPE|CPS|CGAX|CAX|AC2D|ACAX|DC2D|DCAX|M3D|SFM3D|STRI|S)([3468])")
+_LINE = re.compile(r"(?:T2D|T3D|R2D|RAX|SAX|B2|B3|DC1D)([123])")
+_MESH = ("NODE", "ELEMENT", "NSET", "ELSET", "SURFACE")
+_GENERATING = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "INCLUDE", "SYSTEM")
+
+
+@dataclass(slots=True)
+class Keyword:
+    """``*NAME, KEY=value, …`` and its data lines."""
+
+    name: str
+    parameters: dict[str, str]
+    line: int
+    lines: Sequence[tuple[int, str]] = ()
+
+    @property
+    def data(self) -> Iterator[tuple[int, list[str]]]:
+        """Numbers of the data lines and their words, split when asked for: a wrong line ends the reading."""
+        for number, line in self.lines:
+            yield number, [w.strip().strip('"') for w in line.rstrip(",").split(",")]
+
+    def numbers(self) -> list[int]:
+        """All data as whole numbers."""
+        out: list[int] = []
+        for line, words in self.data:
+            try:
+                out += [int(w) for w in words]
+            except ValueError:
+                raise FileError.at(line, f"{', '.join(words)[:60]!r} is not a list of whole numbers") from None
+        return out
+
+    @property
+    def rows(self) -> list[list[str]]:
+        """The words of the data lines of a keyword that needs some.
+
+        Raises
+        ------
+        FileError
+            If there is none.
+
+        """
+        rows = [row for _, row in self.data]
+        if not rows:
+            raise FileError.at(self.line, f"*{self.name} has no data line")
+        return rows
+
+    def number(self, row: list[str], place: int, default: float | None = None) -> float:
+        """The number at a place of a data line, or the default where there is none.
+
+        Raises
+        ------
+        FileError
+            If it is no finite number, or none and there is no default.
+
+        """
+        if len(row) <= place or not row[place]:
+            if default is None:
+                raise FileError.at(self.line, f"*{self.name} has no value number {place + 1}")
+            return default
+        try:
+            value = float(row[place].upper().replace("D", "E"))
+        except ValueError:
+            value = inf
+        if not isfinite(value):
+            raise FileError.at(self.line, f"{row[place][:60]!r} of *{self.name} is no number")
+        return value
+
+
+@dataclass
+class Scope:
+    """What an instance of a part defines, or the assembly (``name`` empty; also a deck without parts).
+
+    Names are in capitals, labels those of the whole deck: ``offset`` + the file's own. ``spelling``: names as written;
+    ``boundary_of``, ``part_of``: names of its sets and surfaces in the `Deck`.
+    """
+
+    name: str = ""
+    part: str = ""
+    offset: int = 0
+    line: int = 0
+    placed: list[tuple[int, list[str]]] = field(default_factory=list)
+    nodes: list[int] = field(default_factory=list)
+    cells: list[int] = field(default_factory=list)
+    node_sets: dict[str, list[int]] = field(default_factory=dict)
+    element_sets: dict[str, list[int]] = field(default_factory=dict)
+    surfaces: dict[str, list[tuple[int, ...]]] = field(default_factory=dict)
+    spelling: dict[str, str] = field(default_factory=dict)
+    boundary_of: dict[str, str] = field(default_factory=dict)
+    part_of: dict[str, str] = field(default_factory=dict)
+
+    def moved(self, x: float, y: float) -> tuple[float, float]:
+        """A place of the part, where the instance has it: translated, then turned about an axis along z.
+
+        Raises
+        ------
+        FileError
+            If it is turned out of its plane.
+
+        """
+        for number, (line, words) in enumerate(self.placed):
+            try:
+                v = [float(w.upper().replace("D", "E")) if w else 0.0 for w in words]
+            except ValueError:
+                raise FileError.at(line, f"{', '.join(words)[:60]!r} does not place an instance") from None
+            if number == 0 and len(v) <= 3:
+                x, y = x + v[0], y + (v[1] if len(v) > 1 else 0.0)
+            elif len(v) == 7 and number < 2:
+                if v[6] and hypot(v[3] - v[0], v[4] - v[1]) > 1e-6 * abs(v[5] - v[2]):
+                    raise FileError.at(line, "the instance is turned out of the plane of x and y; draw its part in that plane")
+                angle = radians(v[6]) * (1.0 if v[5] >= v[2] else -1.0)
+                c, s, dx, dy = cos(angle), sin(angle), x - v[0], y - v[1]
+                x, y = v[0] + c * dx - s * dy, v[1] + s * dx + c * dy
+            else:
+                raise FileError.at(line, f"{', '.join(words)[:60]!r} is not a translation (3) or two points and an angle (7)")
+        return x, y
+
+
+def _parameters(text: str) -> dict[str, str]:
+    """The values of a keyword line, by their names in capitals."""
+    pairs = (word.partition("=") for word in text.split(","))
+    return {name.strip().upper(): value.strip().strip('"') for name, _, value in pairs}
+
+
+def keywords(text: str) -> Iterator[Keyword]:
+    """Keyword lines of a deck with their data lines; comments are left out, lines that go on are joined."""
+    current: Keyword | None = None
+    lines: list[tuple[int, str]] = []
+    joined = ""
+    for number, raw in enumerate(text.splitlines(), 1):
+        line = raw.strip()
+        if not line or line.startswith("**"):
+            continue
+        if joined or line.startswith("*"):
+            joined += line
+            if joined.endswith(","):
+                continue  # a keyword line goes on after a comma
+            name, comma, rest = joined[1:].partition(",")
+            if current is not None:
+                yield current
+            current = Keyword(name.strip().upper(), _parameters(rest) if comma else {}, number)
+            joined = ""
+        elif current is not None:
+            if not current.lines:
+                current.lines = lines = []
+            lines.append((number, line))
+    if current is not None:
+        yield current
+
+
+class Assembly:
+    """A deck with its parts placed: each instance is a `Scope`, the assembly (or a deck without parts) is ``top``.
+
+    ``order``: the keywords, those of parts once for each instance, with the scope in which they stand. Nodes, cells, kinds
+    of cells and line elements by label of the whole deck.
+
+    Raises
+    ------
+    FileError
+        If the deck generates nodes or elements, has three-dimensional elements, or contradicts itself.
+
+    """
+
+    def __init__(self, text: str) -> None:
+        self.top = Scope()
+        self.instances: dict[str, Scope] = {}
+        self.order: list[tuple[Keyword, Scope]] = []
+        self.nodes: dict[int, tuple[float, float, float]] = {}
+        self.cells: dict[int, tuple[int, ...]] = {}
+        self.kinds: dict[int, str] = {}
+        self.lines: dict[int, tuple[int, ...]] = {}
+        parts: dict[str, tuple[str, list[Keyword]]] = {}
+        part: list[Keyword] | None = None
+        here = self.top
+        for k in keywords(text):
+            if k.name == "PART":
+                part = []
+                parts[k.parameters.get("NAME", "").upper()] = (k.parameters.get("NAME", ""), part)
+            elif k.name in ("END PART", "ASSEMBLY"):
+                part = None
+            elif k.name == "INSTANCE":
+                part, here = None, self._instance(k, parts)
+            elif k.name == "END INSTANCE":
+                here = self.top
+            elif part is not None:
+                part.append(k)
+            else:
+                self._take(k, here)
+        if parts and not self.instances:
+            for name, (spelled, _) in parts.items():
+                self._instance(Keyword("INSTANCE", {"NAME": spelled, "PART": name}, 0), parts)
+        for scope in self.instances.values():
+            for n in scope.nodes:
+                x, y, z = self.nodes[n]
+                self.nodes[n] = (*scope.moved(x, y), z)
+
+    def _instance(self, k: Keyword, parts: dict[str, tuple[str, list[Keyword]]]) -> Scope:
+        wanted, name = k.parameters.get("PART", ""), k.parameters.get("NAME", "")
+        if wanted.upper() not in parts:
+            raise FileError.at(k.line, f"there is no part {wanted!r}")
+        if name.upper() in self.instances:
+            raise FileError.at(k.line, f"there are two instances {name!r}")
+        spelled, content = parts[wanted.upper()]
+        scope = Scope(name, spelled, LABELS * (len(self.instances) + 1), k.line, list(k.data))
+        self.instances[name.upper()] = scope
+        for inside in content:
+            self._take(inside, scope)
+        return scope
+
+    def _take(self, k: Keyword, scope: Scope) -> None:
+        if k.name in _GENERATING:
+            raise FileError.at(k.line, f"*{k.name} is not read; write the nodes and elements themselves into the file")
+        self.order.append((k, scope))
+        if k.name in _MESH:
+            self._into(k, scope)
+
+    # -------------------------------------------------------------------------------------------------------- content
+    def _into(self, k: Keyword, scope: Scope) -> None:
+        first = {"NSET": "NSET", "SURFACE": "NAME", "NODE": "NSET"}.get(k.name, "ELSET")
+        name = k.parameters.get(first, "")
+        key = name.upper()
+        scope.spelling.setdefault(key, name)
+        if k.name == "NODE":
+            self._nodes(k, scope, key)
+        elif k.name == "ELEMENT":
+            self._elements(k, scope, key)
+        elif k.name in ("NSET", "ELSET"):
+            sets = scope.node_sets if k.name == "NSET" else scope.element_sets
+            if not name:
+                raise FileError.at(k.line, f"*{k.name} without a name")
+            found = self._members(k, k.name == "NSET", scope)
+            if k.name == "NSET" and "ELSET" in k.parameters:
+                of = self.elements_of(k.line, k.parameters["ELSET"], scope)
+                found += sorted({n for e in of for n in self.cells.get(e) or self.lines.get(e, ())})
+            sets.setdefault(key, []).extend(found)
+        elif k.parameters.get("TYPE", "ELEMENT").upper() == "NODE":
+            nodes = replace(k, lines=[(line, text.partition(",")[0]) for line, text in k.lines])
+            scope.node_sets.setdefault(key, []).extend(self._members(nodes, True, scope))
+        elif k.parameters.get("TYPE", "ELEMENT").upper() == "ELEMENT":  # the others are rigid, without elements
+            if "COMBINE" in k.parameters or "CROP" in k.parameters:
+                raise FileError.at(k.line, "surfaces made of others (COMBINE, CROP) are not read; list the sides of elements")
+            scope.surfaces.setdefault(key, []).extend(self._sides(k, scope))
+
+    def _nodes(self, k: Keyword, scope: Scope, key: str) -> None:
+        if k.parameters.get("SYSTEM", "R").upper() != "R":
+            raise FileError.at(k.line, "coordinates of another system than the rectangular one are not read")
+        for line, words in k.data:
+            try:
+                label = int(words[0]) + scope.offset
+            except ValueError:
+                raise FileError.at(line, f"{', '.join(words)[:60]!r} is not: label, x, y") from None
+            if label not in self.nodes:
+                scope.nodes.append(label)
+            self.nodes[label] = _place(line, words[1:])
+            if key:
+                scope.node_sets.setdefault(key, []).append(label)
+
+    def _elements(self, k: Keyword, scope: Scope, set_name: str) -> None:
+        kind = k.parameters.get("TYPE", "").upper()
+        cell, line = _CELL.match(kind), _LINE.match(kind)
+        if kind.startswith(("C3D", "SC", "CSS", "COH3")) or not (cell or line):
+            if kind.startswith(("MASS", "SPRING", "DASHPOT", "CONN", "ROTARY", "DCOUP")):
+                return
+            raise FileError.at(
+                k.line,
+                f"element type {kind or 'missing'!r} is no plane element of 3, 4, 6 or 8 nodes (a section is meshed in x, y)",
+            )
+        if cell:
+            count = int(cell[1])
+        else:
+            assert line is not None
+            count = int(line[1]) + (1 if kind.startswith(("SAX", "B2", "B3")) else 0)
+        numbers = k.numbers()
+        if len(numbers) % (count + 1):
+            raise FileError.at(
+                k.line, f"elements {kind} have {count} nodes; {len(numbers)} numbers are no rows of {count + 1}"
+            )
+        for first in range(0, len(numbers), count + 1):
+            label, *nodes = (n + scope.offset for n in numbers[first : first + 1 + count])
+            if cell:
+                self.cells[label], self.kinds[label] = tuple(nodes), kind
+                scope.cells.append(label)
+            else:
+                self.lines[label] = tuple(nodes)
+            if set_name:
+                scope.element_sets.setdefault(set_name, []).append(label)
+
+    def _members(self, k: Keyword, of_nodes: bool, scope: Scope) -> list[int]:
+        """Labels of a set: listed, generated (first, last, step), or those of sets named in it."""
+        owner = self._named_instance(k.line, k.parameters.get("INSTANCE", ""), scope)
+        out: list[int] = []
+        limit = 10 * (len(self.nodes) + len(self.cells) + len(self.lines)) + 10
+        for line, words in k.data:
+            if "GENERATE" in k.parameters:
+                try:
+                    first, last, step = (*(int(w) for w in words), 1)[:3]
+                except ValueError:
+                    raise FileError.at(line, f"{', '.join(words)[:60]!r} is not: first, last, step") from None
+                if step < 1 or last < first or (last - first) // step > limit:
+                    raise FileError.at(line, f"{first}, {last}, {step} generates no set of this mesh")
+                out += range(first + owner.offset, last + 1 + owner.offset, step)
+                continue
+            for word in words:
+                if is_label(word.removeprefix("+")):
+                    out.append(int(word) + owner.offset)
+                elif word:
+                    where, name = self._seen_from(line, word, scope)
+                    sets = where.node_sets if of_nodes else where.element_sets
+                    if name in sets:
+                        out += sets[name]
+                    elif is_label(name):
+                        out.append(int(name) + where.offset)
+                    else:
+                        raise FileError.at(line, f"unknown set {word[:60]!r}; sets are defined before they are used")
+        return out
+
+    def _sides(self, k: Keyword, scope: Scope) -> list[tuple[int, ...]]:
+        """Ends of the sides of a surface: element (or set), then side S1 … S4 or nothing for all (the free ones count)."""
+        out: list[tuple[int, ...]] = []
+        for line, words in k.data:
+            who, side = words[0], (words[1].upper() if len(words) > 1 else "")
+            for label in self.elements_of(line, who, scope):
+                if label in self.lines:
+                    out.append(self.lines[label][:2])  # of a rigid tool, both sides of which are its surface
+                cell = self.cells.get(label)
+                if cell is None:
+                    continue
+                corners = 3 if len(cell) in (3, 6) else 4
+                if side and not (side[0] in "SE" and is_label(side[1:]) and 1 <= int(side[1:]) <= corners):
+                    raise FileError.at(line, f"{side[:60]!r} is no side of element {label % LABELS}; write S1 … S{corners}")
+                which = [int(side[1:]) - 1] if side else range(corners)
+                out += [(cell[i], cell[(i + 1) % corners]) for i in which]
+        return out
+
+    # ---------------------------------------------------------------------------------------------------------- names
+    def _named_instance(self, line: int, name: str, scope: Scope) -> Scope:
+        if name and name.upper() not in self.instances:
+            raise FileError.at(line, f"there is no instance {name!r} before this line")
+        return self.instances[name.upper()] if name else scope
+
+    def _seen_from(self, line: int, who: str, scope: Scope) -> tuple[Scope, str]:
+        """Scope and name in capitals of ``instance.name`` or ``name``."""
+        instance, dot, name = who.rpartition(".")
+        return (self._named_instance(line, instance.strip('"'), scope) if dot else scope), name.strip('"').upper()
+
+    def elements_of(self, line: int, who: str, scope: Scope) -> list[int]:
+        """Labels of an element set, or of one element, as named from a scope.
+
+        Raises
+        ------
+        FileError
+            If there is no such set.
+
+        """
+        where, name = self._seen_from(line, who, scope)
+        if name in where.element_sets:
+            return where.element_sets[name]
+        if is_label(name):
+            return [int(name) + where.offset]
+        raise FileError.at(line, f"unknown element set {who[:60]!r} in the surface")
+
+    def seen_from(self, line: int, who: str, scope: Scope) -> tuple[Scope, str]:
+        """Where a name leads: the scope that defines it, and the name in capitals; the assembly's sets count everywhere.
+
+        Raises
+        ------
+        FileError
+            If it names an instance that does not exist.
+
+        """
+        where, name = self._seen_from(line, who, scope)
+        known = name in where.node_sets or name in where.surfaces or name in where.element_sets
+        return (where, name) if known or "." in who else (self.top, name)
+
+    def deck(self) -> Deck:
+        """Everything in the names by which a case calls it.
+
+        A set or surface has the name that the file gives; of two of one name the assembly's has it, and that of an instance is
+        called ``instance.name``. Instances of one name each are joined: a body takes what lies on it.
+
+        Raises
+        ------
+        FileError
+            If there is no plane element.
+
+        """
+        deck = Deck(nodes=self.nodes, cells=self.cells, kinds=self.kinds)
+        if not deck.cells:
+            raise FileError("the deck has no plane elements (CPE4, CPS4, CAX4, …)")
+        bodies = [s for s in self.instances.values() if s.cells]
+        deck.exclusive = len(bodies) > 1
+        for s in bodies:
+            deck.parts.setdefault(s.part, []).extend(s.cells)
+        for s in bodies:
+            if sum(other.part == s.part for other in bodies) > 1:
+                deck.parts.setdefault(s.name, list(s.cells))
+        taken = dict(deck.parts)
+        for scope in (self.top, *self.instances.values()):
+            self._name(deck, scope, taken)
+        return deck
+
+    def _name(self, deck: Deck, scope: Scope, taken: dict[str, list[int]]) -> None:
+        """Put the sets and surfaces of a scope into the deck."""
+        top = self.top if scope is not self.top else Scope()
+        for key, labels in scope.element_sets.items():
+            cells = [e for e in labels if e in self.cells]
+            lines = [self.lines[e] for e in labels if e in self.lines]
+            spelled = scope.spelling[key]
+            if cells:
+                clash = key in top.element_sets or (spelled in taken and set(taken[spelled]) != set(cells))
+                name = scope.part_of[key] = f"{scope.name or 'assembly'}.{spelled}" if clash else spelled
+                if clash or spelled not in taken:
+                    deck.parts.setdefault(name, []).extend(cells)
+            if lines:
+                deck.lines.setdefault(spelled, []).extend(lines)
+        above = {*top.node_sets, *top.surfaces}
+        for key in dict.fromkeys((*scope.node_sets, *scope.surfaces)):
+            spelled = scope.spelling[key]
+            name = scope.boundary_of[key] = f"{scope.name}.{spelled}" if key in above else spelled
+            if key in scope.surfaces:
+                deck.lines.setdefault(name, []).extend(scope.surfaces[key])
+            if key in scope.node_sets:
+                deck.points.setdefault(name, []).extend(scope.node_sets[key])
+
+
+def read(text: str) -> Deck:
+    """Contents of a deck.
+
+    Raises
+    ------
+    FileError
+        If it generates nodes or elements, has three-dimensional elements, or contradicts itself.
+
+    """
+    return Assembly(text).deck()
+
+
+def _place(line: int, words: list[str]) -> tuple[float, float, float]:
+    try:
+        x = [float(w.upper().replace("D", "E")) if w else 0.0 for w in words[:3]]
+    except ValueError:
+        raise FileError.at(line, f"{', '.join(words)[:60]!r} is not coordinates") from None
+    x += [0.0] * (3 - len(x))
+    return x[0], x[1], x[2]

@@ -1,0 +1,171 @@
+"""Rigid surfaces of Abaqus decks as profiles of tools: analytical ones, and chains of rigid line elements."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from itertools import pairwise
+from math import atan2, cos, hypot, isfinite, pi, sin
+from typing import Any
+
+from prensa.importers.abaqus import Keyword
+from prensa.importers.deck import FileError
+
+PIECES_OF_ARC = 12  # straight pieces of an arc, to find on which side of it a body lies
+ONE_LINE = 1e-9  # sine of the turn between two rigid elements that are one line
+
+
+@dataclass
+class RigidTool:
+    """A rigid surface: ``vertices`` places, or arcs ``{through, to}``; ``reference`` the label of its reference node.
+
+    ``sided``: whether the file says on which side the bodies are (on the left of the walk); ``nodes`` of its elements, if any.
+    """
+
+    name: str
+    line: int
+    vertices: list[Any]
+    fillet: float | None
+    sided: bool
+    reference: int | None = None
+    nodes: frozenset[int] = frozenset()
+    surfaces: list[str] = field(default_factory=list)
+
+    @property
+    def closed(self) -> bool:
+        """Whether it returns to its first point."""
+        ends = _ends(self.vertices)
+        size = max(hypot(x - ends[0][0], y - ends[0][1]) for x, y in ends)
+        return len(ends) > 2 and hypot(ends[-1][0] - ends[0][0], ends[-1][1] - ends[0][1]) <= 1e-6 * size
+
+    def walk(self, bodies: list[tuple[float, float]]) -> list[Any]:
+        """Vertices with the tool on the left: bodies, by the middles of their elements, on the right.
+
+        They decide where the file does not, or where it puts most of those that are near to the inside.
+        """
+        inside = _share_on_the_left(self.vertices, bodies) if bodies else 1.0 if self.sided else 0.0
+        vertices = _reversed(self.vertices) if inside > 0.5 or (inside == 0.5 and self.sided) else self.vertices
+        if self.closed:  # to the digit
+            last = vertices[-1]
+            vertices = [*vertices[:-1], {**last, "to": vertices[0]} if isinstance(last, dict) else vertices[0]]
+        return vertices
+
+
+def segments(k: Keyword) -> Iterator[Any]:
+    """Vertices of START, LINE and CIRCL rows; an arc is the shorter one about its centre.
+
+    Raises
+    ------
+    FileError
+        If a row is something else.
+
+    """
+    at: tuple[float, float] | None = None
+    for line, words in k.data:
+        try:
+            kind, x = words[0].upper(), [float(w) for w in words[1:] if w]
+            if not all(isfinite(v) for v in x):
+                raise ValueError
+        except ValueError:
+            raise FileError.at(line, f"{', '.join(words)[:60]!r} is not START, LINE or CIRCL with coordinates") from None
+        if kind == "CIRCL" and at is not None and len(x) == 4:
+            (bx, by), (cx, cy) = x[:2], x[2:]
+            first = atan2(at[1] - cy, at[0] - cx)
+            sweep = (atan2(by - cy, bx - cx) - first + pi) % (2 * pi) - pi
+            r, middle = hypot(bx - cx, by - cy), first + 0.5 * sweep
+            at = (bx, by)
+            yield {"through": (cx + r * cos(middle), cy + r * sin(middle)), "to": at}
+        elif kind in ("START", "LINE") and len(x) == 2:
+            at = (x[0], x[1])
+            yield at
+        else:
+            raise FileError.at(line, f"{', '.join(words)[:60]!r} is not START x, y; LINE x, y or CIRCL x, y, centre x, centre y")
+
+
+def chain(k: Keyword, elements: list[tuple[int, ...]], nodes: dict[int, tuple[float, float, float]]) -> list[Any]:
+    """Vertices of the chain that line elements make, those on a straight line left out.
+
+    Raises
+    ------
+    FileError
+        If they branch, or make several chains.
+
+    """
+    beside: dict[int, list[int]] = {}
+    for a, b in (e[:2] for e in elements):
+        beside.setdefault(a, []).append(b)
+        beside.setdefault(b, []).append(a)
+    ends = [n for n, others in beside.items() if len(others) == 1]
+    at = ends[0] if ends else next(iter(beside))
+    walked, before = [at], None
+    while following := [n for n in beside[at] if n != before]:
+        before, at = at, following[0]
+        walked.append(at)
+        if at == walked[0] or len(walked) > len(beside):
+            break
+    if len(ends) not in (0, 2) or len(set(walked)) != len(beside) or any(n not in nodes for n in walked):
+        raise FileError.at(k.line, "the elements of this rigid body make no single chain; write a rigid body for each chain")
+    places = [nodes[n][:2] for n in walked]
+    kept = [places[0]]
+    for p, after in pairwise(places[1:]):
+        ax, ay, bx, by = p[0] - kept[-1][0], p[1] - kept[-1][1], after[0] - p[0], after[1] - p[1]
+        if abs(ax * by - ay * bx) > ONE_LINE * hypot(ax, ay) * hypot(bx, by) or ax * bx + ay * by < 0:
+            kept.append(p)
+    return [*kept, places[-1]]
+
+
+def _ends(walk: list[Any]) -> list[tuple[float, float]]:
+    return [v["to"] if isinstance(v, dict) else v for v in walk]
+
+
+def _reversed(walk: list[Any]) -> list[Any]:
+    ends = _ends(walk)
+    out: list[Any] = [ends[-1]]
+    for v, to in zip(reversed(walk), reversed(ends[:-1])):
+        out.append({"through": v["through"], "to": to} if isinstance(v, dict) else to)
+    return out
+
+
+def _straight(walk: list[Any]) -> list[tuple[float, float]]:
+    """Corners of the walk, its arcs made straight pieces."""
+    out = [_ends(walk)[0]]
+    for v in walk[1:]:
+        if isinstance(v, dict):
+            out += _on_arc(out[-1], v["through"], v["to"])
+        else:
+            out.append(v)
+    return out
+
+
+def _on_arc(a: tuple[float, float], m: tuple[float, float], b: tuple[float, float]) -> list[tuple[float, float]]:
+    """Places on the arc from a through its middle m to b, b included."""
+    ux, uy, vx, vy = m[0] - a[0], m[1] - a[1], b[0] - a[0], b[1] - a[1]
+    twice = 2.0 * (ux * vy - uy * vx)
+    if twice == 0.0:
+        return [b]
+    cx = a[0] + (vy * (ux * ux + uy * uy) - uy * (vx * vx + vy * vy)) / twice
+    cy = a[1] + (ux * (vx * vx + vy * vy) - vx * (ux * ux + uy * uy)) / twice
+    first = atan2(a[1] - cy, a[0] - cx)
+    half = (atan2(m[1] - cy, m[0] - cx) - first + pi) % (2 * pi) - pi
+    r = hypot(a[0] - cx, a[1] - cy)
+    angles = (first + 2 * half * i / PIECES_OF_ARC for i in range(1, PIECES_OF_ARC))
+    return [*((cx + r * cos(t), cy + r * sin(t)) for t in angles), b]
+
+
+def _share_on_the_left(walk: list[Any], places: list[tuple[float, float]]) -> float:
+    """Share of the places, nearer ones counting more, that lie on the left of the nearest piece of the walk."""
+    corners = _straight(walk)
+    left = total = 0.0
+    for x, y in places:
+        best, side = float("inf"), 0.0
+        for (ax, ay), (bx, by) in pairwise(corners):
+            dx, dy = bx - ax, by - ay
+            length = dx * dx + dy * dy
+            t = min(1.0, max(0.0, ((x - ax) * dx + (y - ay) * dy) / length)) if length else 0.0
+            away = hypot(x - ax - t * dx, y - ay - t * dy)
+            if away < best:
+                best, side = away, dx * (y - ay) - dy * (x - ax)
+        weight = best**-2 if 1e-100 < best < 1e100 else 0.0
+        total += weight
+        left += weight if side > 0.0 else 0.0
+    return left / total if total else 0.5

@@ -1,0 +1,44 @@
+"""The text of a case file out of a deck of another program."""
+
+from __future__ import annotations
+
+import io
+import os
+from pathlib import Path
+from typing import Any
+
+from prensa.errors import PrensaError
+from prensa.importers.abaqus_case import case_of
+from prensa.importers.deck import FileError
+
+CASE_OPENING = """\
+# From {name}; the mesh stays in that file. Numbers are those of the deck: say in which units they are.
+# Times of tables count steps; a step lasts one second, or its duration.
+"""
+
+
+def case_text(deck: Path, folder: Path) -> tuple[str, list[str]]:
+    """YAML of the case that a deck describes, to stand in a folder, and remarks about what was passed over.
+
+    Raises
+    ------
+    PrensaError
+        If the deck cannot be read, or says what has no counterpart; with its line.
+
+    """
+    from ruamel.yaml import YAML
+
+    try:
+        text = deck.read_text(encoding="utf-8", errors="replace")
+    except OSError as error:
+        raise PrensaError(f"{deck} cannot be read: {error.strerror}") from None
+    try:
+        case, remarks = case_of(text, Path(os.path.relpath(deck, folder)).as_posix())
+    except FileError as error:
+        raise PrensaError(f"{deck}: {error}") from None
+    writer: Any = YAML(typ="safe", pure=True)
+    writer.default_flow_style, writer.width, writer.sort_base_mapping_type_on_output = None, 120, False
+    buffer = io.StringIO()
+    ordered: dict[str, Any] = {"name": case.pop("name"), "units": case.pop("units", {"length": "mm", "force": "N"}), **case}
+    writer.dump(ordered, buffer)
+    return CASE_OPENING.format(name=deck.name) + buffer.getvalue(), remarks

@@ -1,0 +1,1 @@
+"""Linear algebra: factorisations, reduction by constraints, multipliers, condensation, threads."""

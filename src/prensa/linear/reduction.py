@@ -1,0 +1,341 @@
+"""The equations in the free dofs: assembly, restriction and factors put together; condensed bodies are another such three."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Protocol, Unpack
+
+import numpy as np
+
+from prensa.linear.constraints import Tied
+from prensa.linear.factorisations import Factorisation, Kept, running
+from prensa.linear.multipliers import Equations, determined
+from prensa.linear.threads import threads_of
+from prensa.model import problem as model
+from prensa.policy import DEFAULT, Policy
+from prensa.system.assembly import Pattern
+from prensa.system.interaction import Context, Overrides
+from prensa.system.schedule import Control
+from prensa.system.system import Evaluation, System
+from prensa.types import Array, Flags, Index, Single
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_matrix
+
+
+def weights_of(system: System) -> Array:
+    """Weights (ndof,) with which residuals are summed: rows of rotations are moments, divided by a length they are forces."""
+    weight = np.ones(system.ndof)
+    for t in range(len(system.tools)):
+        weight[system.dofs.tool.dofs(t)[system.dofs.dimension :]] = 1.0 / system.length
+    return weight
+
+
+def in_lengths(weight: Array) -> Array | None:
+    """Powers of two next to weights (f,), which make rotations lengths and moments forces; None where there are none."""
+    return None if (weight == 1.0).all() else np.exp2(np.round(np.log2(weight)))
+
+
+def equations_of(system: System, fixed: Index) -> list[Equations]:
+    """Multiplier equations of the exact contacts, with ``fixed`` dofs prescribed."""
+    free = np.ones(system.ndof, dtype=bool)
+    free[system.prescribed(fixed)] = False
+    return [
+        Equations(i, s, system.pair_slots(s)[:, -2:], free[s.coupled]) for i, s in enumerate(system.surfaces) if s.exact
+    ]
+
+
+class Assembly(Protocol):
+    """Where residuals and matrices in all dofs come from."""
+
+    def evaluate(
+        self, c: Context, u: Array, lam: Array, stiffness: bool = True, **overrides: Unpack[Overrides]
+    ) -> Evaluation:  # fmt: skip
+        """As `System.evaluate`."""
+
+    def apply(self, data: Array, delta: Array) -> Array:
+        """K δ (ndof,) for the matrix values of an evaluation."""
+
+
+class Restriction(Protocol):
+    """From all dofs to the free ones (f,) and back."""
+
+    @property
+    def free(self) -> Index:
+        """The free dofs (f,)."""
+
+    @property
+    def rows(self) -> Index:
+        """The dofs (f,) whose equations are solved: the free ones; with displacement control that of the lead for the factor."""
+
+    def part(self, r: Array) -> Array:
+        """Residuals of the free dofs (f,), those of tied nodes with their masters'."""
+
+    def whole(self, x: Array, n: int) -> Array:
+        """All dofs (n,) or (n, k) from the free ones, zero where prescribed."""
+
+    def values(self, data: Array, spent: bool = False) -> Array:
+        """Values of K_ff for the matrix values of an evaluation; a copy, or in the place of those that are ``spent``."""
+
+
+class Factors(Protocol):
+    """Factors of K_ff."""
+
+    @property
+    def factored(self) -> bool:
+        """Whether there are factors to use `again`."""
+
+    @property
+    def positive(self) -> bool:
+        """Whether they show that all eigenvalues are positive; False where they cannot tell."""
+
+    @property
+    def may_tell(self) -> bool:
+        """Whether they were made in this attempt, and are not known to be too far from their matrix to tell the softest modes."""
+
+    def tells(self, b: Array, x: Array) -> bool:
+        """Whether they tell the softest modes: x (f,) is what they answer to the forces b (f,) of the softest."""
+
+    @property
+    def made_from(self) -> Single | None:
+        """Values of single precision whose factors they are; None where they are of double precision."""
+
+    def analyse(self) -> None:
+        """Make ready what depends on the pattern alone."""
+
+    @property
+    def holds_matrix(self) -> bool:
+        """Whether a matrix is kept beside the factors, as of large systems."""
+
+    def begin(self, made_from: Single | None = None) -> None:
+        """Forget the factors of earlier attempts; ``made_from``: values whose factors the next one begins with."""
+
+    def step(self, matrix: Array, b: Array, share: float, changed: int | None = None) -> Array:
+        """As `solve`, but for a ``share`` of b; ``changed``: points in which alone factors at hand are of another matrix."""
+
+    @property
+    def follows(self) -> bool:
+        """Whether corrections had better be those of the matrix at an iterate (see `follow`)."""
+
+    def follow(self, matrix: Array, changed: int) -> None:
+        """Let corrections be those of another matrix; ``changed``: points with another status than in the last."""
+
+    def correction(self, b: Array, share: float | None = None) -> Array:
+        """Solution (f,) to a few digits, or but for a ``share``, of the last matrix, with whatever factors are at hand."""
+
+    def exactly(self, b: Array, share: float) -> Array | None:
+        """Solutions (f, k) of the last matrix but for a ``share``, by factors of this attempt; None if they are not to be had."""
+
+    def coarse(self, matrix: Array) -> bool:
+        """Factors of a matrix in single precision for use `again`, unchecked; whether there are any."""
+
+    def kept(self) -> Kept | None:
+        """The last factors, to keep them for the transpose of their matrix; None where that is not possible."""
+
+    def apart(self) -> Factors:
+        """The same with the factors at hand, which may go on to others by themselves, in another thread too."""
+
+    def solve(self, matrix: Array, b: Array) -> Array:
+        """Solution (f,) with the matrix of `Restriction.values`."""
+
+    def again(self, b: Array) -> Array:
+        """Solution (f,) with the last factors, unchecked."""
+
+
+class Whole:
+    """The assembly of a system as it is."""
+
+    def __init__(self, system: System) -> None:
+        self.system, self.pattern = system, system.pattern
+
+    def evaluate(
+        self, c: Context, u: Array, lam: Array, stiffness: bool = True, **overrides: Unpack[Overrides]
+    ) -> Evaluation:  # fmt: skip
+        """As `System.evaluate`."""
+        return self.system.evaluate(c, u, lam, stiffness, **overrides)
+
+    def apply(self, data: Array, delta: Array) -> Array:
+        """K δ with the whole matrix."""
+        from scipy.sparse import csc_matrix
+
+        if not delta.any():  # tools alone move
+            return np.zeros(len(delta))
+        n = self.pattern.n
+        return np.asarray(csc_matrix((data, self.pattern.indices, self.pattern.indptr), (n, n)) @ delta)
+
+
+class Selected:
+    """Free dofs that are just those not prescribed; ``indptr``, ``indices``: pattern of their matrix (compressed columns)."""
+
+    def __init__(self, pattern: Pattern, fixed: Index, shared: bool = False) -> None:
+        """``shared``: the pattern of all dofs keeps its rows by those of this one alone."""
+        rows, mask = pattern.indices, np.ones(pattern.n, dtype=bool)
+        mask[fixed] = False
+        self.free = self.rows = np.flatnonzero(mask)
+        cols = np.repeat(np.arange(pattern.n, dtype=np.int32), np.diff(pattern.indptr))
+        number = np.cumsum(mask, dtype=np.int32) - 1
+        # as flags: their places take as much memory as the matrix
+        inside = mask[rows] & mask[cols]
+        ends = running(inside)[pattern.indptr]
+        self.indptr, self.indices = np.append(ends[self.free], ends[-1]), number[rows[inside]]
+        self.entries: Flags | Index = inside
+        if shared:
+            pattern.keep(self.indices, self.free, inside, rows)
+
+    def part(self, r: Array) -> Array:
+        """See `Restriction`."""
+        return r.take(self.rows, axis=0)
+
+    def whole(self, x: Array, n: int) -> Array:
+        """See `Restriction`."""
+        out = np.zeros((n, *x.shape[1:]))
+        out[self.free] = x
+        return out
+
+    def values(self, data: Array, spent: bool = False) -> Array:
+        """See `Restriction`."""
+        if not spent:
+            return data[self.entries]
+        end, stretch = 0, DEFAULT.stretch
+        for first in range(0, len(data), stretch):
+            kept = data[first : first + stretch][self.entries[first : first + stretch]]
+            data[end : end + len(kept)] = kept
+            end += len(kept)
+        return data[:end]
+
+
+class Controlled(Selected):
+    """As `Selected`, with the equation of the lead in the place of that of the factor; ``entries`` are places, out of order."""
+
+    def __init__(self, pattern: Pattern, fixed: Index, control: Control) -> None:
+        self.free = np.setdiff1d(np.arange(pattern.n), fixed)
+        self.rows = np.where(self.free == control.factor, control.lead, self.free)
+        row, column = np.full((2, pattern.n), -1, dtype=np.int32)
+        row[self.rows] = column[self.free] = np.arange(len(self.free), dtype=np.int32)
+        i, j = row[pattern.indices], column[np.repeat(np.arange(pattern.n), np.diff(pattern.indptr))]
+        kept = np.flatnonzero((i >= 0) & (j >= 0))
+        self.entries = kept[np.lexsort((i[kept], j[kept]))]
+        self.indices = i[self.entries]
+        self.indptr = np.searchsorted(j[self.entries], np.arange(len(self.free) + 1)).astype(np.int32)
+
+    def values(self, data: Array, spent: bool = False) -> Array:
+        """See `Restriction`."""
+        return data[self.entries]
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """The equations in the free dofs: where they come from, how they are restricted, and the factors of their matrix."""
+
+    fixed: Index
+    symmetric: bool
+    assembly: Assembly
+    restriction: Restriction
+    factorisation: Factors
+    weight: Array
+    equations: list[Equations]
+    policy: Policy
+    control: Control | None = None
+    kept: dict[str, Array] = field(default_factory=dict, compare=False, repr=False)
+    """What depends on nothing but which unknowns are free, and is asked for in each increment."""
+
+    @classmethod
+    def of(
+        cls, system: System, fixed: Index, numerics: model.Numerics, symmetric: bool = False, policy: Policy = DEFAULT,
+        control: Control | None = None,
+    ) -> Reduced:  # fmt: skip
+        """The whole system with some dofs ``fixed``, its pattern analysed once; ``control``: what leads them."""
+        restriction: Tied | Selected | Controlled
+        if system.ties is not None:
+            restriction = Tied(system.ties, system.pattern, fixed, control)
+        elif control is not None:
+            restriction = Controlled(system.pattern, fixed, control)
+        else:
+            # where bodies flow, few nodes find their equilibrium first, and the rows of the whole are asked for at every turn
+            shared = system.ndof >= policy.worth_sharing and not system.has_memory
+            restriction = Selected(system.pattern, fixed, shared)
+        weight = weights_of(system)[restriction.rows]
+        # multipliers make a matrix indefinite; without them that takes a free tool, or large compression
+        definite = not any(s.exact for s in system.surfaces)
+        factorisation = Factorisation(
+            len(restriction.free), restriction.indptr, restriction.indices, numerics.solver,
+            threads_of(numerics, system.ndof, policy), symmetric,
+            definite, policy, in_lengths(weight),
+        )  # fmt: skip
+        return cls(
+            fixed,
+            symmetric,
+            Whole(system),
+            restriction,
+            factorisation,
+            weight,
+            equations_of(system, fixed),
+            policy,
+            control,
+        )
+
+    def apart(self) -> Reduced:
+        """The same with the factors at hand, which may go on to others by themselves, in another thread too."""
+        return replace(self, factorisation=self.factorisation.apart())
+
+    @property
+    def free(self) -> Index:
+        """The free dofs (f,)."""
+        return self.restriction.free
+
+    @cached_property
+    def plain(self) -> bool:
+        """Whether all weights are 1: no rotation is free."""
+        return bool((self.weight == 1.0).all())
+
+    def lengths(self, n: int) -> Array | None:
+        """What a unit of each dof (n,) is as a length: that of the system for free rotations, else 1; None if there are none."""
+        return None if self.plain else self.restriction.whole(1.0 / self.weight, n)
+
+    def norm(self, r: Array) -> float:
+        """Sum of the absolute free residuals, moments divided by a length."""
+        part = self.restriction.part(r)
+        return float(np.abs(part if self.plain else self.weight * part).sum())
+
+    def matrix(self, e: Evaluation, b: Array, spent: bool = False) -> Array:
+        """Values of K_ff for the matrix of an evaluation and the right-hand side b (ndof,) it is for.
+
+        A copy; of an evaluation whose matrix is ``spent``, which nobody looks at again, they take its place: two matrices
+        would be a tenth of what a run takes at its peak.
+        """
+        assert e.data is not None
+        data = determined(e, b, self.equations, self.policy) if self.equations else e.data
+        return self.restriction.values(data, spent or data is not e.data)
+
+    def solve(self, matrix: Array, b: Array) -> Array:
+        """Free dofs (ndof,) with K_ff x_f = b_f, zero where prescribed."""
+        return self.restriction.whole(self.factorisation.solve(matrix, self.restriction.part(b)), len(b))
+
+    def step(self, matrix: Array, b: Array, relative: float, changed: int | None = None) -> Array:
+        """As `solve`, to the digits that Newton's step needs from an iterate with such a ``relative`` residual, or promises.
+
+        changed: contact points but for which the factors at hand are nearly those of the matrix; None where they are not.
+        """
+        policy = self.policy
+        share = min(max(policy.forcing * relative, policy.least_forcing), policy.most_forcing)
+        return self.restriction.whole(self.factorisation.step(matrix, self.restriction.part(b), share, changed), len(b))
+
+    def correction(self, b: Array, share: float | None = None) -> Array:
+        """As `again`, of the last matrix even where the factors at hand are of one before; ``share``: that may be left of b."""
+        return self.restriction.whole(self.factorisation.correction(self.restriction.part(b), share), len(b))
+
+    def responses(self, loads: csr_matrix, of: csr_matrix) -> Array:
+        """Σ of_i x (n, k) of the solutions x for k loads, rows (k, ndof), with the last factors; of (n, ndof)."""
+        ndof = loads.shape[1]
+        width = max(1, min(self.policy.columns, self.policy.room_beside // ndof))
+        out = np.empty((of.shape[0], loads.shape[0]))
+        for first in range(0, loads.shape[0], width):
+            block = slice(first, first + width)
+            x = self.factorisation.again(self.restriction.part(loads[block].T.toarray()))
+            out[:, block] = of @ self.restriction.whole(x, ndof)
+        return out
+
+    def again(self, b: Array) -> Array:
+        """As `solve`, with the last factors, unchecked: only for corrections whose effect is looked at."""
+        return self.restriction.whole(self.factorisation.again(self.restriction.part(b)), len(b))

@@ -1,0 +1,392 @@
+"""A run on meshes that are made anew: when one is due, from which state, and equilibrium on it.
+
+All that decides is in the committed state, so that a resumed run remeshes at the same places: a mesh is due or not before an
+increment, and an increment that fails is one that fails again.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any, Protocol, Unpack
+
+import numpy as np
+
+from prensa.errors import PrensaError, SolveError
+from prensa.linear.reduction import Assembly
+from prensa.mesh.sizes import SizeField, coarseness, least_at_tools, mismatch
+from prensa.model.problem import tools_removed
+from prensa.model.remeshing import remeshing_of
+from prensa.policy import Policy
+from prensa.remeshing.renewal import check_mesher, least_shape, present_plan, renewed
+from prensa.remeshing.transfer import with_flow
+from prensa.result.energy_balance import nodal_work
+from prensa.result.increment import Increment
+from prensa.solver.approach import bisected
+from prensa.solver.attempt import attempt, attempt_from
+from prensa.solver.equilibrium import Equilibrium
+from prensa.solver.reporting import Messages
+from prensa.solver.time_stepping import Due, fresh_mesh
+from prensa.system.discretise import on_meshes
+from prensa.system.element_sizes import section_area, size_field
+from prensa.system.failure import BeyondSmall, FreeToMove, MetalInside, sentence
+from prensa.system.interaction import Branches, Context, Overrides, Part, Request, Response
+from prensa.system.outcome import NewtonResult
+from prensa.system.schedule import StepPlan
+from prensa.system.state import State
+from prensa.system.symmetry_planes import Guard, Nearing, extended, guard_of, on_mesh_of, with_planes
+from prensa.system.system import Evaluation, System
+from prensa.types import Array, Index
+
+log = logging.getLogger("prensa")
+
+
+class RemeshingError(PrensaError):
+    """A state that could not be brought onto a new mesh."""
+
+
+class Stepping(Protocol):
+    """The time stepping of a system, as `prensa.solver.time_stepping.TimeStepping`."""
+
+    system: System
+    policy: Policy
+    messages: Messages
+    last: Increment | None
+    due: Due | None
+    guard: Guard | None
+
+    def run(self, state: State) -> Iterator[Increment]:
+        """Increments from a state to the end of the last step."""
+
+    def prepare(self, plan: StepPlan) -> None:
+        """Make the matrix of a step."""
+
+    def context(self, state: State, plan: StepPlan, end: float) -> Context:
+        """The context of an increment."""
+
+    def equilibrium(self, c: Context) -> Equilibrium:
+        """The equations of an increment."""
+
+    def timer(self, section: str) -> Any:
+        """Context manager that counts the seconds of a section."""
+
+
+class AtRest:
+    """The assembly of a system whose metal answers elastically and whose contacts stick: in no time nothing flows or slides."""
+
+    def __init__(self, assembly: Assembly, system: System) -> None:
+        self.assembly = assembly
+        flows = tuple(np.zeros(b.volume.size, dtype=bool) if b.law.plastic else None for b in system.blocks)
+        self.like, self.stick = Branches((), flows), np.ones(sum(len(s.points) for s in system.surfaces), dtype=bool)
+
+    def evaluate(
+        self, c: Context, u: Array, lam: Array, stiffness: bool = True, **overrides: Unpack[Overrides]
+    ) -> Evaluation:  # fmt: skip
+        """See `Assembly`."""
+        overrides |= {"like": self.like, "stick": self.stick}
+        return self.assembly.evaluate(c, u, lam, stiffness, **overrides)
+
+    def apply(self, data: Array, delta: Array) -> Array:
+        """See `Assembly`."""
+        return self.assembly.apply(data, delta)
+
+
+@dataclass(frozen=True)
+class Remainder:
+    """A share of the forces (ndof,) that a state on a new mesh is out of balance by."""
+
+    forces: Array
+    share: float
+
+    def couplings(self) -> list[Index]:
+        """None: it has no stiffness."""
+        return []
+
+    def respond(self, c: Context, ask: Request) -> Response:
+        """See `Interaction`."""
+        dofs = np.flatnonzero(self.forces)
+        return Response([Part("remainder", dofs[:, None], self.share * self.forces[dofs, None])], external=True)
+
+
+class Remeshing:
+    """A run of a problem whose bodies are remeshed; ``base``: its system on the meshes of the description."""
+
+    def __init__(self, base: System, make: Callable[[System], Stepping], policy: Policy) -> None:
+        asked = remeshing_of(base.problem)
+        assert asked is not None
+        check_mesher()  # before anything is solved
+        self.base, self.make, self.asked, self.policy = base, make, asked, policy
+        self.bodies = [b.body for b in base.blocks if b.law.plastic]
+        self.area = {body: section_area(base, body) for body in self.bodies}
+        self.told_full = False
+        self.guard = guard_of(base)  # until planes stand at its lines
+
+    def run(self, state: State) -> Iterator[Increment]:
+        """Increments from a committed state to the end of the last step."""
+        stepping = self._stepping(self.base if state.remeshed is None else on_meshes(self.base, state.remeshed))
+        failures = 0
+        self._watch(stepping, state)
+        while True:
+            if failures or (why := self.due(stepping.system, state)):
+                why = "an increment failed" if failures else why
+                stepping, state = self._on_new_meshes(stepping, state, why, failures)
+            try:
+                for increment in stepping.run(state):
+                    state, failures = increment.state, 0
+                    yield increment
+                    if self.due(stepping.system, state):
+                        break
+                else:
+                    return
+            except Nearing as nearing:
+                stepping.messages.note(state, present_plan(stepping.system, state), str(nearing))
+                stepping, state = self._with_planes(stepping, state)
+            except SolveError as error:
+                failures += 1
+                self._refuse_hopeless(state, error, failures)
+
+    def _stepping(self, system: System) -> Stepping:
+        """Time stepping on the meshes of a system, whose increments end where a tool has gone the way that is asked for."""
+        stepping = self.make(system)
+        if self.asked.when.travel != "auto":
+            stepping.due = partial(self.due_at, system)
+        return stepping
+
+    # ------------------------------------------------------------------------------------------------------------ when
+    def due_at(self, system: System, state: State, plan: StepPlan, until: float, reached: Array | None = None) -> float:
+        """See `Due`."""
+        now, tools, limit = state.clock.time, system.dofs.tool.slice, self._travel_limit(state)
+        over = 1.0 + self.policy.nearly_due
+        if self._count(state) >= self.asked.at_most:
+            return np.inf
+        if reached is not None and self._travel(system, state, reached) <= over * limit:
+            return np.inf
+
+        def short(t: float) -> bool:
+            u = state.u.copy()
+            if reached is not None:
+                u[tools] += (t - now) / (until - now) * (reached - u)[tools]
+            elif state.dt_last > 0.0:
+                u[tools] += state.extrapolated(t - now)[tools]
+            u[plan.fixed] = plan.values(t)
+            return self._travel(system, state, u) < limit
+
+        times = np.linspace(now, until, self.policy.due_looks + 1)
+        if not short(now) or (gone := next((k for k, t in enumerate(times[1:]) if not short(t)), None)) is None:
+            return np.inf
+        return bisected(short, float(times[gone]), float(times[gone + 1]))[1]
+
+    def due(self, system: System, state: State) -> str:
+        """Why a new mesh is due in a state, in words; '' if none is."""
+        problem, step = system.problem, state.clock.step
+        if step == len(problem.steps) or tools_removed(problem, step) or fresh_mesh(state):
+            return ""  # the last shape needs no mesh, and nothing wears it out when the tools are gone
+        why = self._why(system, state)
+        if why and self._count(state) >= self.asked.at_most:
+            if not self.told_full:
+                self.told_full = True
+                log.warning(
+                    "the bodies have been remeshed %d times, no more are allowed ('at_most')", self._count(state)
+                )
+            return ""
+        return why
+
+    def _why(self, system: System, state: State) -> str:
+        if state.clock.number == 0:
+            return "the first mesh is too coarse" if self._too_coarse(system, state) else ""
+        when, began = self.asked.when, 1.0 if state.remeshed is None else state.remeshed.shape
+        least = min(when.quality, self.policy.worn_share * began)
+        shape = least_shape(system, state.u, self.bodies)
+        if shape < least:
+            return f"shape measure {shape:.2f}"
+        way, limit = self._travel(system, state, state.u), self._travel_limit(state)
+        if when.travel == "auto":
+            before = self._travel(system, state, state.u - state.du)
+            if way // limit == before // limit or not (reason := self._could_be_better(system, state, shape)):
+                return ""
+            return f"travel {way:.3g}, {reason}"
+        return f"travel {way:.3g}" if way > (1.0 - self.policy.nearly_due) * limit else ""
+
+    def _could_be_better(self, system: System, state: State, shape: float) -> str:
+        """What a new mesh would do better than one of a least ``shape``, in words; '' if it would be much like this one."""
+        if shape < self.policy.good_shape:
+            return f"shape measure {shape:.2f}"
+        for missing, ratio in (mismatch(self._sizes(system, state, body)) for body in self.bodies):
+            if missing > self.policy.ill_sized:
+                return f"{missing:.0%} of the elements are missing"
+            if ratio > self.policy.too_many:
+                return f"{ratio:.1f} times the elements that are needed"
+        return ""
+
+    @staticmethod
+    def _count(state: State) -> int:
+        return 0 if state.remeshed is None else state.remeshed.count
+
+    def _too_coarse(self, system: System, state: State) -> bool:
+        """Whether an element is much larger than what is asked for there."""
+        return any(coarseness(self._sizes(system, state, b)).max() > self.policy.too_coarse for b in self.bodies)
+
+    def _travel(self, system: System, state: State, u: Array) -> float:
+        """Largest way of a tool from the last mesh to u (ndof,), of its reference point or by its turn at the farthest point."""
+        then = 0.0 if state.remeshed is None else state.remeshed.tools
+        way = np.abs(system.dofs.tool.of(u) - then)
+        most = 0.0
+        for s in system.surfaces:
+            if s.body in self.bodies:
+                master = system.master(s)
+                reach = float(np.hypot(*(system.positions(u)[s.points.nodes] - master.at).T).max())
+                x, y, turn = way[master.number]
+                most = max(most, float(np.hypot(x, y) + reach * turn))
+        return most
+
+    def _travel_limit(self, state: State) -> float:
+        """Way of a tool after which a mesh is due, or looked at."""
+        travel = self.asked.when.travel
+        if travel != "auto":
+            return travel
+        if state.remeshed is not None:
+            return self.policy.remesh_travel * state.remeshed.least
+        return self.policy.remesh_travel * self._least(self.base, self.base.initial())
+
+    def _least(self, system: System, state: State) -> float:
+        """Smallest size on the outlines that tools ask for."""
+        return min(least_at_tools(self._sizes(system, state, body)) for body in self.bodies)
+
+    def _refuse_hopeless(self, state: State, error: SolveError, failures: int) -> None:
+        """Raise what ended a run if a new mesh does not help, or has not helped twice at the same place."""
+        hopeless = isinstance(error.reason, MetalInside | BeyondSmall | FreeToMove)
+        hopeless = hopeless or tools_removed(self.base.problem, state.clock.step)
+        if hopeless or not self.asked.when.failure or self._count(state) >= self.asked.at_most:
+            raise error
+        if failures > len(self.policy.finer):
+            raise SolveError(f"{error} New meshes have not helped here.", error.last, error.reason) from error
+
+    # ------------------------------------------------------------------------------------------------ lines of symmetry
+    def _watch(self, stepping: Stepping, state: State) -> None:
+        """Let a time stepping look for free sides that come to a line of symmetry from a state on."""
+        stepping.guard = None if self.guard is None else self.guard.on(stepping.system, state.u)
+
+    def _with_planes(self, stepping: Stepping, state: State) -> tuple[Stepping, State]:
+        """Time stepping and state with planes at the lines of symmetry, on this mesh and on those that follow."""
+        assert self.guard is not None
+        self.base, self.guard = with_planes(self.guard), None
+        following = self._stepping(on_mesh_of(self.base, state))
+        following.last = stepping.last
+        return following, extended(state, stepping.system, following.system)
+
+    # ------------------------------------------------------------------------------------------------------------- how
+    def _sizes(self, system: System, state: State, body: str, share: float = 1.0) -> SizeField:
+        return size_field(system, state, body, self.asked.size, self.area[body], share)
+
+    def _on_new_meshes(self, stepping: Stepping, state: State, why: str, failures: int) -> tuple[Stepping, State]:
+        """Time stepping and state on new meshes; what they were where no new mesh bears the state."""
+        problem = ""
+        for share in self.policy.finer[max(failures - 1, 0) :]:
+            try:
+                with stepping.timer("remeshing"):
+                    following, there, told = self._tried(stepping, state, share)
+            except PrensaError as error:
+                problem = str(error)
+                log.info("no new mesh at time %.6g: %s", state.clock.time, problem)
+                continue
+            assert there.remeshed is not None
+            self._watch(following, there)
+            elements = sum(len(m.cells) for m in there.remeshed.meshes.values())
+            following.messages.note(
+                there, present_plan(following.system, there), f"remeshing {there.remeshed.count} ({why}): {elements} elements, "
+                f"shape measure {there.remeshed.shape:.2f}; {told}",
+            )  # fmt: skip
+            return following, there
+        log.warning("time %.6g: a new mesh was due (%s) and none could be had: %s", state.clock.time, why, problem)
+        return stepping, state
+
+    def _tried(self, stepping: Stepping, state: State, share: float) -> tuple[Stepping, State, str]:
+        """Time stepping and state on meshes of ``share`` of the sizes asked for, and what there is to say of it."""
+        system = stepping.system
+        new, there = renewed(system, state, self.bodies, lambda body: self._sizes(system, state, body, share))
+        assert there.remeshed is not None
+        remeshed = replace(there.remeshed, least=self._least(new, there))
+        following = self._stepping(new)
+        following.last = stepping.last
+        if state.clock.number == 0 and self.base.beginning is None:
+            return following, replace(new.undeformed(), remeshed=remeshed), "undeformed"
+        return following, *balanced(following, replace(there, remeshed=remeshed))
+
+
+def balanced(stepping: Stepping, state: State) -> tuple[State, str]:
+    """The state in equilibrium on its new mesh, by an increment of no duration, and what there is to say of it.
+
+    Nothing prescribed moves, nothing flows or slides. Where no such equilibrium is found, metal flows on the way to it; where
+    Newton's iterations stagnate, what is out of balance is let go in parts.
+
+    Raises
+    ------
+    RemeshingError
+        If there is no equilibrium nearby.
+
+    """
+    system, plan = stepping.system, present_plan(stepping.system, state)
+    stepping.prepare(plan)
+    now = state.clock.time
+    dt = state.dt_last if state.dt_last > 0 else stepping.policy.first * (plan.t1 - plan.t0)
+    at_rest = replace(state, clock=state.clock._replace(time=now - dt), du=0.0 * state.du, dt_last=0.0)
+    eq = stepping.equilibrium(stepping.context(at_rest, plan, now))
+    in_no_time = replace(eq, reduced=replace(eq.reduced, assembly=AtRest(eq.reduced.assembly, system)))
+    first = attempt_from(in_no_time, state.u)
+    if not first.residuals:  # it could not be evaluated
+        assert first.reason is not None
+        raise RemeshingError(sentence(first.reason))
+    result, how = first, ""
+    if not result.converged:
+        result, how = attempt_from(eq, state.u), ", with flow"
+    if not result.converged:
+        result, how = _let_go(eq, state), ", let go in parts"
+    if not result.converged:
+        result, how = attempt(eq, state.u, True), ", with contacts that stiffen"
+    if not result.converged:
+        assert result.reason is not None
+        raise RemeshingError(f"the state finds no equilibrium on its new mesh: {sentence(result.reason)}")
+    told = f"out of balance by {first.residuals[0]:.1g}, {result.iterations} iterations{how}"
+    return _committed(system, state, eq.context, result), told
+
+
+def _let_go(eq: Equilibrium, state: State) -> NewtonResult:
+    """Equilibrium from that with the forces added that are missing at first, which go in parts."""
+    forces = eq.evaluate(state.u, eq.system.initial_multipliers(state), stiffness=False).r
+    forces[eq.reduced.fixed] = 0.0
+    for s in eq.system.surfaces:
+        if s.multipliers is not None:  # equations of multipliers are no forces
+            forces[s.unknowns] = 0.0
+    u, result = state.u, None
+    for share in eq.policy.let_go:
+        c = replace(eq.context, interactions=[*eq.context.interactions, Remainder(forces, share)])
+        result = attempt_from(replace(eq, context=c), u)
+        if not result.converged:
+            return result
+        u = result.u
+    assert result is not None
+    return result
+
+
+def _committed(system: System, state: State, c: Context, result: NewtonResult) -> State:
+    """The state in equilibrium: its clock, its last motion and flow, and what the loads have done are those before."""
+    assert result.evaluation is not None
+    e, contact, lam = result.evaluation, state.contact, result.lam.copy()
+    for s, f in zip(system.surfaces, e.contacts):
+        contact = contact.replaced(s.rows, replace(f.record, speed=state.contact.speed[s.rows]))
+        lam[s.rows, 0], lam[s.rows, 1:] = f.p, f.t
+    work, old = nodal_work(system, c, e), state.energy
+    elastic, plastic = system.elastic_energy(e.history), system.plastic_work(e.history)
+    elastic += sum(0.5 * float(work[dof]) ** 2 / stiffness for dof, (stiffness, _) in c.plan.springs.items())
+    contacts = system.contact_energy(e.contacts, c.scales)
+    spent = elastic + plastic + old.friction + contacts + old.viscous
+    energy = old._replace(elastic=elastic, plastic=plastic, contact=contacts, imbalance=old.external - spent)
+    ended = state.clock.step > 0 and state.clock.time <= state.clock.step
+    # what flows on the way to equilibrium says nothing of the rate at which the metal flows
+    history = tuple(with_flow(b, new, old) for b, new, old in zip(system.blocks, e.history, state.history))
+    return replace(
+        state, u=result.u, history=history, contact=contact, lam=lam, energy=energy, work=work,
+        step_start=result.u if ended else state.step_start,
+    )  # fmt: skip

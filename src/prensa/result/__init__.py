@@ -1,0 +1,1 @@
+"""What a run yields: increments, forces, the energy balance."""

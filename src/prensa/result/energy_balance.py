@@ -1,0 +1,41 @@
+"""The ledger of energies: what the loads put in, what is stored, what is dissipated, and what does not add up."""
+
+from __future__ import annotations
+
+from prensa.contact.record import magnitude
+from prensa.system.interaction import Context
+from prensa.system.state import Energy
+from prensa.system.system import Evaluation, System
+from prensa.types import Array
+
+
+def nodal_work(system: System, c: Context, e: Evaluation) -> Array:
+    """Forces (ndof,) that do external work: loads, and reactions where dofs are prescribed."""
+    work = e.f_ext.copy()
+    work[c.plan.fixed] += system.to_masters(e.r)[c.plan.fixed]
+    return work
+
+
+def ledger(system: System, c: Context, u: Array, e: Evaluation, work: Array, dissipated: float) -> Energy:
+    """Energies after an increment that ends at dofs u (ndof,) with forces ``work`` (ndof,); ``dissipated`` by viscous forces.
+
+    What forces bring through air into contact has nothing against it until it touches: their work counts from there on.
+    """
+    old = c.state
+    way = u - old.u if c.through_air is None else u - old.u - c.through_air
+    external = old.energy.external + 0.5 * float((old.work + work) @ way)
+    elastic, plastic, friction = system.elastic_energy(e.history), system.plastic_work(e.history), old.energy.friction
+    for s, f in zip(system.surfaces, e.contacts):
+        was = old.contact.of(s.rows)
+        # the area of a point is another one than before: the work of the loads was done against the forces of both
+        force = was.area * magnitude(was.traction) + f.area * magnitude(f.t)
+        friction += float((0.5 * force * (f.kappa - was.slip)).sum())
+    contact = system.contact_energy(e.contacts, c.scales)
+    for dof, (stiffness, _) in c.plan.springs.items():
+        # work[dof] is the force of a spring: what it stores, and with that the work done at its mount
+        before, now = 0.5 * old.work[dof] ** 2 / stiffness, 0.5 * work[dof] ** 2 / stiffness
+        external += float(now - before)
+        elastic += float(now)
+    viscous = old.energy.viscous + dissipated
+    imbalance = external - (elastic + plastic + friction + contact + viscous)
+    return Energy(external, elastic, plastic, friction, contact, imbalance, viscous)

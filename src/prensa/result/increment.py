@@ -1,0 +1,439 @@
+"""What a converged increment is to the rest of the world: plain frozen arrays. Output, reports and users read only this."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+
+from prensa.errors import PrensaError, take
+from prensa.model.names import suggest
+from prensa.result.views import Drawn, Shown, Tabular
+from prensa.types import Array, Bytes, Index
+
+if TYPE_CHECKING:
+    from prensa.contact.passage import Passing
+    from prensa.model.problem import Problem
+    from prensa.result.assembled import Assembled
+    from prensa.system.state import State
+
+STATUS = ("open", "stick", "slip")
+
+
+class Force(NamedTuple):
+    """Force (x, y) and moment m about the tool's reference point: of the thickness (plane) or whole 2π (axisymmetric)."""
+
+    x: float
+    y: float
+    m: float
+
+
+class Place(NamedTuple):
+    """Displacement (x, y) of a tool's reference point from its initial position and rotation rz (rad)."""
+
+    x: float
+    y: float
+    rz: float
+
+
+class SpatialForce(NamedTuple):
+    """Force and moment about a tool's reference point in three dimensions."""
+
+    x: float
+    y: float
+    z: float
+    mx: float
+    my: float
+    mz: float
+
+
+class SpatialPlace(NamedTuple):
+    """Displacement of a tool's reference point and rotations in three dimensions."""
+
+    x: float
+    y: float
+    z: float
+    rx: float
+    ry: float
+    rz: float
+
+
+@dataclass(frozen=True)
+class ToolState:
+    """A tool: ``at`` (2,) initial reference point, ``place`` displacement, ``force`` of the bodies on it.
+
+    ``spring``: force of the springs that it is mounted on, on the tool (None: on none).
+
+    ``direction`` (d,) outward normal of the face of a plane, stamp or ring before any rotation (``place.rz`` turns it).
+    """
+
+    at: Array
+    place: Place
+    force: Force
+    direction: tuple[float, ...] = (0.0, -1.0)
+    spring: Force | None = None
+
+
+@dataclass(frozen=True, repr=False)
+class PointValues(Shown):
+    """What the contact law holds at the k integration points of a contact, in order along the surface.
+
+    ``X``/``x`` (k, 2) initial and current positions, ``gap``, ``pressure``, ``shear``, ``slip``, ``status`` (k,) as in
+    `ContactState`, ``weight`` (k,) area of the point (2πr inside in axisymmetry). With ``integration: kikuchi`` pressure
+    and shear are the projected ones, Σ N_A λ_A at the point. ``speed`` (k,) of slip in the increment (None: not known).
+    """
+
+    X: Array
+    x: Array
+    gap: Array
+    pressure: Array
+    shear: Array
+    slip: Array
+    status: Bytes
+    weight: Array
+    speed: Array | None = None
+
+
+@dataclass(frozen=True, repr=False)
+class ContactState(Tabular):
+    """One contact along its surface; k nodes ordered along the surface (all are candidates, open ones included).
+
+    ``node`` (k,) node numbers of the body, ``X``/``x`` (k, 2) initial and current positions, ``gap``, ``pressure`` ≥ 0
+    and ``shear`` (traction along the tool's tangent): nodal force over tributary area, λ_A = Σ_q w_q N_A p_q / ∫N_A dΓ
+    for every integration rule, but that the corner of a quadratic edge on the axis of revolution and the middle next to it are
+    told the mean of their points; ``slip`` (accumulated path length), ``status`` (k,) index into `STATUS`,
+    ``weight`` (k,) tributary area (2πr inside in axisymmetry), ``force`` (k, 2) nodal contact force on the body.
+    From the stresses in the body: ``pressure_from_stress`` (k,) −n·σ*n with σ* by superconvergent patches,
+    ``pressure_smoothed`` with the integration points extrapolated to the nodes and averaged there (the paper's route),
+    ``error`` = |pressure − pressure_from_stress| where closed, an error bar. ``area``: area of the closed points.
+    ``points``: the same at the integration points. Pressures are per current area.
+
+    In space positions and forces have three components, ``shear`` (k, 2) is along the tool's two tangents, and nothing is
+    recovered from the stresses yet (not a number).
+    """
+
+    surface: str
+    tool: str
+    body: str
+    node: Index
+    X: Array
+    x: Array
+    gap: Array
+    pressure: Array
+    shear: Array
+    slip: Array
+    status: Bytes
+    weight: Array
+    force: Array
+    pressure_from_stress: Array
+    pressure_smoothed: Array
+    error: Array
+    area: float
+    points: PointValues
+
+    def _line(self) -> str:
+        largest = f"largest pressure {self.pressure.max(initial=0):.4g}"
+        return f"{self.surface} on {self.tool}: {len(self.node)} nodes ({self._counts()}), {largest}"
+
+    def _counts(self) -> str:
+        return ", ".join(f"{np.count_nonzero(self.status == k)} {word}" for k, word in enumerate(STATUS))
+
+    def _card(self) -> list[tuple[str, str]]:
+        rows = [("contact", f"{self.surface} on {self.tool}"), ("nodes", f"{len(self.node)}: {self._counts()}")]
+        rows.append(("area", f"{self.area:.5g}"))
+        largest = {"pressure": self.pressure, "|shear|": np.abs(self.shear), "slip": self.slip, "error": self.error}
+        return rows + [(f"largest {name}", f"{v.max(initial=0):.5g}") for name, v in largest.items()]
+
+
+@dataclass(frozen=True, repr=False)
+class BodyState(Tabular):
+    """One body: n nodes, m cells of 3, 4, 6 or 8 nodes (corners counter-clockwise, then mid-side nodes).
+
+    ``X``, ``x`` (n, 2); ``cells`` (m, a); ``reaction`` (n, 2) force of the supports on the node (0 where free);
+    ``stress`` (n, 4) recovered Cauchy stress xx, yy, zz, xy; ``mises`` (n,); ``plastic_strain`` (n,) equivalent;
+    ``thickness`` (n,) current, in plane stress (None elsewhere).
+    """
+
+    X: Array
+    x: Array
+    cells: Index
+    reaction: Array
+    stress: Array
+    mises: Array
+    plastic_strain: Array
+    thickness: Array | None = None
+
+    @property
+    def displacement(self) -> Array:
+        """(n, 2) displacement from the initial position."""
+        return self.x - self.X
+
+    def _line(self) -> str:
+        largest = f"mises ≤ {self.mises.max(initial=0):.4g}, plastic strain ≤ {self.plastic_strain.max(initial=0):.4g}"
+        return f"{len(self.x)} nodes, {len(self.cells)} elements, {largest}"
+
+    def _card(self) -> list[tuple[str, str]]:
+        moved = np.sqrt((self.displacement**2).sum(axis=1)).max(initial=0)
+        rows = [("nodes, elements", f"{len(self.x)}, {len(self.cells)}"), ("largest displacement", f"{moved:.5g}")]
+        largest = {"von Mises stress": self.mises, "plastic strain": self.plastic_strain}
+        return rows + [(f"largest {name}", f"{v.max(initial=0):.5g}") for name, v in largest.items()]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Where a body is, without its stresses: n nodes, m cells as in `BodyState`.
+
+    ``X``, ``x``, ``start`` (n, 2): positions at first, now, and at the start of the step; ``edges`` of its boundaries by
+    name, each (k, 2|3), body on the left; ``corners``: named points.
+    """
+
+    X: Array
+    x: Array
+    start: Array
+    cells: Index
+    edges: Mapping[str, Index]
+    corners: Mapping[str, int]
+
+
+class PlasticPower(NamedTuple):
+    """Plastic power per initial volume at the integration points of a body, and their initial volumes, both (m, q)."""
+
+    density: Array
+    volume: Array
+
+
+class Reaction(NamedTuple):
+    """Force of a support on the body."""
+
+    x: float
+    y: float
+
+
+class SpatialReaction(NamedTuple):
+    """Force of a support on the body in three dimensions."""
+
+    x: float
+    y: float
+    z: float
+
+
+FORCE_IN: Mapping[int, Any] = {2: Force, 3: SpatialForce}
+PLACE: Mapping[int, Any] = {2: Place, 3: SpatialPlace}
+REACTION: Mapping[int, Any] = {2: Reaction, 3: SpatialReaction}
+"""By the dimension of space."""
+
+
+class Mean(NamedTuple):
+    """Mean of a quantity over the last element that passed through a contact, and half of what it rose and fell meanwhile."""
+
+    mean: float
+    ripple: float
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """Cost of an increment: Newton iterations (rejected attempts included), cut-backs, final relative residual."""
+
+    iterations: int
+    cutbacks: int
+    residual: float
+    augmentations: int = 0
+    residuals: tuple[float, ...] = ()
+    """Relative residual at each iteration of the accepted attempt."""
+    changes: tuple[int, ...] = ()
+    """Contact points whose status changed, at each of those iterations."""
+
+
+@runtime_checkable
+class Observable(Protocol):
+    """A number of an increment; `prensa.measures.Measure` is one."""
+
+    def value(self, increment: Increment) -> float:
+        """The number."""
+
+
+Parse = Callable[[str, "Problem"], Observable]
+"""Makes the observable of a text in a problem: `prensa.measures.parse`, which reads increments and stands above them."""
+
+
+class More(NamedTuple):
+    """What an increment computes when it is asked for, beside its state: see `Increment.shapes` and `Increment.plastic_power`."""
+
+    problem: Problem
+    parse: Parse
+    shapes: Callable[[], Mapping[str, Shape]]
+    plastic_power: Callable[[], Mapping[str, PlasticPower]]
+    assembled: Callable[[], Assembled] | None = None
+
+
+@dataclass(frozen=True)
+class Derivatives:
+    """Derivatives of an increment by parameters.
+
+    ``flat`` by path: what is left of the residual along the derivative, over the forces, for a change of the parameter by its
+    own size; round-off where the derivative is exact. ``switched`` by contact: points that have closed or opened in the
+    increment, where forces over a parameter have kinks. ``at_kinks`` by contact: points that are at a kink themselves, since they
+    just touch, or stick with all that friction bears: the derivative is that of the one side, at such times and from there on.
+    """
+
+    flat: Mapping[str, float]
+    switched: Mapping[str, int]
+    at_kinks: Mapping[str, int]
+
+    def of(self, observable: Observable | Callable[[Increment], float], increment: Increment) -> dict[str, float]:
+        """Derivatives of a number that is read off the increment that they belong to, by the path of the parameter."""
+        raise NotImplementedError
+
+    def measure(self, name: str, problem: Problem) -> Observable:
+        """The measure of a text in a problem, that of all increments of the run."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True, repr=False)
+class Increment(Drawn):
+    """A converged, committed increment. ``number`` counts from 1 over the whole run (0 is the initial state)."""
+
+    step: str
+    step_number: int
+    number: int
+    time: float
+    tools: Mapping[str, ToolState]
+    energy: Mapping[str, float]
+    """external, elastic, plastic, friction, contact, imbalance."""
+    supports: Mapping[str, Reaction]
+    """By boundary: what it holds; a node of two boundaries counts for the first that holds it in that direction."""
+    statistics: Statistics
+    end_of_step: bool
+    _state: Callable[[], State] = field(repr=False, compare=False)
+    _contacts: Callable[[], Mapping[str, ContactState]] = field(repr=False, compare=False)
+    _bodies: Callable[[], Mapping[str, BodyState]] = field(repr=False, compare=False)
+    remeshings: int = 0
+    """Meshes that have been made in the run so far."""
+    stopped: str = ""
+    """What ended the step here before its time, in words; '' if nothing did."""
+    passing: Mapping[str, Passing] = field(default_factory=dict)
+    """By contact, of those whose tool has an end: elements that passed in this increment and that lie in it, mean pressure."""
+    passages: Mapping[str, float] = field(default_factory=dict)
+    """The same contacts: elements that have passed in the whole run."""
+    means: Mapping[str, Mean] = field(default_factory=dict)
+    """By column of ``history.csv`` and ``<contact>.pressure``: over the last element that passed in this step, where one has."""
+    jump: float = float("nan")
+    """Share of the increment after which forces that drive the run jumped in it, as its work says; nan where they did not."""
+    seconds: float = 0.0
+    """Since the beginning, by the durations of the steps."""
+    derivatives: Derivatives | None = field(default=None, repr=False, compare=False)
+    """By the parameters that `solve` was asked for; None without."""
+    _more: More | None = field(default=None, repr=False, compare=False)
+
+    def _line(self) -> str:
+        forces = "; ".join(f"{name} " + ", ".join(f"{v:.4g}" for v in t.force[:-1]) for name, t in self.tools.items())
+        return f"{self.number}: step {self.step}, time {self.time:.6g}" + (f", forces {forces}" if forces else "")
+
+    def _card(self) -> list[tuple[str, str]]:
+        rows = [("increment", f"{self.number}, step {self.step}, time {self.time:.6g}")]
+        for name, t in self.tools.items():
+            pairs = [f"{c} {v:.5g}" for kind in (t.place, t.force) for c, v in zip(kind._fields, kind)]
+            half = len(t.place)
+            rows.append((name, f"displacement {', '.join(pairs[:half])}; force {', '.join(pairs[half:])}"))
+        rows.append(("energy", ", ".join(f"{k} {v:.4g}" for k, v in self.energy.items())))
+        cost = self.statistics
+        rows.append(("cost", f"{cost.iterations} iterations, {cost.cutbacks} cut-backs, residual {cost.residual:.1e}"))
+        return rows
+
+    def force(self, tool: str) -> Force:
+        """Force of the bodies on *tool*, positive along +axis (a punch pressing down feels a positive y)."""
+        take("force", "tool", tool, str, "give the name of a tool")
+        if tool not in self.tools:
+            raise PrensaError(f"unknown tool {tool!r}{suggest(str(tool), self.tools)}")
+        return self.tools[tool].force
+
+    def derivative(self, observable: str | Observable | Callable[[Increment], float]) -> dict[str, float]:
+        """Derivatives of a measure, or of a function of an increment, by the parameters that `solve` was asked for, by path.
+
+        ``increment.derivative("die.force.y")["friction.mu"]``: per unit of the parameter, in the units of the case, at the
+        same time.
+
+        Raises
+        ------
+        PrensaError
+            If the run has no derivatives, or there is no such measure.
+
+        """
+        if self.derivatives is None:
+            raise PrensaError("this run has no derivatives; ask for them: solve(problem, derivatives=['friction.mu'])")
+        if not callable(observable) and not isinstance(observable, Observable):
+            take("derivative", "observable", observable, str, "give the name of a measure, such as 'punch.force.y'")
+            observable = self.derivatives.measure(observable, self._known.problem)
+        return self.derivatives.of(observable, self)
+
+    @cached_property
+    def state(self) -> State:
+        """The committed state, from which the run can be continued; of condensed bodies recovered when first asked for."""
+        return self._state()
+
+    @property
+    def _known(self) -> More:
+        if self._more is None:
+            raise PrensaError("this increment was made by hand: it knows no shapes and no problem; solve the case")
+        return self._more
+
+    @property
+    def problem(self) -> Problem:
+        """The description that it belongs to."""
+        return self._known.problem
+
+    @cached_property
+    def shapes(self) -> Mapping[str, Shape]:
+        """Shapes of the bodies by name; no stress is recovered for them."""
+        return self._known.shapes()
+
+    @cached_property
+    def plastic_power(self) -> Mapping[str, PlasticPower]:
+        """Plastic power by body, in this increment."""
+        return self._known.plastic_power()
+
+    def measure(self, text: str) -> float:
+        """The number that *text* names, as in ``increment.measure("punch.force.y")`` (docs/guide/measures.md).
+
+        Raises
+        ------
+        MeasureError
+            If there is no such measure, or it has no value in this increment.
+
+        """
+        take("measure", "text", text, str, "give the name of a measure, such as 'punch.force.y'")
+        return self._known.parse(text, self._known.problem).value(self)
+
+    @cached_property
+    def contacts(self) -> Mapping[str, ContactState]:
+        """Contact states by name ``<surface>-<tool>``, computed when first asked for."""
+        return self._contacts()
+
+    @cached_property
+    def bodies(self) -> Mapping[str, BodyState]:
+        """Body states by name, stresses recovered when first asked for."""
+        return self._bodies()
+
+
+@dataclass(frozen=True)
+class Progress:
+    """A sign of life, sent to the monitor at every Newton iteration and every accepted or rejected increment."""
+
+    step: str
+    step_number: int
+    number: int
+    time: float
+    end: float
+    """Time at the end of the last step."""
+    iteration: int
+    residual: float
+    forces: Mapping[str, Force]
+    event: str = "iteration"
+    """'iteration', 'accepted', 'rejected' or 'note' (first touch, approach of a force-driven tool …)."""
+    message: str = ""
+
+
+Monitor = Callable[[Progress], None]

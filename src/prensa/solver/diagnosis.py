@@ -1,0 +1,192 @@
+"""What is said of an increment that failed for good: what, where, why, and what to try."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from prensa.linear.rigid_modes import CLOSED, free_to_move
+from prensa.solver.equilibrium import Equilibrium
+from prensa.solver.limits import friction_limits, limits, mostly_sheared
+from prensa.system.failure import (
+    BeyondSmall,
+    Collapsed,
+    CornerInverted,
+    Distorted,
+    Diverged,
+    ElementFailed,
+    Failure,
+    Folded,
+    FreeToMove,
+    FrictionTooSoft,
+    Jumped,
+    LimitPoint,
+    MetalInside,
+    NotConverged,
+    Past,
+    PastSupport,
+    Stagnated,
+    StartsInside,
+    TipsOver,
+    ToolRunaway,
+    Tunnelled,
+    TurnedThrough,
+    Unevaluable,
+    Unsettled,
+    Unstable,
+    Why,
+)
+from prensa.system.outcome import NewtonResult
+from prensa.system.system import Evaluation, System
+
+
+def hint(failure: Failure) -> str:
+    """What to try against a failure."""
+    match failure:
+        case _ if isinstance(failure, FreeToMove):
+            return _what_holds(failure)
+        case Unevaluable(ElementFailed(why=Why.INVERTED)):
+            return (
+                "more 'increments', a mesh that is coarser or better shaped there, another 'element' (q4_fbar, q4, "
+                "q4_enhanced); if a free side slides past "
+                "the tool, make it part of the contact surface"
+            )
+        case Unevaluable(FrictionTooSoft()):
+            return "a smaller slope of mu, a larger 'beta_T', more 'increments'"
+        case CornerInverted():
+            return "smaller increments; make the free side part of the contact surface, or support it"
+        case Collapsed():
+            return "a hardening flow curve, a larger fillet of the tool, a finer mesh there, more 'increments'"
+        case Tunnelled():
+            return "more 'increments', or a shorter travel"
+        case BeyondSmall():
+            return "'kinematics: finite'; 'allow_large_strain: true' beside 'small' has the answer all the same"
+        case TurnedThrough():
+            return "more 'increments', or a smaller turn"
+        case MetalInside(node):
+            return node.remedy
+        case StartsInside():
+            return "place the tool where it touches ('touching') and move it in over the first step"
+        case Folded(hang=hang) if hang is not None:
+            return (
+                "'stabilise: auto' where the tool slides with friction: its corners hold such edges of four-noded elements then; "
+                "'element: t6' with edges that are short beside the tool, whose nodes go round its corner, and 'remesh: auto' "
+                "where metal flows round it; a 'fillet' of the tool as large as an edge there is long; less friction"
+            )
+        case Folded():
+            return "a tool between the two sides, or a step that ends before they meet: bodies have no contact with themselves"
+        case Distorted(past=Past(side, support)) | PastSupport(past=Past(side, support)):
+            return (
+                f"a tool (a plane, say, or a stamp where the support ends) in place of the support {support!r}, with {side!r} in "
+                "its contact too; a step that ends before"
+            )
+        case Distorted():
+            return (
+                "a mesh that is finer there, or shaped so that elements are good when they get there; a larger fillet of the "
+                "tool or less friction; 'remesh: auto', which makes the mesh of a body of 't6' anew where it wears out"
+            )
+        case LimitPoint() | Unstable() | Jumped():
+            return (
+                "'stabilise: auto', which lets the jump happen against small viscous forces; a tool that is moved "
+                "('move') instead of pushed or hung on a spring, or that leads its push ('control'); a step that ends before"
+            )
+        case Unsettled():
+            return "a larger 'beta', or 'penalty'"
+    return "more 'increments', a smaller motion per step, a larger fillet or a finer mesh where it happens, or less softening"
+
+
+def _what_holds(failure: FreeToMove) -> str:
+    match failure:
+        case TipsOver(tool=tool):
+            return (
+                f"the reference point of {tool!r} ('at') opposite what bears it, more of the contact surface under it, or no 'm' "
+                "in its 'push': without, it does not turn"
+            )
+        case ToolRunaway(axis="rz"):
+            return (
+                "its turn in 'move' ('rz'), or on a spring; of one that rolls along what it presses: shorter elements there, "
+                "some of whose points stick, or more friction"
+            )
+    return (
+        "support the body or the tool in that direction, or hold it until contact does; a body that its tools leave "
+        "springs back without supports in a step with 'remove_tools: true'"
+    )
+
+
+def remedy(eq: Equilibrium, failure: Failure) -> str:
+    """What to try against a failure, and against friction beyond what the metal bears where the skin flows in its stead."""
+    words, state = hint(failure), eq.context.state
+    without_way_on = LimitPoint | Unstable | Jumped | Stagnated | NotConverged | Diverged | Collapsed
+    if isinstance(failure, without_way_on) and mostly_sheared(eq.system, state, eq.policy):
+        return f"friction that the metal bears ('shear' with m below 1, or 'capped'), with which the skin slides; {words}"
+    return words
+
+
+def where(eq: Equilibrium, failure: Failure, result: NewtonResult) -> str:
+    """Where the last iterate of a failed attempt is worst: node, element, contact and tool, with coordinates; '' unknown."""
+    if isinstance(failure, FreeToMove):
+        e = eq.evaluate(result.u, result.lam, stiffness=False)
+        slides = [] if e.failed else friction_limits(eq.system, eq.context, e, eq.policy)
+        tools = [] if isinstance(failure, TipsOver | ToolRunaway) else _free_tools(eq)
+        return "; ".join(filter(None, [_free_bodies(eq), *tools, *slides]))
+    if not result.residuals or isinstance(failure, BeyondSmall | Distorted | StartsInside):
+        return ""
+    system, reduced = eq.system, eq.reduced
+    e = eq.evaluate(result.u, result.lam, stiffness=False)
+    if e.failed or not len(reduced.free):
+        return ""
+    limit = "".join(f"; {words}" for words in limits(system, eq.context, e, eq.policy))
+    dof = int(reduced.restriction.rows[np.argmax(np.abs(reduced.weight * reduced.restriction.part(e.r)))])
+    for s in system.surfaces:
+        if s.exact and dof in range(s.unknowns.start, s.unknowns.stop):
+            dof = int(s.dofs[(dof - s.unknowns.start) // 2, 0])
+    field = system.dofs.field_of(dof)
+    entity, component = (int(v) for v in field.split(np.array(dof)))
+    if field is system.dofs.tool:
+        name = system.tools[entity].name
+        return f"the largest residual is that of tool {name!r} along {field.components[component]}{limit}"
+    return f"the largest residual is at {_node(system, entity, result, e)}{limit}"
+
+
+def _free_bodies(eq: Equilibrium) -> str:
+    """The rigid motions that are left to bodies, or would be without their contacts, which open now."""
+    system, c = eq.system, eq.context
+    ways = [f"body {b!r} can {words}" for b in system.problem.bodies if (words := free_to_move(system, b, c))]
+    if not ways:
+        ways = [
+            f"without its contacts body {b!r} can {words}"
+            for b in system.problem.bodies
+            if (words := free_to_move(system, b, c, contacts=False))
+        ]
+    return "; ".join(ways)
+
+
+def _free_tools(eq: Equilibrium) -> Iterator[str]:
+    """Tools driven by force that nothing resists in the committed state."""
+    system, c = eq.system, eq.context
+    for t, tool in enumerate(system.tools):
+        dofs = zip(system.dofs.tool.components, system.dofs.tool.dofs(t).tolist())
+        pushed = [axis for axis, dof in dofs if dof in c.plan.push]
+        if not pushed or system.dofs.dimension != 2:
+            continue
+        own = system.against(tool.name)
+        if all(system.node_stencils(s, c.state.u).g.min() > CLOSED * s.points.depth.min() for s in own):
+            yield f"tool {tool.name!r} touches nothing and is driven by force along {' and '.join(pushed)}"
+        elif system.dofs.tool.dofs(t)[-1] in c.plan.push and np.isfinite(tool.shape.period):
+            yield f"tool {tool.name!r} is free to turn, and where it is round nothing but friction resists that"
+
+
+def _node(system: System, node: int, result: NewtonResult, e: Evaluation) -> str:
+    """A node with its body, place, an element, and what it does at its tools."""
+    body = next(b for b in reversed(list(system.offsets)) if system.offsets[b] <= node)
+    block = next(b for b in system.blocks if b.body == body)
+    x = system.positions(result.u)[node]
+    element = int(np.flatnonzero((block.cells == node).any(axis=1))[0])
+    text = f"node {node - system.offsets[body]} of {body!r} at ({x[0]:.4g}, {x[1]:.4g}), element {element}"
+    for s, f in zip(system.surfaces, e.contacts):
+        k = np.flatnonzero(((s.points.support == node) & (s.points.N > 0.0)).any(axis=1))
+        if len(k) and np.isfinite(f.g[k[0]]):
+            status = "open" if f.p[k[0]] <= 0 else "slipping" if f.slip[k[0]] else "sticking"
+            text += f", {status} at tool {s.against!r} (gap {f.g[k[0]]:.3g})"
+    return text

@@ -1,0 +1,270 @@
+"""The end of a step where a force, a travel or a contact is reached: which one, and exactly when."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from prensa.errors import SolveError
+from prensa.measures import Measure, parse, targets
+from prensa.model.units import powers
+from prensa.policy import Policy
+from prensa.result.increment import Increment
+from prensa.result.results import increment_of, tool_forces
+from prensa.system.failure import NotReached, sentence
+from prensa.system.interaction import Context
+from prensa.system.outcome import NewtonResult
+from prensa.system.schedule import StepPlan
+from prensa.system.state import State
+from prensa.system.system import Evaluation, System
+from prensa.types import Array
+
+Outcome = tuple[Context, NewtonResult]
+View = Callable[[Context, NewtonResult], Increment]
+
+
+class Look(NamedTuple):
+    """What a criterion looks at: degrees of freedom u (ndof,), their evaluation, and the increment when it is asked for."""
+
+    u: Array
+    e: Evaluation
+    increment: Callable[[], Increment]
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """A quantity and its target; ``size``: what its tolerance is a share of; ``words``: what is told when it is met.
+
+    A contact is the smallest gap of its points: it touches, and leaves, where that passes the tolerance.
+    """
+
+    path: str
+    words: str
+    value: Callable[[Look], float]
+    target: float
+    size: float
+    side: float = 0.0
+    """+1 or −1: met from below or from above alone; 0: from where it is when the step begins."""
+    fed: bool = False
+    """Whether it is the force at which what is fed is held back."""
+    rate: bool = False
+    """Whether it is a mean over the increment, as a power is: it says nothing in an instant."""
+
+    def at(self, value: float) -> str:
+        """A value in words."""
+        if self.fed:
+            return f"it was pushed with {-value:.6g}"
+        if self.side:
+            return "it touches" if value <= self.target else "nothing touches"
+        return f"{value:.6g} of {self.target:.6g}"
+
+
+class _Failed(Exception):
+    """An attempt in the search did not converge; ``outcome``: what came of it."""
+
+    def __init__(self, outcome: Outcome) -> None:
+        super().__init__()
+        self.outcome = outcome
+
+
+class Stopping:
+    """What may end a step before its time is over; ``view`` makes an increment of an outcome that is not committed."""
+
+    def __init__(self, system: System, plan: StepPlan, policy: Policy, view: View) -> None:
+        self.system, self.plan, self.policy, self.view = system, plan, policy, view
+        until = system.problem.steps[plan.number].until if plan.number < len(system.problem.steps) else None
+        self.required = until is not None and until.required
+        self.criteria = [] if until is None else list(_criteria(system, plan.number, policy))
+        self.criteria += _gripped(system, plan.number, policy)
+
+    def begin(self, state: State) -> State:
+        """The state in which the step begins, with what is watched.
+
+        Raises
+        ------
+        SolveError
+            If a criterion is met already.
+
+        """
+        if not self.criteria:
+            return replace(state, watched=np.zeros(0))
+        c = replace(self.system.context(state, self.plan, state.clock.time), dt=1.0)
+        e = self.system.evaluate(c, state.u, self.system.initial_multipliers(state), stiffness=False)
+        still = NewtonResult(True, None, state.u, e, state.lam, 0)
+        look = Look(state.u, e, cache(lambda: increment_of(self.system, state, self.plan, e, still, 0, 0, False, parse=parse)))
+        values = np.array([criterion.value(look) for criterion in self.criteria])
+        for criterion, value in zip(self.criteria, values.tolist()):
+            if self._beyond(criterion, value, value) >= -0.5 * self.policy.until:
+                failure = NotReached(f"{criterion.path} is met when the step begins ({criterion.at(value)})")
+                raise SolveError(
+                    f"step {self.plan.name!r}: {sentence(failure)}. What to try: leave the step out, or say what is to be "
+                    "reached in it.",
+                    None,
+                    failure,
+                )
+        return replace(state, watched=values)
+
+    def search(self, outcome: Outcome, solve: Callable[[float], Outcome]) -> Outcome:
+        """The outcome of an increment, or of an earlier end of it at which a criterion is met.
+
+        ``solve``: the outcome of the increment from the same committed state to another time. One that fails comes back as it
+        is.
+        """
+        stopped, least = None, -0.5 * self.policy.until
+        while self.criteria:
+            c, result = outcome
+            values, was = self._values(outcome), c.state.watched
+            met = [k for k, v in enumerate(values) if k != stopped and self._at(k, v, was) >= least]
+            if not met:
+                words = "" if stopped is None else self.criteria[stopped].words
+                return replace(c, watched=np.array(values), stopped=words), result
+            # of several the earliest counts: the others may be beyond their targets there
+            stopped, least = met[0], 0.5 * self.policy.until
+            try:
+                outcome = self._root(stopped, outcome, solve)
+            except _Failed as failed:
+                return failed.outcome
+        return outcome
+
+    def unmet(self, c: Context) -> Iterator[str]:
+        """What there is to say at the end of a step that nothing has ended."""
+        if self.criteria and not c.stopped:
+            each = [f"{k.path} ({k.at(v)})" for k, v in zip(self.criteria, c.watched.tolist())]
+            was = "was" if len(each) == 1 else "were"
+            unmet = f"{' and '.join(each)} {was} not met"
+            other = any(k.target * v < 0 and not k.side for k, v in zip(self.criteria, c.watched.tolist()))
+            remedy = "check the sign, which is that of history.csv" if other else "let it go further, or ask for less"
+            if all(k.side > 0.0 for k in self.criteria):
+                remedy = "let the tool go back further"
+            if all(k.fed for k in self.criteria):
+                remedy = "let it go further, or feed less than the tools take along"
+            yield f"step {self.plan.name!r} goes to its end: {unmet}; {remedy}"
+
+    def early(self, c: Context) -> Iterator[str]:
+        """What there is to say of an end that comes so soon that a number is likely of another unit."""
+        share = (c.time - self.plan.t0) / (self.plan.t1 - self.plan.t0)
+        if share < self.policy.early and any(k.words == c.stopped and not k.side for k in self.criteria):
+            yield (
+                f"step {self.plan.name!r} ends after {100 * share:.2g} % of its way: {c.stopped}; is that number in the units of "
+                "the case?"
+            )
+
+    def refuse(self, c: Context) -> None:
+        """Raise `SolveError` at the end of a step that nothing has ended, if that is required."""
+        if self.required and c.ends_step:
+            for words in self.unmet(c):
+                raise SolveError(words, None, NotReached(words))
+
+    # --------------------------------------------------------------------------------------------------------- details
+    def _values(self, outcome: Outcome) -> list[float]:
+        c, result = outcome
+        assert result.evaluation is not None
+        look = Look(result.u, result.evaluation, cache(lambda: self.view(c, result)))
+        return [criterion.value(look) for criterion in self.criteria]
+
+    def _at(self, k: int, value: float, was: Array) -> float:
+        return self._beyond(self.criteria[k], value, float(was[k]))
+
+    def _beyond(self, c: Criterion, value: float, was: float) -> float:
+        """By how much a value that *was* on this side of its target is beyond the aim, over its size.
+
+        The aim is half of the tolerance before the target: what falls to zero and stays there, as a force does, is met where
+        it gets there.
+        """
+        if not np.isfinite(value) or not np.isfinite(was):  # of an open contact, say
+            return -1e6
+        side = c.side or (1.0 if was < c.target else -1.0)
+        away = side * (value - c.target) / c.size
+        return float(np.clip(away, -1e6, 1e6)) + 0.5 * self.policy.until
+
+    def _root(self, k: int, end: Outcome, solve: Callable[[float], Outcome]) -> Outcome:
+        """The outcome in which criterion k is met, between a committed state and the outcome of an increment."""
+        from scipy.optimize import brentq  # a slow import that most runs do without
+
+        c = end[0]
+        was, least = c.state.watched, 0.5 * self.policy.until
+        tried: dict[float, tuple[float, Outcome]] = {c.time: (self._at(k, self._values(end)[k], was), end)}
+        now = c.state.clock.time
+
+        def beyond(time: float) -> float:
+            if time <= now:
+                return min(self._at(k, float(was[k]), was), -self.policy.until)
+            if time not in tried:
+                outcome = solve(time)
+                if not outcome[1].converged:
+                    raise _Failed(outcome)
+                tried[time] = self._at(k, self._values(outcome)[k], was), outcome
+            value = tried[time][0]
+            return 0.0 if abs(value) <= least else value
+
+        if beyond(c.time) != 0.0:
+            instant = self.policy.instant * (self.plan.t1 - self.plan.t0)
+            brentq(beyond, now, c.time, xtol=instant, maxiter=200, disp=False)
+        within = [t for t, (value, _) in tried.items() if abs(value) <= least]
+        if not within and self.criteria[k].rate:
+            return end
+        # what jumps over its target is met just behind the jump
+        return tried[min(within or (t for t, (value, _) in tried.items() if value > 0.0))][1]
+
+
+def _criteria(system: System, number: int, policy: Policy) -> Iterator[Criterion]:
+    """What the description of a step waits for."""
+    until = system.problem.steps[number].until
+    assert until is not None
+    for kind, name, key, target in until.criteria():
+        path = f"until.{kind}.{name}" + (f".{key}" if key else "")
+        if kind == "contact":
+            yield _contact(system, path, name, target, policy.until)
+            continue
+        t = list(system.problem.tools).index(name)
+        component = ("x", "y", "m" if kind == "force" else "rz").index(key)
+
+        def value(look: Look, kind: str = kind, t: int = t, component: int = component) -> float:
+            if kind == "travel":
+                return float(system.place_of(t, look.u)[component])
+            return float(tool_forces(system, look.e)[system.tools[t].name][component])
+
+        words = f"the {'force' if kind == 'force' else 'travel'} {key} of tool {name!r} has reached {target:.6g}"
+        # of nothing the tolerance is that of a small elastic strain, or of the size of the bodies
+        unit = {"travel": system.length, "force": policy.until_strain * system.stiffness}[kind]
+        unit = {"rz": 1.0, "m": unit * system.length}.get(key, unit)
+        yield Criterion(path, words, value, float(target), abs(float(target)) or unit)
+    for name, (measure, target) in targets(system.problem, number).items():
+
+        def measured(look: Look, measure: Measure = measure) -> float:
+            return measure.value_or_nan(look.increment())
+
+        force, length = powers(measure.unit)
+        unit = (policy.until_strain * system.stiffness) ** force * system.length**length
+        words = f"measure {name!r} has reached {target:.6g}"
+        yield Criterion(f"until.measure.{name}", words, measured, target, abs(target) or unit, rate=measure.unit.endswith("/s"))
+
+
+def _gripped(system: System, number: int, policy: Policy) -> Iterator[Criterion]:
+    """The moment from which what a step feeds would have to be held back."""
+    steps = system.problem.steps
+    for name, feed in steps[number].feed.items() if number < len(steps) else ():
+        sign = 1.0 if feed.way > 0 else -1.0
+
+        def pull(look: Look, name: str = name, axis: str = feed.axis, sign: float = sign) -> float:
+            return -sign * float(getattr(look.increment().supports[name], axis))
+
+        least, unit = policy.gripped * system.stiffness, policy.until_strain * system.stiffness
+        yield Criterion(f"feed.{name}", f"{name!r} is gripped", pull, least, unit, 1.0, True)
+
+
+def _contact(system: System, path: str, name: str, word: str, tolerance: float) -> Criterion:
+    own = [i for i, s in enumerate(system.surfaces) if name in (s.name, s.against)]
+    depth = min(float(system.surfaces[i].points.depth.min()) for i in own)
+
+    def gap(look: Look) -> float:
+        g = min(float(np.nan_to_num(look.e.contacts[i].g, nan=np.inf).min()) for i in own)
+        return min(g, 1e6 * depth)  # where the tool stands over none of the points
+
+    touches = word == "touches"
+    aim = (1.0 if touches else 10.0) * tolerance * depth  # apart: what has left may come to touch again
+    return Criterion(path, f"{name!r} {word}", gap, aim, depth, -1.0 if touches else 1.0)

@@ -1,0 +1,1 @@
+"""The discretised problem: interactions, loops and scatter, loads, the committed state."""

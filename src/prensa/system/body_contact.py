@@ -1,0 +1,67 @@
+"""Contact between sides of two bodies as an interaction: frictionless, by penalty, in the plane; from Python alone so far.
+
+It is asked for by an `Extension` and not by a case: its points are not among those of the contacts with tools, so that friction,
+which needs a committed record, multipliers, reports and the checks before a solve do not know of it yet.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from prensa.contact.forces import Scale, forces
+from prensa.contact.record import ContactRecord
+from prensa.contact.weighted import FacingSides
+from prensa.friction.law import At
+from prensa.friction.return_map import DECIDE
+from prensa.layout import DofMap
+from prensa.system.interaction import Context, Part, Request, Response
+from prensa.types import Array, Index
+
+EPS = float(np.finfo(np.float64).eps)
+
+
+@dataclass(frozen=True)
+class BodyContact:
+    """A slave side (k,) and a master side (c,) of nodes in walking order, body on the left, at places X (n, 2).
+
+    ``stiffness``: pressure per length. Gaps are those of the moved sides, weighted. All master nodes are in every stencil, so
+    that sides of more than some tens of nodes are slow.
+    """
+
+    name: str
+    dofs: DofMap
+    X: Array
+    slave: Index
+    master: Index
+    stiffness: float
+
+    @property
+    def sides(self) -> FacingSides:
+        """The stencils' nodes."""
+        return FacingSides.of(self.slave, self.master)
+
+    def couplings(self) -> Sequence[Index]:
+        """All nodes of a stencil with each other."""
+        return [self._unknowns(self.sides)]
+
+    def _unknowns(self, sides: FacingSides) -> Index:
+        return self.dofs.displacement.dofs(sides.nodes).reshape(len(sides.nodes), -1)
+
+    def respond(self, c: Context, ask: Request) -> Response:
+        """See `Interaction`."""
+        sides, x = self.sides, self.X + self.dofs.displacement.of(ask.u)
+        stencils = sides.stencils(x, np.zeros(sides.nodes.shape), self._unknowns(sides))
+        k = len(sides.nodes)
+        one, round_off = np.ones(k), np.full(k, EPS * float(np.abs(x[sides.nodes]).max()))
+        k_n = self.stiffness * one
+        f = forces(
+            stencils, one, Scale(k_n, k_n, one, k_n), np.zeros((k, 2)), ContactRecord.initial(k, 1), None, At(), round_off,
+            np.full(k, DECIDE, dtype=np.int8),
+        )  # fmt: skip
+        area = np.maximum(stencils.coef, 0.0).sum(axis=1)
+        floor = float((area * k_n * f.dp[:, 0] * round_off).sum())
+        part = Part(self.name, stencils.dofs, -f.F, f.K if ask.stiffness else None)
+        return Response([part], scale=float(np.abs(f.F).sum()), floor=floor)

@@ -1,0 +1,341 @@
+"""From the description to arrays: meshes, placed tools, contact candidates, degrees of freedom, sparsity pattern."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from prensa.contact.cut import may_cut, with_neighbours
+from prensa.contact.integration import Points, behind, depth_of, node_normals, point_normals, points_of
+from prensa.contact.surface import Surface
+from prensa.elements.element import Mode, element_of
+from prensa.errors import PrensaError, take
+from prensa.layout import DofMap
+from prensa.materials.material import material_of
+from prensa.mesh.generate import mesh_of
+from prensa.mesh.mesh import Mesh, MeshError, ordered_nodes
+from prensa.mesh.thin import thin_way_up
+from prensa.model import problem as model
+from prensa.registry import DOORS
+from prensa.system.assembly import Block, Pattern, Slots, make_pattern, slots_of
+from prensa.system.contact_surfaces import contact_edges
+from prensa.system.control import couplings, factor_field
+from prensa.system.interaction import Interaction
+from prensa.system.mesh_state import Remeshed
+from prensa.system.start import earlier_run
+from prensa.system.state import State
+from prensa.system.system import System
+from prensa.system.ties import held_components, make_ties
+from prensa.tools.place import PlacedTool, ToolError, place
+from prensa.tools.tool import ToolShape
+from prensa.types import Array, Index
+
+ROUNDING = 0.25  # fillet over element depth of corners that are not given one: a sharp one has no normal to slide on
+
+
+@dataclass(frozen=True)
+class Extension:
+    """More than the description says: a ``field`` at the nodes (name and components), and interactions, made of its mesh.
+
+    ``interactions``: from the map of degrees of freedom, the nodes' positions X (n, d) and the bodies' cells.
+    """
+
+    field: str
+    components: tuple[str, ...]
+    interactions: Callable[[DofMap, Array, dict[str, Index]], Sequence[Interaction]]
+
+
+def discretise(problem: model.Problem, extensions: Sequence[Extension] = (), beside: System | None = None) -> System:
+    """Arrays of a problem: meshes, placed tools, contact candidates, sparsity pattern.
+
+    ``extensions``: further fields at the nodes, with what acts on them. ``beside``: a system of the same problem with other
+    numbers next to these; where elements and contact points join the same nodes in it, its pattern is taken over, and meshes
+    are not checked once more.
+
+    Raises
+    ------
+    PrensaError
+        For a boundary that does not exist, a mesh that cannot be computed on, a tool that cannot be placed.
+
+    """
+    take("discretise", "problem", problem, model.Problem, "give a Problem (case.problem of a case)")
+    take("discretise", "extensions", extensions, Sequence, "give a list of Extension")
+    for extension in extensions:
+        take("discretise", "an extension", extension, Extension, "give a list of Extension")
+    meshes = _meshes(problem, {} if beside is None else beside.meshes)
+    offsets, total = {}, 0
+    for name, mesh in meshes.items():
+        offsets[name], total = total, total + len(mesh.points)
+    X = np.concatenate([m.points for m in meshes.values()])
+    ties, X = make_ties(problem, meshes, offsets, X, held_components(problem, meshes, offsets, X))
+    candidates = [_candidates(problem, contact, meshes, offsets, X) for contact in problem.contacts]
+    dofs = _dofs(problem, candidates, total, extensions)
+    surfaces = _surfaces(problem, candidates, meshes, offsets, X, dofs)
+    earlier = earlier_run(problem, problem.start, meshes, of_state) if problem.start is not None else None
+    shapes = meshes if earlier is None else earlier.shapes(meshes)
+    tools = [
+        (earlier.tool(name, d) if earlier is not None else None)
+        or place(name, d, shapes, _rounding(problem, name, surfaces))
+        for name, d in problem.tools.items()
+    ]
+    named = {tool.name: tool for tool in tools}
+    surfaces = [_sharpened(s, named[s.against], dofs) for s in surfaces]
+    if problem.contact_geometry == "current":
+        for surface in surfaces:
+            _refuse_edges_on_points(named[surface.against], surface.points, surface.X, surface.normal)
+    cells = {name: m.cells + offsets[name] if offsets[name] else m.cells for name, m in meshes.items()}
+    more = [i for e in extensions for i in e.interactions(dofs, X, cells)]
+    if beside is not None and not more and _joined_alike(beside, cells, surfaces):
+        pattern, slots = beside.pattern, [b.slots for b in beside.blocks]
+    else:
+        pattern = _pattern(cells, surfaces, dofs, more, _sets(problem, meshes, offsets, dofs, surfaces))
+        slots = [slots_of(cells[name], pattern, 2) for name in problem.bodies]
+    blocks = [_block(problem, name, cells[name], X, slot) for name, slot in zip(problem.bodies, slots)]
+    system = System(problem, meshes, offsets, X, blocks, tools, surfaces, pattern, dofs, ties, more=more)
+    for name in [*problem.fixed, *(k for s in problem.steps for k in (*s.fixed, *problem.driven(s)))]:
+        system.boundary_nodes(name)
+    for name in [*problem.loads, *(k for s in problem.steps for k in s.loads)]:
+        system.boundary_edges(name)
+    if earlier is not None:
+        if earlier.system.first is not None:
+            system = on_meshes(system, earlier.remeshed(system))
+        system.beginning = earlier.begin(system)
+    return system
+
+
+def with_laws(system: System, problem: model.Problem) -> System:
+    """The same meshes, tools and contact candidates with the materials, contacts and steps of another description.
+
+    It must differ from the system's own in numbers of these alone.
+    """
+    laws = {name: material_of(b.material, problem.kinematics, problem.space) for name, b in problem.bodies.items()}
+    blocks = [replace(b, law=laws[b.body]) for b in system.blocks]
+    surfaces = [
+        replace(s, description=contact, modulus=laws[s.body].modulus())
+        for s, contact in zip(system.surfaces, problem.contacts, strict=True)
+    ]
+    return replace(system, problem=problem, blocks=blocks, surfaces=surfaces)
+
+
+def with_tool(system: System, name: str, tool: ToolShape) -> System:
+    """The same system with a tool of another shape or place; its description stays.
+
+    Raises
+    ------
+    ToolError
+        If the tool cannot be placed.
+
+    """
+    t = list(system.problem.tools).index(name)
+    placed = place(name, tool, system.meshes, _rounding(system.problem, name, system.surfaces))
+    return replace(system, tools=[*system.tools[:t], placed, *system.tools[t + 1 :]])
+
+
+def of_state(problem: model.Problem, state: State) -> System:
+    """The system that a state of a problem belongs to: on the meshes of the description, or on those made since."""
+    system = discretise(problem)
+    return system if state.remeshed is None else on_meshes(system, state.remeshed)
+
+
+def on_meshes(system: System, remeshed: Remeshed) -> System:
+    """The system of the same problem and tools on other meshes; positions count from where the material was at the beginning.
+
+    What the description's mesh decides elsewhere (sizes of elements at contacts, penalties) follows from the new ones.
+    """
+    problem, meshes = system.problem, dict(remeshed.meshes)
+    offsets, total = {}, 0
+    for name, mesh in meshes.items():
+        offsets[name], total = total, total + len(mesh.points)
+    x = np.concatenate([m.points for m in meshes.values()])
+    candidates = [_candidates(problem, contact, meshes, offsets, x) for contact in problem.contacts]
+    dofs = _dofs(problem, candidates, total, ())
+    surfaces = _surfaces(problem, candidates, meshes, offsets, x, dofs)
+    surfaces = [_sharpened(s, system.masters[s.against].tool, dofs) for s in surfaces]
+    cells = {name: m.cells + offsets[name] if offsets[name] else m.cells for name, m in meshes.items()}
+    pattern = _pattern(cells, surfaces, dofs, (), _sets(problem, meshes, offsets, dofs, surfaces))
+    blocks = [_block(problem, name, cells[name], x, slots_of(cells[name], pattern, 2)) for name in problem.bodies]
+    made = System(
+        problem, meshes, offsets, x, blocks, system.tools, surfaces, pattern, dofs, courses=system.courses,
+        first=system.first or system, mirrors=system.mirrors,
+    )  # fmt: skip
+    return with_origins(made, remeshed)
+
+
+def with_origins(system: System, remeshed: Remeshed) -> System:
+    """A system on other meshes with its nodes where they are, and the beginnings of the material there of ``remeshed``."""
+    X = np.concatenate(list(remeshed.origin.values()))
+    blocks = [replace(b, X=X[b.cells], volume=remeshed.volume.get(b.body, b.volume)) for b in system.blocks]
+    surfaces = [replace(s, X=s.points.at(X)) for s in system.surfaces]
+    return replace(system, X=X, blocks=blocks, surfaces=surfaces, _volumes={})
+
+
+def _meshes(problem: model.Problem, beside: Mapping[str, Mesh]) -> dict[str, Mesh]:
+    meshes: dict[str, Mesh] = {}
+    for name, body in problem.bodies.items():
+        try:
+            element = element_of(body.element_in(problem.space))
+            mesh = mesh_of(body.mesh, element.nodes, problem.units.length, beside.get(name))
+            meshes[name] = thin_way_up(mesh) if element.for_sheets else mesh
+        except PrensaError as error:
+            raise MeshError(f"bodies.{name}.mesh: {error}") from None
+        x = meshes[name].points[:, 0]
+        if problem.space == "axisymmetric" and x.min() < -1e-12 * np.ptp(x):
+            raise MeshError(f"bodies.{name}.mesh: an axisymmetric mesh lies at x ≥ 0; this one reaches x = {x.min():g}")
+    return meshes
+
+
+def _candidates(
+    problem: model.Problem, contact: model.Contact, meshes: dict[str, Mesh], offsets: dict[str, int], X: Array
+) -> Points:
+    """Candidate points of a contact on its surface."""
+    owner = contact.surface[0].partition(".")[0]
+    mesh, edges = meshes[owner], contact_edges(problem, contact, meshes)
+    depth = depth_of(edges, mesh.cells, mesh.points)
+    nodes, edges = ordered_nodes(edges) + offsets[owner], edges + offsets[owner]
+    axisymmetric = problem.space == "axisymmetric"
+    rule = DOORS["integration rule"].find(contact.integration)()
+    return points_of(rule, X, nodes, edges, depth, axisymmetric, problem.thickness)
+
+
+def _dofs(problem: model.Problem, candidates: list[Points], nodes: int, extensions: Sequence[Extension]) -> DofMap:
+    """Displacements of the nodes, motions of the tools, multipliers of contacts that have them, fields of extensions."""
+    more: list[tuple[str, str, int, tuple[str, ...]]] = [
+        (contact.name, "contact point", len(points), ("n", "t"))
+        for contact, points in zip(problem.contacts, candidates)
+        if contact.enforcement.has_multipliers
+    ]
+    more += [(e.field, "node", nodes, e.components) for e in extensions]
+    more += factor_field(any(step.control for step in problem.steps))
+    return DofMap(2, nodes, len(problem.tools), more)
+
+
+def _surfaces(
+    problem: model.Problem, candidates: list[Points], meshes: dict[str, Mesh], offsets: dict[str, int], X: Array,
+    dofs: DofMap,
+) -> list[Surface]:  # fmt: skip
+    out: list[Surface] = []
+    for contact, points in zip(problem.contacts, candidates):
+        if not len(points):
+            why = f"has an area with a thickness of {problem.thickness:g}; give it in the case's unit of length"
+            if problem.space == "axisymmetric":
+                why = "lies off the axis, where a body of revolution ends; leave that side out"
+            raise PrensaError(f"contact {contact.name!r}: no point of its surface {why}")
+        owner = contact.surface[0].partition(".")[0]
+        master = dofs.tool.dofs(list(problem.tools).index(contact.against))
+        law = material_of(problem.bodies[owner].material, problem.kinematics, problem.space)
+        out.append(
+            Surface(
+                contact.name, contact, owner, points, sum(len(s.points) for s in out), points.at(X),
+                dofs.stencils(points.support, master), point_normals(points, X), node_normals(X, points.nodes, points.edges),
+                law.modulus(), behind(points.edges - offsets[owner], meshes[owner].cells),
+                dofs.fields[contact.name] if contact.enforcement.has_multipliers else None,
+            )
+        )  # fmt: skip
+    return out
+
+
+def _sharpened(s: Surface, tool: PlacedTool, dofs: DofMap) -> Surface:
+    """The contact with points that reach to the neighbours of their nodes where its tool has sharp corners."""
+    if not may_cut(s.points, tool.shape):
+        return s
+    points = with_neighbours(s.points)
+    return replace(s, points=points, dofs=dofs.stencils(points.support, s.dofs[0, s.of_master]))
+
+
+def _sets(
+    problem: model.Problem, meshes: dict[str, Mesh], offsets: dict[str, int], dofs: DofMap, surfaces: Sequence[Surface]
+) -> list[Index]:
+    """Sets of degrees of freedom (k, m) that loads couple, and areas with the bounds of multipliers."""
+    stretched = [s.stretched_dofs(dofs) for s in surfaces if s.exact and _bounded_by_area(problem, s.description)]
+    return [*couplings(dofs, _loaded(problem, meshes, offsets, dofs)), *stretched]
+
+
+def _bounded_by_area(problem: model.Problem, contact: model.Contact) -> bool:
+    """Whether the friction of a contact may depend on the areas of its points: not where it is always the same share of p."""
+    laws = [problem.friction if contact.friction is None else contact.friction]
+    laws += [s.friction[contact.name] for s in problem.steps if contact.name in s.friction]
+    fades = any(law != laws[0] for law in laws)
+    return problem.kinematics == "finite" and (fades or any(law is not None and not law.proportional for law in laws))
+
+
+def _loaded(problem: model.Problem, meshes: dict[str, Mesh], offsets: dict[str, int], dofs: DofMap) -> list[Index]:
+    """Degrees of freedom of the boundaries and bodies that some load acts on."""
+    out: list[Index] = []
+    for name in {*problem.loads, *(name for step in problem.steps for name in step.loads)}:
+        body, _, edge = name.partition(".")
+        out.append(meshes[body].nodes(edge, name) + offsets[body])
+    for body in {*problem.body_force, *(body for step in problem.steps for body in step.body_force)}:
+        out.append(np.arange(len(meshes[body].points)) + offsets[body])
+    return [dofs.displacement.dofs(nodes) for nodes in out]
+
+
+def _pattern(
+    cells: dict[str, Index], surfaces: list[Surface], dofs: DofMap, more: Sequence[Interaction], sets: list[Index]
+) -> Pattern:
+    """Couplings of the elements, of tools with their candidate nodes, of multipliers, and further ``sets`` of dofs (k, m)."""
+    none = np.zeros(0, dtype=np.int64)
+    near = [
+        np.unique(np.concatenate([none, *(s.points.nodes for s in surfaces if own in s.dofs[0])]))
+        for own in dofs.tool.dofs(np.arange(dofs.tool.count))[:, 0]
+    ]
+    coupled = [*(s.coupled for s in surfaces if s.exact or s.sharp), *(group for i in more for group in i.couplings())]
+    coupled += sets
+    return make_pattern(list(cells.values()), dofs, near, coupled)
+
+
+def _joined_alike(system: System, cells: Mapping[str, Index], surfaces: Sequence[Surface]) -> bool:
+    """Whether cells and contact points join the nodes that they join in a system: the rest of its pattern is of words."""
+    own = [*(b.cells for b in system.blocks), *(a for s in system.surfaces for a in (s.coupled, s.points.nodes))]
+    others = [*cells.values(), *(a for s in surfaces for a in (s.coupled, s.points.nodes))]
+    alike = not system.more and [s.sharp for s in system.surfaces] == [s.sharp for s in surfaces]
+    return alike and all(np.array_equal(a, b) for a, b in zip(own, others, strict=True))
+
+
+def _block(problem: model.Problem, name: str, cells: Index, X: Array, slot: Slots) -> Block:
+    """The elements of a body."""
+    body, axisymmetric = problem.bodies[name], problem.space == "axisymmetric"
+    element = element_of(body.element_in(problem.space))
+    mode = Mode(axisymmetric, problem.kinematics == "finite", 2 * np.pi if axisymmetric else problem.thickness)
+    volume, folded = element.volumes(X[cells], mode)
+    if folded.any():
+        e = int(np.argmax(folded))
+        x = X[cells[e]]
+        raise MeshError(
+            f"bodies.{name}.mesh: element {e} near ({x[:, 0].mean():g}, {x[:, 1].mean():g}) is folded "
+            "(negative Jacobian at an integration point)"
+        )
+    law = material_of(body.material, problem.kinematics, problem.space)
+    return Block(name, cells, X[cells], law, element, mode, slot, volume)
+
+
+def _refuse_edges_on_points(tool: PlacedTool, points: Points, X: Array, normal: Array) -> None:
+    """A sharp edge over a contact point has no equilibrium on the moved surface: the point drops off, and comes back.
+
+    Raises
+    ------
+    ToolError
+        Naming the tool, the node and the fillet to give.
+
+    """
+    for *edge, ex, ey in tool.shape.edges:
+        along = (X - tool.at - edge) @ np.array([ex, ey])
+        slack = 1e-9 * float(np.ptp(along))
+        inside = along.min() + slack < 0.0 < along.max() - slack
+        facing = ey * normal[:, 0] - ex * normal[:, 1] < 0.0
+        over = np.flatnonzero(facing & (np.abs(along) < 0.02 * points.depth))
+        if inside and len(over):
+            k = over[np.argmin(np.hypot(*(X[over] - tool.at - edge).T))]
+            what = points.rule.point
+            raise ToolError(
+                f"tools.{tool.name}: its sharp edge lies over the {what} at ({X[k, 0]:g}, {X[k, 1]:g}), which would drop "
+                f"off and come back for ever; give 'fillet: {0.5 * points.depth[k]:.3g}', or use 'contact_geometry: reference'"
+            )
+
+
+def _rounding(problem: model.Problem, name: str, surfaces: list[Surface]) -> float:
+    """Radius of the corners of a tool without fillets of its own: none where the surface stays where it is."""
+    if problem.contact_geometry == "reference":
+        return 0.0
+    return ROUNDING * min((float(s.points.depth.min()) for s in surfaces if s.against == name), default=0.0)

@@ -1,0 +1,54 @@
+"""What comes of an attempt at an increment."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from prensa.policy import Policy
+from prensa.system.failure import Failure
+from prensa.system.system import Evaluation
+from prensa.types import Array
+
+
+@dataclass
+class NewtonResult:
+    """Outcome of an increment attempt: converged or ``reason``; dofs u, evaluation there, multipliers, cost.
+
+    ``recover``: gives all dofs where u has only those that the next increment needs. ``negative``: modes in which the
+    equilibrium is unstable; ``beside``: it was found beside one that is; ``jumped``: the way to it is unstable.
+    ``vain``: how many of the iterations went another way, that was given up.
+    ``softest`` (modes,): stiffnesses of the softest modes at its end, None where they are not known; ``rested``: no look.
+    ``linear`` (ndof,): change of the dofs by the linearised system, where the iteration began with that.
+    ``affordable``: so few points were near a tool that the iteration could take contact steps wherever it wanted.
+    ``turned``: flow turned at the first iterate (see `Equilibrium.turns`).
+    ``grown``: growth of plastic strain to its evaluation, see `growths`; empty where nobody has asked for it.
+    """
+
+    converged: bool
+    reason: Failure | None
+    u: Array
+    evaluation: Evaluation | None
+    lam: Array
+    iterations: int
+    residual: float = np.nan
+    residuals: list[float] = field(default_factory=list)
+    changes: list[int] = field(default_factory=list)
+    augmentations: int = 0
+    recover: Callable[[], Array] | None = None
+    negative: int = 0
+    beside: bool = False
+    jumped: bool = False
+    vain: int = 0
+    affordable: bool = False
+    linear: Array | None = None
+    softest: Array | None = None
+    rested: bool = False
+    turned: bool = False
+    grown: Sequence[Array | None] = ()
+
+    def contact_changed(self, policy: Policy) -> bool:
+        """Whether contact points still opened, closed or slipped another way when the iterations ended."""
+        return any(self.changes[-policy.patience :])

@@ -1,0 +1,148 @@
+"""What a step lets go: forces that supports, tools and loads carry at its start beyond those that it asks for.
+
+A jump of forces is in no equilibrium that an increment, however short, comes near to, and its way depends on the iteration.
+So whatever changes between two steps starts from the force that it carries: the difference is kept as dead forces, which go
+linearly to zero over the step, as those do that a case starts with (`system/start.py`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from prensa.system.planning import plan_step
+from prensa.system.schedule import StepPlan
+from prensa.system.self_equilibrated import string_forces, strings_of
+from prensa.system.state import State
+from prensa.system.system import System
+from prensa.types import Array, Index
+
+NOTHING = 1e-8  # share of the outer forces below which there is nothing to let go: the residual of a converged state
+
+
+def let_go(system: System, state: State, plan: StepPlan) -> Array | None:
+    """Forces (ndof,) carried in the committed state in which the step before ended, less those of a plan at its start.
+
+    What is left of those that the step before was letting go, which ended early, is among them.
+
+    Zero where it prescribes a tool's motion, and where a tool begins to roll; None if there is nothing to let go.
+    """
+    before = plan_step(system, plan.number - 1, state.step_start, state.ends)
+    carried = system.external(system.context(state, before, state.clock.time), state.u)
+    asked = system.external(system.context(replace(state, release=None, strings=None), plan, plan.t0), state.u)
+    if before.control is not None:  # what its factor has come to is not known any more, what acts on free dofs is
+        carried = np.where(np.isin(np.arange(system.ndof), before.held), carried, state.work)
+    out = carried - asked
+    freed = np.setdiff1d(before.held, plan.held)
+    out[freed] += state.work[freed] - carried[freed]
+    out[plan.held[system.dofs.tool.owns(plan.held)]] = 0.0
+    out[_rolling(system, state, plan)] = 0.0
+    return out if np.abs(out).sum() > NOTHING * np.abs(state.work).sum() else None
+
+
+def removed_tools(system: System, state: State, plan: StepPlan) -> State:
+    """The committed state at the start of the step in which the tools are removed, in a system without them.
+
+    The forces that the bodies need for equilibrium beyond what is asked, those of the contacts among them, are let go. What the
+    springs of contacts and tools had stored leaves with the tools.
+    """
+    alone = replace(state, release=None, strings=None)
+    c = replace(system.context(alone, plan, plan.t0), dt=1.0)
+    e = system.evaluate(c, state.u, state.lam, stiffness=False)
+    missing = system.to_masters(e.r)
+    release = missing.copy()
+    release[_held_on(system, state, plan)] = 0.0
+    work = e.f_ext + release
+    work[plan.fixed] += (missing - release)[plan.fixed]
+    for s in system.removed:
+        if s.exact:
+            release[s.unknowns] = work[s.unknowns] = 0.0
+    strings = None
+    if system.problem.kinematics == "finite" and not system.axisymmetric:  # elsewhere dead forces stay in balance too
+        strings = strings_of(system, state)
+        release -= string_forces(system, state.u, strings)
+    u = state.u.copy()
+    for s in system.removed:
+        if s.exact:
+            u[s.unknowns] = 0.0
+    energy, stored = state.energy, system.elastic_energy(state.history)
+    away = energy.contact + energy.elastic - stored
+    energy = energy._replace(external=energy.external - away, elastic=stored, contact=0.0)
+    contact = state.contact
+    contact = replace(contact, closed=np.zeros_like(contact.closed), traction=np.zeros_like(contact.traction))
+    return replace(
+        state, u=u, step_start=u, lam=np.zeros_like(state.lam), contact=contact, work=work, energy=energy,
+        release=release, strings=strings,
+    )  # fmt: skip
+
+
+def held_at(system: System, plan: StepPlan) -> str:
+    """Where released bodies are held for want of other supports, in words; '' if they are nowhere."""
+    field, parts = system.dofs.displacement, []
+    for g in plan.groups:
+        if g.found:
+            node, axis = (int(v) for v in field.split(g.dofs[0]))
+            body = next(b for b in reversed(list(system.offsets)) if system.offsets[b] <= node)
+            x, y = system.X[node]
+            parts.append(f"{body!r} along {'xy'[axis]} at node {node - system.offsets[body]} (initially at {x:.4g}, {y:.4g})")
+    if not parts:
+        return ""
+    return f"step {plan.name!r} holds {', '.join(parts)}: rigid motions that nothing else holds; no force is left there"
+
+
+def _held_on(system: System, state: State, plan: StepPlan) -> Index:
+    """What a step holds that was held before too: it goes on with its force. All tools are among it."""
+    groups = [g for g in plan.groups if not g.found]
+    held = np.concatenate([np.zeros(0, dtype=np.int64), *(g.dofs for g in groups)])
+    if plan.number:
+        before = plan_step(system, plan.number - 1, state.step_start, state.ends).held
+        held = held[np.isin(held, before) | system.dofs.tool.owns(held)]
+    return held
+
+
+def _rolling(system: System, state: State, plan: StepPlan) -> list[int]:
+    """Rotations of tools that begin to roll: free to turn, moved along rather than into the bodies, never mentioned before.
+
+    Such a tool was held for want of a word; the moment that it has belongs to the points that it leaves behind as it rolls.
+    """
+    if system.dofs.dimension != 2 or system.courses is not None:
+        return []
+    now, earlier = system.problem.steps[plan.number], system.problem.steps[: plan.number]
+    way = np.zeros(system.ndof)
+    way[plan.fixed] = plan.values(plan.t1) - plan.values(plan.t0)
+    out = []
+    for t, name in enumerate(system.problem.tools):
+        (dx, dy, _), (fx, fy, _) = system.place_of(t, way), system.place_of(t, state.work)
+        said = any(
+            getattr(kind.get(name), key, None) is not None
+            for step in earlier
+            for kind, key in ((step.move, "rz"), (step.velocity, "rz"), (step.push, "m"))
+        )
+        if getattr(now.push.get(name), "m", None) == 0 and not said and abs(dx * fy - dy * fx) > abs(dx * fx + dy * fy):
+            out.append(int(system.dofs.tool.dofs(t)[2]))
+    return out
+
+
+def still_held(system: System, state: State, plan: StepPlan) -> str:
+    """What a step lets go, in words, and how much of it the committed state still carries; '' if nothing."""
+    if state.release is None:
+        return ""
+    parts, at_start = [], replace(state, u=state.step_start, clock=state.clock._replace(time=plan.t0))
+    release = system.being_released(at_start, plan)
+    for group in plan.released:
+        force = float(release[group.dofs].sum())
+        if group.support is not None and force != 0.0:
+            parts.append(f"support {group.support[0]!r} ({force:.4g} along {group.support[1]})")
+    for t, tool in enumerate(system.tools):
+        for key, force in zip(system.dofs.tool.components, system.place_of(t, release)):
+            if force != 0.0:
+                way = "to turn" if key.startswith("r") else f"along {key}"
+                parts.append(f"tool {tool.name!r} ({force:.4g} {way})")
+    if not parts:
+        return ""
+    gone = 100.0 * (1.0 - plan.left(state.clock.time))
+    return (
+        f"The step lets go of {', '.join(parts)}, of which {gone:.3g} % had gone at the last good state: what else acts on the "
+        "bodies and tools must balance the rest."
+    )

@@ -1,0 +1,93 @@
+"""Stresses that are let go: forces in equilibrium with themselves whatever the shape of the body.
+
+The forces r_a of an element on its nodes have neither resultant nor moment. Strings between its nodes bear them: a symmetric
+matrix K (a, a) without resultant, K 1 = 0, with K x = r, the one of least norm (the symmetric Procrustes problem, Higham 1988).
+On any other shape y the forces K y have no resultant, because K is symmetric and K 1 = 0, and no moment, because it is the same
+along x and y. So the forces of tools that are gone, as the strings of all elements hold them, can go to zero while the body
+turns and springs, and no support has to take part; dead forces would turn it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from prensa.materials.laws import At
+from prensa.system.assembly import Block, sweep
+from prensa.system.interaction import Context, Discretisation, Part, Request, Response
+from prensa.system.state import State
+from prensa.types import Array, Index
+
+
+def strings_of(system: Discretisation, state: State) -> Array:
+    """Matrices (elements, a, a) of all blocks in a committed state, flattened together."""
+    x = system.positions(state.u)
+    return np.concatenate(
+        [_matrices(x[b.cells], _forces(system, b, x, h)).ravel() for b, h in zip(system.blocks, state.history)]
+    )
+
+
+def string_forces(system: Discretisation, u: Array, strings: Array) -> Array:
+    """Forces (ndof,) of strings at degrees of freedom u (ndof,)."""
+    out, x = np.zeros(system.ndof), system.positions(u)
+    for b, K in zip(system.blocks, per_block(system, strings)):
+        np.add.at(out, system.dofs.displacement.dofs(b.cells), np.matmul(K, x[b.cells]))
+    return out
+
+
+def per_block(system: Discretisation, strings: Array) -> list[Array]:
+    """Matrices (m, a, a) of each block."""
+    sizes = [(len(b), b.cells.shape[1], b.cells.shape[1]) for b in system.blocks]
+    parts = np.split(strings, np.cumsum([m * a * a for m, a, _ in sizes])[:-1])
+    return [part.reshape(size) for part, size in zip(parts, sizes)]
+
+
+def _forces(system: Discretisation, block: Block, x: Array, history: Array) -> Array:
+    """Forces (m, a, 2) of the elements on their nodes when nothing moves."""
+    m, a = block.cells.shape
+    alone = replace(block, cells=np.arange(m * a).reshape(m, a))
+    r, x = np.zeros(2 * m * a), np.ascontiguousarray(x[block.cells].reshape(-1, 2))
+    out = sweep(alone, x, np.zeros_like(x), history, At(1.0, 0.0, False), r, None, system.pattern)
+    assert not out.failed, "a committed state can be evaluated"
+    return r.reshape(m, a, 2)
+
+
+def _matrices(x: Array, r: Array) -> Array:
+    """Symmetric K (m, a, a) of least norm with K x = r, K 1 = 0, for places and self-equilibrated forces, each (m, a, 2)."""
+    ones = np.ones((*x.shape[:2], 1))
+    X = np.concatenate([ones, x - x.mean(axis=1, keepdims=True)], axis=2)
+    R = np.concatenate([0.0 * ones, r], axis=2)
+    back = np.linalg.pinv(X)  # (m, 3, a)
+    half = R @ back
+    along = X @ back  # onto the span of 1, x and y
+    return np.asarray(half + (half - along @ half).transpose(0, 2, 1))
+
+
+@dataclass(frozen=True)
+class Strings:
+    """The strings of one body, let go linearly over the step."""
+
+    system: Discretisation
+    block: Block
+    K: Array
+
+    def couplings(self) -> list[Index]:
+        """Of the nodes of each element, which its stiffness couples too."""
+        return [self.system.dofs.displacement.dofs(self.block.cells).reshape(len(self.block), -1)]
+
+    def respond(self, c: Context, ask: Request) -> Response:
+        """See `Interaction`."""
+        left = c.plan.left(c.time)
+        if left == 0.0:
+            return Response(external=True)
+        (dofs,) = self.couplings()
+        r = left * np.matmul(self.K, self.system.positions(ask.u)[self.block.cells])
+        stiffness = None
+        if ask.stiffness:
+            m, a = self.block.cells.shape
+            blocks = np.zeros((m, a, 2, a, 2))
+            blocks[:, :, 0, :, 0] = blocks[:, :, 1, :, 1] = -left * self.K
+            stiffness = blocks.reshape(m, 2 * a, 2 * a)
+        part = Part(f"strings {self.block.body}", dofs, r.reshape(len(dofs), -1), stiffness)
+        return Response([part], external=True)

@@ -1,0 +1,187 @@
+"""Bodies tied along boundaries by multi-point constraints u = T u_f: slave displacements are eliminated exactly.
+
+Nodes that coincide are made one. Elsewhere the slave nodes follow by the dual mortar conditions of `system/mortar.py`:
+constant stress passes between any two meshes, and each slave displacement is a weighted mean of master displacements.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.sparse import block_diag, coo_matrix, csr_matrix, identity
+
+from prensa.layout import DofMap
+from prensa.mesh.mesh import COINCIDENT, Mesh, MeshError
+from prensa.model import problem as model
+from prensa.system.mortar import Side, combinations, integrals
+from prensa.types import Array, Flags, Index
+
+
+@dataclass(frozen=True)
+class Ties:
+    """``matrix`` (n, n) over the displacement dofs, which are the first n: u = matrix u, rows of slaves combine masters.
+
+    ``owner`` (n,): the unknown that stands for each one where nodes are made one (itself elsewhere).
+    """
+
+    matrix: csr_matrix
+    owner: Index
+
+    @property
+    def slaves(self) -> Index:
+        """Unknowns that are eliminated."""
+        return np.flatnonzero(self.matrix.diagonal() == 0)
+
+    def with_slaves(self, u: Array) -> Array:
+        """Unknowns (ndof,) with those of slaves put where their masters' take them."""
+        n = len(self.owner)
+        return np.concatenate([self.matrix @ u[:n], u[n:]])
+
+    def to_masters(self, r: Array) -> Array:
+        """Forces (ndof,) with those on slaves handed over to their masters."""
+        n = len(self.owner)
+        return np.concatenate([self.matrix.T @ r[:n], r[n:]])
+
+    def kept(self, ndof: int, fixed: Index) -> Index:
+        """Unknowns that are neither prescribed nor slaves."""
+        keep = np.concatenate([self.matrix.diagonal() != 0, np.ones(ndof - len(self.owner), dtype=bool)])
+        keep[fixed] = False
+        return np.flatnonzero(keep)
+
+    def prescribed(self, fixed: Index) -> Index:
+        """The ``fixed`` unknowns, and those of slaves that follow nothing but such."""
+        n = len(self.owner)
+        free = np.ones(n)
+        free[fixed[fixed < n]] = 0.0
+        return np.union1d(fixed, np.flatnonzero(abs(self.matrix) @ free == 0.0))
+
+    def free(self, ndof: int, fixed: Index) -> csr_matrix:
+        """T (ndof, free): all degrees of freedom from those that are `kept`, prescribed ones zero."""
+        whole = csr_matrix(block_diag([self.matrix, identity(ndof - len(self.owner))], format="csr"))
+        return csr_matrix(whole[:, self.kept(ndof, fixed)])
+
+
+def make_ties(
+    problem: model.Problem, meshes: dict[str, Mesh], offsets: dict[str, int], X: Array, held: Flags
+) -> tuple[Ties | None, Array]:
+    """The ties of a problem and node positions (n, 2), those of slaves put exactly on the master side.
+
+    held (n, 2): components that supports prescribe at some time.
+
+    Raises
+    ------
+    MeshError
+        If the two sides of a tie do not lie on each other, or a tie has nothing left to join.
+
+    """
+    if not problem.ties:
+        return None, X
+    X = X.copy()
+    sides = [tuple(_side(name, meshes, offsets) for name in (t.slave, t.master)) for t in problem.ties]
+    owner = _merged([s for s in sides if _matching(X, *s)], X)
+    X = X[owner]
+    field = DofMap(X.shape[1], len(X)).displacement
+    rows, cols, values = [], [], []
+    taken = np.repeat((owner != np.arange(len(X)))[:, None], field.width, axis=1)
+    for slave, master in sides:
+        if _matching(X, slave, master):
+            continue
+        s, m = Side(slave.name, owner[slave.edges]), Side(master.name, owner[master.edges])
+        between = integrals(X, s, m, problem.space == "axisymmetric")
+        for axis, component in enumerate(field.components):
+            free = ~held[:, axis] & ~taken[:, axis]
+            free[m.nodes] = False  # a corner that another tie has made one with the master side
+            r, c, v = combinations(between, free)
+            if not len(r):
+                raise MeshError(
+                    f"tie of {s.name} to {m.name}: supports or other ties hold all of its slave side; swap them"
+                )
+            rows.append(field.dof(r, component))
+            cols.append(field.dof(c, component))
+            values.append(v)
+            taken[np.unique(r), axis] = True
+    own = field.dofs(owner).ravel()
+    merged = np.flatnonzero(own != np.arange(field.size))
+    rows.append(merged)
+    cols.append(own[merged])
+    values.append(np.ones(len(merged)))
+    matrix = _closed(field.size, np.concatenate(rows), np.concatenate(cols), np.concatenate(values))
+    return Ties(matrix, own), np.asarray((matrix @ X.ravel()).reshape(X.shape))
+
+
+def held_components(
+    problem: model.Problem, meshes: dict[str, Mesh], offsets: dict[str, int], X: Array
+) -> Flags:
+    """Components (n, 2) that a support or the axis of revolution prescribes at some time."""
+    held = np.zeros((len(X), 2), dtype=bool)
+    for source in (problem.fixed, *(source for s in problem.steps for source in (s.fixed, problem.driven(s)))):
+        for name, support in source.items():
+            body, _, edge = name.partition(".")
+            nodes = meshes[body].nodes(edge, name) + offsets[body]
+            held[nodes] |= [support.x is not None, support.y is not None]
+    if problem.space == "axisymmetric":
+        held[:, 0] |= X[:, 0] <= 1e-12 * float(np.ptp(X, axis=0).max())
+    return held
+
+
+def _side(name: str, meshes: dict[str, Mesh], offsets: dict[str, int]) -> Side:
+    body, _, edge = name.partition(".")
+    meshes[body].nodes(edge, name)
+    if edge not in meshes[body].edges:
+        raise MeshError(f"ties: {name!r} is a point; a tie joins boundaries")
+    return Side(name, meshes[body].edges[edge] + offsets[body])
+
+
+def _closed(n: int, rows: Index, cols: Index, values: Array) -> csr_matrix:
+    """Matrix of the combinations, with masters that are slaves themselves replaced by their own masters."""
+    keep = np.ones(n)
+    keep[rows] = 0.0
+    matrix = csr_matrix((values, (rows, cols)), (n, n)) + csr_matrix(
+        (np.ones(int(keep.sum())), (np.flatnonzero(keep), np.flatnonzero(keep))), (n, n)
+    )
+    slave = keep == 0.0
+    for _ in range(16):
+        if not slave[matrix.indices].any():
+            return csr_matrix(matrix)
+        matrix = matrix @ matrix
+        matrix.eliminate_zeros()
+    raise MeshError("ties: boundaries are tied to each other in a circle; make one of them the master of all")
+
+
+# ------------------------------------------------------------------------------------------------------ matching meshes
+def _pairs(X: Array, slave: Side, master: Side) -> tuple[Index, Flags]:
+    """Nearest master node (k,) of each slave node, and whether it is at the same place (k,)."""
+    size = COINCIDENT * 10 * float(np.ptp(X, axis=0).max())
+    from scipy.spatial import cKDTree
+
+    distance, near = cKDTree(X[master.nodes]).query(X[slave.nodes])
+    return master.nodes[near], distance <= size
+
+
+def _matching(X: Array, slave: Side, master: Side) -> bool:
+    """Whether every edge of the slave side is an edge of the master side."""
+    partner, same = _pairs(X, slave, master)
+    if not same.all():
+        return False
+    to = dict(zip(slave.nodes.tolist(), partner.tolist()))
+    known = {frozenset(e) for e in master.edges.tolist()}
+    return all(frozenset(to[k] for k in e) in known for e in slave.edges.tolist())
+
+
+def _merged(sides: list[Any], X: Array) -> Index:
+    """Owner (n,) of every node: itself, or the one master that all nodes tied at one place share."""
+    from scipy.sparse.csgraph import connected_components
+
+    n = len(X)
+    links = [(int(a), int(b)) for s, m in sides for a, b in zip(s.nodes, _pairs(X, s, m)[0], strict=True)]
+    if not links:
+        return np.arange(n)
+    slave, master = np.array(links, dtype=np.int64).T
+    _, group = connected_components(coo_matrix((np.ones(len(links)), (slave, master)), (n, n)), directed=False)
+    # a node that is master only owns its group; where there is none, the first
+    rank = np.isin(np.arange(n), slave).astype(np.int64)
+    order = np.lexsort((np.arange(n), rank, group))
+    first = order[np.concatenate([[True], np.diff(group[order]) > 0])]
+    return np.asarray(first[group])

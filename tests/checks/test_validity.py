@@ -1,0 +1,146 @@
+"""What a run says when it goes beyond what its descriptions hold for."""
+
+from __future__ import annotations
+
+import logging
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import prensa as pr
+from prensa.checks.during.validity import Validity, slopes
+from prensa.errors import SolveError
+from prensa.model.schema import CaseError, loads
+from prensa.policy import Policy
+from prensa.system.failure import BeyondSmall
+
+
+def stretched(strain: float, element: str | None = None, **more: object) -> pr.Problem:
+    """A bar 4 × 2 pulled by a strain along x, in three steps; more: fields of the problem."""
+    body = pr.Body(pr.Rectangle(size=(4, 2), n=(4, 2)), pr.Elastic(E=1000, nu=0.0), element)
+    return pr.Problem(
+        "bar", **{"kinematics": "small", **more}, bodies={"bar": body}, fixed={"bar.left": "x", "bar.bottom": "y"},
+        steps=(pr.Step("pull", fixed={"bar.right": pr.Fixed(x=4 * strain)}, increments=4),),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("element", ["q4", "t3", "q8", "t6", "q4_enhanced", "q4_sheet"])
+def test_strain_and_rotation_are_those_of_a_linear_displacement(element):
+    """Of u = H X each element has the strain and the rotation of H, whatever its shape."""
+    p = stretched(0.0, element)
+    x = np.array([[0, 0], [4, 0.3], [3.5, 2], [0, 2.2]])
+    p = replace(p, bodies={"bar": replace(p.bodies["bar"], mesh=pr.Patch(corners=tuple(map(tuple, x)), n=(3, 2)))})
+    system = pr.discretise(p)
+    H = np.array([[0.02, 0.01], [0.05, -0.04]])
+    u = np.zeros(system.ndof)
+    system.displacement(u)[:] = system.X @ H.T
+    validity = Validity(system, Policy())
+    assert validity.look(u, system.initial_history) is None
+    strain = np.abs(np.linalg.eigvalsh(0.5 * (H + H.T))).max()
+    np.testing.assert_allclose(validity.seen["bar"], [strain, np.arctan(0.02)] * 2, rtol=1e-12)
+    block = system.blocks[0]
+    np.testing.assert_allclose(slopes(system.X[block.corners]).sum(axis=1), 0.0, atol=1e-14)
+
+
+def test_the_hoop_strain_counts_in_axisymmetry():
+    """A ring that only opens is strained round the axis."""
+    p = stretched(0.0, space="axisymmetric", allow_large_strain=False)
+    system = pr.discretise(p)
+    u = np.zeros(system.ndof)
+    system.displacement(u)[:, 0] = 0.03 * system.X[:, 0] + 0.02
+    validity = Validity(system, Policy())
+    validity.look(u, system.initial_history)
+    assert validity.seen["bar"].most_strain == pytest.approx(0.03 + 0.02 / 0.5)
+
+
+@pytest.mark.parametrize("condense", [False, True])
+def test_small_strain_is_refused_where_it_means_nothing(condense, caplog):
+    """Beyond 10 % the run ends before the increment that goes there, and says what to write; nothing is cut."""
+    with pytest.raises(SolveError, match=r"means nothing any more.*kinematics: finite") as failed:
+        list(pr.solve(stretched(0.15), pr.Numerics(condense=condense)))
+    assert isinstance(failed.value.reason, BeyondSmall)
+    if not condense:  # condensed bodies are looked at where a step ends
+        assert failed.value.last.time == 0.5
+        assert failed.value.reason.strain == pytest.approx(0.1125)
+    # foretold from the travel of the supports, and nothing else
+    assert [r.getMessage().partition(":")[0] for r in caplog.records] == ["kinematics"]
+
+
+@pytest.mark.parametrize(
+    ("strain", "more"), [(0.15, {"allow_large_strain": True}), (0.15, {"kinematics": "finite"}), (0.04, {})]
+)
+def test_what_is_small_or_meant_or_finite_is_not_remarked_upon(strain, more, caplog):
+    """Said twice it runs, without a word; so do small strains, and finite ones."""
+    assert len(list(pr.solve(stretched(strain, **more)))) == 4
+    assert not caplog.records
+
+
+def test_strains_that_are_not_small_are_told_once(caplog):
+    """Between 5 and 10 % a run goes on, and says at its end what it came to."""
+    caplog.set_level(logging.WARNING, "prensa")
+    list(pr.solve(stretched(0.08)))
+    (record,) = caplog.records
+    assert "strained by up to 0.08 and turned by up to 0°" in record.getMessage()
+
+
+def test_leave_for_large_strains_belongs_to_small_kinematics():
+    """In finite strain the key is refused with its place."""
+    text = """\
+name: bar
+allow_large_strain: true
+bodies: {b: {mesh: {type: rectangle, size: [1, 1], n: [1, 1]}, material: {type: elastic, E: 1000, nu: 0.3}}}
+steps: [{name: s}]
+"""
+    with pytest.raises(CaseError, match=":2:1: finite strain needs no leave"):
+        loads(text)
+
+
+@pytest.mark.parametrize(("end", "told"), [(0.02, True), (0.5, False)])
+def test_a_flow_curve_used_beyond_its_end_is_told_with_the_largest_strain(end, told, caplog):
+    """A table that ends at 2 % and is used to some 10 %: one warning at the end of the run, none where it is long enough."""
+    caplog.set_level(logging.WARNING, "prensa")
+    flow = pr.FlowTable(((0.0, 10.0), (end, 20.0)))
+    p = stretched(0.1, kinematics="finite")
+    *_, last = pr.solve(replace(p, bodies={"bar": replace(p.bodies["bar"], material=pr.J2(1000, 0.3, flow))}))
+    said = [r.getMessage() for r in caplog.records]
+    assert len(said) == told
+    if told:
+        largest = last.bodies["bar"].plastic_strain.max()
+        assert f"ends at a plastic strain of 0.02 and was used up to {largest:.3g}" in said[0]
+
+
+@pytest.mark.parametrize(("material", "k_n", "told"), [
+    (pr.Elastic(E=1000.0, nu=0.3), 100.0, True), (pr.J2(E=1000.0, nu=0.3, flow=pr.Perfect(s0=1.0)), 100.0, False),
+    (pr.J2(E=1000.0, nu=0.3, flow=pr.Perfect(s0=10.0)), 100.0, True),
+])  # fmt: skip
+def test_a_soft_contact_is_told_where_a_tool_would_sink_in(material, k_n, told):
+    """Elements 0.5 deep: pressures of an elastic body have no bound, three times a yield stress of 1 presses a tool in by 6 %."""
+    from prensa.checks.before.preflight import preflight
+
+    contact = pr.Contact("block.top", "die", enforcement=pr.Penalty(k_n=k_n))
+    problem = pr.Problem(
+        "soft", bodies={"block": pr.Body(pr.Rectangle(size=(2.0, 1.0), n=(4, 2)), material)},
+        tools={"die": pr.Plane(normal=(0.0, -1.0), touching="block.top")}, contacts=(contact,),
+        fixed={"block.bottom": "xy"}, steps=(pr.Step("press", move={"die": pr.Motion(y=-0.01)}),),
+    )  # fmt: skip
+    notices = [str(n) for n in preflight(pr.discretise(problem)) if "sinks in" in str(n)]
+    assert bool(notices) == told
+
+
+@pytest.mark.parametrize(("material", "held", "words"), [
+    (pr.J2(70e3, 0.33, pr.Swift(K=200, e0=0.01, n=0.2)), "block.left", None),
+    (pr.J2(70e3, 0.33, pr.Swift(K=200, e0=0.01, n=0.2)), "block.right", "has lost more than 2. % of its volume"),
+    (pr.Elastic(70e3, 0.33), "block.left", "is elastic with the modulus of a metal"),
+    (pr.Elastic(700, 0.33), "block.left", None),
+])  # fmt: skip
+def test_metal_without_room_and_elastic_metal_are_told(material, held, words, caplog):
+    """Upset by a fifth: free to spread nothing is told; held round its rim, or without a flow curve, it is."""
+    problem = pr.Problem(
+        "upset", space="axisymmetric", bodies={"block": pr.Body(pr.Rectangle((4, 3), (4, 3)), material)},
+        tools={"die": pr.Plane(touching="block.top")}, contacts=(pr.Contact("block.top", "die"),),
+        fixed={"block.bottom": "y", held: "x"}, steps=(pr.Step("press", move={"die": pr.Motion(y=-0.75)}),),
+    )  # fmt: skip
+    list(pr.solve(problem))
+    assert [bool(words) and re.search(words, m) is not None for m in caplog.messages] == ([True] if words else [])
