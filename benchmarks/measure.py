@@ -43,7 +43,7 @@ def of_limit(name: str, unknowns: str, most: str = "") -> dict[str, Any]:
     common.warm(common.sized(name, 200 if name == "upsetting" else 400, 0.5))
     problem, number = common.sized(name, int(unknowns)), int(most) if most else None
     c = common.cost(problem, most=number)
-    double = common.cost(problem, most=number, policy=Policy(worth_single=10**9))
+    double = common.cost(problem, most=number, policy=Policy(single_precision_from=10**9))
     return {
         "unknowns": c.unknowns, "increments": c.increments, "iterations": c.iterations, "total": c.total,
         "limit": c.limit.seconds, "outside": c.outside, "ratio": c.ratio, "factorisations": c.limit.factorisations,

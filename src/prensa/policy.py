@@ -1,4 +1,8 @@
-"""Every tuning constant of the solver in one place. All are dimensionless; the defaults are meant to stay, studies vary them."""
+"""Tuning constants of the solver, in groups; dimensionless where no unit is named. The defaults are meant to stay.
+
+A group is a dataclass of its own, and `Policy` is all of them: a function that needs the lengths of increments takes `StepRules`.
+Thresholds that only one check has stand beside that check.
+"""
 
 from __future__ import annotations
 
@@ -6,474 +10,460 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Policy:
-    """How the solver goes about its work. What a user decides is in `Numerics`; this is what nobody should have to."""
+class Tolerances:
+    """How exactly equations are solved. Relative residuals are over the sum of the forces' sizes."""
 
-    # ------------------------------------------------------------------------------------------------ initial guess
-    good_start: float = 0.05
-    """Relative residual of the extrapolation below which nothing better is looked for."""
-    sunk_start: float = 0.01
-    """Penetration over element depth that default penalties stay below at any pressure that a body bears; contact nodes
-    beyond it are not projected, since the gap of a soft penalty goes on growing."""
-    landed_start: float = 1e-11
-    """Penetration over element depth that a node which lands starts with: enough that round-off does not say whether it has."""
-
-    # ------------------------------------------------------------------------------------------------------- Newton
-    line_search: tuple[float, ...] = (0.5, 0.25, 0.1, 0.03)
-    """Fractions of a step that the line search looks at, after the full step."""
-    shrinks: float = 0.25
-    """Next step over a step that raises the residual, both with its factors, below which it is accepted all the same."""
-    vain: int = 4
-    """Iterations, none of which has lowered the residual, after which an attempt is given up."""
-    patience: int = 6
-    """Iterations in which the least residual must fall to ``stagnation`` of its value: a smaller increment is cheaper."""
-    stagnation: float = 0.5
-    """Share to which the least residual must fall within ``patience`` iterations."""
-    close: float = 2e-3
-    """Relative residual from which an iteration is expected to come near: its stiffness will not be asked for."""
-    turned: float = 0.15
-    """Relative residual of the initial guess above which the direction of plastic flow is not trusted, …"""
-    turning: float = 0.01
-    """… of later iterates, …"""
-    turning_elements: int = 300
-    """… of bodies of so many elements; with flow of second order in time in inverse proportion where there are more, …"""
-    least_turning: float = 0.05
-    """… down to this part of those residuals, …"""
-    secant: float = 0.5
-    """… and how far the matrix goes from its tangent to its secant there."""
-    long_turned: float = 0.04
-    """``turned`` in increments of second order, which are twice as long, …"""
-    long_secant: float = 0.75
-    """… ``secant`` in them, …"""
-    first_growth: float = 2.0
-    """… and growth of the residual above which the first step is shortened in them."""
-    turned_before: int = 3
-    """Increments that so began, one after the other, from which on the next is expected to: its first matrix is made for that."""
-    local_slow: float = 0.02
-    """Share of the residual that is left by an iteration which a few nodes hold up: they find their equilibrium alone, …"""
-    local_from: float = 1e-4
-    """… above this relative residual, …"""
-    local_share: float = 0.8
-    """… if they make this share of it, …"""
-    local_most: float = 0.35
-    """… and are, with those beside them, no more than this share of all dofs, …"""
-    local_small: int = 300
-    """… or, where all are fewer than so many and cost little, …"""
-    local_little: float = 0.15
-    """… than this one, …"""
-    local_dofs: int = 400
-    """… nor more than so many, …"""
-    local_steps: int = 6
-    """… in so many steps at most, …"""
-    local_search: tuple[float, ...] = (0.5, 0.25, 0.1)
-    """… whole ones or these parts of them, …"""
-    local_enough: float = 0.05
-    """… until this share of their residual is left."""
-    far: float = 1e3
-    """Way, over the size of the bodies, of a node or tool in one increment that nothing holds …"""
-    spin: float = 10.0
-    """… and turn (rad) of such a tool."""
-
-    # -------------------------------------------------------------------------------------------------- derivatives
-    parameter_step: float = 1e-5
-    """Step over the size of a parameter for differences of the residual with held branches: smooth, so round-off decides."""
-    finer_steps: tuple[float, ...] = (1e-6, 1e-7)
-    """Those that are tried where more is left of the residual along a derivative than there should be."""
-    flat: float = 1e-5
-    """Share of the forces, beyond round-off, that may be left of the residual along a derivative."""
-    columns_fine: float = 3e-11
-    """Share of the forces that substitutions with Newton's last factors may leave of the linear equations of a derivative."""
-    columns_alike: float = 1e-10
-    """A way that is this near to a combination of those before, in squares of residuals, says nothing more than they do."""
-    kept_matrices: float = 1e9
-    """Bytes of matrices at solutions that a run keeps for the way back, which evaluates again where it has none."""
-    kept_factors: float = 1.4e8
-    """Bytes of Newton's last factors likewise; beyond that, new memory costs a process as much as factors of the transposes."""
-    kept_size: float = 4e6
-    """Bytes of those of one increment up to which all are kept: fresh memory for larger ones costs what new factors do, …"""
-    kept_apart: int = 4
-    """… so that of these one in so many is kept, and serves those beside it."""
-    transposed_apart: float = 0.012
-    """Scatter of the logarithms of lengths between the diagonals of matrices up to which factors of one serve the other."""
-    transposed_fine: float = 1e-13
-    """Share of the solution of linear equations with a transpose that substitutions with factors of a matrix nearby leave, …"""
-    transposed_steps: int = 12
-    """… in so many at most: that costs as much as other factors."""
-    transposed_begun: int = 4
-    """Solutions of so many increments make the one that substitutions begin with."""
-
-    # ------------------------------------------------------------------------------------------------------- finish
-    near: float = 1e-5
-    """Relative residual from which on the factors at hand may finish the work."""
-    fine: float = 1e-11
-    """Relative residual to which converged iterates are improved: sums over all nodes need these digits …"""
-    moved: float = 10.0
-    """… but this many times that is enough where tools are only moved, …"""
-    moved_left: float = 1e-8
-    """… if no more than this share of what contacts press is left of the residual, …"""
-    moved_missed: float = 1e-10
-    """… and its sum along no axis is more than this share."""
-    finishing: float = 0.3
-    """Of that residual, linear equations of a step that can be the last leave this part."""
-    tight: float = 1e-12
-    """Penetration and elastic slip over the element depth that exact contacts reach."""
-    corrections: int = 4
+    finish_from_residual: float = 1e-5
+    """Relative residual below which the factors at hand may finish the work: substitutions then converge quickly enough."""
+    fine_residual: float = 1e-11
+    """Relative residual to which converged iterates are improved, because sums over all nodes need these digits."""
+    fine_ratio_moved_tools: float = 10.0
+    """Multiple of `fine_residual` that is enough where all tools are moved, because no force balance rests on those digits."""
+    contact_share_moved_tools: float = 1e-8
+    """Share of the contact forces that the residual may be where `fine_ratio_moved_tools` holds."""
+    sum_share_moved_tools: float = 1e-10
+    """Share of the contact forces that the residual's sum along an axis may be where `fine_ratio_moved_tools` holds."""
+    linear_share_last_step: float = 0.3
+    """Share of the residual still allowed that the linear equations of a step that can be the last leave."""
+    exact_gap_ratio: float = 1e-12
+    """Penetration and elastic slip over the element depth that exact contacts reach, about the round-off of coordinates."""
+    substitutions_per_factorisation: int = 4
     """Substitutions, with an evaluation each, that cost as much as a factorisation with its own."""
-    usual_rate: float = 1e-3
+    expected_rate: float = 1e-3
     """Ratio of successive residuals that a substitution with new factors is expected to have."""
-    likely_rate: float = 3e-3
-    """That which must be enough for the first, if its evaluation is to make the matrix that somebody wants at the solution."""
-    contraction: float = 0.3
+    expected_rate_last_step: float = 3e-3
+    """Ratio of residuals that must be enough for the first substitution before its evaluation also makes the matrix at
+    the solution.
+    """
+    max_substitution_rate: float = 0.3
     """Ratio of successive residuals above which substitutions with old factors are given up."""
-    stalled: float = 10.0
-    """Residual over the estimate of its round-off at which a converged iterate whose substitutions change nothing is at rest."""
-    least_secant: float = 0.1
-    """Change of the residual along a step, over the step, below which the step (round-off, say) teaches the next nothing."""
-
-    # -------------------------------------------------------------------------------------------------- multipliers
-    small_slip: float = 1e-3
-    """Share of the slip of the increment below which the tangential error of an augmented contact does not matter."""
-    weak: float = 1e-6
-    """Share of a multiplier's equation on free dofs below which it says nothing (new) about them."""
-    shift: float = 1e-10
-    """Share of such an equation put on its diagonal: redundant constraints share what they carry."""
-    met: float = 1e-11
+    round_off_ratio_at_rest: float = 10.0
+    """Residual over its estimated round-off at which an iterate that substitutions no longer change counts as converged."""
+    min_secant_ratio: float = 0.1
+    """Change of the residual along a step over the step, below which Broyden's update is left out as round-off."""
+    small_slip_ratio: float = 1e-3
+    """Share of the increment's slip below which the tangential error of an augmented contact does not matter."""
+    weak_multiplier_share: float = 1e-6
+    """Share of a multiplier's equation on free dofs below which the equation counts as redundant."""
+    redundant_shift_ratio: float = 1e-10
+    """Share of a redundant multiplier's equation put on its diagonal, so that redundant constraints share what they carry."""
+    constraint_met_ratio: float = 1e-11
     """Gap or slip over the element depth below which a multiplier's equation counts as met."""
-    beyond_bound: float = 10.0
-    """Tangential traction over pressure that is beyond every friction bound."""
+    beyond_bound_ratio: float = 10.0
+    """Tangential traction over pressure that lies beyond every friction bound in use."""
+    until_share: float = 1e-8
+    """Share of its target (of the element depth for a contact) within which the criterion that ends a step is met."""
+    until_time_share: float = 1e-12
+    """Share of the step within which the end of a step is located where its criterion jumps."""
+    until_force_strain: float = 1e-3
+    """Elastic strain whose forces are the scale of a force that is to vanish."""
+    until_early_share: float = 1e-3
+    """Share of a step after which a criterion that is still far from met is questioned, because units differ by factors
+    of 1000.
+    """
+    gripped_strain: float = 1e-6
+    """Elastic strain whose forces count as tools having gripped a body that is fed to them."""
 
-    # ------------------------------------------------------------------------------------------------- contact steps
-    candidates: float = 0.5
-    """Gap over element depth below which a contact step lets a point close …"""
-    most_candidates: int = 1500
-    """… of which it takes on so many at most: each costs a substitution."""
-    foundation: float = 1e-4
-    """Share of its normal stiffness with which a candidate resists open or closed: far above what bends a sheet, so that the
-    matrix is regular, far below what presses it, so that the response keeps its digits."""
-    interior_steps: int = 100
-    """Iterations of the interior point method at most …"""
-    interior: float = 0.995
-    """… each so much of the way to where a pressure or a gap would vanish …"""
-    complementary: float = 1e-32
-    """… until the mean product of scaled pressures and gaps is this: pressures of a loose end are 1e-13 of the largest."""
-    edge_from: float = 0.02
-    """Relative residual from which on Newton's steps decide on points that they open and close at the edges of contacts, …"""
-    edge: int = 48
-    """… on so many at most, …"""
-    edge_largest: int = 200_000
-    """… of systems with so many unknowns at most: beyond, columns one by one cost what they save, and there is no room …"""
-    edge_rounds: int = 4
-    """… in so many rounds: what is decided may change those beside."""
-    polishing: int = 6
-    """Times at most that the equations of the pairs found are solved."""
-    few: int = 60
-    """Candidates with which a contact step costs no more than another iteration. So many points at most have their friction
-    decided with their pressure, by pivots that cost the third power of their number: …"""
-    pivots: int = 10
-    """… so many for each of the equations at most …"""
-    least_pivot: float = 1e-11
-    """… none of which is less than this share of the largest in its column."""
-    adhesion: float = 1e-9
-    """Traction over the largest pressure that all points can bear there: those that carry nothing would tie with one another."""
 
-    # ---------------------------------------------------------------------------------------------- an overlap at the start
-    overlap: float = 0.2
-    """Penetration over element depth with which a tool starts inside a body …"""
-    emerge: float = 0.25
-    """… and is pressed out of it in stages of so much each, …"""
-    rough: float = 1e-4
-    """… solved to this relative residual, but for the last."""
+@dataclass(frozen=True)
+class StepRules:
+    """How long increments are."""
 
-    # ---------------------------------------------------------------------------------------------- after failures
-    retried_after: int = 2
-    """Cut-backs after which a failed attempt is followed by one with contact steps alone: most failures need the cut."""
-
-    # --------------------------------------------------------------------------------------------------- increments
-    first: float = 0.0025
-    """First increment of a step without 'increments', as a share of the step."""
-    longest: float = 0.1
-    """Automatic increment at most, as a share of the step."""
-    travel: float = 0.3
-    """Tool travel per automatic increment, in contact element sizes."""
-    plastic: float = 0.01
-    """Equivalent plastic strain per automatic increment …"""
-    spread: float = 0.95
-    """… that this share of the points stays below (a singular corner would rule the step otherwise)."""
-    second_order: float = 2.0
-    """Both, over that, where plastic flow is of second order in time."""
-    unsteady: float = 0.05
-    """Share of the flow by which first and second order may differ in an increment that is of second order by itself."""
-    plastic_cut: float = 0.1
-    """Share of an increment below which plastic strain alone does not shorten the next."""
-    easy: int = 5
-    """Newton iterations up to which the next automatic increment grows by ``grow``."""
-    target: int = 7
-    """Newton iterations up to which a given increment that was cut doubles again."""
-    hard: int = 10
-    """Newton iterations beyond which the next automatic increment shrinks to ``shrink``."""
-    grow: float = 1.5
+    first_share: float = 0.0025
+    """First increment of a step without 'increments', as a share of the step; small, since contact and yielding begin there."""
+    max_share: float = 0.1
+    """Longest automatic increment, as a share of the step."""
+    travel_in_elements: float = 0.3
+    """Tool travel per automatic increment in contact element sizes, so that no element is passed unseen."""
+    plastic_strain_increment: float = 0.01
+    """Equivalent plastic strain per automatic increment, which bounds the error of the return map's path."""
+    plastic_quantile: float = 0.95
+    """Share of the points that `plastic_strain_increment` bounds; a singular corner would rule the step otherwise."""
+    second_order_factor: float = 2.0
+    """Factor on travel and strain where plastic flow is of second order in time."""
+    unsteady_share: float = 0.05
+    """Share of the flow by which first and second order may differ in an increment that is of second order."""
+    min_plastic_shortening: float = 0.1
+    """Share of an increment below which plastic strain alone does not shorten the next one."""
+    easy_iterations: int = 5
+    """Newton iterations up to which the next automatic increment grows by `growth_factor`."""
+    recover_iterations: int = 7
+    """Newton iterations up to which a given increment that was cut grows again by `recovery_factor`."""
+    hard_iterations: int = 10
+    """Newton iterations beyond which the next automatic increment shrinks to `shrink_factor`."""
+    growth_factor: float = 1.5
     """Growth of an automatic increment after an easy one."""
-    recover: float = 2.0
+    recovery_factor: float = 2.0
     """Growth of an increment back to its given length, or to the least, after a cut."""
-    shrink: float = 0.7
-    """Share of a hard automatic increment that the next one has."""
-    cut: float = 0.25
-    """Share of a rejected increment that is tried next: halves of what fails mostly fail too."""
-    least: float = 1e-5
+    shrink_factor: float = 0.7
+    """Ratio of an automatic increment to the hard one before."""
+    cut_factor: float = 0.25
+    """Ratio of an increment to the rejected one before; a quarter, since halves of what fails mostly fail too."""
+    min_share: float = 1e-5
     """Share of the step below which increments become shorter by failure alone."""
-    shortest: float = 1e-12
-    """Share of the step below which time would soon stand still: what needs that is a jump."""
-    touch: float = 0.02
+    jump_share_of_step: float = 1e-12
+    """Share of the step below which time would stand still, so that what needs it is treated as a jump."""
+    min_share_before_touch: float = 0.02
     """Share of the increment before a first touch below which the increment is not split there."""
-    sliver: float = 1e-9
-    """Share of a step below which what is left of it is no increment."""
-    clear: float = 1e-9
-    """Gap over the bodies' size at which those that nothing holds are carried along by a tool, pressed by none."""
-    just_touches: float = 1e-6
-    """Share of the forces that bring tools and bodies through air at which the springs that they meet count as just touched."""
-    carried_far: float = 10.0
-    """Times as far as tools that bodies may be carried: what goes farther was squeezed out from between them."""
-    rounded: float = 1e-12
-    """Depth over the bodies' size within which a tool that touches does not press."""
-    rigid_steps: int = 60
-    """Newton steps in which bodies that nothing holds find where tools clamp them, at most."""
-    looks: int = 200
-    """Times at most at which a first touch within an increment is looked for."""
-
-    # --------------------------------------------------------------------------------------------------- acceptance
-    inverted: float = -0.1
-    """Area of a corner's triangle over the mean of the element's below which the corner counts as inverted."""
-    inversion: float = 0.5
-    """Fall of that measure in one increment that is no gradual inversion."""
-    collapse: float = 1.0
-    """Equivalent plastic strain at any point in one increment beyond which it is refused."""
-    worn_out: int = 6
-    """Attempts of a step that fail on the same element …"""
-    worn_dt: float = 1e-3
-    """… down to increments of this share of the longest, which counts as no longer than an automatic one …"""
-    worn_shape: float = 0.2
-    """… with a scaled Jacobian below this, after which it is said that nothing can go on."""
-    folded: int = 20
-    """Increments for which an element may stay folded over, a free side of it past a support, before the run ends."""
-    alone: float = 10.0
-    """Plastic strain of an element over that of nearly all others in a failed increment, from which the element is named …"""
-    noticed: float = 1e-6
-    """… if it is more than this."""
-    on_bound: float = 1e-6
-    """Share of the bound of friction below which a traction misses it …"""
-    full_shear: float = 0.95
-    """… and friction over the shear strength of the metal from which it is as strong."""
-    opposite: float = -0.5
-    """Cosine between the normals where a straight way enters and leaves a tool: it has tunnelled."""
-    still: float = 0.25
-    """Way over element depth, or over the thickness of the tool if that is less, that tunnels through nothing."""
-    outside: float = -0.05
-    """Gap over the way, at both ends of the increment, of a node that is outside the tool."""
-    turn: float = 0.8
-    """Rotation (rad) of a tool in one increment from which on its way there is looked at …"""
-    swept: float = 0.5
-    """… and penetration over element depth, beyond that at the end, with which it would have gone through a body."""
-    samples: int = 8
-    """Places on a node's way per element depth, or thickness of the tool, at which tunnelling is looked for …"""
-    most_samples: int = 256
-    """… and at most."""
-
-    # ---------------------------------------------------------------------------------------------------- stability
-    modes: int = 4
-    """Softest modes that are looked at after every increment …"""
-    mode_sweeps: int = 8
-    """… by so many passes through the factors at most; two, unless one of them is negative."""
-    smooth: int = 2
-    """Iterations up to which an increment need not have a look at modes that were far from turning …"""
-    part: float = 0.25
-    """… as long as none of them is foretold to lose this part of its stiffness …"""
-    most_rest: int = 8
-    """… and so many increments at most."""
-    mode_error: float = 0.1
-    """Residual of a negative mode, over its length, above which it is none."""
-    unstable_cuts: int = 3
-    """Cuts of an increment that ends in an unstable equilibrium, before another one is looked for beside it …"""
-    look_beside: float = 1e-3
-    """… or share of the step below which that is done at once."""
-    branches: tuple[float, ...] = (1e-3, 1e-2, 3e-2)
-    """How far along the unstable mode, over the size of the bodies, that is looked for; jumps as far are taken …"""
-    branching: float = 0.3
-    """Deflection to the equilibrium found, over the size of the bodies and the root of the share of the step, above which
-    it is a jump, not buckling: columns that buckle have about 0.1, so this leaves a factor of three."""
-
-    astray: float = 1.0
-    """Way beside what the last increments foretold, over that, of an increment that may have jumped …"""
-    between: tuple[float, ...] = (0.25, 0.5, 0.75)
-    """… and shares of its way at which stability is looked for then."""
-    jump_steps: int = 300
-    """Steps of the overdamped motion in which bodies without a memory jump, at most …"""
-    jump_change: float = 4.0
-    """… and what their drag is multiplied or divided by from one to the next."""
-    at_limit: float = 1e-6
-    """Share of a step below which an increment that ends in unstable iterates again and again is one at a limit point."""
-    lead_on: tuple[float, ...] = (1e-5, 1e-4, 1e-3)
-    """How far on, over the size of the bodies, states that the last increment leads to are asked there too."""
-    tool_alone: float = 10.0
-    """Motion of a tool over that of the bodies in a mode in which the tool moves against friction that has no more to give."""
-
-    stabilise: float = 2e-4
-    """Share of the work of a step that viscous forces may dissipate with ``stabilise: auto``."""
-
-    jump_cuts: int = 8
-    """Cuts of an increment beside those of `Numerics.max_cutbacks` where viscous forces hold: jumps are short."""
-
-    jump_missed: float = 2e-4
-    """What the ledger of an increment with viscous forces misses, over the work so far, from which a jump is followed by
-    shorter ones …"""
-    jump_share: float = 0.1
-    """… if it is more than this share of the work done in the increment and of what is dissipated there …"""
-    jump_travel: float = 0.5
-    """… and a surface in contact goes farther than this, in contact element sizes."""
-
-    # ---------------------------------------------------------------------------------------------------- remeshing
-    remesh_travel: float = 2.5
-    """Way of a tool, in smallest elements, after which a mesh is looked at, and made anew if it can be better."""
-    due_looks: int = 8
-    """Times in the next two increments at which is looked whether a tool has gone the way after which a mesh is due."""
-    nearly_due: float = 1e-2
-    """Share of that way which may be missing or too much of tools that are driven by force: no increment is cut off for less."""
-    good_shape: float = 0.6
-    """Least shape measure that new meshes begin with, or better: one that still has it has nothing to gain from another one."""
-    ill_sized: float = 0.05
-    """Share of the elements asked for that are missing where elements are much too large from which a mesh is made anew."""
-    too_many: float = 1.5
-    """Elements over those asked for from which a mesh is made anew."""
-    too_coarse: float = 2.0
-    """Size of an element of the first mesh over that asked for from which the run begins with a new mesh."""
-    worn_share: float = 0.7
-    """Share of the shape measure that a mesh began with below which it is worn, where that is less than what is asked for."""
-    remesh_cuts: int = 3
+    min_share_left: float = 1e-9
+    """Share of a step below which what is left of it is no increment of its own."""
+    max_touch_samples: int = 200
+    """Most times within an increment at which a first touch is looked for."""
+    extra_jump_cuts: int = 8
+    """Cuts of an increment beyond `Numerics.max_cutbacks` where viscous forces hold the body, because jumps are short."""
+    jump_imbalance_share: float = 2e-4
+    """Energy imbalance of an increment with viscous forces over the work so far, above which a jump is followed in
+    shorter increments.
+    """
+    jump_increment_share: float = 0.1
+    """Share of the increment's own work that the imbalance must exceed for `jump_imbalance_share` to apply."""
+    jump_travel_in_elements: float = 0.5
+    """Travel of a contact surface in element sizes that an increment must exceed for `jump_imbalance_share` to apply."""
+    unreliable_starts: int = 3
+    """Increments in a row that began with an unreliable flow direction, after which the next is expected to, and its
+    first matrix is made for it.
+    """
+    remesh_after_cuts: int = 3
     """Cuts of an increment after which a new mesh helps more than another cut."""
-    finer: tuple[float, ...] = (1.0, 0.8)
-    """Sizes, over those asked for, of the meshes that are tried in turn at a place."""
-    let_go: tuple[float, ...] = (0.8, 0.6, 0.4, 0.2, 0.0)
-    """Parts in which forces are let go that a state on a new mesh is out of balance by."""
+    retry_after_cuts: int = 2
+    """Cuts of an increment after which a failed attempt is followed by one with contact steps alone; most failures need
+    the cut only.
+    """
 
-    # ----------------------------------------------------------------------------------------------------- warnings
-    viscous: float = 0.01
-    """Share of the work that viscous forces dissipate that is worth a warning."""
-    deep: float = 0.1
-    """Penetration over element depth worth a warning."""
-    staircase: float = 0.025
-    """Step of a force, over its mean, as elements pass, below which it is not spoken of …"""
-    as_foretold: float = 0.5
-    """… and over the step that as many elements in the contact make: less of it has another cause, …"""
-    settled: float = 0.25
-    """… and as long as its mean changes by more than this share of the step while two elements pass."""
-    force_jump: float = 0.01
-    """Change of the forces on prescribed ways in an increment, over themselves, from which its work is asked when that was …"""
-    jump_beyond: float = 0.5
-    """… and how far beyond it, in increments, that may be for it to say anything of a jump."""
-    hidden: float = 100.0
-    """A tool force below this many times the residual allowed is not a result."""
 
-    small_told: float = 0.05
-    """Strain, or rotation (rad), in small-strain kinematics that is worth a warning: forces are off by about as much …"""
-    small_most: float = 0.1
-    """… and that is refused, …"""
-    small_share: float = 0.05
-    """… if this share of a body's volume exceeds it: peaks under an edge depend on the mesh and hardly on anything else."""
-    squeezed: float = 0.1
-    """Loss of volume that flow, which keeps it, leaves to elasticity: pressures of a tenth of the bulk modulus are no metal's."""
-    metal: float = 20.0
-    """Modulus (GPa) of an elastic body from which on it is taken for a metal …"""
-    overstrained: float = 0.05
-    """… which yields long before this strain."""
+@dataclass(frozen=True)
+class Globalisation:
+    """How Newton's method is started and kept on course: prediction, line search, secants, contact steps, rigid-body
+    approach.
+    """
 
-    # ------------------------------------------------------------------------------------------------ linear solver
-    backward_error: float = 1e-10
-    """‖Ax − b‖∞ / (‖A‖∞ ‖x‖∞ + ‖b‖∞) above which a solution is refused."""
-    refine: float = 1e-13
-    """Backward error above which a solution is refined …"""
-    refinements: int = 3
-    """… at most so many times."""
+    good_start_residual: float = 0.05
+    """Relative residual of the extrapolation below which no better initial guess is looked for."""
+    sunk_start_ratio: float = 0.01
+    """Penetration over element depth beyond which contact nodes are not projected, because the gap of a soft penalty
+    goes on growing.
+    """
+    landed_start_ratio: float = 1e-11
+    """Penetration over element depth given to a node that lands, so that round-off does not decide whether it has."""
+    line_search_factors: tuple[float, ...] = (0.5, 0.25, 0.1, 0.03)
+    """Fractions of a step that the line search tries after the full step."""
+    monotonicity_ratio: float = 0.25
+    """Ratio of the next simplified step to a step that raises the residual, below which it is accepted (natural
+    monotonicity, Deuflhard).
+    """
+    max_nonimproving: int = 4
+    """Iterations in a row without a lower residual, after which an attempt is given up."""
+    stagnation_iterations: int = 6
+    """Iterations within which the least residual must fall to `stagnation_ratio`, because a smaller increment is
+    cheaper otherwise.
+    """
+    stagnation_ratio: float = 0.5
+    """Ratio to which the least residual must fall within `stagnation_iterations`."""
+    close_residual: float = 2e-3
+    """Relative residual below which an iteration is expected to converge, so that no further matrix is prepared."""
+    unreliable_flow_first: float = 0.15
+    """Relative residual of the initial guess above which the direction of plastic flow is unreliable and the matrix is
+    a secant.
+    """
+    unreliable_flow_later: float = 0.01
+    """Relative residual of later iterates above which the direction of plastic flow is unreliable."""
+    unreliable_flow_elements: int = 300
+    """Number of elements for which `unreliable_flow_first` and `unreliable_flow_later` hold; they fall in inverse
+    proportion beyond it in second order.
+    """
+    min_unreliable_flow_ratio: float = 0.05
+    """Least ratio to which those limits fall with the number of elements."""
+    secant_share: float = 0.5
+    """How far the matrix goes from the tangent (0) to the secant (1) where the flow direction is unreliable."""
+    unreliable_flow_second_order: float = 0.04
+    """`unreliable_flow_first` in increments of second order, which are twice as long."""
+    secant_share_second_order: float = 0.75
+    """`secant_share` in increments of second order."""
+    first_step_growth: float = 2.0
+    """Growth of the residual above which the first step of an increment of second order is shortened."""
+    local_slow_ratio: float = 0.02
+    """Ratio of successive residuals above which a few nodes are taken to hold up the iteration and are solved for alone."""
+    local_from_residual: float = 1e-4
+    """Relative residual above which a few nodes are solved for alone; below it Newton is about to converge."""
+    local_residual_share: float = 0.8
+    """Share of the residual that those few nodes must hold."""
+    local_max_share: float = 0.35
+    """Share of all dofs that those nodes and their neighbours may be at most."""
+    local_small_dofs: int = 300
+    """Dofs below which a body counts as small, where evaluations cost little."""
+    local_max_share_small: float = 0.15
+    """Share of all dofs that those nodes may be at most in a body that is not small."""
+    local_max_dofs: int = 400
+    """Dofs that are solved for alone at most, because their matrix is dense."""
+    local_max_steps: int = 6
+    """Newton steps of the few nodes at most."""
+    local_search_factors: tuple[float, ...] = (0.5, 0.25, 0.1)
+    """Fractions of such a step that its line search tries after the full step."""
+    local_residual_ratio: float = 0.05
+    """Ratio of their residual to the first at which the few nodes are left again."""
+    max_displacement_ratio: float = 1e3
+    """Displacement over the size of the bodies in one increment, beyond which a node or tool counts as held by nothing."""
+    max_rotation: float = 10.0
+    """Rotation (rad) in one increment, beyond which a tool counts as held by nothing."""
+    candidate_gap_ratio: float = 0.5
+    """Gap over element depth below which a contact step may close a point."""
+    max_candidates: int = 1500
+    """Points that a contact step considers at most, since each costs a substitution."""
+    foundation_ratio: float = 1e-4
+    """Stiffness over the normal contact stiffness with which a candidate resists open or closed; large against a
+    sheet's bending, small against its compression.
+    """
+    interior_max_iterations: int = 100
+    """Iterations of the interior point method at most."""
+    interior_step_share: float = 0.995
+    """Share of the way to the boundary that each step of the interior point method takes."""
+    complementarity_tolerance: float = 1e-32
+    """Mean product of scaled pressures and gaps at which the interior point method ends; small, as pressures at a loose
+    end are 1e-13 of the largest.
+    """
+    edge_from_residual: float = 0.02
+    """Relative residual below which Newton's steps decide which points open and close at the edges of contacts."""
+    edge_max_points: int = 48
+    """Points at edges of contacts that a step decides on at most."""
+    edge_max_unknowns: int = 200_000
+    """Unknowns up to which points at edges are decided on; beyond it the columns cost what they save."""
+    edge_max_rounds: int = 4
+    """Rounds of these decisions at most, since each may change the points beside it."""
+    polishing_rounds: int = 6
+    """Solutions at most of the equations of the pairs found by the interior point method."""
+    few_candidates: int = 60
+    """Candidates up to which a contact step costs no more than an iteration, and friction is decided together with pressure."""
+    pivots_per_equation: int = 10
+    """Pivots per equation at most in Lemke's method."""
+    min_pivot_ratio: float = 1e-11
+    """Pivot over the largest entry of its column below which it counts as zero."""
+    adhesion_ratio: float = 1e-9
+    """Traction over the largest pressure that every point may bear, so that points that carry nothing do not tie."""
+    overlap_ratio: float = 0.2
+    """Penetration over element depth from which a tool that starts inside a body is pressed out in stages."""
+    overlap_stage_ratio: float = 0.25
+    """Penetration over element depth that one such stage takes away."""
+    overlap_stage_residual: float = 1e-4
+    """Relative residual to which those stages are solved, all but the last."""
+    approach_gap_ratio: float = 1e-9
+    """Gap over the bodies' size at which bodies that nothing holds follow a tool without being pressed."""
+    just_touches_share: float = 1e-6
+    """Share of the forces that bring tools through air, at which springs that are met count as just touched."""
+    max_approach_ratio: float = 10.0
+    """Way of a floating body over that of the tools, beyond which it was squeezed out from between them."""
+    approach_depth_ratio: float = 1e-12
+    """Depth over the bodies' size within which a tool that touches does not press: round-off of places."""
+    max_rigid_steps: int = 60
+    """Newton steps at most in which floating bodies find where tools clamp them."""
 
-    worth_trying: int = 20000
-    """Unknowns up to which factors at hand are tried where contact points changed: what is in vain is cheap there."""
-    worth_single: int = 20000
-    """Unknowns from which on Newton's steps take factors in single precision, or those of a matrix before, with GMRES …"""
-    krylov: int = 8
-    """… of so many iterations at most: more cost as much as a factorisation …"""
-    forcing: float = 0.1
-    """… to this part, times the relative residual or what a step promises to leave, of the residual, with which steps converge
-    as quadratically as exact ones …"""
-    least_forcing: float = 1e-7
-    """… but never to less than this part of it …"""
-    most_forcing: float = 1e-4
-    """… nor more than this."""
-    telling: float = 0.1
-    """Relative error of factors in single precision in the softest mode up to which they tell how many modes are negative, …"""
-    modes_share: float = 1e-4
-    """… and what is left of the residuals where they do not, and modes are looked for with the matrix itself."""
-    alike: float = 0.02
-    """Relative residual of an iterate up to which its matrix is expected to be close to the one before …"""
-    few_changed: int = 2
-    """… if no more contact points have another status than there (none where factors LDLᵀ are as cheap as what they cost); …"""
-    outliers: int = 2
-    """… each of them may cost so many iterations of GMRES more."""
 
-    stretch: int = 2**15
-    """Values that are moved at once within a matrix: they stay in the cache."""
-    worth_sharing: int = 50000
-    """Dofs from which on the pattern of all of them is kept by that of the free ones: putting it together takes a hundredth of a
-    step, once or twice a step of the description."""
-    shared_products: int = 10000
-    """Length of vectors from which BLAS may share out products among threads, whose sums then depend on how many there are."""
-    worth_threads: int = 8000
-    """Dofs from which on ``threads: auto`` takes more than one thread …"""
-    most_threads: int = 8
-    """… and so many at most: what they leave to one of them takes as long by then."""
-    worth_following: int = 1500
-    """Dofs from which on another thread finds derivatives while the run goes on …"""
-    most_apart: int = 200_000
-    """… and up to which the factors of a run and those for its derivatives have room beside each other."""
+@dataclass(frozen=True)
+class LinearPolicy:
+    """How linear equations are solved: factors, GMRES, condensation, threads."""
 
-    # ------------------------------------------------------------------------------------------------- condensation
-    columns: int = 64
-    """Columns of the inverse computed at once …"""
-    room: int = 2**25
-    """… at most so many numbers of them, …"""
-    room_beside: int = 2**19
-    """… and so many where all unknowns have their factors and matrix beside them: a large run has no room for more."""
-    responses: int = 4
-    """Free responses that are kept: an increment asks for two again and again."""
-    worth_condensing: int = 5000
-    """Dofs from which on factorisations cost enough to be saved."""
-    column_cost: float = 0.012
-    """Cost of a column, in factorisations."""
-    increment_cost: float = 2.5
-    """Factorisations that an increment costs otherwise."""
+    max_backward_error: float = 1e-10
+    """Backward error ‖Ax − b‖∞ / (‖A‖∞ ‖x‖∞ + ‖b‖∞) above which a solution is refused."""
+    refine_backward_error: float = 1e-13
+    """Backward error above which a solution is refined."""
+    max_refinements: int = 3
+    """Refinements of a solution at most."""
+    reuse_max_unknowns: int = 20000
+    """Unknowns up to which factors at hand are tried after contact points changed; a vain attempt is cheap there."""
+    single_precision_from: int = 20000
+    """Unknowns from which Newton's steps take factors in single precision, or older ones, with GMRES."""
+    gmres_max_iterations: int = 8
+    """Iterations of GMRES at most, since more cost as much as a factorisation."""
+    forcing_ratio: float = 0.1
+    """Ratio of GMRES's tolerance to the relative residual, with which Newton's steps converge quadratically (Eisenstat
+    & Walker 1996).
+    """
+    min_forcing: float = 1e-7
+    """Least relative tolerance of GMRES."""
+    max_forcing: float = 1e-4
+    """Largest relative tolerance of GMRES."""
+    soft_mode_error: float = 0.1
+    """Relative error of single-precision factors in the softest mode, up to which their signs count negative modes."""
+    mode_residual_share: float = 1e-4
+    """Residual share to which modes are found with the matrix itself where the factors do not resolve them."""
+    same_matrix_residual: float = 0.02
+    """Relative residual below which an iterate's matrix is expected to be close to the one before."""
+    same_matrix_points: int = 2
+    """Contact points whose status may differ for the matrix to count as close to the one before."""
+    gmres_iterations_per_point: int = 2
+    """Further GMRES iterations that each changed contact point may cost."""
+    block_values: int = 2**15
+    """Values moved at once within a matrix, so that they stay in the cache."""
+    shared_pattern_from: int = 50000
+    """Dofs from which the pattern of all dofs is kept by that of the free ones, to save memory."""
+    serial_dot_length: int = 10000
+    """Length of vectors above which BLAS could share products among threads, which would make sums depend on their number."""
+    threads_from_dofs: int = 8000
+    """Dofs from which `threads: auto` takes more than one thread."""
+    max_auto_threads: int = 8
+    """Threads that `threads: auto` takes at most; the serial part takes as long as the rest by then."""
+    pipeline_from_dofs: int = 1500
+    """Dofs from which a thread of its own finds derivatives while the run goes on."""
+    detach_max_unknowns: int = 200_000
+    """Unknowns up to which factors of the run and those of its derivatives have room side by side."""
+    columns_at_once: int = 64
+    """Columns of the inverse of a condensed matrix computed at once."""
+    column_room: int = 2**25
+    """Numbers that columns computed at once hold at most (256 MiB)."""
+    column_room_beside: int = 2**19
+    """Numbers that they hold at most where the factors of all unknowns are in memory too."""
+    kept_responses: int = 4
+    """Free responses of condensed bodies that are kept; an increment asks for two repeatedly."""
+    condense_from_dofs: int = 5000
+    """Dofs from which factorisations are expensive enough to condense elastic bodies."""
+    column_cost_ratio: float = 0.012
+    """Cost of one column over that of a factorisation."""
+    factorisations_per_increment: float = 2.5
+    """Factorisations that an increment costs without condensation."""
     usual_increments: int = 10
-    """Increments of a step that chooses its own."""
-    reach_looks: int = 9
-    """Times of a step at which is looked how far its tools reach."""
+    """Increments expected of a step that chooses its own."""
+    reach_samples: int = 9
+    """Times of a step at which the reach of its tools is sampled."""
 
-    # ---------------------------------------------------------------------------------------------- ends of steps
-    until: float = 1e-8
-    """Share of its target, or of the element depth for a contact, within which what ends a step is met …"""
-    instant: float = 1e-12
-    """… if it does not jump there; then, share of the step within which its time is known."""
-    until_strain: float = 1e-3
-    """Elastic strain whose forces are the size of a force that is to vanish."""
-    early: float = 1e-3
-    """Part of a step after which a force, a travel or a measure that ends it is asked about: units differ by factors of 1000."""
-    given_way: float = 0.99
-    """Part of a mount's way that its spring takes, where nothing else drives the run, from which its stiffness is asked about."""
-    gripped: float = 1e-6
-    """Elastic strain with whose forces tools pull at a body that they have gripped."""
 
-    # ---------------------------------------------------------------------------------------------- tools that tip over
-    tip_reach: float = 0.5
-    """Gap over the depth of the elements up to which a point may come to bear a tool."""
-    tip_friction: float = 1.0
-    """Coefficient of friction beyond which no tool is helped to stand."""
-    tip_left: float = 1e-6
-    """Share of a tool's force from which it counts as not borne."""
+@dataclass(frozen=True)
+class DerivativePolicy:
+    """How sensitivities are computed, and what is kept of a run for the way back."""
+
+    parameter_step_ratio: float = 1e-5
+    """Step over the size of a parameter for differences of the residual at fixed active sets, where round-off decides."""
+    finer_step_ratios: tuple[float, ...] = (1e-6, 1e-7)
+    """Smaller steps over the size of a parameter, tried where the residual along a derivative is too large."""
+    derivative_residual_share: float = 1e-5
+    """Share of the forces, beyond round-off, that may be left of the residual along a derivative."""
+    column_residual_share: float = 3e-11
+    """Share of the forces that the linear equations of a derivative may leave."""
+    column_dependence: float = 1e-10
+    """Squared residual below which a direction counts as a combination of those before."""
+    matrix_bytes: float = 1e9
+    """Bytes of matrices that a run keeps for the way back, which evaluates again where it has none."""
+    factor_bytes: float = 1.4e8
+    """Bytes of Newton's last factors that a run keeps likewise; new memory costs as much as new factors beyond it."""
+    factor_bytes_per_increment: float = 4e6
+    """Bytes of one increment's factors up to which those of all increments are kept."""
+    factor_interval: int = 4
+    """Increments of which one keeps its factors, where they are larger than `factor_bytes_per_increment`."""
+    factor_distance: float = 0.012
+    """Scatter of the logarithms of matrix diagonals up to which the factors of one matrix serve another."""
+    adjoint_residual_share: float = 1e-13
+    """Share of the solution that adjoint equations solved with factors of a nearby matrix may leave."""
+    adjoint_max_steps: int = 12
+    """Anderson-accelerated substitutions of an adjoint solve at most; more cost as much as new factors."""
+    adjoint_start_solutions: int = 4
+    """Increments whose solutions make the initial guess of an adjoint solve."""
+
+
+@dataclass(frozen=True)
+class StabilityRules:
+    """Which modes are watched, and what counts as a bifurcation, a jump or a limit point."""
+
+    watched_modes: int = 4
+    """Softest modes that are looked at after every increment."""
+    max_mode_sweeps: int = 8
+    """Passes of subspace iteration at most; two suffice unless a mode is negative."""
+    smooth_iterations: int = 2
+    """Newton iterations up to which an increment may go without a look at modes that were far from negative."""
+    stiffness_loss_share: float = 0.25
+    """Share of its stiffness that no mode may be predicted to lose for an increment to go without a look."""
+    max_unwatched: int = 8
+    """Increments in a row without a look at most."""
+    max_mode_residual: float = 0.1
+    """Residual of a negative mode over its length, above which it does not count as one."""
+    cuts_before_branching: int = 3
+    """Cuts of an increment that ends in an unstable equilibrium, before another one is sought beside it."""
+    branch_from_share: float = 1e-3
+    """Share of the step below which another equilibrium is sought at once."""
+    branch_distances: tuple[float, ...] = (1e-3, 1e-2, 3e-2)
+    """Distances along the unstable mode, over the size of the bodies, at which another equilibrium is sought."""
+    buckling_max_ratio: float = 0.3
+    """Deflection to the other equilibrium, over the size of the bodies and the root of the share of the step, above
+    which it is a jump; columns that buckle have about 0.1, a third of it.
+    """
+    max_prediction_error: float = 1.0
+    """Deviation of an increment from its prediction, over the predicted displacement, above which it may have jumped."""
+    jump_samples: tuple[float, ...] = (0.25, 0.5, 0.75)
+    """Shares of such an increment's way at which stability is checked."""
+    max_jump_steps: int = 300
+    """Steps at most of the overdamped motion in which bodies without history jump."""
+    jump_drag_factor: float = 4.0
+    """Factor by which the drag of that motion changes from one step to the next."""
+    limit_point_share: float = 1e-6
+    """Share of a step below which an increment that repeatedly ends in unstable iterates is at a limit point."""
+    extrapolation_ratios: tuple[float, ...] = (1e-5, 1e-4, 1e-3)
+    """Ways beyond the last state, over the size of the bodies, at which stability is also asked at a limit point."""
+    tool_mode_ratio: float = 10.0
+    """Motion of a tool over that of the bodies, above which a mode is that of the tool sliding."""
+    viscous_work_share: float = 2e-4
+    """Share of the work of a step that viscous forces may dissipate with `stabilise: auto`."""
+    viscous_warning_share: float = 0.01
+    """Share of the work dissipated by viscous forces that is worth a warning."""
+
+
+@dataclass(frozen=True)
+class RemeshingRules:
+    """When a body gets a new mesh, and which."""
+
+    travel_in_smallest_elements: float = 2.5
+    """Tool travel in smallest elements after which a mesh is judged, and made anew if a better one is possible."""
+    due_samples: int = 8
+    """Times in the next two increments at which the travel of the tools is predicted."""
+    due_tolerance: float = 1e-2
+    """Share of that travel by which force-driven tools may miss it, so that no increment is cut for less."""
+    good_shape: float = 0.6
+    """Least shape measure (scaled Jacobian, 0 … 1) of new meshes; a mesh that still has it gains nothing from another."""
+    missing_elements_share: float = 0.05
+    """Share of the wanted elements missing where elements are much too large, from which a mesh is made anew."""
+    max_elements_ratio: float = 1.5
+    """Elements over those wanted, from which a mesh is made anew."""
+    max_size_ratio: float = 2.0
+    """Element size of the first mesh over that wanted, from which the run begins with a new mesh."""
+    worn_shape_ratio: float = 0.7
+    """Ratio of the shape measure to that at the beginning of the mesh, below which it is worn."""
+    size_factors: tuple[float, ...] = (1.0, 0.8)
+    """Factors on the wanted sizes of the meshes that are tried in turn."""
+    release_stages: tuple[float, ...] = (0.8, 0.6, 0.4, 0.2, 0.0)
+    """Shares of the forces out of balance on a new mesh that are left after each stage of their release."""
+
+
+@dataclass(frozen=True)
+class CheckLimits:
+    """Thresholds that several checks, or a check and the solver, share; those of one check stand beside it."""
+
+    inverted_corner_ratio: float = -0.1
+    """Signed area of a corner's triangle over the mean of the element's, below which the corner is inverted."""
+    worn_out_attempts: int = 6
+    """Attempts of a step that fail on one element, after which the run ends."""
+    worn_shape: float = 0.2
+    """Scaled Jacobian below which an element counts as out of shape."""
+    max_folded_increments: int = 20
+    """Increments for which an element may stay folded over, past a support, before the run ends."""
+    localisation_ratio: float = 10.0
+    """Plastic strain of an element over that of nearly all others, from which a failed increment names it."""
+    localisation_strain: float = 1e-6
+    """Plastic strain below which an element is not named."""
+    on_bound_tolerance: float = 1e-6
+    """Share of the friction bound within which a traction is on it."""
+    full_shear_ratio: float = 0.95
+    """Friction over the shear strength of the metal from which the skin flows."""
+    tunnel_cosine: float = -0.5
+    """Cosine between the normals where a straight way enters and leaves a tool, below which it tunnelled."""
+    tunnel_gap_ratio: float = -0.05
+    """Gap over the way, at both ends of the increment, of a node that is outside the tool."""
+    tunnel_samples: int = 8
+    """Places per element depth on a node's way at which tunnelling is checked."""
+    max_tunnel_samples: int = 256
+    """Such places at most."""
+    metal_modulus: float = 20.0
+    """Modulus (GPa) from which an elastic body is taken for a metal."""
+
+
+@dataclass(frozen=True)
+class Policy(Tolerances, StepRules, Globalisation, LinearPolicy, DerivativePolicy, StabilityRules, RemeshingRules, CheckLimits):
+    """How the solver goes about its work. What a user decides is in `Numerics`; this is what nobody should have to."""
 
 
 DEFAULT = Policy()

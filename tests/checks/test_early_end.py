@@ -39,7 +39,7 @@ def failure_of(problem, numerics=None):
     return done, caught.value
 
 
-def worn(places, dt=1e-6, times=DEFAULT.worn_out, longest=0.1):
+def worn(places, dt=1e-6, times=DEFAULT.worn_out_attempts, longest=0.1):
     """What comes of attempts that fail on element 2 of a strip of 3 × 1 whose nodes are at ``places(x, y)``."""
     body = pr.Body(pr.Rectangle(size=(3, 1), n=(3, 1)), METAL)
     problem = pr.Problem(
@@ -70,7 +70,7 @@ def under(x, y):
 def test_an_element_on_which_attempts_fail_again_and_again_ends_the_run():
     """All three are needed: many failures, short increments, a bad shape; the words name element, sides and contact."""
     reason = worn(flat)
-    assert isinstance(reason, Distorted) and reason.shape < 0.2 and reason.attempts == DEFAULT.worn_out
+    assert isinstance(reason, Distorted) and reason.shape < 0.2 and reason.attempts == DEFAULT.worn_out_attempts
     assert (
         set(reason.sides) == {"b.top", "b.right", "b.bottom"}
         and reason.contacts == ("b.top-die",)
@@ -78,7 +78,7 @@ def test_an_element_on_which_attempts_fail_again_and_again_ends_the_run():
     )
     assert "element 2 of b" in sentence(reason) and "in contact b.top-die" in sentence(reason)
     assert "finer there" in hint(reason)
-    assert worn(flat, times=DEFAULT.worn_out - 1) is None
+    assert worn(flat, times=DEFAULT.worn_out_attempts - 1) is None
     assert worn(flat, dt=1e-3) is None
     assert worn(lambda x, y: (x, y)) is None
 
@@ -108,7 +108,8 @@ def test_a_side_that_stays_past_its_support_ends_the_run(caplog):
     """Told when its element folds, ended twenty increments later: it went on for 406, and stopped at a 'limit point'."""
     done, error = failure_of(sticking())
     reason = error.reason
-    assert isinstance(reason, PastSupport) and reason.past[:2] == ("b.right", "b.bottom") and reason.increments == DEFAULT.folded
+    assert isinstance(reason, PastSupport) and reason.past[:2] == ("b.right",
+        "b.bottom") and reason.increments == DEFAULT.max_folded_increments
     assert len(done) < 100 and done[-1].time < 0.55
     assert "side 'b.right' lies" in str(error) and "in place of the support 'b.bottom'" in str(error)
     assert sum("slides past the support 'b.bottom'" in words for words in caplog.messages) == 1

@@ -130,7 +130,7 @@ def test_an_edge_is_held_that_goes_up_a_flank(behind, holds):
 def test_a_jump_is_cut_where_the_ledger_misses_too_much():
     """An arch that snaps under a push: less to be missed makes more increments of the jump, and the far side is the same."""
     problem = replace(arch(pr.Step("push", push={"p": pr.Push(y=-60.0)})), stabilise="auto")
-    tight = Policy(jump_missed=1e-4, jump_share=1e-3, jump_travel=0.05)
+    tight = Policy(jump_imbalance_share=1e-4, jump_increment_share=1e-3, jump_travel_in_elements=0.05)
     runs = [list(pr.solve(problem, policy=policy)) for policy in (Policy(), tight)]
     assert len(runs[1]) > len(runs[0])
     assert runs[1][-1].tools["p"].place.y == pytest.approx(runs[0][-1].tools["p"].place.y, rel=1e-6)

@@ -21,7 +21,7 @@ from prensa.system.planning import plan_step
 ELASTIC = pr.Elastic(E=1000.0, nu=0.3)
 WHOLE, CONDENSED = pr.Numerics(condense=False), pr.Numerics(condense=True)
 SAME = 1e-9
-NARROW = Policy(columns=8)  # so that contact of these small bodies grows out of the columns made at once
+NARROW = Policy(columns_at_once=8)  # so that contact of these small bodies grows out of the columns made at once
 
 
 def block(n=(12, 6), size=(2.0, 1.0), origin=(0.0, 0.0), **more) -> pr.Body:

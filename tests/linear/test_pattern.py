@@ -58,7 +58,7 @@ def make_alike(pattern, rows):
 def test_runs_with_rows_kept_once_have_the_same_bits():
     """Elastic bodies of a large system keep one of two patterns: not a bit of displacements, histories and forces changes."""
     plain, shared = (
-        [inc.state for inc in pr.solve(pressed(), policy=Policy(worth_sharing=size))] for size in (10**9, 0)
+        [inc.state for inc in pr.solve(pressed(), policy=Policy(shared_pattern_from=size))] for size in (10**9, 0)
     )
     assert len(plain) == len(shared) > 0
     for a, b in zip(plain, shared):
@@ -79,5 +79,5 @@ def test_rows_are_kept_once_in_large_systems_of_elastic_bodies_alone():
     assert name in metal.meshes
     for system, part in ((pr.discretise(block), True), (metal, False)):
         plan = plan_step(system, 0, system.initial().step_start)
-        Reduced.of(system, plan.fixed, pr.Numerics(), policy=Policy(worth_sharing=0))
+        Reduced.of(system, plan.fixed, pr.Numerics(), policy=Policy(shared_pattern_from=0))
         assert isinstance(system.pattern._rows, Part) is part

@@ -19,7 +19,7 @@ from prensa.verify.forming import upsetting
 
 pytest.importorskip("rslab")
 NUMERICS = pr.Numerics(solver="rslab")
-ALWAYS, NEVER = Policy(worth_single=1), Policy(worth_single=10**9)
+ALWAYS, NEVER = Policy(single_precision_from=1), Policy(single_precision_from=10**9)
 
 
 def grid(n: int, skew: float = 0.0, hold: float = 0.1) -> csc_matrix:
@@ -217,7 +217,7 @@ def test_slender_columns_are_not_called_stable_by_factors_of_single_precision_th
 def test_factors_of_single_precision_alone_would_call_a_buckling_column_stable():
     """What the check is for: believed, factors in single precision have no negative pivot for this one."""
     a = column(400, 1.1)
-    believed = factorisation(a, True, Policy(worth_single=1, telling=np.inf))
+    believed = factorisation(a, True, Policy(single_precision_from=1, soft_mode_error=np.inf))
     believed.step(a.data, np.sin(np.arange(400.0)), 1e-4)
     assert believed.made_from is not None and believed.positive
 
@@ -280,7 +280,7 @@ def test_modes_take_no_factors_of_double_precision_where_single_ones_help(monkey
 
     monkeypatch.setitem(factorisations.BACKENDS, "rslab", noted)
     problem = upsetting((8, 6), 0.1, increments=3, reductions=(0.05,))
-    sure, unsure = (Policy(worth_single=1, telling=telling) for telling in (0.1, 0.0))
+    sure, unsure = (Policy(single_precision_from=1, soft_mode_error=telling) for telling in (0.1, 0.0))
     known = list(pr.solve(problem, NUMERICS, policy=sure))
     kinds.clear()
     found = list(pr.solve(problem, NUMERICS, policy=unsure))

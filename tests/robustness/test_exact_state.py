@@ -55,7 +55,7 @@ def problems(draw, linear: bool = False) -> pr.Problem:
     )  # fmt: skip
 
 
-NARROW = Policy(columns=4)  # so that contact of these small bodies grows out of the columns made at once
+NARROW = Policy(columns_at_once=4)  # so that contact of these small bodies grows out of the columns made at once
 
 
 def solved(problem, start=None, condense=False, policy=NARROW) -> list:
@@ -220,7 +220,7 @@ def test_a_run_killed_at_random_moments_ends_the_same(tmp_path):
 
 def test_factors_of_earlier_attempts_are_not_used():
     """A run that starts within the tolerance is improved with factors of its own: a resumed one has no others."""
-    improved = Policy(fine=1e-30)  # whatever is converged is improved once more
+    improved = Policy(fine_residual=1e-30)  # whatever is converged is improved once more
     problem = pr.Problem(
         "linear", kinematics="small", bodies={"b": pr.Body(pr.Rectangle(size=(2, 1), n=(6, 3)), pr.Elastic(1000.0, 0.3))},
         fixed={"b.bottom": "xy"}, loads={"b.top": pr.Load(pressure=1.0, follower=False)},

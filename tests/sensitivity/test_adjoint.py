@@ -124,7 +124,7 @@ def test_what_is_not_kept_is_made_again(room: float) -> None:
     problem = loads(SHAPED).problem
     by, of = ["tools.die.points.1.1", "friction.mu", "bodies.billet.material.flow.K"], ["die.force.y", "billet.top.x at x=5"]
     kept = pr.gradient(problem, of, by, step="press")
-    made = pr.gradient(problem, of, by, step="press", policy=Policy(kept_matrices=room, kept_factors=room))
+    made = pr.gradient(problem, of, by, step="press", policy=Policy(matrix_bytes=room, factor_bytes=room))
     assert made.values.tolist() == kept.values.tolist()
     assert made.slopes == pytest.approx(kept.slopes, rel=1e-10, abs=1e-12 * np.abs(kept.slopes).max())
 
@@ -145,7 +145,7 @@ def test_factors_serve_increments_beside(monkeypatch: pytest.MonkeyPatch) -> Non
     counts = []
     for apart in (4, 10**6):  # those of every fourth increment are kept, or none but the first's
         made.clear()
-        beside = pr.gradient(problem, of, by, step="press", policy=Policy(kept_size=0.0, kept_apart=apart))
+        beside = pr.gradient(problem, of, by, step="press", policy=Policy(factor_bytes_per_increment=0.0, factor_interval=apart))
         counts.append(len(made))
         assert beside.values.tolist() == kept.values.tolist()
         assert beside.slopes == pytest.approx(kept.slopes, rel=1e-10, abs=1e-12 * np.abs(kept.slopes).max())

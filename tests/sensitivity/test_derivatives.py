@@ -451,7 +451,7 @@ def test_steps_that_reach_over_a_corner_are_made_finer(caplog: pytest.LogCapture
     ]
     assert (ends[0] - ends[1]) / 8e-7 == pytest.approx(exact, rel=1e-5)
     assert "is not exact" not in caplog.text
-    with_long_steps = list(pr.solve(problem, numerics, times=times, derivatives=[path], policy=Policy(finer_steps=())))
+    with_long_steps = list(pr.solve(problem, numerics, times=times, derivatives=[path], policy=Policy(finer_step_ratios=())))
     assert "is not exact" in caplog.text
     assert with_long_steps[-1].derivative(lambda i: i.force("roll").y)[path] != pytest.approx(exact[-1], rel=1e-5)
 

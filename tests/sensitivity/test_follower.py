@@ -19,8 +19,8 @@ from prensa.sensitivity import direct, increments
 from prensa.timer.timer import Timer
 from rings import FLOW, ring
 
-FOLLOWED = Policy(worth_following=0)
-NONE = Policy(worth_following=10**9)
+FOLLOWED = Policy(pipeline_from_dofs=0)
+NONE = Policy(pipeline_from_dofs=10**9)
 TWO = pr.Numerics(threads=2)
 PATHS = ["friction.mu", f"{FLOW}.K", "bodies.ring.mesh.size.1"]
 STEPS_PATHS = ["friction.mu", "tools.roll.radius", "bodies.block.material.flow.K", "steps.1.move.roll.x"]
@@ -180,7 +180,7 @@ def test_factors_apart_are_their_own() -> None:
     assert np.array_equal(apart.again(b), factors.again(b))
     x = apart.solve(second.T.ravel(), b)
     assert first @ factors.again(b) == pytest.approx(b) and second @ x == pytest.approx(b)
-    large = Factorisation(n, indptr, indices, "rslab", policy=Policy(most_apart=n - 1))
+    large = Factorisation(n, indptr, indices, "rslab", policy=Policy(detach_max_unknowns=n - 1))
     assert large.apart() is large
 
 
@@ -188,7 +188,8 @@ def test_factors_of_a_far_matrix_are_replaced_in_single_precision() -> None:
     """Where Newton's factors lead nowhere, those of the matrix at the solution do, and the run keeps its own."""
     pytest.importorskip("rslab")
     problem = ring("bodies.ring.mesh.n=[12, 8]")
-    every, single = Policy(worth_single=10**9), Policy(worth_single=1, few_changed=100, krylov=30)
+    every, single = Policy(single_precision_from=10**9), Policy(single_precision_from=1, same_matrix_points=100,
+        gmres_max_iterations=30)
     paths = [*PATHS, f"{FLOW}.n"]
     exact = list(pr.solve(problem, derivatives=paths, policy=every))
     plain = list(pr.solve(problem, policy=single))

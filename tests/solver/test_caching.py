@@ -52,15 +52,15 @@ def test_nodes_that_went_through_a_tool_are_those_of_all_ways(tool):
         end = start + far * rng.normal(size=start.shape)
         length = np.hypot(*(end - start).T)
         h = min(float(s.points.depth.min()), system.tools[0].thickness)
-        samples = min(int(DEFAULT.samples * length.max() / h) + DEFAULT.samples, DEFAULT.most_samples)
+        samples = min(int(DEFAULT.tunnel_samples * length.max() / h) + DEFAULT.tunnel_samples, DEFAULT.max_tunnel_samples)
         way = start + np.linspace(0.0, 1.0, samples)[:, None, None] * (end - start)
         close = shape.closest(way.reshape(-1, 2))
         g, n = close.g.reshape(samples, -1), close.n.reshape(way.shape)
         expected = np.zeros(len(start), dtype=bool)
         for k in range(len(start)):
             inside = np.flatnonzero(g[:, k] < 0)
-            if len(inside) and min(g[0, k], g[-1, k]) > DEFAULT.outside * length[k]:
-                expected[k] = n[inside[0], k] @ n[inside[-1], k] < DEFAULT.opposite
+            if len(inside) and min(g[0, k], g[-1, k]) > DEFAULT.tunnel_gap_ratio * length[k]:
+                expected[k] = n[inside[0], k] @ n[inside[-1], k] < DEFAULT.tunnel_cosine
         assert np.array_equal(_through(system, s, start, end, DEFAULT), expected)
         found += int(expected.sum())
     assert found > 5
@@ -71,7 +71,7 @@ def test_strain_that_most_points_stay_below_is_a_quantile_where_it_is_more_than_
     system = pr.discretise(under(pr.Plane(touching="b.top")))
     control, rng = StepControl(system, plan_step(system, 0, system.initial().u), DEFAULT), np.random.default_rng(2)
     growth = rng.uniform(size=(160, 4)) ** 3
-    quantile = float(np.quantile(growth, DEFAULT.spread))
+    quantile = float(np.quantile(growth, DEFAULT.plastic_quantile))
     for allowed in [*rng.uniform(size=50), quantile * (1 - 1e-9), quantile * (1 + 1e-9)]:
         assert control._strain([None, growth], float(allowed)) in ((0.0, quantile) if quantile <= allowed else (quantile,))
     assert control._strain([None, growth], 1.0) == 0.0

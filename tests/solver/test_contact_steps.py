@@ -153,9 +153,9 @@ def test_of_many_candidates_those_that_press_are_enough(monkeypatch):
         lam = eq.system.initial_multipliers(eq.context.state)
         e = eq.evaluate(u, lam)
         calls.clear()
-        chosen = contact_step(replace(eq, policy=replace(eq.policy, few=0)), u, lam, e, None)
+        chosen = contact_step(replace(eq, policy=replace(eq.policy, few_candidates=0)), u, lam, e, None)
         more |= len(calls) > 1
-        everything = contact_step(replace(eq, policy=replace(eq.policy, few=1000)), u, lam, e, None)
+        everything = contact_step(replace(eq, policy=replace(eq.policy, few_candidates=1000)), u, lam, e, None)
         assert chosen is not None and everything is not None and calls[0] < calls[-1]
         body = eq.system.dofs.displacement.slice
         np.testing.assert_allclose(chosen.step[body], everything.step[body], atol=1e-5 * np.abs(everything.step[body]).max())

@@ -11,7 +11,7 @@ import prensa as pr
 from prensa.policy import Policy
 from prensa.verify import example1
 
-WITHOUT = Policy(edge=0)
+WITHOUT = Policy(edge_max_points=0)
 
 
 def solved(problem: pr.Problem, policy: Policy | None = None, numerics: pr.Numerics | None = None) -> list[pr.Increment]:

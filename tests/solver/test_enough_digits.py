@@ -30,7 +30,7 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
 def test_tools_that_are_moved_need_the_digits_of_sums_alone(monkeypatch):
     """Fewer evaluations; forces balance to 1e-9 in every increment and are those of a hundred times less left to 1e-9."""
     made, found = counted(monkeypatch), []
-    for policy in (Policy(fine=1e-12, moved=1.0), Policy(moved=1.0), Policy()):
+    for policy in (Policy(fine_residual=1e-12, fine_ratio_moved_tools=1.0), Policy(fine_ratio_moved_tools=1.0), Policy()):
         made.clear()
         system = pr.discretise(BILLET)
         increments = list(pr.solve(system, policy=policy))
@@ -48,7 +48,7 @@ PUSHED = loaded_block("finite", "current", 1.0, 1.0)
 @pytest.mark.parametrize("problem", [PUSHED, enforced(BILLET, pr.Exact())], ids=["pushed", "exact"])
 def test_tools_that_find_their_place_by_forces_need_all_digits(problem):
     """With pushed tools and loads, and with multipliers, nothing is left that was taken away before: the same bits."""
-    strict, usual = (last(problem, Policy(moved=moved)) for moved in (1.0, 10.0))
+    strict, usual = (last(problem, Policy(fine_ratio_moved_tools=moved)) for moved in (1.0, 10.0))
     assert np.array_equal(strict.state.u, usual.state.u)
 
 
@@ -57,7 +57,7 @@ def test_what_is_expected_of_flow_changes_no_bit(monkeypatch):
     made, found = counted(monkeypatch), []
     for before in (1, 3, 10**9):
         made.clear()
-        found.append((last(BILLET, Policy(turned_before=before)).state.u, len(made)))
+        found.append((last(BILLET, Policy(unreliable_starts=before)).state.u, len(made)))
     assert found[0][1] != found[2][1]  # it was expected, rightly or not
     assert all(np.array_equal(u, found[0][0]) for u, _ in found)
 

@@ -117,5 +117,5 @@ def test_a_policy_is_handed_in():
         "policy", bodies={"b": body}, tools={"t": pr.Plane(touching="b.top")}, contacts=(pr.Contact("b.top", "t"),),
         fixed={"b.bottom": "y", "b.left": "x"}, steps=(pr.Step("press", move={"t": pr.Motion(y=-0.01)}),),
     )  # fmt: skip
-    assert next(iter(pr.solve(problem, policy=Policy(first=0.001)))).time == 0.001
-    assert next(iter(pr.solve(problem))).time == Policy().first
+    assert next(iter(pr.solve(problem, policy=Policy(first_share=0.001)))).time == 0.001
+    assert next(iter(pr.solve(problem))).time == Policy().first_share

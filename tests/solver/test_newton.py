@@ -83,7 +83,7 @@ def test_iterates_that_cannot_be_evaluated_and_residuals_that_stay_are_reasons()
     u[1 : 2 * eq.system.nodes : 2] = -2.0 * eq.system.X[:, 1]
     assert isinstance(newton(eq, Guess(u), lam, result), Unevaluable)
     state = init(eq, Guess(eq.context.state.u), lam)
-    state.least = [1.0] * (eq.policy.patience + 3)
+    state.least = [1.0] * (eq.policy.stagnation_iterations + 3)
     observe(eq, state, result)
     state.norm, state.relative = 0.9, 0.9
     assert terminate(eq, state, result) == Stagnated(0.9)
@@ -109,7 +109,7 @@ def test_a_shortened_step_along_a_curved_tool_keeps_the_gaps_of_the_linear_model
     eq.system.displacement(delta)[:, 0] = -0.1
     found = _shortened(eq, u, delta, e, lam)
     f = (eq.system.displacement(found) - eq.system.displacement(u))[0, 0] / -0.1
-    assert any(f == pytest.approx(share) for share in eq.policy.line_search)
+    assert any(f == pytest.approx(share) for share in eq.policy.line_search_factors)
     (gaps,), s = linear_gaps(e, f * delta), eq.system.surfaces[0]
     closed = gaps < 0
     assert closed.any()
@@ -207,7 +207,8 @@ def test_a_node_that_lands_on_a_wedge_takes_few_iterations():
 def test_steps_of_a_bent_strip_that_are_made_good_by_the_next_are_taken():
     """A sheet bent freely in 30 increments: fewer iterations and cuts, forces within a ten-thousandth."""
     problem = first_step("free_bending.yaml", -5.0, 30)
-    before, now = (list(pr.solve(problem, policy=Policy(shrinks=share))) for share in (0.0, Policy().shrinks))
+    before, now = (list(pr.solve(problem, policy=Policy(monotonicity_ratio=share))) for share in (0.0,
+        Policy().monotonicity_ratio))
     for count in ("iterations", "cutbacks"):
         old, new = (sum(getattr(i.statistics, count) for i in run) for run in (before, now))
         assert new < 0.95 * old, count

@@ -142,7 +142,7 @@ def test_where_it_is_not_asked_for():
 def test_a_drawn_strip_takes_fewer_iterations_for_the_same_answer():
     """Pull and places are those without it, in the same increments."""
     times = np.arange(1, 16) / 15
-    runs = [list(solve(loads(DRAWN).problem, policy=replace(Policy(), local_steps=n), times=times)) for n in (0, 6)]
+    runs = [list(solve(loads(DRAWN).problem, policy=replace(Policy(), local_max_steps=n), times=times)) for n in (0, 6)]
     for a, b in zip(*runs, strict=True):
         assert b.force("die").x == pytest.approx(a.force("die").x, rel=1e-6)
         np.testing.assert_allclose(b.bodies["sheet"].x, a.bodies["sheet"].x, rtol=0, atol=1e-7)

@@ -248,7 +248,7 @@ def test_elastic_bodies_without_friction_jump_by_themselves(caplog):
     at = int(np.argmin(np.diff(energy)))  # where work is done on the part it grows
     assert taken[at + 1].time - taken[at].time < 1e-5
     way = taken[at + 1].bodies["part"].x - taken[at].bodies["part"].x
-    assert np.abs(way).max() > 1.5 * POLICY.branches[-1] * 20.0  # farther than what is looked at beside every limit point
+    assert np.abs(way).max() > 1.5 * POLICY.branch_distances[-1] * 20.0  # farther than what is looked at beside every limit point
     for i in taken:
         up = i.supports["part.start"].y + i.supports["part.end"].y
         assert i.force("tool").y == pytest.approx(up, rel=1e-6, abs=1e-9)

@@ -67,6 +67,6 @@ def test_a_strip_that_is_drawn_lands_in_a_short_increment():
     problem = pr.load(Path(__file__).parents[2] / "examples" / "strip_drawing.yaml").problem
     problem = replace(problem, steps=(pr.Step("draw", fixed={"sheet.right": {"x": 1.1}}),))
     for share, most in ((1.0, 0.2), (0.5, 0.06)):  # N mm; 3.5 before, whatever the increments
-        run = list(pr.solve(problem, policy=Policy(travel=0.3 * share, plastic=0.01 * share)))
+        run = list(pr.solve(problem, policy=Policy(travel_in_elements=0.3 * share, plastic_strain_increment=0.01 * share)))
         assert run[-1].force("die").x > 30.0
         assert np.abs(np.diff([i.energy["imbalance"] for i in run])).max() <= most

@@ -88,12 +88,12 @@ def _plain_step(eq: Equilibrium, start: Any, values: Any, lam: Any) -> Guess:
 def _unfinished(eq: Equilibrium, u: Any, e: Any, lam: Any, came_by: Any, followed: Any = None) -> tuple[Finish, bool]:
     """A converged iterate as it is (see `finish`)."""
     done = Finish(u, e, eq.norm(e))
-    return done, done.within(eq) and not e.violation > eq.policy.tight
+    return done, done.within(eq) and not e.violation > eq.policy.exact_gap_ratio
 
 
 def _within(self: Finish, eq: Equilibrium) -> bool:
     """Whether residual and constraints are within the tolerance, with no regard to digits beyond it."""
-    return self.within(eq) and not self.evaluation.violation > eq.policy.tight
+    return self.within(eq) and not self.evaluation.violation > eq.policy.exact_gap_ratio
 
 
 def _as_it_was(system: Any, c: Any, e: Any, u: Any, step: Any, lam: Any) -> Any:
@@ -155,7 +155,7 @@ TIMELY = (
     Mechanism(
         "turning_expected",
         "After several increments in which flow turned, the first matrix of the next is made for that at once.",
-        policy={"turned_before": NEVER},
+        policy={"unreliable_starts": NEVER},
     ),
     Mechanism(
         "gap_correction",
@@ -168,7 +168,7 @@ TIMELY = (
     Mechanism(
         "early_stop",
         "Attempts whose residual no longer falls are given up before the last iteration.",
-        policy={"vain": NEVER, "patience": NEVER},
+        policy={"max_nonimproving": NEVER, "stagnation_iterations": NEVER},
     ),
     Mechanism(
         "runaway",
@@ -239,7 +239,7 @@ TIMELY = (
         "finish",
         "Nearly converged iterates are brought home by substitutions with the factors at hand.",
         (replaced(newton, newton.finish, _unfinished), replaced(newton, newton._followed, _nothing)),
-        policy={"near": 0.0},
+        policy={"finish_from_residual": 0.0},
     ),
     Mechanism(
         "broyden",
@@ -265,7 +265,7 @@ TIMELY = (
     Mechanism(
         "bdf2_where_steady",
         "Flow is of second order in time by itself only where it is steady.",
-        policy={"unsteady": 1e9},
+        policy={"unsteady_share": 1e9},
     ),
     Mechanism(
         "cut_before_touch",
@@ -312,7 +312,7 @@ TIMELY = (
     Mechanism(
         "single_precision",
         "Large systems are factored in single precision, and GMRES makes the rest.",
-        policy={"worth_single": NEVER},
+        policy={"single_precision_from": NEVER},
     ),
     Mechanism(
         "reuse_of_factors",
@@ -322,7 +322,7 @@ TIMELY = (
     Mechanism(
         "factors_of_last_step",
         "A step takes the factors of the matrix before it and GMRES where few contact points changed.",
-        policy={"alike": 0.0},
+        policy={"same_matrix_residual": 0.0},
     ),
     Mechanism(
         "inexact_steps",

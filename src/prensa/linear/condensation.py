@@ -77,14 +77,15 @@ def pays(system: System, policy: Policy) -> bool:
     """Whether factorisations and the columns that contact reaches cost less than the factorisations of all iterations."""
     steps = system.problem.steps
     increments = sum(step.increments or policy.usual_increments for step in steps)
-    afford = (policy.increment_cost * increments - len(steps)) / policy.column_cost
-    if system.ndof < policy.worth_condensing or afford < 0:
+    afford = (policy.factorisations_per_increment * increments - len(steps)) / policy.column_cost_ratio
+    if system.ndof < policy.condense_from_dofs or afford < 0:
         return False
     candidates = 2 * sum(len(s.points.nodes) for s in system.surfaces)
     if afford >= candidates:  # which are counted at once
         return True
-    blocks = -(-2 * reached(system, policy) // policy.columns) + 1  # they come in whole blocks, and a contact begins in one
-    return afford >= min(blocks * policy.columns, candidates)
+    blocks = -(-2 * reached(system, policy) // policy.columns_at_once) + 1
+        # they come in whole blocks, and a contact begins in one
+    return afford >= min(blocks * policy.columns_at_once, candidates)
 
 
 def reached(system: System, policy: Policy) -> int:
@@ -97,7 +98,7 @@ def reached(system: System, policy: Policy) -> int:
     for number in range(len(system.problem.steps)):
         plan = plan_step(system, number, start.step_start)
         tools = np.isin(np.arange(system.ndof), plan.fixed)
-        for t in np.linspace(plan.t0, plan.t1, policy.reach_looks):
+        for t in np.linspace(plan.t0, plan.t1, policy.reach_samples):
             u = start.u.copy()
             u[plan.fixed] = plan.values(float(t))
             moved = system.displacement(u - start.u).any()

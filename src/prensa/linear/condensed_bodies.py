@@ -68,7 +68,7 @@ class Bodies:
         masters = masters[number[masters] >= 0]
         self.near = masters[np.sort(np.unique(masters, return_index=True)[1])].astype(np.int64)
         self.places = number[self.near]
-        a, width = len(self.near), max(1, min(policy.columns, policy.room // max(len(self.free), 1)))
+        a, width = len(self.near), max(1, min(policy.columns_at_once, policy.column_room // max(len(self.free), 1)))
         self.block = np.arange(a) // width
         self.known: set[int] = set()
         self.C, self.P = np.zeros((a, a), order="F"), np.zeros((len(self.held), a), order="F")
@@ -94,14 +94,14 @@ class Bodies:
 
         """
         x = self.factorisation.again(b) if len(b) else b
-        for _ in range(self.policy.refinements):
+        for _ in range(self.policy.max_refinements):
             given, found = (b, x) if b.ndim == 1 else (b.sum(axis=1), x.sum(axis=1))
             missing = np.abs(given - self.K @ found).max(initial=0.0)
             error = missing / (self.size * np.abs(found).max(initial=0.0) + np.abs(given).max(initial=0.0) + 1e-300)
-            if not error > self.policy.refine:
+            if not error > self.policy.refine_backward_error:
                 break
             x = x + self.factorisation.again(b - self.K @ x)
-        if not error <= self.policy.backward_error:
+        if not error <= self.policy.max_backward_error:
             raise SolveError(
                 f"the bodies could not be condensed (backward error {error:.1e}); what to try: numerics: {{condense: false}}"
             )
@@ -122,7 +122,7 @@ class Bodies:
         """The bodies without contact under the loads of an increment's end, with the held dofs at ``held`` (p,)."""
         key = c.plan.number, c.time, held.tobytes()
         if key not in self._responses:
-            while len(self._responses) >= self.policy.responses:
+            while len(self._responses) >= self.policy.kept_responses:
                 del self._responses[next(iter(self._responses))]
             self._responses[key] = self.unloaded(held, self._loads(c))
         return self._responses[key]

@@ -255,7 +255,7 @@ OVERWRITTEN = {"pardiso"}
 
 def may_be_apart(solvers: Iterable[str], unknowns: int, policy: Policy = DEFAULT) -> bool:
     """Whether factors stay when later ones are made by any of these solvers, and there is room for both."""
-    return not OVERWRITTEN.intersection(solvers) and unknowns <= policy.most_apart
+    return not OVERWRITTEN.intersection(solvers) and unknowns <= policy.detach_max_unknowns
 
 
 # factors that a solver has for symmetric matrices, the cheapest first; all have LU
@@ -352,7 +352,7 @@ class Factorisation:
     @property
     def _worth_single(self) -> bool:
         """Whether factors of single precision may be taken, and save something."""
-        return self._single and self.structure.n >= self.policy.worth_single and self.order[0][0] in SINGLE
+        return self._single and self.structure.n >= self.policy.single_precision_from and self.order[0][0] in SINGLE
 
     @property
     def factored(self) -> bool:
@@ -364,7 +364,7 @@ class Factorisation:
         """Whether the factors were made since `begin`, and are so near their matrix that they tell its softest modes."""
         if self._own and self._to_check is not None:
             assert self._solve is not None
-            self._telling = departure(self._to_check, self._solve) <= self.policy.telling
+            self._telling = departure(self._to_check, self._solve) <= self.policy.soft_mode_error
             self._to_check = None
         return self._own and self._telling
 
@@ -378,7 +378,7 @@ class Factorisation:
         if self._own and self._to_check is not None:
             scale = 1.0 if self.scale is None else self.scale
             b, x = scale * b, x / scale
-            self._telling = length(self._to_check @ x - b) <= self.policy.telling * length(b)
+            self._telling = length(self._to_check @ x - b) <= self.policy.soft_mode_error * length(b)
             self._to_check = None
         return self._own and self._telling
 
@@ -432,9 +432,9 @@ class Factorisation:
         """Solution of b (n,) to a few digits, or but for a ``share``, of the matrix of the last `step`, `solve` or `follow`."""
         if self._matrix is not None and self._solve is not None:
             scale = 1.0 if self.scale is None else self.scale
-            outliers, usual = self.policy.outliers * self._apart, self.policy.usual_rate
+            outliers, usual = self.policy.gmres_iterations_per_point * self._apart, self.policy.expected_rate
             for left in (usual,) if share is None or share >= usual else (share, usual):
-                x = krylov(self._matrix, self._solve, scale * b, self.policy.krylov, left, outliers)
+                x = krylov(self._matrix, self._solve, scale * b, self.policy.gmres_max_iterations, left, outliers)
                 if x is not None:
                     return scale * x
         return self.again(b)
@@ -449,7 +449,7 @@ class Factorisation:
         scale = np.ones(len(b)) if self.scale is None else self.scale
         out = np.empty_like(b)
         for k in range(b.shape[1]):
-            x = krylov(self._matrix, self._solve, scale * b[:, k], self.policy.krylov, share)
+            x = krylov(self._matrix, self._solve, scale * b[:, k], self.policy.gmres_max_iterations, share)
             if x is None:
                 return None
             out[:, k] = scale * x
@@ -473,7 +473,7 @@ class Factorisation:
             if self.order[0][1] == GENERAL:
                 return values.astype(kind, copy=False)
             assert self._inside is not None
-            out, end, stretch = np.empty(np.count_nonzero(self._inside), dtype=kind), 0, DEFAULT.stretch
+            out, end, stretch = np.empty(np.count_nonzero(self._inside), dtype=kind), 0, DEFAULT.block_values
             for first in range(0, len(values), stretch):
                 kept = values[first : first + stretch][self._inside[first : first + stretch]]
                 out[end : end + len(kept)] = kept
@@ -508,9 +508,9 @@ class Factorisation:
         x, self._matrix = None, None
         apart = None if changed is None else self._apart + changed
         # factors LDLᵀ are too cheap to be replaced by as many iterations as points apart take
-        few = policy.few_changed if self.order[0][1] == GENERAL else 0
+        few = policy.same_matrix_points if self.order[0][1] == GENERAL else 0
         if apart is not None and apart <= few and self._solve is not None:
-            x = krylov(A, self._solve, scale * b, policy.krylov, share, policy.outliers * apart)
+            x = krylov(A, self._solve, scale * b, policy.gmres_max_iterations, share, policy.gmres_iterations_per_point * apart)
             if x is not None:
                 self._matrix, self._apart = A, apart
         if x is None:
@@ -525,7 +525,7 @@ class Factorisation:
         self._solve, self.made_from, self._to_check, self._apart = None, None, None, 0
         single = self._single_part(A.data)
         solve = None if single is None else self._of_single(single)
-        x = None if solve is None else krylov(A, solve, b, self.policy.krylov, share)
+        x = None if solve is None else krylov(A, solve, b, self.policy.gmres_max_iterations, share)
         if x is not None:
             self._solve, self.made_from, self._own, self._to_check, self._matrix = solve, single, True, A, A
         return x
@@ -605,13 +605,13 @@ class Factorisation:
         factor = self._factor()
         solve = factor(self._part(values))
         x = np.asarray(solve(b))
-        for _ in range(policy.refinements):
+        for _ in range(policy.max_refinements):
             r = b - A @ x
-            error = _backward_error(A, x, b, r, largest, policy.refine)
-            if not error > policy.refine:
+            error = _backward_error(A, x, b, r, largest, policy.refine_backward_error)
+            if not error > policy.refine_backward_error:
                 break
             x = x + np.asarray(solve(r))
-        if not error <= policy.backward_error:
+        if not error <= policy.max_backward_error:
             raise ArithmeticError(f"backward error {error:.1e}")
         self._solve, self._own, self._telling = solve, True, True
         return x
@@ -627,8 +627,8 @@ def _backward_error(A: csc_matrix, x: Array, b: Array, r: Array, largest: float,
     if bound <= enough:
         return bound
     rows = np.zeros(len(b))
-    for first in range(0, len(A.data), DEFAULT.stretch):  # beside the factors there is no room for a second matrix
-        part = slice(first, first + DEFAULT.stretch)
+    for first in range(0, len(A.data), DEFAULT.block_values):  # beside the factors there is no room for a second matrix
+        part = slice(first, first + DEFAULT.block_values)
         rows += np.bincount(A.indices[part], np.abs(A.data[part]), len(b))
     return left / (float(rows.max()) * size + forces + 1e-300)
 
@@ -704,7 +704,7 @@ def departure(A: csc_matrix, solve: Solve, sweeps: int = 2) -> float:
 
 def product(a: Array, b: Array) -> float:
     """a·b of vectors (n,), the same whatever number of threads the numerical library has: it shares out long ones."""
-    return float(a @ b) if len(a) <= DEFAULT.shared_products else float(np.einsum("i,i->", a, b))
+    return float(a @ b) if len(a) <= DEFAULT.serial_dot_length else float(np.einsum("i,i->", a, b))
 
 
 def length(a: Array) -> float:
@@ -801,7 +801,7 @@ class DenseFactors:
         b, y = scale * b, x / scale
         norm = np.abs(M).sum(axis=1).max()
         error = np.abs(b - M @ y).max() / (norm * np.abs(y).max() + np.abs(b).max() + 1e-300)
-        if not error <= self.policy.backward_error:
+        if not error <= self.policy.max_backward_error:
             self._factors = None
             raise SingularError(f"backward error {error:.1e}")
         return x

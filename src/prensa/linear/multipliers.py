@@ -57,18 +57,18 @@ def determined(e: Evaluation, b: Array, equations: list[Equations], policy: Poli
         n2 = (n**2).sum(axis=1)
         along = np.divide((n * t).sum(axis=1), n2, out=np.zeros_like(n2), where=n2 > 0)
         left = np.stack([np.sqrt(n2), np.sqrt(((t - along[:, None] * n) ** 2).sum(axis=1))], axis=1)
-        constraint = own <= policy.weak * size
-        held = constraint & (left <= policy.weak * size)
+        constraint = own <= policy.weak_multiplier_share * size
+        held = constraint & (left <= policy.weak_multiplier_share * size)
         assert s.multipliers is not None
         asked = np.abs(s.multipliers.of(b))
-        unmet = held & (asked > (policy.met * s.points.depth * f.weight * unit)[:, None])
-        inside = unmet[:, 0] & (f.g < -policy.met * s.points.depth)
+        unmet = held & (asked > (policy.constraint_met_ratio * s.points.depth * f.weight * unit)[:, None])
+        inside = unmet[:, 0] & (f.g < -policy.constraint_met_ratio * s.points.depth)
         if inside.any():
             x, y = s.X[int(np.argmax(inside))].tolist()
             raise BlockedError(Blocked(s.name, x, y))
-        beyond = policy.beyond_bound * f.p / unit
+        beyond = policy.beyond_bound_ratio * f.p / unit
         leap = np.divide(asked[:, 1], beyond, out=size[:, 1].copy(), where=beyond > 0)
-        shift = np.where(held, size, np.where(constraint, policy.shift * size, 0.0))
+        shift = np.where(held, size, np.where(constraint, policy.redundant_shift_ratio * size, 0.0))
         shift[:, 1] = np.where(unmet[:, 1], leap, shift[:, 1])
         data[eq.slots[:, [0, 1], [-2, -1]]] -= shift
     return data

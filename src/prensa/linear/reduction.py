@@ -197,7 +197,7 @@ class Selected:
         """See `Restriction`."""
         if not spent:
             return data[self.entries]
-        end, stretch = 0, DEFAULT.stretch
+        end, stretch = 0, DEFAULT.block_values
         for first in range(0, len(data), stretch):
             kept = data[first : first + stretch][self.entries[first : first + stretch]]
             data[end : end + len(kept)] = kept
@@ -253,7 +253,7 @@ class Reduced:
             restriction = Controlled(system.pattern, fixed, control)
         else:
             # where bodies flow, few nodes find their equilibrium first, and the rows of the whole are asked for at every turn
-            shared = system.ndof >= policy.worth_sharing and not system.has_memory
+            shared = system.ndof >= policy.shared_pattern_from and not system.has_memory
             restriction = Selected(system.pattern, fixed, shared)
         weight = weights_of(system)[restriction.rows]
         # multipliers make a matrix indefinite; without them that takes a free tool, or large compression
@@ -318,7 +318,7 @@ class Reduced:
         changed: contact points but for which the factors at hand are nearly those of the matrix; None where they are not.
         """
         policy = self.policy
-        share = min(max(policy.forcing * relative, policy.least_forcing), policy.most_forcing)
+        share = min(max(policy.forcing_ratio * relative, policy.min_forcing), policy.max_forcing)
         return self.restriction.whole(self.factorisation.step(matrix, self.restriction.part(b), share, changed), len(b))
 
     def correction(self, b: Array, share: float | None = None) -> Array:
@@ -328,7 +328,7 @@ class Reduced:
     def responses(self, loads: csr_matrix, of: csr_matrix) -> Array:
         """Σ of_i x (n, k) of the solutions x for k loads, rows (k, ndof), with the last factors; of (n, ndof)."""
         ndof = loads.shape[1]
-        width = max(1, min(self.policy.columns, self.policy.room_beside // ndof))
+        width = max(1, min(self.policy.columns_at_once, self.policy.column_room_beside // ndof))
         out = np.empty((of.shape[0], loads.shape[0]))
         for first in range(0, loads.shape[0], width):
             block = slice(first, first + width)

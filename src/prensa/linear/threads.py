@@ -28,7 +28,7 @@ def threads_of(numerics: model.Numerics, unknowns: int, policy: Policy = DEFAULT
     """
     if numerics.threads != "auto":
         return numerics.threads
-    return 1 if unknowns < policy.worth_threads else _free_threads(policy)
+    return 1 if unknowns < policy.threads_from_dofs else _free_threads(policy)
 
 
 def threads_with_follower(numerics: model.Numerics, unknowns: int, policy: Policy = DEFAULT) -> tuple[int, bool]:
@@ -38,10 +38,10 @@ def threads_with_follower(numerics: model.Numerics, unknowns: int, policy: Polic
     those whose factors of two increments would need too much memory; nor where a solver's later factors take the place of those
     that are at hand.
     """
-    if unknowns < policy.worth_following or not may_be_apart(available(numerics.solver), unknowns, policy):
+    if unknowns < policy.pipeline_from_dofs or not may_be_apart(available(numerics.solver), unknowns, policy):
         return threads_of(numerics, unknowns, policy), False
     threads = _free_threads(policy) if numerics.threads == "auto" else numerics.threads
-    own = threads - 1 if numerics.threads != "auto" or unknowns >= policy.worth_threads else 1
+    own = threads - 1 if numerics.threads != "auto" or unknowns >= policy.threads_from_dofs else 1
     return (own, True) if threads > 1 else (1, False)
 
 
@@ -49,7 +49,7 @@ def _free_threads(policy: Policy) -> int:
     """As many as there are cores for them: see `threads_of`."""
     if os.environ.get("PYTEST_CURRENT_TEST") is not None or multiprocessing.parent_process() is not None:
         return 1
-    most = policy.most_threads
+    most = policy.max_auto_threads
     told = os.environ.get("OMP_NUM_THREADS", "").partition(",")[0]
     if told.isdigit() and int(told) > 0:
         most = min(most, int(told))

@@ -158,7 +158,7 @@ class Remeshing:
     def due_at(self, system: System, state: State, plan: StepPlan, until: float, reached: Array | None = None) -> float:
         """See `Due`."""
         now, tools, limit = state.clock.time, system.dofs.tool.slice, self._travel_limit(state)
-        over = 1.0 + self.policy.nearly_due
+        over = 1.0 + self.policy.due_tolerance
         if self._count(state) >= self.asked.at_most:
             return np.inf
         if reached is not None and self._travel(system, state, reached) <= over * limit:
@@ -173,7 +173,7 @@ class Remeshing:
             u[plan.fixed] = plan.values(t)
             return self._travel(system, state, u) < limit
 
-        times = np.linspace(now, until, self.policy.due_looks + 1)
+        times = np.linspace(now, until, self.policy.due_samples + 1)
         if not short(now) or (gone := next((k for k, t in enumerate(times[1:]) if not short(t)), None)) is None:
             return np.inf
         return bisected(short, float(times[gone]), float(times[gone + 1]))[1]
@@ -197,7 +197,7 @@ class Remeshing:
         if state.clock.number == 0:
             return "the first mesh is too coarse" if self._too_coarse(system, state) else ""
         when, began = self.asked.when, 1.0 if state.remeshed is None else state.remeshed.shape
-        least = min(when.quality, self.policy.worn_share * began)
+        least = min(when.quality, self.policy.worn_shape_ratio * began)
         shape = least_shape(system, state.u, self.bodies)
         if shape < least:
             return f"shape measure {shape:.2f}"
@@ -207,16 +207,16 @@ class Remeshing:
             if way // limit == before // limit or not (reason := self._could_be_better(system, state, shape)):
                 return ""
             return f"travel {way:.3g}, {reason}"
-        return f"travel {way:.3g}" if way > (1.0 - self.policy.nearly_due) * limit else ""
+        return f"travel {way:.3g}" if way > (1.0 - self.policy.due_tolerance) * limit else ""
 
     def _could_be_better(self, system: System, state: State, shape: float) -> str:
         """What a new mesh would do better than one of a least ``shape``, in words; '' if it would be much like this one."""
         if shape < self.policy.good_shape:
             return f"shape measure {shape:.2f}"
         for missing, ratio in (mismatch(self._sizes(system, state, body)) for body in self.bodies):
-            if missing > self.policy.ill_sized:
+            if missing > self.policy.missing_elements_share:
                 return f"{missing:.0%} of the elements are missing"
-            if ratio > self.policy.too_many:
+            if ratio > self.policy.max_elements_ratio:
                 return f"{ratio:.1f} times the elements that are needed"
         return ""
 
@@ -226,7 +226,7 @@ class Remeshing:
 
     def _too_coarse(self, system: System, state: State) -> bool:
         """Whether an element is much larger than what is asked for there."""
-        return any(coarseness(self._sizes(system, state, b)).max() > self.policy.too_coarse for b in self.bodies)
+        return any(coarseness(self._sizes(system, state, b)).max() > self.policy.max_size_ratio for b in self.bodies)
 
     def _travel(self, system: System, state: State, u: Array) -> float:
         """Largest way of a tool from the last mesh to u (ndof,), of its reference point or by its turn at the farthest point."""
@@ -247,8 +247,8 @@ class Remeshing:
         if travel != "auto":
             return travel
         if state.remeshed is not None:
-            return self.policy.remesh_travel * state.remeshed.least
-        return self.policy.remesh_travel * self._least(self.base, self.base.initial())
+            return self.policy.travel_in_smallest_elements * state.remeshed.least
+        return self.policy.travel_in_smallest_elements * self._least(self.base, self.base.initial())
 
     def _least(self, system: System, state: State) -> float:
         """Smallest size on the outlines that tools ask for."""
@@ -260,7 +260,7 @@ class Remeshing:
         hopeless = hopeless or tools_removed(self.base.problem, state.clock.step)
         if hopeless or not self.asked.when.failure or self._count(state) >= self.asked.at_most:
             raise error
-        if failures > len(self.policy.finer):
+        if failures > len(self.policy.size_factors):
             raise SolveError(f"{error} New meshes have not helped here.", error.last, error.reason) from error
 
     # ------------------------------------------------------------------------------------------------ lines of symmetry
@@ -283,7 +283,7 @@ class Remeshing:
     def _on_new_meshes(self, stepping: Stepping, state: State, why: str, failures: int) -> tuple[Stepping, State]:
         """Time stepping and state on new meshes; what they were where no new mesh bears the state."""
         problem = ""
-        for share in self.policy.finer[max(failures - 1, 0) :]:
+        for share in self.policy.size_factors[max(failures - 1, 0) :]:
             try:
                 with stepping.timer("remeshing"):
                     following, there, told = self._tried(stepping, state, share)
@@ -330,7 +330,7 @@ def balanced(stepping: Stepping, state: State) -> tuple[State, str]:
     system, plan = stepping.system, present_plan(stepping.system, state)
     stepping.prepare(plan)
     now = state.clock.time
-    dt = state.dt_last if state.dt_last > 0 else stepping.policy.first * (plan.t1 - plan.t0)
+    dt = state.dt_last if state.dt_last > 0 else stepping.policy.first_share * (plan.t1 - plan.t0)
     at_rest = replace(state, clock=state.clock._replace(time=now - dt), du=0.0 * state.du, dt_last=0.0)
     eq = stepping.equilibrium(stepping.context(at_rest, plan, now))
     in_no_time = replace(eq, reduced=replace(eq.reduced, assembly=AtRest(eq.reduced.assembly, system)))
@@ -360,7 +360,7 @@ def _let_go(eq: Equilibrium, state: State) -> NewtonResult:
         if s.multipliers is not None:  # equations of multipliers are no forces
             forces[s.unknowns] = 0.0
     u, result = state.u, None
-    for share in eq.policy.let_go:
+    for share in eq.policy.release_stages:
         c = replace(eq.context, interactions=[*eq.context.interactions, Remainder(forces, share)])
         result = attempt_from(replace(eq, context=c), u)
         if not result.converged:

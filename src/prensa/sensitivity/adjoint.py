@@ -191,7 +191,7 @@ class Recorded(Followed):
         self.kept: list[Converged] = []
         self.state: State | None = None
         self.lines = guard_of(system)
-        self.room, self.room_for_factors = policy.kept_matrices, policy.kept_factors
+        self.room, self.room_for_factors = policy.matrix_bytes, policy.factor_bytes
 
     @property
     def wants_matrices(self) -> bool:
@@ -247,8 +247,8 @@ class Recorded(Followed):
         found, last = self.reduced.factorisation.kept(), self.kept[-1].factors if self.kept else None
         if found is None or (last is not None and found.factors is last.factors):
             return found
-        recent = [at.factors for at in self.kept[len(self.kept) - self.policy.kept_apart + 1 :]]
-        beside = found.size > self.policy.kept_size and any(f is not None for f in recent)
+        recent = [at.factors for at in self.kept[len(self.kept) - self.policy.factor_interval + 1 :]]
+        beside = found.size > self.policy.factor_bytes_per_increment and any(f is not None for f in recent)
         if beside or found.size > self.room_for_factors:
             return None
         self.room_for_factors -= found.size
@@ -296,7 +296,8 @@ class _Seen(NamedTuple):
 class _Parameter:
     """A parameter: the systems a ``step`` above and below it, and what it changes of their arrays.
 
-    ``policy.flat``: lengths over element depths by which changes of a parameter's size may move what stands still (`Still`).
+    ``policy.derivative_residual_share``: lengths over element depths by which changes of a parameter's size may move
+    what stands still (`Still`).
     """
 
     path: str
@@ -312,7 +313,7 @@ class _Parameter:
     def of(cls, system: System, path: str, policy: Policy) -> _Parameter:
         """The parameter at a path."""
         parameter = Parameter.of(system.problem, path, system.length)
-        step = policy.parameter_step * parameter.size
+        step = policy.parameter_step_ratio * parameter.size
         shape = path.startswith("tools.")
         systems = parameter.tools_beside(system, step) if shape else parameter.neighbours(system, step)
         for other in systems:
@@ -415,7 +416,7 @@ class _Parameter:
         out = stage.mu @ self.difference(mu, [0.0 if p is None else getattr(p, "mu", 0.0) for p in b.friction])
         for still in stage.still:
             moves = still.slopes @ (self.difference(*(p.values(still.time) - p.values(still.before) for p in (a, b))))
-            if np.abs(moves * self.size).max(initial=0.0) > self.policy.flat:
+            if np.abs(moves * self.size).max(initial=0.0) > self.policy.derivative_residual_share:
                 raise OnlyForwards(
                     f"gradient: {self.path} moves a node that supports hold at rest on a tool, which would begin to slide or "
                     f"open (step {a.name!r}, time {still.time:.6g}), which has no derivative; solve(derivatives=...) follows "

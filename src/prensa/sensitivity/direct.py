@@ -162,7 +162,7 @@ class Direction:
             If they cannot be varied together.
 
         """
-        step = policy.parameter_step
+        step = policy.parameter_step_ratio
         systems = neighbours(system, parameters, [step * share * p.size for p, share in zip(parameters, shares)])
         viscous = Stabilisation(systems[0], policy), Stabilisation(systems[1], policy)
         return cls(Parameter("all of them", 1.0, 1.0), step, systems, viscous, {})
@@ -437,7 +437,7 @@ class Columns:
         reduced, part = self.reduced, self.reduced.restriction.part
         images, x, d = self.times(ways), np.empty_like(left), left.shape[1]
         share = np.zeros((ways.shape[1] // d, d))
-        nearest(part(images), part(left), reduced.weight, reduced.policy.columns_alike, share)
+        nearest(part(images), part(left), reduced.weight, reduced.policy.column_dependence, share)
         combined(ways, images, share, x, left)
         return x
 
@@ -471,7 +471,7 @@ class Columns:
         reduced, policy, n = self.reduced, self.reduced.policy, len(x)
         part = reduced.restriction.part(left)
         sizes, todo, found, rest, enough = self._shares(part), np.arange(left.shape[1]), x, left, True
-        while enough and not (fine := sizes <= policy.columns_fine).all():
+        while enough and not (fine := sizes <= policy.column_residual_share).all():
             if fine.any():
                 x[:, todo], left[:, todo] = found, rest
                 on = np.flatnonzero(~fine)
@@ -487,7 +487,8 @@ class Columns:
                 break
             found += step
             rest = after
-            enough = not sizes.max() * (sizes.max() / before) ** policy.corrections > policy.columns_fine
+            enough = not sizes.max() * (sizes.max() /
+                before) ** policy.substitutions_per_factorisation > policy.column_residual_share
         if found is x:
             left[:] = rest
         else:

@@ -194,7 +194,7 @@ class Differentiation:
         """Norm of what the residual does along a derivative x (ndof,), with finer steps where there is too much."""
         assert self.reduced is not None
         rest = self.reduced.norm(d.rest(at, x))
-        for share in self.policy.finer_steps:
+        for share in self.policy.finer_step_ratios:
             if rest <= self._may_be_left(at, d):
                 break
             rest = min(rest, self.reduced.norm(self._with_steps(d, share, d.carried).rest(at, x)))
@@ -224,7 +224,7 @@ class Differentiation:
         """The same along a parameter for which differences are taken, with finer steps where too much of the residual is left."""
         carried, taken = d.carried, d
         neighbours, rest, reaction = self._differences(at, columns, d, result, state)
-        for share in self.policy.finer_steps:
+        for share in self.policy.finer_step_ratios:
             if rest <= self._may_be_left(at, taken):
                 break
             finer = self._with_steps(d, share, carried)
@@ -270,7 +270,7 @@ class Differentiation:
 
     def _may_be_left(self, at: Solution, d: Direction) -> float:
         """Norm of the residual along a derivative that is as it should be."""
-        return self.policy.flat * at.e.scale / d.parameter.size + at.e.floor / d.step
+        return self.policy.derivative_residual_share * at.e.scale / d.parameter.size + at.e.floor / d.step
 
     def _matters(self, at: Solution, d: Direction, reaction: Array) -> float:
         """Norm of the residual along a derivative above which it says something wrong of forces.
@@ -280,7 +280,7 @@ class Differentiation:
         """
         fixed = at.c.plan.fixed
         changes = float((self.weight[fixed] * np.abs(reaction[fixed])).sum())
-        return self.policy.flat * max(self.largest / d.parameter.size, changes)
+        return self.policy.derivative_residual_share * max(self.largest / d.parameter.size, changes)
 
     def _switched(self, c: Context, result: NewtonResult) -> dict[str, int]:
         """Points of each contact that have closed or opened in an increment: forces have kinks there."""

@@ -84,7 +84,7 @@ def solve(
     policy, timer, messages, begin = policy or Policy(), timer or Timer(), Messages(system, monitor), start or system.initial()
     numerics = numerics or model.Numerics()
     threads, follows = threads_with_follower(numerics, system.ndof, policy)
-    directions = [Direction.of(system, path, policy.parameter_step, policy, begin) for path in derivatives]
+    directions = [Direction.of(system, path, policy.parameter_step_ratio, policy, begin) for path in derivatives]
     stepping = Differentiated(system, replace(numerics, threads=threads), policy, messages, timer, directions)
     stepping.passages = passages or stepping.passages
     stepping.guard = guard_of(system) if system is base else None
@@ -213,7 +213,7 @@ class Differentiated(Followed):
         """
         if self.follower is not None:
             self.follower.wait()
-        share, directions = self.policy.parameter_step, []
+        share, directions = self.policy.parameter_step_ratio, []
         for d in self.differentiation.directions:
             _refuse_to_move(self.guard, d)
             there = Direction.of(system, d.parameter.path, share, self.policy, system.initial())

@@ -222,7 +222,7 @@ class Common:
         """Factors that increments after were solved with, where they had none of Newton's."""
         self.solutions = np.empty((len(reduced.free), 0))
         """Of the last increments (f, k m), that of the last one first."""
-        self.substitutions = Substitutions(len(reduced.free), policy.transposed_steps, policy.transposed_fine)
+        self.substitutions = Substitutions(len(reduced.free), policy.adjoint_max_steps, policy.adjoint_residual_share)
 
     @cached_property
     def places(self) -> Index | slice:
@@ -231,7 +231,7 @@ class Common:
 
     def note(self, x: Array) -> None:
         """Keep solutions (f, m) for the next to begin with."""
-        most = (self.reduced.policy.transposed_begun - 1) * x.shape[1]
+        most = (self.reduced.policy.adjoint_start_solutions - 1) * x.shape[1]
         self.solutions = np.hstack([x, self.solutions[:, :most]])
 
 
@@ -283,7 +283,7 @@ class Backwards:
 
         New ones are of the furthest, which is in the middle of those that its factors serve.
         """
-        far, common, reduced = self.reduced.policy.transposed_apart, self.common, self.reduced
+        far, common, reduced = self.reduced.policy.factor_distance, self.common, self.reduced
         if common.nearby is not None and departure(common.nearby.diagonal, self.diagonal) < far:
             return common.nearby
         common.nearby, found = None, None
@@ -308,7 +308,7 @@ class Backwards:
 
     def _refined(self, b: Array, again: Solve) -> Array | None:
         """Free dofs (f, m) for b (f, m) by substitutions with factors nearby; None where they do not lead to it."""
-        out = begun(self.part, b, self.common.solutions, self.reduced.policy.columns_alike)
+        out = begun(self.part, b, self.common.solutions, self.reduced.policy.column_dependence)
         for k in range(b.shape[1]):
             one, first = np.ascontiguousarray(b[:, k]), np.ascontiguousarray(out[:, k])
             x = self.common.substitutions.solve(self.part, again, one, first)

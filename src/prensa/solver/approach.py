@@ -48,13 +48,14 @@ def first_touch(
         if not apart(now):
             continue
         # a cylinder may be apart again at the end, on the far side
-        times = np.linspace(now, end, _looks(system, s, state, plan, end, policy.looks) + 1)
+        times = np.linspace(now, end, _looks(system, s, state, plan, end, policy.max_touch_samples) + 1)
         met = next((i for i, t in enumerate(times[1:]) if not apart(float(t))), None)
         if met is None:
             continue
         touch, _ = bisected(apart, float(times[met]), float(times[met + 1]))
         # a touch at the very end, of the step say, needs no increment of its own after it
-        if touch - now > policy.touch * (end - now) and end - touch > policy.sliver * (plan.t1 - plan.t0):
+        if touch - now > policy.min_share_before_touch * (end - now) and end - touch > policy.min_share_left * (plan.t1
+            - plan.t0):
             notes = [f"{s.against} first touches {'+'.join(s.description.surface)} at time {touch:.6g}"]
             end = touch
     return end, notes
@@ -86,7 +87,7 @@ def approach(system: System, c: Context, policy: Policy = DEFAULT) -> Approach:
     """Where to start from: tools driven by force that touch nothing are brought to rest on the penalty springs.
 
     The springs stand on the bodies as they are, so the start is in equilibrium with the tool's force, or with its moment
-    if that is all that drives it. Through air it went to where they bear a millionth of that (`Policy.just_touches`).
+    if that is all that drives it. Through air it went to where they bear a millionth of that (`Policy.just_touches_share`).
 
     Raises
     ------
@@ -106,7 +107,7 @@ def approach(system: System, c: Context, policy: Policy = DEFAULT) -> Approach:
         own = [(i, s) for i, s in enumerate(system.surfaces) if s.against == tool.name]
         if not force.any() or not own or any(were_closed(c.state, s) for _, s in own):
             continue
-        touch, _ = _brought_to_rest(system, c, touch, t, policy.just_touches * force, own)
+        touch, _ = _brought_to_rest(system, c, touch, t, policy.just_touches_share * force, own)
         u, way = _brought_to_rest(system, c, u, t, force, own)
         notes.append(f"{tool.name} is driven by force and touched nothing: brought into contact over {way:.4g}")
     return Approach(u, touch - c.state.u if notes else None, notes)

@@ -115,7 +115,7 @@ def _solve(eq: Equilibrium, start: Array, by_contact: bool, lam: Array, result: 
 
 def _emerge(eq: Equilibrium, path: list[Context], start: Array, lam: Array, result: NewtonResult) -> Failure | None:
     """Solve the stages in which tools that start inside bodies come out of them (see `emergence`), and then the increment."""
-    rough = replace(eq.numerics, tolerance=eq.policy.rough)
+    rough = replace(eq.numerics, tolerance=eq.policy.overlap_stage_residual)
     for stage in path:
         at = replace(eq, context=stage, numerics=rough)
         end = newton(at, initial_guess(at, start, lam), lam, result)
@@ -153,6 +153,6 @@ def updated_multipliers(system: System, c: Context, e: Evaluation, lam: Array, p
     for s, f, sc in zip(system.surfaces, e.contacts, c.scales):
         slip = f.kappa - c.state.contact.slip[s.rows]
         enforcement = s.description.enforcement
-        update[s.rows], change = enforcement.update(f, lam[s.rows], sc, slip, policy.small_slip)
+        update[s.rows], change = enforcement.update(f, lam[s.rows], sc, slip, policy.small_slip_ratio)
         worst = max(worst, change)
     return update, worst

@@ -39,9 +39,9 @@ def _central_path(L: Array, R: Array, b: Array, policy: Policy) -> tuple[Array, 
     from scipy.linalg.lapack import dgetrf, dgetrs
 
     x, y = np.ones((2, len(b)))
-    for _ in range(policy.interior_steps):
+    for _ in range(policy.interior_max_iterations):
         mean = float(x @ y) / len(b)
-        if mean < policy.complementary:
+        if mean < policy.complementarity_tolerance:
             return x, y
         missing = L @ y - R @ x - b
         ratio = y / x
@@ -58,7 +58,7 @@ def _central_path(L: Array, R: Array, b: Array, policy: Policy) -> tuple[Array, 
         centre = ((ahead / mean) ** 3 * mean - dx * dy) / x
         dx = dgetrs(*factors, missing + L @ (centre - y))[0]
         dy = centre - y - ratio * dx
-        step = min(1.0, policy.interior * min(_longest(x, dx), _longest(y, dy)))
+        step = min(1.0, policy.interior_step_share * min(_longest(x, dx), _longest(y, dy)))
         x, y = x + step * dx, y + step * dy
         if not (np.isfinite(x).all() and np.isfinite(y).all()):
             return None
@@ -75,7 +75,7 @@ def _polished(L: Array, R: Array, b: Array, x: Array, y: Array, policy: Policy) 
     """The solution of the linear equations of the pairs of x, y, or x, y with the lesser of each pair put to zero."""
     first = x > y
     takes_x = first
-    for _ in range(policy.polishing):
+    for _ in range(policy.polishing_rounds):
         matrix = np.where(takes_x, -R, L)
         try:
             z = np.linalg.solve(matrix, b)
@@ -101,7 +101,7 @@ def pivoted(M: Array, q: Array, policy: Policy = DEFAULT) -> tuple[Array, Array]
     table = np.hstack([np.eye(n), -M, -np.ones((n, 1)), q[:, None]])
     basis, artificial = np.arange(n), 2 * n
     row, entering = int(np.argmin(q)), artificial
-    for _ in range(policy.pivots * n):
+    for _ in range(policy.pivots_per_equation * n):
         table[row] /= table[row, entering]
         others = np.arange(n) != row
         table[others] -= np.outer(table[others, entering], table[row])
@@ -112,12 +112,12 @@ def pivoted(M: Array, q: Array, policy: Policy = DEFAULT) -> tuple[Array, Array]
             return values[:n], values[n : 2 * n]
         entering = leaving + n if leaving < n else leaving - n
         column = table[:, entering]
-        able = column > policy.least_pivot * np.abs(column).max()
+        able = column > policy.min_pivot_ratio * np.abs(column).max()
         if not able.any() or not np.isfinite(column).all():
             return None
         ratio = np.where(able, np.maximum(table[:, -1], 0.0) / np.where(able, column, 1.0), np.inf)
         least = ratio.min()
-        ties = np.flatnonzero(ratio <= least * (1.0 + policy.least_pivot))
+        ties = np.flatnonzero(ratio <= least * (1.0 + policy.min_pivot_ratio))
         out = ties[basis[ties] == artificial]
         row = int(out[0] if len(out) else ties[np.argmax(column[ties])])
     return None

@@ -55,7 +55,7 @@ def contact_step(
     """Step from the iterate u (ndof,), whose evaluation is e; None where there is none or it would cost too much.
 
     stick (points,): contact points that are forced to stick where the step does not decide that; ``most``: candidates to
-    begin with at most, `Policy.most_candidates` if not given.
+    begin with at most, `Policy.max_candidates` if not given.
 
     Few points near a tool are all candidates. Of many (a flange lies near its binder everywhere and touches it nowhere but
     on a ridge) those that are closed are, and then those that a step would take through a tool, until it takes none.
@@ -63,7 +63,7 @@ def contact_step(
     near, taken = _near(eq, e), _first(eq, e)
     if most is not None and taken.sum() > most:
         return None
-    while 0 < taken.sum() <= eq.policy.most_candidates:
+    while 0 < taken.sum() <= eq.policy.max_candidates:
         try:
             found = _step_of(eq, u, lam, e, stick, taken)
         except SingularError:
@@ -89,7 +89,7 @@ def _step_of(
         stick = None
     else:
         rubbing = np.zeros_like(near)
-    shares = eq.policy.foundation * np.stack([near, rubbing], axis=1).astype(np.float64)
+    shares = eq.policy.foundation_ratio * np.stack([near, rubbing], axis=1).astype(np.float64)
     base = eq.evaluate(u, lam, stick=stick, foundation=shares)
     if base.failed:
         return None
@@ -120,7 +120,7 @@ def _step_of(
 
 def affordable(eq: Equilibrium, e: Evaluation) -> bool:
     """Whether a contact step from the evaluation e costs no more than another iteration, so that Newton takes them anyway."""
-    return not e.contacts or int(_first(eq, e).sum()) <= eq.policy.few
+    return not e.contacts or int(_first(eq, e).sum()) <= eq.policy.few_candidates
 
 
 def decides_friction(eq: Equilibrium, e: Evaluation) -> bool:
@@ -131,7 +131,7 @@ def decides_friction(eq: Equilibrium, e: Evaluation) -> bool:
 def _first(eq: Equilibrium, e: Evaluation) -> Flags:
     """Points (points,) that are candidates from the beginning."""
     near = _near(eq, e)
-    if near.sum() <= eq.policy.few:
+    if near.sum() <= eq.policy.few_candidates:
         return near
     return near & (np.concatenate([f.p > 0 for f in e.contacts]) | eq.context.state.contact.closed)
 
@@ -143,7 +143,7 @@ def _passed(eq: Equilibrium, e: Evaluation, step: Array) -> Flags:
 
 def _near(eq: Equilibrium, e: Evaluation) -> Flags:
     """Candidates (points,)."""
-    share, scales = eq.policy.candidates, eq.context.scales
+    share, scales = eq.policy.candidate_gap_ratio, eq.context.scales
     return np.concatenate([np.where(np.isfinite(f.g), f.g, np.inf) < share * sc.h for f, sc in zip(e.contacts, scales)])
 
 
@@ -156,12 +156,12 @@ def _rubbing(eq: Equilibrium, e: Evaluation, near: Flags) -> Flags | None:
         if s.exact or law.hardens or f.t.shape[1] != 1 or eq.context.lagged:
             return None
         rubbing[s.rows] = near[s.rows]
-    return rubbing if rubbing.sum() <= eq.policy.few else None
+    return rubbing if rubbing.sum() <= eq.policy.few_candidates else None
 
 
 def _pressures(policy: Policy, trial: Array, S: Array, ahead: Array) -> Array | None:
     """Share v (m,) of the candidates' pressures; ahead (m,): changes of their trial pressures by the springs alone."""
-    m, share = len(trial), policy.foundation
+    m, share = len(trial), policy.foundation_ratio
     x, y = np.maximum(trial, 0.0), np.maximum(-trial, 0.0)
     left, right = np.eye(m) - share * S, np.eye(m) + (1.0 - share) * S
     found = complementary(left, right, left @ y - right @ x - ahead, policy)
@@ -220,7 +220,7 @@ def _of_surface(s: Surface, f: ContactForces, scale: Scale, at: Index, lam: Arra
 
 def rubbed(eq: Equilibrium, base: Evaluation, rubbing: Flags, lam: Array) -> Friction:
     """The candidates with friction of all contacts, from an evaluation on their foundation; lam (points, 2) multipliers."""
-    ndof, share = eq.system.ndof, eq.policy.foundation
+    ndof, share = eq.system.ndof, eq.policy.foundation_ratio
     parts = []
     for s, f, scale in zip(eq.context.surfaces, base.contacts, eq.context.scales):
         at = np.flatnonzero(rubbing[s.rows])

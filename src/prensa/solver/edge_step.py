@@ -30,16 +30,17 @@ from prensa.types import Array, Flags, Index
 def with_edges(eq: Equilibrium, e: Evaluation, lam: Array, step: Array) -> Array:
     """Newton's step (ndof,) from the evaluation e, made by the factors at hand, with the points that it changes decided.
 
-    As it was where it changes none, or more than `Policy.edge`, and with multipliers that have equations; lam (points, 1 + t).
+    As it was where it changes none, or more than `Policy.edge_max_points`, and with multipliers that have equations;
+    lam (points, 1 + t).
     """
     if not applies(eq, e):
         return step
     acts, alone = e.touching, _trial(eq, e, lam, step)
     wrong, near = (alone > 0) != acts, np.isfinite(alone)
     at, found = np.zeros(0, dtype=np.int64), step
-    for _ in range(eq.policy.edge_rounds if wrong.any() else 0):
+    for _ in range(eq.policy.edge_max_rounds if wrong.any() else 0):
         taken = np.union1d(at, _with_those_ahead(eq, wrong, acts, near))
-        if len(taken) == len(at) or len(taken) > eq.policy.edge:
+        if len(taken) == len(at) or len(taken) > eq.policy.edge_max_points:
             break
         at = taken
         forces, slopes = _rows(eq, e, at)
@@ -60,7 +61,7 @@ def applies(eq: Equilibrium, e: Evaluation) -> bool:
     """
     loads = eq.context.interactions[len(eq.context.surfaces) :]
     led = eq.tools_are_moved and all(isinstance(load, Release) for load in loads)
-    if not (led and eq.helped and e.contacts) or len(eq.reduced.free) > eq.policy.edge_largest:
+    if not (led and eq.helped and e.contacts) or len(eq.reduced.free) > eq.policy.edge_max_unknowns:
         return False
     return not eq.reduced.equations and eq.reduced.factorisation.factored
 

@@ -87,34 +87,35 @@ class Equilibrium:
         tangent once an increment was cut: far steps may let go of them. ``first``: of the iterates, which was extrapolated.
         """
         policy = self.policy
-        limit = policy.turned if first else policy.turning
+        limit = policy.unreliable_flow_first if first else policy.unreliable_flow_later
         if self.context.rule.share:
-            limit = policy.long_turned if first else limit
+            limit = policy.unreliable_flow_second_order if first else limit
             # in long increments flow turns in few elements too, whose share of all forces falls with their size
-            few = policy.turning_elements
-            limit *= max(few / max(sum(len(b) for b in self.system.blocks), few), policy.least_turning)
+            few = policy.unreliable_flow_elements
+            limit *= max(few / max(sum(len(b) for b in self.system.blocks), few), policy.min_unreliable_flow_ratio)
         return self.may_go_far and relative > limit
 
     @property
     def secant(self) -> float:
         """How far the matrix goes from the tangent to the secant moduli where flow turns."""
-        return self.policy.long_secant if self.context.rule.share else self.policy.secant
+        return self.policy.secant_share_second_order if self.context.rule.share else self.policy.secant_share
 
     def runaway(self, change: Array) -> Failure | None:
         """Why a change of the dofs (ndof,) is too large to be meant: what is free to move; None if it is not."""
         system, policy = self.system, self.policy
-        if max(change.max(initial=0.0), -change.min(initial=0.0)) <= min(policy.far * system.length, policy.spin):
+        if max(change.max(initial=0.0), -change.min(initial=0.0)) <= min(policy.max_displacement_ratio * system.length,
+            policy.max_rotation):
             return None
         change = change.copy()
         change[self.reduced.fixed] = 0.0
-        far = policy.far * system.length
+        far = policy.max_displacement_ratio * system.length
         motions, d = np.abs(system.dofs.tool.of(change)), system.dofs.dimension
-        limits = np.where(np.arange(motions.shape[1]) < d, far, policy.spin)
+        limits = np.where(np.arange(motions.shape[1]) < d, far, policy.max_rotation)
         beyond = (motions > limits).any(axis=1)
         if beyond.any():
             t = int(np.argmax(beyond))
             motion = motions[t]
-            turns = (motion[d:] > policy.spin).any()
+            turns = (motion[d:] > policy.max_rotation).any()
             worst = d + int(np.argmax(motion[d:])) if turns else d - 1 - int(np.argmax(motion[:d][::-1]))
             return ToolRunaway(system.tools[t].name, system.dofs.tool.components[worst])
         return Runaway() if np.abs(change[system.dofs.displacement.slice]).max(initial=0.0) > far else None

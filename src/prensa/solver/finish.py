@@ -20,7 +20,7 @@ class Secant:
     Broyden (1965); recursion on the steps alone after Kelley (1995, Iterative Methods for Linear and Nonlinear Equations, 7.3).
     """
 
-    def __init__(self, first: Array | None, least: float = DEFAULT.least_secant, lengths: Array | None = None) -> None:
+    def __init__(self, first: Array | None, least: float = DEFAULT.min_secant_ratio, lengths: Array | None = None) -> None:
         """``first`` (n,): the step before; ``lengths`` (n,): what a unit of each dof is as a length, all 1 if None."""
         self.least, self.lengths = least, lengths
         self.steps = [] if first is None or not self._product(first, first) > 0 else [first]
@@ -57,13 +57,13 @@ class Finish:
     def fine(self, eq: Equilibrium) -> bool:
         """Whether nothing is left to improve: residual and, with exact enforcement, constraints."""
         e, policy = self.evaluation, eq.policy
-        if e.violation > policy.tight:
+        if e.violation > policy.exact_gap_ratio:
             return False
-        return not self.norm > policy.fine * e.scale or (self.norm <= self.enough(eq) and self._sums_up(eq))
+        return not self.norm > policy.fine_residual * e.scale or (self.norm <= self.enough(eq) and self._sums_up(eq))
 
     def is_nearly_there(self, eq: Equilibrium) -> bool:
         """Whether another substitution is likely to be the last."""
-        return self.norm * max(self.rate or eq.policy.likely_rate, eq.policy.usual_rate) <= self.enough(eq)
+        return self.norm * max(self.rate or eq.policy.expected_rate_last_step, eq.policy.expected_rate) <= self.enough(eq)
 
     def enough(self, eq: Equilibrium) -> float:
         """Sum of the absolute residuals below which only sums with signs matter, if tools are only moved; else what is fine.
@@ -72,16 +72,16 @@ class Finish:
         """
         policy, e = eq.policy, self.evaluation
         if eq.reduced.equations or not (eq.tools_are_moved and eq.context.driven_by_ways):
-            return policy.fine * e.scale
-        usual = policy.moved * min(policy.fine, eq.numerics.tolerance) * e.scale
-        return max(min(usual, policy.moved_left * _pressed(e)), policy.fine * e.scale)
+            return policy.fine_residual * e.scale
+        usual = policy.fine_ratio_moved_tools * min(policy.fine_residual, eq.numerics.tolerance) * e.scale
+        return max(min(usual, policy.contact_share_moved_tools * _pressed(e)), policy.fine_residual * e.scale)
 
     def _sums_up(self, eq: Equilibrium) -> bool:
         """Whether sums over all nodes have their digits: what is left adds up to hardly anything beside what contacts press."""
         e, restriction = self.evaluation, eq.reduced.restriction
         left = restriction.whole(restriction.part(e.r), len(e.r))
         missed = np.abs(eq.system.displacement(left).sum(axis=0)).max()
-        return bool(missed <= eq.policy.moved_missed * _pressed(e))
+        return bool(missed <= eq.policy.sum_share_moved_tools * _pressed(e))
 
     def within(self, eq: Equilibrium) -> bool:
         """Whether the residual is within the tolerance, or is that of round-off."""
@@ -89,7 +89,7 @@ class Finish:
 
     def rounded_off(self, eq: Equilibrium) -> bool:
         """Whether round-off is all that is left: by its estimate, or near that where substitutions change nothing."""
-        share = eq.policy.stalled if self.stalled else 1.0
+        share = eq.policy.round_off_ratio_at_rest if self.stalled else 1.0
         return self.norm <= share * self.evaluation.floor
 
     @property
@@ -114,15 +114,15 @@ def finish(
     """
     done = Finish(u, e, eq.norm(e))
     del e  # a large system has no room for one more history
-    _substitute(eq, done, lam, Secant(came_by, eq.policy.least_secant, eq.reduced.lengths(len(u))), followed)
+    _substitute(eq, done, lam, Secant(came_by, eq.policy.min_secant_ratio, eq.reduced.lengths(len(u))), followed)
     if not done.within(eq):
         return done, False
     e, policy = done.evaluation, eq.policy
     # round-off is estimated from above: a start that nobody has tried to improve may be better than that
     untried = not eq.reduced.factorisation.factored and done.norm > eq.numerics.tolerance * e.scale
-    if untried or not (done.fine(eq) or done.rounded_off(eq)) or e.violation > policy.tight:
+    if untried or not (done.fine(eq) or done.rounded_off(eq)) or e.violation > policy.exact_gap_ratio:
         _refactor(eq, done, lam)
-    return done, not done.evaluation.violation > policy.tight
+    return done, not done.evaluation.violation > policy.exact_gap_ratio
 
 
 def _substitute(eq: Equilibrium, done: Finish, lam: Array, secant: Secant, followed: float | None) -> None:
@@ -130,19 +130,19 @@ def _substitute(eq: Equilibrium, done: Finish, lam: Array, secant: Secant, follo
     policy, share = eq.policy, None
     if followed is not None and done.norm > 0:
         # the first is a step of Newton's: as exact as it has to be to be the last, if it can be that
-        enough = policy.finishing * done.enough(eq) / done.norm
-        share = max(enough, followed, policy.least_forcing)
+        enough = policy.linear_share_last_step * done.enough(eq) / done.norm
+        share = max(enough, followed, policy.min_forcing)
     while (
         not done.fine(eq)
         and not done.stalled
         and eq.reduced.factorisation.factored
-        and done.norm * done.rate**policy.corrections <= policy.fine * done.evaluation.scale
+        and done.norm * done.rate**policy.substitutions_per_factorisation <= policy.fine_residual * done.evaluation.scale
     ):
         with eq.report.timed("factorisation and solve"):
             step, share = secant.step(eq.reduced.correction(-done.evaluation.r, share)), None
         better = eq.evaluate(done.u + step, lam, stiffness=eq.keeps_matrix and done.is_nearly_there(eq))
         size = eq.norm(better)
-        done.stalled = not size < policy.contraction * done.norm
+        done.stalled = not size < policy.max_substitution_rate * done.norm
         if size < done.norm:  # a little better may be within the tolerance
             done.u, done.evaluation, done.rate, done.norm = done.u + step, better, size / done.norm, size
 

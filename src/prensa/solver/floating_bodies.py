@@ -46,11 +46,11 @@ def carried(system: System, c: Context, loose: list[Loose], policy: Policy = DEF
     unheld = [] if c.plan.control is not None else [body for body in loose if not _pressed(system, c, body, policy)]
     if not unheld:
         return None
-    names, clear = [name for b in unheld for name in b.bodies], policy.clear * system.length
+    names, clear = [name for b in unheld for name in b.bodies], policy.approach_gap_ratio * system.length
     rigid = _Rigid.of(system, c, unheld, clear)
     before = [float(system.stencils(s, rigid.base).g.min()) if s.body in names else np.inf for s in c.surfaces]
     if not rigid.room:
-        z = rigid.balanced(policy.rigid_steps)
+        z = rigid.balanced(policy.max_rigid_steps)
         u = None if z is None else rigid.dofs(z)
         if u is None or not _near(system, c, unheld, u, policy):
             return None
@@ -59,7 +59,7 @@ def carried(system: System, c: Context, loose: list[Loose], policy: Policy = DEF
     rigid.pushers = [i for i, g in enumerate(before) if g < -0.1 * clear]
     if not rigid.pushers:
         return Carried(None, names, True)
-    z = rigid.balanced(policy.rigid_steps) if all(abs(g) > 0.1 * clear for g in before) else None
+    z = rigid.balanced(policy.max_rigid_steps) if all(abs(g) > 0.1 * clear for g in before) else None
     u = None if z is None else rigid.dofs(z)
     if u is None or not _near(system, c, unheld, u, policy):
         return None
@@ -88,7 +88,7 @@ def first_clamped(system: System, c: Context, loose: list[Loose], policy: Policy
 
     _, time = bisected(lambda t: (to := at(t)) is None or to.afloat, now, end)
     there = at(time)
-    apart = time - now > policy.touch * (end - now) and end - time > policy.sliver * length
+    apart = time - now > policy.min_share_before_touch * (end - now) and end - time > policy.min_share_left * length
     return Met(time, there) if apart and there is not None and there.u is not None else None
 
 
@@ -96,12 +96,12 @@ def _near(system: System, c: Context, loose: list[Loose], u: Array, policy: Poli
     """Whether bodies have gone as far as what carries them, levers counted, and have not been squeezed out sideways."""
     way = u - c.state.u
     tools = np.abs(system.dofs.tool.of(way)[:, :2]).max()
-    return all(np.abs(system.displacement(way)[b.nodes]).max() <= policy.carried_far * tools for b in loose)
+    return all(np.abs(system.displacement(way)[b.nodes]).max() <= policy.max_approach_ratio * tools for b in loose)
 
 
 def _pressed(system: System, c: Context, body: Loose, policy: Policy) -> bool:
     """Whether tools press a body in the committed state, by more than what rounded positions make of their springs."""
-    nothing = policy.rounded * system.length
+    nothing = policy.approach_depth_ratio * system.length
     own = [(s, scale) for s, scale in zip(c.surfaces, c.scales) if s.body in body.bodies]
     return any((c.state.lam[s.rows, 0] > nothing * scale.k_n).any() for s, scale in own)
 
@@ -256,8 +256,8 @@ class _Rigid:
     def through_air(self, policy: Policy) -> Array | None:
         """Way (ndof,) of bodies and pushed tools to where they only just touch; None if that is not found."""
         stiff = sum(float((self.c.weights[i] * self.c.scales[i].k_n).sum()) for i in self.pushers)
-        share = max(policy.just_touches, 100.0 * self._rounded(stiff) / float(np.abs(self.driving(self.start)).max()))
-        z = replace(self, forces=min(share, 1.0) * self.forces).balanced(policy.rigid_steps)
+        share = max(policy.just_touches_share, 100.0 * self._rounded(stiff) / float(np.abs(self.driving(self.start)).max()))
+        z = replace(self, forces=min(share, 1.0) * self.forces).balanced(policy.max_rigid_steps)
         return None if z is None else self.dofs(z) - self.base
 
     def _search(self, z: Array, step: Array) -> float | None:

@@ -50,7 +50,7 @@ def tractions(
     trial (m,) trial pressures; rubbing (m,): those that the friction belongs to; S (m + l, m + l) minus the responses of the
     trial values, ahead (m + l,) their changes by the springs alone.
     """
-    m, share, A = len(trial), policy.foundation, -S
+    m, share, A = len(trial), policy.foundation_ratio, -S
     x0, y0 = np.maximum(trial, 0.0), np.maximum(-trial, 0.0)
     t0, e0 = friction.t, friction.trial - friction.t
     normal, tangent = A[:, :m], A[:, m:]
@@ -80,7 +80,7 @@ def tractions(
     parts = np.vstack([solved[:m], bound + t, bound - t])  # y or x, a, b by (x or y, e, constant)
     M = np.hstack([parts[:, :m], -parts[:, m:-1], parts[:, m:-1]])
     constant = parts[:, -1] / size
-    adhesion = np.where(np.arange(len(M)) < m, 0.0, policy.adhesion)
+    adhesion = np.where(np.arange(len(M)) < m, 0.0, policy.adhesion_ratio)
     found = pivoted(M, constant + adhesion, policy)
     if found is None:
         return None

@@ -31,7 +31,7 @@ def starts_inside(system: System, state: State, policy: Policy) -> list[tuple[St
         pairs = system.node_stencils(s, state.u)
         k, depth = int(np.argmin(pairs.g)), float(s.points.depth.min())
         deep = -float(pairs.g[k])
-        if deep > policy.overlap * depth and (s.against not in found or deep > found[s.against][0].depth):
+        if deep > policy.overlap_ratio * depth and (s.against not in found or deep > found[s.against][0].depth):
             surface = "+".join(s.description.surface)
             found[s.against] = StartsInside(s.against, surface, deep, deep / depth), pairs.g[k] * pairs.n[k]
     return list(found.values())
@@ -46,7 +46,7 @@ def emergence(system: System, c: Context, policy: Policy) -> list[Context]:
     back = np.zeros(system.ndof)
     for reason, way in inside:
         back[system.masters[reason.tool].dofs[:2]] = way
-    count = int(np.ceil(max(reason.elements for reason, _ in inside) / policy.emerge))
+    count = int(np.ceil(max(reason.elements for reason, _ in inside) / policy.overlap_stage_ratio))
     return [
         replace(c, plan=replace(c.plan, groups=[Prescribed(fixed, values + (1.0 - share) * back[fixed])]))
         for share in np.linspace(0.0, 1.0, count + 1)[1:-1]

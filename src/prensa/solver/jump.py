@@ -47,11 +47,11 @@ def jump(eq: Equilibrium, mode: Array, stiff: float, stable: Callable[[NewtonRes
     u = c.state.u.copy()
     u[c.plan.fixed] = c.plan.values(c.time)
     before, spent = _stored(eq, eq.evaluate(u, c.state.lam, stiffness=False)), 0
-    for push in [sign * share for share in policy.branches for sign in (way, -way)]:
+    for push in [sign * share for share in policy.branch_distances for sign in (way, -way)]:
         found = _at_rest(eq, eq.system.with_slaves(u + push * eq.system.length * mode), stiff, stable)
         spent += found.iterations
         e = found.evaluation
-        away = found.converged and _apart(eq.system, found.u, u) > policy.branches[0]
+        away = found.converged and _apart(eq.system, found.u, u) > policy.branch_distances[0]
         if away and e is not None and _stored(eq, e) < before:
             found.iterations, found.jumped = spent, True
             return found
@@ -64,22 +64,22 @@ def _at_rest(eq: Equilibrium, u: Array, drag: float, stable: Callable[[NewtonRes
     volumes = nodal_volumes(system)
     share = volumes / volumes.mean()
     found = NewtonResult(False, None, u, None, eq.context.state.lam, 0)
-    for _ in range(policy.jump_steps):
+    for _ in range(policy.max_jump_steps):
         interactions = [*eq.context.interactions, Drag(system, drag * share, u)]
         dragged = attempt_from(replace(eq, context=replace(eq.context, interactions=interactions)), u)
         spent += dragged.iterations
         moved = _apart(system, dragged.u, u) if dragged.converged else np.inf
-        if not moved <= policy.branches[-1]:
-            drag *= policy.jump_change
+        if not moved <= policy.branch_distances[-1]:
+            drag *= policy.jump_drag_factor
             continue
         u = dragged.u
-        if dragged.iterations <= policy.easy:
-            drag /= policy.jump_change
-        if moved > policy.branches[0]:
+        if dragged.iterations <= policy.easy_iterations:
+            drag /= policy.jump_drag_factor
+        if moved > policy.branch_distances[0]:
             continue
         found = attempt_from(eq, u)
         spent += found.iterations
-        if found.converged and _apart(system, found.u, u) <= policy.branches[-1] and stable(found):
+        if found.converged and _apart(system, found.u, u) <= policy.branch_distances[-1] and stable(found):
             break
         found.converged = False
     found.iterations = spent

@@ -39,8 +39,8 @@ def _flowing_alone(system: System, c: Context, e: Evaluation, policy: Policy) ->
             continue
         grown = (block.field(new, "plastic_strain") - block.field(old, "plastic_strain"))[..., 0].max(axis=1)
         worst, most = int(np.argmax(grown)), float(grown.max())
-        others = float(np.quantile(grown, policy.spread))
-        if most > policy.noticed and most > policy.alone * others:
+        others = float(np.quantile(grown, policy.plastic_quantile))
+        if most > policy.localisation_strain and most > policy.localisation_ratio * others:
             times = f", {most / others:.0f} times as much as nearly all others" if others > 0 else ", alone"
             yield f"{_element(system, block, worst)} flows by {most:.2g} in an increment of {c.dt:.1g}{times}: it collapses"
 
@@ -64,14 +64,14 @@ def _friction(
     if bound is None or not closed.any():
         return
     shear, count = np.hypot.reduce(f.t, axis=1), int(closed.sum())
-    if (shear[closed] >= (1.0 - policy.on_bound) * bound[closed]).all():
+    if (shear[closed] >= (1.0 - policy.on_bound_tolerance) * bound[closed]).all():
         yield (f"friction of {s.name} is at its bound at all {count} closed points: it resists no further sliding")
     if system.problem.bodies[s.body].material.plastic:
-        full = closed & (shear > policy.full_shear * system.shear_strength(s, c.state))
+        full = closed & (shear > policy.full_shear_ratio * system.shear_strength(s, c.state))
         if full.any():
             yield (
                 f"friction of {s.name} is as strong as the metal at {int(full.sum())} of {count} closed points (more than "
-                f"{policy.full_shear:g} of its shear strength): the skin flows instead of sliding"
+                f"{policy.full_shear_ratio:g} of its shear strength): the skin flows instead of sliding"
             )
 
 
@@ -81,7 +81,7 @@ def mostly_sheared(system: System, state: State, policy: Policy) -> bool:
         closed = state.contact.closed[s.rows]
         if closed.any() and system.problem.bodies[s.body].material.plastic:
             shear = np.abs(state.contact.traction[s.rows]).reshape(len(closed), -1).max(axis=1)
-            full = closed & (shear > policy.full_shear * system.shear_strength(s, state))
+            full = closed & (shear > policy.full_shear_ratio * system.shear_strength(s, state))
             if 2 * full.sum() >= closed.sum():
                 return True
     return False

@@ -140,9 +140,10 @@ def terminate(eq: Equilibrium, state: NewtonState, result: NewtonResult) -> Eval
         return Diverged()
     least = state.least
     least.append(min(state.norm, least[-1]) if least else state.norm)
-    if eq.helped and len(least) > policy.vain and least[-1] == least[0]:
+    if eq.helped and len(least) > policy.max_nonimproving and least[-1] == least[0]:
         return Stagnated(state.relative)
-    if len(least) > policy.patience + 2 and least[-1] > policy.stagnation * least[-1 - policy.patience]:
+    if len(least) > policy.stagnation_iterations + 2 and least[-1] > policy.stagnation_ratio * least[-1 -
+        policy.stagnation_iterations]:
         return Stagnated(state.relative)
     return None
 
@@ -156,8 +157,8 @@ def _near(eq: Equilibrium, state: NewtonState, e: Evaluation) -> bool:
     first = state.iteration == 0
     opened = first and state.assumed is not None and (state.assumed & ~e.resting).any()
     may = eq.numerics.reuse_factors and not first
-    may = may and not (state.changed and len(eq.reduced.free) >= eq.policy.worth_trying)
-    limit = max(eq.numerics.tolerance, eq.policy.near if may else 0.0)
+    may = may and not (state.changed and len(eq.reduced.free) >= eq.policy.reuse_max_unknowns)
+    limit = max(eq.numerics.tolerance, eq.policy.finish_from_residual if may else 0.0)
     return bool((state.relative <= limit or state.norm <= e.floor) and not opened)
 
 
@@ -204,7 +205,7 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     after it with the same factors is much shorter (natural monotonicity).
     """
     # what a contact step has settled needs none: Newton's leave factors, with which substitutions finish the work
-    state.by_contact = state.by_contact and state.changed > 0 and state.relative > eq.policy.close
+    state.by_contact = state.by_contact and state.changed > 0 and state.relative > eq.policy.close_residual
     e, delta, decided = _contact_direction(eq, state, by_contact or state.by_contact)
     result.iterations += 1
     if runaway := eq.runaway(delta):
@@ -212,7 +213,7 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
     here = Best(state.norm, state.u, delta, _places(e))
     best = state.best = here if state.best is None or here.norm < state.best.norm else state.best
     moved = contact_corrected(eq.system, eq.context, e, state.u, delta, state.lam)
-    wanted = not (state.relative <= eq.policy.close and state.settled and not (state.iteration and state.changed))
+    wanted = not (state.relative <= eq.policy.close_residual and state.settled and not (state.iteration and state.changed))
     wanted = wanted or _follows(eq)
     secant = _secant(eq, state)
     # where flow turns, few nodes are nearly always put right first: then the next step begins with another matrix
@@ -223,7 +224,7 @@ def step(eq: Equilibrium, state: NewtonState, result: NewtonResult, by_contact: 
         size = eq.norm(full)
         if best is here:
             best = state.best = replace(here, step=by_contact_step)
-    alone = eliminated(eq, moved, state.lam, full, secant) if size > eq.policy.local_slow * state.norm else None
+    alone = eliminated(eq, moved, state.lam, full, secant) if size > eq.policy.local_slow_ratio * state.norm else None
     if alone is not None:
         moved, full = alone
         size = eq.norm(full)
@@ -264,12 +265,12 @@ def _direction(eq: Equilibrium, state: NewtonState) -> tuple[Evaluation, Array]:
         del stuck
     # a multiplier's equation is another one where its point has another status, and the digits of its force count
     same = not (state.changed and eq.reduced.equations)
-    alike = same and not turns and not state.reversed.any() and state.relative <= eq.policy.alike
+    alike = same and not turns and not state.reversed.any() and state.relative <= eq.policy.same_matrix_residual
     changed = state.changed if alike and eq.numerics.reuse_factors else None
     with eq.report.timed("factorisation and solve"):
         matrix, e = eq.reduced.matrix(e, -e.r, spent=True), e._replace(data=None, history=())
         delta = eq.reduced.step(matrix, -e.r, max(state.relative, state.promised), changed)
-        return e, with_edges(eq, e, state.lam, delta) if state.relative <= eq.policy.edge_from else delta
+        return e, with_edges(eq, e, state.lam, delta) if state.relative <= eq.policy.edge_from_residual else delta
 
 
 def _contact_direction(eq: Equilibrium, state: NewtonState, by_contact: bool) -> tuple[Evaluation, Array, bool]:
@@ -302,7 +303,8 @@ def _decided(
     changes = full.failed or (state.iteration > 0 and not np.array_equal(before > 0, after > 0))
     if not (turns or changes):
         return None
-    found = contact_step(eq, state.u, state.lam, e, None, eq.policy.few) if decides_friction(eq, e) or not turns else None
+    found = contact_step(eq, state.u, state.lam, e, None, eq.policy.few_candidates) if decides_friction(eq,
+        e) or not turns else None
     if found is None:
         return None
     delta, _ = found
@@ -321,7 +323,7 @@ def _accepted(eq: Equilibrium, state: NewtonState, size: float, least: float) ->
     """Whether a full step is accepted for the residual ``size`` after it: less than the ``least`` so far, or the first step."""
     if size < least or not eq.numerics.line_search:
         return True
-    return state.iteration == 0 and (not eq.context.rule.share or size < eq.policy.first_growth * least)
+    return state.iteration == 0 and (not eq.context.rule.share or size < eq.policy.first_step_growth * least)
 
 
 def _shrinks(eq: Equilibrium, full: Evaluation, delta: Array) -> bool:
@@ -339,7 +341,7 @@ def _shrinks(eq: Equilibrium, full: Evaluation, delta: Array) -> bool:
     unit = 1.0 if lengths is None else lengths
     with eq.report.timed("factorisation and solve"):
         then = eq.reduced.correction(-full.r)
-    return bool(np.linalg.norm(unit * then) < eq.policy.shrinks * np.linalg.norm(unit * delta))
+    return bool(np.linalg.norm(unit * then) < eq.policy.monotonicity_ratio * np.linalg.norm(unit * delta))
 
 
 def _places(e: Evaluation) -> Evaluation:
@@ -355,9 +357,9 @@ def _shortened(eq: Equilibrium, u: Array, delta: Array, e: Evaluation, lam: Arra
     leaves is the force of gaps that it changes by the way, so that the shortest looks best.
     """
     best, found = np.inf, u
-    for f in eq.policy.line_search:
+    for f in eq.policy.line_search_factors:
         moved = contact_corrected(eq.system, eq.context, e, u, f * delta, lam)
         size = eq.norm(eq.evaluate(moved, lam, stiffness=False, section="line search"))
         if size < best:
             best, found = size, moved
-    return found if np.isfinite(best) else u + eq.policy.line_search[-1] * delta
+    return found if np.isfinite(best) else u + eq.policy.line_search_factors[-1] * delta

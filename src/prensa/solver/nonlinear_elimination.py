@@ -37,7 +37,7 @@ def eliminated(
     None where the residual is small or not that of few nodes, where nothing flows, and where no less is left in all.
     """
     whole, policy = eq.norm(e), eq.policy
-    if not applies(eq) or not policy.local_from * e.scale < whole < np.inf:
+    if not applies(eq) or not policy.local_from_residual * e.scale < whole < np.inf:
         return None
     worst = _worst(eq, e)
     if len(worst) > _most(eq):
@@ -47,13 +47,13 @@ def eliminated(
         return None
     first = least = _left(e, own)
     evaluate, coupled, begun = _evaluating(eq, own), Coupled.of(eq.system.pattern, own), u
-    for _ in range(policy.local_steps):
+    for _ in range(policy.local_max_steps):
         e = evaluate(u, lam, secant=secant) if e.data is None else e
         moved = _nearer(eq, evaluate, u, lam, e, coupled, least)
         if moved is None:
             break
         u, e, least = moved
-        if least < policy.local_enough * first:
+        if least < policy.local_residual_ratio * first:
             break
     if u is begun:
         return None
@@ -111,7 +111,8 @@ def _columns(pattern: Pattern, of: Index) -> tuple[Index, Index]:
 def _most(eq: Equilibrium) -> float:
     """How many degrees of freedom are few."""
     policy, n = eq.policy, len(eq.reduced.free)
-    return min((policy.local_most if n >= policy.local_small else policy.local_little) * n, policy.local_dofs)
+    return min((policy.local_max_share if n >= policy.local_small_dofs else policy.local_max_share_small) * n,
+        policy.local_max_dofs)
 
 
 def _worst(eq: Equilibrium, e: Evaluation) -> Index:
@@ -120,7 +121,7 @@ def _worst(eq: Equilibrium, e: Evaluation) -> Index:
     largest = len(r) - min(int(_most(eq)) + 2, len(r))
     order = np.argpartition(r, largest)[largest:]  # sorting all takes as long as an evaluation of some elements
     order = order[np.argsort(-r[order])]
-    return eq.reduced.free[order[: int(np.searchsorted(np.cumsum(r[order]), eq.policy.local_share * r.sum())) + 1]]
+    return eq.reduced.free[order[: int(np.searchsorted(np.cumsum(r[order]), eq.policy.local_residual_share * r.sum())) + 1]]
 
 
 def _with_those_beside(system: System, free: Index, worst: Index) -> Index:
@@ -169,7 +170,7 @@ def _nearer(
         delta[own] = np.linalg.solve(coupled.block(e.data), -e.r[own])
     except np.linalg.LinAlgError:
         return None
-    for share in (1.0, *eq.policy.local_search):
+    for share in (1.0, *eq.policy.local_search_factors):
         moved = u + share * delta
         there = evaluate(moved, lam)
         if (left := _left(there, own)) < least:

@@ -49,7 +49,7 @@ def _foreseen(eq: Equilibrium, values: Array, lam: Array) -> Guess | None:
     u[eq.reduced.fixed] = values
     u = eq.system.with_slaves(u)
     e = eq.evaluate(u, lam)
-    return Guess(u, e) if not e.failed and eq.norm(e) <= eq.policy.good_start * e.scale else None
+    return Guess(u, e) if not e.failed and eq.norm(e) <= eq.policy.good_start_residual * e.scale else None
 
 
 def _extrapolated(eq: Equilibrium, start: Array, values: Array, lam: Array) -> Guess | None:
@@ -71,7 +71,7 @@ def _extrapolated(eq: Equilibrium, start: Array, values: Array, lam: Array) -> G
     if as_it_is is not None and eq.norm(eq.evaluate(as_it_is, lam, stiffness=False)) < eq.norm(e):
         u, e, secant = as_it_is, eq.evaluate(as_it_is, lam), False
     # plastic points answer to a linear start as if they were elastic: even a poor extrapolation is better there
-    if not e.failed and (system.has_memory or eq.norm(e) <= eq.policy.good_start * e.scale):
+    if not e.failed and (system.has_memory or eq.norm(e) <= eq.policy.good_start_residual * e.scale):
         return Guess(u, e, secant=secant)
     return None
 

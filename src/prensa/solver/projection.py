@@ -49,8 +49,8 @@ def project_prediction(
             has_point &= ~now.points.any_at_nodes(now.points.N[:, 0] < 1.0)
         committed = system.node_stencils(s, at).g
         depth = s.points.depth.min()
-        sunk = closed & (committed < -policy.sunk_start * depth)
-        landed = -policy.landed_start * depth
+        sunk = closed & (committed < -policy.sunk_start_ratio * depth)
+        landed = -policy.landed_start_ratio * depth
 
         def change(
             stencils: Stencils,

@@ -81,7 +81,7 @@ class Stabilisation:
     def share(self, number: int) -> float:
         """Share of the work that the viscous forces of step *number* may dissipate; 0 without."""
         asked = stabilised(self.system.problem, number)
-        return self.policy.stabilise if asked == "auto" else 0.0 if asked == "off" else float(asked)
+        return self.policy.viscous_work_share if asked == "auto" else 0.0 if asked == "off" else float(asked)
 
     def forces(self, c: Context) -> list[Viscous]:
         """The viscous forces of an increment, as interactions."""
@@ -103,7 +103,7 @@ class Stabilisation:
     def told(self, energy: Energy, stability: Stability) -> list[str]:
         """What there is to say of the viscous forces at the end of a step."""
         work = max(abs(energy.external), stability.work)
-        if not energy.viscous > self.policy.viscous * work:
+        if not energy.viscous > self.policy.viscous_warning_share * work:
             return []
         return [
             f"the viscous forces of 'stabilise' have dissipated {100 * energy.viscous / work:.2g} % of the work: part of it is "

@@ -57,23 +57,23 @@ def softest_modes(system: System, reduced: Reduced, policy: Policy, exactly: boo
     bodily = free < system.dofs.tool.slice.stop  # multipliers come last
     if not factors.factored or not bodily.any():
         return None
-    columns = min(policy.modes, int(bodily.sum()))
+    columns = min(policy.watched_modes, int(bodily.sum()))
     forces = None
-    for sweep in range(policy.mode_sweeps):
+    for sweep in range(policy.max_mode_sweeps):
         basis = _begun(reduced, bodily, columns) if forces is None else np.linalg.qr(forces)[0]
-        answer = factors.exactly(basis, policy.modes_share) if exactly else factors.again(basis)
+        answer = factors.exactly(basis, policy.mode_residual_share) if exactly else factors.again(basis)
         if answer is None or not np.isfinite(answer).all():
             return None
         forces = np.where(bodily[:, None], answer, 0.0)
         compliance, vectors = np.linalg.eig(basis.T @ forces)
-        negative = (compliance.real < 0) & (np.abs(compliance.imag) <= policy.mode_error * np.abs(compliance))
+        negative = (compliance.real < 0) & (np.abs(compliance.imag) <= policy.max_mode_residual * np.abs(compliance))
         if not negative.any():
             if sweep > 0:
                 break
             continue
         # a negative one counts when it is an eigenvalue, not only a Ritz value of a block that is not there yet
         error = np.linalg.norm(forces @ vectors - (basis @ vectors) * compliance, axis=0)
-        sure = negative & (error <= policy.mode_error * np.abs(compliance))
+        sure = negative & (error <= policy.max_mode_residual * np.abs(compliance))
         if sweep > 0 and sure.any() and (sure == negative).all():
             break
         negative = sure
@@ -93,7 +93,7 @@ def _begun(reduced: Reduced, bodily: Flags, columns: int) -> Array:
     if kept is None:
         random = np.random.default_rng(0).standard_normal((len(bodily), columns))
         kept = np.linalg.qr(np.where(bodily[:, None], random, 0.0))[0]
-        if len(bodily) < reduced.policy.worth_trying:  # of large systems they take more room than making them takes time
+        if len(bodily) < reduced.policy.reuse_max_unknowns:  # of large systems they take more room than making them takes time
             reduced.kept["forces"] = kept
     return kept
 
@@ -137,7 +137,7 @@ def _jump(eq: Equilibrium, spent: int, acceptance: Acceptance) -> NewtonResult |
 def _judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutbacks: int, may_cut: bool) -> NewtonResult:
     """As `judged`, with every limit point told."""
     if not result.converged:
-        return _failed(eq, result, cutbacks >= eq.policy.retried_after, not may_cut)
+        return _failed(eq, result, cutbacks >= eq.policy.retry_after_cuts, not may_cut)
     positive = eq.reduced.factorisation.positive
     if not positive and rests(eq, result):
         result.rested = True
@@ -152,7 +152,7 @@ def _judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutba
     result.negative = modes.negative
     if not modes.negative and jumped(eq, result):
         limit = at_limit(eq.context, eq.policy)
-        if limit and distance(eq, result.u, eq.context.state.u) > eq.policy.branches[-1]:
+        if limit and distance(eq, result.u, eq.context.state.u) > eq.policy.branch_distances[-1]:
             result.converged, result.reason = False, LimitPoint(Jumped())
         elif may_cut and not limit:
             result.converged, result.reason = False, Jumped()
@@ -161,8 +161,8 @@ def _judged(eq: Equilibrium, result: NewtonResult, acceptance: Acceptance, cutba
         return result
     viscous = eq.context.state.stability.viscosity > 0  # short increments are stable then
     c, policy = eq.context, eq.policy
-    cut = may_cut and (viscous or cutbacks < policy.unstable_cuts)
-    short = c.dt < policy.look_beside * (c.plan.t1 - c.plan.t0)
+    cut = may_cut and (viscous or cutbacks < policy.cuts_before_branching)
+    short = c.dt < policy.branch_from_share * (c.plan.t1 - c.plan.t0)
     if not viscous and (short or not cut) and (other := _beside(eq, result, modes, acceptance)):
         return other
     if at_limit(c, policy):
@@ -178,7 +178,7 @@ def rests(eq: Equilibrium, result: NewtonResult) -> bool:
     if e is None or not may_rest(eq.context.state):
         return False
     same = all(np.array_equal(f.p > 0, old.closed) for f, old in zip(e.contacts, eq.context.committed))
-    return same and result.iterations <= eq.policy.smooth
+    return same and result.iterations <= eq.policy.smooth_iterations
 
 
 def rest(state: State, softest: Array, policy: Policy) -> int:
@@ -192,7 +192,8 @@ def rest(state: State, softest: Array, policy: Policy) -> int:
         return 0
     passed = known.since + 1
     fall = (before - softest) / (passed * softest)
-    least = policy.part / max(float(fall.max(initial=0.0)), policy.part / policy.most_rest) if len(fall) else 0.0
+    least = policy.stiffness_loss_share / max(float(fall.max(initial=0.0)), policy.stiffness_loss_share /
+        policy.max_unwatched) if len(fall) else 0.0
     return min(int(least), 2 * passed)
 
 
@@ -234,15 +235,15 @@ def jumped(eq: Equilibrium, result: NewtonResult) -> bool:
     linearised system: matrices are made for it.
     """
     state, policy, system = eq.context.state, eq.policy, eq.system
-    if result.iterations <= policy.easy:
+    if result.iterations <= policy.easy_iterations:
         return False
     du = result.u - state.u
     ahead = state.extrapolated(eq.context.dt) if state.dt_last > 0 else result.linear
     if ahead is not None:
         foretold = system.displacement(ahead)
-        if np.abs(system.displacement(du) - foretold).max() <= policy.astray * np.abs(foretold).max():
+        if np.abs(system.displacement(du) - foretold).max() <= policy.max_prediction_error * np.abs(foretold).max():
             return False
-    for share in policy.between:
+    for share in policy.jump_samples:
         modes = _at(eq, system.with_slaves(state.u + share * du), result.lam, mode=False)
         if modes is None:
             return False
@@ -265,7 +266,7 @@ def _failed(eq: Equilibrium, result: NewtonResult, short: bool, last: bool) -> N
             result.reason = _freed(eq, modes) or LimitPoint(reason)
     elif isinstance(reason, Singular):
         # an iterate that has jumped may hang on nothing; so does a body that comes free, but nothing turns before it does
-        brief = eq.context.dt < eq.policy.least * (eq.context.plan.t1 - eq.context.plan.t0)
+        brief = eq.context.dt < eq.policy.min_share * (eq.context.plan.t1 - eq.context.plan.t0)
         if brief and (modes := _led_on(eq)) is not None and _freed(eq, modes) is None:
             result.reason = LimitPoint(reason)
     return result
@@ -277,7 +278,7 @@ def _freed(eq: Equilibrium, modes: Modes) -> ToolRunaway | None:
     for number, tool in enumerate(system.tools):
         way = np.abs(system.place_of(number, modes.mode))
         way[system.dofs.dimension :] *= system.length
-        if way.max() > eq.policy.tool_alone:
+        if way.max() > eq.policy.tool_mode_ratio:
             return ToolRunaway(tool.name, system.dofs.tool.components[int(np.argmax(way))])
     return None
 
@@ -292,7 +293,7 @@ def _turning(eq: Equilibrium, result: NewtonResult, beside: bool) -> Modes | Non
     modes = _at(eq, result.u, result.lam)
     if modes is None or modes.negative or not beside:
         return modes if modes is not None and modes.negative else None
-    step = eq.policy.branches[0] * eq.system.length * modes.mode
+    step = eq.policy.branch_distances[0] * eq.system.length * modes.mode
     there = (_at(eq, eq.system.with_slaves(result.u + sign * step), result.lam) for sign in (1.0, -1.0))
     if any(at is not None and at.negative for at in there):
         return modes
@@ -303,7 +304,7 @@ def _led_on(eq: Equilibrium) -> Modes | None:
     """The modes of the first state that the last increment leads on to and that has a negative one."""
     state = eq.context.state
     way = float(np.abs(eq.system.displacement(state.du)).max())
-    shares = [far * eq.system.length / way for far in eq.policy.lead_on] if way > 0.0 else []
+    shares = [far * eq.system.length / way for far in eq.policy.extrapolation_ratios] if way > 0.0 else []
     lam = eq.system.initial_multipliers(state)
     led = (_at(eq, eq.system.with_slaves(state.u + share * state.du), lam) for share in shares)
     return next((at for at in led if at is not None and at.negative), None)
@@ -311,7 +312,7 @@ def _led_on(eq: Equilibrium) -> Modes | None:
 
 def at_limit(c: Context, policy: Policy) -> bool:
     """Whether an increment is so short that a limit point cannot be approached any further in a way that matters."""
-    return not c.state.stability.viscosity > 0 and c.dt < policy.at_limit * (c.plan.t1 - c.plan.t0)
+    return not c.state.stability.viscosity > 0 and c.dt < policy.limit_point_share * (c.plan.t1 - c.plan.t0)
 
 
 def _of(eq: Equilibrium, result: NewtonResult) -> Modes | None:
@@ -350,7 +351,7 @@ def _beside(eq: Equilibrium, result: NewtonResult, modes: Modes, acceptance: Acc
     spent, u = result.iterations, result.u
     nodal = eq.system.dofs.displacement.slice
     way = -1.0 if float((u - eq.context.state.u)[nodal] @ modes.mode[nodal]) < 0 else 1.0
-    for share in eq.policy.branches:
+    for share in eq.policy.branch_distances:
         found = []
         for sign in (way, -way):
             other = attempt_from(eq, u + sign * share * eq.system.length * modes.mode)
@@ -366,7 +367,7 @@ def _beside(eq: Equilibrium, result: NewtonResult, modes: Modes, acceptance: Acc
             # beyond a bifurcation the deflection grows with the root of the load (Koiter 1945), so with that of the increment; a
             # jump is as far however short the increment is
             c = eq.context
-            other.jumped = distance(eq, other.u, u) > eq.policy.branching * (c.dt / (c.plan.t1 - c.plan.t0)) ** 0.5
+            other.jumped = distance(eq, other.u, u) > eq.policy.buckling_max_ratio * (c.dt / (c.plan.t1 - c.plan.t0)) ** 0.5
             other.beside = not other.jumped
             return other
     return None

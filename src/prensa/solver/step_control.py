@@ -44,7 +44,7 @@ class StepControl:
     def first(self) -> float:
         """Duration of the first increment."""
         longest = self.longest()
-        return longest if self.plan.increments or self.path_independent else min(self.policy.first, longest)
+        return longest if self.plan.increments or self.path_independent else min(self.policy.first_share, longest)
 
     def longest(self, e: Evaluation | None = None, longer: float | None = None) -> float:
         """Duration of an increment at most: that was asked for, or that the tools' travel allows at the state of e.
@@ -54,10 +54,10 @@ class StepControl:
         """
         if self.plan.increments:
             return self.length / self.plan.increments
-        limit = self.policy.longest
+        limit = self.policy.max_share
         if longer is None:
-            longer = self.policy.second_order if self.second_order else 1.0
-        travel = longer * self.policy.travel
+            longer = self.policy.second_order_factor if self.second_order else 1.0
+        travel = longer * self.policy.travel_in_elements
         for number in np.flatnonzero(self.speeds).tolist():
             gap = 0.0 if e is None else max(float(np.nan_to_num(e.contacts[number].g, nan=0.0).min()), 0.0)
             depth = float(self.system.surfaces[number].points.depth.min())
@@ -117,7 +117,7 @@ class StepControl:
             grid = plan.t0 + np.arange(1, plan.increments + 1) / plan.increments * (plan.t1 - plan.t0)
             stops += grid[grid > now + 1e-9].tolist()[:1]
         # what is left of the step may be a sliver: failures next to its end make increments that short
-        stop = min((s for s in stops if s > now + self.policy.sliver * self.length), default=plan.t1)
+        stop = min((s for s in stops if s > now + self.policy.min_share_left * self.length), default=plan.t1)
         # no slivers: what is left just beyond the increment is taken along or halved
         left = stop - now
         if dt >= left * (1 - 1e-9):
@@ -126,15 +126,15 @@ class StepControl:
 
     def cut(self, dt: float) -> float:
         """Duration to try after a failure."""
-        return self.policy.cut * dt
+        return self.policy.cut_factor * dt
 
     def comes_free(self, reason: Failure | None, dt: float) -> bool:
         """Whether an increment that failed for want of any hold is so short that the moment of coming free is known."""
-        return isinstance(reason, FreeToMove) and dt < self.policy.least * self.length
+        return isinstance(reason, FreeToMove) and dt < self.policy.min_share * self.length
 
     def exhausted(self, dt: float) -> bool:
         """Whether an increment is so short that time would soon stand still."""
-        return dt < self.policy.shortest * self.length
+        return dt < self.policy.jump_share_of_step * self.length
 
     def next(
         self, c: Context, e: Evaluation, grown: Sequence[Array | None], iterations: int, cutbacks: int, unsteady: float = 0.0
@@ -142,12 +142,13 @@ class StepControl:
         """Duration of the next increment from what this one cost and did; ``grown``, ``unsteady``: see
         `prensa.system.time_integration`.
         """
-        longer = self.policy.second_order if self.second_order else 1.0
+        longer = self.policy.second_order_factor if self.second_order else 1.0
         dt = self._next(c, e, grown, iterations, cutbacks, longer)
-        if self.steady and (unsteady * dt > self.policy.unsteady or _lands(c, e)):
+        if self.steady and (unsteady * dt > self.policy.unsteady_share or _lands(c, e)):
             dt = self._next(c, e, grown, iterations, cutbacks, 1.0)
         if self.tolerance is not None and not self.plan.increments and unsteady * dt > self.tolerance:
-            dt = max(self.tolerance / unsteady, self.policy.plastic_cut * c.dt, min(dt, self.policy.least * self.length))
+            dt = max(self.tolerance / unsteady, self.policy.min_plastic_shortening * c.dt, min(dt, self.policy.min_share
+                * self.length))
         return min(dt, self._landed(c)) if c.touches else dt
 
     def _landed(self, c: Context) -> float:
@@ -158,7 +159,7 @@ class StepControl:
         """
         if self.plan.increments or not any(b.law.plastic for b in self.system.blocks):
             return np.inf
-        return self.policy.first * (self.plan.t1 - c.time)
+        return self.policy.first_share * (self.plan.t1 - c.time)
 
     def _next(
         self, c: Context, e: Evaluation, grown: Sequence[Array | None], iterations: int, cutbacks: int, longer: float
@@ -168,24 +169,24 @@ class StepControl:
         full = longest
         tried = c.dt if cutbacks else max(c.dt, c.state.clock.dt)
         if self.plan.increments:
-            growth = policy.recover if iterations <= policy.target and not cutbacks else 1.0
+            growth = policy.recovery_factor if iterations <= policy.recover_iterations and not cutbacks else 1.0
         else:
             growth = self._growth(iterations, cutbacks)
-            strain = self._strain(grown, longer * policy.plastic * tried / full)
+            strain = self._strain(grown, longer * policy.plastic_strain_increment * tried / full)
             if strain > 0:
-                full = min(full, tried * max(longer * policy.plastic / strain, policy.plastic_cut))
+                full = min(full, tried * max(longer * policy.plastic_strain_increment / strain, policy.min_plastic_shortening))
         # shorter increments are easier or better up to a point; beyond, they would not end
-        least = min(policy.least * self.length, longest)
+        least = min(policy.min_share * self.length, longest)
         if 0 < tried < least:
-            return min(least, (1.0 if cutbacks else policy.recover) * tried)
+            return min(least, (1.0 if cutbacks else policy.recovery_factor) * tried)
         return max(min(full, growth * (tried if tried > 0 else full)), least)
 
     def _growth(self, iterations: int, cutbacks: int) -> float:
         """Growth of automatic increments by the iterations that the last one took."""
         policy = self.policy
-        if iterations <= policy.easy and not cutbacks:
-            return policy.grow
-        return 1.0 if iterations <= policy.hard else policy.shrink
+        if iterations <= policy.easy_iterations and not cutbacks:
+            return policy.growth_factor
+        return 1.0 if iterations <= policy.hard_iterations else policy.shrink_factor
 
     def _strain(self, grown: Sequence[Array | None], allowed: float) -> float:
         """Growth of equivalent plastic strain that most points of every body stay below, 0 if no more than is ``allowed``."""
@@ -193,7 +194,7 @@ class StepControl:
 
     def _most_stay_below(self, growth: Array, allowed: float) -> float:
         """What most of some growths stay below, 0 if that is no more than is ``allowed``: most increments need no sorting."""
-        share, last = self.policy.spread, growth.size - 1
+        share, last = self.policy.plastic_quantile, growth.size - 1
         if np.count_nonzero(growth <= allowed) > np.ceil(share * last):
             return 0.0
         return float(np.quantile(growth, share))

@@ -331,7 +331,7 @@ class TimeStepping:
         for message in notes:
             self.messages.note(state, plan, message)
         most = self.most_cutbacks(state)
-        retry = cutbacks >= min(self.policy.retried_after, self.numerics.max_cutbacks, most)
+        retry = cutbacks >= min(self.policy.retry_after_cuts, self.numerics.max_cutbacks, most)
         result = self.attempt(c, start, retry, self.between(state, known, end), uncut=not cutbacks)
         if not result.converged and c.rule.share and (plan.increments or self.times is not None):
             # before an increment that was asked for is cut: backward Euler damps more
@@ -400,16 +400,16 @@ class TimeStepping:
             return False
         policy, e, old, du = self.policy, result.evaluation, c.state.energy, result.u - c.state.u
         way = [np.abs(self.system.displacement(du)[s.points.nodes]).max() / s.points.depth.min() for s in self.system.surfaces]
-        if not any(far > policy.jump_travel for far in way):
+        if not any(far > policy.jump_travel_in_elements for far in way):
             return False
         work, dissipated = nodal_work(self.system, c, e), self.stabilisation.dissipated(c, du)
         new = ledger(self.system, c, result.u, e, work, dissipated)
         missed, put_in = new.imbalance - old.imbalance, abs(new.external - old.external)
-        return missed > max(policy.jump_missed * abs(new.external), policy.jump_share * (put_in + dissipated))
+        return missed > max(policy.jump_imbalance_share * abs(new.external), policy.jump_increment_share * (put_in + dissipated))
 
     def stays_inside(self, state: State, cutbacks: int) -> Failure | None:
         """The tool that starts deepest inside a body, if the first increment fails on: shorter ones have the same overlap."""
-        inside = starts_inside(self.system, state, self.policy) if cutbacks >= self.policy.retried_after else []
+        inside = starts_inside(self.system, state, self.policy) if cutbacks >= self.policy.retry_after_cuts else []
         return max((reason for reason, *_ in inside), key=lambda reason: reason.elements, default=None)
 
     def most_cutbacks(self, state: State) -> int:
@@ -417,8 +417,8 @@ class TimeStepping:
         if self.times is not None:
             return 0
         if self.remeshes and not fresh_mesh(state):
-            return min(self.policy.remesh_cuts, self.numerics.max_cutbacks)
-        jumps = self.policy.jump_cuts if self.numerics.max_cutbacks and state.stability.viscosity > 0 else 0
+            return min(self.policy.remesh_after_cuts, self.numerics.max_cutbacks)
+        jumps = self.policy.extra_jump_cuts if self.numerics.max_cutbacks and state.stability.viscosity > 0 else 0
         return self.numerics.max_cutbacks + jumps
 
     def second_order(self, plan: StepPlan) -> bool:
@@ -441,7 +441,7 @@ class TimeStepping:
         now, last = state.clock.time, state.dt_last
         if not last > 0.0 or not self.second_order(plan) or plan.turns(now - last, now, end):
             return BACKWARD_EULER
-        if self.numerics.time_rule == "auto" and state.clock.unsteady * (end - now) > self.policy.unsteady:
+        if self.numerics.time_rule == "auto" and state.clock.unsteady * (end - now) > self.policy.unsteady_share:
             return BACKWARD_EULER
         return TimeRule.of(end - now, last)
 
@@ -459,7 +459,7 @@ class TimeStepping:
         reduced = self.reduced if self.condensed is None else self.condensed.reduced
         assert reduced is not None
         known = self.system.has_memory and self.system.dofs.dimension == 2  # rigid motions in space are not looked for
-        turning = self.turned >= self.policy.turned_before
+        turning = self.turned >= self.policy.unreliable_starts
         # a far step may let go of a body that only contact holds: once one has failed, steps are those of the tangent
         far = known and (uncut or not self.loose)
         return Equilibrium(self.system, c, reduced, self.numerics, self.policy, report, far, may_turn=turning)
@@ -517,13 +517,13 @@ class TimeStepping:
             self.messages.warn(self.stopping.early(c))
             increment = replace(increment, stopped=c.stopped)
         passed = passing_of(self.system, e, c.state.u, state.u)
-        increment = self.passages.follow(increment, passed, jump_of(c, state, self.policy))
+        increment = self.passages.follow(increment, passed, jump_of(c, state))
         if ended:
             self.messages.warn(self.stopping.unmet(c))
-            self.messages.warn(self.passages.warnings(self.policy))
+            self.messages.warn(self.passages.warnings())
             residual = max(result.residual, self.numerics.tolerance)
-            self.messages.warn(quality_warnings(self.system, c, e, residual, self.policy))
-            self.messages.warn(soft_springs(self.system, c.plan, state.u, self.policy))
+            self.messages.warn(quality_warnings(self.system, c, e, residual))
+            self.messages.warn(soft_springs(self.system, c.plan, state.u))
             self.messages.warn(self.stabilisation.told(state.energy, state.stability))
         self.messages.warn(told(c, result))
         self.messages.accepted(c.state, c.plan, result, increment)
@@ -573,7 +573,7 @@ class TimeStepping:
         """The error that says what failed, where, why, and what to try."""
         reason = result.reason
         assert reason is not None
-        if tipping := tips_over(self.system, c, self.policy):
+        if tipping := tips_over(self.system, c):
             reason = tipping  # whatever came of it
         elif not isinstance(reason, FreeToMove | BeyondSmall):
             reason = unilaterally_supported(self.system, c) or reason

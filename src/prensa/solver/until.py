@@ -98,7 +98,7 @@ class Stopping:
         look = Look(state.u, e, cache(lambda: increment_of(self.system, state, self.plan, e, still, 0, 0, False, parse=parse)))
         values = np.array([criterion.value(look) for criterion in self.criteria])
         for criterion, value in zip(self.criteria, values.tolist()):
-            if self._beyond(criterion, value, value) >= -0.5 * self.policy.until:
+            if self._beyond(criterion, value, value) >= -0.5 * self.policy.until_share:
                 failure = NotReached(f"{criterion.path} is met when the step begins ({criterion.at(value)})")
                 raise SolveError(
                     f"step {self.plan.name!r}: {sentence(failure)}. What to try: leave the step out, or say what is to be "
@@ -114,7 +114,7 @@ class Stopping:
         ``solve``: the outcome of the increment from the same committed state to another time. One that fails comes back as it
         is.
         """
-        stopped, least = None, -0.5 * self.policy.until
+        stopped, least = None, -0.5 * self.policy.until_share
         while self.criteria:
             c, result = outcome
             values, was = self._values(outcome), c.state.watched
@@ -123,7 +123,7 @@ class Stopping:
                 words = "" if stopped is None else self.criteria[stopped].words
                 return replace(c, watched=np.array(values), stopped=words), result
             # of several the earliest counts: the others may be beyond their targets there
-            stopped, least = met[0], 0.5 * self.policy.until
+            stopped, least = met[0], 0.5 * self.policy.until_share
             try:
                 outcome = self._root(stopped, outcome, solve)
             except _Failed as failed:
@@ -147,7 +147,7 @@ class Stopping:
     def early(self, c: Context) -> Iterator[str]:
         """What there is to say of an end that comes so soon that a number is likely of another unit."""
         share = (c.time - self.plan.t0) / (self.plan.t1 - self.plan.t0)
-        if share < self.policy.early and any(k.words == c.stopped and not k.side for k in self.criteria):
+        if share < self.policy.until_early_share and any(k.words == c.stopped and not k.side for k in self.criteria):
             yield (
                 f"step {self.plan.name!r} ends after {100 * share:.2g} % of its way: {c.stopped}; is that number in the units of "
                 "the case?"
@@ -179,20 +179,20 @@ class Stopping:
             return -1e6
         side = c.side or (1.0 if was < c.target else -1.0)
         away = side * (value - c.target) / c.size
-        return float(np.clip(away, -1e6, 1e6)) + 0.5 * self.policy.until
+        return float(np.clip(away, -1e6, 1e6)) + 0.5 * self.policy.until_share
 
     def _root(self, k: int, end: Outcome, solve: Callable[[float], Outcome]) -> Outcome:
         """The outcome in which criterion k is met, between a committed state and the outcome of an increment."""
         from scipy.optimize import brentq  # a slow import that most runs do without
 
         c = end[0]
-        was, least = c.state.watched, 0.5 * self.policy.until
+        was, least = c.state.watched, 0.5 * self.policy.until_share
         tried: dict[float, tuple[float, Outcome]] = {c.time: (self._at(k, self._values(end)[k], was), end)}
         now = c.state.clock.time
 
         def beyond(time: float) -> float:
             if time <= now:
-                return min(self._at(k, float(was[k]), was), -self.policy.until)
+                return min(self._at(k, float(was[k]), was), -self.policy.until_share)
             if time not in tried:
                 outcome = solve(time)
                 if not outcome[1].converged:
@@ -202,7 +202,7 @@ class Stopping:
             return 0.0 if abs(value) <= least else value
 
         if beyond(c.time) != 0.0:
-            instant = self.policy.instant * (self.plan.t1 - self.plan.t0)
+            instant = self.policy.until_time_share * (self.plan.t1 - self.plan.t0)
             brentq(beyond, now, c.time, xtol=instant, maxiter=200, disp=False)
         within = [t for t, (value, _) in tried.items() if abs(value) <= least]
         if not within and self.criteria[k].rate:
@@ -218,7 +218,7 @@ def _criteria(system: System, number: int, policy: Policy) -> Iterator[Criterion
     for kind, name, key, target in until.criteria():
         path = f"until.{kind}.{name}" + (f".{key}" if key else "")
         if kind == "contact":
-            yield _contact(system, path, name, target, policy.until)
+            yield _contact(system, path, name, target, policy.until_share)
             continue
         t = list(system.problem.tools).index(name)
         component = ("x", "y", "m" if kind == "force" else "rz").index(key)
@@ -230,7 +230,7 @@ def _criteria(system: System, number: int, policy: Policy) -> Iterator[Criterion
 
         words = f"the {'force' if kind == 'force' else 'travel'} {key} of tool {name!r} has reached {target:.6g}"
         # of nothing the tolerance is that of a small elastic strain, or of the size of the bodies
-        unit = {"travel": system.length, "force": policy.until_strain * system.stiffness}[kind]
+        unit = {"travel": system.length, "force": policy.until_force_strain * system.stiffness}[kind]
         unit = {"rz": 1.0, "m": unit * system.length}.get(key, unit)
         yield Criterion(path, words, value, float(target), abs(float(target)) or unit)
     for name, (measure, target) in targets(system.problem, number).items():
@@ -239,7 +239,7 @@ def _criteria(system: System, number: int, policy: Policy) -> Iterator[Criterion
             return measure.value_or_nan(look.increment())
 
         force, length = powers(measure.unit)
-        unit = (policy.until_strain * system.stiffness) ** force * system.length**length
+        unit = (policy.until_force_strain * system.stiffness) ** force * system.length**length
         words = f"measure {name!r} has reached {target:.6g}"
         yield Criterion(f"until.measure.{name}", words, measured, target, abs(target) or unit, rate=measure.unit.endswith("/s"))
 
@@ -253,7 +253,7 @@ def _gripped(system: System, number: int, policy: Policy) -> Iterator[Criterion]
         def pull(look: Look, name: str = name, axis: str = feed.axis, sign: float = sign) -> float:
             return -sign * float(getattr(look.increment().supports[name], axis))
 
-        least, unit = policy.gripped * system.stiffness, policy.until_strain * system.stiffness
+        least, unit = policy.gripped_strain * system.stiffness, policy.until_force_strain * system.stiffness
         yield Criterion(f"feed.{name}", f"{name!r} is gripped", pull, least, unit, 1.0, True)
 
 

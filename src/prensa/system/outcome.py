@@ -51,4 +51,4 @@ class NewtonResult:
 
     def contact_changed(self, policy: Policy) -> bool:
         """Whether contact points still opened, closed or slipped another way when the iterations ended."""
-        return any(self.changes[-policy.patience :])
+        return any(self.changes[-policy.stagnation_iterations :])

@@ -16,12 +16,22 @@ import numpy as np
 from prensa.checks.before.passages_ahead import plastic
 from prensa.contact.passage import STAIR, WORTH_SAYING, Passing, passable, passing, sentence
 from prensa.model.problem import support_names
-from prensa.policy import DEFAULT, Policy
 from prensa.result.increment import Increment, Mean
 from prensa.system.interaction import Context
 from prensa.system.state import State
 from prensa.system.system import Evaluation, System
 from prensa.types import Array
+
+RIPPLE_SHARE = 0.025
+"""Step of a force over its mean, as elements pass, below which it is not reported."""
+RIPPLE_PREDICTION_RATIO = 0.5
+"""Step of a force over the predicted one, below which it has another cause."""
+SETTLED_SHARE = 0.25
+"""Change of the mean over the step while two elements pass, above which the force is not settled."""
+FORCE_JUMP_SHARE = 0.01
+"""Relative change of forces on prescribed ways in an increment, from which its time is taken from the work."""
+JUMP_TIME_MARGIN = 0.5
+"""Increments beyond its own within which that time may lie to count."""
 
 
 def passing_of(system: System, e: Evaluation, before: Array, after: Array) -> dict[str, Passing]:
@@ -30,7 +40,7 @@ def passing_of(system: System, e: Evaluation, before: Array, after: Array) -> di
     return {s.name: passing(system, s, forces[s.name], before, after) for s in passable(system)}
 
 
-def jump_of(c: Context, state: State, policy: Policy = DEFAULT) -> float:
+def jump_of(c: Context, state: State) -> float:
     """Share of an increment after which its forces jumped, as its work says, when it led to a state; nan if they did not.
 
     The ledger's external work has forces in the middle of those at both ends; what is stored and dissipated is that of the ways,
@@ -41,11 +51,11 @@ def jump_of(c: Context, state: State, policy: Policy = DEFAULT) -> float:
     old, own = c.state, c.plan.fixed
     way = (state.u - old.u)[own]
     change, work = float((state.work - old.work)[own] @ way), 0.5 * float((state.work + old.work)[own] @ way)
-    if not abs(change) > policy.force_jump * abs(work):
+    if not abs(change) > FORCE_JUMP_SHARE * abs(work):
         return float("nan")
     found = 0.5 + (state.energy.imbalance - old.energy.imbalance) / change
     within = float(np.clip(found, 0.0, 1.0))
-    trust = 1.0 - abs(found - within) / policy.jump_beyond
+    trust = 1.0 - abs(found - within) / JUMP_TIME_MARGIN
     return 0.5 + trust * (within - 0.5) if trust > 0.0 else float("nan")
 
 
@@ -160,7 +170,7 @@ class Passages:
             y += [(1.0 - a) * ends[0] + a * ends[1], (1.0 - b) * ends[0] + b * ends[1]]
         return len(self._rows) - i, mean, 0.5 * np.ptp(y, axis=0)
 
-    def warnings(self, policy: Policy = DEFAULT) -> Iterator[str]:
+    def warnings(self) -> Iterator[str]:
         """What there is to say at the end of a step, once, of contacts through which few elements pass."""
         for name, (tool, steps) in self._contacts.items():
             if not steps or name in self._told or (before := self._window(name, 2.0)) is None:
@@ -175,8 +185,8 @@ class Passages:
             # what grows from one passage to the next is no staircase
             if (
                 lying * WORTH_SAYING <= STAIR
-                and seen - drift >= max(policy.staircase, policy.as_foretold * STAIR / lying) * size
-                and drift <= policy.settled * seen
+                and seen - drift >= max(RIPPLE_SHARE, RIPPLE_PREDICTION_RATIO * STAIR / lying) * size
+                and drift <= SETTLED_SHARE * seen
             ):
                 self._told.add(name)
                 yield f"contact {name}: {sentence(lying, (seen - drift) / size)}"

@@ -7,20 +7,26 @@ from typing import Any
 
 import numpy as np
 
-from prensa.policy import Policy
 from prensa.system.interaction import Context
 from prensa.system.schedule import StepPlan
 from prensa.system.system import Evaluation, System
 from prensa.types import Array
 
+DEEP_PENETRATION_RATIO = 0.1
+"""Penetration over element depth worth a warning."""
+HIDDEN_FORCE_RATIO = 100.0
+"""A tool force below this multiple of the residual allowed is no result."""
+SPENT_SPRING_SHARE = 0.99
+"""Share of a mount's way that its spring takes, from which its stiffness is questioned."""
 
-def quality_warnings(system: System, c: Context, e: Evaluation, residual: float, policy: Policy) -> Iterator[str]:
+
+def quality_warnings(system: System, c: Context, e: Evaluation, residual: float) -> Iterator[str]:
     """Sentences about penetration and hidden forces of a converged increment; residual: what convergence leaves open."""
     forces = system.dofs.tool.of(e.contact_forces())[:, : system.dofs.dimension]
     for s, f, scale in zip(system.surfaces, e.contacts, c.scales):
         depth = np.where(f.p > 0, -f.g / scale.h, 0.0)
         k = int(np.argmax(depth))
-        if depth[k] > policy.deep:
+        if depth[k] > DEEP_PENETRATION_RATIO:
             x, node = s.X[k], s.points.support[k, np.argmax(s.points.N[k])]
             yield (
                 f"contact {s.name}: node {node - system.offsets[s.body]} (initially at {x[0]:.4g}, {x[1]:.4g}) lies "
@@ -28,7 +34,7 @@ def quality_warnings(system: System, c: Context, e: Evaluation, residual: float,
             )
     for t, tool in enumerate(system.tools):
         size = float(np.hypot.reduce(forces[t]))
-        noise = policy.hidden * residual * e.scale
+        noise = HIDDEN_FORCE_RATIO * residual * e.scale
         if 0 < size < noise:
             yield (
                 f"the force on tool {tool.name!r}, {size:.3g}, is not above what convergence leaves open ({noise:.3g}): much "
@@ -37,7 +43,7 @@ def quality_warnings(system: System, c: Context, e: Evaluation, residual: float,
             )
 
 
-def soft_springs(system: System, plan: StepPlan, u: Array, policy: Policy) -> Iterator[str]:
+def soft_springs(system: System, plan: StepPlan, u: Array) -> Iterator[str]:
     """Springs that take nearly all of the way of their mounts in a run that nothing else drives, at dofs u (ndof,).
 
     One that is to preload a tool does that too, beside what else is moved.
@@ -48,7 +54,7 @@ def soft_springs(system: System, plan: StepPlan, u: Array, policy: Policy) -> It
         for axis, dof in zip(("x", "y", "rz"), system.dofs.tool.dofs(t).tolist()):
             stiffness, mount = plan.springs.get(dof, (0.0, None))
             way = mount(plan.t1) if mount is not None and mount(plan.t1) != mount(plan.t0) else 0.0
-            if abs(u[dof]) < (1.0 - policy.given_way) * abs(way):
+            if abs(u[dof]) < (1.0 - SPENT_SPRING_SHARE) * abs(way):
                 yield (
                     f"tool {tool.name!r} went {u[dof]:.3g} of the {way:.3g} that the mount of its spring went along {axis}: the "
                     f"spring, {stiffness:.4g}, took the rest, and nothing else drives the run; is its stiffness in the units of "

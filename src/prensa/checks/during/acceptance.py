@@ -27,6 +27,17 @@ from prensa.system.system import Evaluation, System
 from prensa.system.time_integration import growths
 from prensa.types import Array, Flags
 
+INVERSION_FALL = 0.5
+"""Fall of that measure in one increment that is no gradual inversion."""
+COLLAPSE_STRAIN = 1.0
+"""Equivalent plastic strain in one increment beyond which the increment is refused."""
+TUNNEL_MIN_RATIO = 0.25
+"""Way over element depth (or tool thickness if less) that tunnels through nothing."""
+MAX_TOOL_ROTATION = 0.8
+"""Rotation (rad) of a tool in one increment from which its path is checked."""
+SWEPT_DEPTH_RATIO = 0.5
+"""Penetration over element depth, beyond that at the end, with which a turning tool went through a body."""
+
 
 class Corners:
     """Least corners of the elements of a system (see `least_corner`). Two ask for them: they are kept from one to the other."""
@@ -56,7 +67,7 @@ class Acceptance:
         """Why a converged increment is refused; None if it is not, or did not converge.
 
         Besides tunnelling and lost supports: in finite strain no element's corner may jump beyond 180°, no point may flow by
-        more than `Policy.collapse` at once.
+        more than `COLLAPSE_STRAIN` at once.
         """
         e = result.evaluation
         if not result.converged or e is None:
@@ -90,15 +101,15 @@ class Acceptance:
             return None
         corner = self.corners.least(block, u)
         worst = int(np.argmin(corner))
-        if not corner[worst] < self.policy.inverted:
+        if not corner[worst] < self.policy.inverted_corner_ratio:
             return None
-        if not corner[worst] < least_corner(c.x_n[block.corners.T[:, [worst]]])[0] - self.policy.inversion:
+        if not corner[worst] < least_corner(c.x_n[block.corners.T[:, [worst]]])[0] - INVERSION_FALL:
             return None
         return CornerInverted(worst, block.body, *self._centre(block, worst))
 
     def _collapse(self, block: Block, growth: Array) -> Iterator[Failure]:
         """A point whose equivalent plastic strain grew (elements, points) too much."""
-        if growth.max() > self.policy.collapse:
+        if growth.max() > COLLAPSE_STRAIN:
             worst = int(np.argmax(growth)) // growth.shape[1]
             yield Collapsed(worst, block.body, *self._centre(block, worst), float(growth.max()))
 
@@ -144,23 +155,23 @@ def _through(system: System, s: Surface, start: Array, end: Array, policy: Polic
     tool = system.master(s).tool
     h = min(float(s.points.depth.min()), tool.thickness)
     length = np.hypot(*(end - start).T)
-    if length.max() < policy.still * h:
+    if length.max() < TUNNEL_MIN_RATIO * h:
         return np.zeros(len(start), dtype=bool)
     # only what is outside at both ends and goes farther than to the tool and back may have got through (twice as far: shapes of
     # a user's own may have distances that are not exact)
     ends = [tool.shape.closest(x).g for x in (start, end)]
-    may = (np.minimum(*ends) > policy.outside * length) & (ends[0] + ends[1] < 2.0 * length)
+    may = (np.minimum(*ends) > policy.tunnel_gap_ratio * length) & (ends[0] + ends[1] < 2.0 * length)
     out = np.zeros(len(start), dtype=bool)
     if not may.any():
         return out
-    samples = min(int(policy.samples * length.max() / h) + policy.samples, policy.most_samples)
+    samples = min(int(policy.tunnel_samples * length.max() / h) + policy.tunnel_samples, policy.max_tunnel_samples)
     share = np.linspace(0.0, 1.0, samples)
     way = start[may] + share[:, None, None] * (end - start)[may]
     close = tool.shape.closest(way.reshape(-1, way.shape[-1]))
     g, n = close.g.reshape(len(share), -1), close.n.reshape(way.shape)
     inside, each = g < 0, np.arange(g.shape[1])
     enters, leaves = inside.argmax(axis=0), len(share) - 1 - inside[::-1].argmax(axis=0)
-    opposite = (n[enters, each] * n[leaves, each]).sum(axis=1) < policy.opposite
+    opposite = (n[enters, each] * n[leaves, each]).sum(axis=1) < policy.tunnel_cosine
     out[may] = inside.any(axis=0) & opposite
     return out
 
@@ -173,14 +184,14 @@ def turned_through(system: System, state: State, u: Array, policy: Policy = DEFA
         master = system.master(s)
         tool, place = master.tool, master.place(u)
         angle = float(place[2] - master.place(state.u)[2])
-        if not abs(angle) > policy.turn:
+        if not abs(angle) > MAX_TOOL_ROTATION:
             continue
         x = system.positions(u)[s.points.nodes] - tool.at - place[:2]
         angles = place[2] - angle * np.linspace(
-            0.0, 1.0, 2 + int(min(abs(angle) / (0.5 * policy.turn), policy.most_samples))
+            0.0, 1.0, 2 + int(min(abs(angle) / (0.5 * MAX_TOOL_ROTATION), policy.max_tunnel_samples))
         )
         depth = [float(-tool.shape.closest(x @ turn).g.min()) for turn in _turns(angles)]
-        if max(depth) - max(depth[0], 0.0) > policy.swept * float(s.points.depth.min()):
+        if max(depth) - max(depth[0], 0.0) > SWEPT_DEPTH_RATIO * float(s.points.depth.min()):
             return TurnedThrough(tool.name, s.body, abs(angle))
     return None
 

@@ -18,6 +18,9 @@ from prensa.system.interaction import Context
 from prensa.system.system import System
 from prensa.types import Array
 
+WORN_OUT_SHARE = 1e-3
+"""Share of the longest increment down to which they are counted."""
+
 
 class Distortion:
     """Counts the attempts of a step that failed on an element."""
@@ -32,8 +35,8 @@ class Distortion:
         if where is None or self.system.dofs.dimension != 2:
             return None
         self.failed[where] = self.failed.get(where, 0) + 1
-        usual = min(longest, self.policy.longest * (c.plan.t1 - c.plan.t0))
-        if self.failed[where] < self.policy.worn_out:
+        usual = min(longest, self.policy.max_share * (c.plan.t1 - c.plan.t0))
+        if self.failed[where] < self.policy.worn_out_attempts:
             return None
         body, element = where
         shape = float(shapes(self.system, body, c.state.u)[element])
@@ -42,7 +45,7 @@ class Distortion:
         worn = self._described(c, body, element, shape)
         # a side past a support is cause enough: increments of any length meet it
         past = worn.past is not None and worn.past.share > ALLOWED
-        return worn if past or c.dt <= self.policy.worn_dt * usual else None
+        return worn if past or c.dt <= WORN_OUT_SHARE * usual else None
 
     def _described(self, c: Context, body: str, element: int, shape: float) -> Distorted:
         system = self.system

@@ -39,7 +39,7 @@ class Folding:
             return []
         x, out = self.system.positions(u), list[tuple[Block, int]]()
         for block in self.system.blocks:
-            shape, least = self.corners.least(block, u), self.policy.inverted
+            shape, least = self.corners.least(block, u), self.policy.inverted_corner_ratio
             if block.cells.shape[1] > block.corners.shape[1] and not shape.min() < least:
                 shape = least_on_sides(x.take(block.cells.T, axis=0))
             beyond = np.flatnonzero(shape < least)
@@ -68,7 +68,7 @@ class Folding:
                 self._tell(block, element, past.support, _beyond(past))
             if past is not None and past.share > ALLOWED:
                 first = since[block.body, element] = self.since.get((block.body, element), now)
-                if reason is None and now - first >= self.policy.folded:
+                if reason is None and now - first >= self.policy.max_folded_increments:
                     x, y = self.system.positions(u)[nodes].mean(axis=0).tolist()
                     reason = PastSupport(element, block.body, x, y, past, now - first)
         self.since = since

@@ -5,28 +5,34 @@ from __future__ import annotations
 import numpy as np
 
 from prensa.contact.masters import RigidMaster
-from prensa.policy import Policy
 from prensa.system.failure import TipsOver
 from prensa.system.interaction import Context
 from prensa.system.system import System
 from prensa.types import Array
 
+TIP_GAP_RATIO = 0.5
+"""Gap over element depth up to which a point may come to bear a tool."""
+TIP_FRICTION_LIMIT = 1.0
+"""Coefficient of friction beyond which no tool is helped to stand."""
+TIP_FORCE_SHARE = 1e-6
+"""Share of a tool's force from which it counts as not borne."""
 
-def tips_over(system: System, c: Context, policy: Policy) -> TipsOver | None:
+
+def tips_over(system: System, c: Context) -> TipsOver | None:
     """The first tool whose force nothing that it could rest on balances in an increment; None if there is none.
 
-    Pressures of any size, with friction up to a coefficient of ``policy.tip_friction``, are tried at all points that are near,
+    Pressures of any size, with friction up to a coefficient of ``TIP_FRICTION_LIMIT``, are tried at all points that are near,
     as on a rigid body: what they cannot hold no increment holds.
     """
     if system.axisymmetric or system.dofs.dimension != 2:
         return None  # no tool turns
     for master in system.masters.values():
-        if (found := _tips(system, c, master, policy)) is not None:
+        if (found := _tips(system, c, master)) is not None:
             return found
     return None
 
 
-def _tips(system: System, c: Context, master: RigidMaster, policy: Policy) -> TipsOver | None:
+def _tips(system: System, c: Context, master: RigidMaster) -> TipsOver | None:
     dofs, plan = master.dofs, c.plan
     free = np.array([d not in plan.fixed and d not in plan.springs for d in dofs])
     force = np.array([float(plan.push[d](c.time)) if free[k] and d in plan.push else 0.0 for k, d in enumerate(dofs)])
@@ -36,17 +42,17 @@ def _tips(system: System, c: Context, master: RigidMaster, policy: Policy) -> Ti
     from scipy.optimize import nnls  # takes a tenth of a second to import, for what few runs need
 
     at = master.at + master.place(c.state.u)[:2]
-    places, normals = _near(system, c, master, policy.tip_reach)
+    places, normals = _near(system, c, master, TIP_GAP_RATIO)
     if not len(places):
         return None
     arm, along = places - at, np.stack([-normals[:, 1], normals[:, 0]], axis=1)
-    rays = np.concatenate([-normals + policy.tip_friction * way * along for way in (-1.0, 1.0)])
+    rays = np.concatenate([-normals + TIP_FRICTION_LIMIT * way * along for way in (-1.0, 1.0)])
     arms = np.concatenate([arm, arm])
     length = float(np.abs(arm).max())
     moments = (arms[:, 0] * rays[:, 1] - arms[:, 1] * rays[:, 0]) / length
     rows = np.concatenate([rays.T, moments[None]])[free]
     wanted = -np.array([force[0], force[1], force[2] / length])[free]
-    if nnls(rows, wanted)[1] <= policy.tip_left * size:
+    if nnls(rows, wanted)[1] <= TIP_FORCE_SHARE * size:
         return None
     across = np.array([force[1], -force[0]]) / size
     x, y = at + force[2] / size * across

@@ -19,9 +19,20 @@ from prensa.system.interaction import Context
 from prensa.system.system import Evaluation, System
 from prensa.types import Array, Index
 
+SMALL_STRAIN_WARNING = 0.05
+"""Strain, or rotation (rad), in small-strain kinematics worth a warning; forces are off by about as much."""
+SMALL_STRAIN_LIMIT = 0.1
+"""Strain, or rotation (rad), that is refused in small-strain kinematics."""
+SMALL_STRAIN_VOLUME_SHARE = 0.05
+"""Share of a body's volume that must exceed the limit; peaks under an edge depend on the mesh."""
+VOLUME_LOSS_LIMIT = 0.1
+"""Loss of volume beyond which elasticity no longer holds; no metal bears a tenth of its bulk modulus."""
+METAL_STRAIN_LIMIT = 0.05
+"""Elastic strain beyond which a metal has yielded long before."""
+
 
 class Deformation(NamedTuple):
-    """Strain and rotation (rad) of a body: those that `Policy.small_share` of its volume exceeds, and the largest."""
+    """Strain and rotation (rad) of a body: those that `SMALL_STRAIN_VOLUME_SHARE` of its volume exceeds, and the largest."""
 
     strain: float
     rotation: float
@@ -64,7 +75,7 @@ class Validity:
         for block in self.system.blocks:
             now = self._deformation(block, self.system.displacement(u))
             self.seen[block.body] = now.beyond(self.seen.get(block.body, REST))
-            if max(now.strain, now.rotation) > self.policy.small_most:
+            if max(now.strain, now.rotation) > SMALL_STRAIN_LIMIT:
                 del self.seen[block.body]  # told as the failure
                 return BeyondSmall(block.body, *now)
         return None
@@ -86,7 +97,7 @@ class Validity:
     def told(self) -> Iterator[str]:
         """Sentences about the largest of what was seen."""
         for body, d in self.seen.items():
-            if max(d.strain, d.rotation) > self.policy.small_told:
+            if max(d.strain, d.rotation) > SMALL_STRAIN_WARNING:
                 yield (
                     f"body {body!r} is strained by up to {d.most_strain:.2g} and turned by up to "
                     f"{in_degrees(d.most_rotation)}, a twentieth of it by more than {d.strain:.2g} and "
@@ -119,7 +130,7 @@ class Validity:
     def _note_shape(self, block: Block, moved: Array) -> None:
         """Note the loss of volume of a body that flows, or the strain of an elastic metal, where a share exceeds it."""
         material = self.system.problem.bodies[block.body].material
-        if not block.law.plastic and material.modulus < self.policy.metal * self._gpa():
+        if not block.law.plastic and material.modulus < self.policy.metal_modulus * self._gpa():
             return
         if block.law.plastic:
             if self.system.problem.space != "plane stress":
@@ -134,8 +145,8 @@ class Validity:
         det, middle = f11 * f22 - f12 * f21, 0.5 * (f11**2 + f12**2 + f21**2 + f22**2)
         apart = np.sqrt(np.maximum(middle**2 - det**2, 0.0))
         stretch = np.sqrt(np.maximum(np.array([middle - apart, middle + apart]), 1e-300))
-        strain = _exceeded(np.abs(np.log(stretch)).max(axis=0), block.volume.sum(axis=1), self.policy.small_share)
-        if strain > max(self.policy.overstrained, self.stretched.get(block.body, 0.0)):
+        strain = _exceeded(np.abs(np.log(stretch)).max(axis=0), block.volume.sum(axis=1), SMALL_STRAIN_VOLUME_SHARE)
+        if strain > max(METAL_STRAIN_LIMIT, self.stretched.get(block.body, 0.0)):
             self.stretched[block.body] = strain
 
     def _note_volume(self, block: Block, moved: Array) -> None:
@@ -147,10 +158,10 @@ class Validity:
         det, volume = _area(X + moved, corners) / self._areas[block.body], self._volumes[block.body]
         if self.system.axisymmetric:
             det *= 1.0 + moved[:, 0].take(corners).sum(axis=0) / X[:, 0].take(corners).sum(axis=0)
-        told = max(self.policy.squeezed, self.squeezed.get(block.body, 0.0))
+        told = max(VOLUME_LOSS_LIMIT, self.squeezed.get(block.body, 0.0))
         kept = float(volume[1.0 - det <= told].sum())
-        if kept < (1.0 - self.policy.small_share) * float(volume.sum()):  # most increments need no sorting
-            lost = _exceeded(1.0 - det, volume, self.policy.small_share)
+        if kept < (1.0 - SMALL_STRAIN_VOLUME_SHARE) * float(volume.sum()):  # most increments need no sorting
+            lost = _exceeded(1.0 - det, volume, SMALL_STRAIN_VOLUME_SHARE)
             if lost > told:
                 self.squeezed[block.body] = lost
 
@@ -182,7 +193,7 @@ class Validity:
             strain = np.maximum(strain, np.abs(u[..., 0].sum(axis=1) / self.system.X[block.corners, 0].sum(axis=1)))
         rotation = np.arctan(0.5 * np.abs(H[:, 1, 0] - H[:, 0, 1]))
         volume = block.volume.sum(axis=1)
-        much, far = (_exceeded(v, volume, self.policy.small_share) for v in (strain, rotation))
+        much, far = (_exceeded(v, volume, SMALL_STRAIN_VOLUME_SHARE) for v in (strain, rotation))
         return Deformation(much, far, float(strain.max()), float(rotation.max()))
 
 
